@@ -1,0 +1,159 @@
+//! The filter pair of the filtered regressor: `f(s) = λ/(s + λ)` and
+//! `g(s) = s f(s)`, in discrete time.
+
+/// How the continuous pair is made discrete.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Discretization {
+    /// Zero-order hold, as printed. It makes every inertia λT/2 too small and
+    /// turns part of an inertial torque into viscous friction.
+    ZeroOrderHold,
+    /// Bilinear rule: no phase error between `g` and `s f`.
+    Tustin,
+}
+
+/// What is wrong with the settings of a filter pair.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum FilterError {
+    /// The named setting is not a positive finite number.
+    NotPositive(&'static str),
+}
+
+impl core::fmt::Display for FilterError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::NotPositive(name) => write!(f, "the {name} must be positive and finite"),
+        }
+    }
+}
+
+impl core::error::Error for FilterError {}
+
+/// Coefficients of the discrete pair; both filters share one pole.
+///
+/// `low[k] = -a low[k-1] + f0 x[k] + f1 x[k-1]`, and `g0`, `g1` likewise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FilterPair {
+    a: f64,
+    f: [f64; 2],
+    g: [f64; 2],
+}
+
+/// Memory of one filtered entry: the last inputs and the last output.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FilterState {
+    momentum: f64,
+    rest: f64,
+    output: f64,
+    started: bool,
+}
+
+impl FilterPair {
+    /// Discretises the pair.
+    ///
+    /// - `cutoff`: λ, rad/s, positive.
+    /// - `period`: T, s, positive.
+    ///
+    /// # Errors
+    ///
+    /// [`FilterError::NotPositive`] if either value is not positive and finite.
+    ///
+    /// # Source
+    ///
+    /// Eqs. (19) and (20) for the zero-order hold.
+    pub fn new(
+        cutoff: f64,
+        period: f64,
+        discretization: Discretization,
+    ) -> Result<Self, FilterError> {
+        if !(cutoff.is_finite() && cutoff > 0.0) {
+            return Err(FilterError::NotPositive("filter cut-off"));
+        }
+        if !(period.is_finite() && period > 0.0) {
+            return Err(FilterError::NotPositive("sampling period"));
+        }
+        let x = cutoff * period;
+        Ok(match discretization {
+            Discretization::ZeroOrderHold => Self {
+                a: -libm::exp(-x),
+                f: [0.0, -libm::expm1(-x)],
+                g: [cutoff, -cutoff],
+            },
+            Discretization::Tustin => {
+                let d = 2.0 + x;
+                Self {
+                    a: (x - 2.0) / d,
+                    f: [x / d, x / d],
+                    g: [2.0 * cutoff / d, -2.0 * cutoff / d],
+                }
+            }
+        })
+    }
+
+    /// Filters one entry of the regressor: returns `g_D momentum + f_D rest`.
+    ///
+    /// The recursion starts at rest: the first output is zero, which removes
+    /// the initial momentum exactly instead of letting it decay.
+    ///
+    /// # Source
+    ///
+    /// Eq. (23). The paper's null initial conditions hold only for a robot
+    /// that starts at rest.
+    pub fn process(&self, state: &mut FilterState, momentum: f64, rest: f64) -> f64 {
+        let output = if state.started {
+            -self.a * state.output
+                + self.g[0] * momentum
+                + self.g[1] * state.momentum
+                + self.f[0] * rest
+                + self.f[1] * state.rest
+        } else {
+            0.0
+        };
+        *state = FilterState {
+            momentum,
+            rest,
+            output,
+            started: true,
+        };
+        output
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn settings_must_be_positive() {
+        for (cutoff, period, name) in [
+            (0.0, 1e-3, "filter cut-off"),
+            (f64::NAN, 1e-3, "filter cut-off"),
+            (30.0, -1.0, "sampling period"),
+            (30.0, f64::INFINITY, "sampling period"),
+        ] {
+            for discretization in [Discretization::ZeroOrderHold, Discretization::Tustin] {
+                let error = FilterPair::new(cutoff, period, discretization).unwrap_err();
+                assert_eq!(error, FilterError::NotPositive(name));
+            }
+        }
+    }
+
+    #[test]
+    fn low_pass_has_unit_gain_and_rate_of_ramp_is_its_slope() {
+        for discretization in [Discretization::ZeroOrderHold, Discretization::Tustin] {
+            let pair = FilterPair::new(30.0, 1e-3, discretization).unwrap();
+            let (mut low, mut rate) = (FilterState::default(), FilterState::default());
+            let (mut y, mut dy) = (0.0, 0.0);
+            for k in 0..3000 {
+                y = pair.process(&mut low, 0.0, 1.0);
+                dy = pair.process(&mut rate, 0.5 * 1e-3 * f64::from(k), 0.0);
+            }
+            assert!((y - 1.0).abs() < 1e-12);
+            let gain = match discretization {
+                Discretization::ZeroOrderHold => 0.03 / -libm::expm1(-0.03),
+                Discretization::Tustin => 1.0,
+            };
+            assert!((dy - 0.5 * gain).abs() < 1e-12);
+        }
+    }
+}

@@ -1,0 +1,160 @@
+//! Numbers that the columns are written over: plain values and Taylor series.
+//!
+//! A column written once over [`Scalar`] gives its value with `f64` and its
+//! exact time derivatives with [`Jet`].
+
+use core::ops::{Add, Mul, Neg, Sub};
+
+/// A number that the physics can be evaluated with.
+pub trait Scalar:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Mul<f64, Output = Self>
+    + Neg<Output = Self>
+{
+    /// Returns the number zero.
+    const ZERO: Self;
+
+    /// Returns the sine and the cosine.
+    #[must_use]
+    fn sin_cos(self) -> (Self, Self);
+}
+
+impl Scalar for f64 {
+    const ZERO: Self = 0.0;
+
+    fn sin_cos(self) -> (Self, Self) {
+        libm::sincos(self)
+    }
+}
+
+/// A Taylor series in time, truncated after `N` coefficients.
+///
+/// `coefficients[k]` is the k-th time derivative divided by `k!`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Jet<const N: usize> {
+    /// Taylor coefficients, lowest order first.
+    pub coefficients: [f64; N],
+}
+
+impl<const N: usize> Jet<N> {
+    /// Returns the series of a signal from its time derivatives, value first.
+    #[must_use]
+    pub fn from_derivatives(derivatives: [f64; N]) -> Self {
+        let mut coefficients = derivatives;
+        let mut factorial = 1.0;
+        for (k, c) in coefficients.iter_mut().enumerate().skip(1) {
+            factorial *= k as f64;
+            *c /= factorial;
+        }
+        Self { coefficients }
+    }
+
+    /// Returns the `order`-th time derivative; `order` must be below `N`.
+    #[must_use]
+    pub fn derivative(&self, order: usize) -> f64 {
+        let factorial: f64 = (1..=order).map(|k| k as f64).product();
+        self.coefficients[order] * factorial
+    }
+}
+
+impl<const N: usize> Add for Jet<N> {
+    type Output = Self;
+
+    fn add(mut self, other: Self) -> Self {
+        for (a, b) in self.coefficients.iter_mut().zip(other.coefficients) {
+            *a += b;
+        }
+        self
+    }
+}
+
+impl<const N: usize> Sub for Jet<N> {
+    type Output = Self;
+
+    fn sub(self, other: Self) -> Self {
+        self + (-other)
+    }
+}
+
+impl<const N: usize> Neg for Jet<N> {
+    type Output = Self;
+
+    fn neg(self) -> Self {
+        self * -1.0
+    }
+}
+
+impl<const N: usize> Mul<f64> for Jet<N> {
+    type Output = Self;
+
+    fn mul(mut self, factor: f64) -> Self {
+        for a in &mut self.coefficients {
+            *a *= factor;
+        }
+        self
+    }
+}
+
+impl<const N: usize> Mul for Jet<N> {
+    type Output = Self;
+
+    fn mul(self, other: Self) -> Self {
+        let mut coefficients = [0.0; N];
+        for i in 0..N {
+            for j in 0..N - i {
+                coefficients[i + j] += self.coefficients[i] * other.coefficients[j];
+            }
+        }
+        Self { coefficients }
+    }
+}
+
+impl<const N: usize> Scalar for Jet<N> {
+    const ZERO: Self = Self {
+        coefficients: [0.0; N],
+    };
+
+    fn sin_cos(self) -> (Self, Self) {
+        let mut sin = [0.0; N];
+        let mut cos = [0.0; N];
+        (sin[0], cos[0]) = libm::sincos(self.coefficients[0]);
+        for k in 1..N {
+            for i in 1..=k {
+                let rate = i as f64 * self.coefficients[i] / k as f64;
+                sin[k] += rate * cos[k - i];
+                cos[k] -= rate * sin[k - i];
+            }
+        }
+        (Self { coefficients: sin }, Self { coefficients: cos })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn jet_of_sine_matches_its_derivatives() {
+        // x(t) = sin(w t + a): x' = w cos, x'' = -w² sin, x''' = -w³ cos.
+        let (w, a) = (3.0, 0.7);
+        let (s, c) = libm::sincos(a);
+        let phase = Jet::<4>::from_derivatives([a, w, 0.0, 0.0]);
+        let (sin, _) = phase.sin_cos();
+        for (order, expected) in [s, w * c, -w * w * s, -w * w * w * c].iter().enumerate() {
+            assert!((sin.derivative(order) - expected).abs() < 1e-13);
+        }
+    }
+
+    #[test]
+    fn product_rule_holds() {
+        let x = Jet::<3>::from_derivatives([2.0, 3.0, 5.0]);
+        let y = Jet::<3>::from_derivatives([7.0, 11.0, 13.0]);
+        let z = x * y;
+        assert!((z.derivative(0) - 14.0).abs() < 1e-13);
+        assert!((z.derivative(1) - (3.0 * 7.0 + 2.0 * 11.0)).abs() < 1e-13);
+        assert!((z.derivative(2) - (5.0 * 7.0 + 2.0 * 3.0 * 11.0 + 2.0 * 13.0)).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,68 @@
+//! Words from a fixed list, refused with the nearest one.
+
+/// Returns the word of `available` nearest to `word`, if any is near.
+pub(crate) fn nearest<'a>(
+    word: &str,
+    available: impl IntoIterator<Item = &'a str>,
+) -> Option<&'a str> {
+    available
+        .into_iter()
+        .map(|candidate| (strsim::damerau_levenshtein(word, candidate), candidate))
+        .filter(|&(distance, candidate)| {
+            distance <= 1 + candidate.len() / 3 || candidate.starts_with(word)
+        })
+        .min_by_key(|&(distance, _)| distance)
+        .map(|(_, candidate)| candidate)
+}
+
+/// Returns the index of `word` in `available`, or a message that offers the
+/// nearest word; words in `later` are known but not available yet.
+pub(crate) fn choose(
+    what: &str,
+    word: &str,
+    available: &[&str],
+    later: &[&str],
+) -> Result<usize, String> {
+    if let Some(index) = available.iter().position(|&candidate| candidate == word) {
+        return Ok(index);
+    }
+    let list = quoted(available);
+    if later.contains(&word) {
+        return Err(format!(
+            "{what} \"{word}\" is not available in this version of sprung; use {list}"
+        ));
+    }
+    Err(match nearest(word, available.iter().copied()) {
+        Some(candidate) => format!("unknown {what} \"{word}\"; did you mean \"{candidate}\"?"),
+        None => format!("unknown {what} \"{word}\"; use {list}"),
+    })
+}
+
+/// Returns `"a", "b" or "c"`.
+pub(crate) fn quoted(words: &[&str]) -> String {
+    match words {
+        [] => String::new(),
+        [one] => format!("\"{one}\""),
+        [first @ .., last] => {
+            let first: Vec<String> = first.iter().map(|word| format!("\"{word}\"")).collect();
+            format!("{} or \"{last}\"", first.join(", "))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_are_found_offered_or_listed() {
+        let words = ["least-squares", "lsff"];
+        assert_eq!(choose("estimator", "lsff", &words, &[]), Ok(1));
+        let message = choose("estimator", "least-square", &words, &[]).unwrap_err();
+        assert!(message.contains("did you mean \"least-squares\""), "{message}");
+        let message = choose("estimator", "magic", &words, &[]).unwrap_err();
+        assert!(message.contains("use \"least-squares\" or \"lsff\""), "{message}");
+        let message = choose("estimator", "output-error", &words, &["output-error"]).unwrap_err();
+        assert!(message.contains("not available in this version"), "{message}");
+    }
+}

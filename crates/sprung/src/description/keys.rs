@@ -1,0 +1,128 @@
+//! Keys that the schema does not know, found with their place in the file.
+
+use std::ops::Range;
+use std::sync::LazyLock;
+
+use serde_json::Value;
+use toml::de::{DeTable, DeValue};
+
+use super::choice::nearest;
+use super::types::ExperimentFile;
+
+/// Keys that are part of the format but not available in this version.
+const LATER: [&str; 8] = [
+    "urdf",
+    "dh_modified",
+    "dh_classic",
+    "gravity_m_per_s2",
+    "transmission",
+    "link_friction",
+    "motor_friction",
+    "assume_zero",
+];
+
+/// A message and where it belongs.
+pub(super) struct Misfit {
+    /// Bytes of the text, if known.
+    pub(super) span: Option<Range<usize>>,
+    /// What is wrong and what to do.
+    pub(super) message: String,
+}
+
+/// Checks that every key is one of the schema's.
+pub(super) fn check(table: &DeTable<'_>) -> Result<(), Misfit> {
+    static SCHEMA: LazyLock<Value> = LazyLock::new(|| {
+        schemars::generate::SchemaSettings::default()
+            .with(|settings| settings.inline_subschemas = true)
+            .into_generator()
+            .into_root_schema_for::<ExperimentFile>()
+            .to_value()
+    });
+    walk(table, &SCHEMA, "")
+}
+
+fn walk(table: &DeTable<'_>, schema: &Value, place: &str) -> Result<(), Misfit> {
+    let Some(properties) = branch(schema, "properties").and_then(Value::as_object) else {
+        return Ok(());
+    };
+    for (key, value) in table {
+        let name = key.get_ref().as_ref();
+        let Some(schema) = properties.get(name) else {
+            let place = if place.is_empty() {
+                "the file".to_owned()
+            } else {
+                format!("[{place}]")
+            };
+            let message = if LATER.contains(&name) {
+                format!("key \"{name}\" in {place} is not available in this version of sprung")
+            } else {
+                match nearest(name, properties.keys().map(String::as_str)) {
+                    Some(known) => {
+                        format!("unknown key \"{name}\" in {place}; did you mean \"{known}\"?")
+                    }
+                    None => {
+                        let known: Vec<&str> = properties.keys().map(String::as_str).collect();
+                        format!(
+                            "unknown key \"{name}\" in {place}; known keys are {}",
+                            known.join(", ")
+                        )
+                    }
+                }
+            };
+            return Err(Misfit {
+                span: Some(key.span()),
+                message,
+            });
+        };
+        let place = if place.is_empty() {
+            name.to_owned()
+        } else {
+            format!("{place}.{name}")
+        };
+        match value.get_ref() {
+            DeValue::Table(table) => walk(table, schema, &place)?,
+            DeValue::Array(array) => {
+                if let Some(items) = branch(schema, "items") {
+                    for item in array.iter() {
+                        if let DeValue::Table(table) = item.get_ref() {
+                            walk(table, items, &place)?;
+                        }
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+/// Returns a part of a schema, looking through the alternatives of `anyOf`.
+fn branch<'a>(schema: &'a Value, part: &str) -> Option<&'a Value> {
+    schema.get(part).or_else(|| {
+        schema
+            .get("anyOf")?
+            .as_array()?
+            .iter()
+            .find_map(|alternative| alternative.get(part))
+    })
+}
+
+/// Returns where a path of keys and indices stands in the file: the place of
+/// the deepest part that is there.
+pub(super) fn span_of(table: &DeTable<'_>, path: &[&str]) -> Option<Range<usize>> {
+    let (first, rest) = path.split_first()?;
+    let (key, value) = table.get_key_value(*first)?;
+    Some(span_in(value.get_ref(), rest).unwrap_or_else(|| key.span()))
+}
+
+fn span_in(value: &DeValue<'_>, path: &[&str]) -> Option<Range<usize>> {
+    match value {
+        DeValue::Table(table) => span_of(table, path),
+        DeValue::Array(array) => {
+            let (first, rest) = path.split_first()?;
+            let item = array.get(first.parse::<usize>().ok()?)?;
+            Some(span_in(item.get_ref(), rest).unwrap_or_else(|| item.span()))
+        }
+        _ => None,
+    }
+}

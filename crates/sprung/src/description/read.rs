@@ -1,0 +1,209 @@
+//! From the text of `experiment.toml` to a checked [`Experiment`].
+
+use serde::Deserialize;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::check::check;
+use super::keys::{self, Misfit};
+use super::types::{Controller, ExperimentFile, Identify, Log, Robot, Simulate, Validate};
+
+/// An experiment: the robot, the log, how to identify and how to validate.
+///
+/// Lengths and signs are checked: lists have one entry per joint, names of
+/// joints exist and are unique.
+#[derive(Clone, Debug)]
+pub struct Experiment {
+    /// The robot.
+    pub robot: Robot,
+    /// The log to identify from, if any.
+    pub log: Option<Log>,
+    /// How to identify.
+    pub identify: Identify,
+    /// The controller that ran during the log, if it is known.
+    pub controller: Option<Controller>,
+    /// Experiments to validate on.
+    pub validate: Vec<Validate>,
+    /// The digital twin, if any.
+    pub simulate: Option<Simulate>,
+}
+
+/// What is wrong with an experiment file.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum DescriptionError {
+    /// A line of the file is wrong.
+    #[error("line {line} of {file}: {message}")]
+    Line {
+        /// Name of the file.
+        file: String,
+        /// Line, from 1.
+        line: usize,
+        /// What is wrong and what to do.
+        message: String,
+    },
+    /// The file as a whole is wrong.
+    #[error("{file}: {message}")]
+    File {
+        /// Name of the file.
+        file: String,
+        /// What is wrong and what to do.
+        message: String,
+    },
+    /// An override of the command line is wrong.
+    #[error("--set {assignment}: {message}")]
+    Override {
+        /// The override as typed.
+        assignment: String,
+        /// What is wrong and what to do.
+        message: String,
+    },
+}
+
+/// Reads an experiment file.
+///
+/// - `file`: name for messages.
+/// - `text`: contents of `experiment.toml`.
+/// - `overrides`: assignments `key.path=value`, applied in order; a value that
+///   is not TOML is taken as a string.
+///
+/// # Errors
+///
+/// [`DescriptionError`] with the line or the override, what is wrong with it
+/// and what to do.
+pub fn read(file: &str, text: &str, overrides: &[String]) -> Result<Experiment, DescriptionError> {
+    let mut table = DeTable::parse(text).map_err(|error| at(file, text, &error))?;
+    let assignments = overrides
+        .iter()
+        .map(|assignment| fragment(assignment))
+        .collect::<Result<Vec<_>, _>>()?;
+    let parsed = assignments
+        .iter()
+        .zip(overrides)
+        .map(|(fragment, assignment)| {
+            let table = DeTable::parse(fragment).map_err(|error| DescriptionError::Override {
+                assignment: assignment.clone(),
+                message: error.message().to_owned(),
+            })?;
+            keys::check(table.get_ref()).map_err(|misfit| DescriptionError::Override {
+                assignment: assignment.clone(),
+                message: misfit.message,
+            })?;
+            Ok(table)
+        })
+        .collect::<Result<Vec<_>, DescriptionError>>()?;
+    keys::check(table.get_ref()).map_err(|misfit| locate(file, text, misfit))?;
+    let written = table.clone();
+    for fragment in parsed {
+        merge(table.get_mut(), fragment.into_inner());
+    }
+    interpret(file, text, table.clone()).map_err(|error| {
+        if overrides.is_empty() {
+            return error;
+        }
+        // Spans of overrides mean nothing in the file: an error that the file
+        // alone does not have is the overrides' fault.
+        match interpret(file, text, written) {
+            Err(of_file) => of_file,
+            Ok(_) => DescriptionError::Override {
+                assignment: overrides.join(" --set "),
+                message: match error {
+                    DescriptionError::Line { message, .. }
+                    | DescriptionError::File { message, .. }
+                    | DescriptionError::Override { message, .. } => message,
+                },
+            },
+        }
+    })
+}
+
+/// Returns the JSON schema of `experiment.toml`.
+#[must_use]
+pub fn schema() -> serde_json::Value {
+    schemars::schema_for!(ExperimentFile).to_value()
+}
+
+fn interpret(
+    file: &str,
+    text: &str,
+    table: Spanned<DeTable<'_>>,
+) -> Result<Experiment, DescriptionError> {
+    let spans = table.get_ref().clone();
+    let read = ExperimentFile::deserialize(toml::Deserializer::from(table))
+        .map_err(|error| at(file, text, &error))?;
+    check(&read).map_err(|fault| {
+        let path: Vec<&str> = fault.path.iter().map(String::as_str).collect();
+        let misfit = Misfit {
+            span: keys::span_of(&spans, &path),
+            message: fault.message,
+        };
+        locate(file, text, misfit)
+    })?;
+    Ok(Experiment {
+        robot: read.robot,
+        log: read.log,
+        identify: read.identify,
+        controller: read.controller,
+        validate: read.validate,
+        simulate: read.simulate,
+    })
+}
+
+/// Turns `key.path=value` into a line of TOML.
+fn fragment(assignment: &str) -> Result<String, DescriptionError> {
+    let Some((key, value)) = assignment.split_once('=') else {
+        return Err(DescriptionError::Override {
+            assignment: assignment.to_owned(),
+            message: "write it as key.path=value".to_owned(),
+        });
+    };
+    let line = format!("{key} = {value}");
+    if DeTable::parse(&line).is_ok() {
+        return Ok(line);
+    }
+    let string = serde_json::Value::String(value.trim().to_owned());
+    Ok(format!("{key} = {string}"))
+}
+
+fn merge<'i>(into: &mut DeTable<'i>, from: DeTable<'i>) {
+    for (key, value) in from {
+        if let Some(old) = into.get_mut(&key)
+            && let DeValue::Table(old) = old.get_mut()
+        {
+            match value.into_inner() {
+                DeValue::Table(new) => merge(old, new),
+                other => {
+                    into.insert(key, Spanned::new(0..0, other));
+                }
+            }
+            continue;
+        }
+        into.insert(key, value);
+    }
+}
+
+fn at(file: &str, text: &str, error: &toml::de::Error) -> DescriptionError {
+    let misfit = Misfit {
+        span: error.span(),
+        message: error.message().trim().replace('\n', ", "),
+    };
+    locate(file, text, misfit)
+}
+
+fn locate(file: &str, text: &str, misfit: Misfit) -> DescriptionError {
+    let file = file.to_owned();
+    match misfit.span {
+        Some(span) if span.start <= text.len() && span.end > 0 => DescriptionError::Line {
+            file,
+            line: 1 + text.as_bytes()[..span.start]
+                .iter()
+                .filter(|&&byte| byte == b'\n')
+                .count(),
+            message: misfit.message,
+        },
+        _ => DescriptionError::File {
+            file,
+            message: misfit.message,
+        },
+    }
+}

@@ -1,0 +1,152 @@
+//! Even sampling.
+
+use super::LogError;
+
+/// Deviation of a step from the period that is tolerated, as a part of it.
+///
+/// Treating a sample as if it came a tenth of a period off misplaces a joint
+/// at 1 rad/s and 1 kHz by 1e-4 rad, as much as an encoder with 16384 counts
+/// (standard deviation of its quantisation: 1.1e-4 rad).
+pub const JITTER_LIMIT: f64 = 0.1;
+
+const LEARNING: usize = 256;
+
+/// Checks that time goes forward in even steps.
+#[derive(Clone, Debug)]
+pub struct Clock {
+    file: String,
+    samples: u64,
+    first: f64,
+    last: f64,
+    // Steps of the first samples, kept until the period is known.
+    early: Vec<(u64, f64)>,
+    period: Option<f64>,
+    worst: f64,
+}
+
+impl Clock {
+    /// Returns a clock that has seen nothing.
+    #[must_use]
+    pub fn new(file: &str) -> Self {
+        Self {
+            file: file.to_owned(),
+            samples: 0,
+            first: 0.0,
+            last: 0.0,
+            early: Vec::new(),
+            period: None,
+            worst: 0.0,
+        }
+    }
+
+    /// Takes the time of the next sample, in s, found on `line`.
+    ///
+    /// # Errors
+    ///
+    /// [`LogError::TimeNotIncreasing`] or [`LogError::Uneven`].
+    pub fn tick(&mut self, line: u64, time: f64) -> Result<(), LogError> {
+        self.samples += 1;
+        let before = std::mem::replace(&mut self.last, time);
+        if self.samples == 1 {
+            self.first = time;
+            return Ok(());
+        }
+        let step = time - before;
+        if step <= 0.0 {
+            return Err(LogError::TimeNotIncreasing {
+                file: self.file.clone(),
+                line,
+                before,
+                after: time,
+            });
+        }
+        if let Some(period) = self.period {
+            return self.judge(line, step, period);
+        }
+        self.early.push((line, step));
+        if self.early.len() == LEARNING {
+            self.learn()?;
+        }
+        Ok(())
+    }
+
+    /// Ends the log: short ones are judged now.
+    ///
+    /// # Errors
+    ///
+    /// [`LogError::TooShort`] for fewer than two samples, or
+    /// [`LogError::Uneven`].
+    pub fn finish(&mut self) -> Result<(), LogError> {
+        if self.samples < 2 {
+            return Err(LogError::TooShort {
+                file: self.file.clone(),
+                found: self.samples,
+                needed: 2,
+                why: "a sampling period is the time between two samples".to_owned(),
+            });
+        }
+        if self.period.is_none() {
+            self.learn()?;
+        }
+        Ok(())
+    }
+
+    /// Returns the sampling period, s, once it is known.
+    #[must_use]
+    pub fn period(&self) -> Option<f64> {
+        self.period
+    }
+
+    /// Returns the number of samples so far.
+    #[must_use]
+    pub fn samples(&self) -> u64 {
+        self.samples
+    }
+
+    /// Returns the time between the first and the last sample so far, s.
+    #[must_use]
+    pub fn duration(&self) -> f64 {
+        self.last - self.first
+    }
+
+    /// Returns the largest deviation of a step from the period, as a part of
+    /// the period.
+    #[must_use]
+    pub fn jitter(&self) -> f64 {
+        self.worst
+    }
+
+    fn learn(&mut self) -> Result<(), LogError> {
+        let mut steps: Vec<f64> = self.early.iter().map(|&(_, step)| step).collect();
+        steps.sort_by(f64::total_cmp);
+        let median = steps[steps.len() / 2];
+        // The mean of the ordinary steps is finer than the median where time
+        // was printed with few digits.
+        let ordinary = || {
+            steps
+                .iter()
+                .filter(|&&step| (step - median).abs() <= JITTER_LIMIT * median)
+        };
+        let period = ordinary().sum::<f64>() / ordinary().count() as f64;
+        self.period = Some(period);
+        for (line, step) in std::mem::take(&mut self.early) {
+            self.judge(line, step, period)?;
+        }
+        Ok(())
+    }
+
+    fn judge(&mut self, line: u64, step: f64, period: f64) -> Result<(), LogError> {
+        let deviation = (step - period).abs() / period;
+        self.worst = self.worst.max(deviation);
+        if deviation <= JITTER_LIMIT {
+            return Ok(());
+        }
+        Err(LogError::Uneven {
+            file: self.file.clone(),
+            line,
+            step_ms: step * 1e3,
+            period_ms: period * 1e3,
+            percent: 100.0 * deviation,
+        })
+    }
+}

@@ -1,0 +1,69 @@
+//! Simulated logs, written in the columns that an experiment declares.
+
+use std::io::Write;
+
+use super::channels::{Channels, Quantity};
+
+/// Writes samples as CSV under the names and units of the channels.
+pub struct LogWriter<W: Write> {
+    writer: csv::Writer<W>,
+    channels: Channels,
+    cells: Vec<String>,
+}
+
+impl<W: Write> LogWriter<W> {
+    /// Writes the header line.
+    ///
+    /// # Errors
+    ///
+    /// The writer's error.
+    pub fn new(write: W, channels: &Channels) -> Result<Self, std::io::Error> {
+        let mut writer = csv::Writer::from_writer(write);
+        let names = std::iter::once(&channels.time).chain(channels.all.iter().map(|c| &c.column));
+        writer.write_record(names)?;
+        Ok(Self {
+            writer,
+            cells: Vec::with_capacity(1 + channels.all.len()),
+            channels: channels.clone(),
+        })
+    }
+
+    /// Writes one sample.
+    ///
+    /// - `q`, `phi`, `tau`: link positions, motor positions and motor torques,
+    ///   \[n\], rad and N·m on the output side.
+    ///
+    /// # Errors
+    ///
+    /// The writer's error.
+    pub fn write(
+        &mut self,
+        time: f64,
+        q: &[f64],
+        phi: &[f64],
+        tau: &[f64],
+    ) -> Result<(), std::io::Error> {
+        self.cells.clear();
+        self.cells.push(time.to_string());
+        for channel in &self.channels.all {
+            let i = channel.joint;
+            let value = match channel.quantity {
+                Quantity::LinkPosition => q[i],
+                Quantity::LinkDeflection => q[i] - phi[i],
+                Quantity::MotorPosition => phi[i],
+                Quantity::MotorTorque => tau[i],
+            };
+            self.cells.push((value / channel.factor).to_string());
+        }
+        Ok(self.writer.write_record(&self.cells)?)
+    }
+
+    /// Writes what is buffered.
+    ///
+    /// # Errors
+    ///
+    /// The writer's error.
+    pub fn finish(mut self) -> Result<(), std::io::Error> {
+        self.writer.flush()
+    }
+}

@@ -1,0 +1,74 @@
+//! A bounded number of samples from a stream of unknown length.
+
+/// Keeps every s-th item; `s` doubles whenever the limit is reached.
+#[derive(Clone, Debug)]
+pub struct Decimator<T> {
+    kept: Vec<T>,
+    limit: usize,
+    stride: u64,
+    seen: u64,
+}
+
+impl<T> Decimator<T> {
+    /// Returns an empty decimator that never holds more than `limit` items.
+    #[must_use]
+    pub fn new(limit: usize) -> Self {
+        Self {
+            kept: Vec::new(),
+            limit: limit.max(2),
+            stride: 1,
+            seen: 0,
+        }
+    }
+
+    /// Takes the next item; it is made only if it is kept.
+    pub fn push(&mut self, item: impl FnOnce() -> T) {
+        if self.seen.is_multiple_of(self.stride) {
+            if self.kept.len() == self.limit {
+                let mut index = 0;
+                self.kept.retain(|_| {
+                    index += 1;
+                    index % 2 == 1
+                });
+                self.stride *= 2;
+            }
+            if self.seen.is_multiple_of(self.stride) {
+                self.kept.push(item());
+            }
+        }
+        self.seen += 1;
+    }
+
+    /// Returns the items kept, oldest first.
+    #[must_use]
+    pub fn items(&self) -> &[T] {
+        &self.kept
+    }
+
+    /// Returns the items kept, oldest first.
+    #[must_use]
+    pub fn into_items(self) -> Vec<T> {
+        self.kept
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn items_are_evenly_spaced_and_bounded() {
+        for length in [1_u64, 5, 10, 11, 1000, 4097] {
+            let mut decimator = Decimator::new(10);
+            for k in 0..length {
+                decimator.push(|| k);
+            }
+            let items = decimator.into_items();
+            assert!(items.len() <= 10 && items[0] == 0);
+            if let [a, b, ..] = items[..] {
+                assert!(items.windows(2).all(|w| w[1] - w[0] == b - a));
+            }
+            assert!(length < 10 || items.len() >= 5);
+        }
+    }
+}

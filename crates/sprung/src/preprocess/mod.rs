@@ -1,0 +1,15 @@
+//! From log samples to positions and velocities that a regressor can use.
+//!
+//! [`Aligner`] undoes delays and forms link positions; [`Smoother`] filters
+//! positions without phase shift and differentiates them. Both work block by
+//! block with memory that does not grow with the log.
+
+mod align;
+mod decimate;
+mod smooth;
+mod zero_phase;
+
+pub use align::{Aligner, RawSample};
+pub use decimate::Decimator;
+pub use smooth::{Signal, Smoother};
+pub use zero_phase::{Butterworth, FilterDesignError, ZeroPhase};

@@ -1,0 +1,221 @@
+//! One self-contained HTML file from a document.
+
+mod figures;
+mod view;
+
+use minijinja::syntax::SyntaxConfig;
+use minijinja::{Environment, UndefinedBehavior, Value, context};
+
+use super::document::Document;
+
+const TEMPLATE: &str = include_str!("assets/report.html.jinja");
+const STYLE: &str = include_str!("assets/report.css");
+const SCRIPT: &str = include_str!("assets/report.js");
+const PLOT_STYLE: &str = include_str!("assets/uplot/uPlot.min.css");
+const PLOT_SCRIPT: &str = include_str!("assets/uplot/uPlot.iife.min.js");
+const PLOT_LICENSE: &str = include_str!("assets/uplot/LICENSE");
+
+/// Why a report could not be written.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReportError {
+    /// A curve has more or fewer points than its panel.
+    #[error("series `{series}` of figure `{figure}` has {found} values instead of {expected}")]
+    Length {
+        /// The figure of the curve.
+        figure: String,
+        /// The name of the curve.
+        series: String,
+        /// The number of horizontal coordinates of the panel.
+        expected: usize,
+        /// The number of values of the curve.
+        found: usize,
+    },
+    /// The horizontal coordinates of a panel are not finite or fall.
+    #[error("horizontal axis of figure `{figure}` is not finite or falls at point {index}")]
+    Axis {
+        /// The figure of the panel.
+        figure: String,
+        /// The first point that is wrong.
+        index: usize,
+    },
+    /// The figures could not be written as JSON.
+    #[error("figure data cannot be written")]
+    Data(#[from] serde_json::Error),
+    /// The page could not be filled in.
+    #[error("page template cannot be filled in")]
+    Template(#[from] minijinja::Error),
+}
+
+/// Renders a document as one HTML file that needs nothing else.
+///
+/// # Errors
+///
+/// Fails if a curve does not fit its horizontal axis, or if that axis is not
+/// finite or falls.
+pub fn render(document: &Document) -> Result<String, ReportError> {
+    let figures = figures::to_json(document)?;
+    let verdict = document.verdict.as_ref().map_or_else(
+        || Value::from(()),
+        |badge| context! { tone => view::tone(badge.tone), text => badge.text.as_str() },
+    );
+    let mut environment = Environment::new();
+    environment.set_undefined_behavior(UndefinedBehavior::Strict);
+    let syntax = SyntaxConfig::builder()
+        .trim_blocks(true)
+        .lstrip_blocks(true)
+        .build()?;
+    environment.set_syntax(syntax);
+    // The name ends in `.html`, which turns escaping on.
+    let page = environment.render_named_str(
+        "report.html",
+        TEMPLATE,
+        context! {
+            title => document.title.as_str(),
+            subtitle => document.subtitle.as_str(),
+            generator => document.generator.as_str(),
+            verdict,
+            sections => view::sections(document),
+            figures => Value::from_safe_string(figures),
+            style => Value::from_safe_string(STYLE.to_owned()),
+            script => Value::from_safe_string(SCRIPT.to_owned()),
+            plot_style => Value::from_safe_string(PLOT_STYLE.to_owned()),
+            plot_script => Value::from_safe_string(PLOT_SCRIPT.to_owned()),
+            plot_license => Value::from_safe_string(PLOT_LICENSE.to_owned()),
+        },
+    )?;
+    Ok(page)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::document::{
+        Badge, Block, Column, Figure, Finding, Panel, Row, Section, Series, Style, Table, Tone,
+    };
+
+    const HOSTILE: &str = "<b>x</b></script><script>alert(1)</script>";
+
+    /// A document in which every text is hostile.
+    fn hostile() -> Document {
+        let text = || HOSTILE.to_owned();
+        let table = Table {
+            caption: text(),
+            columns: vec![Column {
+                heading: text(),
+                numeric: true,
+            }],
+            rows: vec![Row {
+                cells: vec![text()],
+                tone: Tone::Bad,
+            }],
+        };
+        let figure = Figure {
+            id: text(),
+            caption: text(),
+            x_label: text(),
+            panels: vec![Panel {
+                y_label: text(),
+                x: vec![0.0, 1.0],
+                series: vec![Series {
+                    name: text(),
+                    values: vec![Some(1.0), None],
+                    style: Style::Measured,
+                }],
+            }],
+            ..Figure::default()
+        };
+        let finding = Finding {
+            severity: Tone::Doubtful,
+            code: text(),
+            title: text(),
+            text: text(),
+            remedy: text(),
+        };
+        Document {
+            title: text(),
+            subtitle: text(),
+            generator: text(),
+            verdict: Some(Badge {
+                tone: Tone::Good,
+                text: text(),
+            }),
+            sections: vec![Section {
+                id: text(),
+                heading: text(),
+                lead: text(),
+                blocks: vec![
+                    Block::Paragraph(text()),
+                    Block::Code(text()),
+                    Block::KeyValues(vec![(text(), text())]),
+                    Block::Table(table),
+                    Block::Figure(figure),
+                    Block::Findings(vec![finding]),
+                ],
+            }],
+        }
+    }
+
+    #[test]
+    fn no_text_becomes_markup() {
+        let page = render(&hostile()).unwrap();
+        let plain = render(&Document::default()).unwrap();
+        assert!(!page.contains("<b>x"));
+        assert!(!page.contains("alert(1)</"));
+        assert!(page.contains("&lt;b&gt;x"));
+        for tag in ["<script", "</script"] {
+            assert_eq!(page.matches(tag).count(), plain.matches(tag).count());
+        }
+        assert_eq!(plain.matches("<script").count(), 3);
+    }
+
+    #[test]
+    fn the_page_refers_to_nothing_outside() {
+        let page = render(&hostile()).unwrap();
+        // The first line of the plotting library names its home.
+        let page = page.replacen("/*! https://github.com/leeoniya/uPlot", "", 1);
+        for reference in ["http://", "https://", "src=", "@import", "url(", "<link"] {
+            assert!(!page.contains(reference), "{reference}");
+        }
+        assert!(
+            page.split("href=\"")
+                .skip(1)
+                .all(|rest| rest.starts_with('#'))
+        );
+    }
+
+    #[test]
+    fn an_empty_document_is_a_page() {
+        let page = render(&Document::default()).unwrap();
+        assert!(page.starts_with("<!DOCTYPE html>"));
+        assert!(page.contains("id=\"figure-data\">[]</script>"));
+        assert!(!page.contains("class=\"toc\""));
+    }
+
+    #[test]
+    fn decimals_line_up_in_numeric_columns() {
+        let cell = |text: &str| Row {
+            cells: vec![text.into()],
+            tone: Tone::Neutral,
+        };
+        let table = Table {
+            caption: String::new(),
+            columns: vec![Column {
+                heading: "value".into(),
+                numeric: true,
+            }],
+            rows: ["1.25", "3", "fixed"].map(cell).into(),
+        };
+        let document = Document {
+            sections: vec![Section {
+                blocks: vec![Block::Table(table)],
+                ..Section::default()
+            }],
+            ..Document::default()
+        };
+        let page = render(&document).unwrap();
+        assert!(page.contains("<td class=\"num\">1.25</td>"));
+        assert!(page.contains("<td class=\"num whole\" style=\"--pad:2\">3</td>"));
+        assert!(page.contains("<td class=\"num\">fixed</td>"));
+    }
+}

@@ -1,0 +1,150 @@
+//! The text of a document in the shape the template asks for.
+
+use minijinja::{Value, context};
+
+use super::super::document::{Block, Document, Finding, Layout, Row, Section, Table, Tone};
+
+/// Builds the template values of everything but the numbers of the figures.
+pub(super) fn sections(document: &Document) -> Value {
+    let mut figures = 0;
+    document
+        .sections
+        .iter()
+        .map(|section| section_view(section, &mut figures))
+        .collect()
+}
+
+/// The CSS class of a tone.
+pub(super) fn tone(tone: Tone) -> &'static str {
+    match tone {
+        Tone::Good => "good",
+        Tone::Doubtful => "doubtful",
+        Tone::Bad => "bad",
+        Tone::Neutral => "neutral",
+    }
+}
+
+fn section_view(section: &Section, figures: &mut usize) -> Value {
+    let blocks: Value = section
+        .blocks
+        .iter()
+        .map(|block| block_view(block, figures))
+        .collect();
+    context! { id => section.id.as_str(), heading => section.heading.as_str(), lead => section.lead.as_str(), blocks }
+}
+
+fn block_view(block: &Block, figures: &mut usize) -> Value {
+    match block {
+        Block::Paragraph(text) => context! { kind => "paragraph", text => text },
+        Block::Code(text) => context! { kind => "code", text => text },
+        Block::KeyValues(pairs) => {
+            let pairs: Value = pairs
+                .iter()
+                .map(|(key, value)| context! { key => key, value => value })
+                .collect();
+            context! { kind => "key_values", pairs }
+        }
+        Block::Table(table) => table_view(table),
+        Block::Figure(figure) => {
+            let index = *figures;
+            *figures += 1;
+            let layout = match figure.layout {
+                Layout::Stack => "stack",
+                Layout::Grid => "grid",
+            };
+            context! { kind => "figure", id => figure.id.as_str(), caption => figure.caption.as_str(), layout, index }
+        }
+        Block::Findings(findings) => {
+            let findings: Value = findings.iter().map(finding_view).collect();
+            context! { kind => "findings", findings }
+        }
+    }
+}
+
+fn finding_view(finding: &Finding) -> Value {
+    let label = match finding.severity {
+        Tone::Good => "ok",
+        Tone::Doubtful => "doubtful",
+        Tone::Bad => "problem",
+        Tone::Neutral => "note",
+    };
+    context! {
+        tone => tone(finding.severity),
+        label,
+        code => finding.code.as_str(),
+        title => finding.title.as_str(),
+        text => finding.text.as_str(),
+        remedy => finding.remedy.as_str(),
+    }
+}
+
+fn table_view(table: &Table) -> Value {
+    let places: Vec<Option<usize>> = (0..table.columns.len())
+        .map(|column| column_places(table, column))
+        .collect();
+    let columns: Value = table
+        .columns
+        .iter()
+        .map(|column| context! { heading => column.heading.as_str(), numeric => column.numeric })
+        .collect();
+    let rows: Value = table
+        .rows
+        .iter()
+        .map(|row| row_view(row, table, &places))
+        .collect();
+    context! { kind => "table", caption => table.caption.as_str(), columns, rows }
+}
+
+fn row_view(row: &Row, table: &Table, places: &[Option<usize>]) -> Value {
+    let cells: Value = row
+        .cells
+        .iter()
+        .enumerate()
+        .map(|(column, text)| {
+            let numeric = table.columns.get(column).is_some_and(|c| c.numeric);
+            let most = places.get(column).copied().flatten();
+            let own = decimals(text);
+            let pad = most.zip(own).map_or(0, |(most, own)| most - own);
+            // A number without a decimal point also leaves room for the point.
+            let whole = pad > 0 && own == Some(0);
+            context! { text => text, numeric, pad, whole }
+        })
+        .collect();
+    context! { tone => tone(row.tone), cells }
+}
+
+/// The most decimals in a numeric column of plain numbers.
+fn column_places(table: &Table, column: usize) -> Option<usize> {
+    if !table.columns[column].numeric {
+        return None;
+    }
+    table
+        .rows
+        .iter()
+        .filter_map(|row| row.cells.get(column))
+        .filter_map(|text| decimals(text))
+        .max()
+}
+
+/// The decimals of a plain number, and nothing for any other text.
+fn decimals(text: &str) -> Option<usize> {
+    let digits = text.trim_start_matches(['-', '+', '\u{2212}']);
+    let (whole, fraction) = digits.split_once('.').unwrap_or((digits, ""));
+    let plain =
+        !whole.is_empty() && (whole.chars().chain(fraction.chars())).all(|c| c.is_ascii_digit());
+    plain.then_some(fraction.len())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_plain_numbers_have_decimals() {
+        assert_eq!(decimals("12.345"), Some(3));
+        assert_eq!(decimals("\u{2212}7"), Some(0));
+        for other in ["", "-", "1e-3", "3 %", "fixed", "1.2 ± 0.1"] {
+            assert_eq!(decimals(other), None, "{other}");
+        }
+    }
+}

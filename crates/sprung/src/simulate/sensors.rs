@@ -1,0 +1,86 @@
+//! What sensors and amplifier do to a signal.
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+
+use crate::description::Joint;
+
+/// An encoder that counts from where it was switched on.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Encoder {
+    step: f64,
+    phase: f64,
+    zero: f64,
+}
+
+impl Encoder {
+    /// Returns an encoder switched on at `position`, in rad.
+    ///
+    /// - `counts_per_turn`: 0 for an exact sensor.
+    pub(super) fn new(counts_per_turn: u32, position: f64, rng: &mut ChaCha8Rng) -> Self {
+        let phase: f64 = rng.random();
+        let step = if counts_per_turn == 0 {
+            0.0
+        } else {
+            std::f64::consts::TAU / f64::from(counts_per_turn)
+        };
+        let mut encoder = Self {
+            step,
+            phase,
+            zero: 0.0,
+        };
+        if step > 0.0 {
+            encoder.zero = encoder.read(position) - step * (position / step).round();
+        }
+        encoder
+    }
+
+    pub(super) fn read(&self, position: f64) -> f64 {
+        if self.step > 0.0 {
+            self.step * (position / self.step + self.phase).floor() - self.zero
+        } else {
+            position
+        }
+    }
+}
+
+/// Gaussian noise with a first-order spectrum.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Disturbance {
+    deviation: f64,
+    decay: f64,
+    value: f64,
+}
+
+impl Disturbance {
+    /// - `deviation`: standard deviation; `corner`: Hz; `period`: s.
+    pub(super) fn new(deviation: f64, corner: f64, period: f64, rng: &mut ChaCha8Rng) -> Self {
+        Self {
+            deviation,
+            decay: (-std::f64::consts::TAU * corner * period).exp(),
+            value: deviation * rng.sample::<f64, _>(StandardNormal),
+        }
+    }
+
+    pub(super) fn next(&mut self, rng: &mut ChaCha8Rng) -> f64 {
+        let value = self.value;
+        let innovation = (1.0 - self.decay * self.decay).sqrt() * self.deviation;
+        self.value = self.decay * value + innovation * rng.sample::<f64, _>(StandardNormal);
+        value
+    }
+}
+
+/// Returns the torque that an amplifier lets through, N·m.
+///
+/// # Source
+///
+/// Eq. (5) solved for the command voltage, which the amplifier limits.
+pub(super) fn amplifier_limit_nm(joint: &Joint) -> Option<f64> {
+    let ratio = match joint.torque_constant_side {
+        crate::description::Side::Output => 1.0,
+        crate::description::Side::Motor => joint.gear_ratio,
+    };
+    let per_volt = ratio * joint.torque_constant_nm_per_a? * joint.amplifier_gain_a_per_v?;
+    Some((joint.amplifier_limit_v? * per_volt).abs())
+}
