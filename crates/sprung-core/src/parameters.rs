@@ -57,6 +57,12 @@ impl JointParameter {
         }
     }
 
+    /// Returns whether the parameter takes energy out of the robot.
+    #[must_use]
+    pub const fn is_friction(self) -> bool {
+        !matches!(self, Self::RotorInertia | Self::Stiffness)
+    }
+
     const fn position(self) -> usize {
         match self {
             Self::RotorInertia => 0,

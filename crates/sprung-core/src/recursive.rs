@@ -213,7 +213,9 @@ mod tests {
 
     /// A deterministic sequence between -1 and 1.
     fn noise(state: &mut u64) -> f64 {
-        *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        *state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1);
         (*state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
 
@@ -221,8 +223,7 @@ mod tests {
     fn equals_the_information_form_of_the_printed_equations() {
         const P: usize = 4;
         let truth = [1.0, -2.0, 0.5, 3.0];
-        let mut filter =
-            ForgettingLeastSquares::new(&SETTINGS, P, [0.0; memory_len(P)]).unwrap();
+        let mut filter = ForgettingLeastSquares::new(&SETTINGS, P, [0.0; memory_len(P)]).unwrap();
         // Information matrix and vector: H' = e^{-δT} H + T y y^T.
         let mut h = [[0.0; P]; P];
         let mut b = [0.0; P];
@@ -259,8 +260,7 @@ mod tests {
     #[test]
     fn gain_stays_bounded_and_positive_without_excitation() {
         const P: usize = 3;
-        let mut filter =
-            ForgettingLeastSquares::new(&SETTINGS, P, [0.0; memory_len(P)]).unwrap();
+        let mut filter = ForgettingLeastSquares::new(&SETTINGS, P, [0.0; memory_len(P)]).unwrap();
         let mut seed = 3;
         // An hour at 1 kHz in which the third parameter is never excited.
         for _ in 0..3_600_000 {

@@ -218,7 +218,12 @@ fn momentum_rate(
 }
 
 fn times_parameters(columns: &LinkColumns<f64>, theta: &[f64; PARAMETERS]) -> [f64; JOINTS] {
-    columns.map(|row| row.iter().zip(theta).map(|(column, value)| column * value).sum())
+    columns.map(|row| {
+        row.iter()
+            .zip(theta)
+            .map(|(column, value)| column * value)
+            .sum()
+    })
 }
 
 #[cfg(test)]
@@ -233,7 +238,12 @@ mod tests {
             let drive = |kind| LAYOUT.index(kind, joint);
             let link = ROW_COLUMNS[joint];
             assert!(link[..INERTIAL - joint].iter().copied().eq(joint..INERTIAL));
-            assert!(link[INERTIAL - joint..].iter().copied().eq(LINK_SIDE.map(drive)));
+            assert!(
+                link[INERTIAL - joint..]
+                    .iter()
+                    .copied()
+                    .eq(LINK_SIDE.map(drive))
+            );
             let motor = ROW_COLUMNS[JOINTS + joint];
             assert!(motor.iter().copied().eq(MOTOR_SIDE.map(drive)));
             entries += link.len() + motor.len();

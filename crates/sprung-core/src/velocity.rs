@@ -120,9 +120,7 @@ mod tests {
             let t = k.max(0) as f64 * period;
             libm::sin(7.0 * t) + 0.3 * t
         };
-        let mean = |k: i64| {
-            (0..=p1 as i64).map(|j| signal(k - j)).sum::<f64>() / (p1 + 1) as f64
-        };
+        let mean = |k: i64| (0..=p1 as i64).map(|j| signal(k - j)).sum::<f64>() / (p1 + 1) as f64;
         let mut estimator = AveragedVelocity::new(p1, p2, period).unwrap();
         for k in 0..200 {
             let v = estimator.process(signal(k));

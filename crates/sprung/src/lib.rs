@@ -1,7 +1,23 @@
-//! sprung
+//! Identifies the dynamic parameters of flexible-joint robots from logs.
+//!
+//! The data flow one way, and a module uses only what stands to its left:
+//!
+//! ```text
+//! description → model → log → simulate → preprocess → regression → estimate → validate → report
+//! ```
+//!
+//! Functions take values and readers and return values or strings; they open
+//! no files and print nothing. Inside, everything is in SI units and radians.
+
+pub mod curves;
+pub mod demo;
 pub mod description;
+pub mod estimate;
 pub mod finding;
 pub mod log;
 pub mod model;
-pub mod simulate;
 pub mod preprocess;
+pub mod regression;
+pub mod report;
+pub mod simulate;
+pub mod validate;

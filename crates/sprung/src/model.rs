@@ -32,6 +32,14 @@ pub struct Parameter {
     pub joint: Option<(JointParameter, usize)>,
 }
 
+impl Parameter {
+    /// Returns whether the parameter takes energy out of the robot.
+    #[must_use]
+    pub fn is_friction(&self) -> bool {
+        self.joint.is_some_and(|(kind, _)| kind.is_friction())
+    }
+}
+
 /// What is wrong with a set of parameter values.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -218,12 +226,7 @@ impl Model {
     ///
     /// [`ModelError::Missing`] if an inertia or a stiffness has no value.
     pub fn nominal(&self) -> Result<Theta, ModelError> {
-        self.collect(|parameter| {
-            parameter.nominal.or(match parameter.joint {
-                None | Some((JointParameter::RotorInertia | JointParameter::Stiffness, _)) => None,
-                Some(_) => Some(0.0),
-            })
-        })
+        self.collect(|parameter| parameter.nominal.or(parameter.is_friction().then_some(0.0)))
     }
 
     fn collect(&self, value: impl Fn(&Parameter) -> Option<f64>) -> Result<Theta, ModelError> {

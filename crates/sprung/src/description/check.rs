@@ -21,7 +21,10 @@ pub(super) fn check(file: &ExperimentFile) -> Result<(), Fault> {
     if file.format != 1 {
         return Err(fault(
             &["format"],
-            format!("format {} is not known; this version reads format 1", file.format),
+            format!(
+                "format {} is not known; this version reads format 1",
+                file.format
+            ),
         ));
     }
     robot(file)?;
@@ -104,7 +107,10 @@ fn robot(file: &ExperimentFile) -> Result<(), Fault> {
 fn identify(file: &ExperimentFile) -> Result<(), Fault> {
     let settings = &file.identify;
     if settings.estimator.is_empty() {
-        return Err(fault(&["identify", "estimator"], "the list of estimators is empty"));
+        return Err(fault(
+            &["identify", "estimator"],
+            "the list of estimators is empty",
+        ));
     }
     for (i, one) in settings.estimator.iter().enumerate() {
         if settings.estimator[..i].contains(one) {
@@ -147,7 +153,10 @@ fn check_window(window: [usize; 2], path: &[&str]) -> Result<(), Fault> {
     match window.iter().find(|&&p| p >= limit) {
         Some(p) => Err(fault(
             path,
-            format!("a velocity window of {p} is too long; the longest is {}", limit - 1),
+            format!(
+                "a velocity window of {p} is too long; the longest is {}",
+                limit - 1
+            ),
         )),
         None => Ok(()),
     }
@@ -234,11 +243,7 @@ fn check_log(log: &Log, path: &[&str], joints: &[&str]) -> Result<(), Fault> {
     Ok(())
 }
 
-fn check_controller(
-    controller: &Controller,
-    path: &[&str],
-    joints: &[&str],
-) -> Result<(), Fault> {
+fn check_controller(controller: &Controller, path: &[&str], joints: &[&str]) -> Result<(), Fault> {
     let at = |key| [path, &[key]].concat();
     let n = joints.len();
     match controller.kind {
@@ -278,7 +283,10 @@ fn check_controller(
                 .map_or_else(|| quoted(joints), |known| format!("\"{known}\""));
             return Err(fault(
                 &at("joint"),
-                format!("the robot has no joint \"{}\"; did you mean {hint}?", sine.joint),
+                format!(
+                    "the robot has no joint \"{}\"; did you mean {hint}?",
+                    sine.joint
+                ),
             ));
         }
         for (key, value) in [

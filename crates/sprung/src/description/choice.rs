@@ -59,10 +59,19 @@ mod tests {
         let words = ["least-squares", "lsff"];
         assert_eq!(choose("estimator", "lsff", &words, &[]), Ok(1));
         let message = choose("estimator", "least-square", &words, &[]).unwrap_err();
-        assert!(message.contains("did you mean \"least-squares\""), "{message}");
+        assert!(
+            message.contains("did you mean \"least-squares\""),
+            "{message}"
+        );
         let message = choose("estimator", "magic", &words, &[]).unwrap_err();
-        assert!(message.contains("use \"least-squares\" or \"lsff\""), "{message}");
+        assert!(
+            message.contains("use \"least-squares\" or \"lsff\""),
+            "{message}"
+        );
         let message = choose("estimator", "output-error", &words, &["output-error"]).unwrap_err();
-        assert!(message.contains("not available in this version"), "{message}");
+        assert!(
+            message.contains("not available in this version"),
+            "{message}"
+        );
     }
 }

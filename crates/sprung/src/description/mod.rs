@@ -13,5 +13,5 @@ mod types;
 pub use read::{DescriptionError, Experiment, read, schema};
 pub use types::{
     Controller, ControllerKind, Delay, DiscretizationName, Estimator, Feedforward, Identify, Joint,
-    Log, Nominal, Reference, Robot, Side, Simulate, Sine, Validate,
+    Kinematics, Log, Nominal, Reference, Robot, Side, Simulate, Sine, Validate,
 };

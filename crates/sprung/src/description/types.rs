@@ -38,7 +38,7 @@ pub struct Robot {
     pub name: String,
     /// Kinematics: `planar-2r`, the paper's arm with two joints in a
     /// horizontal plane.
-    pub(super) kinematics: Kinematics,
+    pub kinematics: Kinematics,
     /// Joints, base first.
     #[serde(default)]
     pub joint: Vec<Joint>,
@@ -313,7 +313,9 @@ enum OneOrManyEstimators {
     Many(Vec<Estimator>),
 }
 
-fn one_or_many<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Vec<Estimator>, D::Error> {
+fn one_or_many<'de, D: serde::Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Vec<Estimator>, D::Error> {
     struct Visitor;
     impl<'de> serde::de::Visitor<'de> for Visitor {
         type Value = Vec<Estimator>;
@@ -328,7 +330,10 @@ fn one_or_many<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Vec<
                 .map_err(E::custom)
         }
 
-        fn visit_seq<A: serde::de::SeqAccess<'de>>(self, mut list: A) -> Result<Self::Value, A::Error> {
+        fn visit_seq<A: serde::de::SeqAccess<'de>>(
+            self,
+            mut list: A,
+        ) -> Result<Self::Value, A::Error> {
             let mut all = Vec::new();
             while let Some(one) = list.next_element()? {
                 all.push(one);

@@ -119,22 +119,46 @@ impl Channels {
                 Side::Output => 1.0,
                 Side::Motor => joint.gear_ratio,
             };
-            robot.joint.iter().map(|joint| unit / ratio(joint)).collect()
+            robot
+                .joint
+                .iter()
+                .map(|joint| unit / ratio(joint))
+                .collect()
         };
 
         let link = first([
             (pick(|l| &l.link_position_rad), Quantity::LinkPosition, 1.0),
-            (pick(|l| &l.link_position_deg), Quantity::LinkPosition, degree),
-            (pick(|l| &l.link_deflection_rad), Quantity::LinkDeflection, 1.0),
-            (pick(|l| &l.link_deflection_deg), Quantity::LinkDeflection, degree),
+            (
+                pick(|l| &l.link_position_deg),
+                Quantity::LinkPosition,
+                degree,
+            ),
+            (
+                pick(|l| &l.link_deflection_rad),
+                Quantity::LinkDeflection,
+                1.0,
+            ),
+            (
+                pick(|l| &l.link_deflection_deg),
+                Quantity::LinkDeflection,
+                degree,
+            ),
         ])
         .ok_or(ChannelError::NotSaid {
             what: "the link positions",
             keys: "link_position_rad or link_deflection_rad",
         })?;
         let motor = first([
-            (pick(|l| &l.motor_position_rad), Quantity::MotorPosition, 1.0),
-            (pick(|l| &l.motor_position_deg), Quantity::MotorPosition, degree),
+            (
+                pick(|l| &l.motor_position_rad),
+                Quantity::MotorPosition,
+                1.0,
+            ),
+            (
+                pick(|l| &l.motor_position_deg),
+                Quantity::MotorPosition,
+                degree,
+            ),
         ])
         .ok_or(ChannelError::NotSaid {
             what: "the motor positions",
@@ -154,12 +178,7 @@ impl Channels {
         };
 
         let setting = |column: &str| {
-            let find = |l: &Log| {
-                (
-                    l.sign.get(column).copied(),
-                    l.delay_s.get(column).copied(),
-                )
-            };
+            let find = |l: &Log| (l.sign.get(column).copied(), l.delay_s.get(column).copied());
             let (sign, delay) = find(log);
             let (over_sign, over_delay) = overlay.map_or((None, None), find);
             (over_sign.or(sign).unwrap_or(1.0), over_delay.or(delay))

@@ -50,7 +50,11 @@ fn still(
         .enumerate()
         .filter(|(_, channel)| channel.joint == joint)
         .filter_map(|(i, channel)| {
-            Some((channel.column.as_str(), channel.quantity, summary.extent(i)?))
+            Some((
+                channel.column.as_str(),
+                channel.quantity,
+                summary.extent(i)?,
+            ))
         })
         .collect();
     let moves = |wanted: &[Quantity]| {
@@ -73,9 +77,8 @@ fn still(
             "record a log in which the joint moves through its working range",
         )));
     }
-    let Some((column, quantity, extent)) = of_joint
-        .iter()
-        .find(|(_, _, extent)| extent.is_constant())
+    let Some((column, quantity, extent)) =
+        of_joint.iter().find(|(_, _, extent)| extent.is_constant())
     else {
         return Ok(None);
     };

@@ -9,6 +9,7 @@ mod channels;
 mod check;
 mod clock;
 mod csv_log;
+mod source;
 mod summary;
 mod write;
 
@@ -16,6 +17,7 @@ pub use channels::{Channel, ChannelError, Channels, Quantity};
 pub use check::check;
 pub use clock::{Clock, JITTER_LIMIT};
 pub use csv_log::CsvLog;
+pub use source::LogSource;
 pub use summary::Summary;
 pub use write::LogWriter;
 

@@ -69,7 +69,8 @@ impl Aligner {
             })
             .collect();
         let any = leads.iter().any(|lead| lead.weights.is_some());
-        let reach = leads.iter().map(|lead| lead.samples).max().unwrap_or(1) + if any { 2 } else { 0 };
+        let reach =
+            leads.iter().map(|lead| lead.samples).max().unwrap_or(1) + if any { 2 } else { 0 };
         let mut aligner = Self {
             channels: channels.clone(),
             reach,

@@ -229,7 +229,11 @@ impl ZeroPhase {
     /// Runs the backward pass over what is pending and `beyond`, and appends
     /// the first `ready` results to `out`.
     fn backward(&mut self, beyond: &[f64], ready: usize, out: &mut Vec<f64>) {
-        let start = beyond.last().or(self.pending.last()).copied().unwrap_or(0.0);
+        let start = beyond
+            .last()
+            .or(self.pending.last())
+            .copied()
+            .unwrap_or(0.0);
         let mut state = self.filter.settled(start);
         for &y in beyond.iter().rev() {
             self.filter.step(&mut state, y);

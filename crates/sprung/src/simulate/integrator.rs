@@ -108,7 +108,11 @@ impl Integrator {
             }
             let mut error: f64 = 0.0;
             for i in 0..N {
-                let e: f64 = E.iter().zip(&k).map(|(weight, slope)| weight * slope[i]).sum();
+                let e: f64 = E
+                    .iter()
+                    .zip(&k)
+                    .map(|(weight, slope)| weight * slope[i])
+                    .sum();
                 error = error.max((h * e).abs());
                 if e.is_nan() {
                     error = f64::INFINITY;

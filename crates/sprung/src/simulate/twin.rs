@@ -53,10 +53,18 @@ impl Twin {
         let counts = |list: &[u32], joint: usize| list.get(joint).copied().unwrap_or(0);
         let level = |list: &[f64], joint: usize| list.get(joint).copied().unwrap_or(0.0);
         let link = std::array::from_fn(|i| {
-            Encoder::new(counts(&settings.link_encoder_counts_per_turn, i), 0.0, &mut rng)
+            Encoder::new(
+                counts(&settings.link_encoder_counts_per_turn, i),
+                0.0,
+                &mut rng,
+            )
         });
         let motor = std::array::from_fn(|i| {
-            Encoder::new(counts(&settings.motor_encoder_counts_per_turn, i), 0.0, &mut rng)
+            Encoder::new(
+                counts(&settings.motor_encoder_counts_per_turn, i),
+                0.0,
+                &mut rng,
+            )
         });
         let disturbance = std::array::from_fn(|i| {
             Disturbance::new(

@@ -1,0 +1,401 @@
+//! What a result means: findings and verdict.
+
+use serde::{Deserialize, Serialize};
+use sprung_core::drives::MOTOR_SIDE;
+use sprung_core::parameters::JointParameter;
+
+use super::delay::{DelayEstimate, MotorRowFit};
+use super::result::{EstimateResult, ParameterEstimate};
+use crate::finding::{Finding, Severity};
+use crate::model::{Model, Parameter};
+
+/// Relative standard error above which a parameter counts as weak.
+const WEAK: f64 = 0.25;
+
+/// Condition number, columns scaled, above which directions are named.
+const COLLINEAR: f64 = 100.0;
+
+/// Part of the motor torque that may stay unexplained.
+const UNEXPLAINED: f64 = 0.2;
+
+/// How far to trust a result.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Verdict {
+    /// No warnings.
+    Good,
+    /// Some numbers carry a warning.
+    Doubtful,
+    /// An inertia or a stiffness is impossible or unknown.
+    Unusable,
+}
+
+impl Verdict {
+    /// Returns the verdict that findings lead to: one that is serious makes a
+    /// result unusable, a warning makes it doubtful.
+    #[must_use]
+    pub fn of<'a>(findings: impl IntoIterator<Item = &'a Finding>) -> Self {
+        match findings.into_iter().map(|finding| finding.severity).max() {
+            Some(Severity::Serious) => Self::Unusable,
+            Some(Severity::Warning) => Self::Doubtful,
+            Some(Severity::Info) | None => Self::Good,
+        }
+    }
+
+    /// Returns the verdict as a word.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Good => "good",
+            Self::Doubtful => "doubtful",
+            Self::Unusable => "unusable",
+        }
+    }
+}
+
+/// What a second look at the log found about a joint whose parameters are
+/// impossible.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Suspicion {
+    /// The delay of the link channel that explains the torque best.
+    pub delay: Option<(String, DelayEstimate)>,
+    /// What the motor row says with link and motor columns exchanged.
+    pub exchanged: Option<MotorRowFit>,
+}
+
+/// Returns whether a result calls for a second look at a joint: a stiffness
+/// or rotor inertia below zero.
+#[must_use]
+pub fn suspect(model: &Model, result: &EstimateResult, joint: usize) -> bool {
+    [JointParameter::Stiffness, JointParameter::RotorInertia]
+        .iter()
+        .any(|&kind| {
+            let estimate = &result.parameters[model.index(kind, joint)];
+            estimate.value.is_some_and(|value| value < 0.0)
+        })
+}
+
+/// Returns what there is to know about a result before using it.
+///
+/// - `weakest`: how much each parameter takes part in the direction seen
+///   least, columns scaled.
+/// - `suspicions`: second looks, one per joint.
+#[must_use]
+pub fn judge(
+    model: &Model,
+    result: &EstimateResult,
+    weakest: &[f64],
+    suspicions: &[Suspicion],
+) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    unidentifiable(model, result, &mut findings);
+    for (joint, name) in model.joints().iter().enumerate() {
+        impossible(
+            model,
+            result,
+            joint,
+            name,
+            &suspicions[joint],
+            &mut findings,
+        );
+        scale(model, result, joint, name, &mut findings);
+        unexplained(result, name, &mut findings);
+    }
+    for (parameter, estimate) in model.parameters().iter().zip(&result.parameters) {
+        friction(parameter, estimate, &mut findings);
+        weak(estimate, &mut findings);
+    }
+    collinear(model, result, weakest, &mut findings);
+    findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
+    findings
+}
+
+fn unidentifiable(model: &Model, result: &EstimateResult, findings: &mut Vec<Finding>) {
+    let blind: Vec<(usize, &ParameterEstimate)> = (result.parameters.iter().enumerate())
+        .filter(|(_, p)| !p.identifiable)
+        .collect();
+    if blind.is_empty() {
+        return;
+    }
+    let names: Vec<String> = blind.iter().map(|(_, p)| p.name.clone()).collect();
+    let vital = (blind.iter()).any(|&(i, _)| !model.parameters()[i].is_friction());
+    findings.push(
+        Finding::new(
+            if vital { Severity::Serious } else { Severity::Warning },
+            "not-identifiable",
+            format!(
+                "the log does not determine {} (rank {} of {}): the motion does not excite them, or \
+                 only a combination of them",
+                names.join(", "),
+                result.rank,
+                result.parameters.len()
+            ),
+            "record a log in which these joints move on their own, with accelerations and with \
+             reversals of direction",
+        )
+        .about(names),
+    );
+}
+
+fn impossible(
+    model: &Model,
+    result: &EstimateResult,
+    joint: usize,
+    name: &str,
+    suspicion: &Suspicion,
+    findings: &mut Vec<Finding>,
+) {
+    let of = |kind| &result.parameters[model.index(kind, joint)];
+    let negative = |p: &ParameterEstimate| p.value.is_some_and(|v| v < 0.0);
+    if MOTOR_SIDE.iter().all(|&kind| negative(of(kind))) {
+        let names = MOTOR_SIDE.map(|kind| of(kind).name.clone());
+        findings.push(
+            Finding::new(
+                Severity::Serious,
+                "reversed-torque",
+                format!(
+                    "{name}: rotor inertia, stiffness and both motor frictions all come out \
+                     negative: the sign of the torque is reversed against the motor position"
+                ),
+                "set sign = { \"<torque column>\" = -1 } in [log], or turn the signs of both \
+                 positions",
+            )
+            .about(names),
+        );
+        return;
+    }
+    let stiffness = of(JointParameter::Stiffness);
+    if let Some(value) = stiffness.value.filter(|v| *v < 0.0) {
+        let mut text = format!(
+            "{name}: the stiffness comes out negative ({value:.4} {}). A spring cannot do that: a \
+             channel is delayed against the others, or a sign is wrong",
+            stiffness.unit
+        );
+        let mut remedy = "check signs and delays of the joint's three columns; set delay_s = { \
+                          \"<link column>\" = \"estimate\" } in [log]"
+            .to_owned();
+        if let Some((column, delay)) = &suspicion.delay {
+            use std::fmt::Write as _;
+            let _ = write!(
+                text,
+                ". If \"{column}\" was recorded {:.3} s late, the motor row explains {:.0} % of the \
+                 torque instead of {:.0} % and gives {:.4} {}",
+                delay.delay,
+                explained(&delay.with),
+                explained(&delay.without),
+                delay.with.values[2],
+                stiffness.unit
+            );
+            remedy = format!(
+                "set delay_s = {{ \"{column}\" = {:.3} }} in [log], or \"estimate\"",
+                delay.delay
+            );
+        }
+        findings.push(
+            Finding::new(Severity::Serious, "negative-stiffness", text, &remedy)
+                .about([stiffness.name.clone()]),
+        );
+    }
+    if let Some(fit) = &suspicion.exchanged {
+        findings.push(
+            Finding::new(
+                Severity::Serious,
+                "exchanged-columns",
+                format!(
+                    "{name}: with link and motor position exchanged the motor row explains {:.0} % \
+                     of the torque and every parameter is positive (stiffness {:.4} {}): the columns \
+                     look swapped",
+                    explained(fit),
+                    fit.values[2],
+                    stiffness.unit
+                ),
+                "exchange the joint's columns under link_position_rad and motor_position_rad",
+            )
+            .about([stiffness.name.clone()]),
+        );
+    }
+    let rotor = of(JointParameter::RotorInertia);
+    if let Some(value) = rotor.value.filter(|v| *v < 0.0) {
+        findings.push(
+            Finding::new(
+                Severity::Serious,
+                "negative-inertia",
+                format!(
+                    "{name}: the rotor inertia comes out negative ({value:.4e} {}): the torque is \
+                     delayed against the motor position, or its sign is wrong, or friction hides \
+                     the inertia",
+                    rotor.unit
+                ),
+                "check sign and delay of the torque; excite the joint with higher accelerations",
+            )
+            .about([rotor.name.clone()]),
+        );
+    }
+    if joint == 0 {
+        // The link parameters belong to no joint: said once.
+        let inertias: Vec<&ParameterEstimate> = (result.parameters.iter())
+            .zip(model.parameters())
+            .filter(|(estimate, p)| p.joint.is_none() && negative(estimate))
+            .map(|(estimate, _)| estimate)
+            .filter(|estimate| !estimate.name.ends_with(".coupling"))
+            .collect();
+        if !inertias.is_empty() {
+            let names: Vec<String> = inertias.iter().map(|p| p.name.clone()).collect();
+            findings.push(
+                Finding::new(
+                    Severity::Serious,
+                    "negative-inertia",
+                    format!(
+                        "{} comes out negative: a link position has the wrong sign or a delay, or \
+                         the links hardly accelerate",
+                        names.join(", ")
+                    ),
+                    "check signs and delays of the link columns",
+                )
+                .about(names),
+            );
+        }
+    }
+}
+
+fn explained(fit: &MotorRowFit) -> f64 {
+    100.0 * (1.0 - fit.relative_residual.powi(2)).max(0.0)
+}
+
+/// Compares the stacked stiffness with that of the motor row alone.
+fn scale(
+    model: &Model,
+    result: &EstimateResult,
+    joint: usize,
+    name: &str,
+    findings: &mut Vec<Finding>,
+) {
+    let stacked = &result.parameters[model.index(JointParameter::Stiffness, joint)];
+    let alone = result
+        .motor_rows
+        .get(joint)
+        .and_then(|row| row.parameters.get(2));
+    let (Some(value), Some(alone)) = (stacked.value, alone) else {
+        return;
+    };
+    let (Some(reference), Some(error)) = (alone.value, alone.standard_error) else {
+        return;
+    };
+    let error = error.hypot(stacked.standard_error.unwrap_or(0.0));
+    let gap = reference - value;
+    if value > 0.0 && gap > 0.05 * reference && gap > 2.0 * error {
+        findings.push(
+            Finding::new(
+                Severity::Warning,
+                "stacked-below-motor-rows",
+                format!(
+                    "{name}: the stacked estimate of the stiffness, {value:.4} {}, lies {:.0} % \
+                     below that of the motor row alone, {reference:.4}. The link rows have no \
+                     right-hand side: noise makes them prefer smaller links and springs, and they \
+                     pull the common scale down",
+                    stacked.unit,
+                    100.0 * gap / reference
+                ),
+                "trust the motor row's stiffness more; look for delays and for noise of the link \
+                 positions",
+            )
+            .about([stacked.name.clone()]),
+        );
+    }
+}
+
+fn unexplained(result: &EstimateResult, name: &str, findings: &mut Vec<Finding>) {
+    let Some(&relative) = result.relative_residual.get(&format!("{name}.motor_nm")) else {
+        return;
+    };
+    if relative > UNEXPLAINED {
+        findings.push(Finding::new(
+            Severity::Warning,
+            "poor-fit",
+            format!(
+                "{name}: the residual of the motor row is {:.0} % of its torque (root mean squares): \
+                 the model does not explain this log",
+                100.0 * relative
+            ),
+            "look at the fit over time: a delay, a missing friction law or an offset of the torque \
+             shows there",
+        ));
+    }
+}
+
+fn friction(parameter: &Parameter, estimate: &ParameterEstimate, findings: &mut Vec<Finding>) {
+    let (Some(value), true) = (estimate.value, parameter.is_friction()) else {
+        return;
+    };
+    if value >= 0.0 {
+        return;
+    }
+    let error = estimate.standard_error.unwrap_or(0.0);
+    let meaning = if -value < 2.0 * error {
+        "it cannot be told from zero"
+    } else {
+        "friction that feeds energy in makes a simulation unstable; quantisation of the positions \
+         and smoothing through the Coulomb transition cause it"
+    };
+    findings.push(
+        Finding::new(
+            Severity::Warning,
+            "negative-friction",
+            format!(
+                "{} comes out negative ({value:.4} {}): {meaning}",
+                parameter.name, parameter.unit
+            ),
+            "excite the joint at low and at high speed; until then simulate with zero",
+        )
+        .about([parameter.name.clone()]),
+    );
+}
+
+fn weak(parameter: &ParameterEstimate, findings: &mut Vec<Finding>) {
+    let (Some(value), Some(error)) = (parameter.value, parameter.standard_error) else {
+        return;
+    };
+    if value > 0.0 && error > WEAK * value {
+        findings.push(
+            Finding::new(
+                Severity::Warning,
+                "weakly-excited",
+                format!(
+                    "{} = {value:.4} {} carries a standard error of {:.0} %: the log says little \
+                     about it",
+                    parameter.name,
+                    parameter.unit,
+                    100.0 * error / value
+                ),
+                "larger amplitudes, or a longer log, with motion in which this parameter matters",
+            )
+            .about([parameter.name.clone()]),
+        );
+    }
+}
+
+fn collinear(model: &Model, result: &EstimateResult, weakest: &[f64], findings: &mut Vec<Finding>) {
+    let Some(condition) = result.condition_number_scaled.filter(|c| *c > COLLINEAR) else {
+        return;
+    };
+    if result.rank < result.parameters.len() {
+        return;
+    }
+    let names: Vec<String> = (model.parameters().iter().zip(weakest))
+        .filter(|(_, part)| **part > 0.2)
+        .map(|(parameter, _)| parameter.name.clone())
+        .collect();
+    findings.push(
+        Finding::new(
+            Severity::Warning,
+            "collinear",
+            format!(
+                "{} act alike in this log (condition number {condition:.0} after scaling): their \
+                 separate values are far less sure than a combination of them",
+                names.join(", ")
+            ),
+            "a trajectory with more frequencies and with the joints out of step",
+        )
+        .about(names),
+    );
+}

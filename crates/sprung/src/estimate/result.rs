@@ -1,0 +1,176 @@
+//! The contents of `identification.json` and `parameters.csv`.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use serde::{Deserialize, Serialize};
+
+use super::judge::Verdict;
+use crate::finding::Finding;
+
+/// Everything that an identification found; format 1.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Identification {
+    /// Version of the file format; 1.
+    pub format: u32,
+    /// Program and version that wrote it.
+    pub generator: String,
+    /// Name of the robot.
+    pub robot: String,
+    /// The log.
+    pub log: LogInfo,
+    /// The settings that were used.
+    pub settings: SettingsUsed,
+    /// What was noticed about the log.
+    pub findings: Vec<Finding>,
+    /// One result per estimator.
+    pub results: Vec<EstimateResult>,
+}
+
+/// What is known of a log.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LogInfo {
+    /// File as the experiment names it.
+    pub file: String,
+    /// Number of samples.
+    pub samples: u64,
+    /// Sampling period, s.
+    pub period_s: f64,
+    /// Time between first and last sample, s.
+    pub duration_s: f64,
+    /// Largest deviation of a step from the period, percent.
+    pub jitter_percent: f64,
+    /// Delays that were undone, by column.
+    #[serde(default)]
+    pub delay_s: BTreeMap<String, DelayUsed>,
+}
+
+/// A delay that was undone.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DelayUsed {
+    /// Value, s.
+    pub value: f64,
+    /// Standard error, s, if it was estimated.
+    pub standard_error: Option<f64>,
+}
+
+/// Settings of an identification.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SettingsUsed {
+    /// λ of the filter pair.
+    pub filter_cutoff_rad_per_s: f64,
+    /// How the filter pair is made discrete.
+    pub discretization: String,
+    /// Cut-off of the zero-phase filter.
+    pub position_cutoff_hz: f64,
+    /// Order of the zero-phase filter.
+    pub position_filter_order: usize,
+}
+
+/// What one estimator found.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EstimateResult {
+    /// Name of the estimator.
+    pub estimator: String,
+    /// How far to trust it.
+    pub verdict: Verdict,
+    /// Numerical rank of the stacked regressor.
+    pub rank: usize,
+    /// Condition number of the stacked regressor; absent if infinite.
+    pub condition_number: Option<f64>,
+    /// The same after scaling columns to unit length.
+    pub condition_number_scaled: Option<f64>,
+    /// The parameters, in the order of theta.
+    pub parameters: Vec<ParameterEstimate>,
+    /// What the motor rows say by themselves; least squares only.
+    #[serde(default)]
+    pub motor_rows: Vec<MotorRowResult>,
+    /// Residual of each row, root mean square, N·m.
+    pub residual_rms: BTreeMap<String, f64>,
+    /// Residual over torque of each motor row.
+    pub relative_residual: BTreeMap<String, f64>,
+    /// What to know before using the numbers.
+    pub warnings: Vec<Finding>,
+    /// Time that the estimate took, s.
+    pub elapsed_s: f64,
+}
+
+/// One parameter.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ParameterEstimate {
+    /// Name.
+    pub name: String,
+    /// The paper's symbol.
+    pub symbol: String,
+    /// Unit.
+    pub unit: String,
+    /// Estimate; absent if the data do not determine it.
+    pub value: Option<f64>,
+    /// Standard error.
+    pub standard_error: Option<f64>,
+    /// 95 % confidence interval.
+    pub ci95: Option<[f64; 2]>,
+    /// Value that the maker gives.
+    pub nominal: Option<f64>,
+    /// Whether the data determine it.
+    pub identifiable: bool,
+}
+
+/// A motor row fitted alone.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MotorRowResult {
+    /// Name of the joint.
+    pub joint: String,
+    /// Its parameters.
+    pub parameters: Vec<ParameterEstimate>,
+    /// Condition number; absent if infinite.
+    pub condition_number: Option<f64>,
+    /// Residual over torque.
+    pub relative_residual: f64,
+}
+
+impl EstimateResult {
+    /// Returns the values by name, without those that are not determined.
+    #[must_use]
+    pub fn values(&self) -> BTreeMap<String, f64> {
+        self.parameters
+            .iter()
+            .filter_map(|p| Some((p.name.clone(), p.value?)))
+            .collect()
+    }
+
+    /// Returns a parameter by name.
+    #[must_use]
+    pub fn parameter(&self, name: &str) -> Option<&ParameterEstimate> {
+        self.parameters.iter().find(|p| p.name == name)
+    }
+}
+
+/// Returns the table of parameters as CSV, one row per parameter and
+/// estimator.
+#[must_use]
+pub fn parameters_csv(identification: &Identification) -> String {
+    let mut text =
+        "estimator,name,symbol,unit,value,standard_error,ci95_low,ci95_high,nominal,identifiable\n"
+            .to_owned();
+    let cell = |value: Option<f64>| value.map_or_else(String::new, |v| v.to_string());
+    for result in &identification.results {
+        for p in &result.parameters {
+            let _ = writeln!(
+                text,
+                "{},{},{},{},{},{},{},{},{},{}",
+                result.estimator,
+                p.name,
+                p.symbol,
+                p.unit,
+                cell(p.value),
+                cell(p.standard_error),
+                cell(p.ci95.map(|c| c[0])),
+                cell(p.ci95.map(|c| c[1])),
+                cell(p.nominal),
+                p.identifiable
+            );
+        }
+    }
+    text
+}

@@ -1,0 +1,230 @@
+//! Least squares on reduced systems.
+
+use faer::Mat;
+
+use super::triangle::Triangle;
+
+/// Singular values below this part of the largest, columns scaled to unit
+/// length, count as zero.
+const RANK_TOLERANCE: f64 = 1e-8;
+
+/// A parameter is not identifiable if it takes part this much in a direction
+/// that the data do not see.
+const BLIND: f64 = 1e-3;
+
+/// One equation's factor and the unknowns that it touches.
+#[derive(Clone, Copy, Debug)]
+pub struct SystemPart<'a> {
+    /// Columns of theta, one per unknown of the factor.
+    pub columns: &'a [usize],
+    /// The factor.
+    pub factor: &'a Triangle,
+}
+
+/// The least-squares solution of a system, and how well it is determined.
+#[derive(Clone, Debug)]
+pub struct Solution {
+    /// Unknowns; the shortest of all solutions if the rank is deficient, after
+    /// scaling columns to unit length.
+    pub x: Vec<f64>,
+    /// Whether the data determine each unknown.
+    pub identifiable: Vec<bool>,
+    /// Numerical rank.
+    pub rank: usize,
+    /// Ratio of extreme singular values, as the columns stand.
+    pub condition_number: f64,
+    /// The same after scaling columns to unit length.
+    pub condition_number_scaled: f64,
+    /// The direction seen least among those seen, columns scaled: how much
+    /// each unknown takes part.
+    pub weakest_direction: Vec<f64>,
+    /// `(A^T A)^-1` on the directions that are seen, \[p × p\].
+    pub inverse: Mat<f64>,
+}
+
+/// Solves the stacked system of several equations.
+///
+/// - `unknowns`: p, above every column index.
+///
+/// The columns are scaled to unit length and the system is solved by singular
+/// values of its triangular factor; `A^T A` is never formed.
+///
+/// Returns nothing if a number is not finite.
+///
+/// # Source
+///
+/// Eq. (28), by a route that does not square the condition number.
+#[must_use]
+pub fn solve(parts: &[SystemPart<'_>], unknowns: usize) -> Option<Solution> {
+    let (mut a, b) = assemble(parts, unknowns);
+    let raw = a.singular_values().ok()?;
+    let norms = scale_columns(&mut a);
+    let svd = a.thin_svd().ok()?;
+    let (u, v) = (svd.U(), svd.V());
+    let sigma: Vec<f64> = svd.S().column_vector().iter().copied().collect();
+    if sigma.iter().chain(&b).any(|value| !value.is_finite()) {
+        return None;
+    }
+    let limit = RANK_TOLERANCE * sigma[0];
+    let rank = sigma.iter().filter(|&&s| s > limit).count();
+
+    let mut x = vec![0.0; unknowns];
+    let mut inverse = Mat::<f64>::zeros(unknowns, unknowns);
+    for k in 0..rank {
+        let projected: f64 = (0..b.len()).map(|i| u[(i, k)] * b[i]).sum();
+        for i in 0..unknowns {
+            x[i] += v[(i, k)] * projected / (sigma[k] * norms[i]);
+            for j in 0..unknowns {
+                inverse[(i, j)] +=
+                    v[(i, k)] * v[(j, k)] / (sigma[k] * sigma[k] * norms[i] * norms[j]);
+            }
+        }
+    }
+    let identifiable = (0..unknowns)
+        .map(|i| (rank..unknowns).all(|k| v[(i, k)].abs() < BLIND))
+        .collect();
+    let weakest = rank.max(1) - 1;
+    Some(Solution {
+        x,
+        identifiable,
+        rank,
+        condition_number: ratio(raw[0], raw[unknowns - 1]),
+        condition_number_scaled: ratio(sigma[0], sigma[unknowns - 1]),
+        weakest_direction: (0..unknowns).map(|i| v[(i, weakest)].abs()).collect(),
+        inverse,
+    })
+}
+
+/// Solves like [`solve`], but only for the unknowns and only if all are
+/// determined; for the many systems of a trace.
+#[must_use]
+pub fn solve_quickly(parts: &[SystemPart<'_>], unknowns: usize) -> Option<Vec<f64>> {
+    let (mut a, b) = assemble(parts, unknowns);
+    let norms = scale_columns(&mut a);
+    let mut rows = Mat::from_fn(a.nrows(), unknowns + 1, |i, j| {
+        if j < unknowns { a[(i, j)] } else { b[i] }
+    });
+    let triangle = Triangle::of_rows(rows.as_mut());
+    let mut x = vec![0.0; unknowns];
+    for i in (0..unknowns).rev() {
+        let pivot = triangle.entry(i, i);
+        // Columns have unit length, so a pivot is a part of 1.
+        if pivot.abs() <= RANK_TOLERANCE || !pivot.is_finite() {
+            return None;
+        }
+        let known: f64 = (i + 1..unknowns).map(|j| triangle.entry(i, j) * x[j]).sum();
+        x[i] = (triangle.entry(i, unknowns) - known) / pivot;
+    }
+    for (x, norm) in x.iter_mut().zip(norms) {
+        *x /= norm;
+    }
+    Some(x)
+}
+
+/// Puts the factors side by side in the columns of theta.
+fn assemble(parts: &[SystemPart<'_>], unknowns: usize) -> (Mat<f64>, Vec<f64>) {
+    let height: usize = parts.iter().map(|part| part.columns.len() + 1).sum();
+    let mut a = Mat::<f64>::zeros(height.max(unknowns), unknowns);
+    let mut b = vec![0.0; a.nrows()];
+    let mut row = 0;
+    for part in parts {
+        let m = part.columns.len();
+        for i in 0..=m {
+            for (j, &column) in part.columns.iter().enumerate().skip(i) {
+                a[(row, column)] = part.factor.entry(i, j);
+            }
+            b[row] = part.factor.entry(i, m);
+            row += 1;
+        }
+    }
+    (a, b)
+}
+
+/// Scales the columns to unit length and returns what their lengths were; a
+/// column of zeros stays.
+fn scale_columns(a: &mut Mat<f64>) -> Vec<f64> {
+    (0..a.ncols())
+        .map(|j| {
+            let norm = match a.col(j).norm_l2() {
+                norm if norm > 0.0 => norm,
+                _ => 1.0,
+            };
+            for i in 0..a.nrows() {
+                a[(i, j)] /= norm;
+            }
+            norm
+        })
+        .collect()
+}
+
+fn ratio(largest: f64, smallest: f64) -> f64 {
+    if smallest > 0.0 {
+        largest / smallest
+    } else {
+        f64::INFINITY
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn factor(rows: &[[f64; 4]]) -> Triangle {
+        Triangle::of_rows(Mat::from_fn(rows.len(), 4, |i, j| rows[i][j]).as_mut())
+    }
+
+    fn rows(columns: impl Fn(f64) -> [f64; 3]) -> Vec<[f64; 4]> {
+        (0..40)
+            .map(|k| {
+                let [a, b, c] = columns(f64::from(k) * 0.37);
+                [a, b, c, 2.0 * a - 3.0 * b + 0.5 * c]
+            })
+            .collect()
+    }
+
+    #[test]
+    fn full_rank_is_solved_exactly() {
+        let triangle = factor(&rows(|t| [t.sin(), 1e4 * t.cos(), 1e-3 * t]));
+        let part = SystemPart {
+            columns: &[2, 0, 1],
+            factor: &triangle,
+        };
+        let solution = solve(&[part], 3).unwrap();
+        assert_eq!(solution.rank, 3);
+        assert!(solution.identifiable.iter().all(|&yes| yes));
+        let quick = solve_quickly(&[part], 3).unwrap();
+        for (i, expected) in [-3.0, 0.5, 2.0].into_iter().enumerate() {
+            assert!((solution.x[i] - expected).abs() < 1e-9);
+            assert!((quick[i] - expected).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn blind_directions_are_named() {
+        // The third column repeats the second: only their sum is known.
+        let triangle = factor(&rows(|t| [t.sin(), t.cos(), t.cos()]));
+        let part = SystemPart {
+            columns: &[0, 1, 2],
+            factor: &triangle,
+        };
+        let solution = solve(&[part], 3).unwrap();
+        assert_eq!(solution.rank, 2);
+        assert!(solve_quickly(&[part], 3).is_none());
+        assert_eq!(solution.identifiable, [true, false, false]);
+        assert!((solution.x[0] - 2.0).abs() < 1e-12);
+        assert!((solution.x[1] + solution.x[2] + 2.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn nothing_seen_is_rank_zero() {
+        let triangle = factor(&[[0.0; 4]; 9]);
+        let part = SystemPart {
+            columns: &[0, 1, 2],
+            factor: &triangle,
+        };
+        let solution = solve(&[part], 3).unwrap();
+        assert_eq!(solution.rank, 0);
+        assert!(solution.identifiable.iter().all(|&yes| !yes));
+        assert!(solution.condition_number.is_infinite());
+    }
+}

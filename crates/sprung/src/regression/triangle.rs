@@ -1,0 +1,133 @@
+//! Triangular factors of the rows of one equation.
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::qr::no_pivoting::factor;
+use faer::prelude::ReborrowMut;
+use faer::{Mat, MatMut, Par, Spec};
+
+/// The triangular factor of `[A | b]`: it keeps `A^T A`, `A^T b` and `b^T b`
+/// of any number of rows, at the accuracy of the rows themselves.
+#[derive(Clone, Debug)]
+pub struct Triangle {
+    // [m + 1 × m + 1], upper triangular.
+    r: Mat<f64>,
+}
+
+impl Triangle {
+    /// Returns the factor of rows `[A | b]`, which are overwritten.
+    pub(super) fn of_rows(mut rows: MatMut<'_, f64>) -> Self {
+        let (count, width) = (rows.nrows(), rows.ncols());
+        let size = count.min(width);
+        let block = factor::recommended_block_size::<f64>(count, width);
+        let mut coefficients = Mat::zeros(block, size);
+        let request =
+            factor::qr_in_place_scratch::<f64>(count, width, block, Par::Seq, Spec::default());
+        let mut memory = MemBuffer::new(request);
+        factor::qr_in_place(
+            rows.rb_mut(),
+            coefficients.as_mut(),
+            Par::Seq,
+            MemStack::new(&mut memory),
+            Spec::default(),
+        );
+        let r = Mat::from_fn(width, width, |i, j| {
+            if i <= j && i < size {
+                rows[(i, j)]
+            } else {
+                0.0
+            }
+        });
+        Self { r }
+    }
+
+    /// Returns the factor of the rows of several factors together.
+    pub(super) fn merge<'a>(parts: impl IntoIterator<Item = &'a Self>) -> Option<Self> {
+        let parts: Vec<&Self> = parts.into_iter().collect();
+        let width = parts.first()?.r.ncols();
+        let mut rows = Mat::from_fn(parts.len() * width, width, |i, j| {
+            parts[i / width].r[(i % width, j)]
+        });
+        Some(Self::of_rows(rows.as_mut()))
+    }
+
+    /// Returns the number of unknowns.
+    #[must_use]
+    pub fn unknowns(&self) -> usize {
+        self.r.ncols() - 1
+    }
+
+    /// Returns an entry of the factor.
+    #[must_use]
+    pub fn entry(&self, row: usize, column: usize) -> f64 {
+        self.r[(row, column)]
+    }
+
+    /// Returns `A x - b` as far as the factor keeps it: a vector of the same
+    /// length.
+    ///
+    /// - `x`: \[m\].
+    #[must_use]
+    pub fn residual(&self, x: &[f64]) -> Vec<f64> {
+        let m = self.unknowns();
+        (0..=m)
+            .map(|i| {
+                let fitted: f64 = (i..m).map(|j| self.r[(i, j)] * x[j]).sum();
+                fitted - self.r[(i, m)]
+            })
+            .collect()
+    }
+
+    /// Returns `A^T (A x - b)`, \[m\].
+    #[must_use]
+    pub fn gradient(&self, x: &[f64]) -> Vec<f64> {
+        let residual = self.residual(x);
+        (0..self.unknowns())
+            .map(|j| (0..=j).map(|i| self.r[(i, j)] * residual[i]).sum())
+            .collect()
+    }
+
+    /// Returns the length of the right-hand side, `|b|`.
+    #[must_use]
+    pub fn rhs_norm(&self) -> f64 {
+        let m = self.unknowns();
+        (0..=m).map(|i| self.r[(i, m)].powi(2)).sum::<f64>().sqrt()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rows(count: usize, shift: usize) -> Mat<f64> {
+        Mat::from_fn(count, 4, |i, j| {
+            (((i + shift) * 7 + j * 13) as f64 * 0.61).sin() + if j == 3 { 0.5 } else { 0.0 }
+        })
+    }
+
+    fn gram(rows: &Mat<f64>) -> Mat<f64> {
+        rows.transpose() * rows
+    }
+
+    #[test]
+    fn factor_keeps_all_products() {
+        for count in [1, 3, 4, 5, 300] {
+            let a = rows(count, 0);
+            let triangle = Triangle::of_rows(a.clone().as_mut());
+            let difference = gram(&a) - gram(&triangle.r);
+            assert!(difference.norm_max() < 1e-12 * (1.0 + count as f64));
+        }
+    }
+
+    #[test]
+    fn merged_factors_are_the_factor_of_all_rows() {
+        let (a, b) = (rows(50, 0), rows(70, 50));
+        let parts = [a, b].map(|mut rows| Triangle::of_rows(rows.as_mut()));
+        let merged = Triangle::merge(&parts).unwrap();
+        let all = Triangle::of_rows(rows(120, 0).as_mut());
+        let difference = gram(&merged.r) - gram(&all.r);
+        assert!(difference.norm_max() < 1e-12 * 120.0);
+        let x = [0.3, -0.2, 0.9];
+        let squared = |t: &Triangle| t.residual(&x).iter().map(|r| r * r).sum::<f64>();
+        assert!((squared(&merged) - squared(&all)).abs() < 1e-10);
+    }
+}

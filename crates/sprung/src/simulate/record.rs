@@ -1,0 +1,76 @@
+//! A simulated experiment, recorded as a log.
+
+use std::io::Write;
+
+use super::closed_loop::{Diverged, LoopError};
+use super::twin::Twin;
+use crate::description::{Controller, Robot, Simulate};
+use crate::log::{Channels, LogWriter};
+use crate::model::{Model, Theta};
+
+/// What keeps a twin from being recorded.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RecordError {
+    /// The loop cannot be built.
+    #[error(transparent)]
+    Loop(#[from] LoopError),
+    /// The loop runs away.
+    #[error("{0}; check the controller's gains against the parameters of the twin")]
+    Diverged(#[from] Diverged),
+    /// A channel of the log is delayed, which the twin's sensors are not.
+    #[error(
+        "[log] says that \"{column}\" is delayed; the twin records without delay, so remove it from \
+         delay_s"
+    )]
+    Delayed {
+        /// Name of the column.
+        column: String,
+    },
+    /// The log cannot be written.
+    #[error("cannot write the log: {0}")]
+    Write(#[from] std::io::Error),
+}
+
+/// Runs a twin and writes its log in the columns and units of `channels`.
+///
+/// - `theta`: true parameters, \[15\].
+/// - `progress`: called with the number of samples written so far.
+///
+/// Returns the number of samples.
+///
+/// # Errors
+///
+/// [`RecordError`] if the loop cannot run or the log cannot be written.
+#[expect(
+    clippy::too_many_arguments,
+    reason = "each is one part of an experiment"
+)]
+pub fn record(
+    robot: &Robot,
+    model: &Model,
+    theta: &Theta,
+    controller: &Controller,
+    settings: &Simulate,
+    channels: &Channels,
+    write: impl Write,
+    progress: &mut dyn FnMut(u64),
+) -> Result<u64, RecordError> {
+    if let Some(channel) = channels.all.iter().find(|c| c.delay.is_some()) {
+        return Err(RecordError::Delayed {
+            column: channel.column.clone(),
+        });
+    }
+    let mut twin = Twin::new(robot, model, theta, controller, settings)?;
+    let mut log = LogWriter::new(write, channels)?;
+    let samples = (settings.duration_s / settings.period_s).round().max(1.0) as u64;
+    for k in 1..=samples {
+        let sample = twin.sample()?;
+        log.write(sample.time, &sample.q, &sample.phi, &sample.tau)?;
+        if k.is_multiple_of(1024) {
+            progress(k);
+        }
+    }
+    log.finish()?;
+    Ok(samples)
+}

@@ -1,0 +1,40 @@
+//! Error measures that are gathered sample by sample.
+
+/// Root mean square of a stream of errors.
+///
+/// # Source
+///
+/// Eq. (31).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Rms {
+    squares: f64,
+    samples: u64,
+}
+
+impl Rms {
+    /// Takes the next error.
+    pub fn push(&mut self, error: f64) {
+        self.squares += error * error;
+        self.samples += 1;
+    }
+
+    /// Returns the root mean square so far; zero before the first error.
+    #[must_use]
+    pub fn value(&self) -> f64 {
+        (self.squares / self.samples.max(1) as f64).sqrt()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_a_sine_is_its_amplitude_over_root_two() {
+        let mut rms = Rms::default();
+        for k in 0..1000 {
+            rms.push(3.0 * (std::f64::consts::TAU * f64::from(k) / 1000.0).sin());
+        }
+        assert!((rms.value() - 3.0 / 2.0_f64.sqrt()).abs() < 1e-12);
+    }
+}

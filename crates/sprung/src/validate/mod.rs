@@ -1,0 +1,9 @@
+//! A model against logs: the identification log itself and others.
+
+mod metrics;
+mod result;
+mod run;
+
+pub use metrics::Rms;
+pub use result::{RootMeanSquares, RunResult, SetResult, Validation};
+pub use run::{ParameterSet, ValidateError, Validated, validate};

@@ -1,0 +1,484 @@
+//! Direct validation and prediction.
+
+use std::collections::BTreeMap;
+
+use sprung_core::filter::FilterError;
+
+use super::metrics::Rms;
+use super::result::{RootMeanSquares, RunResult, SetResult, Validation};
+use crate::curves::{CurveSet, Curves};
+use crate::description::{Controller, Delay, Experiment, Identify};
+use crate::estimate::residual;
+use crate::finding::{Finding, Severity};
+use crate::log::{ChannelError, Channels, LogBlock, LogError, LogSource};
+use crate::model::{JOINT_COUNT, Model, ModelError, Theta};
+use crate::preprocess::{
+    Aligner, Butterworth, Decimator, FilterDesignError, RawSample, Signal, Smoother,
+};
+use crate::regression::{FilteredRegression, Reduction, System};
+use crate::simulate::{ClosedLoop, LoopError};
+
+/// Points of the curves, at most.
+const POINTS: usize = 2048;
+
+/// Quantities compared per joint: link position, motor position, torque.
+const COMPARED: usize = 3 * JOINT_COUNT;
+
+/// Parameters to validate, and what they are called.
+#[derive(Clone, Debug)]
+pub struct ParameterSet {
+    /// Where they come from.
+    pub label: String,
+    /// Values by name; those that could not be identified are missing.
+    pub values: BTreeMap<String, f64>,
+}
+
+/// What a validation leaves.
+#[derive(Clone, Debug)]
+pub struct Validated {
+    /// The results.
+    pub validation: Validation,
+    /// Measured and simulated signals; labels are `run/set`.
+    pub curves: Curves,
+}
+
+/// What keeps a model from being validated.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ValidateError {
+    /// The experiment has nothing to validate on.
+    #[error(
+        "the experiment has no [[validate]] block; add one with a name, a log and a controller"
+    )]
+    NoRuns,
+    /// The experiment names no log.
+    #[error("the experiment has no [log]; say which columns its logs have")]
+    NoLog,
+    /// The description of a log is not complete.
+    #[error(transparent)]
+    Channel(#[from] ChannelError),
+    /// A filter does not fit the log.
+    #[error(transparent)]
+    FilterDesign(#[from] FilterDesignError),
+    /// The filter pair cannot be built.
+    #[error("{0}")]
+    FilterPair(FilterError),
+    /// A name of the parameter file is not one of the model.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// A log is wrong.
+    #[error(transparent)]
+    Log(#[from] LogError),
+}
+
+/// Validates parameter sets on every `[[validate]]` experiment.
+///
+/// - `delays`: delays that an identification found, s, by column.
+/// - `source`: returns the log of a validation experiment by its index.
+/// - `progress`: called with the number of samples read so far.
+///
+/// With a controller the closed loop is simulated from rest under the same
+/// reference and compared with the log. Without, and besides, the filtered
+/// torque that the model needs for the measured motion is compared.
+///
+/// # Errors
+///
+/// [`ValidateError`] if a description or a log is wrong. A loop that runs away
+/// is a finding.
+///
+/// # Source
+///
+/// Section 4.
+pub fn validate<'a>(
+    experiment: &Experiment,
+    model: &Model,
+    sets: &[ParameterSet],
+    delays: &BTreeMap<String, f64>,
+    source: &mut dyn FnMut(usize) -> LogSource<'a>,
+    progress: &mut dyn FnMut(u64),
+) -> Result<Validated, ValidateError> {
+    if experiment.validate.is_empty() {
+        return Err(ValidateError::NoRuns);
+    }
+    for set in sets {
+        for name in set.values.keys() {
+            model.index_of(name)?;
+        }
+    }
+    let log = experiment.log.as_ref().ok_or(ValidateError::NoLog)?;
+    let mut runs = Vec::new();
+    let mut curves = Curves {
+        columns: columns(model),
+        sets: Vec::new(),
+    };
+    for (index, described) in experiment.validate.iter().enumerate() {
+        let channels = Channels::new(&experiment.robot, log, described.log.as_ref())?;
+        let controller = described
+            .controller
+            .as_ref()
+            .or(experiment.controller.as_ref());
+        let mut source = source(index);
+        let mut candidates: Vec<Candidate> = sets
+            .iter()
+            .map(|set| Candidate::new(model, set, controller.is_some()))
+            .collect();
+        let mut run = Run {
+            model,
+            settings: &experiment.identify,
+            channels: &channels,
+            delays,
+            controller,
+        };
+        let mut outcome = run.simulate(&mut candidates, &mut source, progress)?;
+        let mut tamed: Vec<Candidate> = candidates
+            .iter()
+            .filter_map(|c| c.without_negative_friction(model))
+            .collect();
+        if !tamed.is_empty() {
+            let again = run.simulate(&mut tamed, &mut source, progress)?;
+            outcome.curves.extend(again.curves.into_iter().skip(1));
+            candidates.extend(tamed);
+        }
+        for mut set in outcome.curves {
+            set.label = format!("{}/{}", described.name, set.label);
+            curves.sets.push(set);
+        }
+        runs.push(RunResult {
+            name: described.name.clone(),
+            log: source.name.clone(),
+            samples: outcome.samples,
+            simulated: controller.is_some(),
+            sets: candidates
+                .into_iter()
+                .map(|candidate| candidate.finish(model, &outcome.system))
+                .collect(),
+        });
+    }
+    Ok(Validated {
+        validation: Validation {
+            format: 1,
+            generator: concat!("sprung ", env!("CARGO_PKG_VERSION")).to_owned(),
+            robot: experiment.robot.name.clone(),
+            runs,
+        },
+        curves,
+    })
+}
+
+fn columns(model: &Model) -> Vec<String> {
+    ["link_position_rad", "motor_position_rad", "motor_torque_nm"]
+        .iter()
+        .flat_map(|what| {
+            model
+                .joints()
+                .iter()
+                .map(move |joint| format!("{joint}.{what}"))
+        })
+        .collect()
+}
+
+/// One parameter set on its way through one experiment.
+struct Candidate {
+    label: String,
+    modified: Option<String>,
+    theta: Option<Theta>,
+    plant: Option<ClosedLoop>,
+    rms: [Rms; COMPARED],
+    findings: Vec<Finding>,
+    ran_away: bool,
+    simulated: bool,
+}
+
+impl Candidate {
+    fn new(model: &Model, set: &ParameterSet, simulated: bool) -> Self {
+        let mut findings = Vec::new();
+        let theta = model.theta(&set.values).map_err(|error| {
+            findings.push(Finding::new(
+                Severity::Serious,
+                "parameters-missing",
+                format!("{}: {error}", set.label),
+                "identify from a log that excites these parameters",
+            ));
+        });
+        Self {
+            label: set.label.clone(),
+            modified: None,
+            theta: theta.ok(),
+            plant: None,
+            rms: [Rms::default(); COMPARED],
+            findings,
+            ran_away: false,
+            simulated,
+        }
+    }
+
+    /// Returns the set with negative friction set to zero, if the loop ran
+    /// away and there is any.
+    fn without_negative_friction(&self, model: &Model) -> Option<Self> {
+        if !self.ran_away {
+            return None;
+        }
+        let mut theta = self.theta?;
+        let mut names = Vec::new();
+        for i in negative_friction(model, &theta) {
+            theta[i] = 0.0;
+            names.push(model.parameters()[i].name.clone());
+        }
+        let modified = format!("{} set to 0", names.join(", "));
+        (!names.is_empty()).then(|| Self {
+            label: format!("{} ({modified})", self.label),
+            modified: Some(modified),
+            theta: Some(theta),
+            plant: None,
+            rms: [Rms::default(); COMPARED],
+            findings: Vec::new(),
+            ran_away: false,
+            simulated: true,
+        })
+    }
+
+    fn start(&mut self, model: &Model, controller: &Controller, period: f64, first: &RawSample) {
+        let Some(theta) = self.theta else { return };
+        match ClosedLoop::new(model, &theta, controller, period, &first.q, &first.phi) {
+            Ok(plant) => self.plant = Some(plant),
+            Err(error) => self.findings.push(Finding::new(
+                Severity::Serious,
+                "not-simulable",
+                format!("{}: the loop cannot be simulated: {error}", self.label),
+                match error {
+                    LoopError::Model(ModelError::Missing { .. }) => {
+                        "give the nominal values that the feedforward needs"
+                    }
+                    _ => "look at the warnings of the identification",
+                },
+            )),
+        }
+    }
+
+    /// Compares one sample and moves on; returns what the model says.
+    fn compare(&mut self, model: &Model, sample: &RawSample) -> [Option<f64>; COMPARED] {
+        let mut said = [None; COMPARED];
+        let Some(plant) = &mut self.plant else {
+            return said;
+        };
+        let state = plant.state();
+        let tau = plant.command(&state.q, &state.phi);
+        for i in 0..JOINT_COUNT {
+            for (group, (model_value, measured)) in [
+                (state.q[i], sample.q[i]),
+                (state.phi[i], sample.phi[i]),
+                (tau[i], sample.tau[i]),
+            ]
+            .into_iter()
+            .enumerate()
+            {
+                let at = group * JOINT_COUNT + i;
+                said[at] = Some(model_value);
+                self.rms[at].push(measured - model_value);
+            }
+        }
+        if let Err(diverged) = plant.advance(&tau) {
+            self.plant = None;
+            self.ran_away = true;
+            let theta = self.theta.unwrap_or_default();
+            let names: Vec<String> = negative_friction(model, &theta)
+                .into_iter()
+                .map(|i| {
+                    let p = &model.parameters()[i];
+                    format!("{} = {:.4} {}", p.name, theta[i], p.unit)
+                })
+                .collect();
+            let (reason, remedy) = if names.is_empty() {
+                (
+                    "the controller's gains do not stabilise this model".to_owned(),
+                    "check the gains, the period and the velocity window of the controller",
+                )
+            } else {
+                (
+                    format!("friction below zero feeds energy in: {}", names.join(", ")),
+                    "compare the row with these set to zero; identify with an estimator that finds \
+                     them positive",
+                )
+            };
+            self.findings.push(Finding::new(
+                Severity::Serious,
+                "loop-runs-away",
+                format!("{}: {diverged}: {reason}", self.label),
+                remedy,
+            ));
+        }
+        said
+    }
+
+    fn finish(self, model: &Model, system: &System) -> SetResult {
+        let of_joints = |group: usize| -> BTreeMap<String, f64> {
+            (model.joints().iter().enumerate())
+                .map(|(i, name)| (name.clone(), self.rms[group * JOINT_COUNT + i].value()))
+                .collect()
+        };
+        let rows = self.theta.map(|theta| residual(model, system, &theta));
+        let motor = |of: fn(&(f64, f64)) -> f64| -> BTreeMap<String, f64> {
+            rows.iter()
+                .flat_map(|rows| rows.iter().skip(JOINT_COUNT).zip(model.joints()))
+                .map(|(row, name)| (name.clone(), of(row)))
+                .filter(|(_, value)| value.is_finite())
+                .collect()
+        };
+        SetResult {
+            parameters: self.label.clone(),
+            modified: self.modified.clone(),
+            e_rms: (self.simulated && self.plant.is_some()).then(|| RootMeanSquares {
+                q_rad: of_joints(0),
+                phi_rad: of_joints(1),
+                tau_nm: of_joints(2),
+            }),
+            torque_residual_nm: motor(|row| row.0),
+            torque_relative_residual: motor(|row| row.0 / row.1),
+            findings: self.findings,
+        }
+    }
+}
+
+fn negative_friction(model: &Model, theta: &Theta) -> Vec<usize> {
+    (model.parameters().iter().enumerate())
+        .filter(|(i, parameter)| theta[*i] < 0.0 && parameter.is_friction())
+        .map(|(i, _)| i)
+        .collect()
+}
+
+struct Outcome {
+    samples: u64,
+    system: System,
+    // Measured first, then one per candidate.
+    curves: Vec<CurveSet>,
+}
+
+struct Run<'a> {
+    model: &'a Model,
+    settings: &'a Identify,
+    channels: &'a Channels,
+    delays: &'a BTreeMap<String, f64>,
+    controller: Option<&'a Controller>,
+}
+
+impl Run<'_> {
+    /// Reads the log once, past all candidates.
+    fn simulate(
+        &mut self,
+        candidates: &mut [Candidate],
+        source: &mut LogSource<'_>,
+        progress: &mut dyn FnMut(u64),
+    ) -> Result<Outcome, ValidateError> {
+        let mut log = source.open(self.channels)?;
+        let mut block = LogBlock::new(self.channels.all.len());
+        log.read(&mut block)?;
+        let period = log.clock().period().unwrap_or_default();
+        let filter = Butterworth::new(
+            self.settings.position_filter_order,
+            self.settings.position_cutoff_hz,
+            period,
+        )?;
+        let mut regression = FilteredRegression::new(
+            self.model.arm(),
+            self.settings.filter_cutoff_rad_per_s,
+            period,
+            self.settings.discretization,
+        )
+        .map_err(ValidateError::FilterPair)?;
+        let mut aligner = Aligner::new(self.channels, &self.channel_delays(), period);
+        let mut smoother = Smoother::new(&filter, period);
+        let mut reduction = Reduction::new(self.model);
+        let mut reduce = |signals: &[Signal]| {
+            for signal in signals {
+                reduction.push(&regression.process(signal.time, &signal.state, &signal.tau));
+            }
+        };
+        let mut points = Decimator::new(POINTS);
+        let (mut raw, mut signals) = (Vec::new(), Vec::new());
+        let mut first = true;
+        while !block.is_empty() {
+            raw.clear();
+            aligner.push(&block, &mut raw);
+            for sample in &raw {
+                if std::mem::take(&mut first)
+                    && let Some(controller) = self.controller
+                {
+                    for candidate in &mut *candidates {
+                        candidate.start(self.model, controller, period, sample);
+                    }
+                }
+                let said: Vec<_> = candidates
+                    .iter_mut()
+                    .map(|candidate| candidate.compare(self.model, sample))
+                    .collect();
+                points.push(|| (*sample, said));
+            }
+            signals.clear();
+            smoother.push(&raw, &mut signals);
+            reduce(&signals);
+            progress(log.clock().samples());
+            log.read(&mut block)?;
+        }
+        signals.clear();
+        if !smoother.finish(&mut signals) {
+            return Err(LogError::TooShort {
+                file: source.name.clone(),
+                found: log.clock().samples(),
+                needed: filter.padding() as u64 + 3,
+                why: "three periods of position_cutoff_hz pad each end of the zero-phase filter"
+                    .to_owned(),
+            }
+            .into());
+        }
+        reduce(&signals);
+        Ok(Outcome {
+            samples: log.clock().samples(),
+            system: reduction.finish(),
+            curves: curves(candidates, points.items()),
+        })
+    }
+
+    fn channel_delays(&self) -> Vec<f64> {
+        self.channels
+            .all
+            .iter()
+            .map(|channel| match channel.delay {
+                Some(Delay::Known(value)) => value,
+                Some(Delay::Estimate) => self.delays.get(&channel.column).copied().unwrap_or(0.0),
+                None => 0.0,
+            })
+            .collect()
+    }
+}
+
+type Point = (RawSample, Vec<[Option<f64>; COMPARED]>);
+
+fn curves(candidates: &[Candidate], points: &[Point]) -> Vec<CurveSet> {
+    let time: Vec<f64> = points.iter().map(|(sample, _)| sample.time).collect();
+    let mut sets = vec![CurveSet {
+        label: "measured".to_owned(),
+        time: time.clone(),
+        values: vec![Vec::with_capacity(points.len()); COMPARED],
+    }];
+    for (sample, _) in points {
+        for (group, of) in [sample.q, sample.phi, sample.tau].into_iter().enumerate() {
+            for (i, value) in of.into_iter().enumerate() {
+                sets[0].values[group * JOINT_COUNT + i].push(Some(value));
+            }
+        }
+    }
+    for (index, candidate) in candidates.iter().enumerate() {
+        // A loop that ran away would hide every other curve.
+        if candidate.ran_away || candidate.plant.is_none() {
+            continue;
+        }
+        sets.push(CurveSet {
+            label: candidate.label.clone(),
+            time: time.clone(),
+            values: (0..COMPARED)
+                .map(|at| points.iter().map(|(_, said)| said[index][at]).collect())
+                .collect(),
+        });
+    }
+    sets
+}
