@@ -1,2 +1,12 @@
-//! bin
-fn main() {}
+//! The command line of sprung.
+
+mod args;
+mod commands;
+mod exit_code;
+mod experiment;
+mod output;
+mod terminal;
+
+fn main() -> std::process::ExitCode {
+    commands::run()
+}

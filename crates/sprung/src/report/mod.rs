@@ -1,7 +1,15 @@
 //! Reports that open anywhere: one HTML file with everything in it.
+//!
+//! [`compose`] says what a report contains, [`render`] how it looks.
 
+mod compose;
 mod document;
 mod html;
+mod numbers;
+mod plots;
+mod tables;
 
+pub use compose::{Contents, compose};
 pub use document::*;
 pub use html::{ReportError, render};
+pub use numbers::significant;

@@ -74,7 +74,8 @@ pub enum ValidateError {
 /// Validates parameter sets on every `[[validate]]` experiment.
 ///
 /// - `delays`: delays that an identification found, s, by column.
-/// - `source`: returns the log of a validation experiment by its index.
+/// - `sources`: the logs of the validation experiments, in their order; more or
+///   fewer are passed over.
 /// - `progress`: called with the number of samples read so far.
 ///
 /// With a controller the closed loop is simulated from rest under the same
@@ -89,12 +90,12 @@ pub enum ValidateError {
 /// # Source
 ///
 /// Section 4.
-pub fn validate<'a>(
+pub fn validate(
     experiment: &Experiment,
     model: &Model,
     sets: &[ParameterSet],
     delays: &BTreeMap<String, f64>,
-    source: &mut dyn FnMut(usize) -> LogSource<'a>,
+    sources: &mut [LogSource<'_>],
     progress: &mut dyn FnMut(u64),
 ) -> Result<Validated, ValidateError> {
     if experiment.validate.is_empty() {
@@ -111,13 +112,12 @@ pub fn validate<'a>(
         columns: columns(model),
         sets: Vec::new(),
     };
-    for (index, described) in experiment.validate.iter().enumerate() {
+    for (described, source) in experiment.validate.iter().zip(sources) {
         let channels = Channels::new(&experiment.robot, log, described.log.as_ref())?;
         let controller = described
             .controller
             .as_ref()
             .or(experiment.controller.as_ref());
-        let mut source = source(index);
         let mut candidates: Vec<Candidate> = sets
             .iter()
             .map(|set| Candidate::new(model, set, controller.is_some()))
@@ -129,13 +129,13 @@ pub fn validate<'a>(
             delays,
             controller,
         };
-        let mut outcome = run.simulate(&mut candidates, &mut source, progress)?;
+        let mut outcome = run.simulate(&mut candidates, source, progress)?;
         let mut tamed: Vec<Candidate> = candidates
             .iter()
             .filter_map(|c| c.without_negative_friction(model))
             .collect();
         if !tamed.is_empty() {
-            let again = run.simulate(&mut tamed, &mut source, progress)?;
+            let again = run.simulate(&mut tamed, source, progress)?;
             outcome.curves.extend(again.curves.into_iter().skip(1));
             candidates.extend(tamed);
         }

@@ -1,0 +1,126 @@
+//! What can be typed.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+const EXIT_CODES: &str = "Exit codes:
+  0  done
+  1  done, but the verdict is unusable (the numbers were written and say so)
+  2  the command line or the experiment file is wrong
+  3  a log is wrong
+  4  a file cannot be read or written";
+
+/// Identifies the dynamic parameters of flexible-joint robots from measured logs.
+#[derive(Debug, Parser)]
+#[command(name = "sprung", version, after_help = EXIT_CODES, max_term_width = 100)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) verb: Verb,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Verb {
+    /// Run the paper's experiment, end to end, on a digital twin.
+    #[command(before_help = "Example: sprung demo --out my-demo")]
+    Demo(Demo),
+    /// Find the parameters of a robot from a log.
+    #[command(before_help = "Example: sprung identify experiment.toml --set log.file=run7.csv")]
+    Identify(Identify),
+    /// Test identified parameters on other logs, by simulation.
+    #[command(
+        before_help = "Example: sprung validate experiment.toml --parameters sprung-out/identification.json"
+    )]
+    Validate(Validate),
+    /// Record a log of the digital twin that an experiment describes.
+    #[command(before_help = "Example: sprung simulate experiment.toml --set simulate.seed=7")]
+    Simulate(Simulate),
+    /// Print the JSON schema of experiment.toml, for editors.
+    #[command(before_help = "Example: sprung schema > experiment.schema.json")]
+    Schema,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Common {
+    /// Folder for results [default: sprung-out beside the experiment file].
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Override one key of the experiment, as in log.file=run7.csv; may be given again.
+    #[arg(long = "set", value_name = "KEY.PATH=VALUE")]
+    pub(crate) overrides: Vec<String>,
+    /// Print results as JSON on stdout, and nothing else there.
+    #[arg(long)]
+    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) voice: Voice,
+}
+
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct Voice {
+    /// Print nothing but errors.
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
+    /// Print notes as well as warnings.
+    #[arg(short, long)]
+    pub(crate) verbose: bool,
+    /// Draw no progress bar.
+    #[arg(long)]
+    pub(crate) no_progress: bool,
+    /// Colour the verdict.
+    #[arg(long, value_enum, default_value_t = Color::Auto)]
+    pub(crate) color: Color,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Color {
+    Auto,
+    Always,
+    Never,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Demo {
+    /// Folder for the experiment and its results.
+    #[arg(long, value_name = "DIR", default_value = "sprung-demo")]
+    pub(crate) out: PathBuf,
+    /// Seed of encoder phases and noise.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    #[command(flatten)]
+    pub(crate) voice: Voice,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Identify {
+    /// Experiment file, or the folder that holds experiment.toml.
+    pub(crate) experiment: PathBuf,
+    #[command(flatten)]
+    pub(crate) common: Common,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Validate {
+    /// Experiment file, or the folder that holds experiment.toml.
+    pub(crate) experiment: PathBuf,
+    /// identification.json, or a TOML file with values by name [default: identification.json in
+    /// the results folder].
+    #[arg(long, value_name = "FILE")]
+    pub(crate) parameters: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) common: Common,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Simulate {
+    /// Experiment file, or the folder that holds experiment.toml.
+    pub(crate) experiment: PathBuf,
+    /// Use controller and log of this [[validate]] block instead of the experiment's own.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) run: Option<String>,
+    /// Parameters of the twin: identification.json, or a TOML file with values by name [default:
+    /// what [simulate] says].
+    #[arg(long, value_name = "FILE")]
+    pub(crate) parameters: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) common: Common,
+}

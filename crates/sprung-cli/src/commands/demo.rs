@@ -1,0 +1,108 @@
+//! `sprung demo`: the paper's experiment on a digital twin.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use sprung::demo;
+use sprung::report::Contents;
+use sprung::validate::ParameterSet;
+
+use super::simulate::{Twin, parameters};
+use super::{identify, validate};
+use crate::args::Demo;
+use crate::exit_code::{ExitCode, Failure};
+use crate::experiment::{Parameters, load};
+use crate::output::Output;
+use crate::terminal::Terminal;
+
+pub(crate) fn run(args: &Demo) -> Result<ExitCode, Failure> {
+    let terminal = Terminal::new(args.voice, false);
+    let text = with_seed(args.seed);
+    let mut output = Output::new(&args.out)?;
+    let file = output.text("experiment.toml", &text)?;
+    output.text("truth.toml", demo::TRUTH)?;
+    output.commit()?;
+
+    let loaded = load(&file, &[])?;
+    let experiment = &loaded.experiment;
+    let incomplete = || Failure::new(ExitCode::Usage, "the experiment of the demo is incomplete");
+    let settings = experiment.simulate.as_ref().ok_or_else(incomplete)?;
+    let prediction = experiment.validate.last().ok_or_else(incomplete)?;
+    let theta = parameters(&loaded, settings, None)?;
+    let mut second = settings.clone();
+    second.seed = settings.seed.wrapping_add(1);
+    let mut output = Output::new(&args.out)?;
+    for (name, controller, settings) in [
+        (
+            "identification.csv",
+            experiment.controller.as_ref(),
+            settings,
+        ),
+        ("validation.csv", prediction.controller.as_ref(), &second),
+    ] {
+        let twin = Twin {
+            loaded: &loaded,
+            theta,
+            controller: controller.ok_or_else(incomplete)?,
+            settings,
+            overlay: None,
+        };
+        twin.write(&mut output, Path::new(name), terminal)?;
+    }
+    output.commit()?;
+
+    let found = identify::from_disk(&loaded, terminal)?;
+    let sets = (found.identification.results.iter())
+        .map(|result| ParameterSet {
+            label: result.estimator.clone(),
+            values: result.values(),
+        })
+        .collect();
+    let identified = Parameters {
+        sets,
+        identification: Some(found.identification.clone()),
+    };
+    let validated = validate::from_disk(&loaded, &identified, terminal)?;
+
+    let truth: BTreeMap<String, f64> = (loaded.model.parameters().iter())
+        .zip(theta)
+        .map(|(parameter, value)| (parameter.name.clone(), value))
+        .collect();
+    let mut output = Output::new(&loaded.out(None))?;
+    identify::write_results(&mut output, &found)?;
+    validate::write_results(&mut output, &validated)?;
+    let contents = Contents {
+        identification: Some(&found.identification),
+        trace: Some(&found.trace),
+        fit: Some(&found.fit),
+        validation: Some((&validated.validation, &validated.curves)),
+        truth: Some(&truth),
+        command: &super::command_line(),
+        experiment: &loaded.text,
+    };
+    let report = identify::write_report(&mut output, &contents)?;
+    output.commit()?;
+
+    terminal.parameters(&found.identification, Some(&truth));
+    terminal.validation(&validated.validation);
+    terminal.say(format!(
+        "\nexperiment: {}\nreport: {}",
+        file.display(),
+        report.display()
+    ));
+    Ok(ExitCode::Done)
+}
+
+/// Returns the experiment with another seed.
+fn with_seed(seed: u64) -> String {
+    let mut text = String::new();
+    for line in demo::EXPERIMENT.lines() {
+        if line.starts_with("seed ") {
+            text.push_str(&format!("seed       = {seed}"));
+        } else {
+            text.push_str(line);
+        }
+        text.push('\n');
+    }
+    text
+}

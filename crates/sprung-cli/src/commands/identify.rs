@@ -1,0 +1,103 @@
+//! `sprung identify`: a log in, parameters out.
+
+use std::path::Path;
+
+use sprung::estimate::{Identified, IdentifyError, Verdict, identify, parameters_csv};
+use sprung::log::{LogError, LogSource};
+use sprung::report::{Contents, compose, render};
+
+use crate::args::Identify;
+use crate::exit_code::{ExitCode, Failure};
+use crate::experiment::{Loaded, load, open};
+use crate::output::Output;
+use crate::terminal::Terminal;
+
+pub(crate) fn run(args: &Identify) -> Result<ExitCode, Failure> {
+    let common = &args.common;
+    let terminal = Terminal::new(common.voice, common.json);
+    let loaded = load(&args.experiment, &common.overrides)?;
+    let found = from_disk(&loaded, terminal)?;
+
+    let mut output = Output::new(&loaded.out(common.out.as_ref()))?;
+    write_results(&mut output, &found)?;
+    let contents = Contents {
+        identification: Some(&found.identification),
+        trace: Some(&found.trace),
+        fit: Some(&found.fit),
+        command: &super::command_line(),
+        experiment: &loaded.text,
+        ..Contents::default()
+    };
+    let report = write_report(&mut output, &contents)?;
+    output.commit()?;
+
+    terminal.json(&found.identification);
+    terminal.parameters(&found.identification, None);
+    terminal.say(format!("\nreport: {}", report.display()));
+    Ok(code_of(&found))
+}
+
+/// Identifies from the log that an experiment names.
+pub(super) fn from_disk(loaded: &Loaded, terminal: Terminal) -> Result<Identified, Failure> {
+    let path = loaded.log_path(None)?;
+    let bar = terminal.progress("identifying", None);
+    let mut reader = || open(&path);
+    let mut source = LogSource {
+        name: path.display().to_string(),
+        reader: &mut reader,
+    };
+    let mut progress = |samples| bar.set_position(samples);
+    let found = identify(
+        &loaded.experiment,
+        &loaded.model,
+        &mut source,
+        &mut progress,
+    );
+    bar.finish_and_clear();
+    found.map_err(|error| {
+        let code = match &error {
+            IdentifyError::Log(log) => code_of_log(log),
+            IdentifyError::NotFinite { .. } => ExitCode::Log,
+            _ => ExitCode::Usage,
+        };
+        Failure::new(code, error)
+    })
+}
+
+/// Returns how a log's error ends the program.
+pub(super) fn code_of_log(error: &LogError) -> ExitCode {
+    match error {
+        LogError::Io { .. } => ExitCode::File,
+        _ => ExitCode::Log,
+    }
+}
+
+/// Writes all files of an identification but the report.
+pub(super) fn write_results(output: &mut Output, found: &Identified) -> Result<(), Failure> {
+    output.write("identification.json", |write| {
+        serde_json::to_writer_pretty(&mut *write, &found.identification)?;
+        writeln!(write)
+    })?;
+    output.text("parameters.csv", &parameters_csv(&found.identification))?;
+    output.text("trace.csv", &found.trace.to_csv("estimator"))?;
+    output.text("fit.csv", &found.fit.to_csv("source"))?;
+    Ok(())
+}
+
+/// Writes the report and returns where it will be.
+pub(super) fn write_report(
+    output: &mut Output,
+    contents: &Contents<'_>,
+) -> Result<std::path::PathBuf, Failure> {
+    let html = render(&compose(contents)).map_err(|error| {
+        Failure::new(ExitCode::File, format!("cannot make the report: {error}"))
+    })?;
+    output.text(Path::new("report.html"), &html)
+}
+
+fn code_of(found: &Identified) -> ExitCode {
+    match found.identification.results.first() {
+        Some(result) if result.verdict == Verdict::Unusable => ExitCode::Unusable,
+        _ => ExitCode::Done,
+    }
+}

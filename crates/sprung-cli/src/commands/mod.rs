@@ -1,0 +1,70 @@
+//! One file per verb.
+
+mod demo;
+mod identify;
+mod simulate;
+mod validate;
+
+use clap::Parser;
+use clap::error::ErrorKind;
+
+use crate::args::{Cli, Verb, Voice};
+use crate::exit_code::{ExitCode, Failure};
+use crate::terminal::{Terminal, complain};
+
+/// Runs what was typed.
+pub(crate) fn run() -> std::process::ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            let _ = error.print();
+            return match error.kind() {
+                ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => ExitCode::Done,
+                _ => ExitCode::Usage,
+            }
+            .into();
+        }
+    };
+    let outcome = match cli.verb {
+        Verb::Demo(args) => demo::run(&args),
+        Verb::Identify(args) => identify::run(&args),
+        Verb::Validate(args) => validate::run(&args),
+        Verb::Simulate(args) => simulate::run(&args),
+        Verb::Schema => schema(),
+    };
+    match outcome {
+        Ok(code) => code.into(),
+        Err(failure) => {
+            complain(&format!("error: {}", failure.message));
+            failure.code.into()
+        }
+    }
+}
+
+fn schema() -> Result<ExitCode, Failure> {
+    let voice = Voice {
+        quiet: false,
+        verbose: false,
+        no_progress: true,
+        color: crate::args::Color::Never,
+    };
+    Terminal::new(voice, true).json(&sprung::description::schema());
+    Ok(ExitCode::Done)
+}
+
+/// Returns the command as it was typed, for reports.
+fn command_line() -> String {
+    let mut words = std::env::args_os();
+    words.next();
+    let quote = |word: String| {
+        if word.is_empty() || word.contains(|c: char| c.is_whitespace() || "\"'$`\\".contains(c)) {
+            format!("'{}'", word.replace('\'', r"'\''"))
+        } else {
+            word
+        }
+    };
+    std::iter::once("sprung".to_owned())
+        .chain(words.map(|word| quote(word.to_string_lossy().into_owned())))
+        .collect::<Vec<_>>()
+        .join(" ")
+}

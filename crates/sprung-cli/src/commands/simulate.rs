@@ -1,0 +1,147 @@
+//! `sprung simulate`: a log of the digital twin.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use sprung::description::{Controller, Log, Simulate as Settings};
+use sprung::log::Channels;
+use sprung::model::Theta;
+use sprung::simulate::{RecordError, record};
+
+use crate::args::Simulate;
+use crate::exit_code::{ExitCode, Failure};
+use crate::experiment::{Loaded, load, read_parameters};
+use crate::output::Output;
+use crate::terminal::Terminal;
+
+pub(crate) fn run(args: &Simulate) -> Result<ExitCode, Failure> {
+    let common = &args.common;
+    let terminal = Terminal::new(common.voice, common.json);
+    let loaded = load(&args.experiment, &common.overrides)?;
+    let experiment = &loaded.experiment;
+    let usage = |message: &str| Failure::new(ExitCode::Usage, message);
+    let settings = experiment
+        .simulate
+        .as_ref()
+        .ok_or_else(|| usage("the experiment has no [simulate] block; add one"))?;
+    let (overlay, controller) = match &args.run {
+        None => (None, experiment.controller.as_ref()),
+        Some(name) => {
+            let run =
+                (experiment.validate.iter().find(|run| run.name == *name)).ok_or_else(|| {
+                    let names: Vec<&str> = experiment
+                        .validate
+                        .iter()
+                        .map(|run| run.name.as_str())
+                        .collect();
+                    usage(&format!(
+                        "no [[validate]] block is called \"{name}\"; there are: {}",
+                        names.join(", ")
+                    ))
+                })?;
+            (
+                run.log.as_ref(),
+                run.controller.as_ref().or(experiment.controller.as_ref()),
+            )
+        }
+    };
+    let controller = controller
+        .ok_or_else(|| usage("the experiment has no [controller]; a twin needs one to move"))?;
+    let theta = parameters(&loaded, settings, args.parameters.as_deref())?;
+
+    let mut output = Output::new(&loaded.out(common.out.as_ref()))?;
+    let name = loaded.log_path(overlay)?;
+    let name = name
+        .file_name()
+        .map_or_else(|| PathBuf::from("simulated.csv"), PathBuf::from);
+    let twin = Twin {
+        loaded: &loaded,
+        theta,
+        controller,
+        settings,
+        overlay,
+    };
+    let path = twin.write(&mut output, &name, terminal)?;
+    output.commit()?;
+    terminal.json(&serde_json::json!({ "log": path }));
+    terminal.say(format!("log: {}", path.display()));
+    Ok(ExitCode::Done)
+}
+
+/// A twin and the experiment it runs.
+pub(super) struct Twin<'a> {
+    pub(super) loaded: &'a Loaded,
+    pub(super) theta: Theta,
+    pub(super) controller: &'a Controller,
+    pub(super) settings: &'a Settings,
+    pub(super) overlay: Option<&'a Log>,
+}
+
+impl Twin<'_> {
+    /// Writes the twin's log and returns where it will be.
+    pub(super) fn write(
+        &self,
+        output: &mut Output,
+        name: &Path,
+        terminal: Terminal,
+    ) -> Result<PathBuf, Failure> {
+        let experiment = &self.loaded.experiment;
+        let log = experiment.log.as_ref().ok_or_else(|| {
+            Failure::new(
+                ExitCode::Usage,
+                "the experiment has no [log] that names columns",
+            )
+        })?;
+        let channels = Channels::new(&experiment.robot, log, self.overlay)
+            .map_err(|error| Failure::new(ExitCode::Usage, error))?;
+        let total = (self.settings.duration_s / self.settings.period_s).round() as u64;
+        let bar = terminal.progress("simulating", Some(total));
+        let mut failure = None;
+        let written = output.write(name, |write| {
+            let result = record(
+                &experiment.robot,
+                &self.loaded.model,
+                &self.theta,
+                self.controller,
+                self.settings,
+                &channels,
+                &mut *write as &mut dyn Write,
+                &mut |samples| bar.set_position(samples),
+            );
+            match result {
+                Ok(_) => Ok(()),
+                Err(RecordError::Write(error)) => Err(error),
+                Err(other) => {
+                    failure = Some(Failure::new(ExitCode::Usage, &other));
+                    Err(std::io::Error::other(other))
+                }
+            }
+        });
+        bar.finish_and_clear();
+        match failure {
+            Some(failure) => Err(failure),
+            None => written,
+        }
+    }
+}
+
+/// Returns the twin's true parameters: from `file`, from the experiment's
+/// parameter file, or the nominal values.
+pub(super) fn parameters(
+    loaded: &Loaded,
+    settings: &Settings,
+    file: Option<&Path>,
+) -> Result<Theta, Failure> {
+    let given = settings
+        .parameters
+        .as_ref()
+        .map(|file| loaded.folder.join(file));
+    let theta = match file.map(Path::to_owned).or(given) {
+        None => loaded.model.nominal(),
+        Some(file) => match read_parameters(&file)?.sets.first() {
+            Some(set) => loaded.model.theta(&set.values),
+            None => loaded.model.nominal(),
+        },
+    };
+    theta.map_err(|error| Failure::new(ExitCode::Usage, error))
+}

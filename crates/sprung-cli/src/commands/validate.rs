@@ -1,0 +1,127 @@
+//! `sprung validate`: parameters against other logs.
+
+use std::collections::BTreeMap;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use sprung::curves::Curves;
+use sprung::finding::Severity;
+use sprung::log::LogSource;
+use sprung::report::Contents;
+use sprung::validate::{ValidateError, Validated, validate};
+
+use super::identify::{code_of_log, write_report};
+use crate::args::Validate;
+use crate::exit_code::{ExitCode, Failure};
+use crate::experiment::{Loaded, Parameters, load, open, read_parameters};
+use crate::output::Output;
+use crate::terminal::Terminal;
+
+pub(crate) fn run(args: &Validate) -> Result<ExitCode, Failure> {
+    let common = &args.common;
+    let terminal = Terminal::new(common.voice, common.json);
+    let loaded = load(&args.experiment, &common.overrides)?;
+    let folder = loaded.out(common.out.as_ref());
+    let file = args
+        .parameters
+        .clone()
+        .unwrap_or_else(|| folder.join("identification.json"));
+    let parameters = read_parameters(&file)?;
+    let found = from_disk(&loaded, &parameters, terminal)?;
+
+    let mut output = Output::new(&folder)?;
+    write_results(&mut output, &found)?;
+    // The curves of the identification lie beside it, if it was kept whole.
+    let beside = |name: &str| read_curves(&file.with_file_name(name));
+    let (trace, fit) = match parameters.identification {
+        Some(_) => (beside("trace.csv"), beside("fit.csv")),
+        None => (None, None),
+    };
+    let contents = Contents {
+        identification: parameters.identification.as_ref(),
+        trace: trace.as_ref(),
+        fit: fit.as_ref(),
+        validation: Some((&found.validation, &found.curves)),
+        truth: None,
+        command: &super::command_line(),
+        experiment: &loaded.text,
+    };
+    let report = write_report(&mut output, &contents)?;
+    output.commit()?;
+
+    terminal.json(&found.validation);
+    terminal.validation(&found.validation);
+    terminal.say(format!("\nreport: {}", report.display()));
+    Ok(code_of(&found))
+}
+
+/// Validates parameters on the logs that an experiment names.
+pub(super) fn from_disk(
+    loaded: &Loaded,
+    parameters: &Parameters,
+    terminal: Terminal,
+) -> Result<Validated, Failure> {
+    let paths = (loaded.experiment.validate.iter())
+        .map(|run| loaded.log_path(run.log.as_ref()))
+        .collect::<Result<Vec<PathBuf>, Failure>>()?;
+    let delays: BTreeMap<String, f64> = (parameters.identification.iter())
+        .flat_map(|identification| &identification.log.delay_s)
+        .map(|(column, delay)| (column.clone(), delay.value))
+        .collect();
+    let mut readers: Vec<_> = paths.iter().map(|path| || open(path)).collect();
+    let bar = terminal.progress("validating", None);
+    let mut sources: Vec<LogSource<'_>> = readers
+        .iter_mut()
+        .zip(&paths)
+        .map(|(reader, path)| LogSource {
+            name: path.display().to_string(),
+            reader: reader as &mut dyn FnMut() -> std::io::Result<Box<dyn Read>>,
+        })
+        .collect();
+    let found = validate(
+        &loaded.experiment,
+        &loaded.model,
+        &parameters.sets,
+        &delays,
+        &mut sources,
+        &mut |samples| bar.set_position(samples),
+    );
+    bar.finish_and_clear();
+    found.map_err(|error| {
+        let code = match &error {
+            ValidateError::Log(log) => code_of_log(log),
+            _ => ExitCode::Usage,
+        };
+        Failure::new(code, error)
+    })
+}
+
+/// Writes all files of a validation but the report.
+pub(super) fn write_results(output: &mut Output, found: &Validated) -> Result<(), Failure> {
+    output.write("validation.json", |write| {
+        serde_json::to_writer_pretty(&mut *write, &found.validation)?;
+        writeln!(write)
+    })?;
+    output.text("validation.csv", &found.curves.to_csv("run/parameters"))?;
+    Ok(())
+}
+
+fn read_curves(path: &Path) -> Option<Curves> {
+    Curves::from_csv(&std::fs::read_to_string(path).ok()?).ok()
+}
+
+/// A first parameter set that cannot be simulated is of no use.
+fn code_of(found: &Validated) -> ExitCode {
+    let serious = found.validation.runs.iter().any(|run| {
+        run.sets.first().is_some_and(|set| {
+            set.findings
+                .iter()
+                .any(|finding| finding.severity == Severity::Serious)
+        })
+    });
+    if serious {
+        ExitCode::Unusable
+    } else {
+        ExitCode::Done
+    }
+}

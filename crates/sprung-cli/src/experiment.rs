@@ -1,0 +1,133 @@
+//! Experiments and parameter files on disk.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use sprung::description::{self, Experiment, Log};
+use sprung::estimate::Identification;
+use sprung::model::Model;
+use sprung::validate::ParameterSet;
+
+use crate::exit_code::{ExitCode, Failure};
+
+/// An experiment that was read from disk.
+pub(crate) struct Loaded {
+    pub(crate) experiment: Experiment,
+    pub(crate) model: Model,
+    /// The folder that paths in the file are relative to.
+    pub(crate) folder: PathBuf,
+    pub(crate) text: String,
+}
+
+/// Reads an experiment file, or `experiment.toml` of a folder.
+pub(crate) fn load(path: &Path, overrides: &[String]) -> Result<Loaded, Failure> {
+    let file = if path.is_dir() {
+        path.join("experiment.toml")
+    } else {
+        path.to_owned()
+    };
+    let text = read_text(&file)?;
+    let name = file.display().to_string();
+    let experiment = description::read(&name, &text, overrides)
+        .map_err(|error| Failure::new(ExitCode::Usage, error))?;
+    let model = Model::new(&experiment.robot)
+        .map_err(|error| Failure::new(ExitCode::Usage, format!("{name}: {error}")))?;
+    let folder = file.parent().map_or_else(PathBuf::new, Path::to_owned);
+    Ok(Loaded {
+        experiment,
+        model,
+        folder,
+        text,
+    })
+}
+
+impl Loaded {
+    /// Returns the folder for results.
+    pub(crate) fn out(&self, chosen: Option<&PathBuf>) -> PathBuf {
+        chosen.map_or_else(|| self.folder.join("sprung-out"), Clone::clone)
+    }
+
+    /// Returns where the file of a log is; an overlay's file wins.
+    pub(crate) fn log_path(&self, overlay: Option<&Log>) -> Result<PathBuf, Failure> {
+        let own = self.experiment.log.as_ref();
+        overlay
+            .and_then(|log| log.file.as_ref())
+            .or_else(|| own.and_then(|log| log.file.as_ref()))
+            .map(|file| self.folder.join(file))
+            .ok_or_else(|| {
+                Failure::new(
+                    ExitCode::Usage,
+                    "the experiment does not say which log to read; give file in [log], or \
+                     --set log.file=FILE",
+                )
+            })
+    }
+}
+
+/// Opens a log for reading.
+pub(crate) fn open(path: &Path) -> std::io::Result<Box<dyn Read>> {
+    Ok(Box::new(File::open(path)?))
+}
+
+/// A parameter file.
+pub(crate) struct Parameters {
+    pub(crate) sets: Vec<ParameterSet>,
+    pub(crate) identification: Option<Identification>,
+}
+
+/// Reads `identification.json`, or a TOML table of values by name.
+pub(crate) fn read_parameters(path: &Path) -> Result<Parameters, Failure> {
+    let text = read_text(path)?;
+    let name = path.display();
+    let wrong = |error: &dyn std::fmt::Display| {
+        Failure::new(
+            ExitCode::Usage,
+            format!("{name} is not a file of parameters: {error}"),
+        )
+    };
+    if path
+        .extension()
+        .is_some_and(|extension| extension == "json")
+    {
+        let identification: Identification =
+            serde_json::from_str(&text).map_err(|error| wrong(&error))?;
+        if identification.format != 1 {
+            return Err(wrong(&format!(
+                "format {} is not known; this version reads format 1",
+                identification.format
+            )));
+        }
+        let sets = identification
+            .results
+            .iter()
+            .map(|result| ParameterSet {
+                label: result.estimator.clone(),
+                values: result.values(),
+            })
+            .collect();
+        return Ok(Parameters {
+            sets,
+            identification: Some(identification),
+        });
+    }
+    let values: BTreeMap<String, f64> =
+        toml::from_str(&text).map_err(|error| wrong(&error.message()))?;
+    let label = path
+        .file_stem()
+        .map_or_else(|| "given".to_owned(), |stem| stem.display().to_string());
+    Ok(Parameters {
+        sets: vec![ParameterSet { label, values }],
+        identification: None,
+    })
+}
+
+fn read_text(path: &Path) -> Result<String, Failure> {
+    std::fs::read_to_string(path).map_err(|error| {
+        Failure::new(
+            ExitCode::File,
+            format!("cannot read {}: {error}", path.display()),
+        )
+    })
+}

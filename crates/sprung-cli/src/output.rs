@@ -1,0 +1,95 @@
+//! Results that are complete or not there.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use tempfile::NamedTempFile;
+
+use crate::exit_code::{ExitCode, Failure};
+
+/// Files of one run: written beside their place, then renamed together, so
+/// that earlier results stay whole if anything fails.
+pub(crate) struct Output {
+    folder: PathBuf,
+    files: Vec<(PathBuf, NamedTempFile)>,
+}
+
+impl Output {
+    /// Creates the folder if it is not there.
+    pub(crate) fn new(folder: &Path) -> Result<Self, Failure> {
+        std::fs::create_dir_all(folder).map_err(|error| {
+            let folder = folder.display();
+            Failure::new(
+                ExitCode::File,
+                format!("cannot create the folder {folder}: {error}; choose another with --out"),
+            )
+        })?;
+        Ok(Self {
+            folder: folder.to_owned(),
+            files: Vec::new(),
+        })
+    }
+
+    /// Writes a file through `fill`.
+    pub(crate) fn write<E: From<std::io::Error> + std::fmt::Display>(
+        &mut self,
+        name: impl AsRef<Path>,
+        fill: impl FnOnce(&mut dyn Write) -> Result<(), E>,
+    ) -> Result<PathBuf, Failure> {
+        let path = self.folder.join(name);
+        let failed = |error: &dyn std::fmt::Display| {
+            Failure::new(
+                ExitCode::File,
+                format!(
+                    "cannot write {}: {error}; results of earlier runs are as they were",
+                    path.display()
+                ),
+            )
+        };
+        let mut file = temporary(&self.folder).map_err(|error| failed(&error))?;
+        let mut writer = std::io::BufWriter::with_capacity(1 << 16, file.as_file_mut());
+        fill(&mut writer).map_err(|error| failed(&error))?;
+        writer.flush().map_err(|error| failed(&error))?;
+        drop(writer);
+        self.files.push((path.clone(), file));
+        Ok(path)
+    }
+
+    /// Writes a text file.
+    pub(crate) fn text(&mut self, name: impl AsRef<Path>, text: &str) -> Result<PathBuf, Failure> {
+        self.write(name, |write| write.write_all(text.as_bytes()))
+    }
+
+    /// Puts all files in their places.
+    pub(crate) fn commit(self) -> Result<(), Failure> {
+        for (path, file) in &self.files {
+            file.as_file().sync_all().map_err(|error| {
+                Failure::new(
+                    ExitCode::File,
+                    format!("cannot write {}: {error}", path.display()),
+                )
+            })?;
+        }
+        for (path, file) in self.files {
+            file.persist(&path).map_err(|error| {
+                Failure::new(
+                    ExitCode::File,
+                    format!("cannot write {}: {}", path.display(), error.error),
+                )
+            })?;
+        }
+        Ok(())
+    }
+}
+
+fn temporary(folder: &Path) -> std::io::Result<NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".sprung-").suffix(".part");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        // A temporary file is private; a result has the user's usual mode.
+        builder.permissions(std::fs::Permissions::from_mode(0o666));
+    }
+    builder.tempfile_in(folder)
+}

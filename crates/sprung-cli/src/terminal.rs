@@ -1,0 +1,287 @@
+//! What the user sees while and after a command runs.
+
+use std::collections::BTreeMap;
+use std::io::{IsTerminal, Write};
+
+use comfy_table::{CellAlignment, Table, presets};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use sprung::estimate::{EstimateResult, Identification, Verdict};
+use sprung::finding::{Finding, Severity};
+use sprung::report::significant;
+use sprung::validate::Validation;
+
+use crate::args::{Color, Voice};
+
+/// Messages go to stderr, results to stdout.
+#[derive(Clone, Copy)]
+pub(crate) struct Terminal {
+    voice: Voice,
+    json: bool,
+}
+
+impl Terminal {
+    pub(crate) fn new(voice: Voice, json: bool) -> Self {
+        Self { voice, json }
+    }
+
+    /// Prints a result for people.
+    pub(crate) fn say(self, text: impl std::fmt::Display) {
+        if !self.voice.quiet && !self.json {
+            print(&text);
+        }
+    }
+
+    /// Prints a result for programs, if they asked for it.
+    pub(crate) fn json(self, value: &impl serde::Serialize) {
+        if self.json
+            && let Ok(text) = serde_json::to_string_pretty(value)
+        {
+            print(&text);
+        }
+    }
+
+    /// Returns a bar that counts samples; `total` if it is known.
+    pub(crate) fn progress(self, what: &str, total: Option<u64>) -> ProgressBar {
+        let hidden = self.voice.no_progress || self.voice.quiet || self.json;
+        let bar = match total {
+            Some(total) => ProgressBar::new(total),
+            None => ProgressBar::new_spinner(),
+        };
+        bar.set_draw_target(if hidden {
+            ProgressDrawTarget::hidden()
+        } else {
+            ProgressDrawTarget::stderr()
+        });
+        let template = match total {
+            Some(_) => "{msg} [{bar:30}] {human_pos} of {human_len} samples, {eta} left",
+            None => "{msg} {spinner} {human_pos} samples",
+        };
+        if let Ok(style) = ProgressStyle::with_template(template) {
+            bar.set_style(style);
+        }
+        bar.set_message(what.to_owned());
+        bar
+    }
+
+    /// Prints the parameters of all estimators.
+    pub(crate) fn parameters(
+        self,
+        identification: &Identification,
+        truth: Option<&BTreeMap<String, f64>>,
+    ) {
+        for result in &identification.results {
+            self.say(format!(
+                "{}: {}, {} of {} parameters determined, condition number {} ({} scaled)",
+                result.estimator,
+                self.colored(result.verdict),
+                result.parameters.iter().filter(|p| p.identifiable).count(),
+                result.parameters.len(),
+                dash(result.condition_number, 4),
+                dash(result.condition_number_scaled, 4),
+            ));
+        }
+        self.say(parameter_table(identification, truth));
+        for finding in &identification.findings {
+            self.finding("log", finding);
+        }
+        for result in &identification.results {
+            for finding in &result.warnings {
+                self.finding(&result.estimator, finding);
+            }
+        }
+    }
+
+    /// Prints the root mean squares of all runs and parameter sets.
+    pub(crate) fn validation(self, validation: &Validation) {
+        for run in &validation.runs {
+            if run.simulated {
+                self.say(format!(
+                    "{}: root mean square of measured minus simulated ({})",
+                    run.name, run.log
+                ));
+            } else {
+                self.say(format!(
+                    "{}: no controller given, so no loop was simulated ({})",
+                    run.name, run.log
+                ));
+            }
+            self.say(error_table(run));
+            for set in &run.sets {
+                for finding in &set.findings {
+                    self.finding(&run.name, finding);
+                }
+            }
+        }
+    }
+
+    /// Prints a warning, or a note if the user wants notes.
+    fn finding(self, about: &str, finding: &Finding) {
+        let word = match finding.severity {
+            Severity::Info if !self.voice.verbose => return,
+            Severity::Info => "note",
+            Severity::Warning => "warning",
+            Severity::Serious => "serious",
+        };
+        if !self.voice.quiet {
+            complain(&format!(
+                "{word} ({about}, {}): {}\n  remedy: {}",
+                finding.code, finding.text, finding.remedy
+            ));
+        }
+    }
+
+    fn colored(self, verdict: Verdict) -> String {
+        let color = match self.voice.color {
+            Color::Always => true,
+            Color::Never => false,
+            Color::Auto => {
+                std::io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none()
+            }
+        };
+        let word = verdict.word();
+        let code = match verdict {
+            Verdict::Good => 32,
+            Verdict::Doubtful => 33,
+            Verdict::Unusable => 31,
+        };
+        if color {
+            format!("\x1b[1;{code}m{word}\x1b[0m")
+        } else {
+            word.to_owned()
+        }
+    }
+}
+
+/// Prints an error or a warning on stderr.
+#[expect(
+    clippy::print_stderr,
+    reason = "this is where messages leave the program"
+)]
+pub(crate) fn complain(message: &str) {
+    eprintln!("{message}");
+}
+
+/// Prints a line on stdout; a reader that has gone away is no error.
+fn print(text: &impl std::fmt::Display) {
+    let _ = writeln!(std::io::stdout(), "{text}");
+}
+
+fn dash(value: Option<f64>, digits: usize) -> String {
+    value.map_or_else(|| "-".to_owned(), |value| significant(value, digits))
+}
+
+fn plain(header: Vec<String>, left: usize) -> Table {
+    let mut table = Table::new();
+    table.load_style(presets::NOTHING);
+    let width = header.len();
+    table.set_header(header);
+    for column in left..width {
+        if let Some(column) = table.column_mut(column) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+    table
+}
+
+fn parameter_table(
+    identification: &Identification,
+    truth: Option<&BTreeMap<String, f64>>,
+) -> Table {
+    let reference = if truth.is_some() { "true" } else { "nominal" };
+    let mut header = vec![
+        "parameter".to_owned(),
+        "unit".to_owned(),
+        reference.to_owned(),
+    ];
+    for result in &identification.results {
+        header.push(result.estimator.clone());
+        header.push("± s.e.".to_owned());
+        header.push(
+            if truth.is_some() {
+                "error %"
+            } else {
+                "% of nominal"
+            }
+            .to_owned(),
+        );
+    }
+    let mut table = plain(header, 2);
+    let of = |result: &EstimateResult, i: usize, reference: Option<f64>| {
+        let estimate = &result.parameters[i];
+        let share = estimate.value.zip(reference).filter(|(_, r)| *r != 0.0);
+        let share = share.map_or_else(
+            || "-".to_owned(),
+            |(value, reference)| match truth {
+                Some(_) => format!("{:+.1}", 100.0 * (value / reference - 1.0)),
+                None => format!("{:.1}", 100.0 * value / reference),
+            },
+        );
+        [
+            dash(estimate.value, 5),
+            dash(estimate.standard_error, 2),
+            share,
+        ]
+    };
+    for (i, parameter) in (identification.results.first())
+        .map(|result| result.parameters.iter().enumerate())
+        .into_iter()
+        .flatten()
+    {
+        let reference = match truth {
+            Some(truth) => truth.get(&parameter.name).copied(),
+            None => parameter.nominal,
+        };
+        let mut row = vec![
+            parameter.name.clone(),
+            parameter.unit.clone(),
+            dash(reference, 5),
+        ];
+        for result in &identification.results {
+            row.extend(of(result, i, reference));
+        }
+        table.add_row(row);
+    }
+    table
+}
+
+fn error_table(run: &sprung::validate::RunResult) -> Table {
+    let joints: Vec<&String> = run
+        .sets
+        .first()
+        .map(|set| set.torque_residual_nm.keys().collect())
+        .unwrap_or_default();
+    let mut header = vec!["parameters".to_owned()];
+    for (symbol, unit) in [("tau", "N·m"), ("q", "rad"), ("phi", "rad")] {
+        header.extend(
+            joints
+                .iter()
+                .map(|joint| format!("{symbol} {joint} [{unit}]")),
+        );
+    }
+    header.extend(joints.iter().map(|joint| format!("fit {joint} [% of tau]")));
+    let mut table = plain(header, 1);
+    for set in &run.sets {
+        let mut row = vec![set.parameters.clone()];
+        for group in 0..3 {
+            row.extend(joints.iter().map(|joint| {
+                match &set.e_rms {
+                    Some(e) => dash(
+                        [&e.tau_nm, &e.q_rad, &e.phi_rad][group]
+                            .get(*joint)
+                            .copied(),
+                        3,
+                    ),
+                    None if run.simulated => "runs away".to_owned(),
+                    None => "-".to_owned(),
+                }
+            }));
+        }
+        row.extend(joints.iter().map(|joint| {
+            set.torque_relative_residual
+                .get(*joint)
+                .map_or_else(|| "-".to_owned(), |r| format!("{:.1}", 100.0 * r))
+        }));
+        table.add_row(row);
+    }
+    table
+}

@@ -1,0 +1,291 @@
+//! What a report contains, section by section.
+
+use std::collections::BTreeMap;
+
+use super::document::{Badge, Block, Document, Finding as Shown, Section, Tone};
+use super::numbers::{or_dash, significant};
+use super::{plots, tables};
+use crate::curves::Curves;
+use crate::estimate::{EstimateResult, Identification, Verdict};
+use crate::finding::{Finding, Severity};
+use crate::validate::Validation;
+
+/// Everything that a report may show.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Contents<'a> {
+    /// The identification.
+    pub identification: Option<&'a Identification>,
+    /// Every parameter over time.
+    pub trace: Option<&'a Curves>,
+    /// Filtered right-hand sides over time.
+    pub fit: Option<&'a Curves>,
+    /// The validation and its signals.
+    pub validation: Option<(&'a Validation, &'a Curves)>,
+    /// True parameters of a simulated robot, by name.
+    pub truth: Option<&'a BTreeMap<String, f64>>,
+    /// The command that made the report.
+    pub command: &'a str,
+    /// The experiment file.
+    pub experiment: &'a str,
+}
+
+/// Composes a report.
+#[must_use]
+pub fn compose(contents: &Contents<'_>) -> Document {
+    let mut sections = Vec::new();
+    let mut document = Document::default();
+    if let Some(identification) = contents.identification {
+        document.generator.clone_from(&identification.generator);
+        document.title.clone_from(&identification.robot);
+        document.subtitle = format!(
+            "Parameters identified from {} ({} samples, {} s)",
+            identification.log.file,
+            identification.log.samples,
+            significant(identification.log.duration_s, 4)
+        );
+        document.verdict = identification.results.first().map(badge);
+        sections.push(parameters(identification, contents));
+        sections.push(warnings(identification));
+        sections.extend(
+            contents
+                .trace
+                .map(|trace| traces(identification, trace, contents)),
+        );
+    }
+    if let Some((validation, curves)) = contents.validation {
+        if document.title.is_empty() {
+            document.title.clone_from(&validation.robot);
+            document.generator.clone_from(&validation.generator);
+            "Validation of given parameters".clone_into(&mut document.subtitle);
+        }
+        sections.push(validation_section(validation, curves));
+    }
+    if let Some(identification) = contents.identification {
+        sections.extend(contents.fit.map(|fit| fit_section(identification, fit)));
+        sections.push(conditioning(identification));
+    }
+    sections.push(settings(contents));
+    document.sections = sections;
+    document
+}
+
+fn badge(result: &EstimateResult) -> Badge {
+    Badge {
+        tone: match result.verdict {
+            Verdict::Good => Tone::Good,
+            Verdict::Doubtful => Tone::Doubtful,
+            Verdict::Unusable => Tone::Bad,
+        },
+        text: format!("{}: {}", result.estimator, result.verdict.word()),
+    }
+}
+
+fn section(id: &str, heading: &str, lead: &str, blocks: Vec<Block>) -> Section {
+    Section {
+        id: id.to_owned(),
+        heading: heading.to_owned(),
+        lead: lead.to_owned(),
+        blocks,
+    }
+}
+
+fn parameters(identification: &Identification, contents: &Contents<'_>) -> Section {
+    let table = tables::parameters(identification, contents.truth);
+    let mut blocks = vec![Block::Table(table)];
+    if let Some(table) = tables::motor_rows(identification) {
+        blocks.push(Block::Paragraph(
+            "The motor row of a joint holds the torque, so nothing pulls its scale down; the link \
+             rows have no right-hand side, so with noise they prefer smaller links and springs. \
+             Where the two stiffnesses differ, look for delays and noise of the link positions."
+                .to_owned(),
+        ));
+        blocks.push(Block::Table(table));
+    }
+    section(
+        "parameters",
+        "Parameters",
+        "Each value with its standard error. A dash means that the log does not determine the \
+         value, or that nobody gave it.",
+        blocks,
+    )
+}
+
+fn shown(finding: &Finding) -> Shown {
+    Shown {
+        severity: match finding.severity {
+            Severity::Info => Tone::Neutral,
+            Severity::Warning => Tone::Doubtful,
+            Severity::Serious => Tone::Bad,
+        },
+        code: finding.code.clone(),
+        title: finding.code.replace('-', " "),
+        text: finding.text.clone(),
+        remedy: finding.remedy.clone(),
+    }
+}
+
+fn warnings(identification: &Identification) -> Section {
+    let mut blocks = Vec::new();
+    if !identification.findings.is_empty() {
+        blocks.push(Block::Paragraph("About the log:".to_owned()));
+        blocks.push(Block::Findings(
+            identification.findings.iter().map(shown).collect(),
+        ));
+    }
+    for result in &identification.results {
+        blocks.push(Block::Paragraph(format!(
+            "About {} (verdict: {}):",
+            result.estimator,
+            result.verdict.word()
+        )));
+        blocks.push(Block::Findings(result.warnings.iter().map(shown).collect()));
+    }
+    section(
+        "warnings",
+        "What to know before using these numbers",
+        "One serious finding makes a result unusable, one warning makes it doubtful.",
+        blocks,
+    )
+}
+
+fn traces(identification: &Identification, trace: &Curves, contents: &Contents<'_>) -> Section {
+    section(
+        "traces",
+        "Parameters over time",
+        "The estimate from the log up to each time. A value that has settled no longer depends on \
+         how long the log is; one that keeps drifting or swinging is not to be trusted.",
+        vec![Block::Figure(plots::traces(
+            identification,
+            trace,
+            contents.truth,
+        ))],
+    )
+}
+
+fn validation_section(validation: &Validation, curves: &Curves) -> Section {
+    let mut blocks = Vec::new();
+    for run in &validation.runs {
+        blocks.push(Block::Table(tables::errors(run)));
+        let findings: Vec<Shown> = run
+            .sets
+            .iter()
+            .flat_map(|set| set.findings.iter().map(shown))
+            .collect();
+        if !findings.is_empty() {
+            blocks.push(Block::Findings(findings));
+        }
+        if run.simulated {
+            blocks.extend(
+                plots::validation(run, curves)
+                    .into_iter()
+                    .map(Block::Figure),
+            );
+        }
+        blocks.push(Block::Table(tables::torque(run)));
+    }
+    section(
+        "validation",
+        "Validation",
+        "Measured against simulated: the closed loop is run with each parameter set under the \
+         reference and the controller of the experiment, from rest, and compared with the log.",
+        blocks,
+    )
+}
+
+fn fit_section(identification: &Identification, fit: &Curves) -> Section {
+    section(
+        "fit",
+        "Fit of the regression",
+        "Filtered motor torque: measured, and as the model needs it for the measured motion. What \
+         is left shows what the model lacks.",
+        vec![Block::Figure(plots::fit(identification, fit))],
+    )
+}
+
+fn conditioning(identification: &Identification) -> Section {
+    let mut pairs = Vec::new();
+    if let Some(result) = identification.results.first() {
+        pairs.push((
+            "Rank of the regressor".to_owned(),
+            format!("{} of {}", result.rank, result.parameters.len()),
+        ));
+        pairs.push((
+            "Condition number".to_owned(),
+            or_dash(result.condition_number, 4),
+        ));
+        pairs.push((
+            "Condition number, columns scaled".to_owned(),
+            or_dash(result.condition_number_scaled, 4),
+        ));
+        for row in &result.motor_rows {
+            pairs.push((
+                format!("Condition number of {}'s motor row", row.joint),
+                or_dash(row.condition_number, 4),
+            ));
+        }
+    }
+    section(
+        "conditioning",
+        "Excitation and conditioning",
+        "How well the motion tells the parameters apart. Below 100 after scaling is comfortable; \
+         the residuals are root mean squares over the whole log.",
+        vec![
+            Block::KeyValues(pairs),
+            Block::Table(tables::residuals(identification)),
+        ],
+    )
+}
+
+fn settings(contents: &Contents<'_>) -> Section {
+    let mut pairs = Vec::new();
+    if let Some(identification) = contents.identification {
+        let used = &identification.settings;
+        let log = &identification.log;
+        pairs.extend([
+            ("Sampling period".to_owned(), format!("{} s", log.period_s)),
+            (
+                "Largest jitter".to_owned(),
+                format!("{} % of the period", significant(log.jitter_percent, 2)),
+            ),
+            (
+                "Filter pair".to_owned(),
+                format!(
+                    "λ = {} rad/s, {}",
+                    used.filter_cutoff_rad_per_s, used.discretization
+                ),
+            ),
+            (
+                "Zero-phase position filter".to_owned(),
+                format!(
+                    "Butterworth, order {}, {} Hz",
+                    used.position_filter_order, used.position_cutoff_hz
+                ),
+            ),
+        ]);
+        for (column, delay) in &log.delay_s {
+            let error = delay
+                .standard_error
+                .map_or_else(String::new, |error| format!(" ± {}", significant(error, 2)));
+            pairs.push((
+                format!("Delay of {column}"),
+                format!("{}{error} s", significant(delay.value, 4)),
+            ));
+        }
+        for result in &identification.results {
+            pairs.push((
+                format!("Time for {}", result.estimator),
+                format!("{} s", significant(result.elapsed_s, 2)),
+            ));
+        }
+    }
+    section(
+        "settings",
+        "Settings",
+        "The command and the experiment file that made this report.",
+        vec![
+            Block::KeyValues(pairs),
+            Block::Code(contents.command.to_owned()),
+            Block::Code(contents.experiment.to_owned()),
+        ],
+    )
+}

@@ -1,0 +1,62 @@
+//! Numbers for people; the only place where anything is rounded.
+
+/// Returns a number with `digits` significant digits, in plain notation where
+/// that is short.
+#[must_use]
+pub fn significant(value: f64, digits: usize) -> String {
+    let digits = digits.max(1);
+    if value == 0.0 || !value.is_finite() {
+        return if value == 0.0 {
+            "0".to_owned()
+        } else {
+            value.to_string()
+        };
+    }
+    // Rounding first: 9.996 with 3 digits is 10.0.
+    let scientific = format!("{value:.*e}", digits - 1);
+    let exponent: i32 = scientific
+        .split_once('e')
+        .and_then(|(_, exponent)| exponent.parse().ok())
+        .unwrap_or(0);
+    if (-5..=6).contains(&exponent) {
+        let decimals = (digits as i32 - 1 - exponent).max(0) as usize;
+        format!("{value:.decimals$}")
+    } else {
+        scientific
+    }
+}
+
+/// Returns a value or a dash.
+pub(super) fn or_dash(value: Option<f64>, digits: usize) -> String {
+    value.map_or_else(|| "–".to_owned(), |value| significant(value, digits))
+}
+
+/// Returns the deviation of `value` from `reference` in percent, with sign.
+#[must_use]
+pub(super) fn deviation(value: Option<f64>, reference: Option<f64>) -> String {
+    match (value, reference) {
+        (Some(value), Some(reference)) if reference != 0.0 => {
+            format!("{:+.1}", 100.0 * (value / reference - 1.0))
+        }
+        _ => "–".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn digits_are_significant_ones() {
+        for (value, digits, expected) in [
+            (0.0, 3, "0"),
+            (9.996, 3, "10.0"),
+            (-0.002_959_1, 4, "-0.002959"),
+            (312_345.6, 4, "312346"),
+            (1.5e-9, 2, "1.5e-9"),
+            (f64::INFINITY, 3, "inf"),
+        ] {
+            assert_eq!(significant(value, digits), expected);
+        }
+    }
+}

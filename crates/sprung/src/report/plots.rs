@@ -1,0 +1,232 @@
+//! The figures of a report.
+
+use std::collections::BTreeMap;
+
+use super::document::{Figure, Layout, Panel, Series, Style};
+use crate::curves::{CurveSet, Curves};
+use crate::estimate::Identification;
+use crate::validate::RunResult;
+
+const STYLES: [Style; 3] = [Style::First, Style::Second, Style::Third];
+
+/// Every parameter over time, one panel each.
+pub(super) fn traces(
+    identification: &Identification,
+    trace: &Curves,
+    truth: Option<&BTreeMap<String, f64>>,
+) -> Figure {
+    let Some(first) = identification.results.first() else {
+        return Figure::default();
+    };
+    // All sets on the time axis of the first: a panel has one.
+    let time = trace
+        .sets
+        .first()
+        .map(|set| set.time.clone())
+        .unwrap_or_default();
+    let panels = first
+        .parameters
+        .iter()
+        .enumerate()
+        .map(|(i, parameter)| {
+            let mut series: Vec<Series> = trace
+                .sets
+                .iter()
+                .zip(STYLES)
+                .map(|(set, style)| Series {
+                    name: set.label.clone(),
+                    values: sampled(set, i, &time),
+                    style,
+                })
+                .collect();
+            let reference = match truth {
+                Some(truth) => truth.get(&parameter.name).map(|v| ("true", *v)),
+                None => parameter.nominal.map(|v| ("nominal", v)),
+            };
+            if let Some((name, value)) = reference {
+                series.push(Series {
+                    name: name.to_owned(),
+                    values: vec![Some(value); time.len()],
+                    style: Style::Reference,
+                });
+            }
+            drop_start(&mut series);
+            Panel {
+                y_label: format!("{} [{}]", parameter.name, parameter.unit),
+                x: time.clone(),
+                series,
+            }
+        })
+        .collect();
+    Figure {
+        id: "traces".to_owned(),
+        caption: "Estimates over time. The start is left out where it would hide the rest."
+            .to_owned(),
+        x_label: "time [s]".to_owned(),
+        layout: Layout::Grid,
+        panels,
+    }
+}
+
+/// A column of a set at the nearest of its own times.
+fn sampled(set: &CurveSet, column: usize, time: &[f64]) -> Vec<Option<f64>> {
+    time.iter()
+        .map(|t| {
+            let after = set.time.partition_point(|other| other < t);
+            let nearest = match (after.checked_sub(1), set.time.get(after)) {
+                (Some(before), Some(next)) if t - set.time[before] < next - t => before,
+                (Some(before), None) => before,
+                _ => after,
+            };
+            *set.values[column].get(nearest)?
+        })
+        .collect()
+}
+
+/// Drops values far outside what the second half shows: the first estimates
+/// rest on next to no data.
+fn drop_start(series: &mut [Series]) {
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for one in &*series {
+        for value in one.values[one.values.len() / 2..].iter().flatten() {
+            low = low.min(*value);
+            high = high.max(*value);
+        }
+    }
+    let margin = (high - low).max(0.05 * high.abs());
+    for one in series {
+        for value in &mut one.values {
+            if value.is_some_and(|v| v < low - margin || v > high + margin) {
+                *value = None;
+            }
+        }
+    }
+}
+
+/// Measured and simulated positions, then torques, each with its error.
+pub(super) fn validation(run: &RunResult, curves: &Curves) -> Vec<Figure> {
+    let prefix = format!("{}/", run.name);
+    let own: Vec<&CurveSet> = curves
+        .sets
+        .iter()
+        .filter(|set| set.label.starts_with(&prefix))
+        .collect();
+    let Some((measured, simulated)) = own.split_first() else {
+        return Vec::new();
+    };
+    let figure = |id: &str, caption: String, wanted: &[&str]| {
+        let panels = curves
+            .columns
+            .iter()
+            .enumerate()
+            .filter(|(_, column)| wanted.iter().any(|suffix| column.ends_with(suffix)))
+            .flat_map(|(i, column)| with_error(measured, simulated, i, column, &prefix))
+            .collect();
+        Figure {
+            id: format!("{id}-{}", slug(&run.name)),
+            caption,
+            x_label: "time [s]".to_owned(),
+            layout: Layout::Stack,
+            panels,
+        }
+    };
+    vec![
+        figure(
+            "positions",
+            format!(
+                "{}: measured and simulated positions, and their errors.",
+                run.name
+            ),
+            &["link_position_rad", "motor_position_rad"],
+        ),
+        figure(
+            "torques",
+            format!(
+                "{}: measured and simulated motor torques, and their errors.",
+                run.name
+            ),
+            &["motor_torque_nm"],
+        ),
+    ]
+}
+
+/// Filtered torques, measured and fitted, with what is left.
+pub(super) fn fit(identification: &Identification, fit: &Curves) -> Figure {
+    let panels = match fit.sets.split_first() {
+        None => Vec::new(),
+        Some((measured, fitted)) => {
+            let fitted: Vec<&CurveSet> = fitted.iter().collect();
+            (fit.columns.iter().enumerate())
+                .filter(|(_, column)| column.ends_with("motor_nm"))
+                .flat_map(|(i, column)| with_error(measured, &fitted, i, column, ""))
+                .collect()
+        }
+    };
+    Figure {
+        id: "fit".to_owned(),
+        caption: format!("Filtered motor torques of {}.", identification.log.file),
+        x_label: "time [s]".to_owned(),
+        layout: Layout::Stack,
+        panels,
+    }
+}
+
+/// A panel with all curves and a panel with their distance from the first.
+fn with_error(
+    measured: &CurveSet,
+    others: &[&CurveSet],
+    column: usize,
+    name: &str,
+    prefix: &str,
+) -> [Panel; 2] {
+    let label = |set: &CurveSet| set.label.trim_start_matches(prefix).to_owned();
+    let (what, unit) = name.rsplit_once('_').unwrap_or((name, ""));
+    let what = what.replace('_', " ");
+    let unit = unit.replace("nm", "N·m");
+    let truth = &measured.values[column];
+    let mut curves = vec![Series {
+        name: "measured".to_owned(),
+        values: truth.clone(),
+        style: Style::Measured,
+    }];
+    let mut errors = Vec::new();
+    for (set, style) in others.iter().zip(STYLES) {
+        curves.push(Series {
+            name: label(set),
+            values: set.values[column].clone(),
+            style,
+        });
+        errors.push(Series {
+            name: label(set),
+            values: (truth.iter().zip(&set.values[column]))
+                .map(|(a, b)| Some((*a)? - (*b)?))
+                .collect(),
+            style,
+        });
+    }
+    [
+        Panel {
+            y_label: format!("{what} [{unit}]"),
+            x: measured.time.clone(),
+            series: curves,
+        },
+        Panel {
+            y_label: format!("error [{unit}]"),
+            x: measured.time.clone(),
+            series: errors,
+        },
+    ]
+}
+
+/// Letters, digits and hyphens, for anchors.
+fn slug(name: &str) -> String {
+    name.chars()
+        .map(|c| {
+            if c.is_ascii_alphanumeric() {
+                c.to_ascii_lowercase()
+            } else {
+                '-'
+            }
+        })
+        .collect()
+}

@@ -1,0 +1,265 @@
+//! The tables of a report.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::document::{Column, Row, Table, Tone};
+use super::numbers::{deviation, or_dash, significant};
+use crate::estimate::Identification;
+use crate::validate::RunResult;
+
+fn text(heading: &str) -> Column {
+    Column {
+        heading: heading.to_owned(),
+        numeric: false,
+    }
+}
+
+fn number(heading: impl Into<String>) -> Column {
+    Column {
+        heading: heading.into(),
+        numeric: true,
+    }
+}
+
+/// Parameters: nominal and true values beside each estimate.
+pub(super) fn parameters(
+    identification: &Identification,
+    truth: Option<&BTreeMap<String, f64>>,
+) -> Table {
+    let mut columns = vec![
+        text("Parameter"),
+        text("Symbol"),
+        text("Unit"),
+        number("Nominal"),
+    ];
+    if truth.is_some() {
+        columns.push(number("True"));
+    }
+    for result in &identification.results {
+        columns.push(number(&result.estimator));
+        columns.push(number("± s.e."));
+        columns.push(number(if truth.is_some() {
+            "error %"
+        } else {
+            "from nominal %"
+        }));
+    }
+    let first = identification.results.first();
+    let rows = first
+        .map(|result| result.parameters.iter().enumerate())
+        .into_iter()
+        .flatten()
+        .map(|(i, parameter)| {
+            let mut cells = vec![
+                parameter.name.clone(),
+                parameter.symbol.clone(),
+                parameter.unit.clone(),
+                or_dash(parameter.nominal, 5),
+            ];
+            let known = truth.map(|truth| truth.get(&parameter.name).copied());
+            if let Some(known) = known {
+                cells.push(or_dash(known, 5));
+            }
+            for result in &identification.results {
+                let estimate = &result.parameters[i];
+                cells.push(or_dash(estimate.value, 5));
+                cells.push(or_dash(estimate.standard_error, 2));
+                cells.push(deviation(estimate.value, known.unwrap_or(estimate.nominal)));
+            }
+            let warned = first.is_some_and(|result| {
+                result
+                    .warnings
+                    .iter()
+                    .any(|w| w.parameters.contains(&parameter.name))
+            });
+            Row {
+                cells,
+                tone: if warned {
+                    Tone::Doubtful
+                } else {
+                    Tone::Neutral
+                },
+            }
+        })
+        .collect();
+    Table {
+        caption: "Identified parameters. Marked rows carry a warning.".to_owned(),
+        columns,
+        rows,
+    }
+}
+
+/// Motor rows alone beside the stacked estimate.
+pub(super) fn motor_rows(identification: &Identification) -> Option<Table> {
+    let result = identification
+        .results
+        .iter()
+        .find(|r| !r.motor_rows.is_empty())?;
+    let rows = result
+        .motor_rows
+        .iter()
+        .flat_map(|row| &row.parameters)
+        .map(|alone| {
+            let stacked = result.parameter(&alone.name);
+            Row {
+                cells: vec![
+                    alone.name.clone(),
+                    alone.unit.clone(),
+                    or_dash(stacked.and_then(|p| p.value), 5),
+                    or_dash(stacked.and_then(|p| p.standard_error), 2),
+                    or_dash(alone.value, 5),
+                    or_dash(alone.standard_error, 2),
+                ],
+                tone: Tone::Neutral,
+            }
+        })
+        .collect();
+    Some(Table {
+        caption: "All rows stacked, against the motor row of each joint alone.".to_owned(),
+        columns: vec![
+            text("Parameter"),
+            text("Unit"),
+            number("All rows"),
+            number("± s.e."),
+            number("Motor row alone"),
+            number("± s.e."),
+        ],
+        rows,
+    })
+}
+
+fn joints(run: &RunResult) -> BTreeSet<&String> {
+    run.sets
+        .iter()
+        .flat_map(|set| set.torque_residual_nm.keys())
+        .collect()
+}
+
+/// Root mean squares of measured minus simulated.
+pub(super) fn errors(run: &RunResult) -> Table {
+    let joints = joints(run);
+    let mut columns = vec![text("Parameters")];
+    for (symbol, unit) in [("τ", "N·m"), ("q", "rad"), ("φ", "rad")] {
+        columns.extend(
+            joints
+                .iter()
+                .map(|joint| number(format!("{symbol} {joint} [{unit}]"))),
+        );
+    }
+    let rows = run
+        .sets
+        .iter()
+        .map(|set| {
+            let mut cells = vec![set.parameters.clone()];
+            for group in 0..3 {
+                for joint in &joints {
+                    let value = set.e_rms.as_ref().and_then(|e| {
+                        [&e.tau_nm, &e.q_rad, &e.phi_rad][group]
+                            .get(*joint)
+                            .copied()
+                    });
+                    cells.push(value.map_or_else(
+                        || if run.simulated { "runs away" } else { "–" }.to_owned(),
+                        |value| significant(value, 3),
+                    ));
+                }
+            }
+            Row {
+                cells,
+                tone: if set.e_rms.is_none() && run.simulated {
+                    Tone::Bad
+                } else {
+                    Tone::Neutral
+                },
+            }
+        })
+        .collect();
+    Table {
+        caption: if run.simulated {
+            format!(
+                "{}: root mean square of measured minus simulated over {} ({} samples).",
+                run.name, run.log, run.samples
+            )
+        } else {
+            format!(
+                "{}: {} ({} samples); no controller given.",
+                run.name, run.log, run.samples
+            )
+        },
+        columns,
+        rows,
+    }
+}
+
+/// Residual of the filtered torque along the measured motion.
+pub(super) fn torque(run: &RunResult) -> Table {
+    let joints = joints(run);
+    let mut columns = vec![text("Parameters")];
+    for joint in &joints {
+        columns.push(number(format!("{joint} [N·m]")));
+        columns.push(number(format!("{joint} [% of torque]")));
+    }
+    let rows = run
+        .sets
+        .iter()
+        .map(|set| {
+            let mut cells = vec![set.parameters.clone()];
+            for joint in &joints {
+                let relative = set.torque_relative_residual.get(*joint);
+                cells.push(or_dash(set.torque_residual_nm.get(*joint).copied(), 3));
+                cells
+                    .push(relative.map_or_else(|| "–".to_owned(), |r| format!("{:.1}", 100.0 * r)));
+            }
+            Row {
+                cells,
+                tone: Tone::Neutral,
+            }
+        })
+        .collect();
+    Table {
+        caption: format!(
+            "{}: filtered motor torque that the model needs for the measured motion, root mean \
+             square of its error.",
+            run.name
+        ),
+        columns,
+        rows,
+    }
+}
+
+/// Residuals of every row.
+pub(super) fn residuals(identification: &Identification) -> Table {
+    let mut columns = vec![text("Row")];
+    for result in &identification.results {
+        columns.push(number(format!("{} [N·m]", result.estimator)));
+        columns.push(number("% of torque"));
+    }
+    let rows = identification
+        .results
+        .first()
+        .map(|result| result.residual_rms.keys())
+        .into_iter()
+        .flatten()
+        .map(|row| {
+            let mut cells = vec![row.trim_end_matches("_nm").to_owned()];
+            for result in &identification.results {
+                cells.push(or_dash(result.residual_rms.get(row).copied(), 3));
+                cells.push(
+                    result
+                        .relative_residual
+                        .get(row)
+                        .map_or_else(|| "–".to_owned(), |r| format!("{:.1}", 100.0 * r)),
+                );
+            }
+            Row {
+                cells,
+                tone: Tone::Neutral,
+            }
+        })
+        .collect();
+    Table {
+        caption: "Residuals of the filtered regression.".to_owned(),
+        columns,
+        rows,
+    }
+}
