@@ -8,6 +8,9 @@ use crate::model::{JOINT_COUNT, Model, ROWS};
 use crate::preprocess::{Aligner, Butterworth, Smoother};
 use crate::regression::{FilteredRegression, Reduction, SystemPart, solve};
 
+/// Where the stiffness stands in [`MOTOR_SIDE`].
+pub(super) const STIFFNESS: usize = 2;
+
 /// Samples that the search looks at, at most.
 const EXCERPT: usize = 30_000;
 
@@ -143,7 +146,7 @@ pub fn fit_motor_rows(
 /// joints do not disturb each other, and it has a right-hand side, so that the
 /// delay cannot shrink the solution instead of fitting it. The search covers
 /// -0.05 s to 0.5 s in steps of 10 ms, then in steps of a sample, then by a
-/// parabola.
+/// parabola; delays at which the stiffness is negative do not count.
 ///
 /// Returns nothing if the excerpt is too short.
 #[must_use]
@@ -186,8 +189,10 @@ pub fn estimate_delays(
             // Too long a delay leaves too little of a short log: no candidate.
             let Some(fits) = attempt(&at) else { continue };
             for (i, best) in best.iter_mut().enumerate() {
-                let cost = fits[joint(i)].relative_residual.powi(2);
-                if cost < best.1 {
+                let fit = &fits[joint(i)];
+                let cost = fit.relative_residual.powi(2);
+                // A spring pulls back: other minima are echoes of the motion.
+                if fit.values[STIFFNESS] > 0.0 && cost < best.1 {
                     *best = (at[i], cost);
                 }
             }

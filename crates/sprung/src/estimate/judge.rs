@@ -4,10 +4,10 @@ use serde::{Deserialize, Serialize};
 use sprung_core::drives::MOTOR_SIDE;
 use sprung_core::parameters::JointParameter;
 
-use super::delay::{DelayEstimate, MotorRowFit};
+use super::delay::{DelayEstimate, MotorRowFit, STIFFNESS};
 use super::result::{EstimateResult, ParameterEstimate};
 use crate::finding::{Finding, Severity};
-use crate::model::{Model, Parameter};
+use crate::model::Model;
 
 /// Relative standard error above which a parameter counts as weak.
 const WEAK: f64 = 0.25;
@@ -17,6 +17,11 @@ const COLLINEAR: f64 = 100.0;
 
 /// Part of the motor torque that may stay unexplained.
 const UNEXPLAINED: f64 = 0.2;
+
+/// Part by which a stacked stiffness may lie below the motor row's: more is
+/// reported, the first only if the standard errors agree.
+const SMALL_GAP: f64 = 0.05;
+const LARGE_GAP: f64 = 0.1;
 
 /// How far to trust a result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -101,10 +106,8 @@ pub fn judge(
         scale(model, result, joint, name, &mut findings);
         unexplained(result, name, &mut findings);
     }
-    for (parameter, estimate) in model.parameters().iter().zip(&result.parameters) {
-        friction(parameter, estimate, &mut findings);
-        weak(estimate, &mut findings);
-    }
+    negative_friction(model, result, &mut findings);
+    weak(result, &mut findings);
     collinear(model, result, weakest, &mut findings);
     findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
     findings
@@ -183,7 +186,7 @@ fn impossible(
                 delay.delay,
                 explained(&delay.with),
                 explained(&delay.without),
-                delay.with.values[2],
+                delay.with.values[STIFFNESS],
                 stiffness.unit
             );
             remedy = format!(
@@ -206,7 +209,7 @@ fn impossible(
                      of the torque and every parameter is positive (stiffness {:.4} {}): the columns \
                      look swapped",
                     explained(fit),
-                    fit.values[2],
+                    fit.values[STIFFNESS],
                     stiffness.unit
                 ),
                 "exchange the joint's columns under link_position_rad and motor_position_rad",
@@ -274,7 +277,7 @@ fn scale(
     let alone = result
         .motor_rows
         .get(joint)
-        .and_then(|row| row.parameters.get(2));
+        .and_then(|row| row.parameters.get(STIFFNESS));
     let (Some(value), Some(alone)) = (stacked.value, alone) else {
         return;
     };
@@ -283,7 +286,8 @@ fn scale(
     };
     let error = error.hypot(stacked.standard_error.unwrap_or(0.0));
     let gap = reference - value;
-    if value > 0.0 && gap > 0.05 * reference && gap > 2.0 * error {
+    let sure = gap > LARGE_GAP * reference || gap > 2.0 * error;
+    if value > 0.0 && gap > SMALL_GAP * reference && sure {
         findings.push(
             Finding::new(
                 Severity::Warning,
@@ -323,55 +327,72 @@ fn unexplained(result: &EstimateResult, name: &str, findings: &mut Vec<Finding>)
     }
 }
 
-fn friction(parameter: &Parameter, estimate: &ParameterEstimate, findings: &mut Vec<Finding>) {
-    let (Some(value), true) = (estimate.value, parameter.is_friction()) else {
-        return;
-    };
-    if value >= 0.0 {
-        return;
-    }
-    let error = estimate.standard_error.unwrap_or(0.0);
-    let meaning = if -value < 2.0 * error {
-        "it cannot be told from zero"
-    } else {
-        "friction that feeds energy in makes a simulation unstable; quantisation of the positions \
-         and smoothing through the Coulomb transition cause it"
-    };
-    findings.push(
-        Finding::new(
-            Severity::Warning,
-            "negative-friction",
-            format!(
-                "{} comes out negative ({value:.4} {}): {meaning}",
-                parameter.name, parameter.unit
-            ),
-            "excite the joint at low and at high speed; until then simulate with zero",
-        )
-        .about([parameter.name.clone()]),
-    );
-}
-
-fn weak(parameter: &ParameterEstimate, findings: &mut Vec<Finding>) {
-    let (Some(value), Some(error)) = (parameter.value, parameter.standard_error) else {
-        return;
-    };
-    if value > 0.0 && error > WEAK * value {
+fn negative_friction(model: &Model, result: &EstimateResult, findings: &mut Vec<Finding>) {
+    let negative = |p: &&ParameterEstimate| p.value.is_some_and(|value| value < 0.0);
+    let (lost, wrong): (Vec<_>, Vec<_>) = (model.parameters().iter())
+        .zip(&result.parameters)
+        .filter(|(parameter, _)| parameter.is_friction())
+        .map(|(_, estimate)| estimate)
+        .filter(negative)
+        .partition(|p| -p.value.unwrap_or(0.0) < 2.0 * p.standard_error.unwrap_or(0.0));
+    for (group, meaning) in [
+        (
+            wrong,
+            "friction that feeds energy in makes a simulation unstable; quantisation of the \
+             positions and smoothing through the Coulomb transition cause it",
+        ),
+        (
+            lost,
+            "within two standard errors, so it cannot be told from zero",
+        ),
+    ] {
+        if group.is_empty() {
+            continue;
+        }
+        let list = list(&group, |p| {
+            format!("{:.4} {}", p.value.unwrap_or(0.0), p.unit)
+        });
         findings.push(
             Finding::new(
                 Severity::Warning,
-                "weakly-excited",
-                format!(
-                    "{} = {value:.4} {} carries a standard error of {:.0} %: the log says little \
-                     about it",
-                    parameter.name,
-                    parameter.unit,
-                    100.0 * error / value
-                ),
-                "larger amplitudes, or a longer log, with motion in which this parameter matters",
+                "negative-friction",
+                format!("friction comes out negative, {list}: {meaning}"),
+                "excite the joint at low and at high speed; until then simulate with zero",
             )
-            .about([parameter.name.clone()]),
+            .about(group.iter().map(|p| p.name.clone())),
         );
     }
+}
+
+fn weak(result: &EstimateResult, findings: &mut Vec<Finding>) {
+    let share = |p: &ParameterEstimate| Some(p.standard_error? / p.value.filter(|v| *v > 0.0)?);
+    let weak: Vec<&ParameterEstimate> = (result.parameters.iter())
+        .filter(|p| share(p).is_some_and(|share| share > WEAK))
+        .collect();
+    if weak.is_empty() {
+        return;
+    }
+    let list = list(&weak, |p| {
+        format!("{:.0} %", 100.0 * share(p).unwrap_or(0.0))
+    });
+    findings.push(
+        Finding::new(
+            Severity::Warning,
+            "weakly-excited",
+            format!("the log says little about some parameters; their standard errors: {list}"),
+            "larger amplitudes, or a longer log, with motion in which these parameters matter",
+        )
+        .about(weak.iter().map(|p| p.name.clone())),
+    );
+}
+
+/// Returns `name value, name value, …`.
+fn list(parameters: &[&ParameterEstimate], value: impl Fn(&ParameterEstimate) -> String) -> String {
+    let words: Vec<String> = parameters
+        .iter()
+        .map(|p| format!("{} {}", p.name, value(p)))
+        .collect();
+    words.join(", ")
 }
 
 fn collinear(model: &Model, result: &EstimateResult, weakest: &[f64], findings: &mut Vec<Finding>) {

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::document::{Column, Row, Table, Tone};
 use super::numbers::{deviation, or_dash, significant};
-use crate::estimate::Identification;
+use crate::estimate::{Identification, ParameterEstimate};
 use crate::validate::RunResult;
 
 fn text(heading: &str) -> Column {
@@ -18,6 +18,14 @@ fn number(heading: impl Into<String>) -> Column {
     Column {
         heading: heading.into(),
         numeric: true,
+    }
+}
+
+fn with_error(estimate: &ParameterEstimate) -> String {
+    let value = or_dash(estimate.value, 5);
+    match estimate.standard_error {
+        Some(error) => format!("{value} ± {}", significant(error, 2)),
+        None => value,
     }
 }
 
@@ -36,8 +44,7 @@ pub(super) fn parameters(
         columns.push(number("True"));
     }
     for result in &identification.results {
-        columns.push(number(&result.estimator));
-        columns.push(number("± s.e."));
+        columns.push(number(format!("{} ± s.e.", result.estimator)));
         columns.push(number(if truth.is_some() {
             "error %"
         } else {
@@ -51,8 +58,11 @@ pub(super) fn parameters(
         .flatten()
         .map(|(i, parameter)| {
             let mut cells = vec![
-                parameter.name.clone(),
-                parameter.symbol.clone(),
+                format!(
+                    "{} {}",
+                    parameter.symbol.replace("theta", "θ"),
+                    parameter.name
+                ),
                 parameter.unit.clone(),
                 or_dash(parameter.nominal, 5),
             ];
@@ -62,8 +72,7 @@ pub(super) fn parameters(
             }
             for result in &identification.results {
                 let estimate = &result.parameters[i];
-                cells.push(or_dash(estimate.value, 5));
-                cells.push(or_dash(estimate.standard_error, 2));
+                cells.push(with_error(estimate));
                 cells.push(deviation(estimate.value, known.unwrap_or(estimate.nominal)));
             }
             let warned = first.is_some_and(|result| {
@@ -105,10 +114,8 @@ pub(super) fn motor_rows(identification: &Identification) -> Option<Table> {
                 cells: vec![
                     alone.name.clone(),
                     alone.unit.clone(),
-                    or_dash(stacked.and_then(|p| p.value), 5),
-                    or_dash(stacked.and_then(|p| p.standard_error), 2),
-                    or_dash(alone.value, 5),
-                    or_dash(alone.standard_error, 2),
+                    stacked.map_or_else(String::new, with_error),
+                    with_error(alone),
                 ],
                 tone: Tone::Neutral,
             }
@@ -119,10 +126,8 @@ pub(super) fn motor_rows(identification: &Identification) -> Option<Table> {
         columns: vec![
             text("Parameter"),
             text("Unit"),
-            number("All rows"),
-            number("± s.e."),
-            number("Motor row alone"),
-            number("± s.e."),
+            number("All rows ± s.e."),
+            number("Motor row alone ± s.e."),
         ],
         rows,
     })

@@ -145,7 +145,10 @@ pub fn validate(
         }
         runs.push(RunResult {
             name: described.name.clone(),
-            log: source.name.clone(),
+            log: (described.log.as_ref())
+                .and_then(|log| log.file.as_ref())
+                .or(log.file.as_ref())
+                .map_or_else(|| source.name.clone(), |file| file.display().to_string()),
             samples: outcome.samples,
             simulated: controller.is_some(),
             sets: candidates
