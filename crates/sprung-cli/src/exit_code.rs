@@ -29,10 +29,10 @@ pub(crate) struct Failure {
 }
 
 impl Failure {
-    pub(crate) fn new(code: ExitCode, message: impl ToString) -> Self {
+    pub(crate) fn new(code: ExitCode, message: impl std::fmt::Display) -> Self {
         Self {
             code,
-            message: message.to_string(),
+            message: format!("{message}"),
         }
     }
 }

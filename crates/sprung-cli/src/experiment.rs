@@ -49,20 +49,27 @@ impl Loaded {
         chosen.map_or_else(|| self.folder.join("sprung-out"), Clone::clone)
     }
 
-    /// Returns where the file of a log is; an overlay's file wins.
+    /// Returns the log of the experiment, or of one of its validation runs.
+    pub(crate) fn log(&self, overlay: Option<&Log>) -> Result<Log, Failure> {
+        let log = self.experiment.log.as_ref().ok_or_else(|| {
+            Failure::new(
+                ExitCode::Usage,
+                "the experiment has no [log]; say which columns hold what",
+            )
+        })?;
+        Ok(overlay.map_or_else(|| log.clone(), |over| log.overlaid(over)))
+    }
+
+    /// Returns where the file of a log is.
     pub(crate) fn log_path(&self, overlay: Option<&Log>) -> Result<PathBuf, Failure> {
-        let own = self.experiment.log.as_ref();
-        overlay
-            .and_then(|log| log.file.as_ref())
-            .or_else(|| own.and_then(|log| log.file.as_ref()))
-            .map(|file| self.folder.join(file))
-            .ok_or_else(|| {
-                Failure::new(
-                    ExitCode::Usage,
-                    "the experiment does not say which log to read; give file in [log], or \
-                     --set log.file=FILE",
-                )
-            })
+        let file = self.log(overlay)?.file.ok_or_else(|| {
+            Failure::new(
+                ExitCode::Usage,
+                "the experiment does not say which log to read; give file in [log], or --set \
+                 log.file=FILE",
+            )
+        })?;
+        Ok(self.folder.join(file))
     }
 }
 

@@ -33,10 +33,8 @@ impl Terminal {
 
     /// Prints a result for programs, if they asked for it.
     pub(crate) fn json(self, value: &impl serde::Serialize) {
-        if self.json
-            && let Ok(text) = serde_json::to_string_pretty(value)
-        {
-            print(&text);
+        if self.json {
+            print_json(value);
         }
     }
 
@@ -159,6 +157,13 @@ impl Terminal {
 )]
 pub(crate) fn complain(message: &str) {
     eprintln!("{message}");
+}
+
+/// Prints a value as JSON on stdout.
+pub(crate) fn print_json(value: &impl serde::Serialize) {
+    if let Ok(text) = serde_json::to_string_pretty(value) {
+        print(&text);
+    }
 }
 
 /// Prints a line on stdout; a reader that has gone away is no error.

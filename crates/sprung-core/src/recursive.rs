@@ -238,21 +238,28 @@ mod tests {
             filter.forget();
             filter.update(&y, rhs);
             for i in 0..P {
-                for j in 0..P {
-                    h[i][j] = decay * h[i][j] + 1e-3 * y[i] * y[j];
+                for (entry, column) in h[i].iter_mut().zip(y) {
+                    *entry = decay * *entry + 1e-3 * y[i] * column;
                 }
                 b[i] = decay * b[i] + 1e-3 * y[i] * rhs;
             }
         }
         // H theta = b holds exactly for the estimate.
+        for (row, b) in h.iter().zip(b) {
+            let left: f64 = row.iter().zip(filter.theta()).map(|(h, x)| h * x).sum();
+            assert!((left - b).abs() < 1e-9 * b.abs().max(1.0));
+        }
+        // P H = I.
+        let product = |i: usize, j: usize| -> f64 {
+            h.iter()
+                .enumerate()
+                .map(|(k, row)| filter.gain(i, k) * row[j])
+                .sum()
+        };
         for i in 0..P {
-            let left: f64 = (0..P).map(|j| h[i][j] * filter.theta()[j]).sum();
-            assert!((left - b[i]).abs() < 1e-9 * b[i].abs().max(1.0));
-            // P H = I.
             for j in 0..P {
-                let product: f64 = (0..P).map(|k| filter.gain(i, k) * h[k][j]).sum();
                 let expected = if i == j { 1.0 } else { 0.0 };
-                assert!((product - expected).abs() < 1e-9, "{i} {j} {product}");
+                assert!((product(i, j) - expected).abs() < 1e-9, "{i} {j}");
             }
         }
     }

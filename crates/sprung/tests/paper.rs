@@ -1,13 +1,20 @@
 //! The numbers of the paper's method, on the digital twin.
+//!
+//! `cargo test --release --package sprung --test paper -- --nocapture` prints
+//! them.
+
+#![expect(clippy::unwrap_used, clippy::print_stdout, reason = "these are tests")]
 
 use std::collections::BTreeMap;
+use std::io::Read;
 
 use sprung::demo;
 use sprung::description::{self, DiscretizationName, Experiment};
-use sprung::estimate::fit;
+use sprung::estimate::{fit, identify};
+use sprung::log::{Channels, LogSource};
 use sprung::model::{Model, Theta};
 use sprung::regression::{FilteredRegression, Reduction};
-use sprung::simulate::ClosedLoop;
+use sprung::simulate::{ClosedLoop, TwinSetup, record};
 
 fn setup() -> (Experiment, Model, Theta) {
     let experiment = description::read("experiment.toml", demo::EXPERIMENT, &[]).unwrap();
@@ -67,6 +74,52 @@ fn held_filters_have_the_bias_of_the_paper() {
             errors[index]
         );
     }
+}
+
+/// Median errors in percent over all parameters and ten seeds, on the twin with
+/// its encoders and noise: least squares and LSFF.
+fn quantised(discretization: DiscretizationName) -> [f64; 2] {
+    let (mut experiment, model, truth) = setup();
+    experiment.identify.discretization = discretization;
+    let channels = Channels::new(&experiment.robot, experiment.log.as_ref().unwrap()).unwrap();
+    let mut errors = [Vec::new(), Vec::new()];
+    for seed in 0..10 {
+        let mut twin = experiment.simulate.clone().unwrap();
+        twin.seed = seed;
+        let mut log = Vec::new();
+        let setup = TwinSetup {
+            robot: &experiment.robot,
+            model: &model,
+            theta: &truth,
+            controller: experiment.controller.as_ref().unwrap(),
+            settings: &twin,
+        };
+        record(&setup, &channels, &mut log, &mut |_| ()).unwrap();
+        let mut reader = || Ok(Box::new(std::io::Cursor::new(log.clone())) as Box<dyn Read>);
+        let mut source = LogSource {
+            name: "twin".to_owned(),
+            reader: &mut reader,
+        };
+        let found = identify(&experiment, &model, &mut source, &mut |_| ()).unwrap();
+        for (errors, result) in errors.iter_mut().zip(&found.identification.results) {
+            let values = result.parameters.iter().map(|p| p.value.unwrap());
+            errors.extend(values.zip(truth).map(|(x, t)| 100.0 * (x / t - 1.0).abs()));
+        }
+    }
+    errors.map(|mut all| {
+        all.sort_by(f64::total_cmp);
+        all[all.len() / 2]
+    })
+}
+
+#[test]
+fn quantised_twin_gives_the_medians_of_the_method() {
+    let [paper, lsff] = quantised(DiscretizationName::Paper);
+    let [matched, _] = quantised(DiscretizationName::Matched);
+    println!("median error: paper {paper:.2} %, matched {matched:.2} %, LSFF {lsff:.1} %");
+    assert!((1.3..2.0).contains(&paper), "{paper}");
+    assert!((0.9..1.4).contains(&matched), "{matched}");
+    assert!((25.0..35.0).contains(&lsff), "{lsff}");
 }
 
 #[test]

@@ -5,9 +5,10 @@ use std::path::Path;
 
 use sprung::demo;
 use sprung::report::Contents;
+use sprung::simulate::TwinSetup;
 use sprung::validate::ParameterSet;
 
-use super::simulate::{Twin, parameters};
+use super::simulate::{parameters, write_log};
 use super::{identify, validate};
 use crate::args::Demo;
 use crate::exit_code::{ExitCode, Failure};
@@ -40,14 +41,14 @@ pub(crate) fn run(args: &Demo) -> Result<ExitCode, Failure> {
         ),
         ("validation.csv", prediction.controller.as_ref(), &second),
     ] {
-        let twin = Twin {
-            loaded: &loaded,
-            theta,
+        let twin = TwinSetup {
+            robot: &experiment.robot,
+            model: &loaded.model,
+            theta: &theta,
             controller: controller.ok_or_else(incomplete)?,
             settings,
-            overlay: None,
         };
-        twin.write(&mut output, Path::new(name), terminal)?;
+        write_log(&loaded, &twin, None, &mut output, Path::new(name), terminal)?;
     }
     output.commit()?;
 
@@ -95,14 +96,12 @@ pub(crate) fn run(args: &Demo) -> Result<ExitCode, Failure> {
 
 /// Returns the experiment with another seed.
 fn with_seed(seed: u64) -> String {
-    let mut text = String::new();
-    for line in demo::EXPERIMENT.lines() {
+    let lines = demo::EXPERIMENT.lines().map(|line| {
         if line.starts_with("seed ") {
-            text.push_str(&format!("seed       = {seed}"));
+            format!("seed       = {seed}\n")
         } else {
-            text.push_str(line);
+            format!("{line}\n")
         }
-        text.push('\n');
-    }
-    text
+    });
+    lines.collect()
 }

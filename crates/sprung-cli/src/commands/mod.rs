@@ -8,9 +8,9 @@ mod validate;
 use clap::Parser;
 use clap::error::ErrorKind;
 
-use crate::args::{Cli, Verb, Voice};
-use crate::exit_code::{ExitCode, Failure};
-use crate::terminal::{Terminal, complain};
+use crate::args::{Cli, Verb};
+use crate::exit_code::ExitCode;
+use crate::terminal::{self, complain};
 
 /// Runs what was typed.
 pub(crate) fn run() -> std::process::ExitCode {
@@ -30,7 +30,10 @@ pub(crate) fn run() -> std::process::ExitCode {
         Verb::Identify(args) => identify::run(&args),
         Verb::Validate(args) => validate::run(&args),
         Verb::Simulate(args) => simulate::run(&args),
-        Verb::Schema => schema(),
+        Verb::Schema => {
+            terminal::print_json(&sprung::description::schema());
+            Ok(ExitCode::Done)
+        }
     };
     match outcome {
         Ok(code) => code.into(),
@@ -39,17 +42,6 @@ pub(crate) fn run() -> std::process::ExitCode {
             failure.code.into()
         }
     }
-}
-
-fn schema() -> Result<ExitCode, Failure> {
-    let voice = Voice {
-        quiet: false,
-        verbose: false,
-        no_progress: true,
-        color: crate::args::Color::Never,
-    };
-    Terminal::new(voice, true).json(&sprung::description::schema());
-    Ok(ExitCode::Done)
 }
 
 /// Returns the command as it was typed, for reports.

@@ -1,12 +1,11 @@
 //! `sprung simulate`: a log of the digital twin.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use sprung::description::{Controller, Log, Simulate as Settings};
+use sprung::description::{Log, Simulate as Settings};
 use sprung::log::Channels;
 use sprung::model::Theta;
-use sprung::simulate::{RecordError, record};
+use sprung::simulate::{RecordError, TwinSetup, record};
 
 use crate::args::Simulate;
 use crate::exit_code::{ExitCode, Failure};
@@ -54,74 +53,50 @@ pub(crate) fn run(args: &Simulate) -> Result<ExitCode, Failure> {
     let name = name
         .file_name()
         .map_or_else(|| PathBuf::from("simulated.csv"), PathBuf::from);
-    let twin = Twin {
-        loaded: &loaded,
-        theta,
+    let twin = TwinSetup {
+        robot: &experiment.robot,
+        model: &loaded.model,
+        theta: &theta,
         controller,
         settings,
-        overlay,
     };
-    let path = twin.write(&mut output, &name, terminal)?;
+    let path = write_log(&loaded, &twin, overlay, &mut output, &name, terminal)?;
     output.commit()?;
     terminal.json(&serde_json::json!({ "log": path }));
     terminal.say(format!("log: {}", path.display()));
     Ok(ExitCode::Done)
 }
 
-/// A twin and the experiment it runs.
-pub(super) struct Twin<'a> {
-    pub(super) loaded: &'a Loaded,
-    pub(super) theta: Theta,
-    pub(super) controller: &'a Controller,
-    pub(super) settings: &'a Settings,
-    pub(super) overlay: Option<&'a Log>,
-}
-
-impl Twin<'_> {
-    /// Writes the twin's log and returns where it will be.
-    pub(super) fn write(
-        &self,
-        output: &mut Output,
-        name: &Path,
-        terminal: Terminal,
-    ) -> Result<PathBuf, Failure> {
-        let experiment = &self.loaded.experiment;
-        let log = experiment.log.as_ref().ok_or_else(|| {
-            Failure::new(
-                ExitCode::Usage,
-                "the experiment has no [log] that names columns",
-            )
-        })?;
-        let channels = Channels::new(&experiment.robot, log, self.overlay)
-            .map_err(|error| Failure::new(ExitCode::Usage, error))?;
-        let total = (self.settings.duration_s / self.settings.period_s).round() as u64;
-        let bar = terminal.progress("simulating", Some(total));
-        let mut failure = None;
-        let written = output.write(name, |write| {
-            let result = record(
-                &experiment.robot,
-                &self.loaded.model,
-                &self.theta,
-                self.controller,
-                self.settings,
-                &channels,
-                &mut *write as &mut dyn Write,
-                &mut |samples| bar.set_position(samples),
-            );
-            match result {
-                Ok(_) => Ok(()),
-                Err(RecordError::Write(error)) => Err(error),
-                Err(other) => {
-                    failure = Some(Failure::new(ExitCode::Usage, &other));
-                    Err(std::io::Error::other(other))
-                }
+/// Writes a twin's log in the columns of the experiment, and returns where it
+/// will be.
+pub(super) fn write_log(
+    loaded: &Loaded,
+    twin: &TwinSetup<'_>,
+    overlay: Option<&Log>,
+    output: &mut Output,
+    name: &Path,
+    terminal: Terminal,
+) -> Result<PathBuf, Failure> {
+    let channels = Channels::new(twin.robot, &loaded.log(overlay)?)
+        .map_err(|error| Failure::new(ExitCode::Usage, error))?;
+    let total = (twin.settings.duration_s / twin.settings.period_s).round() as u64;
+    let bar = terminal.progress("simulating", Some(total));
+    let mut failure = None;
+    let written = output.write(name, |write| {
+        let mut progress = |samples| bar.set_position(samples);
+        match record(twin, &channels, &mut *write, &mut progress) {
+            Ok(_) => Ok(()),
+            Err(RecordError::Write(error)) => Err(error),
+            Err(other) => {
+                failure = Some(Failure::new(ExitCode::Usage, &other));
+                Err(std::io::Error::other(other))
             }
-        });
-        bar.finish_and_clear();
-        match failure {
-            Some(failure) => Err(failure),
-            None => written,
         }
+    });
+    bar.finish_and_clear();
+    match failure {
+        Some(failure) => Err(failure),
+        None => written,
     }
 }
 

@@ -85,6 +85,15 @@ fn robot(file: &ExperimentFile) -> Result<(), Fault> {
                 });
             }
         }
+        if joint.amplifier_limit_v.is_some() && joint.torque_per_volt().is_none() {
+            return Err(Fault {
+                path: path("amplifier_limit_v"),
+                message: format!(
+                    "{}: a voltage limit needs torque_constant_nm_per_a and amplifier_gain_a_per_v",
+                    joint.name
+                ),
+            });
+        }
         let positive = [
             ("amplifier_limit_v", joint.amplifier_limit_v),
             (

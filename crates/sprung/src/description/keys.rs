@@ -56,18 +56,12 @@ fn walk(table: &DeTable<'_>, schema: &Value, place: &str) -> Result<(), Misfit> 
             let message = if LATER.contains(&name) {
                 format!("key \"{name}\" in {place} is not available in this version of sprung")
             } else {
-                match nearest(name, properties.keys().map(String::as_str)) {
-                    Some(known) => {
-                        format!("unknown key \"{name}\" in {place}; did you mean \"{known}\"?")
-                    }
-                    None => {
-                        let known: Vec<&str> = properties.keys().map(String::as_str).collect();
-                        format!(
-                            "unknown key \"{name}\" in {place}; known keys are {}",
-                            known.join(", ")
-                        )
-                    }
-                }
+                let known: Vec<&str> = properties.keys().map(String::as_str).collect();
+                let hint = nearest(name, known.iter().copied()).map_or_else(
+                    || format!("known keys are {}", known.join(", ")),
+                    |one| format!("did you mean \"{one}\"?"),
+                );
+                format!("unknown key \"{name}\" in {place}; {hint}")
             };
             return Err(Misfit {
                 span: Some(key.span()),
@@ -83,7 +77,7 @@ fn walk(table: &DeTable<'_>, schema: &Value, place: &str) -> Result<(), Misfit> 
             DeValue::Table(table) => walk(table, schema, &place)?,
             DeValue::Array(array) => {
                 if let Some(items) = branch(schema, "items") {
-                    for item in array.iter() {
+                    for item in array {
                         if let DeValue::Table(table) = item.get_ref() {
                             walk(table, items, &place)?;
                         }

@@ -195,10 +195,9 @@ fn locate(file: &str, text: &str, misfit: Misfit) -> DescriptionError {
     match misfit.span {
         Some(span) if span.start <= text.len() && span.end > 0 => DescriptionError::Line {
             file,
-            line: 1 + text.as_bytes()[..span.start]
-                .iter()
-                .filter(|&&byte| byte == b'\n')
-                .count(),
+            line: 1 + text
+                .get(..span.start)
+                .map_or(0, |before| before.matches('\n').count()),
             message: misfit.message,
         },
         _ => DescriptionError::File {

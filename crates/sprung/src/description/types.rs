@@ -95,6 +95,35 @@ pub struct Joint {
     pub nominal: Nominal,
 }
 
+impl Joint {
+    /// Returns the motor torque per current on the output side, N·m/A, if the
+    /// torque constant is given.
+    ///
+    /// # Source
+    ///
+    /// Eq. (3); the paper does not say on which side of the gearbox its `K_m`
+    /// holds.
+    #[must_use]
+    pub fn torque_per_ampere(&self) -> Option<f64> {
+        let ratio = match self.torque_constant_side {
+            Side::Output => 1.0,
+            Side::Motor => self.gear_ratio,
+        };
+        Some(ratio * self.torque_constant_nm_per_a?)
+    }
+
+    /// Returns the motor torque per command voltage on the output side, N·m/V,
+    /// if both constants are given.
+    ///
+    /// # Source
+    ///
+    /// Eq. (5).
+    #[must_use]
+    pub fn torque_per_volt(&self) -> Option<f64> {
+        Some(self.torque_per_ampere()? * self.amplifier_gain_a_per_v?)
+    }
+}
+
 fn one() -> f64 {
     1.0
 }
@@ -174,6 +203,44 @@ pub struct Log {
     /// 1 or -1 by column, for channels that count the other way.
     #[serde(default)]
     pub sign: BTreeMap<String, f64>,
+}
+
+impl Log {
+    /// Returns this log with what `over` says of the same things replaced.
+    #[must_use]
+    pub fn overlaid(&self, over: &Self) -> Self {
+        let mut log = self.clone();
+        let says_link = over.link_position_rad.is_some()
+            || over.link_position_deg.is_some()
+            || over.link_deflection_rad.is_some()
+            || over.link_deflection_deg.is_some();
+        if says_link {
+            log.link_position_rad.clone_from(&over.link_position_rad);
+            log.link_position_deg.clone_from(&over.link_position_deg);
+            log.link_deflection_rad
+                .clone_from(&over.link_deflection_rad);
+            log.link_deflection_deg
+                .clone_from(&over.link_deflection_deg);
+        }
+        if over.motor_position_rad.is_some() || over.motor_position_deg.is_some() {
+            log.motor_position_rad.clone_from(&over.motor_position_rad);
+            log.motor_position_deg.clone_from(&over.motor_position_deg);
+        }
+        let says_torque = over.motor_torque_nm.is_some()
+            || over.motor_current_a.is_some()
+            || over.drive_voltage_v.is_some();
+        if says_torque {
+            log.motor_torque_nm.clone_from(&over.motor_torque_nm);
+            log.motor_current_a.clone_from(&over.motor_current_a);
+            log.drive_voltage_v.clone_from(&over.drive_voltage_v);
+        }
+        log.file = over.file.clone().or(log.file);
+        log.time_s = over.time_s.clone().or(log.time_s);
+        log.motor_position_side = over.motor_position_side.or(log.motor_position_side);
+        log.delay_s.extend(over.delay_s.clone());
+        log.sign.extend(over.sign.clone());
+        log
+    }
 }
 
 /// A delay: a number, or `"estimate"`.

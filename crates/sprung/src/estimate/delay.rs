@@ -8,7 +8,8 @@ use crate::model::{JOINT_COUNT, Model, ROWS};
 use crate::preprocess::{Aligner, Butterworth, Smoother};
 use crate::regression::{FilteredRegression, Reduction, SystemPart, solve};
 
-/// Where the stiffness stands in [`MOTOR_SIDE`].
+/// Where rotor inertia and stiffness stand in [`MOTOR_SIDE`].
+pub(super) const ROTOR_INERTIA: usize = 0;
 pub(super) const STIFFNESS: usize = 2;
 
 /// Samples that the search looks at, at most.
@@ -178,10 +179,8 @@ pub fn estimate_delays(
     let without = attempt(&vec![0.0; wanted.len()])?;
     let mut best = vec![(0.0, f64::INFINITY); wanted.len()];
     let mut step = COARSE.max(excerpt.period);
-    let mut offsets: Vec<f64> = (0..)
-        .map(|k| from + f64::from(k) * step)
-        .take_while(|delay| *delay <= to)
-        .collect();
+    let count = ((to - from) / step).floor() as u32;
+    let mut offsets: Vec<f64> = (0..=count).map(|k| from + f64::from(k) * step).collect();
     let mut centres = vec![0.0; wanted.len()];
     loop {
         for offset in &offsets {

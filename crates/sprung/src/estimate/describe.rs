@@ -133,7 +133,7 @@ pub(super) fn fit_curves(
 ) -> Curves {
     let time: Vec<f64> = samples.iter().map(|sample| sample.time).collect();
     let collect = |label: &str, of: &dyn Fn(&FilteredSample) -> [f64; ROWS]| {
-        let mut values = vec![Vec::with_capacity(samples.len()); ROWS];
+        let mut values = vec![Vec::new(); ROWS];
         for sample in samples {
             for (values, value) in values.iter_mut().zip(of(sample)) {
                 values.push(Some(value));

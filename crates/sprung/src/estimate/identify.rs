@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use sprung_core::filter::FilterError;
 
-use super::delay::{Excerpt, estimate_delays, fit_motor_rows};
+use super::delay::{Excerpt, MotorRowFit, estimate_delays, fit_motor_rows};
 use super::describe::{describe, fit_curves, trace_of};
 use super::judge::{Suspicion, Verdict, judge, suspect};
 use super::least_squares::{fit, trace};
@@ -23,6 +23,10 @@ use crate::regression::{FilteredRegression, FilteredSample, Reduction, System};
 
 /// Points of the fit over time, at most.
 const FIT_POINTS: usize = 2048;
+
+/// Part of a residual that another reading of the log must stay below to be
+/// mentioned.
+const CLEARLY: f64 = 0.9;
 
 /// What an identification leaves.
 #[derive(Clone, Debug)]
@@ -92,7 +96,7 @@ pub fn identify(
     let start = Instant::now();
     let log = experiment.log.as_ref().ok_or(IdentifyError::NoLog)?;
     let settings = &experiment.identify;
-    let channels = Channels::new(&experiment.robot, log, None)?;
+    let channels = Channels::new(&experiment.robot, log)?;
     let delays = delays(&channels, model, settings, source)?;
 
     let reduced = reduce(&channels, &delays, model, settings, source, progress)?;
@@ -229,7 +233,9 @@ fn reduce(
         aligner.push(&block, &mut raw);
         if let Some((lsff, elapsed)) = &mut lsff {
             let start = Instant::now();
-            raw.iter().for_each(|sample| lsff.process(sample));
+            for sample in &raw {
+                lsff.process(sample);
+            }
             *elapsed += start.elapsed().as_secs_f64();
         }
         signals.clear();
@@ -366,20 +372,24 @@ fn suspicions(
     result: &EstimateResult,
 ) -> Result<Vec<Suspicion>, IdentifyError> {
     let mut all = vec![Suspicion::default(); JOINT_COUNT];
-    let least_squares = !result.motor_rows.is_empty();
-    if !least_squares || !(0..JOINT_COUNT).any(|joint| suspect(model, result, joint)) {
+    if !(0..JOINT_COUNT).any(|joint| suspect(result, joint)) {
         return Ok(all);
     }
     let excerpt = excerpt(channels, source)?;
+    let now = fit_motor_rows(&excerpt, channels, &delays.values, model, settings);
     for (joint, suspicion) in all.iter_mut().enumerate() {
-        if !suspect(model, result, joint) {
+        let (true, Some(now)) = (suspect(result, joint), now) else {
             continue;
-        }
-        if let Some(swapped) = channels.swapped(joint) {
+        };
+        let better = |fit: &MotorRowFit| {
+            let positive = fit.values.iter().all(|value| *value > 0.0);
+            positive && fit.relative_residual < CLEARLY * now[joint].relative_residual
+        };
+        if let Some(exchanged) = channels.exchanged(joint) {
             suspicion.exchanged =
-                fit_motor_rows(&excerpt, &swapped, &delays.values, model, settings)
+                fit_motor_rows(&excerpt, &exchanged, &delays.values, model, settings)
                     .map(|fits| fits[joint])
-                    .filter(|fit| fit.values.iter().all(|value| *value > 0.0));
+                    .filter(better);
         }
         if suspicion.exchanged.is_some() {
             continue;
@@ -392,11 +402,7 @@ fn suspicions(
         };
         suspicion.delay = estimate_delays(&excerpt, channels, &[link], model, settings)
             .and_then(|mut found| found.pop())
-            .filter(|found| {
-                let positive = found.with.values.iter().all(|value| *value > 0.0);
-                let better = found.with.relative_residual < 0.97 * found.without.relative_residual;
-                positive && better && found.delay.abs() > 3.0 * found.standard_error
-            })
+            .filter(|found| better(&found.with) && found.delay.abs() > 3.0 * found.standard_error)
             .map(|found| (channels.all[link].column.clone(), found));
     }
     Ok(all)

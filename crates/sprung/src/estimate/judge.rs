@@ -1,10 +1,9 @@
 //! What a result means: findings and verdict.
 
 use serde::{Deserialize, Serialize};
-use sprung_core::drives::MOTOR_SIDE;
 use sprung_core::parameters::JointParameter;
 
-use super::delay::{DelayEstimate, MotorRowFit, STIFFNESS};
+use super::delay::{DelayEstimate, MotorRowFit, ROTOR_INERTIA, STIFFNESS};
 use super::result::{EstimateResult, ParameterEstimate};
 use crate::finding::{Finding, Severity};
 use crate::model::Model;
@@ -68,16 +67,17 @@ pub struct Suspicion {
     pub exchanged: Option<MotorRowFit>,
 }
 
-/// Returns whether a result calls for a second look at a joint: a stiffness
-/// or rotor inertia below zero.
+/// Returns whether the motor row of a joint calls for a second look at the log:
+/// its stiffness or rotor inertia is below zero, or it leaves much of the
+/// torque unexplained.
 #[must_use]
-pub fn suspect(model: &Model, result: &EstimateResult, joint: usize) -> bool {
-    [JointParameter::Stiffness, JointParameter::RotorInertia]
-        .iter()
-        .any(|&kind| {
-            let estimate = &result.parameters[model.index(kind, joint)];
-            estimate.value.is_some_and(|value| value < 0.0)
-        })
+pub fn suspect(result: &EstimateResult, joint: usize) -> bool {
+    result.motor_rows.get(joint).is_some_and(|row| {
+        let below_zero = [ROTOR_INERTIA, STIFFNESS]
+            .iter()
+            .any(|&i| row.parameters[i].value.is_some_and(|value| value < 0.0));
+        below_zero || row.relative_residual > UNEXPLAINED
+    })
 }
 
 /// Returns what there is to know about a result before using it.
@@ -106,6 +106,7 @@ pub fn judge(
         scale(model, result, joint, name, &mut findings);
         unexplained(result, name, &mut findings);
     }
+    negative_links(model, result, &mut findings);
     negative_friction(model, result, &mut findings);
     weak(result, &mut findings);
     collinear(model, result, weakest, &mut findings);
@@ -149,54 +150,63 @@ fn impossible(
     findings: &mut Vec<Finding>,
 ) {
     let of = |kind| &result.parameters[model.index(kind, joint)];
-    let negative = |p: &ParameterEstimate| p.value.is_some_and(|v| v < 0.0);
-    if MOTOR_SIDE.iter().all(|&kind| negative(of(kind))) {
-        let names = MOTOR_SIDE.map(|kind| of(kind).name.clone());
+    if let Some(row) = result.motor_rows.get(joint)
+        && (row.parameters.iter().skip(1)).all(negative)
+    {
         findings.push(
             Finding::new(
                 Severity::Serious,
                 "reversed-torque",
                 format!(
-                    "{name}: rotor inertia, stiffness and both motor frictions all come out \
-                     negative: the sign of the torque is reversed against the motor position"
+                    "{name}: in the motor row stiffness and both frictions come out negative: the \
+                     sign of the torque is reversed against the motor position"
                 ),
                 "set sign = { \"<torque column>\" = -1 } in [log], or turn the signs of both \
                  positions",
             )
-            .about(names),
+            .about(row.parameters.iter().map(|p| p.name.clone())),
         );
         return;
     }
     let stiffness = of(JointParameter::Stiffness);
     if let Some(value) = stiffness.value.filter(|v| *v < 0.0) {
-        let mut text = format!(
-            "{name}: the stiffness comes out negative ({value:.4} {}). A spring cannot do that: a \
-             channel is delayed against the others, or a sign is wrong",
-            stiffness.unit
-        );
-        let mut remedy = "check signs and delays of the joint's three columns; set delay_s = { \
-                          \"<link column>\" = \"estimate\" } in [log]"
-            .to_owned();
-        if let Some((column, delay)) = &suspicion.delay {
-            use std::fmt::Write as _;
-            let _ = write!(
-                text,
-                ". If \"{column}\" was recorded {:.3} s late, the motor row explains {:.0} % of the \
-                 torque instead of {:.0} % and gives {:.4} {}",
-                delay.delay,
-                explained(&delay.with),
-                explained(&delay.without),
-                delay.with.values[STIFFNESS],
-                stiffness.unit
-            );
-            remedy = format!(
-                "set delay_s = {{ \"{column}\" = {:.3} }} in [log], or \"estimate\"",
-                delay.delay
-            );
-        }
         findings.push(
-            Finding::new(Severity::Serious, "negative-stiffness", text, &remedy)
-                .about([stiffness.name.clone()]),
+            Finding::new(
+                Severity::Serious,
+                "negative-stiffness",
+                format!(
+                    "{name}: the stiffness comes out negative ({value:.4} {}). A spring cannot do \
+                     that: a channel is delayed against the others, or a sign is wrong",
+                    stiffness.unit
+                ),
+                "check signs and delays of the joint's three columns; set delay_s = { \
+                 \"<link column>\" = \"estimate\" } in [log]",
+            )
+            .about([stiffness.name.clone()]),
+        );
+    }
+    if let Some((column, delay)) = &suspicion.delay {
+        findings.push(
+            Finding::new(
+                Severity::Warning,
+                "delayed-channel",
+                format!(
+                    "{name}: if \"{column}\" was recorded {:.3} s late (standard error {:.3} s), the \
+                     motor row explains {:.1} % of the torque instead of {:.1} % and its stiffness is \
+                     {:.4} {}",
+                    delay.delay,
+                    delay.standard_error,
+                    explained(&delay.with),
+                    explained(&delay.without),
+                    delay.with.values[STIFFNESS],
+                    stiffness.unit
+                ),
+                &format!(
+                    "set delay_s = {{ \"{column}\" = {:.3} }} in [log], or \"estimate\"",
+                    delay.delay
+                ),
+            )
+            .about([stiffness.name.clone()]),
         );
     }
     if let Some(fit) = &suspicion.exchanged {
@@ -234,31 +244,36 @@ fn impossible(
             .about([rotor.name.clone()]),
         );
     }
-    if joint == 0 {
-        // The link parameters belong to no joint: said once.
-        let inertias: Vec<&ParameterEstimate> = (result.parameters.iter())
-            .zip(model.parameters())
-            .filter(|(estimate, p)| p.joint.is_none() && negative(estimate))
-            .map(|(estimate, _)| estimate)
-            .filter(|estimate| !estimate.name.ends_with(".coupling"))
-            .collect();
-        if !inertias.is_empty() {
-            let names: Vec<String> = inertias.iter().map(|p| p.name.clone()).collect();
-            findings.push(
-                Finding::new(
-                    Severity::Serious,
-                    "negative-inertia",
-                    format!(
-                        "{} comes out negative: a link position has the wrong sign or a delay, or \
-                         the links hardly accelerate",
-                        names.join(", ")
-                    ),
-                    "check signs and delays of the link columns",
-                )
-                .about(names),
-            );
-        }
+}
+
+/// Link parameters belong to no joint.
+fn negative_links(model: &Model, result: &EstimateResult, findings: &mut Vec<Finding>) {
+    let names: Vec<String> = (result.parameters.iter())
+        .zip(model.parameters())
+        .filter(|(_, p)| p.joint.is_none() && !p.name.ends_with(".coupling"))
+        .filter(|(estimate, _)| negative(estimate))
+        .map(|(estimate, _)| estimate.name.clone())
+        .collect();
+    if names.is_empty() {
+        return;
     }
+    findings.push(
+        Finding::new(
+            Severity::Serious,
+            "negative-inertia",
+            format!(
+                "negative inertia of {}: a link position has the wrong sign or a delay, or the \
+                 links hardly accelerate",
+                names.join(", ")
+            ),
+            "check signs and delays of the link columns",
+        )
+        .about(names),
+    );
+}
+
+fn negative(estimate: &ParameterEstimate) -> bool {
+    estimate.value.is_some_and(|value| value < 0.0)
 }
 
 fn explained(fit: &MotorRowFit) -> f64 {
@@ -328,12 +343,11 @@ fn unexplained(result: &EstimateResult, name: &str, findings: &mut Vec<Finding>)
 }
 
 fn negative_friction(model: &Model, result: &EstimateResult, findings: &mut Vec<Finding>) {
-    let negative = |p: &&ParameterEstimate| p.value.is_some_and(|value| value < 0.0);
     let (lost, wrong): (Vec<_>, Vec<_>) = (model.parameters().iter())
         .zip(&result.parameters)
         .filter(|(parameter, _)| parameter.is_friction())
         .map(|(_, estimate)| estimate)
-        .filter(negative)
+        .filter(|estimate| negative(estimate))
         .partition(|p| -p.value.unwrap_or(0.0) < 2.0 * p.standard_error.unwrap_or(0.0));
     for (group, meaning) in [
         (

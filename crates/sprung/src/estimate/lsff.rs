@@ -115,10 +115,10 @@ impl Lsff {
             self.recursion.update(&self.row, rhs);
         }
         let theta = self.theta();
-        for i in 0..theta.len() {
-            let difference = theta[i] - self.mean[i];
-            self.mean[i] += self.averaging * difference;
-            self.variance[i] += self.averaging * (difference * difference - self.variance[i]);
+        for ((value, mean), variance) in theta.iter().zip(&mut self.mean).zip(&mut self.variance) {
+            let difference = value - *mean;
+            *mean += self.averaging * difference;
+            *variance += self.averaging * (difference * difference - *variance);
         }
         self.trace.push(|| (sample.time, theta));
         self.samples += 1;

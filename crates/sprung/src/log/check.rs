@@ -27,10 +27,9 @@ pub fn check(
             findings.push(finding);
             continue;
         }
-        slope(file, channels, name, joint, summary)?;
-        if let Some(finding) = degrees(channels, name, joint, summary) {
-            findings.push(finding);
-        }
+        units(file, channels, name, joint, summary)?;
+        findings.extend(degrees(channels, name, joint, summary));
+        findings.extend(opposite(channels, name, joint, summary));
     }
     Ok(findings)
 }
@@ -98,44 +97,56 @@ fn still(
     })
 }
 
-fn slope(
+/// Compares how far the two encoders of a joint move. A spring lets the link
+/// swing farther than the motor or less far, but not twenty times.
+fn units(
     file: &str,
     channels: &Channels,
     name: &str,
     joint: usize,
     summary: &Summary,
 ) -> Result<(), LogError> {
-    let (Some(slope), Some(motor), Some(link)) = (
-        summary.motor_per_link(joint),
-        channels.index(Quantity::MotorPosition, joint),
-        channels.index(Quantity::LinkPosition, joint),
-    ) else {
+    let pair = [Quantity::MotorPosition, Quantity::LinkPosition].map(|quantity| {
+        let i = channels.index(quantity, joint)?;
+        Some((channels.all[i].column.as_str(), summary.extent(i)?.range()))
+    });
+    let [Some((motor, motor_range)), Some((link, link_range))] = pair else {
         return Ok(());
     };
-    let (motor, link) = (&channels.all[motor].column, &channels.all[link].column);
-    let near = |value: f64, target: f64| value > 0.75 * target && value < 1.35 * target;
-    let likely = if slope < -0.2 {
+    let ratio = motor_range / link_range;
+    let likely = if ratio > DEGREES_PER_RADIAN / 3.0 {
         format!(
-            "the two encoders count in opposite directions; set sign = {{ \"{link}\" = -1 }} or \
-             sign = {{ \"{motor}\" = -1 }} in [log]"
+            "\"{motor}\" looks like degrees (give it as motor_position_deg) or like the motor side of \
+             the gearbox (set motor_position_side = \"motor\" in [log] and gear_ratio of the joint)"
         )
-    } else if near(slope, DEGREES_PER_RADIAN) {
-        format!("\"{motor}\" looks like degrees; give it as motor_position_deg")
-    } else if near(slope, 1.0 / DEGREES_PER_RADIAN) {
+    } else if ratio < 3.0 / DEGREES_PER_RADIAN {
         format!("\"{link}\" looks like degrees; give it as link_position_deg")
-    } else if slope > 5.0 {
-        format!(
-            "\"{motor}\" looks like the motor side of the gearbox; set motor_position_side = \
-             \"motor\" in [log] and gear_ratio of the joint"
-        )
     } else {
         return Ok(());
     };
     Err(LogError::Implausible {
         message: format!(
-            "{name}: \"{motor}\" changes by {slope:.3} rad per rad of \"{link}\" in {file}, about 1 \
-             is expected; {likely}"
+            "{name}: \"{motor}\" spans {motor_range:.3} rad and \"{link}\" {link_range:.3} rad in \
+             {file}, about the same is expected; {likely}"
         ),
+    })
+}
+
+fn opposite(channels: &Channels, name: &str, joint: usize, summary: &Summary) -> Option<Finding> {
+    let motor = &channels.all[channels.index(Quantity::MotorPosition, joint)?].column;
+    let link = &channels.all[channels.index(Quantity::LinkPosition, joint)?].column;
+    let correlation = summary.correlation(joint)?;
+    (correlation < -0.5).then(|| {
+        Finding::new(
+            Severity::Warning,
+            "opposite-signs",
+            format!(
+                "{name}: \"{motor}\" and \"{link}\" move against each other (correlation \
+                 {correlation:.2}): unless the joint was driven above its resonance, one of them \
+                 counts the other way"
+            ),
+            &format!("set sign = {{ \"{link}\" = -1 }} or sign = {{ \"{motor}\" = -1 }} in [log]"),
+        )
     })
 }
 

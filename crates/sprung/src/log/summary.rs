@@ -32,6 +32,7 @@ impl Extent {
 struct Cross {
     motor_link: f64,
     link_link: f64,
+    motor_motor: f64,
 }
 
 /// Figures of all channels of a log.
@@ -87,6 +88,7 @@ impl Summary {
                 let (m, l) = (m - motor_0, l - link_0);
                 cross.motor_link += m * l;
                 cross.link_link += l * l;
+                cross.motor_motor += m * m;
             }
         }
     }
@@ -97,12 +99,13 @@ impl Summary {
         self.extents[channel]
     }
 
-    /// Returns the slope of motor position against link position of a joint,
-    /// if both are logged and the link moved.
+    /// Returns the correlation of motor and link position of a joint, both
+    /// from their first sample on, if both are logged and moved.
     #[must_use]
-    pub fn motor_per_link(&self, joint: usize) -> Option<f64> {
+    pub fn correlation(&self, joint: usize) -> Option<f64> {
         let cross = self.cross.get(joint)?;
-        (cross.link_link > 0.0).then(|| cross.motor_link / cross.link_link)
+        let scale = (cross.link_link * cross.motor_motor).sqrt();
+        (scale > 0.0).then(|| cross.motor_link / scale)
     }
 
     /// Returns the number of samples.

@@ -14,4 +14,4 @@ pub use closed_loop::{ClosedLoop, Diverged, LoopError};
 pub use integrator::{Integrator, StepsExhausted};
 pub use record::{RecordError, record};
 pub use reference::Trajectory;
-pub use twin::{Twin, TwinSample};
+pub use twin::{Twin, TwinSample, TwinSetup};

@@ -3,10 +3,8 @@
 use std::io::Write;
 
 use super::closed_loop::{Diverged, LoopError};
-use super::twin::Twin;
-use crate::description::{Controller, Robot, Simulate};
+use super::twin::{Twin, TwinSetup};
 use crate::log::{Channels, LogWriter};
-use crate::model::{Model, Theta};
 
 /// What keeps a twin from being recorded.
 #[derive(Debug, thiserror::Error)]
@@ -34,7 +32,6 @@ pub enum RecordError {
 
 /// Runs a twin and writes its log in the columns and units of `channels`.
 ///
-/// - `theta`: true parameters, \[15\].
 /// - `progress`: called with the number of samples written so far.
 ///
 /// Returns the number of samples.
@@ -42,16 +39,8 @@ pub enum RecordError {
 /// # Errors
 ///
 /// [`RecordError`] if the loop cannot run or the log cannot be written.
-#[expect(
-    clippy::too_many_arguments,
-    reason = "each is one part of an experiment"
-)]
 pub fn record(
-    robot: &Robot,
-    model: &Model,
-    theta: &Theta,
-    controller: &Controller,
-    settings: &Simulate,
+    setup: &TwinSetup<'_>,
     channels: &Channels,
     write: impl Write,
     progress: &mut dyn FnMut(u64),
@@ -61,9 +50,11 @@ pub fn record(
             column: channel.column.clone(),
         });
     }
-    let mut twin = Twin::new(robot, model, theta, controller, settings)?;
+    let mut twin = Twin::new(setup)?;
     let mut log = LogWriter::new(write, channels)?;
-    let samples = (settings.duration_s / settings.period_s).round().max(1.0) as u64;
+    let samples = (setup.settings.duration_s / setup.settings.period_s)
+        .round()
+        .max(1.0) as u64;
     for k in 1..=samples {
         let sample = twin.sample()?;
         log.write(sample.time, &sample.q, &sample.phi, &sample.tau)?;

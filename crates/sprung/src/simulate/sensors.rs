@@ -77,10 +77,5 @@ impl Disturbance {
 ///
 /// Eq. (5) solved for the command voltage, which the amplifier limits.
 pub(super) fn amplifier_limit_nm(joint: &Joint) -> Option<f64> {
-    let ratio = match joint.torque_constant_side {
-        crate::description::Side::Output => 1.0,
-        crate::description::Side::Motor => joint.gear_ratio,
-    };
-    let per_volt = ratio * joint.torque_constant_nm_per_a? * joint.amplifier_gain_a_per_v?;
-    Some((joint.amplifier_limit_v? * per_volt).abs())
+    Some((joint.amplifier_limit_v? * joint.torque_per_volt()?).abs())
 }

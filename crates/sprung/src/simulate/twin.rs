@@ -22,6 +22,21 @@ pub struct TwinSample {
     pub tau: [f64; JOINT_COUNT],
 }
 
+/// What a twin is made of.
+#[derive(Clone, Copy, Debug)]
+pub struct TwinSetup<'a> {
+    /// The robot, for its amplifiers.
+    pub robot: &'a Robot,
+    /// Its equations.
+    pub model: &'a Model,
+    /// Its true parameters, \[15\].
+    pub theta: &'a Theta,
+    /// The controller that moves it.
+    pub controller: &'a Controller,
+    /// Sensors, noise, length and seed.
+    pub settings: &'a Simulate,
+}
+
 /// A robot under control, and the sensors that watch it.
 #[derive(Clone, Debug)]
 pub struct Twin {
@@ -40,15 +55,17 @@ impl Twin {
     /// # Errors
     ///
     /// [`LoopError`] as for [`ClosedLoop::new`].
-    pub fn new(
-        robot: &Robot,
-        model: &Model,
-        theta: &Theta,
-        controller: &Controller,
-        settings: &Simulate,
-    ) -> Result<Self, LoopError> {
+    pub fn new(setup: &TwinSetup<'_>) -> Result<Self, LoopError> {
+        let (robot, settings) = (setup.robot, setup.settings);
         let zero = [0.0; JOINT_COUNT];
-        let plant = ClosedLoop::new(model, theta, controller, settings.period_s, &zero, &zero)?;
+        let plant = ClosedLoop::new(
+            setup.model,
+            setup.theta,
+            setup.controller,
+            settings.period_s,
+            &zero,
+            &zero,
+        )?;
         let mut rng = ChaCha8Rng::seed_from_u64(settings.seed);
         let counts = |list: &[u32], joint: usize| list.get(joint).copied().unwrap_or(0);
         let level = |list: &[f64], joint: usize| list.get(joint).copied().unwrap_or(0.0);

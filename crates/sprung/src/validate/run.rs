@@ -113,7 +113,11 @@ pub fn validate(
         sets: Vec::new(),
     };
     for (described, source) in experiment.validate.iter().zip(sources) {
-        let channels = Channels::new(&experiment.robot, log, described.log.as_ref())?;
+        let log = match &described.log {
+            Some(over) => log.overlaid(over),
+            None => log.clone(),
+        };
+        let channels = Channels::new(&experiment.robot, &log)?;
         let controller = described
             .controller
             .as_ref()
@@ -145,9 +149,7 @@ pub fn validate(
         }
         runs.push(RunResult {
             name: described.name.clone(),
-            log: (described.log.as_ref())
-                .and_then(|log| log.file.as_ref())
-                .or(log.file.as_ref())
+            log: (log.file.as_ref())
                 .map_or_else(|| source.name.clone(), |file| file.display().to_string()),
             samples: outcome.samples,
             simulated: controller.is_some(),
@@ -266,19 +268,14 @@ impl Candidate {
         };
         let state = plant.state();
         let tau = plant.command(&state.q, &state.phi);
-        for i in 0..JOINT_COUNT {
-            for (group, (model_value, measured)) in [
-                (state.q[i], sample.q[i]),
-                (state.phi[i], sample.phi[i]),
-                (tau[i], sample.tau[i]),
-            ]
-            .into_iter()
+        let model_values = [state.q, state.phi, tau];
+        let measured = [sample.q, sample.phi, sample.tau];
+        for (at, (value, measured)) in (model_values.iter().flatten())
+            .zip(measured.iter().flatten())
             .enumerate()
-            {
-                let at = group * JOINT_COUNT + i;
-                said[at] = Some(model_value);
-                self.rms[at].push(measured - model_value);
-            }
+        {
+            said[at] = Some(*value);
+            self.rms[at].push(measured - value);
         }
         if let Err(diverged) = plant.advance(&tau) {
             self.plant = None;
@@ -461,7 +458,7 @@ fn curves(candidates: &[Candidate], points: &[Point]) -> Vec<CurveSet> {
     let mut sets = vec![CurveSet {
         label: "measured".to_owned(),
         time: time.clone(),
-        values: vec![Vec::with_capacity(points.len()); COMPARED],
+        values: vec![Vec::new(); COMPARED],
     }];
     for (sample, _) in points {
         for (group, of) in [sample.q, sample.phi, sample.tau].into_iter().enumerate() {

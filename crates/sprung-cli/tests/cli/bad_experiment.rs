@@ -1,0 +1,176 @@
+//! What a wrong experiment file gets: exit code 2, its line, what to do.
+
+use crate::common::{Case, sprung, stderr};
+
+#[test]
+fn missing_file() {
+    let output = sprung(&["identify", "/nonexistent/experiment.toml"]);
+    assert_eq!(output.status.code(), Some(4));
+    let message = stderr(&output);
+    assert!(
+        message.contains("cannot read /nonexistent/experiment.toml"),
+        "{message}"
+    );
+}
+
+#[test]
+fn not_toml() {
+    Case::new()
+        .replace("format = 1", "format = ")
+        .fails(2, &["line 3 of"]);
+}
+
+#[test]
+fn unknown_key_names_the_nearest() {
+    Case::new()
+        .replace("position_cutoff_hz =", "position_cutof_hz =")
+        .fails(
+            2,
+            &[
+                "line 39",
+                "\"position_cutof_hz\" in [identify]",
+                "did you mean \"position_cutoff_hz\"?",
+            ],
+        );
+    Case::new()
+        .replace("stiffness = 9.0", "stifness = 9.0")
+        .fails(2, &["[robot.joint.nominal]", "did you mean \"stiffness\"?"]);
+}
+
+#[test]
+fn wrong_type() {
+    Case::new()
+        .replace("period_s   = 0.001", "period_s = \"fast\"")
+        .fails(2, &["line", "invalid type: string \"fast\", expected f64"]);
+    Case::new()
+        .replace("[\"least-squares\", \"lsff\"]", "3")
+        .fails(2, &["line", "the name of an estimator"]);
+}
+
+#[test]
+fn keys_of_later_versions_say_so() {
+    for (from, to, word) in [
+        (
+            "[\"least-squares\", \"lsff\"]",
+            "\"prediction-error\"",
+            "\"prediction-error\"",
+        ),
+        (
+            "[\"least-squares\", \"lsff\"]",
+            "\"output-error\"",
+            "\"output-error\"",
+        ),
+        (
+            "position_filter_order = 2",
+            "weights = \"transition\"",
+            "\"transition\"",
+        ),
+        (
+            "position_filter_order = 2",
+            "encoder_offset = \"estimate\"",
+            "\"estimate\"",
+        ),
+        (
+            "position_cutoff_hz = 10.0",
+            "position_cutoff_hz = \"auto\"",
+            "\"auto\"",
+        ),
+        (
+            "kinematics = \"planar-2r\"",
+            "urdf = \"arm.urdf\"",
+            "\"urdf\"",
+        ),
+    ] {
+        Case::new().replace(from, to).fails(
+            2,
+            &["line", word, "not available in this version of sprung"],
+        );
+    }
+    Case::new().replace("\"lsff\"]", "\"lsf\"]").fails(
+        2,
+        &["line", "unknown estimator \"lsf\"; did you mean \"lsff\"?"],
+    );
+}
+
+#[test]
+fn wrong_number_of_columns() {
+    Case::new()
+        .replace("[\"phi1_rad\", \"phi2_rad\"]", "[\"phi1_rad\"]")
+        .fails(
+            2,
+            &[
+                "line",
+                "motor_position_rad names 1 columns, the robot has 2 joints",
+            ],
+        );
+}
+
+#[test]
+fn references_speak_of_joints_that_exist() {
+    Case::new()
+        .replace(
+            "{ joint = \"joint1\", amplitude_deg = 3.0, frequency_hz = 1.0",
+            "{ joint = \"joint3\", amplitude_deg = 3.0, frequency_hz = 1.0",
+        )
+        .fails(2, &["line", "no joint \"joint3\"; did you mean"]);
+}
+
+#[test]
+fn gains_have_the_right_shape() {
+    Case::new()
+        .replace("kp_nm_per_rad   = [50.0, 5.0]", "kp_nm_per_rad = [50.0]")
+        .fails(2, &["line", "needs 2 numbers in kp_nm_per_rad"]);
+}
+
+#[test]
+fn cut_off_above_nyquist() {
+    Case::new()
+        .replace("position_cutoff_hz = 10.0", "position_cutoff_hz = 600.0")
+        .fails(
+            2,
+            &[
+                "a cut-off of 600 Hz needs more than 1200 samples per second",
+                "position_cutoff_hz below 500",
+            ],
+        );
+}
+
+#[test]
+fn overrides_are_checked_too() {
+    let case = Case::new();
+    for (assignment, fragments) in [
+        (
+            "identify.position_cutoff",
+            vec!["write it as key.path=value"],
+        ),
+        (
+            "identify.position_cutof_hz=3",
+            vec!["--set", "did you mean"],
+        ),
+        (
+            "identify.position_cutoff_hz=-3",
+            vec!["--set", "must be positive"],
+        ),
+        (
+            "identify.estimator=output-error",
+            vec!["not available in this version"],
+        ),
+    ] {
+        let output = case.identify(&["--set", assignment]);
+        let message = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{message}");
+        for fragment in fragments {
+            assert!(message.contains(fragment), "{message}");
+        }
+    }
+    let output = case.identify(&["--set", "identify.position_cutoff_hz=12", "--quiet"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+}
+
+#[test]
+fn current_needs_a_torque_constant() {
+    Case::new()
+        .replace("torque_constant_nm_per_a = 0.119\n", "")
+        .replace("motor_torque_nm    =", "motor_current_a =")
+        .fails(2, &["joint1: torque_constant_nm_per_a is needed"]);
+}

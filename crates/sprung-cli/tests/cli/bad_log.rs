@@ -1,0 +1,335 @@
+//! What a wrong log gets: exit code 3, line and column, what to do.
+
+use crate::common::{Case, stderr};
+
+const TIME: usize = 0;
+const Q1: usize = 1;
+const Q2: usize = 2;
+const PHI1: usize = 3;
+const PHI2: usize = 4;
+const TAU1: usize = 5;
+const TAU2: usize = 6;
+
+#[test]
+fn missing_log() {
+    let case = Case::new();
+    std::fs::remove_file(case.path("identification.csv")).unwrap();
+    case.fails(4, &["cannot read", "identification.csv", "No such file"]);
+}
+
+#[test]
+fn column_not_found_offers_the_nearest() {
+    Case::new().replace("\"phi2_rad\"", "\"phi_2_rad\"").fails(
+        3,
+        &["has no column \"phi_2_rad\"; did you mean \"phi2_rad\"?"],
+    );
+}
+
+#[test]
+fn empty_log_and_one_row() {
+    let case = Case::new();
+    std::fs::write(case.path("identification.csv"), "").unwrap();
+    case.fails(3, &["has 0 samples", "not even a header line"]);
+    Case::new()
+        .log(|row, cells| {
+            if row > 0 {
+                cells.clear();
+            }
+        })
+        .fails(3, &["has 0 samples, at least 2 are needed"]);
+    Case::new()
+        .log(|row, cells| {
+            if row > 1 {
+                cells.clear();
+            }
+        })
+        .fails(3, &["has 1 samples, at least 2 are needed"]);
+}
+
+#[test]
+fn cells_that_are_not_numbers() {
+    for (text, fragments) in [
+        (
+            "n/a",
+            [
+                "line 101 of",
+                "column \"q2_rad\"",
+                "\"n/a\" is not a number",
+            ],
+        ),
+        (
+            "",
+            ["line 101 of", "column \"q2_rad\"", "the cell is empty"],
+        ),
+        (
+            "NaN",
+            ["line 101 of", "column \"q2_rad\"", "the value is NaN"],
+        ),
+        (
+            "inf",
+            ["line 101 of", "column \"q2_rad\"", "the value is inf"],
+        ),
+        (
+            "\"1,234.5\"",
+            [
+                "line 101 of",
+                "column \"q2_rad\"",
+                "no thousands separators",
+            ],
+        ),
+    ] {
+        Case::new()
+            .log(|row, cells| {
+                if row == 100 {
+                    text.clone_into(&mut cells[Q2]);
+                }
+            })
+            .fails(3, &fragments);
+    }
+}
+
+#[test]
+fn rows_of_another_width() {
+    Case::new()
+        .log(|row, cells| {
+            if row == 7 {
+                cells.pop();
+            }
+        })
+        .fails(3, &["line 8 of", "has 6 cells, the header has 7"]);
+}
+
+#[test]
+fn time_that_runs_back_or_repeats() {
+    for (row, value) in [(50, "0.01"), (5000, "4.998")] {
+        Case::new()
+            .log(|i, cells| {
+                if i == row {
+                    value.clone_into(&mut cells[TIME]);
+                }
+            })
+            .fails(
+                3,
+                &[
+                    &format!("line {} of", row + 1),
+                    "time goes from",
+                    "must be in order",
+                ],
+            );
+    }
+}
+
+#[test]
+fn uneven_sampling() {
+    // A dropped sample, and a clock that jitters by a third of the period.
+    Case::new()
+        .log(|row, cells| {
+            if row == 6000 {
+                cells.clear();
+            }
+        })
+        .fails(
+            3,
+            &[
+                "line 6001 of",
+                "2.0000 ms since the sample before",
+                "10 % is tolerated",
+            ],
+        );
+    Case::new()
+        .log(|row, cells| {
+            if row > 0 && row % 3 == 0 {
+                let time: f64 = cells[TIME].parse().unwrap();
+                cells[TIME] = (time + 0.0003).to_string();
+            }
+        })
+        .fails(3, &["the period is", "30 % off"]);
+}
+
+#[test]
+fn small_jitter_is_tolerated() {
+    let case = Case::new().log(|row, cells| {
+        if row > 0 && row % 3 == 0 {
+            let time: f64 = cells[TIME].parse().unwrap();
+            cells[TIME] = (time + 0.00003).to_string();
+        }
+    });
+    let output = case.identify(&["--quiet"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+}
+
+#[test]
+fn constant_columns() {
+    Case::new().column(PHI2, |_| 0.0131).fails(
+        3,
+        &[
+            "joint2: column \"phi2_rad\" never changes (0.0131 rad in all 10000 samples)",
+            "is the motor encoder connected",
+        ],
+    );
+    Case::new()
+        .column(TAU1, |_| 0.0)
+        .fails(3, &["joint1: column \"tau1_nm\" never changes (0.0000 N·m"]);
+}
+
+#[test]
+fn one_encoder_in_another_unit_or_direction() {
+    Case::new().column(PHI1, f64::to_degrees).fails(
+        3,
+        &["\"phi1_rad\" looks like degrees", "motor_position_deg"],
+    );
+    Case::new()
+        .column(Q1, f64::to_degrees)
+        .fails(3, &["\"q1_rad\" looks like degrees", "link_position_deg"]);
+    Case::new()
+        .column(PHI1, |x| 101.0 * x)
+        .fails(3, &["motor side of the gearbox", "motor_position_side"]);
+    // One that counts the other way: the joint seems to work against itself.
+    let case = Case::new().column(PHI2, |x| -x);
+    case.warns(
+        1,
+        &[
+            "opposite-signs",
+            "\"phi2_rad\" and \"q2_rad\" move against each other",
+        ],
+    );
+}
+
+#[test]
+fn both_encoders_in_degrees() {
+    let case = [Q1, Q2, PHI1, PHI2]
+        .into_iter()
+        .fold(Case::new(), |case, column| {
+            case.column(column, f64::to_degrees)
+        });
+    case.warns(
+        0,
+        &[
+            "looks-like-degrees",
+            "more than a full turn; are these degrees?",
+        ],
+    );
+    // The remedy is the right one: the answer is that of the log in radians.
+    let value = |case: &Case, more: &[&str]| {
+        let mut args = vec!["--json"];
+        args.extend(more);
+        let output = case.identify(&args);
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        json["results"][0]["parameters"][9]["value"]
+            .as_f64()
+            .unwrap()
+    };
+    let radians = value(&Case::new(), &[]);
+    let degrees = value(
+        &case
+            .replace("link_position_rad  =", "link_position_deg =")
+            .replace("motor_position_rad =", "motor_position_deg ="),
+        &[],
+    );
+    assert!(
+        (degrees / radians - 1.0).abs() < 1e-9,
+        "{degrees} {radians}"
+    );
+}
+
+#[test]
+fn swapped_motor_and_link_columns() {
+    Case::new()
+        .replace("[\"q1_rad\", \"q2_rad\"]", "[\"phi1_rad\", \"q2_rad\"]")
+        .replace(
+            "motor_position_rad = [\"phi1_rad\", \"phi2_rad\"]",
+            "motor_position_rad = [\"q1_rad\", \"phi2_rad\"]",
+        )
+        .warns(
+            1,
+            &["exchanged-columns", "joint1", "the columns look swapped"],
+        );
+}
+
+#[test]
+fn reversed_torque() {
+    let case = Case::new().column(TAU2, |x| -x);
+    case.warns(
+        1,
+        &[
+            "reversed-torque",
+            "joint2",
+            "the sign of the torque is reversed",
+        ],
+    );
+    let output = case.identify(&["--set", "log.sign.tau2_nm=-1", "--quiet"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+}
+
+#[test]
+fn late_link_channel() {
+    // 150 samples late on one side.
+    let mut past = std::collections::VecDeque::new();
+    let case = Case::new().log(|row, cells| {
+        if row > 0 {
+            past.push_back(cells[Q1].clone());
+            if past.len() > 151 {
+                past.pop_front();
+            }
+            cells[Q1] = past[0].clone();
+        }
+    });
+    case.warns(
+        1,
+        &[
+            "delayed-channel",
+            "if \"q1_rad\" was recorded 0.149 s late",
+            "q1_rad\" = 0.149",
+        ],
+    );
+    let output = case.identify(&["--quiet", "--set", "log.delay_s.q1_rad=estimate"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+}
+
+#[test]
+fn too_short_for_the_filter() {
+    Case::new()
+        .log(|row, cells| {
+            if row > 200 {
+                cells.clear();
+            }
+        })
+        .fails(
+            3,
+            &[
+                "has 200 samples, at least 303 are needed",
+                "position_cutoff_hz = 10",
+            ],
+        );
+}
+
+#[test]
+fn joint_that_stands_still() {
+    let case = [Q2, PHI2]
+        .into_iter()
+        .fold(Case::new(), |case, column| case.column(column, |_| 0.25));
+    case.warns(
+        1,
+        &[
+            "unexcited-joint",
+            "joint2 stands still",
+            "not-identifiable",
+            "joint2.stiffness",
+            "rank",
+        ],
+    );
+}
+
+#[test]
+fn motion_that_does_not_tell_parameters_apart() {
+    // Nothing but a constant velocity: inertia never shows.
+    let case = Case::new().log(|row, cells| {
+        if row > 0 {
+            let time: f64 = cells[TIME].parse().unwrap();
+            for column in [Q1, Q2, PHI1, PHI2] {
+                cells[column] = (0.2 * time + if column < PHI1 { -0.01 } else { 0.01 }).to_string();
+            }
+        }
+    });
+    case.warns(1, &["not-identifiable", "the log does not determine"]);
+}

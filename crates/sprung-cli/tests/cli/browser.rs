@@ -1,0 +1,104 @@
+//! The report in a real browser: every plot drawn, nothing on the console.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use tempfile::TempDir;
+
+use crate::common::demo;
+
+/// The browser, or nothing where there is none; CI must have one.
+fn browser() -> Option<PathBuf> {
+    let found = ["chromium", "chromium-browser", "google-chrome"]
+        .iter()
+        .flat_map(|name| {
+            ["/usr/bin", "/usr/local/bin", "/snap/bin"].map(|folder| Path::new(folder).join(name))
+        })
+        .find(|path| path.exists());
+    if found.is_none() {
+        assert!(std::env::var_os("CI").is_none(), "CI has no Chromium");
+        eprintln!("skipped: no Chromium on this machine; `cargo xtask test` installs it on Debian");
+    }
+    found
+}
+
+/// Opens a page and returns its document and what the browser logged.
+fn open(page: &Path, more: &[&str]) -> Option<(String, String)> {
+    let profile = TempDir::new().unwrap();
+    let output = Command::new(browser()?)
+        .args([
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            "--disable-quic",
+            "--no-first-run",
+            "--disable-background-networking",
+            "--disable-component-update",
+            "--disable-sync",
+            "--enable-logging=stderr",
+            "--virtual-time-budget=10000",
+            "--dump-dom",
+        ])
+        .args(more)
+        .arg(format!("--user-data-dir={}", profile.path().display()))
+        .arg(format!("file://{}", page.display()))
+        .output()
+        .unwrap();
+    Some((
+        String::from_utf8_lossy(&output.stdout).into_owned(),
+        String::from_utf8_lossy(&output.stderr).into_owned(),
+    ))
+}
+
+/// The attribute that the page sets once it has drawn: `drawn/expected`.
+fn drawn(document: &str) -> (usize, usize) {
+    let (_, rest) = document
+        .split_once("data-plots-drawn=\"")
+        .expect("the page did not say that it has drawn");
+    let (count, _) = rest.split_once('"').unwrap();
+    let (drawn, expected) = count.split_once('/').unwrap();
+    (drawn.parse().unwrap(), expected.parse().unwrap())
+}
+
+#[test]
+fn every_plot_is_drawn_without_a_word_on_the_console() {
+    let report = demo().join("sprung-out/report.html");
+    for size in ["--window-size=1280,1024", "--window-size=500,850"] {
+        let Some((document, log)) = open(&report, &[size]) else {
+            return;
+        };
+        let console: Vec<&str> = log
+            .lines()
+            .filter(|line| line.contains("CONSOLE"))
+            .collect();
+        assert!(console.is_empty(), "{console:?}");
+        let (drawn, expected) = drawn(&document);
+        // 15 traces, 4 fits, and for each of two runs 8 positions and 4 torques.
+        assert_eq!(expected, 15 + 4 + 2 * 12);
+        assert_eq!(drawn, expected);
+        assert!(!document.contains("NaN"));
+    }
+}
+
+#[test]
+fn the_check_would_see_a_plot_that_fails() {
+    let folder = TempDir::new().unwrap();
+    let text = std::fs::read_to_string(demo().join("sprung-out/report.html")).unwrap();
+    // Figures that are not JSON cannot be drawn.
+    let broken = text.replacen(
+        "<script type=\"application/json\"",
+        "<script type=\"application/nothing\"",
+        1,
+    );
+    assert_ne!(text, broken);
+    let page = folder.path().join("broken.html");
+    std::fs::write(&page, broken).unwrap();
+    let Some((document, log)) = open(&page, &[]) else {
+        return;
+    };
+    let complete = document.contains("data-plots-drawn=\"43/43\"");
+    assert!(
+        !complete || log.contains("CONSOLE"),
+        "a broken page looks whole"
+    );
+}

@@ -1,0 +1,252 @@
+//! Files, exit codes, streams: what scripts rely on.
+
+use crate::common::{Case, demo, sprung, stderr, stdout};
+
+const RESULTS: [&str; 5] = [
+    "identification.json",
+    "parameters.csv",
+    "trace.csv",
+    "fit.csv",
+    "report.html",
+];
+
+#[test]
+fn identify_writes_its_files_and_prints_where() {
+    let case = Case::new();
+    let output = case.identify(&[]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    for file in RESULTS {
+        assert!(case.path("sprung-out").join(file).exists(), "{file}");
+    }
+    let text = stdout(&output);
+    assert!(
+        text.contains("joint1.stiffness") && text.contains("report.html"),
+        "{text}"
+    );
+    let left: Vec<_> = std::fs::read_dir(case.path("sprung-out"))
+        .unwrap()
+        .collect();
+    assert_eq!(left.len(), RESULTS.len());
+}
+
+#[test]
+fn json_is_all_that_is_printed() {
+    let case = Case::new();
+    let output = case.identify(&["--json"]);
+    let printed: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let file = std::fs::read(case.path("sprung-out/identification.json")).unwrap();
+    let written: serde_json::Value = serde_json::from_slice(&file).unwrap();
+    assert_eq!(printed, written);
+    assert_eq!(printed["format"], 1);
+    let first = &printed["results"][0];
+    assert_eq!(first["estimator"], "least-squares");
+    assert_eq!(first["rank"], 15);
+    let stiffness = &first["parameters"][9];
+    assert_eq!(stiffness["name"], "joint1.stiffness");
+    assert_eq!(stiffness["symbol"], "theta10");
+    assert_eq!(stiffness["unit"], "N·m/rad");
+    assert_eq!(stiffness["nominal"], 9.0);
+    assert!((stiffness["value"].as_f64().unwrap() / 9.358_73 - 1.0).abs() < 0.02);
+    assert!(first["residual_rms"]["joint1.motor_nm"].as_f64().unwrap() < 0.2);
+}
+
+#[test]
+fn same_input_same_numbers() {
+    let run = || {
+        let case = Case::new();
+        case.identify(&["--quiet"]);
+        let read =
+            |file: &str| std::fs::read_to_string(case.path("sprung-out").join(file)).unwrap();
+        (read("parameters.csv"), read("trace.csv"), read("fit.csv"))
+    };
+    assert_eq!(run(), run());
+}
+
+#[test]
+fn same_seed_same_log() {
+    let record = |seed: &str| {
+        let case = Case::new();
+        let out = case.path("out");
+        let output = sprung(&[
+            "simulate",
+            case.path("experiment.toml").to_str().unwrap(),
+            "--set",
+            &format!("simulate.seed={seed}"),
+            "--out",
+            out.to_str().unwrap(),
+            "--quiet",
+        ]);
+        assert!(output.status.success(), "{}", stderr(&output));
+        std::fs::read_to_string(out.join("identification.csv")).unwrap()
+    };
+    let one = record("1");
+    assert_eq!(
+        one,
+        std::fs::read_to_string(demo().join("identification.csv")).unwrap()
+    );
+    assert_eq!(one, record("1"));
+    assert_ne!(one, record("2"));
+}
+
+#[test]
+fn a_log_of_currents_gives_the_parameters_of_one_of_torques() {
+    let case = Case::new().replace(
+        "motor_torque_nm    = [\"tau1_nm\", \"tau2_nm\"]",
+        "motor_current_a = [\"i1_a\", \"i2_a\"]",
+    );
+    let experiment = case.path("experiment.toml");
+    let out = case.path("twin");
+    let recorded = sprung(&[
+        "simulate",
+        experiment.to_str().unwrap(),
+        "--quiet",
+        "--out",
+        out.to_str().unwrap(),
+    ]);
+    assert!(recorded.status.success(), "{}", stderr(&recorded));
+    let log = out.join("identification.csv");
+    let header = std::fs::read_to_string(&log).unwrap();
+    assert!(header.starts_with("t_s,q1_rad,q2_rad,phi1_rad,phi2_rad,i1_a,i2_a\n"));
+    let value = |output: std::process::Output| {
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        json["results"][0]["parameters"][3]["value"]
+            .as_f64()
+            .unwrap()
+    };
+    let currents =
+        value(case.identify(&["--json", "--set", &format!("log.file={}", log.display())]));
+    let torques = value(Case::new().identify(&["--json"]));
+    assert!(
+        (currents / torques - 1.0).abs() < 1e-9,
+        "{currents} {torques}"
+    );
+}
+
+#[test]
+fn validate_reads_what_identify_wrote() {
+    let case = Case::new();
+    std::fs::copy(demo().join("validation.csv"), case.path("validation.csv")).unwrap();
+    assert_eq!(case.identify(&["--quiet"]).status.code(), Some(0));
+    let output = sprung(&[
+        "validate",
+        case.path("experiment.toml").to_str().unwrap(),
+        "--json",
+    ]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let runs = json["runs"].as_array().unwrap();
+    assert_eq!(runs.len(), 2);
+    for run in runs {
+        let e = &run["sets"][0]["e_rms"];
+        assert!(e["q_rad"]["joint1"].as_f64().unwrap() < 1e-3, "{e}");
+        assert!(e["tau_nm"]["joint1"].as_f64().unwrap() < 0.15, "{e}");
+    }
+    // LSFF finds friction below zero: its loop runs away, and the report says
+    // why instead of printing numbers that are none.
+    let prediction = runs[1]["sets"].as_array().unwrap();
+    assert_eq!(prediction[1]["parameters"], "lsff");
+    assert!(prediction[1]["e_rms"].is_null());
+    let finding = &prediction[1]["findings"][0];
+    assert_eq!(finding["code"], "loop-runs-away");
+    assert!(
+        finding["text"]
+            .as_str()
+            .unwrap()
+            .contains("friction below zero feeds energy in")
+    );
+    assert!(
+        prediction[2]["modified"]
+            .as_str()
+            .unwrap()
+            .contains("set to 0")
+    );
+    assert!(prediction[2]["e_rms"]["q_rad"]["joint1"].as_f64().unwrap() < 0.1);
+    assert!(!stdout(&output).contains("NaN"));
+    let report = std::fs::read_to_string(case.path("sprung-out/report.html")).unwrap();
+    assert!(report.contains("Parameters over time") && report.contains("Validation"));
+}
+
+#[test]
+fn parameters_can_be_given_as_toml() {
+    let case = Case::new();
+    std::fs::copy(demo().join("validation.csv"), case.path("validation.csv")).unwrap();
+    let truth = case.path("truth.toml");
+    let validate = |parameters: &std::path::Path| {
+        sprung(&[
+            "validate",
+            case.path("experiment.toml").to_str().unwrap(),
+            "--parameters",
+            parameters.to_str().unwrap(),
+            "--json",
+        ])
+    };
+    let output = validate(&truth);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(json["runs"][0]["sets"][0]["parameters"], "truth");
+    std::fs::write(&truth, "\"joint1.stifness\" = 9.0\n").unwrap();
+    let output = validate(&truth);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(
+        stderr(&output).contains("did you mean \"joint1.stiffness\"?"),
+        "{}",
+        stderr(&output)
+    );
+}
+
+#[test]
+fn folder_that_cannot_be_written() {
+    let case = Case::new();
+    let file = case.path("a-file");
+    std::fs::write(&file, "").unwrap();
+    let output = case.identify(&["--out", file.join("results").to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(4));
+    let message = stderr(&output);
+    assert!(
+        message.contains("cannot create the folder") && message.contains("--out"),
+        "{message}"
+    );
+}
+
+#[test]
+#[cfg(unix)]
+fn full_disk_leaves_earlier_results_whole() {
+    let case = Case::new();
+    assert_eq!(case.identify(&["--quiet"]).status.code(), Some(0));
+    let read = || RESULTS.map(|file| std::fs::read(case.path("sprung-out").join(file)).unwrap());
+    let before = read();
+    // Writes beyond 100 blocks fail, as on a full disk.
+    let output = std::process::Command::new("sh")
+        .args(["-c", "trap '' XFSZ; ulimit -f 100; exec \"$0\" identify \"$1\" --set identify.position_cutoff_hz=12"])
+        .arg(env!("CARGO_BIN_EXE_sprung"))
+        .arg(case.path("experiment.toml"))
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(4), "{}", stderr(&output));
+    assert!(
+        stderr(&output).contains("cannot write"),
+        "{}",
+        stderr(&output)
+    );
+    assert!(before == read());
+    let left = std::fs::read_dir(case.path("sprung-out")).unwrap().count();
+    assert_eq!(left, RESULTS.len(), "a half-written file was left");
+}
+
+#[test]
+fn help_shows_an_example_and_the_exit_codes() {
+    let text = stdout(&sprung(&["help", "identify"]));
+    assert!(
+        text.starts_with("Example: sprung identify experiment.toml"),
+        "{text}"
+    );
+    let text = stdout(&sprung(&["--help"]));
+    assert!(text.contains("3  a log is wrong"), "{text}");
+    assert_eq!(sprung(&["identfy"]).status.code(), Some(2));
+}
+
+#[test]
+fn schema_knows_the_keys() {
+    let schema: serde_json::Value = serde_json::from_slice(&sprung(&["schema"]).stdout).unwrap();
+    assert!(schema["$defs"]["Identify"]["properties"]["position_cutoff_hz"].is_object());
+}

@@ -1,0 +1,66 @@
+//! One sample of recursive least squares with forgetting, 15 parameters.
+
+use divan::{Bencher, black_box};
+use sprung::demo;
+use sprung::description;
+use sprung::estimate::Lsff;
+use sprung::model::Model;
+use sprung::preprocess::RawSample;
+use sprung_core::recursive::{ForgettingLeastSquares, Settings, memory_len};
+use sprung_core::regressor::{PARAMETERS, ROW_COLUMNS};
+
+fn main() {
+    divan::main();
+}
+
+/// What a controller would run: forgetting and four rows.
+#[divan::bench(sample_size = 1000)]
+fn core_step(bencher: Bencher) {
+    let settings = Settings {
+        forgetting: 1.0,
+        initial_gain: 10.0,
+        gain_limit: 1e8,
+        period: 1e-3,
+    };
+    let memory = [0.0; memory_len(PARAMETERS)];
+    let mut lsff = ForgettingLeastSquares::new(&settings, PARAMETERS, memory).expect("settings");
+    // Rows that turn keep the gain from winding up.
+    let rows: Vec<[[f64; PARAMETERS]; 4]> = (0..64)
+        .map(|k| {
+            ROW_COLUMNS.map(|columns| {
+                let mut row = [0.0; PARAMETERS];
+                for (at, &column) in columns.iter().enumerate() {
+                    row[column] = (0.1 * f64::from(k) * (1 + at) as f64).sin();
+                }
+                row
+            })
+        })
+        .collect();
+    let mut samples = rows.iter().cycle();
+    bencher.bench_local(move || {
+        lsff.forget();
+        for row in samples.next().into_iter().flatten() {
+            lsff.update(black_box(row), 0.5);
+        }
+        lsff.theta()[0]
+    });
+}
+
+/// The whole chain of `sprung identify`: velocities, filters, recursion, trace.
+#[divan::bench(sample_size = 1000)]
+fn whole_step(bencher: Bencher) {
+    let experiment = description::read("demo", demo::EXPERIMENT, &[]).expect("the demo is right");
+    let model = Model::new(&experiment.robot).expect("the demo is right");
+    let mut lsff = Lsff::new(&model, &experiment.identify, 1e-3).expect("settings");
+    let mut time = 0.0_f64;
+    bencher.bench_local(move || {
+        time += 1e-3;
+        let position = [(7.0 * time).sin(), (3.0 * time).cos()];
+        lsff.process(black_box(&RawSample {
+            time,
+            q: position,
+            phi: position.map(|x| 1.1 * x),
+            tau: position,
+        }));
+    });
+}

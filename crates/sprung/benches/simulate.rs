@@ -1,0 +1,61 @@
+//! The demo's closed loop, 10 s at 1 kHz, with and without its sensors.
+
+use std::collections::BTreeMap;
+
+use divan::Bencher;
+use divan::counter::ItemsCount;
+use sprung::demo;
+use sprung::description;
+use sprung::model::Model;
+use sprung::simulate::{ClosedLoop, Twin};
+
+const SAMPLES: usize = 10_000;
+
+fn main() {
+    divan::main();
+}
+
+#[divan::bench(sample_count = 10)]
+fn closed_loop(bencher: Bencher) {
+    let experiment = description::read("demo", demo::EXPERIMENT, &[]).expect("the demo is right");
+    let model = Model::new(&experiment.robot).expect("the demo is right");
+    let truth: BTreeMap<String, f64> = toml::from_str(demo::TRUTH).expect("the demo is right");
+    let theta = model.theta(&truth).expect("the demo is right");
+    let controller = experiment.controller.expect("the demo has one");
+    bencher
+        .counter(ItemsCount::new(SAMPLES))
+        .with_inputs(|| {
+            ClosedLoop::new(&model, &theta, &controller, 1e-3, &[0.0; 2], &[0.0; 2])
+                .expect("the demo is right")
+        })
+        .bench_local_values(|mut plant| {
+            for _ in 0..SAMPLES {
+                let state = plant.state();
+                let tau = plant.command(&state.q, &state.phi);
+                plant.advance(&tau).expect("the demo is stable");
+            }
+            plant
+        });
+}
+
+#[divan::bench(sample_count = 10)]
+fn twin(bencher: Bencher) {
+    let experiment = description::read("demo", demo::EXPERIMENT, &[]).expect("the demo is right");
+    let model = Model::new(&experiment.robot).expect("the demo is right");
+    let truth: BTreeMap<String, f64> = toml::from_str(demo::TRUTH).expect("the demo is right");
+    let theta = model.theta(&truth).expect("the demo is right");
+    let controller = experiment.controller.expect("the demo has one");
+    let settings = experiment.simulate.expect("the demo has one");
+    let robot = experiment.robot;
+    bencher
+        .counter(ItemsCount::new(SAMPLES))
+        .with_inputs(|| {
+            Twin::new(&robot, &model, &theta, &controller, &settings).expect("the demo is right")
+        })
+        .bench_local_values(|mut twin| {
+            for _ in 0..SAMPLES {
+                twin.sample().expect("the demo is stable");
+            }
+            twin
+        });
+}

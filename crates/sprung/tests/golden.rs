@@ -1,0 +1,175 @@
+//! Numbers from independent code: SciPy for the zero-phase filter, NumPy for
+//! the simulated loop and for least squares on it.
+#![expect(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    clippy::print_stderr,
+    reason = "a test may panic, and says what it measured"
+)]
+
+use std::collections::BTreeMap;
+
+use serde_json::Value;
+use sprung::demo;
+use sprung::description::{self, DiscretizationName};
+use sprung::estimate::fit;
+use sprung::model::{Model, Theta};
+use sprung::preprocess::{Butterworth, ZeroPhase};
+use sprung::regression::{FilteredRegression, Reduction};
+use sprung::simulate::ClosedLoop;
+
+/// Samples between two rows of the full file of the simulation.
+const FULL_STEP: usize = 100;
+
+/// Samples between two rows of the embedded ones.
+const FIXTURE_STEP: usize = 1000;
+
+/// A file of the full sets, or nothing and a word about it.
+fn golden(name: &str) -> Option<String> {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/golden");
+    let text = std::fs::read_to_string(format!("{folder}/{name}")).ok();
+    if text.is_none() {
+        eprintln!("skipped: no golden vectors at {folder}/{name}");
+    }
+    text
+}
+
+fn fixture(text: &str) -> Value {
+    serde_json::from_str(text).unwrap()
+}
+
+fn numbers(value: &Value) -> Vec<f64> {
+    let list = value.as_array().unwrap();
+    list.iter().map(|x| x.as_f64().unwrap()).collect()
+}
+
+fn setup() -> (ClosedLoop, Model, Theta) {
+    let experiment = description::read("experiment.toml", demo::EXPERIMENT, &[]).unwrap();
+    let model = Model::new(&experiment.robot).unwrap();
+    let truth: BTreeMap<String, f64> = toml::from_str(demo::TRUTH).unwrap();
+    let truth = model.theta(&truth).unwrap();
+    let controller = experiment.controller.as_ref().unwrap();
+    let plant = ClosedLoop::new(&model, &truth, controller, 1e-3, &[0.0; 2], &[0.0; 2]).unwrap();
+    (plant, model, truth)
+}
+
+#[test]
+fn zero_phase_filter_is_that_of_scipy() {
+    let golden = fixture(include_str!("fixtures/zero_phase.json"));
+    let mut worst: f64 = 0.0;
+    for case in golden["cases"].as_array().unwrap() {
+        let count = |name: &str| usize::try_from(case[name].as_u64().unwrap()).unwrap();
+        let number = |name: &str| case[name].as_f64().unwrap();
+        let (order, cutoff) = (count("order"), number("cutoff_hz"));
+        // The formula of zero_phase.py.
+        let x: Vec<f64> = (0..count("samples"))
+            .map(|k| {
+                let t = 1e-3 * k as f64;
+                0.4 + (7.0 * t).sin() + 0.2 * (200.0 * t).cos() + 0.01 * (k * k % 17) as f64
+            })
+            .collect();
+        let filter = Butterworth::new(order, cutoff, 1.0 / number("rate_hz")).unwrap();
+        let mut zero_phase = ZeroPhase::new(filter);
+        let mut y = Vec::new();
+        for part in x.chunks(257) {
+            zero_phase.push(part, &mut y);
+        }
+        assert!(zero_phase.finish(&mut y) && y.len() == x.len());
+        let index = case["index"].as_array().unwrap();
+        for (k, expected) in index.iter().zip(numbers(&case["value"])) {
+            let k = usize::try_from(k.as_u64().unwrap()).unwrap();
+            let error = (y[k] - expected).abs();
+            assert!(
+                error < 1e-10,
+                "order {order}, {cutoff} Hz, sample {k}: {error:e}"
+            );
+            worst = worst.max(error);
+        }
+    }
+    println!("zero-phase filter: {worst:.1e}");
+}
+
+/// Compares the simulated loop with rows of time, state and torque.
+fn check_simulation(rows: &[Vec<f64>], step: usize) {
+    let (mut plant, ..) = setup();
+    let mut worst: f64 = 0.0;
+    for row in rows {
+        let (state, time) = (plant.state(), plant.time());
+        let tau = plant.command(&state.q, &state.phi);
+        let parts = [[time, 0.0], state.q, state.phi, state.dq, state.dphi, tau];
+        let found: Vec<f64> = parts.concat();
+        // Time takes one place of its pair.
+        for (found, expected) in found[..1].iter().chain(&found[2..]).zip(row) {
+            worst = worst.max((found - expected).abs());
+        }
+        plant.advance(&tau).unwrap();
+        for _ in 1..step {
+            let state = plant.state();
+            let tau = plant.command(&state.q, &state.phi);
+            plant.advance(&tau).unwrap();
+        }
+    }
+    println!("simulation, {} rows: {worst:.1e}", rows.len());
+    assert!(worst < 1e-7, "{worst:e}");
+}
+
+#[test]
+fn noise_free_loop_is_that_of_independent_code() {
+    let golden = fixture(include_str!("fixtures/noise_free.json"));
+    let rows: Vec<Vec<f64>> = (golden["rows"].as_array().unwrap().iter())
+        .map(numbers)
+        .collect();
+    assert_eq!(rows.len(), 11);
+    check_simulation(&rows, FIXTURE_STEP);
+}
+
+#[test]
+fn noise_free_loop_is_that_of_independent_code_at_all_rows() {
+    let Some(text) = golden("sim2r_paper_noisefree.csv") else {
+        return;
+    };
+    let rows: Vec<Vec<f64>> = (text.lines())
+        .filter(|line| !line.starts_with('#'))
+        .map(|line| line.split(',').map(|x| x.parse().unwrap()).collect())
+        .collect();
+    assert_eq!(rows.len(), 101);
+    check_simulation(&rows, FULL_STEP);
+}
+
+fn check_least_squares(expected: &[f64]) {
+    let (plant, model, _) = setup();
+    // The tolerance of every day costs 2e-6 of a parameter.
+    let mut plant = plant.with_tolerance(1e-10);
+    let mut regression =
+        FilteredRegression::new(model.arm(), 30.0, 1e-3, DiscretizationName::Matched).unwrap();
+    let mut reduction = Reduction::new(&model);
+    for _ in 0..=10_000 {
+        let (state, time) = (plant.state(), plant.time());
+        let tau = plant.command(&state.q, &state.phi);
+        reduction.push(&regression.process(time, &state, &tau));
+        plant.advance(&tau).unwrap();
+    }
+    let theta = fit(&model, &reduction.finish()).unwrap().theta();
+    let worst = (theta.iter().zip(expected))
+        .map(|(found, expected)| (found / expected - 1.0).abs())
+        .fold(0.0, f64::max);
+    println!("least squares: {worst:.1e}");
+    assert!(worst < 1e-6, "{worst:e}");
+}
+
+#[test]
+fn least_squares_on_exact_states_is_that_of_independent_code() {
+    let embedded = fixture(include_str!("fixtures/noise_free.json"));
+    let expected = numbers(&embedded["least_squares_matched"]);
+    check_least_squares(&expected);
+    if let Some(text) = golden("sim2r_ls.json") {
+        let full = numbers(&fixture(&text)["ls_tustin_rest_tauzoh"]);
+        let worst = (full.iter().zip(&expected))
+            .map(|(a, b)| (a - b).abs())
+            .fold(0.0, f64::max);
+        assert!(
+            worst < 1e-15,
+            "the fixture is not the full set's: {worst:e}"
+        );
+    }
+}
