@@ -114,11 +114,11 @@ pub(crate) struct Validate {
 pub(crate) struct Simulate {
     /// Experiment file, or the folder that holds experiment.toml.
     pub(crate) experiment: PathBuf,
-    /// Use controller and log of this [[validate]] block instead of the experiment's own.
+    /// Use controller and log of this validation run instead of the experiment's own.
     #[arg(long, value_name = "NAME")]
     pub(crate) run: Option<String>,
     /// Parameters of the twin: identification.json, or a TOML file with values by name [default:
-    /// what [simulate] says].
+    /// what the simulate block says].
     #[arg(long, value_name = "FILE")]
     pub(crate) parameters: Option<PathBuf>,
     #[command(flatten)]

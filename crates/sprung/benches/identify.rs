@@ -11,7 +11,7 @@ use sprung::description::{self, Estimator, Experiment};
 use sprung::estimate::identify;
 use sprung::log::{Channels, LogSource};
 use sprung::model::Model;
-use sprung::simulate::record;
+use sprung::simulate::{TwinSetup, record};
 
 /// Bytes that every opened reader shares.
 #[derive(Clone)]
@@ -37,19 +37,16 @@ fn demo_of(seconds: u32) -> (Experiment, Model, Shared) {
     let mut settings = experiment.simulate.clone().expect("the demo has one");
     settings.duration_s = f64::from(seconds);
     let log = experiment.log.as_ref().expect("the demo has one");
-    let channels = Channels::new(&experiment.robot, log, None).expect("the demo is right");
+    let channels = Channels::new(&experiment.robot, log).expect("the demo is right");
+    let setup = TwinSetup {
+        robot: &experiment.robot,
+        model: &model,
+        theta: &model.theta(&truth).expect("the demo is right"),
+        controller: experiment.controller.as_ref().expect("the demo has one"),
+        settings: &settings,
+    };
     let mut csv = Vec::new();
-    record(
-        &experiment.robot,
-        &model,
-        &model.theta(&truth).expect("the demo is right"),
-        experiment.controller.as_ref().expect("the demo has one"),
-        &settings,
-        &channels,
-        &mut csv,
-        &mut |_| {},
-    )
-    .expect("the demo is stable");
+    record(&setup, &channels, &mut csv, &mut |_| {}).expect("the demo is stable");
     (experiment, model, Shared(Arc::new(csv)))
 }
 

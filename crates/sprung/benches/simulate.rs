@@ -7,7 +7,7 @@ use divan::counter::ItemsCount;
 use sprung::demo;
 use sprung::description;
 use sprung::model::Model;
-use sprung::simulate::{ClosedLoop, Twin};
+use sprung::simulate::{ClosedLoop, Twin, TwinSetup};
 
 const SAMPLES: usize = 10_000;
 
@@ -46,12 +46,16 @@ fn twin(bencher: Bencher) {
     let theta = model.theta(&truth).expect("the demo is right");
     let controller = experiment.controller.expect("the demo has one");
     let settings = experiment.simulate.expect("the demo has one");
-    let robot = experiment.robot;
+    let setup = TwinSetup {
+        robot: &experiment.robot,
+        model: &model,
+        theta: &theta,
+        controller: &controller,
+        settings: &settings,
+    };
     bencher
         .counter(ItemsCount::new(SAMPLES))
-        .with_inputs(|| {
-            Twin::new(&robot, &model, &theta, &controller, &settings).expect("the demo is right")
-        })
+        .with_inputs(|| Twin::new(&setup).expect("the demo is right"))
         .bench_local_values(|mut twin| {
             for _ in 0..SAMPLES {
                 twin.sample().expect("the demo is stable");

@@ -59,7 +59,7 @@ pub enum ModelError {
         names: Vec<String>,
     },
     /// No robot has these values.
-    #[error("{name} = {value:.4e} {unit} is not the inertia of a body; it must be positive")]
+    #[error("{name} = {value:.4e} {unit} must be positive")]
     NotPositive {
         /// Name of the parameter.
         name: String,
@@ -245,15 +245,18 @@ impl Model {
         }
     }
 
-    /// Checks that a simulation with these values means something.
+    /// Checks that a feedforward can divide by the stiffnesses.
     ///
     /// # Errors
     ///
-    /// [`ModelError::NotPositive`] or [`ModelError::MassMatrix`] if an inertia
-    /// is not one of a body.
-    pub fn check_inertias(&self, theta: &Theta) -> Result<(), ModelError> {
+    /// [`ModelError::NotPositive`] if a stiffness is zero or below.
+    pub fn check_stiffness(&self, theta: &Theta) -> Result<(), ModelError> {
+        self.check_positive(JointParameter::Stiffness, theta)
+    }
+
+    fn check_positive(&self, kind: JointParameter, theta: &Theta) -> Result<(), ModelError> {
         for joint in 0..JOINTS {
-            let index = LAYOUT.index(JointParameter::RotorInertia, joint);
+            let index = LAYOUT.index(kind, joint);
             if theta[index].is_nan() || theta[index] <= 0.0 {
                 return Err(ModelError::NotPositive {
                     name: self.parameters[index].name.clone(),
@@ -262,6 +265,17 @@ impl Model {
                 });
             }
         }
+        Ok(())
+    }
+
+    /// Checks that a simulation with these values means something.
+    ///
+    /// # Errors
+    ///
+    /// [`ModelError::NotPositive`] or [`ModelError::MassMatrix`] if an inertia
+    /// is not one of a body.
+    pub fn check_inertias(&self, theta: &Theta) -> Result<(), ModelError> {
+        self.check_positive(JointParameter::RotorInertia, theta)?;
         // The determinant is a parabola in cos q2 that opens downwards, so the
         // two stretched poses bound it.
         for q2 in [0.0, std::f64::consts::PI] {

@@ -29,7 +29,7 @@ impl<R: Read> CsvLog<R> {
     /// [`LogError`] if the header cannot be read or a column is not there.
     pub fn new(file: &str, read: R, channels: &Channels) -> Result<Self, LogError> {
         let mut reader = ReaderBuilder::new()
-            .trim(Trim::All)
+            .trim(Trim::Headers)
             .buffer_capacity(1 << 18)
             .comment(Some(b'#'))
             .from_reader(read);
@@ -117,7 +117,7 @@ impl<R: Read> CsvLog<R> {
         let cell = self.record.get(self.columns[i]).unwrap_or_default();
         let value = std::str::from_utf8(cell)
             .ok()
-            .and_then(|text| text.parse::<f64>().ok())
+            .and_then(|text| text.trim().parse::<f64>().ok())
             .ok_or_else(|| self.not_a_number(i, cell))?;
         if value.is_finite() {
             Ok(value)
@@ -133,7 +133,7 @@ impl<R: Read> CsvLog<R> {
 
     #[cold]
     fn not_a_number(&self, i: usize, cell: &[u8]) -> LogError {
-        let cell = String::from_utf8_lossy(cell).into_owned();
+        let cell = String::from_utf8_lossy(cell).trim().to_owned();
         let hint = if cell.is_empty() {
             "; the cell is empty"
         } else if cell.contains(',') {

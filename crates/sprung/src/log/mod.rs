@@ -39,7 +39,7 @@ impl LogBlock {
     pub fn new(channels: usize) -> Self {
         Self {
             time: Vec::with_capacity(BLOCK),
-            values: vec![Vec::with_capacity(BLOCK); channels],
+            values: (0..channels).map(|_| Vec::with_capacity(BLOCK)).collect(),
         }
     }
 

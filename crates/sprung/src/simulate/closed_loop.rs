@@ -11,7 +11,8 @@ use crate::model::{JOINT_COUNT, Model, ModelError, Theta};
 
 /// Error of one integration step that is accepted, rad and rad/s. Over the
 /// paper's 10 s experiment the positions stay within 2e-9 rad of those of a
-/// millionth of it; a tenfold tolerance misses transitions and leaves 1.5e-6.
+/// millionth of it, velocities within 5e-8 rad/s; a tenfold tolerance misses
+/// transitions and leaves 1.5e-6 rad.
 const TOLERANCE: f64 = 1e-7;
 
 /// Position beyond which a joint is taken to have run away, rad.
@@ -87,6 +88,7 @@ impl ClosedLoop {
                     description::Feedforward::Nominal => model.nominal()?,
                     description::Feedforward::Identified => *theta,
                 };
+                model.check_stiffness(&of_feedforward)?;
                 let mut gain = [[0.0; STATES]; JOINT_COUNT];
                 for (row, given) in gain.iter_mut().zip(&controller.gain) {
                     *row = array(given);
