@@ -1,6 +1,6 @@
 //! What the user sees while and after a command runs.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::{IsTerminal, Write};
 
 use comfy_table::{CellAlignment, Table, presets};
@@ -94,12 +94,14 @@ impl Terminal {
         for run in &validation.runs {
             if run.simulated {
                 self.say(format!(
-                    "{}: root mean square of measured minus simulated ({})",
+                    "{}: root mean square of measured minus simulated, tau in N·m, q and phi in rad; \
+                     fit: error of the filtered torque ({})",
                     run.name, run.log
                 ));
             } else {
                 self.say(format!(
-                    "{}: no controller given, so no loop was simulated ({})",
+                    "{}: error of the filtered torque; no controller given, so no loop was simulated \
+                     ({})",
                     run.name, run.log
                 ));
             }
@@ -250,41 +252,34 @@ fn parameter_table(
 }
 
 fn error_table(run: &sprung::validate::RunResult) -> Table {
-    let joints: Vec<&String> = run
-        .sets
-        .first()
-        .map(|set| set.torque_residual_nm.keys().collect())
-        .unwrap_or_default();
+    let joints: BTreeSet<&String> = (run.sets.iter())
+        .flat_map(|set| set.torque_residual_nm.keys())
+        .collect();
+    let simulated: &[&str] = if run.simulated {
+        &["tau", "q", "phi"]
+    } else {
+        &[]
+    };
     let mut header = vec!["parameters".to_owned()];
-    for (symbol, unit) in [("tau", "N·m"), ("q", "rad"), ("phi", "rad")] {
-        header.extend(
-            joints
-                .iter()
-                .map(|joint| format!("{symbol} {joint} [{unit}]")),
-        );
+    for symbol in simulated {
+        header.extend(joints.iter().map(|joint| format!("{symbol} {joint}")));
     }
-    header.extend(joints.iter().map(|joint| format!("fit {joint} [% of tau]")));
+    header.extend(joints.iter().map(|joint| format!("{joint} fit %")));
     let mut table = plain(header, 1);
     for set in &run.sets {
         let mut row = vec![set.parameters.clone()];
-        for group in 0..3 {
-            row.extend(joints.iter().map(|joint| {
-                match &set.e_rms {
-                    Some(e) => dash(
-                        [&e.tau_nm, &e.q_rad, &e.phi_rad][group]
-                            .get(*joint)
-                            .copied(),
-                        3,
-                    ),
-                    None if run.simulated => "runs away".to_owned(),
-                    None => "-".to_owned(),
+        for group in 0..simulated.len() {
+            row.extend(joints.iter().map(|joint| match &set.e_rms {
+                Some(e) => {
+                    let values = [&e.tau_nm, &e.q_rad, &e.phi_rad][group];
+                    dash(values.get(*joint).copied(), 3)
                 }
+                None => "runs away".to_owned(),
             }));
         }
         row.extend(joints.iter().map(|joint| {
-            set.torque_relative_residual
-                .get(*joint)
-                .map_or_else(|| "-".to_owned(), |r| format!("{:.1}", 100.0 * r))
+            let share = set.torque_relative_residual.get(*joint);
+            share.map_or_else(|| "-".to_owned(), |share| format!("{:.1}", 100.0 * share))
         }));
         table.add_row(row);
     }

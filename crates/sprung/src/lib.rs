@@ -21,3 +21,7 @@ pub mod regression;
 pub mod report;
 pub mod simulate;
 pub mod validate;
+
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;

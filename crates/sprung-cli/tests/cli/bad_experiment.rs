@@ -174,3 +174,55 @@ fn current_needs_a_torque_constant() {
         .replace("motor_torque_nm    =", "motor_current_a =")
         .fails(2, &["joint1: torque_constant_nm_per_a is needed"]);
 }
+
+#[test]
+fn names_delays_and_nominal_values_are_checked() {
+    Case::new()
+        .replace("name = \"direct\"", "name = \"di,rect\"")
+        .fails(2, &["line", "\"di,rect\" must consist of letters"]);
+    Case::new()
+        .replace("name = \"direct\"", "name = \"prediction\"")
+        .fails(
+            2,
+            &["line", "two validation runs are called \"prediction\""],
+        );
+    Case::new()
+        .replace("name = \"joint2\"\n", "name = \"joint1\"\n")
+        .fails(2, &["line", "two joints are called \"joint1\""]);
+    Case::new()
+        .replace("stiffness = 9.0", "stiffness = nan")
+        .fails(2, &["line", "joint1: the nominal stiffness must be finite"]);
+    Case::new()
+        .replace(
+            "time_s             = \"t_s\"",
+            "time_s = \"t_s\"\ndelay_s = { q1_rad = 1e300 }",
+        )
+        .fails(2, &["line", "the delay of \"q1_rad\"", "within ±60 s"]);
+    Case::new()
+        .replace(
+            "time_s             = \"t_s\"",
+            "time_s = \"t_s\"\nsign = { q1 = -1 }",
+        )
+        .fails(
+            2,
+            &[
+                "line",
+                "\"q1\", which is not a column",
+                "did you mean \"q1_rad\"?",
+            ],
+        );
+}
+
+#[test]
+fn absurd_cut_offs_ask_for_a_longer_log() {
+    let case = Case::new();
+    for cutoff in ["1e-9", "1e-300"] {
+        let output = case.identify(&["--set", &format!("identify.position_cutoff_hz={cutoff}")]);
+        assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
+        assert!(
+            stderr(&output).contains("samples, at least"),
+            "{}",
+            stderr(&output)
+        );
+    }
+}

@@ -333,3 +333,22 @@ fn motion_that_does_not_tell_parameters_apart() {
     });
     case.warns(1, &["not-identifiable", "the log does not determine"]);
 }
+
+#[test]
+fn numbers_beyond_reason() {
+    let case = Case::new()
+        .column(TAU1, |x| 1e300 * x)
+        .column(Q1, |x| 1e200 * x);
+    let output = case.identify(&[]);
+    let message = stderr(&output);
+    assert_eq!(output.status.code(), Some(3), "{message}");
+    assert!(message.starts_with("error: "), "{message}");
+    // Without a hint from the encoders' ratio the regression itself notices.
+    let case = [Q1, PHI1].into_iter().fold(Case::new(), |case, column| {
+        case.column(column, |x| 1e200 * x)
+    });
+    case.fails(
+        3,
+        &["holds numbers that are not finite; are the units of its columns right?"],
+    );
+}

@@ -12,3 +12,5 @@ mod bad_log;
 mod browser;
 mod common;
 mod outputs;
+mod readme;
+mod real_machine;

@@ -3,6 +3,9 @@
 use super::choice::{nearest, quoted};
 use super::types::{Controller, ControllerKind, Delay, ExperimentFile, Log, Simulate};
 
+/// Longest delay of a channel, s.
+const LONGEST_DELAY: f64 = 60.0;
+
 /// A fault and the path of keys to it.
 pub(super) struct Fault {
     pub(super) path: Vec<String>,
@@ -33,6 +36,18 @@ pub(super) fn check(file: &ExperimentFile) -> Result<(), Fault> {
     if let Some(log) = &file.log {
         check_log(log, &["log"], &joints)?;
     }
+    for (i, run) in file.validate.iter().enumerate() {
+        check_name(&run.name, &["validate", &i.to_string(), "name"])?;
+        if file.validate[..i]
+            .iter()
+            .any(|other| other.name == run.name)
+        {
+            return Err(fault(
+                &["validate", &i.to_string(), "name"],
+                format!("two validation runs are called \"{}\"", run.name),
+            ));
+        }
+    }
     if let Some(controller) = &file.controller {
         check_controller(controller, &["controller"], &joints)?;
     }
@@ -51,6 +66,20 @@ pub(super) fn check(file: &ExperimentFile) -> Result<(), Fault> {
     Ok(())
 }
 
+/// Names stand in files and in column titles.
+fn check_name(name: &str, path: &[&str]) -> Result<(), Fault> {
+    let allowed = |c: char| c.is_alphanumeric() || "_-. ".contains(c);
+    if !name.trim().is_empty() && name.chars().all(allowed) {
+        return Ok(());
+    }
+    Err(fault(
+        path,
+        format!(
+            "the name \"{name}\" must consist of letters, digits, spaces, \"_\", \"-\" and \".\""
+        ),
+    ))
+}
+
 fn robot(file: &ExperimentFile) -> Result<(), Fault> {
     let joints = &file.robot.joint;
     if joints.len() != 2 {
@@ -66,6 +95,23 @@ fn robot(file: &ExperimentFile) -> Result<(), Fault> {
     for (i, joint) in joints.iter().enumerate() {
         let at = i.to_string();
         let path = |key| ["robot", "joint", &at, key].map(str::to_owned).to_vec();
+        check_name(&joint.name, &["robot", "joint", &at, "name"])?;
+        let nominal = &joint.nominal;
+        for (key, value) in [
+            ("rotor_inertia", nominal.rotor_inertia),
+            ("link_viscous", nominal.link_viscous),
+            ("motor_viscous", nominal.motor_viscous),
+            ("stiffness", nominal.stiffness),
+            ("link_coulomb", nominal.link_coulomb),
+            ("motor_coulomb", nominal.motor_coulomb),
+        ] {
+            if value.is_some_and(|v| !v.is_finite()) {
+                return Err(fault(
+                    &["robot", "joint", &at, "nominal", key],
+                    format!("{}: the nominal {key} must be finite", joint.name),
+                ));
+            }
+        }
         if joints[..i].iter().any(|other| other.name == joint.name) {
             return Err(Fault {
                 path: path("name"),
@@ -233,11 +279,13 @@ fn check_log(log: &Log, path: &[&str], joints: &[&str]) -> Result<(), Fault> {
     }
     for (name, delay) in &log.delay_s {
         if let Delay::Known(value) = delay
-            && !value.is_finite()
+            && (value.is_nan() || value.abs() > LONGEST_DELAY)
         {
             return Err(fault(
                 &[path, &["delay_s", name]].concat(),
-                format!("the delay of \"{name}\" must be a number of seconds"),
+                format!(
+                    "the delay of \"{name}\" is {value} s; it must be within ±{LONGEST_DELAY} s"
+                ),
             ));
         }
     }

@@ -249,7 +249,7 @@ fn reduce(
         return Err(LogError::TooShort {
             file: source.name.clone(),
             found: log.clock().samples(),
-            needed: filter.padding() as u64 + 3,
+            needed: (filter.padding() + aligner.lost()) as u64 + 3,
             why: format!(
                 "three periods of position_cutoff_hz = {} pad each end of the zero-phase filter",
                 settings.position_cutoff_hz

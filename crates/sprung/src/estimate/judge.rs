@@ -14,8 +14,8 @@ const WEAK: f64 = 0.25;
 /// Condition number, columns scaled, above which directions are named.
 const COLLINEAR: f64 = 100.0;
 
-/// Part of the motor torque that may stay unexplained.
-const UNEXPLAINED: f64 = 0.2;
+/// Part of the motor torque that may stay unexplained, root mean squares.
+pub const UNEXPLAINED: f64 = 0.2;
 
 /// Part by which a stacked stiffness may lie below the motor row's: more is
 /// reported, the first only if the standard errors agree.

@@ -10,7 +10,7 @@ mod result;
 
 pub use delay::{DelayEstimate, Excerpt, MotorRowFit, estimate_delays, fit_motor_rows};
 pub use identify::{Identified, IdentifyError, identify};
-pub use judge::{Suspicion, Verdict, judge, suspect};
+pub use judge::{Suspicion, UNEXPLAINED, Verdict, judge, suspect};
 pub use least_squares::{Fitted, MotorRow, fit, residual, trace};
 pub use lsff::{Lsff, LsffError};
 pub use result::{

@@ -88,6 +88,13 @@ impl Aligner {
         aligner
     }
 
+    /// Returns how many samples are lost at the end, because a late channel has
+    /// no more.
+    #[must_use]
+    pub fn lost(&self) -> usize {
+        self.reach
+    }
+
     /// Takes a block and appends the samples that are ready to `out`.
     pub fn push(&mut self, block: &LogBlock, out: &mut Vec<RawSample>) {
         self.time.extend_from_slice(&block.time);

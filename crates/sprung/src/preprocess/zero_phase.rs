@@ -37,6 +37,11 @@ struct Section {
     settled: [f64; 2],
 }
 
+/// Rounds a number of samples; absurd settings ask for more than any log has.
+fn count(samples: f64) -> usize {
+    samples.round().min(1e15) as usize
+}
+
 /// A Butterworth low-pass in second-order sections.
 #[derive(Clone, Debug)]
 pub struct Butterworth {
@@ -86,7 +91,7 @@ impl Butterworth {
         Ok(Self {
             sections,
             slowest,
-            padding: (PADDING_PERIODS / (cutoff * period)).round().max(1.0) as usize,
+            padding: count(PADDING_PERIODS / (cutoff * period)).max(1),
         })
     }
 
@@ -98,7 +103,7 @@ impl Butterworth {
 
     /// Returns how many samples a wrong start of the backward pass is felt.
     fn overlap(&self) -> usize {
-        (FORGOTTEN.ln() / self.slowest.max(1e-3).ln()).ceil() as usize + 8
+        count(FORGOTTEN.ln() / self.slowest.max(1e-3).ln()) + 8
     }
 
     fn settled(&self, input: f64) -> Vec<[f64; 2]> {

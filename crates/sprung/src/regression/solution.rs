@@ -57,14 +57,14 @@ pub struct Solution {
 #[must_use]
 pub fn solve(parts: &[SystemPart<'_>], unknowns: usize) -> Option<Solution> {
     let (mut a, b) = assemble(parts, unknowns);
+    if !(a.norm_max().is_finite() && b.iter().all(|value| value.is_finite())) {
+        return None;
+    }
     let raw = a.singular_values().ok()?;
     let norms = scale_columns(&mut a);
     let svd = a.thin_svd().ok()?;
     let (u, v) = (svd.U(), svd.V());
     let sigma: Vec<f64> = svd.S().column_vector().iter().copied().collect();
-    if sigma.iter().chain(&b).any(|value| !value.is_finite()) {
-        return None;
-    }
     let limit = RANK_TOLERANCE * sigma[0];
     let rank = sigma.iter().filter(|&&s| s > limit).count();
 

@@ -165,7 +165,9 @@ fn traces(identification: &Identification, trace: &Curves, contents: &Contents<'
 fn validation_section(validation: &Validation, curves: &Curves) -> Section {
     let mut blocks = Vec::new();
     for run in &validation.runs {
-        blocks.push(Block::Table(tables::errors(run)));
+        if run.simulated {
+            blocks.push(Block::Table(tables::errors(run)));
+        }
         let findings: Vec<Shown> = run
             .sets
             .iter()

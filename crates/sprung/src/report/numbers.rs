@@ -31,12 +31,22 @@ pub(super) fn or_dash(value: Option<f64>, digits: usize) -> String {
     value.map_or_else(|| "–".to_owned(), |value| significant(value, digits))
 }
 
+/// Returns a value as it was given, if that is short.
+pub(super) fn given(value: Option<f64>) -> String {
+    match value.map(|value| value.to_string()) {
+        Some(text) if text.len() <= 8 => text,
+        _ => or_dash(value, 5),
+    }
+}
+
 /// Returns the deviation of `value` from `reference` in percent, with sign.
 #[must_use]
 pub(super) fn deviation(value: Option<f64>, reference: Option<f64>) -> String {
     match (value, reference) {
         (Some(value), Some(reference)) if reference != 0.0 => {
-            format!("{:+.1}", 100.0 * (value / reference - 1.0))
+            let percent = 100.0 * (value / reference - 1.0);
+            let decimals = usize::from(percent.abs() < 100.0);
+            format!("{percent:+.decimals$}")
         }
         _ => "–".to_owned(),
     }

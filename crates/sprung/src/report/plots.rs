@@ -70,6 +70,7 @@ pub(super) fn traces(
 
 /// A column of a set at the nearest of its own times.
 fn sampled(set: &CurveSet, column: usize, time: &[f64]) -> Vec<Option<f64>> {
+    let values = set.values.get(column).map_or(&[][..], Vec::as_slice);
     time.iter()
         .map(|t| {
             let after = set.time.partition_point(|other| other < t);
@@ -78,7 +79,7 @@ fn sampled(set: &CurveSet, column: usize, time: &[f64]) -> Vec<Option<f64>> {
                 (Some(before), None) => before,
                 _ => after,
             };
-            *set.values[column].get(nearest)?
+            *values.get(nearest)?
         })
         .collect()
 }

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::document::{Column, Row, Table, Tone};
-use super::numbers::{deviation, or_dash, significant};
+use super::numbers::{deviation, given, or_dash, significant};
 use crate::estimate::{Identification, ParameterEstimate};
 use crate::validate::RunResult;
 
@@ -34,12 +34,7 @@ pub(super) fn parameters(
     identification: &Identification,
     truth: Option<&BTreeMap<String, f64>>,
 ) -> Table {
-    let mut columns = vec![
-        text("Parameter"),
-        text("Symbol"),
-        text("Unit"),
-        number("Nominal"),
-    ];
+    let mut columns = vec![text("Parameter"), text("Unit"), number("Nominal")];
     if truth.is_some() {
         columns.push(number("True"));
     }
@@ -53,27 +48,30 @@ pub(super) fn parameters(
     }
     let first = identification.results.first();
     let rows = first
-        .map(|result| result.parameters.iter().enumerate())
+        .map(|result| result.parameters.iter())
         .into_iter()
         .flatten()
-        .map(|(i, parameter)| {
+        .map(|parameter| {
             let mut cells = vec![
                 format!(
-                    "{} {}",
+                    "{}\u{a0}{}",
                     parameter.symbol.replace("theta", "θ"),
                     parameter.name
                 ),
                 parameter.unit.clone(),
-                or_dash(parameter.nominal, 5),
+                given(parameter.nominal),
             ];
             let known = truth.map(|truth| truth.get(&parameter.name).copied());
             if let Some(known) = known {
-                cells.push(or_dash(known, 5));
+                cells.push(given(known));
             }
             for result in &identification.results {
-                let estimate = &result.parameters[i];
-                cells.push(with_error(estimate));
-                cells.push(deviation(estimate.value, known.unwrap_or(estimate.nominal)));
+                let estimate = result.parameter(&parameter.name);
+                cells.push(estimate.map_or_else(|| "–".to_owned(), with_error));
+                cells.push(deviation(
+                    estimate.and_then(|estimate| estimate.value),
+                    known.unwrap_or(parameter.nominal),
+                ));
             }
             let warned = first.is_some_and(|result| {
                 result
@@ -163,15 +161,12 @@ pub(super) fn errors(run: &RunResult) -> Table {
                             .get(*joint)
                             .copied()
                     });
-                    cells.push(value.map_or_else(
-                        || if run.simulated { "runs away" } else { "–" }.to_owned(),
-                        |value| significant(value, 3),
-                    ));
+                    cells.push(value.map_or_else(|| "runs away".to_owned(), |v| significant(v, 3)));
                 }
             }
             Row {
                 cells,
-                tone: if set.e_rms.is_none() && run.simulated {
+                tone: if set.e_rms.is_none() {
                     Tone::Bad
                 } else {
                     Tone::Neutral
@@ -180,17 +175,10 @@ pub(super) fn errors(run: &RunResult) -> Table {
         })
         .collect();
     Table {
-        caption: if run.simulated {
-            format!(
-                "{}: root mean square of measured minus simulated over {} ({} samples).",
-                run.name, run.log, run.samples
-            )
-        } else {
-            format!(
-                "{}: {} ({} samples); no controller given.",
-                run.name, run.log, run.samples
-            )
-        },
+        caption: format!(
+            "{}: root mean square of measured minus simulated over {} ({} samples).",
+            run.name, run.log, run.samples
+        ),
         columns,
         rows,
     }
@@ -223,9 +211,9 @@ pub(super) fn torque(run: &RunResult) -> Table {
         .collect();
     Table {
         caption: format!(
-            "{}: filtered motor torque that the model needs for the measured motion, root mean \
-             square of its error.",
-            run.name
+            "{}: filtered motor torque that the model needs for the measured motion in {} ({} \
+             samples), root mean square of its error.",
+            run.name, run.log, run.samples
         ),
         columns,
         rows,

@@ -8,7 +8,7 @@ use super::metrics::Rms;
 use super::result::{RootMeanSquares, RunResult, SetResult, Validation};
 use crate::curves::{CurveSet, Curves};
 use crate::description::{Controller, Delay, Experiment, Identify};
-use crate::estimate::residual;
+use crate::estimate::{UNEXPLAINED, residual};
 use crate::finding::{Finding, Severity};
 use crate::log::{ChannelError, Channels, LogBlock, LogError, LogSource};
 use crate::model::{JOINT_COUNT, Model, ModelError, Theta};
@@ -324,6 +324,21 @@ impl Candidate {
                 .filter(|(_, value)| value.is_finite())
                 .collect()
         };
+        let relative = motor(|row| row.0 / row.1);
+        let mut findings = self.findings;
+        for (joint, share) in relative.iter().filter(|(_, share)| **share > UNEXPLAINED) {
+            findings.push(Finding::new(
+                Severity::Warning,
+                "poor-prediction",
+                format!(
+                    "{}: the model misses the filtered motor torque of {joint} by {:.0} % (root mean \
+                     squares)",
+                    self.label,
+                    100.0 * share
+                ),
+                "look at the torque over time; identify from a log that moves like this one",
+            ));
+        }
         SetResult {
             parameters: self.label.clone(),
             modified: self.modified.clone(),
@@ -333,8 +348,8 @@ impl Candidate {
                 tau_nm: of_joints(2),
             }),
             torque_residual_nm: motor(|row| row.0),
-            torque_relative_residual: motor(|row| row.0 / row.1),
-            findings: self.findings,
+            torque_relative_residual: relative,
+            findings,
         }
     }
 }
@@ -424,7 +439,7 @@ impl Run<'_> {
             return Err(LogError::TooShort {
                 file: source.name.clone(),
                 found: log.clock().samples(),
-                needed: filter.padding() as u64 + 3,
+                needed: (filter.padding() + aligner.lost()) as u64 + 3,
                 why: "three periods of position_cutoff_hz pad each end of the zero-phase filter"
                     .to_owned(),
             }

@@ -1,0 +1,130 @@
+//! The report of a whole run: tables that fit their headings, text that cannot
+//! break out.
+
+#![expect(clippy::unwrap_used, reason = "these are tests")]
+
+use std::io::Read;
+
+use sprung::demo;
+use sprung::description;
+use sprung::estimate::{Identified, identify};
+use sprung::log::{Channels, LogSource};
+use sprung::model::Model;
+use sprung::report::{Block, Contents, Document, compose, render};
+use sprung::simulate::{TwinSetup, record};
+use sprung::validate::{ParameterSet, validate};
+
+fn report(name: &str) -> (Document, Identified) {
+    let mut experiment = description::read("experiment.toml", demo::EXPERIMENT, &[]).unwrap();
+    name.clone_into(&mut experiment.robot.name);
+    let model = Model::new(&experiment.robot).unwrap();
+    let truth = model.theta(&toml::from_str(demo::TRUTH).unwrap()).unwrap();
+    let mut settings = experiment.simulate.clone().unwrap();
+    settings.duration_s = 4.0;
+    let setup = TwinSetup {
+        robot: &experiment.robot,
+        model: &model,
+        theta: &truth,
+        controller: experiment.controller.as_ref().unwrap(),
+        settings: &settings,
+    };
+    let channels = Channels::new(&experiment.robot, experiment.log.as_ref().unwrap()).unwrap();
+    let mut log = Vec::new();
+    record(&setup, &channels, &mut log, &mut |_| ()).unwrap();
+    let mut reader = || Ok(Box::new(std::io::Cursor::new(log.clone())) as Box<dyn Read>);
+    let mut source = LogSource {
+        name: "twin".to_owned(),
+        reader: &mut reader,
+    };
+    let found = identify(&experiment, &model, &mut source, &mut |_| ()).unwrap();
+    experiment.validate.truncate(1);
+    let sets: Vec<ParameterSet> = (found.identification.results.iter())
+        .map(|result| ParameterSet {
+            label: result.estimator.clone(),
+            values: result.values(),
+        })
+        .collect();
+    let none = std::collections::BTreeMap::new();
+    let validated = validate(
+        &experiment,
+        &model,
+        &sets,
+        &none,
+        &mut [source],
+        &mut |_| (),
+    )
+    .unwrap();
+    let contents = Contents {
+        identification: Some(&found.identification),
+        trace: Some(&found.trace),
+        fit: Some(&found.fit),
+        validation: Some((&validated.validation, &validated.curves)),
+        truth: Some(&toml::from_str(demo::TRUTH).unwrap()),
+        command: "sprung </script>",
+        experiment: demo::EXPERIMENT,
+    };
+    (compose(&contents), found)
+}
+
+#[test]
+fn every_row_has_a_cell_for_every_heading() {
+    let (document, _) = report("robot");
+    let mut tables = 0;
+    for block in document.sections.iter().flat_map(|section| &section.blocks) {
+        if let Block::Table(table) = block {
+            tables += 1;
+            assert!(!table.rows.is_empty(), "{}", table.caption);
+            for row in &table.rows {
+                assert_eq!(row.cells.len(), table.columns.len(), "{}", table.caption);
+            }
+        }
+    }
+    assert_eq!(tables, 5);
+}
+
+#[test]
+fn values_stand_under_their_headings() {
+    let (document, found) = report("robot");
+    let table = document
+        .sections
+        .iter()
+        .flat_map(|section| &section.blocks)
+        .find_map(|block| match block {
+            Block::Table(table) => Some(table),
+            _ => None,
+        })
+        .unwrap();
+    let column = |heading: &str| {
+        (table.columns.iter())
+            .position(|column| column.heading.starts_with(heading))
+            .unwrap()
+    };
+    let stiffness = &table.rows[9].cells;
+    assert!(stiffness[column("Parameter")].ends_with("joint1.stiffness"));
+    assert_eq!(stiffness[column("Unit")], "N·m/rad");
+    assert_eq!(stiffness[column("Nominal")], "9");
+    assert_eq!(stiffness[column("True")], "9.35873");
+    let value = found.identification.results[0].parameters[9].value.unwrap();
+    let shown: f64 = stiffness[column("least-squares")]
+        .split(' ')
+        .next()
+        .unwrap()
+        .parse()
+        .unwrap();
+    assert!((shown / value - 1.0).abs() < 1e-4);
+}
+
+#[test]
+fn text_of_the_user_cannot_break_out() {
+    let (document, _) = report("<img src=x onerror=alert(1)>");
+    let html = render(&document).unwrap();
+    assert!(!html.contains("<img src=x"));
+    assert!(!html.contains("sprung </script>"));
+    assert_eq!(
+        html.matches("</script>").count(),
+        html.matches("<script").count()
+    );
+    for outside in ["src=\"http", "href=\"http", "@import", "url(http"] {
+        assert!(!html.contains(outside), "{outside}");
+    }
+}
