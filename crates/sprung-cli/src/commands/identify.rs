@@ -4,6 +4,7 @@ use std::path::Path;
 
 use sprung::estimate::{Identified, IdentifyError, Verdict, identify, parameters_csv};
 use sprung::log::{LogError, LogSource};
+use sprung::regression::PassError;
 use sprung::report::{Contents, compose, render};
 
 use crate::args::Identify;
@@ -56,7 +57,7 @@ pub(super) fn from_disk(loaded: &Loaded, terminal: Terminal) -> Result<Identifie
     bar.finish_and_clear();
     found.map_err(|error| {
         let code = match &error {
-            IdentifyError::Log(log) => code_of_log(log),
+            IdentifyError::Pass(pass) => code_of_pass(pass),
             IdentifyError::NotFinite { .. } => ExitCode::Log,
             _ => ExitCode::Usage,
         };
@@ -64,11 +65,12 @@ pub(super) fn from_disk(loaded: &Loaded, terminal: Terminal) -> Result<Identifie
     })
 }
 
-/// Returns how a log's error ends the program.
-pub(super) fn code_of_log(error: &LogError) -> ExitCode {
+/// Returns how an error of reading a log ends the program.
+pub(super) fn code_of_pass(error: &PassError) -> ExitCode {
     match error {
-        LogError::Io { .. } => ExitCode::File,
-        _ => ExitCode::Log,
+        PassError::Log(LogError::Io { .. }) => ExitCode::File,
+        PassError::Log(_) => ExitCode::Log,
+        _ => ExitCode::Usage,
     }
 }
 

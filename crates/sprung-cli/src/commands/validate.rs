@@ -10,7 +10,7 @@ use sprung::log::LogSource;
 use sprung::report::Contents;
 use sprung::validate::{ValidateError, Validated, validate};
 
-use super::identify::{code_of_log, write_report};
+use super::identify::{code_of_pass, write_report};
 use crate::args::Validate;
 use crate::exit_code::{ExitCode, Failure};
 use crate::experiment::{Loaded, Parameters, load, open, read_parameters};
@@ -89,7 +89,7 @@ pub(super) fn from_disk(
     bar.finish_and_clear();
     found.map_err(|error| {
         let code = match &error {
-            ValidateError::Log(log) => code_of_log(log),
+            ValidateError::Pass(pass) => code_of_pass(pass),
             _ => ExitCode::Usage,
         };
         Failure::new(code, error)

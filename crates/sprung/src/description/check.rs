@@ -1,7 +1,9 @@
 //! What types cannot say: lengths, signs, names that must exist.
 
 use super::choice::{nearest, quoted};
-use super::types::{Controller, ControllerKind, Delay, ExperimentFile, Log, Simulate};
+use super::log::{Delay, Log};
+use super::run::{Controller, ControllerKind, Simulate};
+use super::types::ExperimentFile;
 
 /// Longest delay of a channel, s.
 const LONGEST_DELAY: f64 = 60.0;

@@ -6,12 +6,16 @@
 
 mod check;
 mod choice;
+mod identify;
 mod keys;
+mod log;
 mod read;
+mod robot;
+mod run;
 mod types;
 
+pub use identify::{DiscretizationName, Estimator, Identify};
+pub use log::{Delay, Log};
 pub use read::{DescriptionError, Experiment, read, schema};
-pub use types::{
-    Controller, ControllerKind, Delay, DiscretizationName, Estimator, Feedforward, Identify, Joint,
-    Kinematics, Log, Nominal, Reference, Robot, Side, Simulate, Sine, Validate,
-};
+pub use robot::{Joint, Kinematics, Nominal, Robot, Side};
+pub use run::{Controller, ControllerKind, Feedforward, Reference, Simulate, Sine, Validate};

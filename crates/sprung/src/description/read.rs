@@ -5,8 +5,12 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::check::check;
+use super::identify::Identify;
 use super::keys::{self, Misfit};
-use super::types::{Controller, ExperimentFile, Identify, Log, Robot, Simulate, Validate};
+use super::log::Log;
+use super::robot::Robot;
+use super::run::{Controller, Simulate, Validate};
+use super::types::ExperimentFile;
 
 /// An experiment: the robot, the log, how to identify and how to validate.
 ///

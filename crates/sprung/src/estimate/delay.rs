@@ -2,11 +2,9 @@
 
 use sprung_core::drives::MOTOR_SIDE;
 
-use crate::description::{Delay, Identify};
-use crate::log::{Channels, LogBlock};
-use crate::model::{JOINT_COUNT, Model, ROWS};
-use crate::preprocess::{Aligner, Butterworth, Smoother};
-use crate::regression::{FilteredRegression, Reduction, SystemPart, solve};
+use crate::log::LogBlock;
+use crate::model::{JOINT_COUNT, ROWS};
+use crate::regression::{Reading, Stages, SystemPart, solve};
 
 /// Where rotor inertia and stiffness stand in [`MOTOR_SIDE`].
 pub(super) const ROTOR_INERTIA: usize = 0;
@@ -63,7 +61,7 @@ pub struct MotorRowFit {
 /// A delay that was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DelayEstimate {
-    /// Index of the channel in [`Channels::all`].
+    /// Index of the channel in [`Channels::all`](crate::log::Channels::all).
     pub channel: usize,
     /// Delay, s.
     pub delay: f64,
@@ -77,47 +75,18 @@ pub struct DelayEstimate {
 
 /// Fits the motor rows of an excerpt alone.
 ///
-/// - `delays`: of every channel, s.
-///
 /// Returns nothing if the excerpt is too short for the filter or the settings
 /// do not fit the log.
 #[must_use]
 pub fn fit_motor_rows(
     excerpt: &Excerpt,
-    channels: &Channels,
-    delays: &[f64],
-    model: &Model,
-    settings: &Identify,
+    reading: &Reading<'_>,
 ) -> Option<[MotorRowFit; JOINT_COUNT]> {
-    let filter = Butterworth::new(
-        settings.position_filter_order,
-        settings.position_cutoff_hz,
-        excerpt.period,
-    )
-    .ok()?;
-    let mut regression = FilteredRegression::new(
-        model.arm(),
-        settings.filter_cutoff_rad_per_s,
-        excerpt.period,
-        settings.discretization,
-    )
-    .ok()?;
-    let mut aligner = Aligner::new(channels, delays, excerpt.period);
-    let mut smoother = Smoother::new(&filter, excerpt.period);
-    let (mut raw, mut signals) = (Vec::new(), Vec::new());
+    let mut stages = Stages::new(reading, excerpt.period).ok()?;
     for block in &excerpt.blocks {
-        raw.clear();
-        aligner.push(block, &mut raw);
-        smoother.push(&raw, &mut signals);
+        stages.push(block, &mut ());
     }
-    if !smoother.finish(&mut signals) {
-        return None;
-    }
-    let mut reduction = Reduction::new(model);
-    for signal in &signals {
-        reduction.push(&regression.process(signal.time, &signal.state, &signal.tau));
-    }
-    let whole = reduction.finish().whole()?;
+    let whole = stages.finish(&mut ())?.whole()?;
     let local: Vec<usize> = (0..MOTOR_SIDE.len()).collect();
     let mut fits = [MotorRowFit {
         values: [0.0; MOTOR_SIDE.len()],
@@ -153,26 +122,21 @@ pub fn fit_motor_rows(
 #[must_use]
 pub fn estimate_delays(
     excerpt: &Excerpt,
-    channels: &Channels,
+    reading: &Reading<'_>,
     wanted: &[usize],
-    model: &Model,
-    settings: &Identify,
 ) -> Option<Vec<DelayEstimate>> {
-    let known: Vec<f64> = channels
-        .all
-        .iter()
-        .map(|channel| match channel.delay {
-            Some(Delay::Known(delay)) => delay,
-            Some(Delay::Estimate) | None => 0.0,
-        })
-        .collect();
     let attempt = |at: &[f64]| {
-        let mut delays = known.clone();
+        let mut delays = reading.delays.to_vec();
         for (&channel, &delay) in wanted.iter().zip(at) {
             delays[channel] = delay;
         }
-        fit_motor_rows(excerpt, channels, &delays, model, settings)
+        let reading = Reading {
+            delays: &delays,
+            ..*reading
+        };
+        fit_motor_rows(excerpt, &reading)
     };
+    let channels = reading.channels;
     let joint = |i: usize| channels.all[wanted[i]].joint;
     let duration = excerpt.samples as f64 * excerpt.period;
     let (from, to) = (EARLIEST.max(-duration / 8.0), LATEST.min(duration / 8.0));
@@ -226,7 +190,7 @@ pub fn estimate_delays(
             let slope = (right - left) / (2.0 * excerpt.period);
             let move_by = (-slope / curvature).clamp(-excerpt.period, excerpt.period);
             // Filtered residuals agree over about 2/λ.
-            let independent = (duration * settings.filter_cutoff_rad_per_s / 2.0).max(1.0);
+            let independent = (duration * reading.settings.filter_cutoff_rad_per_s / 2.0).max(1.0);
             let error = (2.0 * cost / (independent * curvature)).sqrt();
             if curvature > 0.0 {
                 (delay + move_by, error)

@@ -3,30 +3,22 @@
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-use sprung_core::filter::FilterError;
-
-use super::delay::{Excerpt, MotorRowFit, estimate_delays, fit_motor_rows};
 use super::describe::{describe, fit_curves, trace_of};
-use super::judge::{Suspicion, Verdict, judge, suspect};
+use super::judge::{Verdict, judge};
 use super::least_squares::{fit, trace};
 use super::lsff::{Lsff, LsffError};
-use super::result::{DelayUsed, EstimateResult, Identification, LogInfo, SettingsUsed};
+use super::result::{DelayUsed, Identification, LogInfo, SettingsUsed};
+use super::second_look::{Delays, suspicions};
 use crate::curves::Curves;
-use crate::description::{Delay, Estimator, Experiment, Identify, Log};
+use crate::description::{Estimator, Experiment, Identify};
 use crate::finding::{Finding, Severity};
-use crate::log::{ChannelError, Channels, LogBlock, LogError, LogSource, Quantity, Summary, check};
-use crate::model::{JOINT_COUNT, Model};
-use crate::preprocess::{
-    Aligner, Butterworth, Decimator, FilterDesignError, RawSample, Signal, Smoother,
-};
-use crate::regression::{FilteredRegression, FilteredSample, Reduction, System};
+use crate::log::{ChannelError, Channels, LogSource, check};
+use crate::model::Model;
+use crate::preprocess::{Decimator, RawSample};
+use crate::regression::{FilteredSample, Observer, PassError, Passed, Reading, read_through};
 
 /// Points of the fit over time, at most.
 const FIT_POINTS: usize = 2048;
-
-/// Part of a residual that another reading of the log must stay below to be
-/// mentioned.
-const CLEARLY: f64 = 0.9;
 
 /// What an identification leaves.
 #[derive(Clone, Debug)]
@@ -49,21 +41,15 @@ pub enum IdentifyError {
     /// The description of the log is not complete.
     #[error(transparent)]
     Channel(#[from] ChannelError),
-    /// A filter does not fit the log.
-    #[error(transparent)]
-    FilterDesign(#[from] FilterDesignError),
-    /// The filter pair cannot be built.
-    #[error("{0}")]
-    FilterPair(FilterError),
     /// LSFF cannot be built.
     #[error(transparent)]
     Lsff(#[from] LsffError),
     /// A delay cannot be estimated.
     #[error("{0}")]
     Delay(String),
-    /// The log is wrong.
+    /// The log is wrong, or does not fit the filters.
     #[error(transparent)]
-    Log(#[from] LogError),
+    Pass(#[from] PassError),
     /// The numbers leave the range that can be computed with.
     #[error(
         "the regression of {file} holds numbers that are not finite; are the units of its columns \
@@ -97,69 +83,68 @@ pub fn identify(
     let log = experiment.log.as_ref().ok_or(IdentifyError::NoLog)?;
     let settings = &experiment.identify;
     let channels = Channels::new(&experiment.robot, log)?;
-    let delays = delays(&channels, model, settings, source)?;
-
-    let reduced = reduce(&channels, &delays, model, settings, source, progress)?;
-    let mut findings = check(&source.name, &channels, model.joints(), &reduced.summary)?;
-    let not_finite = || IdentifyError::NotFinite {
-        file: source.name.clone(),
+    let delays = Delays::new(&channels, model, settings, source)?;
+    let reading = Reading {
+        model,
+        settings,
+        channels: &channels,
+        delays: &delays.values,
     };
-    let fitted = fit(model, &reduced.system).ok_or_else(not_finite)?;
-    if fitted.solution.x.iter().any(|value| !value.is_finite()) {
-        return Err(not_finite());
-    }
+    let mut watch = Watch::new(model, settings);
+    let passed = read_through(&reading, source, &mut watch, progress)?;
+    let mut findings =
+        check(&source.name, &channels, model.joints(), &passed.summary).map_err(PassError::from)?;
+    findings.extend(delays.findings(&channels));
 
-    findings.extend(delay_findings(&delays, &channels));
+    let fitted = fit(model, &passed.system)
+        .filter(|fitted| fitted.solution.x.iter().all(|value| value.is_finite()))
+        .ok_or_else(|| IdentifyError::NotFinite {
+            file: source.name.clone(),
+        })?;
+    let lsff = watch.lsff.transpose()?;
     let mut results = Vec::new();
-    let mut trace_sets = Vec::new();
+    let mut traces = Vec::new();
     let mut thetas = Vec::new();
     for &estimator in &settings.estimator {
-        let (theta, errors, mut elapsed, set) = match (estimator, &reduced.lsff) {
-            (Estimator::Lsff, Some((lsff, elapsed))) => (
-                lsff.theta(),
-                lsff.wandering().to_vec(),
-                *elapsed,
-                trace_of(
-                    estimator,
-                    lsff.trace().iter().map(|(t, x)| (*t, Some(x.to_vec()))),
-                ),
-            ),
+        let (theta, errors, elapsed, curves) = match (estimator, &lsff) {
+            (Estimator::Lsff, Some(lsff)) => {
+                let points = lsff.trace().iter();
+                (
+                    lsff.theta(),
+                    lsff.wandering().to_vec(),
+                    watch.elapsed,
+                    trace_of(estimator, points.map(|(t, x)| (*t, Some(x.to_vec())))),
+                )
+            }
             _ => (
                 fitted.theta(),
                 fitted.standard_error.clone(),
-                0.0,
-                trace_of(estimator, trace(model, &reduced.system)),
+                start.elapsed().as_secs_f64() - watch.elapsed,
+                trace_of(estimator, trace(model, &passed.system)),
             ),
         };
-        if estimator == Estimator::LeastSquares {
-            elapsed = start.elapsed().as_secs_f64() - reduced.lsff.as_ref().map_or(0.0, |l| l.1);
-        }
-        let mut result = describe(model, estimator, &theta, &errors, &fitted, &reduced.system);
+        let mut result = describe(model, estimator, &theta, &errors, &fitted, &passed.system);
         result.elapsed_s = elapsed;
-        let suspicions = suspicions(&channels, &delays, model, settings, source, &result)?;
-        result.warnings = judge(
-            model,
-            &result,
-            &fitted.solution.weakest_direction,
-            &suspicions,
-        );
-        result.warnings.extend(notes(estimator, &reduced));
+        let suspicions = suspicions(&reading, source, &result).map_err(PassError::from)?;
+        let weakest = &fitted.solution.weakest_direction;
+        result.warnings = judge(model, &result, weakest, &suspicions);
+        result.warnings.extend(notes(estimator, lsff.as_ref()));
         result.verdict = Verdict::of(findings.iter().chain(&result.warnings));
         results.push(result);
-        trace_sets.push(set);
+        traces.push(curves);
         thetas.push((estimator, theta));
     }
     Ok(Identified {
         trace: Curves {
             columns: model.parameters().iter().map(|p| p.name.clone()).collect(),
-            sets: trace_sets,
+            sets: traces,
         },
-        fit: fit_curves(model, &thetas, &reduced.fit),
+        fit: fit_curves(model, &thetas, watch.fit.items()),
         identification: Identification {
             format: 1,
             generator: concat!("sprung ", env!("CARGO_PKG_VERSION")).to_owned(),
             robot: experiment.robot.name.clone(),
-            log: log_info(log, &source.name, &reduced, &delays, &channels),
+            log: log_info(&log.name(&source.name), &passed, &delays, &channels),
             settings: SettingsUsed {
                 filter_cutoff_rad_per_s: settings.filter_cutoff_rad_per_s,
                 discretization: settings.discretization.name().to_owned(),
@@ -172,244 +157,53 @@ pub fn identify(
     })
 }
 
-/// The log, read and reduced.
-struct Reduced {
-    system: System,
-    summary: Summary,
-    fit: Vec<FilteredSample>,
-    lsff: Option<(Lsff, f64)>,
-    period: f64,
-    duration: f64,
-    jitter: f64,
+/// What is gathered besides the system while the log passes.
+struct Watch<'a> {
+    model: &'a Model,
+    settings: &'a Identify,
+    fit: Decimator<FilteredSample>,
+    lsff: Option<Result<Lsff, LsffError>>,
+    // Time that LSFF took, s.
+    elapsed: f64,
 }
 
-fn reduce(
-    channels: &Channels,
-    delays: &Delays,
-    model: &Model,
-    settings: &Identify,
-    source: &mut LogSource<'_>,
-    progress: &mut dyn FnMut(u64),
-) -> Result<Reduced, IdentifyError> {
-    let mut log = source.open(channels)?;
-    let mut block = LogBlock::new(channels.all.len());
-    log.read(&mut block)?;
-    let period = log.clock().period().unwrap_or_default();
-
-    let filter = Butterworth::new(
-        settings.position_filter_order,
-        settings.position_cutoff_hz,
-        period,
-    )?;
-    let mut aligner = Aligner::new(channels, &delays.values, period);
-    let mut smoother = Smoother::new(&filter, period);
-    let mut regression = FilteredRegression::new(
-        model.arm(),
-        settings.filter_cutoff_rad_per_s,
-        period,
-        settings.discretization,
-    )
-    .map_err(IdentifyError::FilterPair)?;
-    let mut lsff = if settings.estimator.contains(&Estimator::Lsff) {
-        Some((Lsff::new(model, settings, period)?, 0.0))
-    } else {
-        None
-    };
-    let mut summary = Summary::new(channels);
-    let mut reduction = Reduction::new(model);
-    let mut fit = Decimator::new(FIT_POINTS);
-    let mut take = |signals: &[Signal]| {
-        for signal in signals {
-            let sample = regression.process(signal.time, &signal.state, &signal.tau);
-            reduction.push(&sample);
-            fit.push(|| sample);
+impl<'a> Watch<'a> {
+    fn new(model: &'a Model, settings: &'a Identify) -> Self {
+        Self {
+            model,
+            settings,
+            fit: Decimator::new(FIT_POINTS),
+            lsff: None,
+            elapsed: 0.0,
         }
-    };
-    let mut raw: Vec<RawSample> = Vec::new();
-    let mut signals: Vec<Signal> = Vec::new();
-    while !block.is_empty() {
-        summary.take(&block);
-        raw.clear();
-        aligner.push(&block, &mut raw);
-        if let Some((lsff, elapsed)) = &mut lsff {
-            let start = Instant::now();
-            for sample in &raw {
+    }
+}
+
+impl Observer for Watch<'_> {
+    fn raw(&mut self, period: f64, samples: &[RawSample]) {
+        if !self.settings.estimator.contains(&Estimator::Lsff) {
+            return;
+        }
+        let start = Instant::now();
+        let (model, settings) = (self.model, self.settings);
+        let lsff = self
+            .lsff
+            .get_or_insert_with(|| Lsff::new(model, settings, period));
+        if let Ok(lsff) = lsff {
+            for sample in samples {
                 lsff.process(sample);
             }
-            *elapsed += start.elapsed().as_secs_f64();
         }
-        signals.clear();
-        smoother.push(&raw, &mut signals);
-        take(&signals);
-        progress(log.clock().samples());
-        log.read(&mut block)?;
+        self.elapsed += start.elapsed().as_secs_f64();
     }
-    signals.clear();
-    if !smoother.finish(&mut signals) {
-        return Err(LogError::TooShort {
-            file: source.name.clone(),
-            found: log.clock().samples(),
-            needed: (filter.padding() + aligner.lost()) as u64 + 3,
-            why: format!(
-                "three periods of position_cutoff_hz = {} pad each end of the zero-phase filter",
-                settings.position_cutoff_hz
-            ),
-        }
-        .into());
-    }
-    take(&signals);
-    Ok(Reduced {
-        system: reduction.finish(),
-        summary,
-        fit: fit.into_items(),
-        lsff,
-        period,
-        duration: log.clock().duration(),
-        jitter: log.clock().jitter(),
-    })
-}
 
-/// Delays in use, s, one per channel, with errors of those estimated.
-struct Delays {
-    values: Vec<f64>,
-    errors: Vec<Option<f64>>,
-    gains: Vec<Option<(f64, f64)>>,
-}
-
-fn delays(
-    channels: &Channels,
-    model: &Model,
-    settings: &Identify,
-    source: &mut LogSource<'_>,
-) -> Result<Delays, IdentifyError> {
-    let count = channels.all.len();
-    let mut delays = Delays {
-        values: vec![0.0; count],
-        errors: vec![None; count],
-        gains: vec![None; count],
-    };
-    let mut wanted = Vec::new();
-    for (i, channel) in channels.all.iter().enumerate() {
-        match channel.delay {
-            Some(Delay::Known(value)) => delays.values[i] = value,
-            Some(Delay::Estimate) => wanted.push(i),
-            None => {}
-        }
+    fn filtered(&mut self, sample: &FilteredSample) {
+        self.fit.push(|| *sample);
     }
-    if wanted.is_empty() {
-        return Ok(delays);
-    }
-    for joint in 0..JOINT_COUNT {
-        let mine = wanted.iter().filter(|&&i| channels.all[i].joint == joint);
-        if mine.count() > 1 {
-            return Err(IdentifyError::Delay(format!(
-                "delay_s asks to estimate two channels of {}; only delays between channels show in \
-                 a log, so estimate one of them",
-                model.joints()[joint]
-            )));
-        }
-    }
-    let excerpt = excerpt(channels, source)?;
-    let found = estimate_delays(&excerpt, channels, &wanted, model, settings).ok_or_else(|| {
-        IdentifyError::Delay(format!(
-            "{} is too short to estimate a delay from; give the delay as a number of seconds",
-            source.name
-        ))
-    })?;
-    for estimate in found {
-        delays.values[estimate.channel] = estimate.delay;
-        delays.errors[estimate.channel] = Some(estimate.standard_error);
-        delays.gains[estimate.channel] = Some((
-            estimate.without.relative_residual,
-            estimate.with.relative_residual,
-        ));
-    }
-    Ok(delays)
-}
-
-fn excerpt(channels: &Channels, source: &mut LogSource<'_>) -> Result<Excerpt, LogError> {
-    let mut log = source.open(channels)?;
-    let mut block = LogBlock::new(channels.all.len());
-    let mut more = log.read(&mut block)?;
-    let mut excerpt = Excerpt::new(log.clock().period().unwrap_or_default());
-    while more {
-        more = excerpt.push(&block) && log.read(&mut block)?;
-    }
-    Ok(excerpt)
-}
-
-fn delay_findings(delays: &Delays, channels: &Channels) -> Vec<Finding> {
-    let mut findings = Vec::new();
-    for (i, channel) in channels.all.iter().enumerate() {
-        if let (Some(error), Some((without, with))) = (delays.errors[i], delays.gains[i]) {
-            findings.push(Finding::new(
-                Severity::Info,
-                "delay-estimated",
-                format!(
-                    "\"{}\" was recorded {:.4} s late (standard error {:.4} s): with that the motor \
-                     row leaves {:.1} % of its torque unexplained, without it {:.1} % (root mean \
-                     squares)",
-                    channel.column,
-                    delays.values[i],
-                    error,
-                    100.0 * with,
-                    100.0 * without
-                ),
-                "give the delay as a number to keep it fixed",
-            ));
-        }
-    }
-    findings
-}
-
-/// Looks at the log again for joints whose parameters are impossible.
-fn suspicions(
-    channels: &Channels,
-    delays: &Delays,
-    model: &Model,
-    settings: &Identify,
-    source: &mut LogSource<'_>,
-    result: &EstimateResult,
-) -> Result<Vec<Suspicion>, IdentifyError> {
-    let mut all = vec![Suspicion::default(); JOINT_COUNT];
-    if !(0..JOINT_COUNT).any(|joint| suspect(result, joint)) {
-        return Ok(all);
-    }
-    let excerpt = excerpt(channels, source)?;
-    let now = fit_motor_rows(&excerpt, channels, &delays.values, model, settings);
-    for (joint, suspicion) in all.iter_mut().enumerate() {
-        let (true, Some(now)) = (suspect(result, joint), now) else {
-            continue;
-        };
-        let better = |fit: &MotorRowFit| {
-            let positive = fit.values.iter().all(|value| *value > 0.0);
-            positive && fit.relative_residual < CLEARLY * now[joint].relative_residual
-        };
-        if let Some(exchanged) = channels.exchanged(joint) {
-            suspicion.exchanged =
-                fit_motor_rows(&excerpt, &exchanged, &delays.values, model, settings)
-                    .map(|fits| fits[joint])
-                    .filter(better);
-        }
-        if suspicion.exchanged.is_some() {
-            continue;
-        }
-        let link = channels
-            .index(Quantity::LinkPosition, joint)
-            .or(channels.index(Quantity::LinkDeflection, joint));
-        let Some(link) = link.filter(|&i| channels.all[i].delay.is_none()) else {
-            continue;
-        };
-        suspicion.delay = estimate_delays(&excerpt, channels, &[link], model, settings)
-            .and_then(|mut found| found.pop())
-            .filter(|found| better(&found.with) && found.delay.abs() > 3.0 * found.standard_error)
-            .map(|found| (channels.all[link].column.clone(), found));
-    }
-    Ok(all)
 }
 
 /// Says what the standard errors of an estimator are worth.
-fn notes(estimator: Estimator, reduced: &Reduced) -> Vec<Finding> {
+fn notes(estimator: Estimator, lsff: Option<&Lsff>) -> Vec<Finding> {
     let mut notes = vec![match estimator {
         Estimator::LeastSquares => Finding::new(
             Severity::Info,
@@ -428,7 +222,7 @@ fn notes(estimator: Estimator, reduced: &Reduced) -> Vec<Finding> {
             "prefer least squares on filtered positions where the log is at hand",
         ),
     }];
-    if let (Estimator::Lsff, Some((lsff, _))) = (estimator, &reduced.lsff)
+    if let (Estimator::Lsff, Some(lsff)) = (estimator, lsff)
         && lsff.paused() > 0.0
     {
         notes.push(Finding::new(
@@ -445,32 +239,17 @@ fn notes(estimator: Estimator, reduced: &Reduced) -> Vec<Finding> {
     notes
 }
 
-fn log_info(
-    log: &Log,
-    name: &str,
-    reduced: &Reduced,
-    delays: &Delays,
-    channels: &Channels,
-) -> LogInfo {
+fn log_info(file: &str, passed: &Passed, delays: &Delays, channels: &Channels) -> LogInfo {
     let delay_s: BTreeMap<String, DelayUsed> = (channels.all.iter().enumerate())
         .filter(|(_, channel)| channel.delay.is_some())
-        .map(|(i, channel)| {
-            let used = DelayUsed {
-                value: delays.values[i],
-                standard_error: delays.errors[i].filter(|e| e.is_finite()),
-            };
-            (channel.column.clone(), used)
-        })
+        .map(|(i, channel)| (channel.column.clone(), delays.used(i)))
         .collect();
     LogInfo {
-        file: log
-            .file
-            .as_ref()
-            .map_or_else(|| name.to_owned(), |file| file.display().to_string()),
-        samples: reduced.summary.samples(),
-        period_s: reduced.period,
-        duration_s: reduced.duration,
-        jitter_percent: 100.0 * reduced.jitter,
+        file: file.to_owned(),
+        samples: passed.summary.samples(),
+        period_s: passed.period,
+        duration_s: passed.duration,
+        jitter_percent: 100.0 * passed.jitter,
         delay_s,
     }
 }

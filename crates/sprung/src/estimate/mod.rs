@@ -7,6 +7,7 @@ mod judge;
 mod least_squares;
 mod lsff;
 mod result;
+mod second_look;
 
 pub use delay::{DelayEstimate, Excerpt, MotorRowFit, estimate_delays, fit_motor_rows};
 pub use identify::{Identified, IdentifyError, identify};

@@ -5,11 +5,13 @@
 //! factors, [`System`] is what remains of the log, and [`Solution`] solves it.
 
 mod filtered;
+mod pass;
 mod reduction;
 mod solution;
 mod triangle;
 
 pub use filtered::{FilteredRegression, FilteredSample};
+pub use pass::{Observer, PassError, Passed, Reading, Stages, read_through};
 pub use reduction::{Reduction, System};
 pub use solution::{Solution, SystemPart, solve, solve_quickly};
 pub use triangle::Triangle;

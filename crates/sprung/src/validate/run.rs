@@ -2,20 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use sprung_core::filter::FilterError;
-
 use super::metrics::Rms;
 use super::result::{RootMeanSquares, RunResult, SetResult, Validation};
 use crate::curves::{CurveSet, Curves};
 use crate::description::{Controller, Delay, Experiment, Identify};
 use crate::estimate::{UNEXPLAINED, residual};
 use crate::finding::{Finding, Severity};
-use crate::log::{ChannelError, Channels, LogBlock, LogError, LogSource};
+use crate::log::{ChannelError, Channels, LogSource};
 use crate::model::{JOINT_COUNT, Model, ModelError, Theta};
-use crate::preprocess::{
-    Aligner, Butterworth, Decimator, FilterDesignError, RawSample, Signal, Smoother,
-};
-use crate::regression::{FilteredRegression, Reduction, System};
+use crate::preprocess::{Decimator, RawSample};
+use crate::regression::{Observer, PassError, Reading, System, read_through};
 use crate::simulate::{ClosedLoop, LoopError};
 
 /// Points of the curves, at most.
@@ -57,18 +53,12 @@ pub enum ValidateError {
     /// The description of a log is not complete.
     #[error(transparent)]
     Channel(#[from] ChannelError),
-    /// A filter does not fit the log.
-    #[error(transparent)]
-    FilterDesign(#[from] FilterDesignError),
-    /// The filter pair cannot be built.
-    #[error("{0}")]
-    FilterPair(FilterError),
     /// A name of the parameter file is not one of the model.
     #[error(transparent)]
     Model(#[from] ModelError),
-    /// A log is wrong.
+    /// A log is wrong, or does not fit the filters.
     #[error(transparent)]
-    Log(#[from] LogError),
+    Pass(#[from] PassError),
 }
 
 /// Validates parameter sets on every `[[validate]]` experiment.
@@ -126,7 +116,7 @@ pub fn validate(
             .iter()
             .map(|set| Candidate::new(model, set, controller.is_some()))
             .collect();
-        let mut run = Run {
+        let run = Run {
             model,
             settings: &experiment.identify,
             channels: &channels,
@@ -149,8 +139,7 @@ pub fn validate(
         }
         runs.push(RunResult {
             name: described.name.clone(),
-            log: (log.file.as_ref())
-                .map_or_else(|| source.name.clone(), |file| file.display().to_string()),
+            log: log.name(&source.name),
             samples: outcome.samples,
             simulated: controller.is_some(),
             sets: candidates
@@ -379,77 +368,31 @@ struct Run<'a> {
 impl Run<'_> {
     /// Reads the log once, past all candidates.
     fn simulate(
-        &mut self,
+        &self,
         candidates: &mut [Candidate],
         source: &mut LogSource<'_>,
         progress: &mut dyn FnMut(u64),
-    ) -> Result<Outcome, ValidateError> {
-        let mut log = source.open(self.channels)?;
-        let mut block = LogBlock::new(self.channels.all.len());
-        log.read(&mut block)?;
-        let period = log.clock().period().unwrap_or_default();
-        let filter = Butterworth::new(
-            self.settings.position_filter_order,
-            self.settings.position_cutoff_hz,
-            period,
-        )?;
-        let mut regression = FilteredRegression::new(
-            self.model.arm(),
-            self.settings.filter_cutoff_rad_per_s,
-            period,
-            self.settings.discretization,
-        )
-        .map_err(ValidateError::FilterPair)?;
-        let mut aligner = Aligner::new(self.channels, &self.channel_delays(), period);
-        let mut smoother = Smoother::new(&filter, period);
-        let mut reduction = Reduction::new(self.model);
-        let mut reduce = |signals: &[Signal]| {
-            for signal in signals {
-                reduction.push(&regression.process(signal.time, &signal.state, &signal.tau));
-            }
+    ) -> Result<Outcome, PassError> {
+        let delays = self.channel_delays();
+        let reading = Reading {
+            model: self.model,
+            settings: self.settings,
+            channels: self.channels,
+            delays: &delays,
         };
-        let mut points = Decimator::new(POINTS);
-        let (mut raw, mut signals) = (Vec::new(), Vec::new());
-        let mut first = true;
-        while !block.is_empty() {
-            raw.clear();
-            aligner.push(&block, &mut raw);
-            for sample in &raw {
-                if std::mem::take(&mut first)
-                    && let Some(controller) = self.controller
-                {
-                    for candidate in &mut *candidates {
-                        candidate.start(self.model, controller, period, sample);
-                    }
-                }
-                let said: Vec<_> = candidates
-                    .iter_mut()
-                    .map(|candidate| candidate.compare(self.model, sample))
-                    .collect();
-                points.push(|| (*sample, said));
-            }
-            signals.clear();
-            smoother.push(&raw, &mut signals);
-            reduce(&signals);
-            progress(log.clock().samples());
-            log.read(&mut block)?;
-        }
-        signals.clear();
-        if !smoother.finish(&mut signals) {
-            return Err(LogError::TooShort {
-                file: source.name.clone(),
-                found: log.clock().samples(),
-                needed: (filter.padding() + aligner.lost()) as u64 + 3,
-                why: "three periods of position_cutoff_hz pad each end of the zero-phase filter"
-                    .to_owned(),
-            }
-            .into());
-        }
-        reduce(&signals);
+        let mut comparison = Comparison {
+            model: self.model,
+            controller: self.controller,
+            candidates,
+            points: Decimator::new(POINTS),
+            started: false,
+        };
+        let passed = read_through(&reading, source, &mut comparison, progress)?;
+        let points = comparison.points.into_items();
         Ok(Outcome {
-            samples: log.clock().samples(),
-            system: reduction.finish(),
-            curves: curves(candidates, points.items()),
+            samples: passed.summary.samples(),
+            system: passed.system,
+            curves: curves(candidates, &points),
         })
     }
 
@@ -463,6 +406,33 @@ impl Run<'_> {
                 None => 0.0,
             })
             .collect()
+    }
+}
+
+/// Runs every candidate beside the log.
+struct Comparison<'a> {
+    model: &'a Model,
+    controller: Option<&'a Controller>,
+    candidates: &'a mut [Candidate],
+    points: Decimator<Point>,
+    started: bool,
+}
+
+impl Observer for Comparison<'_> {
+    fn raw(&mut self, period: f64, samples: &[RawSample]) {
+        for sample in samples {
+            if !std::mem::replace(&mut self.started, true)
+                && let Some(controller) = self.controller
+            {
+                for candidate in &mut *self.candidates {
+                    candidate.start(self.model, controller, period, sample);
+                }
+            }
+            let said: Vec<_> = (self.candidates.iter_mut())
+                .map(|candidate| candidate.compare(self.model, sample))
+                .collect();
+            self.points.push(|| (*sample, said));
+        }
     }
 }
 

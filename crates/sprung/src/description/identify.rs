@@ -1,0 +1,219 @@
+//! `[identify]`: filters and estimators.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::choice::choose;
+
+/// How to identify.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct Identify {
+    /// One estimator or several.
+    #[serde(deserialize_with = "one_or_many")]
+    #[schemars(with = "OneOrManyEstimators")]
+    pub estimator: Vec<Estimator>,
+    /// λ of the filter pair.
+    pub filter_cutoff_rad_per_s: f64,
+    /// How the filter pair is made discrete.
+    pub discretization: DiscretizationName,
+    /// Cut-off of the zero-phase Butterworth filter of the positions.
+    #[serde(deserialize_with = "cutoff")]
+    pub position_cutoff_hz: f64,
+    /// Order of that filter.
+    pub position_filter_order: usize,
+    /// Weights of the samples; least squares only.
+    pub(super) weights: Weights,
+    /// Constant offset between the two encoders.
+    pub(super) encoder_offset: EncoderOffset,
+    /// Forgetting rate δ of LSFF, 1/s.
+    pub lsff_forgetting_per_s: f64,
+    /// Diagonal of the initial gain matrix of LSFF.
+    pub lsff_initial_gain: f64,
+    /// Windows `p1`, `p2` of the velocities that LSFF uses.
+    pub lsff_velocity_window: [usize; 2],
+}
+
+impl Default for Identify {
+    fn default() -> Self {
+        Self {
+            estimator: vec![Estimator::LeastSquares],
+            filter_cutoff_rad_per_s: 30.0,
+            discretization: DiscretizationName::Matched,
+            position_cutoff_hz: 10.0,
+            position_filter_order: 2,
+            weights: Weights::None,
+            encoder_offset: EncoderOffset::None,
+            lsff_forgetting_per_s: 1.0,
+            lsff_initial_gain: 10.0,
+            lsff_velocity_window: [4, 4],
+        }
+    }
+}
+
+/// An estimator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(try_from = "String")]
+#[schemars(extend("enum" = ["least-squares", "lsff"]))]
+pub enum Estimator {
+    /// Least squares on the filtered regression.
+    LeastSquares,
+    /// Recursive least squares with forgetting factor, sample by sample.
+    Lsff,
+}
+
+impl Estimator {
+    /// Returns the name in files and tables.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::LeastSquares => "least-squares",
+            Self::Lsff => "lsff",
+        }
+    }
+}
+
+impl TryFrom<String> for Estimator {
+    type Error = String;
+
+    fn try_from(word: String) -> Result<Self, String> {
+        let available = ["least-squares", "lsff"];
+        let later = ["prediction-error", "output-error"];
+        let index = choose("estimator", &word, &available, &later)?;
+        Ok([Self::LeastSquares, Self::Lsff][index])
+    }
+}
+
+#[derive(JsonSchema)]
+#[schemars(untagged)]
+#[expect(dead_code, reason = "describes the schema of one estimator or several")]
+enum OneOrManyEstimators {
+    One(Estimator),
+    Many(Vec<Estimator>),
+}
+
+fn one_or_many<'de, D: serde::Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Vec<Estimator>, D::Error> {
+    struct Visitor;
+    impl<'de> serde::de::Visitor<'de> for Visitor {
+        type Value = Vec<Estimator>;
+
+        fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+            f.write_str("the name of an estimator or a list of names")
+        }
+
+        fn visit_str<E: serde::de::Error>(self, word: &str) -> Result<Self::Value, E> {
+            Estimator::try_from(word.to_owned())
+                .map(|one| vec![one])
+                .map_err(E::custom)
+        }
+
+        fn visit_seq<A: serde::de::SeqAccess<'de>>(
+            self,
+            mut list: A,
+        ) -> Result<Self::Value, A::Error> {
+            let mut all = Vec::new();
+            while let Some(one) = list.next_element()? {
+                all.push(one);
+            }
+            Ok(all)
+        }
+    }
+    deserializer.deserialize_any(Visitor)
+}
+
+fn cutoff<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    struct Visitor;
+    impl serde::de::Visitor<'_> for Visitor {
+        type Value = f64;
+
+        fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+            f.write_str("a frequency in Hz")
+        }
+
+        fn visit_f64<E>(self, value: f64) -> Result<f64, E> {
+            Ok(value)
+        }
+
+        fn visit_i64<E>(self, value: i64) -> Result<f64, E> {
+            Ok(value as f64)
+        }
+
+        fn visit_str<E: serde::de::Error>(self, word: &str) -> Result<f64, E> {
+            Err(E::custom(if word == "auto" {
+                "position cut-off \"auto\" is not available in this version of sprung; \
+                 give a frequency in Hz, 10 to 20 suits most encoders"
+                    .to_owned()
+            } else {
+                format!("position cut-off \"{word}\" is not a frequency in Hz")
+            }))
+        }
+    }
+    deserializer.deserialize_any(Visitor)
+}
+
+/// How the filter pair is made discrete.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(try_from = "String")]
+#[schemars(extend("enum" = ["matched", "paper"]))]
+pub enum DiscretizationName {
+    /// Tustin for the regressor, zero-order hold for the held torque.
+    Matched,
+    /// Zero-order hold for both, as printed.
+    Paper,
+}
+
+impl DiscretizationName {
+    /// Returns the name in files and tables.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Matched => "matched",
+            Self::Paper => "paper",
+        }
+    }
+}
+
+impl TryFrom<String> for DiscretizationName {
+    type Error = String;
+
+    fn try_from(word: String) -> Result<Self, String> {
+        let index = choose("discretization", &word, &["matched", "paper"], &[])?;
+        Ok([Self::Matched, Self::Paper][index])
+    }
+}
+
+/// Weights of the samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(try_from = "String")]
+#[schemars(extend("enum" = ["none"]))]
+pub(super) enum Weights {
+    /// All samples alike.
+    None,
+}
+
+impl TryFrom<String> for Weights {
+    type Error = String;
+
+    fn try_from(word: String) -> Result<Self, String> {
+        choose("weights", &word, &["none"], &["transition"]).map(|_| Self::None)
+    }
+}
+
+/// Constant offset between the two encoders of a joint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(try_from = "String")]
+#[schemars(extend("enum" = ["none"]))]
+pub(super) enum EncoderOffset {
+    /// Taken to be zero.
+    None,
+}
+
+impl TryFrom<String> for EncoderOffset {
+    type Error = String;
+
+    fn try_from(word: String) -> Result<Self, String> {
+        choose("encoder_offset", &word, &["none"], &["estimate"]).map(|_| Self::None)
+    }
+}

@@ -1,0 +1,157 @@
+//! `[controller]`, `[[validate]]` and `[simulate]`: what runs, and the twin.
+
+use std::path::PathBuf;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::choice::choose;
+use super::log::Log;
+
+/// The controller that closes the loop.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+pub struct Controller {
+    /// `pd` on the motor positions, or `state-feedback` with feedforward.
+    pub kind: ControllerKind,
+    /// Position gains of `pd`, one per joint.
+    #[serde(default)]
+    pub kp_nm_per_rad: Vec<f64>,
+    /// Velocity gains of `pd`, one per joint.
+    #[serde(default)]
+    pub kd_nms_per_rad: Vec<f64>,
+    /// Gains of `state-feedback`: one row per joint on the errors of link
+    /// positions, motor positions, link velocities and motor velocities.
+    #[serde(default)]
+    pub gain: Vec<Vec<f64>>,
+    /// The model behind the feedforward of `state-feedback`.
+    #[serde(default)]
+    pub feedforward: Feedforward,
+    /// `p1`, `p2` of the averaging velocity estimator.
+    #[serde(default = "default_window")]
+    pub velocity_window: [usize; 2],
+    /// Motor reference of `pd`, link reference of `state-feedback`.
+    #[serde(default)]
+    pub reference: Reference,
+}
+
+fn default_window() -> [usize; 2] {
+    [4, 4]
+}
+
+/// The law of the controller.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(try_from = "String")]
+#[schemars(extend("enum" = ["pd", "state-feedback"]))]
+pub enum ControllerKind {
+    /// Eq. (24).
+    Pd,
+    /// Eqs. (32) and (33).
+    StateFeedback,
+}
+
+impl TryFrom<String> for ControllerKind {
+    type Error = String;
+
+    fn try_from(word: String) -> Result<Self, String> {
+        let index = choose("controller", &word, &["pd", "state-feedback"], &[])?;
+        Ok([Self::Pd, Self::StateFeedback][index])
+    }
+}
+
+/// The model behind a feedforward.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(try_from = "String")]
+#[schemars(extend("enum" = ["nominal", "identified"]))]
+pub enum Feedforward {
+    /// The nominal values of the file.
+    #[default]
+    Nominal,
+    /// The parameters that are simulated or validated.
+    Identified,
+}
+
+impl TryFrom<String> for Feedforward {
+    type Error = String;
+
+    fn try_from(word: String) -> Result<Self, String> {
+        let index = choose("feedforward", &word, &["nominal", "identified"], &[])?;
+        Ok([Self::Nominal, Self::Identified][index])
+    }
+}
+
+/// A reference trajectory: for each joint the sum of its sines.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+pub struct Reference {
+    /// The sines.
+    #[serde(default)]
+    pub sines: Vec<Sine>,
+}
+
+/// One sine of a reference.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+pub struct Sine {
+    /// Name of the joint.
+    pub joint: String,
+    /// Amplitude, degrees.
+    pub amplitude_deg: f64,
+    /// Frequency, Hz.
+    pub frequency_hz: f64,
+    /// Phase, degrees.
+    #[serde(default)]
+    pub phase_deg: f64,
+}
+
+/// One experiment to validate the model on.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+pub struct Validate {
+    /// Name for tables.
+    pub name: String,
+    /// Log; what it does not say is taken from `[log]`.
+    pub log: Option<Log>,
+    /// Controller; that of the experiment if absent.
+    pub controller: Option<Controller>,
+}
+
+/// The digital twin.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+pub struct Simulate {
+    /// TOML file with a table of parameter values by name; the nominal values
+    /// if absent.
+    pub parameters: Option<PathBuf>,
+    /// Length of the log, s.
+    #[serde(default = "default_duration")]
+    pub duration_s: f64,
+    /// Period of controller and log, s.
+    #[serde(default = "default_period")]
+    pub period_s: f64,
+    /// Seed of encoder phases and noise.
+    #[serde(default)]
+    pub seed: u64,
+    /// Counts per turn of the link encoders, one per joint; 0 is exact.
+    #[serde(default)]
+    pub link_encoder_counts_per_turn: Vec<u32>,
+    /// Counts per turn of the motor encoders after the gearbox; 0 is exact.
+    #[serde(default)]
+    pub motor_encoder_counts_per_turn: Vec<u32>,
+    /// Standard deviation of the noise on the logged torque, N·m.
+    #[serde(default)]
+    pub torque_noise_nm: Vec<f64>,
+    /// Standard deviation of a real disturbance on the motor, N·m.
+    #[serde(default)]
+    pub torque_disturbance_nm: Vec<f64>,
+    /// Corner of that disturbance's spectrum, Hz.
+    #[serde(default = "default_disturbance_corner")]
+    pub torque_disturbance_hz: f64,
+}
+
+fn default_duration() -> f64 {
+    10.0
+}
+
+fn default_period() -> f64 {
+    1e-3
+}
+
+fn default_disturbance_corner() -> f64 {
+    3.0
+}

@@ -1,0 +1,179 @@
+//! A second look at the beginning of a log: delays that are asked for, and
+//! joints whose motor row is impossible.
+
+use super::delay::{DelayEstimate, Excerpt, MotorRowFit, estimate_delays, fit_motor_rows};
+use super::identify::IdentifyError;
+use super::judge::{Suspicion, suspect};
+use super::result::{DelayUsed, EstimateResult};
+use crate::description::{Delay, Identify};
+use crate::finding::{Finding, Severity};
+use crate::log::{Channels, LogBlock, LogError, LogSource, Quantity};
+use crate::model::{JOINT_COUNT, Model};
+use crate::regression::{PassError, Reading};
+
+/// Part of a residual that another reading of the log must stay below to be
+/// mentioned.
+const CLEARLY: f64 = 0.9;
+
+/// Delays in use.
+pub(super) struct Delays {
+    /// One per channel, s.
+    pub(super) values: Vec<f64>,
+    found: Vec<DelayEstimate>,
+}
+
+impl Delays {
+    /// Returns the delays that a description gives, and estimates those that it
+    /// asks for.
+    ///
+    /// # Errors
+    ///
+    /// [`IdentifyError::Delay`] if the log cannot tell, or its own errors.
+    pub(super) fn new(
+        channels: &Channels,
+        model: &Model,
+        settings: &Identify,
+        source: &mut LogSource<'_>,
+    ) -> Result<Self, IdentifyError> {
+        let mut values = vec![0.0; channels.all.len()];
+        let mut wanted = Vec::new();
+        for (i, channel) in channels.all.iter().enumerate() {
+            match channel.delay {
+                Some(Delay::Known(value)) => values[i] = value,
+                Some(Delay::Estimate) => wanted.push(i),
+                None => {}
+            }
+        }
+        let mut found = Vec::new();
+        if !wanted.is_empty() {
+            for (joint, name) in model.joints().iter().enumerate() {
+                let mine = wanted.iter().filter(|&&i| channels.all[i].joint == joint);
+                if mine.count() > 1 {
+                    return Err(IdentifyError::Delay(format!(
+                        "delay_s asks to estimate two channels of {name}; only delays between \
+                         channels show in a log, so estimate one of them"
+                    )));
+                }
+            }
+            let excerpt = excerpt(channels, source).map_err(PassError::from)?;
+            let reading = Reading {
+                model,
+                settings,
+                channels,
+                delays: &values,
+            };
+            found = estimate_delays(&excerpt, &reading, &wanted).ok_or_else(|| {
+                IdentifyError::Delay(format!(
+                    "{} is too short to estimate a delay from; give the delay as a number of \
+                     seconds",
+                    source.name
+                ))
+            })?;
+        }
+        for estimate in &found {
+            values[estimate.channel] = estimate.delay;
+        }
+        Ok(Self { values, found })
+    }
+
+    /// Returns the delay of a channel as it stands in the results.
+    pub(super) fn used(&self, channel: usize) -> DelayUsed {
+        let found = self
+            .found
+            .iter()
+            .find(|estimate| estimate.channel == channel);
+        DelayUsed {
+            value: self.values[channel],
+            standard_error: found
+                .map(|estimate| estimate.standard_error)
+                .filter(|error| error.is_finite()),
+        }
+    }
+
+    /// Returns what there is to know about the delays that were estimated.
+    pub(super) fn findings(&self, channels: &Channels) -> Vec<Finding> {
+        let finding = |estimate: &DelayEstimate| {
+            Finding::new(
+                Severity::Info,
+                "delay-estimated",
+                format!(
+                    "\"{}\" was recorded {:.4} s late (standard error {:.4} s): with that the motor \
+                     row leaves {:.1} % of its torque unexplained, without it {:.1} % (root mean \
+                     squares)",
+                    channels.all[estimate.channel].column,
+                    estimate.delay,
+                    estimate.standard_error,
+                    100.0 * estimate.with.relative_residual,
+                    100.0 * estimate.without.relative_residual
+                ),
+                "give the delay as a number to keep it fixed",
+            )
+        };
+        self.found.iter().map(finding).collect()
+    }
+}
+
+fn excerpt(channels: &Channels, source: &mut LogSource<'_>) -> Result<Excerpt, LogError> {
+    let mut log = source.open(channels)?;
+    let mut block = LogBlock::new(channels.all.len());
+    let mut more = log.read(&mut block)?;
+    let mut excerpt = Excerpt::new(log.clock().period().unwrap_or_default());
+    while more {
+        more = excerpt.push(&block) && log.read(&mut block)?;
+    }
+    Ok(excerpt)
+}
+
+/// Looks at the log again for joints whose motor row is impossible or leaves
+/// much of the torque unexplained; returns one suspicion per joint.
+///
+/// # Errors
+///
+/// [`LogError`] if the log cannot be read again.
+pub(super) fn suspicions(
+    reading: &Reading<'_>,
+    source: &mut LogSource<'_>,
+    result: &EstimateResult,
+) -> Result<Vec<Suspicion>, LogError> {
+    let mut all = vec![Suspicion::default(); JOINT_COUNT];
+    if !(0..JOINT_COUNT).any(|joint| suspect(result, joint)) {
+        return Ok(all);
+    }
+    let channels = reading.channels;
+    let excerpt = excerpt(channels, source)?;
+    let Some(now) = fit_motor_rows(&excerpt, reading) else {
+        return Ok(all);
+    };
+    for (joint, suspicion) in all.iter_mut().enumerate() {
+        if !suspect(result, joint) {
+            continue;
+        }
+        let better = |fit: &MotorRowFit| {
+            let positive = fit.values.iter().all(|value| *value > 0.0);
+            positive && fit.relative_residual < CLEARLY * now[joint].relative_residual
+        };
+        if let Some(exchanged) = channels.exchanged(joint) {
+            let reading = Reading {
+                channels: &exchanged,
+                ..*reading
+            };
+            suspicion.exchanged = fit_motor_rows(&excerpt, &reading)
+                .map(|fits| fits[joint])
+                .filter(better);
+        }
+        if suspicion.exchanged.is_some() {
+            continue;
+        }
+        let link = channels
+            .index(Quantity::LinkPosition, joint)
+            .or(channels.index(Quantity::LinkDeflection, joint));
+        let Some(link) = link.filter(|&i| channels.all[i].delay.is_none()) else {
+            continue;
+        };
+        suspicion.delay = estimate_delays(&excerpt, reading, &[link])
+            .and_then(|mut found| found.pop())
+            .filter(|found| better(&found.with) && found.delay.abs() > 3.0 * found.standard_error)
+            .map(|found| (channels.all[link].column.clone(), found));
+    }
+    Ok(all)
+}
