@@ -1,6 +1,6 @@
 //! What a wrong log gets: exit code 3, line and column, what to do.
 
-use crate::common::{Case, stderr};
+use crate::common::{Case, sprung, stderr};
 
 const TIME: usize = 0;
 const Q1: usize = 1;
@@ -255,6 +255,7 @@ fn reversed_torque() {
             "reversed-torque",
             "joint2",
             "the sign of the torque is reversed",
+            "sign = { \"tau2_nm\" = -1 }",
         ],
     );
     let output = case.identify(&["--set", "log.sign.tau2_nm=-1", "--quiet"]);
@@ -350,5 +351,28 @@ fn numbers_beyond_reason() {
     case.fails(
         3,
         &["holds numbers that are not finite; are the units of its columns right?"],
+    );
+}
+
+#[test]
+fn results_of_a_joint_that_stands_still_can_be_validated() {
+    // No motion and no torque: residuals relative to the torque do not exist.
+    let case = [Q2, PHI2, TAU2]
+        .into_iter()
+        .fold(Case::new(), |case, column| case.column(column, |_| 0.0));
+    let output = case.identify(&["--quiet"]);
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    let experiment = case.path("experiment.toml");
+    let log = case.path("identification.csv");
+    let set = format!(
+        "validate=[{{name=\"own\",log={{file=\"{}\"}}}}]",
+        log.display()
+    );
+    let output = sprung(&["validate", experiment.to_str().unwrap(), "--set", &set]);
+    let message = stderr(&output);
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert!(
+        message.contains("parameters-missing") && message.contains("joint2.stiffness"),
+        "{message}"
     );
 }

@@ -41,6 +41,14 @@ fn json_is_all_that_is_printed() {
     let first = &printed["results"][0];
     assert_eq!(first["estimator"], "least-squares");
     assert_eq!(first["rank"], 15);
+    // Nothing is wrong with this log, and nothing is said to be.
+    assert_eq!(first["verdict"], "good");
+    assert_eq!(printed["findings"].as_array().unwrap().len(), 0);
+    let warnings = first["warnings"].as_array().unwrap();
+    assert!(
+        warnings.iter().all(|warning| warning["severity"] == "info"),
+        "{warnings:?}"
+    );
     let stiffness = &first["parameters"][9];
     assert_eq!(stiffness["name"], "joint1.stiffness");
     assert_eq!(stiffness["symbol"], "theta10");

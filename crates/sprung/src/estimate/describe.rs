@@ -72,15 +72,16 @@ fn describe_motor_row(model: &Model, joint: usize, row: &MotorRow) -> MotorRowRe
             .enumerate()
             .map(|(i, &kind)| {
                 let parameter = &model.parameters()[model.index(kind, joint)];
+                let known = row.identifiable[i];
                 estimate(
                     parameter,
-                    Some(row.values[i]),
-                    finite(row.standard_error[i]),
+                    known.then_some(row.values[i]),
+                    finite(row.standard_error[i]).filter(|_| known),
                 )
             })
             .collect(),
         condition_number: finite(row.condition_number),
-        relative_residual: row.relative_residual,
+        relative_residual: finite(row.relative_residual),
     }
 }
 

@@ -57,12 +57,18 @@ impl Verdict {
     }
 }
 
-/// What a second look at the log found about a joint whose parameters are
-/// impossible.
-#[derive(Clone, Debug, Default, PartialEq)]
+/// The columns of a joint, and what a second look at the log found if its
+/// parameters are impossible.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Suspicion {
-    /// The delay of the link channel that explains the torque best.
-    pub delay: Option<(String, DelayEstimate)>,
+    /// Name of the link column.
+    pub link: String,
+    /// Name of the motor column.
+    pub motor: String,
+    /// Name of the torque column.
+    pub torque: String,
+    /// The delay of the link column that explains the torque best.
+    pub delay: Option<DelayEstimate>,
     /// What the motor row says with link and motor columns exchanged.
     pub exchanged: Option<MotorRowFit>,
 }
@@ -76,7 +82,10 @@ pub fn suspect(result: &EstimateResult, joint: usize) -> bool {
         let below_zero = [ROTOR_INERTIA, STIFFNESS]
             .iter()
             .any(|&i| row.parameters[i].value.is_some_and(|value| value < 0.0));
-        below_zero || row.relative_residual > UNEXPLAINED
+        below_zero
+            || row
+                .relative_residual
+                .is_some_and(|share| share > UNEXPLAINED)
     })
 }
 
@@ -95,14 +104,9 @@ pub fn judge(
     let mut findings = Vec::new();
     unidentifiable(model, result, &mut findings);
     for (joint, name) in model.joints().iter().enumerate() {
-        impossible(
-            model,
-            result,
-            joint,
-            name,
-            &suspicions[joint],
-            &mut findings,
-        );
+        let suspicion = &suspicions[joint];
+        impossible(model, result, joint, name, suspicion, &mut findings);
+        second_reading(model, joint, name, suspicion, &mut findings);
         scale(model, result, joint, name, &mut findings);
         unexplained(result, name, &mut findings);
     }
@@ -161,8 +165,10 @@ fn impossible(
                     "{name}: in the motor row stiffness and both frictions come out negative: the \
                      sign of the torque is reversed against the motor position"
                 ),
-                "set sign = { \"<torque column>\" = -1 } in [log], or turn the signs of both \
-                 positions",
+                &format!(
+                    "set sign = {{ \"{}\" = -1 }} in [log], or turn the signs of both positions",
+                    suspicion.torque
+                ),
             )
             .about(row.parameters.iter().map(|p| p.name.clone())),
         );
@@ -179,13 +185,45 @@ fn impossible(
                      that: a channel is delayed against the others, or a sign is wrong",
                     stiffness.unit
                 ),
-                "check signs and delays of the joint's three columns; set delay_s = { \
-                 \"<link column>\" = \"estimate\" } in [log]",
+                &format!(
+                    "check signs and delays of \"{}\", \"{}\" and \"{}\"; set delay_s = {{ \"{}\" = \
+                     \"estimate\" }} in [log]",
+                    suspicion.link, suspicion.motor, suspicion.torque, suspicion.link
+                ),
             )
             .about([stiffness.name.clone()]),
         );
     }
-    if let Some((column, delay)) = &suspicion.delay {
+    let rotor = of(JointParameter::RotorInertia);
+    if let Some(value) = rotor.value.filter(|v| *v < 0.0) {
+        findings.push(
+            Finding::new(
+                Severity::Serious,
+                "negative-inertia",
+                format!(
+                    "{name}: the rotor inertia comes out negative ({value:.4e} {}): the torque is \
+                     delayed against the motor position, or its sign is wrong, or friction hides \
+                     the inertia",
+                    rotor.unit
+                ),
+                "check sign and delay of the torque; excite the joint with higher accelerations",
+            )
+            .about([rotor.name.clone()]),
+        );
+    }
+}
+
+/// Says how another reading of the log would explain a joint better.
+fn second_reading(
+    model: &Model,
+    joint: usize,
+    name: &str,
+    suspicion: &Suspicion,
+    findings: &mut Vec<Finding>,
+) {
+    let stiffness = &model.parameters()[model.index(JointParameter::Stiffness, joint)];
+    if let Some(delay) = &suspicion.delay {
+        let column = &suspicion.link;
         findings.push(
             Finding::new(
                 Severity::Warning,
@@ -222,26 +260,12 @@ fn impossible(
                     fit.values[STIFFNESS],
                     stiffness.unit
                 ),
-                "exchange the joint's columns under link_position_rad and motor_position_rad",
+                &format!(
+                    "exchange \"{}\" and \"{}\" under link_position_rad and motor_position_rad",
+                    suspicion.link, suspicion.motor
+                ),
             )
             .about([stiffness.name.clone()]),
-        );
-    }
-    let rotor = of(JointParameter::RotorInertia);
-    if let Some(value) = rotor.value.filter(|v| *v < 0.0) {
-        findings.push(
-            Finding::new(
-                Severity::Serious,
-                "negative-inertia",
-                format!(
-                    "{name}: the rotor inertia comes out negative ({value:.4e} {}): the torque is \
-                     delayed against the motor position, or its sign is wrong, or friction hides \
-                     the inertia",
-                    rotor.unit
-                ),
-                "check sign and delay of the torque; excite the joint with higher accelerations",
-            )
-            .about([rotor.name.clone()]),
         );
     }
 }

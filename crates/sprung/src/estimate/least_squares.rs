@@ -39,6 +39,8 @@ pub struct MotorRow {
     pub values: [f64; MOTOR_SIDE.len()],
     /// Their standard errors.
     pub standard_error: [f64; MOTOR_SIDE.len()],
+    /// Whether the row determines them.
+    pub identifiable: [bool; MOTOR_SIDE.len()],
     /// Condition number, columns as they stand.
     pub condition_number: f64,
     /// Residual over torque, root mean squares.
@@ -80,6 +82,7 @@ pub fn fit(model: &Model, system: &System) -> Option<Fitted> {
             Some(MotorRow {
                 values: std::array::from_fn(|i| solution.x[i]),
                 standard_error: std::array::from_fn(|i| errors[i]),
+                identifiable: std::array::from_fn(|i| solution.identifiable[i]),
                 condition_number: solution.condition_number,
                 relative_residual: length(&whole[row].residual(&solution.x))
                     / whole[row].rhs_norm(),

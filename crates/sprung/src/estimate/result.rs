@@ -125,8 +125,8 @@ pub struct MotorRowResult {
     pub parameters: Vec<ParameterEstimate>,
     /// Condition number; absent if infinite.
     pub condition_number: Option<f64>,
-    /// Residual over torque.
-    pub relative_residual: f64,
+    /// Residual over torque; absent if there was no torque.
+    pub relative_residual: Option<f64>,
 }
 
 impl EstimateResult {

@@ -135,11 +135,24 @@ pub(super) fn suspicions(
     source: &mut LogSource<'_>,
     result: &EstimateResult,
 ) -> Result<Vec<Suspicion>, LogError> {
-    let mut all = vec![Suspicion::default(); JOINT_COUNT];
+    let channels = reading.channels;
+    let column = |quantities: &[Quantity], joint: usize| {
+        (channels.all.iter())
+            .find(|c| c.joint == joint && quantities.contains(&c.quantity))
+            .map_or_else(String::new, |c| c.column.clone())
+    };
+    let mut all: Vec<Suspicion> = (0..JOINT_COUNT)
+        .map(|joint| Suspicion {
+            link: column(&[Quantity::LinkPosition, Quantity::LinkDeflection], joint),
+            motor: column(&[Quantity::MotorPosition], joint),
+            torque: column(&[Quantity::MotorTorque], joint),
+            delay: None,
+            exchanged: None,
+        })
+        .collect();
     if !(0..JOINT_COUNT).any(|joint| suspect(result, joint)) {
         return Ok(all);
     }
-    let channels = reading.channels;
     let excerpt = excerpt(channels, source)?;
     let Some(now) = fit_motor_rows(&excerpt, reading) else {
         return Ok(all);
@@ -172,8 +185,7 @@ pub(super) fn suspicions(
         };
         suspicion.delay = estimate_delays(&excerpt, reading, &[link])
             .and_then(|mut found| found.pop())
-            .filter(|found| better(&found.with) && found.delay.abs() > 3.0 * found.standard_error)
-            .map(|found| (channels.all[link].column.clone(), found));
+            .filter(|found| better(&found.with) && found.delay.abs() > 3.0 * found.standard_error);
     }
     Ok(all)
 }
