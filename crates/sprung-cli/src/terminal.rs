@@ -1,6 +1,6 @@
 //! What the user sees while and after a command runs.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::io::{IsTerminal, Write};
 
 use comfy_table::{CellAlignment, Table, presets};
@@ -252,9 +252,7 @@ fn parameter_table(
 }
 
 fn error_table(run: &sprung::validate::RunResult) -> Table {
-    let joints: BTreeSet<&String> = (run.sets.iter())
-        .flat_map(|set| set.torque_residual_nm.keys())
-        .collect();
+    let joints = run.joints();
     let simulated: &[&str] = if run.simulated {
         &["tau", "q", "phi"]
     } else {
@@ -272,13 +270,13 @@ fn error_table(run: &sprung::validate::RunResult) -> Table {
             row.extend(joints.iter().map(|joint| match &set.e_rms {
                 Some(e) => {
                     let values = [&e.tau_nm, &e.q_rad, &e.phi_rad][group];
-                    dash(values.get(*joint).copied(), 3)
+                    dash(values.get(joint), 3)
                 }
                 None => "runs away".to_owned(),
             }));
         }
         row.extend(joints.iter().map(|joint| {
-            let share = set.torque_relative_residual.get(*joint);
+            let share = set.torque_relative_residual.get(joint);
             share.map_or_else(|| "-".to_owned(), |share| format!("{:.1}", 100.0 * share))
         }));
         table.add_row(row);

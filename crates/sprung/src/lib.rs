@@ -16,6 +16,7 @@ pub mod estimate;
 pub mod finding;
 pub mod log;
 pub mod model;
+pub mod named;
 pub mod preprocess;
 pub mod regression;
 pub mod report;

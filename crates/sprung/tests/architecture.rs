@@ -6,9 +6,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Modules of `sprung`; each uses only those before it.
-const ORDER: [&str; 11] = [
+const ORDER: [&str; 12] = [
     "finding",
     "curves",
+    "named",
     "description",
     "model",
     "log",

@@ -226,3 +226,43 @@ fn absurd_cut_offs_ask_for_a_longer_log() {
         );
     }
 }
+
+#[test]
+fn overrides_reach_into_lists_by_name_or_index() {
+    let case = Case::new();
+    let stiffness = |assignment: &str| {
+        let output = case.identify(&["--json", "--set", assignment]);
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        json["results"][0]["parameters"][13]["value"]
+            .as_f64()
+            .unwrap()
+    };
+    let sharp = stiffness("robot.joint.joint1.coulomb_sharpness_s_per_rad=100");
+    let blunt = stiffness("robot.joint.joint1.coulomb_sharpness_s_per_rad=20");
+    assert!((blunt - sharp).abs() > 0.01 * sharp, "{blunt} {sharp}");
+    let by_index = stiffness("robot.joint.0.coulomb_sharpness_s_per_rad=20");
+    assert!((blunt - by_index).abs() < 1e-12);
+    for (assignment, fragment) in [
+        (
+            "robot.joint.joint3.gear_ratio=2",
+            "there is no element \"joint3\"; there are 2 (joint1, joint2)",
+        ),
+        (
+            "robot.joint.joint1.gear_ration=2",
+            "did you mean \"gear_ratio\"?",
+        ),
+        (
+            "robot.joint.joint1.gear_ratio=0",
+            "must be finite and not zero",
+        ),
+    ] {
+        let output = case.identify(&["--set", assignment]);
+        let message = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{message}");
+        assert!(
+            message.contains("--set") && message.contains(fragment),
+            "{message}"
+        );
+    }
+}

@@ -56,6 +56,9 @@ fn json_is_all_that_is_printed() {
     assert_eq!(stiffness["nominal"], 9.0);
     assert!((stiffness["value"].as_f64().unwrap() / 9.358_73 - 1.0).abs() < 0.02);
     assert!(first["residual_rms"]["joint1.motor_nm"].as_f64().unwrap() < 0.2);
+    // Motor friction carries its row, viscous friction of link 2 next to nothing.
+    let share = |i: usize| first["parameters"][i]["torque_share"].as_f64().unwrap();
+    assert!(share(7).max(share(13)) > 0.99 && share(6) < 0.01);
 }
 
 #[test]
@@ -172,6 +175,44 @@ fn validate_reads_what_identify_wrote() {
     assert!(!stdout(&output).contains("NaN"));
     let report = std::fs::read_to_string(case.path("sprung-out/report.html")).unwrap();
     assert!(report.contains("Parameters over time") && report.contains("Validation"));
+}
+
+#[test]
+fn joints_keep_their_order() {
+    let case = Case::new()
+        .replace("\"joint1\"", "\"shoulder\"")
+        .replace("\"joint2\"", "\"elbow\"");
+    let output = case.identify(&["--json"]);
+    let text = stdout(&output);
+    let at = |name: &str| text.find(name).unwrap();
+    assert!(at("shoulder.motor_nm") < at("elbow.motor_nm"));
+}
+
+#[test]
+fn delay_to_be_estimated_needs_an_identification() {
+    let case = Case::new();
+    let validate = |parameters: &str| {
+        sprung(&[
+            "validate",
+            case.path("experiment.toml").to_str().unwrap(),
+            "--parameters",
+            case.path(parameters).to_str().unwrap(),
+            "--set",
+            "log.delay_s.q1_rad=\"estimate\"",
+            "--set",
+            "validate=[{name=\"direct\"}]",
+        ])
+    };
+    let output = validate("truth.toml");
+    assert_eq!(output.status.code(), Some(2));
+    let message = stderr(&output);
+    assert!(
+        message.contains("the delay of \"q1_rad\" is to be estimated"),
+        "{message}"
+    );
+    case.identify(&["--quiet", "--set", "log.delay_s.q1_rad=\"estimate\""]);
+    let output = validate("sprung-out/identification.json");
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
 }
 
 #[test]

@@ -74,7 +74,17 @@ fn walk(table: &DeTable<'_>, schema: &Value, place: &str) -> Result<(), Misfit> 
             format!("{place}.{name}")
         };
         match value.get_ref() {
-            DeValue::Table(table) => walk(table, schema, &place)?,
+            DeValue::Table(table) => match branch(schema, "items") {
+                // An override speaks of an element by its name or index.
+                Some(items) => {
+                    for (_, item) in table {
+                        if let DeValue::Table(table) = item.get_ref() {
+                            walk(table, items, &place)?;
+                        }
+                    }
+                }
+                None => walk(table, schema, &place)?,
+            },
             DeValue::Array(array) => {
                 if let Some(items) = branch(schema, "items") {
                     for item in array {

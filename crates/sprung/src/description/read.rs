@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 use toml::Spanned;
-use toml::de::{DeTable, DeValue};
+use toml::de::{DeArray, DeTable, DeValue};
 
 use super::check::check;
 use super::identify::Identify;
@@ -68,8 +68,10 @@ pub enum DescriptionError {
 ///
 /// - `file`: name for messages.
 /// - `text`: contents of `experiment.toml`.
-/// - `overrides`: assignments `key.path=value`, applied in order; a value that
-///   is not TOML is taken as a string.
+/// - `overrides`: assignments `key.path=value`, applied in order; elements of
+///   lists are found by their `name` or index, as in
+///   `robot.joint.joint1.gear_ratio=100`; a value that is not TOML is taken as
+///   a string.
 ///
 /// # Errors
 ///
@@ -98,8 +100,13 @@ pub fn read(file: &str, text: &str, overrides: &[String]) -> Result<Experiment, 
         .collect::<Result<Vec<_>, DescriptionError>>()?;
     keys::check(table.get_ref()).map_err(|misfit| locate(file, text, misfit))?;
     let written = table.clone();
-    for fragment in parsed {
-        merge(table.get_mut(), fragment.into_inner());
+    for (fragment, assignment) in parsed.into_iter().zip(overrides) {
+        merge(table.get_mut(), fragment.into_inner()).map_err(|message| {
+            DescriptionError::Override {
+                assignment: assignment.clone(),
+                message,
+            }
+        })?;
     }
     interpret(file, text, table.clone()).map_err(|error| {
         if overrides.is_empty() {
@@ -169,21 +176,53 @@ fn fragment(assignment: &str) -> Result<String, DescriptionError> {
     Ok(format!("{key} = {string}"))
 }
 
-fn merge<'i>(into: &mut DeTable<'i>, from: DeTable<'i>) {
+fn merge<'i>(into: &mut DeTable<'i>, from: DeTable<'i>) -> Result<(), String> {
     for (key, value) in from {
-        if let Some(old) = into.get_mut(&key)
-            && let DeValue::Table(old) = old.get_mut()
-        {
-            match value.into_inner() {
-                DeValue::Table(new) => merge(old, new),
-                other => {
-                    into.insert(key, Spanned::new(0..0, other));
+        match into.get_mut(&key) {
+            Some(old) => merge_value(old.get_mut(), value.into_inner())?,
+            None => {
+                into.insert(key, value);
+            }
+        }
+    }
+    Ok(())
+}
+
+fn merge_value<'i>(old: &mut DeValue<'i>, new: DeValue<'i>) -> Result<(), String> {
+    match (old, new) {
+        (DeValue::Table(old), DeValue::Table(new)) => merge(old, new),
+        (DeValue::Array(old), DeValue::Table(new)) => {
+            for (key, value) in new {
+                let index = element(old, key.get_ref())?;
+                if let Some(item) = old.get_mut(index) {
+                    merge_value(item.get_mut(), value.into_inner())?;
                 }
             }
-            continue;
+            Ok(())
         }
-        into.insert(key, value);
+        (old, new) => {
+            *old = new;
+            Ok(())
+        }
     }
+}
+
+/// Finds an element of an array by its index from 0, or by its `name`.
+fn element(array: &DeArray<'_>, key: &str) -> Result<usize, String> {
+    let names: Vec<Option<&str>> = (array.iter())
+        .map(|item| item.get_ref().get("name")?.get_ref().as_str())
+        .collect();
+    let index = (names.iter())
+        .position(|name| *name == Some(key))
+        .or_else(|| key.parse().ok().filter(|index| *index < array.len()));
+    index.ok_or_else(|| {
+        let known: Vec<&str> = names.iter().flatten().copied().collect();
+        format!(
+            "there is no element \"{key}\"; there are {} ({})",
+            array.len(),
+            known.join(", ")
+        )
+    })
 }
 
 fn at(file: &str, text: &str, error: &toml::de::Error) -> DescriptionError {

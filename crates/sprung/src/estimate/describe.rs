@@ -3,7 +3,7 @@
 use sprung_core::drives::MOTOR_SIDE;
 
 use super::judge::Verdict;
-use super::least_squares::{Fitted, MotorRow, residual};
+use super::least_squares::{Fitted, MotorRow, residual, torques};
 use super::result::{EstimateResult, MotorRowResult, ParameterEstimate};
 use crate::curves::{CurveSet, Curves};
 use crate::description::Estimator;
@@ -24,17 +24,24 @@ pub(super) fn describe(
     system: &System,
 ) -> EstimateResult {
     let solution = &fitted.solution;
+    let torques = torques(model, system, theta);
     let parameters = model
         .parameters()
         .iter()
         .enumerate()
         .map(|(i, parameter)| {
             let known = solution.identifiable[i];
-            estimate(
+            let mut estimate = estimate(
                 parameter,
                 known.then_some(theta[i]),
                 Some(errors[i]).filter(|e| known && e.is_finite()),
-            )
+            );
+            if known {
+                let (torque, share) = torques[i];
+                estimate.torque_rms_nm = finite(torque);
+                estimate.torque_share = finite(share);
+            }
+            estimate
         })
         .collect();
     let rows = residual(model, system, theta);
@@ -100,6 +107,8 @@ fn estimate(
         ci95: value.zip(half).map(|(v, h)| [v - h, v + h]),
         nominal: parameter.nominal,
         identifiable: value.is_some(),
+        torque_rms_nm: None,
+        torque_share: None,
     }
 }
 

@@ -348,7 +348,7 @@ fn scale(
 }
 
 fn unexplained(result: &EstimateResult, name: &str, findings: &mut Vec<Finding>) {
-    let Some(&relative) = result.relative_residual.get(&format!("{name}.motor_nm")) else {
+    let Some(relative) = result.relative_residual.get(&format!("{name}.motor_nm")) else {
         return;
     };
     if relative > UNEXPLAINED {

@@ -131,6 +131,28 @@ pub fn residual(model: &Model, system: &System, theta: &Theta) -> Vec<(f64, f64)
         .collect()
 }
 
+/// Returns the torque that each parameter stands for in the log: the root mean
+/// square of its column times its value, N·m, and its share of the largest such
+/// torque of the row; for a parameter of two rows, where the torque is larger.
+#[must_use]
+pub fn torques(model: &Model, system: &System, theta: &Theta) -> Vec<(f64, f64)> {
+    let scale = 1.0 / (system.samples().max(1) as f64).sqrt();
+    let mut torques = vec![(0.0, 0.0); theta.len()];
+    for (row, factor) in system.whole().unwrap_or_default().iter().enumerate() {
+        let columns = model.row_columns(row);
+        let own: Vec<f64> = (columns.iter().enumerate())
+            .map(|(j, &column)| scale * factor.column_norm(j) * theta[column].abs())
+            .collect();
+        let largest = own.iter().copied().fold(0.0, f64::max);
+        for (&column, torque) in columns.iter().zip(own) {
+            if torque > torques[column].0 {
+                torques[column] = (torque, torque / largest);
+            }
+        }
+    }
+    torques
+}
+
 fn parts<'a>(columns: &[&'a [usize]], factors: &'a [Triangle]) -> Vec<SystemPart<'a>> {
     columns
         .iter()

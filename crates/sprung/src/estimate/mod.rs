@@ -12,7 +12,7 @@ mod second_look;
 pub use delay::{DelayEstimate, Excerpt, MotorRowFit, estimate_delays, fit_motor_rows};
 pub use identify::{Identified, IdentifyError, identify};
 pub use judge::{Suspicion, UNEXPLAINED, Verdict, judge, suspect};
-pub use least_squares::{Fitted, MotorRow, fit, residual, trace};
+pub use least_squares::{Fitted, MotorRow, fit, residual, torques, trace};
 pub use lsff::{Lsff, LsffError};
 pub use result::{
     DelayUsed, EstimateResult, Identification, LogInfo, MotorRowResult, ParameterEstimate,

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::judge::Verdict;
 use crate::finding::Finding;
+use crate::named::Named;
 
 /// Everything that an identification found; format 1.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -86,9 +87,9 @@ pub struct EstimateResult {
     #[serde(default)]
     pub motor_rows: Vec<MotorRowResult>,
     /// Residual of each row, root mean square, N·m.
-    pub residual_rms: BTreeMap<String, f64>,
+    pub residual_rms: Named,
     /// Residual over torque of each motor row.
-    pub relative_residual: BTreeMap<String, f64>,
+    pub relative_residual: Named,
     /// What to know before using the numbers.
     pub warnings: Vec<Finding>,
     /// Time that the estimate took, s.
@@ -114,6 +115,13 @@ pub struct ParameterEstimate {
     pub nominal: Option<f64>,
     /// Whether the data determine it.
     pub identifiable: bool,
+    /// Torque that it stands for in the log, root mean square of its column
+    /// times its value, in the row where that is most, N·m.
+    #[serde(default)]
+    pub torque_rms_nm: Option<f64>,
+    /// The same over the largest of that row.
+    #[serde(default)]
+    pub torque_share: Option<f64>,
 }
 
 /// A motor row fitted alone.
@@ -151,14 +159,15 @@ impl EstimateResult {
 #[must_use]
 pub fn parameters_csv(identification: &Identification) -> String {
     let mut text =
-        "estimator,name,symbol,unit,value,standard_error,ci95_low,ci95_high,nominal,identifiable\n"
+        "estimator,name,symbol,unit,value,standard_error,ci95_low,ci95_high,nominal,identifiable,\
+         torque_rms_nm\n"
             .to_owned();
     let cell = |value: Option<f64>| value.map_or_else(String::new, |v| v.to_string());
     for result in &identification.results {
         for p in &result.parameters {
             let _ = writeln!(
                 text,
-                "{},{},{},{},{},{},{},{},{},{}",
+                "{},{},{},{},{},{},{},{},{},{},{}",
                 result.estimator,
                 p.name,
                 p.symbol,
@@ -168,7 +177,8 @@ pub fn parameters_csv(identification: &Identification) -> String {
                 cell(p.ci95.map(|c| c[0])),
                 cell(p.ci95.map(|c| c[1])),
                 cell(p.nominal),
-                p.identifiable
+                p.identifiable,
+                cell(p.torque_rms_nm)
             );
         }
     }

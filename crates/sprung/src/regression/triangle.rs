@@ -86,11 +86,19 @@ impl Triangle {
             .collect()
     }
 
+    /// Returns the length of a column.
+    #[must_use]
+    pub fn column_norm(&self, column: usize) -> f64 {
+        (0..=column)
+            .map(|i| self.r[(i, column)].powi(2))
+            .sum::<f64>()
+            .sqrt()
+    }
+
     /// Returns the length of the right-hand side, `|b|`.
     #[must_use]
     pub fn rhs_norm(&self) -> f64 {
-        let m = self.unknowns();
-        (0..=m).map(|i| self.r[(i, m)].powi(2)).sum::<f64>().sqrt()
+        self.column_norm(self.unknowns())
     }
 }
 

@@ -226,15 +226,17 @@ fn conditioning(identification: &Identification) -> Section {
             ));
         }
     }
+    let mut blocks = vec![
+        Block::KeyValues(pairs),
+        Block::Table(tables::residuals(identification)),
+    ];
+    blocks.extend(tables::excitation(identification).map(Block::Table));
     section(
         "conditioning",
         "Excitation and conditioning",
         "How well the motion tells the parameters apart. Below 100 after scaling is comfortable; \
          the residuals are root mean squares over the whole log.",
-        vec![
-            Block::KeyValues(pairs),
-            Block::Table(tables::residuals(identification)),
-        ],
+        blocks,
     )
 }
 

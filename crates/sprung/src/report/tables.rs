@@ -1,6 +1,6 @@
 //! The tables of a report.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use super::document::{Column, Row, Table, Tone};
 use super::numbers::{deviation, given, or_dash, significant};
@@ -131,16 +131,9 @@ pub(super) fn motor_rows(identification: &Identification) -> Option<Table> {
     })
 }
 
-fn joints(run: &RunResult) -> BTreeSet<&String> {
-    run.sets
-        .iter()
-        .flat_map(|set| set.torque_residual_nm.keys())
-        .collect()
-}
-
 /// Root mean squares of measured minus simulated.
 pub(super) fn errors(run: &RunResult) -> Table {
-    let joints = joints(run);
+    let joints = run.joints();
     let mut columns = vec![text("Parameters")];
     for (symbol, unit) in [("τ", "N·m"), ("q", "rad"), ("φ", "rad")] {
         columns.extend(
@@ -156,11 +149,10 @@ pub(super) fn errors(run: &RunResult) -> Table {
             let mut cells = vec![set.parameters.clone()];
             for group in 0..3 {
                 for joint in &joints {
-                    let value = set.e_rms.as_ref().and_then(|e| {
-                        [&e.tau_nm, &e.q_rad, &e.phi_rad][group]
-                            .get(*joint)
-                            .copied()
-                    });
+                    let value = set
+                        .e_rms
+                        .as_ref()
+                        .and_then(|e| [&e.tau_nm, &e.q_rad, &e.phi_rad][group].get(joint));
                     cells.push(value.map_or_else(|| "runs away".to_owned(), |v| significant(v, 3)));
                 }
             }
@@ -186,7 +178,7 @@ pub(super) fn errors(run: &RunResult) -> Table {
 
 /// Residual of the filtered torque along the measured motion.
 pub(super) fn torque(run: &RunResult) -> Table {
-    let joints = joints(run);
+    let joints = run.joints();
     let mut columns = vec![text("Parameters")];
     for joint in &joints {
         columns.push(number(format!("{joint} [N·m]")));
@@ -198,8 +190,8 @@ pub(super) fn torque(run: &RunResult) -> Table {
         .map(|set| {
             let mut cells = vec![set.parameters.clone()];
             for joint in &joints {
-                let relative = set.torque_relative_residual.get(*joint);
-                cells.push(or_dash(set.torque_residual_nm.get(*joint).copied(), 3));
+                let relative = set.torque_relative_residual.get(joint);
+                cells.push(or_dash(set.torque_residual_nm.get(joint), 3));
                 cells
                     .push(relative.map_or_else(|| "–".to_owned(), |r| format!("{:.1}", 100.0 * r)));
             }
@@ -230,13 +222,13 @@ pub(super) fn residuals(identification: &Identification) -> Table {
     let rows = identification
         .results
         .first()
-        .map(|result| result.residual_rms.keys())
+        .map(|result| result.residual_rms.iter())
         .into_iter()
         .flatten()
-        .map(|row| {
+        .map(|(row, _)| {
             let mut cells = vec![row.trim_end_matches("_nm").to_owned()];
             for result in &identification.results {
-                cells.push(or_dash(result.residual_rms.get(row).copied(), 3));
+                cells.push(or_dash(result.residual_rms.get(row), 3));
                 cells.push(
                     result
                         .relative_residual
@@ -256,3 +248,40 @@ pub(super) fn residuals(identification: &Identification) -> Table {
         rows,
     }
 }
+
+/// What each parameter does in the log.
+pub(super) fn excitation(identification: &Identification) -> Option<Table> {
+    let result = identification.results.first()?;
+    let rows = (result.parameters.iter())
+        .map(|parameter| Row {
+            cells: vec![
+                parameter.name.clone(),
+                or_dash(parameter.torque_rms_nm, 3),
+                parameter
+                    .torque_share
+                    .map_or_else(|| "–".to_owned(), |share| format!("{:.1}", 100.0 * share)),
+            ],
+            tone: match parameter.torque_share {
+                Some(share) if share >= CARRIES_LITTLE => Tone::Neutral,
+                _ => Tone::Doubtful,
+            },
+        })
+        .collect();
+    Some(Table {
+        caption: format!(
+            "Torque that each parameter stands for in the log ({}), root mean square. Marked ones \
+             carry less than {:.0} % of the largest of their row.",
+            result.estimator,
+            100.0 * CARRIES_LITTLE
+        ),
+        columns: vec![
+            text("Parameter"),
+            number("Torque [N·m]"),
+            number("% of the largest"),
+        ],
+        rows,
+    })
+}
+
+/// Share of the largest torque of a row below which a parameter is marked.
+const CARRIES_LITTLE: f64 = 0.01;

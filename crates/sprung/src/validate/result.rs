@@ -1,10 +1,9 @@
 //! The contents of `validation.json`.
 
-use std::collections::BTreeMap;
-
 use serde::{Deserialize, Serialize};
 
 use crate::finding::Finding;
+use crate::named::Named;
 
 /// Everything that a validation found; format 1.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -34,6 +33,22 @@ pub struct RunResult {
     pub sets: Vec<SetResult>,
 }
 
+impl RunResult {
+    /// Returns the names of the joints, base first.
+    #[must_use]
+    pub fn joints(&self) -> Vec<&str> {
+        (self.sets.iter())
+            .map(|set| {
+                set.torque_residual_nm
+                    .iter()
+                    .map(|(name, _)| name)
+                    .collect()
+            })
+            .max_by_key(Vec::len)
+            .unwrap_or_default()
+    }
+}
+
 /// One parameter set on one experiment.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SetResult {
@@ -46,9 +61,9 @@ pub struct SetResult {
     pub e_rms: Option<RootMeanSquares>,
     /// Residual of the filtered motor torque along the measured motion, root
     /// mean square, N·m, by joint.
-    pub torque_residual_nm: BTreeMap<String, f64>,
+    pub torque_residual_nm: Named,
     /// The same over the torque.
-    pub torque_relative_residual: BTreeMap<String, f64>,
+    pub torque_relative_residual: Named,
     /// What to know about these numbers.
     pub findings: Vec<Finding>,
 }
@@ -57,9 +72,9 @@ pub struct SetResult {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RootMeanSquares {
     /// Motor torque, N·m.
-    pub tau_nm: BTreeMap<String, f64>,
+    pub tau_nm: Named,
     /// Link position, rad.
-    pub q_rad: BTreeMap<String, f64>,
+    pub q_rad: Named,
     /// Motor position, rad.
-    pub phi_rad: BTreeMap<String, f64>,
+    pub phi_rad: Named,
 }

@@ -10,6 +10,7 @@ use crate::estimate::{UNEXPLAINED, residual};
 use crate::finding::{Finding, Severity};
 use crate::log::{ChannelError, Channels, LogSource};
 use crate::model::{JOINT_COUNT, Model, ModelError, Theta};
+use crate::named::Named;
 use crate::preprocess::{Decimator, RawSample};
 use crate::regression::{Observer, PassError, Reading, System, read_through};
 use crate::simulate::{ClosedLoop, LoopError};
@@ -53,6 +54,15 @@ pub enum ValidateError {
     /// The description of a log is not complete.
     #[error(transparent)]
     Channel(#[from] ChannelError),
+    /// A delay is to be estimated, which only an identification does.
+    #[error(
+        "the delay of \"{column}\" is to be estimated, and the parameter file does not say what was \
+         found; give it as a number in delay_s"
+    )]
+    UnknownDelay {
+        /// Name of the column.
+        column: String,
+    },
     /// A name of the parameter file is not one of the model.
     #[error(transparent)]
     Model(#[from] ModelError),
@@ -120,7 +130,7 @@ pub fn validate(
             model,
             settings: &experiment.identify,
             channels: &channels,
-            delays,
+            delays: &channel_delays(&channels, delays)?,
             controller,
         };
         let mut outcome = run.simulate(&mut candidates, source, progress)?;
@@ -300,13 +310,13 @@ impl Candidate {
     }
 
     fn finish(self, model: &Model, system: &System) -> SetResult {
-        let of_joints = |group: usize| -> BTreeMap<String, f64> {
+        let of_joints = |group: usize| -> Named {
             (model.joints().iter().enumerate())
                 .map(|(i, name)| (name.clone(), self.rms[group * JOINT_COUNT + i].value()))
                 .collect()
         };
         let rows = self.theta.map(|theta| residual(model, system, &theta));
-        let motor = |of: fn(&(f64, f64)) -> f64| -> BTreeMap<String, f64> {
+        let motor = |of: fn(&(f64, f64)) -> f64| -> Named {
             rows.iter()
                 .flat_map(|rows| rows.iter().skip(JOINT_COUNT).zip(model.joints()))
                 .map(|(row, name)| (name.clone(), of(row)))
@@ -315,7 +325,7 @@ impl Candidate {
         };
         let relative = motor(|row| row.0 / row.1);
         let mut findings = self.findings;
-        for (joint, share) in relative.iter().filter(|(_, share)| **share > UNEXPLAINED) {
+        for (joint, share) in relative.iter().filter(|(_, share)| *share > UNEXPLAINED) {
             findings.push(Finding::new(
                 Severity::Warning,
                 "poor-prediction",
@@ -361,7 +371,7 @@ struct Run<'a> {
     model: &'a Model,
     settings: &'a Identify,
     channels: &'a Channels,
-    delays: &'a BTreeMap<String, f64>,
+    delays: &'a [f64],
     controller: Option<&'a Controller>,
 }
 
@@ -373,12 +383,11 @@ impl Run<'_> {
         source: &mut LogSource<'_>,
         progress: &mut dyn FnMut(u64),
     ) -> Result<Outcome, PassError> {
-        let delays = self.channel_delays();
         let reading = Reading {
             model: self.model,
             settings: self.settings,
             channels: self.channels,
-            delays: &delays,
+            delays: self.delays,
         };
         let mut comparison = Comparison {
             model: self.model,
@@ -395,18 +404,27 @@ impl Run<'_> {
             curves: curves(candidates, &points),
         })
     }
+}
 
-    fn channel_delays(&self) -> Vec<f64> {
-        self.channels
-            .all
-            .iter()
-            .map(|channel| match channel.delay {
-                Some(Delay::Known(value)) => value,
-                Some(Delay::Estimate) => self.delays.get(&channel.column).copied().unwrap_or(0.0),
-                None => 0.0,
-            })
-            .collect()
-    }
+/// Returns the delay of every channel, s.
+fn channel_delays(
+    channels: &Channels,
+    found: &BTreeMap<String, f64>,
+) -> Result<Vec<f64>, ValidateError> {
+    (channels.all.iter())
+        .map(|channel| match channel.delay {
+            None => Ok(0.0),
+            Some(Delay::Known(value)) => Ok(value),
+            Some(Delay::Estimate) => {
+                found
+                    .get(&channel.column)
+                    .copied()
+                    .ok_or_else(|| ValidateError::UnknownDelay {
+                        column: channel.column.clone(),
+                    })
+            }
+        })
+        .collect()
 }
 
 /// Runs every candidate beside the log.

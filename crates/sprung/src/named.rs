@@ -1,0 +1,82 @@
+//! Values by name that keep their order, base joint first.
+
+use std::fmt;
+
+use serde::de::{MapAccess, Visitor};
+use serde::ser::SerializeMap;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+/// A short list of named values; a map in files, in the order of the robot.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Named(Vec<(String, f64)>);
+
+impl Named {
+    /// Returns the value of a name.
+    #[must_use]
+    pub fn get(&self, name: &str) -> Option<f64> {
+        self.iter()
+            .find(|(known, _)| *known == name)
+            .map(|(_, value)| value)
+    }
+
+    /// Returns names and values in order.
+    pub fn iter(&self) -> impl Iterator<Item = (&str, f64)> {
+        self.0.iter().map(|(name, value)| (name.as_str(), *value))
+    }
+}
+
+impl FromIterator<(String, f64)> for Named {
+    fn from_iter<I: IntoIterator<Item = (String, f64)>>(items: I) -> Self {
+        Self(items.into_iter().collect())
+    }
+}
+
+impl Serialize for Named {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(self.0.len()))?;
+        for (name, value) in &self.0 {
+            map.serialize_entry(name, value)?;
+        }
+        map.end()
+    }
+}
+
+impl<'de> Deserialize<'de> for Named {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Pairs;
+        impl<'de> Visitor<'de> for Pairs {
+            type Value = Named;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("a map from names to numbers")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Named, A::Error> {
+                let mut pairs = Vec::new();
+                while let Some(pair) = map.next_entry()? {
+                    pairs.push(pair);
+                }
+                Ok(Named(pairs))
+            }
+        }
+        deserializer.deserialize_map(Pairs)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_keep_the_order() {
+        let named: Named = [("shoulder", 1.5), ("elbow", -2.0), ("a10", 0.25)]
+            .into_iter()
+            .map(|(name, value)| (name.to_owned(), value))
+            .collect();
+        let text = serde_json::to_string(&named).unwrap();
+        assert_eq!(text, r#"{"shoulder":1.5,"elbow":-2.0,"a10":0.25}"#);
+        assert_eq!(serde_json::from_str::<Named>(&text).unwrap(), named);
+        assert_eq!(named.get("elbow"), Some(-2.0));
+        assert_eq!(named.get("wrist"), None);
+    }
+}
