@@ -11,7 +11,10 @@
 //! - [`scalar`]: numbers and truncated Taylor series,
 //! - [`parameters`]: kinds of parameter, their order, names and units,
 //! - [`friction`]: friction columns, one function per law,
-//! - [`planar_2r`]: link columns of the planar arm with two joints,
+//! - [`spatial`]: motions of rigid bodies and the kernel of every link column,
+//! - [`chain`]: trees of joints,
+//! - [`links`]: link columns of any tree,
+//! - [`planar_2r`]: link columns of the planar arm with two joints, in closed form,
 //! - [`drives`]: rotor inertia, spring and friction columns of a joint,
 //! - [`regressor`]: one sample's `[Y_a | Y_b]`, and the same as dynamics,
 //! - [`filter`]: the filter pair `f_D`, `g_D`,
@@ -23,13 +26,16 @@
 //! are those of Miranda-Colorado and Moreno-Valenzuela, Robotica 2017.
 #![no_std]
 
+pub mod chain;
 pub mod controller;
 pub mod drives;
 pub mod filter;
 pub mod friction;
+pub mod links;
 pub mod parameters;
 pub mod planar_2r;
 pub mod recursive;
 pub mod regressor;
 pub mod scalar;
+pub mod spatial;
 pub mod velocity;

@@ -178,6 +178,28 @@ fn validate_reads_what_identify_wrote() {
 }
 
 #[test]
+fn references_run_on_the_time_of_the_log() {
+    // All sines of the demo repeat after 10 s, so a clock that starts at 100 s
+    // changes nothing, and one that starts at 2.5 s everything.
+    let error = |start: f64| {
+        let case = Case::new().column(0, |time| time + start);
+        let output = sprung(&[
+            "validate",
+            case.path("experiment.toml").to_str().unwrap(),
+            "--parameters",
+            case.path("truth.toml").to_str().unwrap(),
+            "--set",
+            "validate=[{name=\"direct\"}]",
+            "--json",
+        ]);
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        let e = &json["runs"][0]["sets"][0]["e_rms"];
+        e["q_rad"]["joint1"].as_f64().unwrap()
+    };
+    assert!(error(100.0) < 1e-3 && error(2.5) > 1e-2);
+}
+
+#[test]
 fn joints_keep_their_order() {
     let case = Case::new()
         .replace("\"joint1\"", "\"shoulder\"")

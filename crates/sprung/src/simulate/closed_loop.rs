@@ -55,6 +55,7 @@ pub struct ClosedLoop {
     state: [f64; 4 * JOINT_COUNT],
     integrator: Integrator,
     period: f64,
+    start: f64,
     samples: u64,
 }
 
@@ -110,8 +111,16 @@ impl ClosedLoop {
             state,
             integrator: Integrator::new(TOLERANCE),
             period,
+            start: 0.0,
             samples: 0,
         })
+    }
+
+    /// Starts the reference at another time than zero, s.
+    #[must_use]
+    pub fn starting_at(mut self, time: f64) -> Self {
+        self.start = time;
+        self
     }
 
     /// Replaces the tolerance of the integration, rad and rad/s.
@@ -132,11 +141,12 @@ impl ClosedLoop {
     pub fn time(&self) -> f64 {
         // k / rate prints shorter than k T where the rate is a whole number.
         let rate = (1.0 / self.period).round();
-        if (rate * self.period - 1.0).abs() < 1e-12 {
+        let passed = if (rate * self.period - 1.0).abs() < 1e-12 {
             self.samples as f64 / rate
         } else {
             self.samples as f64 * self.period
-        }
+        };
+        self.start + passed
     }
 
     /// Returns the torque that the controller commands for measured positions.

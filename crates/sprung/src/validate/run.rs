@@ -79,7 +79,7 @@ pub enum ValidateError {
 /// - `progress`: called with the number of samples read so far.
 ///
 /// With a controller the closed loop is simulated from rest under the same
-/// reference and compared with the log. Without, and besides, the filtered
+/// reference, which runs on the log's time, and compared with the log. Without, and besides, the filtered
 /// torque that the model needs for the measured motion is compared.
 ///
 /// # Errors
@@ -244,7 +244,7 @@ impl Candidate {
     fn start(&mut self, model: &Model, controller: &Controller, period: f64, first: &RawSample) {
         let Some(theta) = self.theta else { return };
         match ClosedLoop::new(model, &theta, controller, period, &first.q, &first.phi) {
-            Ok(plant) => self.plant = Some(plant),
+            Ok(plant) => self.plant = Some(plant.starting_at(first.time)),
             Err(error) => self.findings.push(Finding::new(
                 Severity::Serious,
                 "not-simulable",

@@ -3,14 +3,11 @@
 //! The robots are drawn as bodies: masses, centres of mass, inertias. Energy
 //! and angular momentum come from the velocities of these bodies in the plane,
 //! so they share nothing with the columns but the definition of theta.
-#![expect(clippy::print_stdout, reason = "a test says what it measured")]
-
 use sprung_core::controller::Feedforward;
 use sprung_core::planar_2r::Pose;
 use sprung_core::regressor::{Acceleration, JointState, PARAMETERS, PlanarArm, ROW_COLUMNS};
 
-mod support;
-use support::{Body, Random, rate_of, scaled};
+use crate::support::{Body, Random, rate_of, scaled};
 
 const CASES: usize = 200;
 

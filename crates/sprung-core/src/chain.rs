@@ -1,0 +1,188 @@
+//! Trees of joints: who carries whom, where and about which axis.
+
+use crate::spatial::{Motion, Transform, Vector, dot, product, rotation, transposed};
+
+/// How a joint moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum JointKind {
+    /// It turns about its axis.
+    Revolute,
+    /// It slides along its axis.
+    Prismatic,
+}
+
+/// One joint and the link that it moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ChainJoint {
+    /// The joint that carries it; nothing if the base does.
+    pub parent: Option<usize>,
+    /// Its frame in the parent's frame at position zero: columns are its axes.
+    pub rotation: [Vector; 3],
+    /// Its origin in the parent's frame at position zero, m.
+    pub origin: Vector,
+    /// Unit vector of its axis, in its own frame.
+    pub axis: Vector,
+    /// How it moves.
+    pub kind: JointKind,
+}
+
+/// What is wrong with a tree of joints.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ChainError {
+    /// A joint is carried by itself or by one that comes later.
+    Order {
+        /// The joint.
+        joint: usize,
+        /// The joint that shall carry it.
+        parent: usize,
+    },
+    /// The axis of a joint has no unit length.
+    Axis {
+        /// The joint.
+        joint: usize,
+    },
+}
+
+impl core::fmt::Display for ChainError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Order { joint, parent } => write!(
+                f,
+                "joint {joint} is carried by joint {parent}, which must come before it"
+            ),
+            Self::Axis { joint } => write!(f, "the axis of joint {joint} has no unit length"),
+        }
+    }
+}
+
+impl core::error::Error for ChainError {}
+
+/// A tree of joints on a fixed base; parents come before their children.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Chain<'a> {
+    joints: &'a [ChainJoint],
+    gravity: Vector,
+}
+
+impl<'a> Chain<'a> {
+    /// Returns the tree of these joints.
+    ///
+    /// - `gravity`: acceleration of free fall in the base's frame, m/s².
+    ///
+    /// # Errors
+    ///
+    /// [`ChainError`] if a parent does not come first or an axis has no unit
+    /// length.
+    pub fn new(joints: &'a [ChainJoint], gravity: Vector) -> Result<Self, ChainError> {
+        for (joint, described) in joints.iter().enumerate() {
+            if let Some(parent) = described.parent.filter(|parent| *parent >= joint) {
+                return Err(ChainError::Order { joint, parent });
+            }
+            let length = dot(&described.axis, &described.axis);
+            if length.is_nan() || (length - 1.0).abs() > 1e-9 {
+                return Err(ChainError::Axis { joint });
+            }
+        }
+        Ok(Self { joints, gravity })
+    }
+
+    /// Returns the joints.
+    #[must_use]
+    pub fn joints(&self) -> &'a [ChainJoint] {
+        self.joints
+    }
+
+    /// Returns the acceleration of the base that stands for gravity.
+    #[must_use]
+    pub fn base_acceleration(&self) -> Motion {
+        Motion {
+            angular: [0.0; 3],
+            linear: self.gravity.map(|g| -g),
+        }
+    }
+}
+
+/// One row of a Denavit-Hartenberg table.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DhRow {
+    /// Twist alpha, rad.
+    pub alpha: f64,
+    /// Length a, m.
+    pub a: f64,
+    /// Offset d, m.
+    pub d: f64,
+    /// Angle theta at position zero, rad.
+    pub theta: f64,
+}
+
+impl ChainJoint {
+    /// Returns a revolute joint of a modified table: its row holds the twist
+    /// and the length of the link before it.
+    ///
+    /// # Source
+    ///
+    /// Craig, Introduction to Robotics; Table I of the paper.
+    #[must_use]
+    pub fn modified_dh(parent: Option<usize>, row: &DhRow) -> Self {
+        let twist = rotation(&[1.0, 0.0, 0.0], row.alpha);
+        Self {
+            parent,
+            rotation: product(&twist, &rotation(&[0.0, 0.0, 1.0], row.theta)),
+            origin: [row.a, row.d * twist[1][2], row.d * twist[2][2]],
+            axis: [0.0, 0.0, 1.0],
+            kind: JointKind::Revolute,
+        }
+    }
+
+    /// Returns a revolute joint of a classic table, in which the row of a joint
+    /// holds what lies between it and the next.
+    ///
+    /// - `before`: row of the joint that carries it; nothing for the first.
+    #[must_use]
+    pub fn classic_dh(parent: Option<usize>, before: Option<&DhRow>, row: &DhRow) -> Self {
+        let before = before.copied().unwrap_or_default();
+        // Rot(z, theta) Trans(z, d) Trans(x, a) Rot(x, alpha) seen from the
+        // turned frame of the joint before is the rest of that product.
+        let twist = rotation(&[1.0, 0.0, 0.0], before.alpha);
+        Self {
+            parent,
+            rotation: product(&twist, &rotation(&[0.0, 0.0, 1.0], row.theta)),
+            origin: [before.a, 0.0, before.d],
+            axis: [0.0, 0.0, 1.0],
+            kind: JointKind::Revolute,
+        }
+    }
+
+    /// Returns the joint's axis as a motion, in its own frame.
+    #[must_use]
+    pub fn motion(&self) -> Motion {
+        match self.kind {
+            JointKind::Revolute => Motion {
+                angular: self.axis,
+                linear: [0.0; 3],
+            },
+            JointKind::Prismatic => Motion {
+                angular: [0.0; 3],
+                linear: self.axis,
+            },
+        }
+    }
+
+    /// Returns the transform from the parent's frame at position `q`, rad or m.
+    #[must_use]
+    pub fn transform(&self, q: f64) -> Transform {
+        match self.kind {
+            JointKind::Revolute => Transform {
+                axes: transposed(&product(&self.rotation, &rotation(&self.axis, q))),
+                origin: self.origin,
+            },
+            JointKind::Prismatic => Transform {
+                axes: transposed(&self.rotation),
+                origin: core::array::from_fn(|i| {
+                    self.origin[i] + q * dot(&self.rotation[i], &self.axis)
+                }),
+            },
+        }
+    }
+}

@@ -1,0 +1,226 @@
+//! Link columns of any tree of joints, one sample at a time.
+//!
+//! Row `i` and link `j` share columns only if joint `i` carries link `j`. The
+//! axis of joint `i` and its rate are carried down to link `j`, and every
+//! column is the [`kernel`] at a pair of motions.
+
+use crate::chain::{Chain, ChainJoint};
+use crate::spatial::{BODY, Motion, kernel};
+
+/// Scratch memory for one joint.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct JointScratch {
+    velocity: Motion,
+    acceleration: Motion,
+    gravity: Motion,
+}
+
+/// Scratch memory for a joint and a link that it carries.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PairScratch {
+    axis: Motion,
+    axis_rate: Motion,
+}
+
+/// Memory that the caller owns: `n` and `n²` entries for `n` joints.
+#[derive(Debug)]
+pub struct Workspace<'w> {
+    /// One entry per joint.
+    pub joints: &'w mut [JointScratch],
+    /// One entry per pair of joints.
+    pub pairs: &'w mut [PairScratch],
+}
+
+/// A slice has the wrong length.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LengthError {
+    /// Which slice.
+    pub what: &'static str,
+    /// Length needed.
+    pub expected: usize,
+    /// Length given.
+    pub found: usize,
+}
+
+impl core::fmt::Display for LengthError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let Self {
+            what,
+            expected,
+            found,
+        } = self;
+        write!(f, "{what} has {found} entries, {expected} are needed")
+    }
+}
+
+impl core::error::Error for LengthError {}
+
+/// Writes the columns of the filtered regression.
+///
+/// - `q`, `dq`: link positions and velocities, \[n\], rad (m) and rad/s (m/s).
+/// - `momentum`: \[n × 10n\], row by row; times the inertial parameters of all
+///   links it gives `M(q) dq`.
+/// - `rest`: the same shape; gives `-dT/dq + g(q)`, where `T` is the kinetic
+///   energy, so that `d/dt(momentum) + rest` is the joint torque.
+///
+/// No Coriolis matrix and no derivative of the mass matrix is formed: with
+/// `y = v_i × s_i` the derivative of a link's velocity with respect to `q_i` is
+/// `y` carried to the link.
+///
+/// # Errors
+///
+/// [`LengthError`] if a slice does not fit the chain.
+pub fn regressor(
+    chain: &Chain<'_>,
+    q: &[f64],
+    dq: &[f64],
+    workspace: &mut Workspace<'_>,
+    momentum: &mut [f64],
+    rest: &mut [f64],
+) -> Result<(), LengthError> {
+    let n = chain.joints().len();
+    check(n, &[("q", q.len()), ("dq", dq.len())], workspace)?;
+    lengths(
+        &[("momentum", momentum.len()), ("rest", rest.len())],
+        n * n * BODY,
+    )?;
+    move_all(chain, q, dq, None, workspace);
+    momentum.fill(0.0);
+    rest.fill(0.0);
+    for_pairs(chain, workspace, |i, j, pair, link| {
+        let at = (i * n + j) * BODY;
+        let inertial = kernel(&pair.axis, &link.velocity);
+        let energy = kernel(&pair.axis_rate, &link.velocity);
+        let weight = kernel(&pair.axis, &link.gravity);
+        for k in 0..BODY {
+            momentum[at + k] = inertial[k];
+            rest[at + k] = weight[k] - energy[k];
+        }
+    });
+    Ok(())
+}
+
+/// Writes the columns of the joint torque at given accelerations.
+///
+/// - `ddq`: link accelerations, \[n\].
+/// - `torque`: \[n × 10n\], row by row; times the inertial parameters it gives
+///   `M(q) ddq + C(q, dq) dq + g(q)`.
+///
+/// # Errors
+///
+/// [`LengthError`] if a slice does not fit the chain.
+pub fn torque(
+    chain: &Chain<'_>,
+    q: &[f64],
+    dq: &[f64],
+    ddq: &[f64],
+    workspace: &mut Workspace<'_>,
+    torque: &mut [f64],
+) -> Result<(), LengthError> {
+    let n = chain.joints().len();
+    let given = [("q", q.len()), ("dq", dq.len()), ("ddq", ddq.len())];
+    check(n, &given, workspace)?;
+    lengths(&[("torque", torque.len())], n * n * BODY)?;
+    move_all(chain, q, dq, Some(ddq), workspace);
+    torque.fill(0.0);
+    for_pairs(chain, workspace, |i, j, pair, link| {
+        let at = (i * n + j) * BODY;
+        let inertial = kernel(&pair.axis, &link.acceleration);
+        let turning = kernel(&link.velocity.cross(&pair.axis), &link.velocity);
+        for k in 0..BODY {
+            torque[at + k] = inertial[k] - turning[k];
+        }
+    });
+    Ok(())
+}
+
+fn check(
+    n: usize,
+    given: &[(&'static str, usize)],
+    workspace: &Workspace<'_>,
+) -> Result<(), LengthError> {
+    lengths(given, n)?;
+    lengths(&[("workspace.joints", workspace.joints.len())], n)?;
+    lengths(&[("workspace.pairs", workspace.pairs.len())], n * n)
+}
+
+fn lengths(given: &[(&'static str, usize)], expected: usize) -> Result<(), LengthError> {
+    for &(what, found) in given {
+        if found != expected {
+            return Err(LengthError {
+                what,
+                expected,
+                found,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Carries velocities, accelerations and axes from the base to the tips.
+fn move_all(
+    chain: &Chain<'_>,
+    q: &[f64],
+    dq: &[f64],
+    ddq: Option<&[f64]>,
+    workspace: &mut Workspace<'_>,
+) {
+    let n = chain.joints().len();
+    for (j, joint) in chain.joints().iter().enumerate() {
+        let transform = joint.transform(q[j]);
+        let axis = joint.motion();
+        let own = axis.times(dq[j]);
+        let base = JointScratch {
+            acceleration: chain.base_acceleration(),
+            gravity: chain.base_acceleration(),
+            ..JointScratch::default()
+        };
+        let before = joint.parent.map_or(base, |parent| workspace.joints[parent]);
+        let velocity = transform.apply(&before.velocity).plus(&own);
+        let mut link = JointScratch {
+            velocity,
+            acceleration: Motion::default(),
+            gravity: transform.apply(&before.gravity),
+        };
+        if let Some(ddq) = ddq {
+            link.acceleration = transform
+                .apply(&before.acceleration)
+                .plus(&axis.times(ddq[j]))
+                .plus(&velocity.cross(&own));
+        }
+        workspace.joints[j] = link;
+        workspace.pairs[j * n + j] = PairScratch {
+            axis,
+            axis_rate: velocity.cross(&axis),
+        };
+        let mut ancestor = joint.parent;
+        while let (Some(i), Some(parent)) = (ancestor, joint.parent) {
+            let carried = workspace.pairs[i * n + parent];
+            workspace.pairs[i * n + j] = PairScratch {
+                axis: transform.apply(&carried.axis),
+                axis_rate: transform.apply(&carried.axis_rate),
+            };
+            ancestor = parent_of(chain.joints(), i);
+        }
+    }
+}
+
+/// Visits every link and every joint that carries it.
+fn for_pairs(
+    chain: &Chain<'_>,
+    workspace: &Workspace<'_>,
+    mut visit: impl FnMut(usize, usize, &PairScratch, &JointScratch),
+) {
+    let n = chain.joints().len();
+    for j in 0..n {
+        let mut carrier = Some(j);
+        while let Some(i) = carrier {
+            visit(i, j, &workspace.pairs[i * n + j], &workspace.joints[j]);
+            carrier = parent_of(chain.joints(), i);
+        }
+    }
+}
+
+fn parent_of(joints: &[ChainJoint], joint: usize) -> Option<usize> {
+    joints[joint].parent
+}

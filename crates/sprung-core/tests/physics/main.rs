@@ -1,0 +1,13 @@
+//! The equations of motion against laws of physics and independent numbers.
+#![expect(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    clippy::print_stderr,
+    reason = "a test may panic, and says what it measured or skips"
+)]
+
+mod chains;
+mod controllers;
+mod laws;
+mod support;
+mod trees;
