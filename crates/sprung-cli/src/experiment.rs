@@ -19,6 +19,7 @@ pub(crate) struct Loaded {
     /// The folder that paths in the file are relative to.
     pub(crate) folder: PathBuf,
     pub(crate) text: String,
+    file: PathBuf,
 }
 
 /// Reads an experiment file, or `experiment.toml` of a folder.
@@ -28,8 +29,14 @@ pub(crate) fn load(path: &Path, overrides: &[String]) -> Result<Loaded, Failure>
     } else {
         path.to_owned()
     };
-    let text = read_text(&file)?;
     let name = file.display().to_string();
+    if file.extension().is_some_and(|extension| extension == "csv") {
+        return Err(Failure::new(
+            ExitCode::Usage,
+            format!("{name} is a log; give the experiment file that names it, or its folder"),
+        ));
+    }
+    let text = read_text(&file)?;
     let experiment = description::read(&name, &text, overrides)
         .map_err(|error| Failure::new(ExitCode::Usage, error))?;
     let model = Model::new(&experiment.robot)
@@ -40,6 +47,7 @@ pub(crate) fn load(path: &Path, overrides: &[String]) -> Result<Loaded, Failure>
         model,
         folder,
         text,
+        file,
     })
 }
 
@@ -47,6 +55,22 @@ impl Loaded {
     /// Returns the folder for results.
     pub(crate) fn out(&self, chosen: Option<&PathBuf>) -> PathBuf {
         chosen.map_or_else(|| self.folder.join("sprung-out"), Clone::clone)
+    }
+
+    /// Returns all files that the experiment names, and itself.
+    pub(crate) fn inputs(&self) -> Vec<PathBuf> {
+        let experiment = &self.experiment;
+        let logs = (experiment.validate.iter())
+            .filter_map(|run| run.log.as_ref())
+            .chain(&experiment.log)
+            .filter_map(|log| log.file.as_ref());
+        let twin = experiment
+            .simulate
+            .iter()
+            .filter_map(|twin| twin.parameters.as_ref());
+        (logs.chain(twin).map(|file| self.folder.join(file)))
+            .chain([self.file.clone()])
+            .collect()
     }
 
     /// Returns the log of the experiment, or of one of its validation runs.
@@ -105,6 +129,9 @@ pub(crate) fn read_parameters(path: &Path) -> Result<Parameters, Failure> {
                 "format {} is not known; this version reads format 1",
                 identification.format
             )));
+        }
+        if identification.results.is_empty() {
+            return Err(wrong(&"it holds no results"));
         }
         let sets = identification
             .results

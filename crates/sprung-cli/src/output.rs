@@ -11,6 +11,8 @@ use crate::exit_code::{ExitCode, Failure};
 /// that earlier results stay whole if anything fails.
 pub(crate) struct Output {
     folder: PathBuf,
+    // Files that were read and must stay.
+    inputs: Vec<PathBuf>,
     files: Vec<(PathBuf, NamedTempFile)>,
 }
 
@@ -26,8 +28,18 @@ impl Output {
         })?;
         Ok(Self {
             folder: folder.to_owned(),
+            inputs: Vec::new(),
             files: Vec::new(),
         })
+    }
+
+    /// Says which files must not be written over.
+    pub(crate) fn keeping(mut self, inputs: impl IntoIterator<Item = PathBuf>) -> Self {
+        let found = inputs
+            .into_iter()
+            .filter_map(|path| path.canonicalize().ok());
+        self.inputs.extend(found);
+        self
     }
 
     /// Writes a file through `fill`.
@@ -37,6 +49,13 @@ impl Output {
         fill: impl FnOnce(&mut dyn Write) -> Result<(), E>,
     ) -> Result<PathBuf, Failure> {
         let path = self.folder.join(name);
+        if (path.canonicalize()).is_ok_and(|path| self.inputs.contains(&path)) {
+            let path = path.display();
+            return Err(Failure::new(
+                ExitCode::Usage,
+                format!("{path} is an input and would be overwritten; choose a folder with --out"),
+            ));
+        }
         let failed = |error: &dyn std::fmt::Display| {
             Failure::new(
                 ExitCode::File,

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::io::{IsTerminal, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use comfy_table::{CellAlignment, Table, presets};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -106,10 +107,9 @@ impl Terminal {
                 ));
             }
             self.say(error_table(run));
-            for set in &run.sets {
-                for finding in &set.findings {
-                    self.finding(&run.name, finding);
-                }
+            let of_sets = run.sets.iter().flat_map(|set| &set.findings);
+            for finding in run.findings.iter().chain(of_sets) {
+                self.finding(&run.name, finding);
             }
         }
     }
@@ -168,9 +168,23 @@ pub(crate) fn print_json(value: &impl serde::Serialize) {
     }
 }
 
+/// Whether a line could not be printed.
+static LOST: AtomicBool = AtomicBool::new(false);
+
+/// Returns whether results that were to be printed are lost.
+pub(crate) fn lost() -> bool {
+    LOST.load(Ordering::Relaxed)
+}
+
 /// Prints a line on stdout; a reader that has gone away is no error.
 fn print(text: &impl std::fmt::Display) {
-    let _ = writeln!(std::io::stdout(), "{text}");
+    let mut stdout = std::io::stdout();
+    if let Err(error) = writeln!(stdout, "{text}").and_then(|()| stdout.flush())
+        && error.kind() != std::io::ErrorKind::BrokenPipe
+        && !LOST.swap(true, Ordering::Relaxed)
+    {
+        complain(&format!("error: cannot write to stdout: {error}"));
+    }
 }
 
 fn dash(value: Option<f64>, digits: usize) -> String {
@@ -272,7 +286,7 @@ fn error_table(run: &sprung::validate::RunResult) -> Table {
                     let values = [&e.tau_nm, &e.q_rad, &e.phi_rad][group];
                     dash(values.get(joint), 3)
                 }
-                None => "runs away".to_owned(),
+                None => set.outcome.words().to_owned(),
             }));
         }
         row.extend(joints.iter().map(|joint| {

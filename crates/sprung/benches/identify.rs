@@ -39,7 +39,6 @@ fn demo_of(seconds: u32) -> (Experiment, Model, Shared) {
     let log = experiment.log.as_ref().expect("the demo has one");
     let channels = Channels::new(&experiment.robot, log).expect("the demo is right");
     let setup = TwinSetup {
-        robot: &experiment.robot,
         model: &model,
         theta: &model.theta(&truth).expect("the demo is right"),
         controller: experiment.controller.as_ref().expect("the demo has one"),

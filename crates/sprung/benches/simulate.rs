@@ -31,7 +31,7 @@ fn closed_loop(bencher: Bencher) {
         .bench_local_values(|mut plant| {
             for _ in 0..SAMPLES {
                 let state = plant.state();
-                let tau = plant.command(&state.q, &state.phi);
+                let tau = plant.command(plant.time(), &state.q, &state.phi);
                 plant.advance(&tau).expect("the demo is stable");
             }
             plant
@@ -47,7 +47,6 @@ fn twin(bencher: Bencher) {
     let controller = experiment.controller.expect("the demo has one");
     let settings = experiment.simulate.expect("the demo has one");
     let setup = TwinSetup {
-        robot: &experiment.robot,
         model: &model,
         theta: &theta,
         controller: &controller,

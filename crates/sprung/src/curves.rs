@@ -1,7 +1,5 @@
 //! Decimated time series for files and plots.
 
-use std::fmt::Write as _;
-
 /// Several sets of curves with the same columns, each on its own time axis.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Curves {
@@ -41,67 +39,65 @@ impl Curves {
     /// `key`, the time, then the columns.
     #[must_use]
     pub fn to_csv(&self, key: &str) -> String {
-        let mut text = format!("{key},time_s");
-        for column in &self.columns {
-            let _ = write!(text, ",{column}");
-        }
-        text.push('\n');
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        let mut write = |row: Vec<String>| {
+            // A vector takes every write.
+            let _ = writer.write_record(row);
+        };
+        let header = [key, "time_s"].into_iter().map(str::to_owned);
+        write(header.chain(self.columns.iter().cloned()).collect());
         for set in &self.sets {
             for (k, time) in set.time.iter().enumerate() {
-                let _ = write!(text, "{},{time}", set.label);
-                for values in &set.values {
-                    match values[k] {
-                        Some(value) => {
-                            let _ = write!(text, ",{value}");
-                        }
-                        None => text.push(','),
-                    }
-                }
-                text.push('\n');
+                let mut row = vec![set.label.clone(), time.to_string()];
+                row.extend(set.values.iter().map(|values| {
+                    let value = values.get(k).copied().flatten();
+                    value.map_or_else(String::new, |value| value.to_string())
+                }));
+                write(row);
             }
         }
-        text
+        let bytes = writer.into_inner().unwrap_or_default();
+        String::from_utf8_lossy(&bytes).into_owned()
     }
 
     /// Reads what [`Curves::to_csv`] wrote.
     ///
     /// # Errors
     ///
-    /// [`CurvesError`] at the first line that does not fit.
+    /// [`CurvesError`] at the first line that does not fit: a cell that is not
+    /// a number, or a time that does not rise.
     pub fn from_csv(text: &str) -> Result<Self, CurvesError> {
-        let mut lines = text.lines().enumerate();
-        let header = lines.next().ok_or(CurvesError { line: 1 })?.1;
+        let mut reader = csv::Reader::from_reader(text.as_bytes());
+        let header = reader.headers().map_err(|_| CurvesError { line: 1 })?;
         let mut curves = Self {
-            columns: header.split(',').skip(2).map(str::to_owned).collect(),
+            columns: header.iter().skip(2).map(str::to_owned).collect(),
             sets: Vec::new(),
         };
-        let width = curves.columns.len();
-        for (i, line) in lines {
-            let bad = || CurvesError { line: i + 1 };
-            let cells: Vec<&str> = line.split(',').collect();
-            let [label, time, rest @ ..] = &cells[..] else {
-                return Err(bad());
-            };
-            if rest.len() != width {
-                return Err(bad());
-            }
+        let number = |cell: &str| cell.parse::<f64>().ok().filter(|value| value.is_finite());
+        for (i, record) in reader.records().enumerate() {
+            let bad = || CurvesError { line: i + 2 };
+            let record = record.map_err(|_| bad())?;
+            let mut cells = record.iter();
+            let (label, time) = cells.next().zip(cells.next()).ok_or_else(bad)?;
             if curves.sets.last().is_none_or(|set| set.label != *label) {
                 curves.sets.push(CurveSet {
-                    label: (*label).to_owned(),
+                    label: label.to_owned(),
                     time: Vec::new(),
-                    values: vec![Vec::new(); width],
+                    values: vec![Vec::new(); curves.columns.len()],
                 });
             }
-            let Some(set) = curves.sets.last_mut() else {
+            let set = curves.sets.last_mut().ok_or_else(bad)?;
+            let time = number(time).ok_or_else(bad)?;
+            if set.time.last().is_some_and(|before| *before >= time) {
                 return Err(bad());
-            };
-            set.time.push(time.parse().map_err(|_| bad())?);
-            for (values, cell) in set.values.iter_mut().zip(rest) {
-                values.push(if cell.is_empty() {
-                    None
-                } else {
-                    Some(cell.parse().map_err(|_| bad())?)
-                });
+            }
+            set.time.push(time);
+            for (values, cell) in set.values.iter_mut().zip(cells) {
+                let value = match cell {
+                    "" => None,
+                    text => Some(number(text).ok_or_else(bad)?),
+                };
+                values.push(value);
             }
         }
         Ok(curves)
@@ -124,12 +120,17 @@ mod tests {
         };
         let curves = Curves {
             columns: vec!["a_rad".to_owned(), "b_nm".to_owned()],
-            sets: vec![set("least-squares"), set("lsff")],
+            sets: vec![set("least-squares"), set("lsff (a, b set to 0)")],
         };
         assert_eq!(Curves::from_csv(&curves.to_csv("estimator")), Ok(curves));
-        assert_eq!(
-            Curves::from_csv("x,time_s,a\nleast-squares,0,1,2"),
-            Err(CurvesError { line: 2 })
-        );
+        for damaged in [
+            "x,time_s,a\nleast-squares,0,1,2",
+            "x,time_s,a\nleast-squares,nan,1",
+            "x,time_s,a\nleast-squares,0,one",
+        ] {
+            assert_eq!(Curves::from_csv(damaged), Err(CurvesError { line: 2 }));
+        }
+        let falling = "x,time_s,a\nlsff,1,1\nlsff,0.5,1";
+        assert_eq!(Curves::from_csv(falling), Err(CurvesError { line: 3 }));
     }
 }

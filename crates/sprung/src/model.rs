@@ -86,6 +86,7 @@ pub struct Model {
     arm: PlanarArm,
     joints: Vec<String>,
     parameters: Vec<Parameter>,
+    torque_limits: [f64; JOINTS],
 }
 
 impl Model {
@@ -137,6 +138,9 @@ impl Model {
             arm,
             joints: robot.joint.iter().map(|joint| joint.name.clone()).collect(),
             parameters,
+            torque_limits: std::array::from_fn(|i| {
+                robot.joint[i].torque_limit().unwrap_or(f64::INFINITY)
+            }),
         };
         for name in robot.nominal.keys() {
             match model.index_of(name)? {
@@ -162,6 +166,13 @@ impl Model {
     #[must_use]
     pub fn joints(&self) -> &[String] {
         &self.joints
+    }
+
+    /// Returns the torque that each amplifier lets through, N·m; infinite if it
+    /// has no limit.
+    #[must_use]
+    pub fn torque_limits(&self) -> &[f64; JOINTS] {
+        &self.torque_limits
     }
 
     /// Returns the parameters, in the order of theta.

@@ -95,7 +95,7 @@ fn check_simulation(rows: &[Vec<f64>], step: usize) {
     let mut worst: f64 = 0.0;
     for row in rows {
         let (state, time) = (plant.state(), plant.time());
-        let tau = plant.command(&state.q, &state.phi);
+        let tau = plant.command(plant.time(), &state.q, &state.phi);
         let parts = [[time, 0.0], state.q, state.phi, state.dq, state.dphi, tau];
         let found: Vec<f64> = parts.concat();
         // Time takes one place of its pair.
@@ -105,7 +105,7 @@ fn check_simulation(rows: &[Vec<f64>], step: usize) {
         plant.advance(&tau).unwrap();
         for _ in 1..step {
             let state = plant.state();
-            let tau = plant.command(&state.q, &state.phi);
+            let tau = plant.command(plant.time(), &state.q, &state.phi);
             plant.advance(&tau).unwrap();
         }
     }
@@ -145,7 +145,7 @@ fn check_least_squares(expected: &[f64]) {
     let mut reduction = Reduction::new(&model);
     for _ in 0..=10_000 {
         let (state, time) = (plant.state(), plant.time());
-        let tau = plant.command(&state.q, &state.phi);
+        let tau = plant.command(plant.time(), &state.q, &state.phi);
         reduction.push(&regression.process(time, &state, &tau));
         plant.advance(&tau).unwrap();
     }

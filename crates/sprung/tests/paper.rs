@@ -37,7 +37,7 @@ fn noise_free(discretization: DiscretizationName) -> Vec<f64> {
     let mut reduction = Reduction::new(&model);
     for _ in 0..=10_000 {
         let (state, time) = (plant.state(), plant.time());
-        let tau = plant.command(&state.q, &state.phi);
+        let tau = plant.command(plant.time(), &state.q, &state.phi);
         reduction.push(&regression.process(time, &state, &tau));
         plant.advance(&tau).unwrap();
     }
@@ -88,7 +88,6 @@ fn quantised(discretization: DiscretizationName) -> [f64; 2] {
         twin.seed = seed;
         let mut log = Vec::new();
         let setup = TwinSetup {
-            robot: &experiment.robot,
             model: &model,
             theta: &truth,
             controller: experiment.controller.as_ref().unwrap(),
@@ -131,7 +130,7 @@ fn simulation_error_is_below_1e_7_rad() {
     for _ in 0..10_000 {
         for plant in [&mut plant_a, &mut plant_b] {
             let state = plant.state();
-            let tau = plant.command(&state.q, &state.phi);
+            let tau = plant.command(plant.time(), &state.q, &state.phi);
             plant.advance(&tau).unwrap();
         }
         let (a, b) = (plant_a.state(), plant_b.state());

@@ -22,7 +22,6 @@ fn report(name: &str) -> (Document, Identified) {
     let mut settings = experiment.simulate.clone().unwrap();
     settings.duration_s = 4.0;
     let setup = TwinSetup {
-        robot: &experiment.robot,
         model: &model,
         theta: &truth,
         controller: experiment.controller.as_ref().unwrap(),

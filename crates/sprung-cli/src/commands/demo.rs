@@ -19,6 +19,17 @@ use crate::terminal::Terminal;
 pub(crate) fn run(args: &Demo) -> Result<ExitCode, Failure> {
     let terminal = Terminal::new(args.voice, false);
     let text = with_seed(args.seed);
+    let present = std::fs::read_to_string(args.out.join("experiment.toml")).ok();
+    if present.is_some_and(|present| without_seed(&present) != without_seed(&text)) {
+        return Err(Failure::new(
+            ExitCode::Usage,
+            format!(
+                "{} holds another experiment.toml, which would be overwritten; choose a folder with \
+                 --out",
+                args.out.display()
+            ),
+        ));
+    }
     let mut output = Output::new(&args.out)?;
     let file = output.text("experiment.toml", &text)?;
     output.text("truth.toml", demo::TRUTH)?;
@@ -42,7 +53,6 @@ pub(crate) fn run(args: &Demo) -> Result<ExitCode, Failure> {
         ("validation.csv", prediction.controller.as_ref(), &second),
     ] {
         let twin = TwinSetup {
-            robot: &experiment.robot,
             model: &loaded.model,
             theta: &theta,
             controller: controller.ok_or_else(incomplete)?,
@@ -104,4 +114,11 @@ fn with_seed(seed: u64) -> String {
         }
     });
     lines.collect()
+}
+
+/// Returns the lines of an experiment but that of the seed.
+fn without_seed(text: &str) -> Vec<&str> {
+    text.lines()
+        .filter(|line| !line.starts_with("seed "))
+        .collect()
 }

@@ -19,7 +19,7 @@ pub(crate) fn run(args: &Identify) -> Result<ExitCode, Failure> {
     let loaded = load(&args.experiment, &common.overrides)?;
     let found = from_disk(&loaded, terminal)?;
 
-    let mut output = Output::new(&loaded.out(common.out.as_ref()))?;
+    let mut output = Output::new(&loaded.out(common.out.as_ref()))?.keeping(loaded.inputs());
     write_results(&mut output, &found)?;
     let contents = Contents {
         identification: Some(&found.identification),

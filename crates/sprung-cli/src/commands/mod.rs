@@ -36,6 +36,7 @@ pub(crate) fn run() -> std::process::ExitCode {
         }
     };
     match outcome {
+        Ok(_) if terminal::lost() => ExitCode::File.into(),
         Ok(code) => code.into(),
         Err(failure) => {
             complain(&format!("error: {}", failure.message));

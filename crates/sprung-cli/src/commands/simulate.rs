@@ -48,13 +48,12 @@ pub(crate) fn run(args: &Simulate) -> Result<ExitCode, Failure> {
         .ok_or_else(|| usage("the experiment has no [controller]; a twin needs one to move"))?;
     let theta = parameters(&loaded, settings, args.parameters.as_deref())?;
 
-    let mut output = Output::new(&loaded.out(common.out.as_ref()))?;
+    let mut output = Output::new(&loaded.out(common.out.as_ref()))?.keeping(loaded.inputs());
     let name = loaded.log_path(overlay)?;
     let name = name
         .file_name()
         .map_or_else(|| PathBuf::from("simulated.csv"), PathBuf::from);
     let twin = TwinSetup {
-        robot: &experiment.robot,
         model: &loaded.model,
         theta: &theta,
         controller,
@@ -77,7 +76,7 @@ pub(super) fn write_log(
     name: &Path,
     terminal: Terminal,
 ) -> Result<PathBuf, Failure> {
-    let channels = Channels::new(twin.robot, &loaded.log(overlay)?)
+    let channels = Channels::new(&loaded.experiment.robot, &loaded.log(overlay)?)
         .map_err(|error| Failure::new(ExitCode::Usage, error))?;
     let total = (twin.settings.duration_s / twin.settings.period_s).round() as u64;
     let bar = terminal.progress("simulating", Some(total));

@@ -22,14 +22,16 @@ pub(crate) fn run(args: &Validate) -> Result<ExitCode, Failure> {
     let terminal = Terminal::new(common.voice, common.json);
     let loaded = load(&args.experiment, &common.overrides)?;
     let folder = loaded.out(common.out.as_ref());
-    let file = args
-        .parameters
-        .clone()
-        .unwrap_or_else(|| folder.join("identification.json"));
+    let file = match &args.parameters {
+        Some(file) => file.clone(),
+        None => identified(&folder, &loaded.out(None))?,
+    };
     let parameters = read_parameters(&file)?;
     let found = from_disk(&loaded, &parameters, terminal)?;
 
-    let mut output = Output::new(&folder)?;
+    let mut output = Output::new(&folder)?
+        .keeping(loaded.inputs())
+        .keeping([file.clone()]);
     write_results(&mut output, &found)?;
     // The curves of the identification lie beside it, if it was kept whole.
     let beside = |name: &str| read_curves(&file.with_file_name(name));
@@ -53,6 +55,24 @@ pub(crate) fn run(args: &Validate) -> Result<ExitCode, Failure> {
     terminal.validation(&found.validation);
     terminal.say(format!("\nreport: {}", report.display()));
     Ok(code_of(&found))
+}
+
+/// Returns the results of the last identification, in one of two folders.
+fn identified(chosen: &Path, usual: &Path) -> Result<PathBuf, Failure> {
+    [chosen, usual]
+        .iter()
+        .map(|folder| folder.join("identification.json"))
+        .find(|file| file.exists())
+        .ok_or_else(|| {
+            Failure::new(
+                ExitCode::File,
+                format!(
+                    "there is no identification.json in {}; run sprung identify first, or give \
+                     --parameters FILE",
+                    chosen.display()
+                ),
+            )
+        })
 }
 
 /// Validates parameters on the logs that an experiment names.
@@ -102,7 +122,7 @@ pub(super) fn write_results(output: &mut Output, found: &Validated) -> Result<()
         serde_json::to_writer_pretty(&mut *write, &found.validation)?;
         writeln!(write)
     })?;
-    output.text("validation.csv", &found.curves.to_csv("run/parameters"))?;
+    output.text("signals.csv", &found.curves.to_csv("run/parameters"))?;
     Ok(())
 }
 

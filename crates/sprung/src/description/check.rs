@@ -55,8 +55,12 @@ pub(super) fn check(file: &ExperimentFile) -> Result<(), Fault> {
     }
     for (i, run) in file.validate.iter().enumerate() {
         let i = i.to_string();
-        if let Some(log) = &run.log {
-            check_log(log, &["validate", &i, "log"], &joints)?;
+        if let Some(over) = &run.log {
+            let log = file
+                .log
+                .as_ref()
+                .map_or_else(|| over.clone(), |log| log.overlaid(over));
+            check_log(&log, &["validate", &i, "log"], &joints)?;
         }
         if let Some(controller) = &run.controller {
             check_controller(controller, &["validate", &i, "controller"], &joints)?;
@@ -247,6 +251,12 @@ fn check_log(log: &Log, path: &[&str], joints: &[&str]) -> Result<(), Fault> {
             ));
         }
     }
+    if log.time_s.is_some() && log.time_ms.is_some() {
+        return Err(fault(
+            &at("time_ms"),
+            "time_s and time_ms say the same thing twice; keep one",
+        ));
+    }
     for group in [&lists[0..4], &lists[4..6], &lists[6..9]] {
         let given: Vec<&str> = group
             .iter()
@@ -266,11 +276,19 @@ fn check_log(log: &Log, path: &[&str], joints: &[&str]) -> Result<(), Fault> {
         .flatten()
         .map(String::as_str)
         .collect();
+    if let Some(twice) = (1..columns.len()).find(|&i| columns[..i].contains(&columns[i])) {
+        return Err(fault(
+            path,
+            format!(
+                "the column \"{}\" is named twice; each holds one quantity",
+                columns[twice]
+            ),
+        ));
+    }
     for (key, name) in (log.delay_s.keys().map(|name| ("delay_s", name)))
         .chain(log.sign.keys().map(|name| ("sign", name)))
     {
-        // An overlay may speak of columns that `[log]` names.
-        if path == ["log"] && !columns.contains(&name.as_str()) {
+        if !columns.contains(&name.as_str()) {
             let hint = nearest(name, columns.iter().copied())
                 .map_or_else(String::new, |known| format!("; did you mean \"{known}\"?"));
             return Err(fault(

@@ -16,6 +16,8 @@ pub struct Log {
     pub file: Option<PathBuf>,
     /// Column of the time, s.
     pub time_s: Option<String>,
+    /// Column of the time, ms.
+    pub time_ms: Option<String>,
     /// Columns of the link positions, rad.
     pub link_position_rad: Option<Vec<String>>,
     /// Columns of the link positions, degrees.
@@ -80,7 +82,10 @@ impl Log {
             log.drive_voltage_v.clone_from(&over.drive_voltage_v);
         }
         log.file = over.file.clone().or(log.file);
-        log.time_s = over.time_s.clone().or(log.time_s);
+        if over.time_s.is_some() || over.time_ms.is_some() {
+            log.time_s.clone_from(&over.time_s);
+            log.time_ms.clone_from(&over.time_ms);
+        }
         log.motor_position_side = over.motor_position_side.or(log.motor_position_side);
         log.delay_s.extend(over.delay_s.clone());
         log.sign.extend(over.sign.clone());

@@ -99,6 +99,13 @@ impl Joint {
     pub fn torque_per_volt(&self) -> Option<f64> {
         Some(self.torque_per_ampere()? * self.amplifier_gain_a_per_v?)
     }
+
+    /// Returns the torque that the amplifier lets through, N·m, if its command
+    /// voltage is limited.
+    #[must_use]
+    pub fn torque_limit(&self) -> Option<f64> {
+        Some((self.amplifier_limit_v? * self.torque_per_volt()?).abs())
+    }
 }
 
 fn one() -> f64 {

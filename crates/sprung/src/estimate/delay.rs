@@ -10,10 +10,12 @@ use crate::regression::{Reading, Stages, SystemPart, solve};
 pub(super) const ROTOR_INERTIA: usize = 0;
 pub(super) const STIFFNESS: usize = 2;
 
-/// Samples that the search looks at, at most.
+/// Samples that the search looks at, to the end of the block they are in: half
+/// a minute at 1 kHz, which costs half a second.
 const EXCERPT: usize = 30_000;
 
-/// Delays that are tried, s.
+/// Delays that are tried, s: sensors with filters of their own lag, some
+/// channels are recorded a little early.
 const EARLIEST: f64 = -0.05;
 const LATEST: f64 = 0.5;
 
@@ -67,6 +69,9 @@ pub struct DelayEstimate {
     pub delay: f64,
     /// Standard error, s, for residuals as correlated as the filter makes them.
     pub standard_error: f64,
+    /// Whether it is one: a minimum inside the search that explains no less
+    /// torque than no delay.
+    pub found: bool,
     /// What the motor row says without and with the delay.
     pub without: MotorRowFit,
     /// The same with it.
@@ -115,8 +120,9 @@ pub fn fit_motor_rows(
 /// The motor row of a joint holds the spring torque of that joint alone, so
 /// joints do not disturb each other, and it has a right-hand side, so that the
 /// delay cannot shrink the solution instead of fitting it. The search covers
-/// -0.05 s to 0.5 s in steps of 10 ms, then in steps of a sample, then by a
-/// parabola; delays at which the stiffness is negative do not count.
+/// -0.05 s to 0.5 s, at most an eighth of the excerpt either way, in steps of
+/// 10 ms, then in steps of a sample, then by a parabola; delays at which the
+/// stiffness is negative do not count.
 ///
 /// Returns nothing if the excerpt is too short.
 #[must_use]
@@ -125,34 +131,88 @@ pub fn estimate_delays(
     reading: &Reading<'_>,
     wanted: &[usize],
 ) -> Option<Vec<DelayEstimate>> {
-    let attempt = |at: &[f64]| {
-        let mut delays = reading.delays.to_vec();
-        for (&channel, &delay) in wanted.iter().zip(at) {
+    let search = Search {
+        excerpt,
+        reading,
+        wanted,
+    };
+    let without = search.attempt(&vec![0.0; wanted.len()])?;
+    let range = search.range();
+    let coarse = COARSE.max(excerpt.period);
+    let mut best = vec![(0.0, f64::INFINITY); wanted.len()];
+    search.improve(&vec![0.0; wanted.len()], range, coarse, &mut best);
+    let mut step = coarse;
+    while step > excerpt.period {
+        let centres: Vec<f64> = best.iter().map(|&(delay, _)| delay).collect();
+        let finer = excerpt.period * (step / excerpt.period / 10.0).max(1.0).floor();
+        search.improve(&centres, (-step, step), finer, &mut best);
+        step = finer;
+    }
+    let refined = search.refine(&best)?;
+    let at: Vec<f64> = refined.iter().map(|&(delay, _)| delay).collect();
+    let with = search.attempt(&at)?;
+    let estimate = |i: usize| {
+        let (delay, standard_error) = refined[i];
+        let joint = search.joint(i);
+        let inside = delay > range.0 + 0.5 * coarse && delay < range.1 - 0.5 * coarse;
+        let better = with[joint].relative_residual <= without[joint].relative_residual;
+        DelayEstimate {
+            channel: wanted[i],
+            delay,
+            standard_error,
+            found: inside && better && best[i].1.is_finite() && standard_error.is_finite(),
+            without: without[joint],
+            with: with[joint],
+        }
+    };
+    Some((0..wanted.len()).map(estimate).collect())
+}
+
+/// What a search for delays looks at.
+struct Search<'a> {
+    excerpt: &'a Excerpt,
+    reading: &'a Reading<'a>,
+    wanted: &'a [usize],
+}
+
+impl Search<'_> {
+    fn joint(&self, i: usize) -> usize {
+        self.reading.channels.all[self.wanted[i]].joint
+    }
+
+    fn duration(&self) -> f64 {
+        self.excerpt.samples as f64 * self.excerpt.period
+    }
+
+    fn range(&self) -> (f64, f64) {
+        let eighth = self.duration() / 8.0;
+        (EARLIEST.max(-eighth), LATEST.min(eighth))
+    }
+
+    fn attempt(&self, at: &[f64]) -> Option<[MotorRowFit; JOINT_COUNT]> {
+        let mut delays = self.reading.delays.to_vec();
+        for (&channel, &delay) in self.wanted.iter().zip(at) {
             delays[channel] = delay;
         }
         let reading = Reading {
             delays: &delays,
-            ..*reading
+            ..*self.reading
         };
-        fit_motor_rows(excerpt, &reading)
-    };
-    let channels = reading.channels;
-    let joint = |i: usize| channels.all[wanted[i]].joint;
-    let duration = excerpt.samples as f64 * excerpt.period;
-    let (from, to) = (EARLIEST.max(-duration / 8.0), LATEST.min(duration / 8.0));
-    let without = attempt(&vec![0.0; wanted.len()])?;
-    let mut best = vec![(0.0, f64::INFINITY); wanted.len()];
-    let mut step = COARSE.max(excerpt.period);
-    let count = ((to - from) / step).floor() as u32;
-    let mut offsets: Vec<f64> = (0..=count).map(|k| from + f64::from(k) * step).collect();
-    let mut centres = vec![0.0; wanted.len()];
-    loop {
-        for offset in &offsets {
+        fit_motor_rows(self.excerpt, &reading)
+    }
+
+    /// Tries delays around centres and keeps the best of each channel.
+    fn improve(&self, centres: &[f64], range: (f64, f64), step: f64, best: &mut [(f64, f64)]) {
+        let count = ((range.1 - range.0) / step).round() as u32;
+        for k in 0..=count {
+            let offset = range.0 + f64::from(k) * step;
             let at: Vec<f64> = centres.iter().map(|centre| centre + offset).collect();
             // Too long a delay leaves too little of a short log: no candidate.
-            let Some(fits) = attempt(&at) else { continue };
+            let Some(fits) = self.attempt(&at) else {
+                continue;
+            };
             for (i, best) in best.iter_mut().enumerate() {
-                let fit = &fits[joint(i)];
+                let fit = &fits[self.joint(i)];
                 let cost = fit.relative_residual.powi(2);
                 // A spring pulls back: other minima are echoes of the motion.
                 if fit.values[STIFFNESS] > 0.0 && cost < best.1 {
@@ -160,59 +220,31 @@ pub fn estimate_delays(
                 }
             }
         }
-        if step <= excerpt.period {
-            break;
-        }
-        centres = best.iter().map(|&(delay, _)| delay).collect();
-        let reach = (step / excerpt.period).ceil();
-        step = excerpt.period * (reach / 10.0).max(1.0).floor();
-        let count = (reach * excerpt.period / step).ceil();
-        let mut k = -count;
-        offsets.clear();
-        while k <= count {
-            offsets.push(k * step);
-            k += 1.0;
-        }
     }
 
-    let shifted = |by: f64| {
-        let at: Vec<f64> = best.iter().map(|&(delay, _)| delay + by).collect();
-        attempt(&at)
-    };
-    let (before, after) = (shifted(-excerpt.period)?, shifted(excerpt.period)?);
-    let refined: Vec<(f64, f64)> = best
-        .iter()
-        .enumerate()
-        .map(|(i, &(delay, cost))| {
-            let left = before[joint(i)].relative_residual.powi(2);
-            let right = after[joint(i)].relative_residual.powi(2);
-            let curvature = (left - 2.0 * cost + right) / excerpt.period.powi(2);
-            let slope = (right - left) / (2.0 * excerpt.period);
-            let move_by = (-slope / curvature).clamp(-excerpt.period, excerpt.period);
-            // Filtered residuals agree over about 2/λ.
-            let independent = (duration * reading.settings.filter_cutoff_rad_per_s / 2.0).max(1.0);
-            let error = (2.0 * cost / (independent * curvature)).sqrt();
-            if curvature > 0.0 {
-                (delay + move_by, error)
-            } else {
-                (delay, f64::INFINITY)
+    /// Puts a parabola through the best and its neighbours; returns delay and
+    /// standard error of each channel.
+    fn refine(&self, best: &[(f64, f64)]) -> Option<Vec<(f64, f64)>> {
+        let period = self.excerpt.period;
+        let shifted = |by: f64| {
+            let at: Vec<f64> = best.iter().map(|&(delay, _)| delay + by).collect();
+            self.attempt(&at)
+        };
+        let (before, after) = (shifted(-period)?, shifted(period)?);
+        let cutoff = self.reading.settings.filter_cutoff_rad_per_s;
+        // Filtered residuals agree over about 2/λ.
+        let independent = (self.duration() * cutoff / 2.0).max(1.0);
+        let refine = |(i, &(delay, cost)): (usize, &(f64, f64))| {
+            let left = before[self.joint(i)].relative_residual.powi(2);
+            let right = after[self.joint(i)].relative_residual.powi(2);
+            let curvature = (left - 2.0 * cost + right) / period.powi(2);
+            if curvature.is_nan() || curvature <= 0.0 {
+                return (delay, f64::INFINITY);
             }
-        })
-        .collect();
-    let at: Vec<f64> = refined.iter().map(|&(delay, _)| delay).collect();
-    let with = attempt(&at)?;
-    Some(
-        wanted
-            .iter()
-            .zip(&refined)
-            .enumerate()
-            .map(|(i, (&channel, &(delay, standard_error)))| DelayEstimate {
-                channel,
-                delay,
-                standard_error,
-                without: without[joint(i)],
-                with: with[joint(i)],
-            })
-            .collect(),
-    )
+            let slope = (right - left) / (2.0 * period);
+            let error = (2.0 * cost / (independent * curvature)).sqrt();
+            (delay + (-slope / curvature).clamp(-period, period), error)
+        };
+        Some(best.iter().enumerate().map(refine).collect())
+    }
 }

@@ -10,10 +10,6 @@ use crate::description::Estimator;
 use crate::model::{Model, Parameter, ROWS, Theta};
 use crate::regression::{FilteredSample, System};
 
-/// Half width of a 95 % interval in standard errors: Student's t with the 31
-/// degrees of freedom that 32 stretches leave.
-const T95: f64 = 2.04;
-
 /// Returns the result of an estimator, without its warnings.
 pub(super) fn describe(
     model: &Model,
@@ -35,6 +31,11 @@ pub(super) fn describe(
                 parameter,
                 known.then_some(theta[i]),
                 Some(errors[i]).filter(|e| known && e.is_finite()),
+                match estimator {
+                    Estimator::LeastSquares => fitted.interval,
+                    // How far a running estimate wandered makes no interval.
+                    Estimator::Lsff => f64::INFINITY,
+                },
             );
             if known {
                 let (torque, share) = torques[i];
@@ -55,7 +56,7 @@ pub(super) fn describe(
         parameters,
         motor_rows: match estimator {
             Estimator::LeastSquares => (fitted.motor_rows.iter().enumerate())
-                .map(|(joint, row)| describe_motor_row(model, joint, row))
+                .map(|(joint, row)| describe_motor_row(model, joint, row, fitted.interval))
                 .collect(),
             Estimator::Lsff => Vec::new(),
         },
@@ -71,7 +72,12 @@ pub(super) fn describe(
     }
 }
 
-fn describe_motor_row(model: &Model, joint: usize, row: &MotorRow) -> MotorRowResult {
+fn describe_motor_row(
+    model: &Model,
+    joint: usize,
+    row: &MotorRow,
+    interval: f64,
+) -> MotorRowResult {
     MotorRowResult {
         joint: model.joints()[joint].clone(),
         parameters: MOTOR_SIDE
@@ -84,6 +90,7 @@ fn describe_motor_row(model: &Model, joint: usize, row: &MotorRow) -> MotorRowRe
                     parameter,
                     known.then_some(row.values[i]),
                     finite(row.standard_error[i]).filter(|_| known),
+                    interval,
                 )
             })
             .collect(),
@@ -96,8 +103,9 @@ fn estimate(
     parameter: &Parameter,
     value: Option<f64>,
     standard_error: Option<f64>,
+    interval: f64,
 ) -> ParameterEstimate {
-    let half = standard_error.map(|error| T95 * error);
+    let half = standard_error.and_then(|error| finite(interval * error));
     ParameterEstimate {
         name: parameter.name.clone(),
         symbol: parameter.symbol.clone(),

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use super::describe::{describe, fit_curves, trace_of};
 use super::judge::{Verdict, judge};
-use super::least_squares::{fit, trace};
+use super::least_squares::{fit, residual, trace};
 use super::lsff::{Lsff, LsffError};
 use super::result::{DelayUsed, Identification, LogInfo, SettingsUsed};
 use super::second_look::{Delays, suspicions};
@@ -97,7 +97,15 @@ pub fn identify(
     findings.extend(delays.findings(&channels));
 
     let fitted = fit(model, &passed.system)
-        .filter(|fitted| fitted.solution.x.iter().all(|value| value.is_finite()))
+        .filter(|fitted| {
+            let rows = residual(model, &passed.system, &fitted.theta());
+            let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
+            finite(&fitted.solution.x)
+                && finite(&fitted.standard_error)
+                && rows
+                    .iter()
+                    .all(|row| row.0.is_finite() && row.1.is_finite())
+        })
         .ok_or_else(|| IdentifyError::NotFinite {
             file: source.name.clone(),
         })?;
@@ -207,11 +215,12 @@ fn notes(estimator: Estimator, lsff: Option<&Lsff>) -> Vec<Finding> {
     let mut notes = vec![match estimator {
         Estimator::LeastSquares => Finding::new(
             Severity::Info,
-            "standard-error-is-lower-bound",
-            "the standard errors come from the scatter between stretches of the log; the bias that \
-             quantised positions cause through the Coulomb transition is not in them"
+            "standard-error-of-stretches",
+            "the standard errors say how much stretches of this log disagree; repeated runs scatter \
+             less, and a bias that all stretches share, as by quantised positions through the \
+             Coulomb transition, is not in them: on the digital twin it reaches three of them"
                 .to_owned(),
-            "read them as lower bounds; compare cut-offs and repeated experiments",
+            "compare cut-offs and repeated experiments",
         ),
         Estimator::Lsff => Finding::new(
             Severity::Info,

@@ -67,8 +67,8 @@ pub struct Suspicion {
     pub motor: String,
     /// Name of the torque column.
     pub torque: String,
-    /// The delay of the link column that explains the torque best.
-    pub delay: Option<DelayEstimate>,
+    /// The column, and its delay, that explains the torque best.
+    pub delay: Option<(String, DelayEstimate)>,
     /// What the motor row says with link and motor columns exchanged.
     pub exchanged: Option<MotorRowFit>,
 }
@@ -222,8 +222,7 @@ fn second_reading(
     findings: &mut Vec<Finding>,
 ) {
     let stiffness = &model.parameters()[model.index(JointParameter::Stiffness, joint)];
-    if let Some(delay) = &suspicion.delay {
-        let column = &suspicion.link;
+    if let Some((column, delay)) = &suspicion.delay {
         findings.push(
             Finding::new(
                 Severity::Warning,

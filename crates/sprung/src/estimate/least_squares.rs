@@ -6,7 +6,7 @@ use sprung_core::drives::MOTOR_SIDE;
 use crate::model::{JOINT_COUNT, Model, ROWS, Theta};
 use crate::regression::{Solution, System, SystemPart, Triangle, solve, solve_quickly};
 
-/// Stretches of the log whose scatter gives the standard errors.
+/// Stretches of the log whose scatter gives the standard errors, at most.
 const GROUPS: usize = 32;
 
 /// A parameter vector with its uncertainty.
@@ -16,6 +16,8 @@ pub struct Fitted {
     pub solution: Solution,
     /// Standard error of each parameter.
     pub standard_error: Vec<f64>,
+    /// Half width of a 95 % interval in standard errors.
+    pub interval: f64,
     /// The motor rows alone, one per joint.
     pub motor_rows: Vec<MotorRow>,
 }
@@ -51,10 +53,11 @@ pub struct MotorRow {
 ///
 /// Returns nothing if the log is empty or a number is not finite.
 ///
-/// Standard errors come from the scatter of the normal equations between 32
-/// stretches of the log, so they hold for residuals of any colour and level.
-/// They do not contain the bias that quantised positions cause through the
-/// Coulomb transition: read them as lower bounds.
+/// Standard errors come from the scatter of the normal equations between up to
+/// 32 stretches of the log, so they hold for residuals of any colour and level.
+/// They say how much the stretches disagree, which is more than repeated runs
+/// scatter; a bias that all stretches share, as by quantised positions through
+/// the Coulomb transition, is not in them.
 ///
 /// # Source
 ///
@@ -92,8 +95,26 @@ pub fn fit(model: &Model, system: &System) -> Option<Fitted> {
     Some(Fitted {
         solution,
         standard_error,
+        interval: student_95(groups.len().saturating_sub(1)),
         motor_rows,
     })
+}
+
+/// Returns the 97.5 % quantile of Student's t; within 1 % from three degrees of
+/// freedom on, infinite below.
+///
+/// # Source
+///
+/// Cornish-Fisher expansion about the normal quantile.
+fn student_95(freedom: usize) -> f64 {
+    if freedom < 3 {
+        return f64::INFINITY;
+    }
+    let (z, n) = (1.959_964_f64, freedom as f64);
+    let first = (z.powi(3) + z) / 4.0;
+    let second = (5.0 * z.powi(5) + 16.0 * z.powi(3) + 3.0 * z) / 96.0;
+    let third = (3.0 * z.powi(7) + 19.0 * z.powi(5) + 17.0 * z.powi(3) - 15.0 * z) / 384.0;
+    z + first / n + second / n.powi(2) + third / n.powi(3)
 }
 
 /// Returns the estimate over time: that of the log up to then, \[p\], or
@@ -186,4 +207,20 @@ fn scatter(solution: &Solution, columns: &[&[usize]], groups: &[Vec<Triangle>]) 
             (correction * squares).sqrt()
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_are_those_of_the_tables() {
+        for (freedom, expected) in [(3, 3.182), (6, 2.447), (16, 2.120), (31, 2.040)] {
+            assert!(
+                (student_95(freedom) / expected - 1.0).abs() < 0.01,
+                "{freedom}"
+            );
+        }
+        assert!(student_95(2).is_infinite());
+    }
 }

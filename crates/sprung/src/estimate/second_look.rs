@@ -15,6 +15,9 @@ use crate::regression::{PassError, Reading};
 /// mentioned.
 const CLEARLY: f64 = 0.9;
 
+/// Standard errors that a delay must be away from zero to be mentioned.
+const CERTAIN: f64 = 3.0;
+
 /// Delays in use.
 pub(super) struct Delays {
     /// One per channel, s.
@@ -70,7 +73,7 @@ impl Delays {
                 ))
             })?;
         }
-        for estimate in &found {
+        for estimate in found.iter().filter(|estimate| estimate.found) {
             values[estimate.channel] = estimate.delay;
         }
         Ok(Self { values, found })
@@ -85,14 +88,27 @@ impl Delays {
         DelayUsed {
             value: self.values[channel],
             standard_error: found
-                .map(|estimate| estimate.standard_error)
-                .filter(|error| error.is_finite()),
+                .filter(|estimate| estimate.found)
+                .map(|estimate| estimate.standard_error),
         }
     }
 
     /// Returns what there is to know about the delays that were estimated.
     pub(super) fn findings(&self, channels: &Channels) -> Vec<Finding> {
         let finding = |estimate: &DelayEstimate| {
+            let column = &channels.all[estimate.channel].column;
+            if !estimate.found {
+                return Finding::new(
+                    Severity::Serious,
+                    "delay-not-found",
+                    format!(
+                        "no delay of \"{column}\" between -0.05 s and 0.5 s explains the motor torque \
+                         better than its neighbours and than none; it was taken as 0"
+                    ),
+                    "give the delay as a number of seconds; see that the log begins with motion \
+                     and that all signs are right",
+                );
+            }
             Finding::new(
                 Severity::Info,
                 "delay-estimated",
@@ -100,7 +116,7 @@ impl Delays {
                     "\"{}\" was recorded {:.4} s late (standard error {:.4} s): with that the motor \
                      row leaves {:.1} % of its torque unexplained, without it {:.1} % (root mean \
                      squares)",
-                    channels.all[estimate.channel].column,
+                    column,
                     estimate.delay,
                     estimate.standard_error,
                     100.0 * estimate.with.relative_residual,
@@ -177,15 +193,23 @@ pub(super) fn suspicions(
         if suspicion.exchanged.is_some() {
             continue;
         }
-        let link = channels
-            .index(Quantity::LinkPosition, joint)
-            .or(channels.index(Quantity::LinkDeflection, joint));
-        let Some(link) = link.filter(|&i| channels.all[i].delay.is_none()) else {
-            continue;
+        // A late torque looks like an early link: the best of all is named.
+        let untested = |i: &usize| match channels.all[*i].delay {
+            None => true,
+            Some(Delay::Known(delay)) => delay == 0.0,
+            Some(Delay::Estimate) => false,
         };
-        suspicion.delay = estimate_delays(&excerpt, reading, &[link])
-            .and_then(|mut found| found.pop())
-            .filter(|found| better(&found.with) && found.delay.abs() > 3.0 * found.standard_error);
+        suspicion.delay = (0..channels.all.len())
+            .filter(|i| channels.all[*i].joint == joint)
+            .filter(untested)
+            .filter_map(|i| estimate_delays(&excerpt, reading, &[i])?.pop())
+            .filter(|d| d.found && better(&d.with) && d.delay.abs() > CERTAIN * d.standard_error)
+            .min_by(|a, b| {
+                a.with
+                    .relative_residual
+                    .total_cmp(&b.with.relative_residual)
+            })
+            .map(|delay| (channels.all[delay.channel].column.clone(), delay));
     }
     Ok(all)
 }

@@ -33,8 +33,10 @@ pub struct Channel {
 /// The channels of a log: links, motors and torques, joint by joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channels {
-    /// Name of the column of the time, s.
+    /// Name of the column of the time.
     pub time: String,
+    /// The cell times this is the time in s.
+    pub time_factor: f64,
     /// Link, motor and torque channels, n each.
     pub all: Vec<Channel>,
 }
@@ -70,10 +72,16 @@ impl Channels {
     ///
     /// [`ChannelError`] if a quantity is not named or not convertible.
     pub fn new(robot: &Robot, log: &Log) -> Result<Self, ChannelError> {
-        let time = log.time_s.clone().ok_or(ChannelError::NotSaid {
-            what: "the time",
-            keys: "time_s",
-        })?;
+        let (time, time_factor) = match (&log.time_s, &log.time_ms) {
+            (Some(column), _) => (column.clone(), 1.0),
+            (None, Some(column)) => (column.clone(), 1e-3),
+            (None, None) => {
+                return Err(ChannelError::NotSaid {
+                    what: "the time",
+                    keys: "time_s or time_ms",
+                });
+            }
+        };
         let mut all = Vec::new();
         for (columns, quantity, factors) in
             [link(robot, log)?, motor(robot, log)?, torque(robot, log)?]
@@ -89,7 +97,11 @@ impl Channels {
                 });
             }
         }
-        Ok(Self { time, all })
+        Ok(Self {
+            time,
+            time_factor,
+            all,
+        })
     }
 
     /// Returns the index in [`Channels::all`] of a joint's channel.

@@ -117,19 +117,18 @@ impl Clock {
     }
 
     fn learn(&mut self) -> Result<(), LogError> {
-        let mut steps: Vec<f64> = self.early.iter().map(|&(_, step)| step).collect();
+        let early = std::mem::take(&mut self.early);
+        // The mean over the window: times may be printed with so few digits
+        // that single steps are off by several percent.
+        let period = early.iter().map(|&(_, step)| step).sum::<f64>() / early.len() as f64;
+        // A gap would bias the mean, and is then found against the median.
+        let mut steps: Vec<f64> = early.iter().map(|&(_, step)| step).collect();
         steps.sort_by(f64::total_cmp);
         let median = steps[steps.len() / 2];
-        // The mean of the ordinary steps is finer than the median where time
-        // was printed with few digits.
-        let ordinary = || {
-            steps
-                .iter()
-                .filter(|&&step| (step - median).abs() <= JITTER_LIMIT * median)
-        };
-        let period = ordinary().sum::<f64>() / ordinary().count() as f64;
+        let biased = (period - median).abs() > JITTER_LIMIT * median;
+        let period = if biased { median } else { period };
         self.period = Some(period);
-        for (line, step) in std::mem::take(&mut self.early) {
+        for (line, step) in early {
             self.judge(line, step, period)?;
         }
         Ok(())
@@ -148,5 +147,37 @@ impl Clock {
             period_ms: period * 1e3,
             percent: 100.0 * deviation,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn run(times: impl Iterator<Item = f64>) -> Result<Clock, LogError> {
+        let mut clock = Clock::new("log.csv");
+        for (k, time) in times.enumerate() {
+            clock.tick(k as u64 + 2, time)?;
+        }
+        clock.finish()?;
+        Ok(clock)
+    }
+
+    #[test]
+    fn period_of_rounded_times_is_unbiased() {
+        // 960 Hz printed with four decimals: steps of 1.0 and 1.1 ms.
+        let times = (0..5000).map(|k| (f64::from(k) / 960.0 * 1e4).round() / 1e4);
+        let period = run(times).unwrap().period().unwrap();
+        assert!((period * 960.0 - 1.0).abs() < 1e-3, "{period}");
+    }
+
+    #[test]
+    fn a_gap_among_the_first_samples_is_found() {
+        let times = (0..500).map(|k| f64::from(k + 3 * i32::from(k > 100)) * 1e-3);
+        let error = run(times).unwrap_err().to_string();
+        assert!(
+            error.starts_with("line 103 of log.csv: 4.0000 ms"),
+            "{error}"
+        );
     }
 }

@@ -14,6 +14,7 @@ pub struct CsvLog<R> {
     record: ByteRecord,
     names: Vec<String>,
     columns: Vec<usize>,
+    time_factor: f64,
     factors: Vec<f64>,
     clock: Clock,
     line: u64,
@@ -58,10 +59,18 @@ impl<R: Read> CsvLog<R> {
         let columns = names
             .iter()
             .map(|name| {
-                header
+                let mut places = header
                     .iter()
-                    .position(|column| column == name)
-                    .ok_or_else(|| no_column(file, name, &header))
+                    .enumerate()
+                    .filter(|(_, column)| *column == name);
+                match (places.next(), places.next()) {
+                    (None, _) => Err(no_column(file, name, &header)),
+                    (Some((place, _)), None) => Ok(place),
+                    (Some(_), Some(_)) => Err(LogError::TwoColumns {
+                        file: file.to_owned(),
+                        column: name.clone(),
+                    }),
+                }
             })
             .collect::<Result<_, _>>()?;
         Ok(Self {
@@ -70,6 +79,7 @@ impl<R: Read> CsvLog<R> {
             record: ByteRecord::new(),
             names,
             columns,
+            time_factor: channels.time_factor,
             factors: channels.all.iter().map(|channel| channel.factor).collect(),
             clock: Clock::new(file),
             line: 1,
@@ -93,7 +103,7 @@ impl<R: Read> CsvLog<R> {
                 break;
             }
             self.line = self.record.position().map_or(0, csv::Position::line);
-            let time = self.number(0)?;
+            let time = self.number(0)? * self.time_factor;
             self.clock.tick(self.line, time)?;
             block.time.push(time);
             for i in 0..self.factors.len() {
@@ -157,6 +167,15 @@ fn no_column(file: &str, column: &str, header: &[String]) -> LogError {
         .map(|name| (strsim::damerau_levenshtein(column, name), name))
         .min_by_key(|&(distance, _)| distance)
         .filter(|&(distance, name)| distance <= 1 + name.len() / 2);
+    let other = header.first().filter(|_| header.len() == 1);
+    let separator = other.and_then(|line| line.chars().find(|c| ";\t|".contains(*c)));
+    if let Some(separator) = separator {
+        return LogError::NoColumn {
+            file: file.to_owned(),
+            column: column.to_owned(),
+            hint: format!("; its cells are separated by {separator:?}, only commas are read"),
+        };
+    }
     let hint = match nearest {
         Some((_, name)) => format!("; did you mean \"{name}\"?"),
         None => format!("; its columns are {}", header.join(", ")),

@@ -92,6 +92,14 @@ pub enum LogError {
         /// The nearest name or the list of names.
         hint: String,
     },
+    /// The header has a column twice.
+    #[error("{file} has two columns \"{column}\"; give one of them another name")]
+    TwoColumns {
+        /// Name of the file.
+        file: String,
+        /// Name of the column.
+        column: String,
+    },
     /// A line has another number of cells than the header.
     #[error("line {line} of {file} has {found} cells, the header has {expected}")]
     Width {

@@ -44,7 +44,8 @@ impl<W: Write> LogWriter<W> {
         tau: &[f64],
     ) -> Result<(), std::io::Error> {
         self.cells.clear();
-        self.cells.push(time.to_string());
+        self.cells
+            .push((time / self.channels.time_factor).to_string());
         for channel in &self.channels.all {
             let i = channel.joint;
             let value = match channel.quantity {

@@ -68,7 +68,8 @@ impl Aligner {
                 let whole = (lead + EXACT).floor();
                 let fraction = lead - whole;
                 Lead {
-                    samples: whole as usize,
+                    // Absurd delays ask for more than any log has.
+                    samples: whole.min(1e15) as usize,
                     weights: (fraction > EXACT).then(|| cubic(fraction)),
                 }
             })
@@ -170,6 +171,7 @@ mod tests {
             .collect();
         Channels {
             time: "t".to_owned(),
+            time_factor: 1.0,
             all,
         }
     }

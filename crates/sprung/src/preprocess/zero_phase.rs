@@ -19,7 +19,8 @@ pub enum FilterDesignError {
     /// The cut-off is not between zero and half the sampling rate.
     #[error(
         "a cut-off of {cutoff_hz} Hz needs more than {} samples per second, the log has \
-         {rate_hz:.6}; choose position_cutoff_hz below {:.6} Hz", 2.0 * cutoff_hz, rate_hz / 2.0
+         {rate_hz:.6}; choose position_cutoff_hz below {:.6} Hz{}", 2.0 * cutoff_hz, rate_hz / 2.0,
+        if *rate_hz < 10.0 { ", or name the column under time_ms if it holds milliseconds" } else { "" }
     )]
     AboveNyquist {
         /// Cut-off asked for, Hz.

@@ -16,6 +16,17 @@ pub enum PassError {
     /// A filter does not fit the log.
     #[error(transparent)]
     FilterDesign(#[from] FilterDesignError),
+    /// The filter pair is too fast for the log.
+    #[error(
+        "filter_cutoff_rad_per_s = {cutoff} is too fast for {rate:.6} samples per second; choose it \
+         below the rate, 5 to 100 suits most robots"
+    )]
+    TooFast {
+        /// λ, rad/s.
+        cutoff: f64,
+        /// Sampling rate, Hz.
+        rate: f64,
+    },
     /// The filter pair cannot be built.
     #[error("{0}")]
     FilterPair(FilterError),
@@ -73,6 +84,12 @@ impl Stages {
     /// [`PassError`] if a filter does not fit the period.
     pub fn new(reading: &Reading<'_>, period: f64) -> Result<Self, PassError> {
         let settings = reading.settings;
+        if settings.filter_cutoff_rad_per_s * period > 1.0 {
+            return Err(PassError::TooFast {
+                cutoff: settings.filter_cutoff_rad_per_s,
+                rate: 1.0 / period,
+            });
+        }
         let filter = Butterworth::new(
             settings.position_filter_order,
             settings.position_cutoff_hz,
@@ -147,6 +164,11 @@ fn reduce(
     }
 }
 
+fn longest_delay(delays: &[f64]) -> f64 {
+    let spread = |pick: fn(f64, f64) -> f64| delays.iter().copied().fold(0.0, pick);
+    spread(f64::max) - spread(f64::min)
+}
+
 /// What a pass leaves of a log.
 #[derive(Clone, Debug)]
 pub struct Passed {
@@ -193,8 +215,10 @@ pub fn read_through(
         found: log.clock().samples(),
         needed,
         why: format!(
-            "three periods of position_cutoff_hz = {} pad each end of the zero-phase filter",
-            reading.settings.position_cutoff_hz
+            "three periods of position_cutoff_hz = {} pad each end of the zero-phase filter, and \
+             delays take {:.3} s",
+            reading.settings.position_cutoff_hz,
+            longest_delay(reading.delays)
         ),
     })?;
     Ok(Passed {

@@ -168,11 +168,8 @@ fn validation_section(validation: &Validation, curves: &Curves) -> Section {
         if run.simulated {
             blocks.push(Block::Table(tables::errors(run)));
         }
-        let findings: Vec<Shown> = run
-            .sets
-            .iter()
-            .flat_map(|set| set.findings.iter().map(shown))
-            .collect();
+        let of_sets = run.sets.iter().flat_map(|set| &set.findings);
+        let findings: Vec<Shown> = run.findings.iter().chain(of_sets).map(shown).collect();
         if !findings.is_empty() {
             blocks.push(Block::Findings(findings));
         }

@@ -191,7 +191,9 @@ fn with_error(
         style: Style::Measured,
     }];
     let mut errors = Vec::new();
-    for (set, style) in others.iter().zip(STYLES) {
+    // Curves of a file that was edited may no longer fit each other.
+    let fitting = others.iter().filter(|set| set.time == measured.time);
+    for (set, style) in fitting.zip(STYLES) {
         curves.push(Series {
             name: label(set),
             values: set.values[column].clone(),

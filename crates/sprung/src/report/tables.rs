@@ -29,16 +29,14 @@ fn with_error(estimate: &ParameterEstimate) -> String {
     }
 }
 
-/// Parameters: nominal and true values beside each estimate.
+/// Parameters: each estimate, then true and nominal values.
 pub(super) fn parameters(
     identification: &Identification,
     truth: Option<&BTreeMap<String, f64>>,
 ) -> Table {
-    let mut columns = vec![text("Parameter"), text("Unit"), number("Nominal")];
-    if truth.is_some() {
-        columns.push(number("True"));
-    }
-    for result in &identification.results {
+    let results = &identification.results;
+    let mut columns = vec![text("Parameter")];
+    for result in results {
         columns.push(number(format!("{} ± s.e.", result.estimator)));
         columns.push(number(if truth.is_some() {
             "error %"
@@ -46,53 +44,50 @@ pub(super) fn parameters(
             "from nominal %"
         }));
     }
-    let first = identification.results.first();
-    let rows = first
-        .map(|result| result.parameters.iter())
-        .into_iter()
-        .flatten()
-        .map(|parameter| {
-            let mut cells = vec![
-                format!(
-                    "{}\u{a0}{}",
-                    parameter.symbol.replace("theta", "θ"),
-                    parameter.name
-                ),
-                parameter.unit.clone(),
-                given(parameter.nominal),
-            ];
-            let known = truth.map(|truth| truth.get(&parameter.name).copied());
-            if let Some(known) = known {
-                cells.push(given(known));
-            }
-            for result in &identification.results {
-                let estimate = result.parameter(&parameter.name);
-                cells.push(estimate.map_or_else(|| "–".to_owned(), with_error));
-                cells.push(deviation(
-                    estimate.and_then(|estimate| estimate.value),
-                    known.unwrap_or(parameter.nominal),
-                ));
-            }
-            let warned = first.is_some_and(|result| {
-                result
-                    .warnings
-                    .iter()
-                    .any(|w| w.parameters.contains(&parameter.name))
-            });
-            Row {
-                cells,
-                tone: if warned {
-                    Tone::Doubtful
-                } else {
-                    Tone::Neutral
-                },
-            }
-        })
-        .collect();
+    if truth.is_some() {
+        columns.push(number("True"));
+    }
+    columns.push(number("Nominal"));
+    columns.push(text("Unit"));
+    let row = |parameter: &ParameterEstimate| {
+        let symbol = parameter.symbol.replace("theta", "θ");
+        let mut cells = vec![format!("{symbol}\u{a0}{}", parameter.name)];
+        let known = truth.map(|truth| truth.get(&parameter.name).copied());
+        for result in results {
+            let estimate = result.parameter(&parameter.name);
+            cells.push(estimate.map_or_else(|| "–".to_owned(), with_error));
+            cells.push(deviation(
+                estimate.and_then(|estimate| estimate.value),
+                known.unwrap_or(parameter.nominal),
+            ));
+        }
+        cells.extend(known.map(given));
+        cells.push(given(parameter.nominal));
+        cells.push(parameter.unit.clone());
+        let mut warnings = results
+            .first()
+            .into_iter()
+            .flat_map(|result| &result.warnings);
+        Row {
+            cells,
+            tone: if warnings.any(|w| w.parameters.contains(&parameter.name)) {
+                Tone::Doubtful
+            } else {
+                Tone::Neutral
+            },
+        }
+    };
+    let first = results.first();
     Table {
-        caption: "Identified parameters. Marked rows carry a warning.".to_owned(),
+        caption: format!(
+            "Identified parameters. Marked rows carry a warning of {}.",
+            first.map_or("the first estimator", |result| &result.estimator)
+        ),
         columns,
-        rows,
+        rows: (first.into_iter())
+            .flat_map(|result| &result.parameters)
+            .map(row)
+            .collect(),
     }
 }
 
@@ -153,7 +148,9 @@ pub(super) fn errors(run: &RunResult) -> Table {
                         .e_rms
                         .as_ref()
                         .and_then(|e| [&e.tau_nm, &e.q_rad, &e.phi_rad][group].get(joint));
-                    cells.push(value.map_or_else(|| "runs away".to_owned(), |v| significant(v, 3)));
+                    cells.push(
+                        value.map_or_else(|| set.outcome.words().to_owned(), |v| significant(v, 3)),
+                    );
                 }
             }
             Row {

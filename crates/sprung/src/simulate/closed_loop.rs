@@ -55,7 +55,6 @@ pub struct ClosedLoop {
     state: [f64; 4 * JOINT_COUNT],
     integrator: Integrator,
     period: f64,
-    start: f64,
     samples: u64,
 }
 
@@ -111,16 +110,8 @@ impl ClosedLoop {
             state,
             integrator: Integrator::new(TOLERANCE),
             period,
-            start: 0.0,
             samples: 0,
         })
-    }
-
-    /// Starts the reference at another time than zero, s.
-    #[must_use]
-    pub fn starting_at(mut self, time: f64) -> Self {
-        self.start = time;
-        self
     }
 
     /// Replaces the tolerance of the integration, rad and rad/s.
@@ -128,6 +119,12 @@ impl ClosedLoop {
     pub fn with_tolerance(mut self, tolerance: f64) -> Self {
         self.integrator = Integrator::new(tolerance);
         self
+    }
+
+    /// Returns the period of controller and log, s.
+    #[must_use]
+    pub fn period(&self) -> f64 {
+        self.period
     }
 
     /// Returns the true positions and velocities now.
@@ -141,15 +138,17 @@ impl ClosedLoop {
     pub fn time(&self) -> f64 {
         // k / rate prints shorter than k T where the rate is a whole number.
         let rate = (1.0 / self.period).round();
-        let passed = if (rate * self.period - 1.0).abs() < 1e-12 {
+        if (rate * self.period - 1.0).abs() < 1e-12 {
             self.samples as f64 / rate
         } else {
             self.samples as f64 * self.period
-        };
-        self.start + passed
+        }
     }
 
-    /// Returns the torque that the controller commands for measured positions.
+    /// Returns the torque that the controller commands for measured positions,
+    /// as far as the amplifiers let it through.
+    ///
+    /// - `time`: of the sample, s; the reference runs on it.
     ///
     /// Call it once per sample: the velocity estimators move on.
     ///
@@ -158,10 +157,11 @@ impl ClosedLoop {
     /// Eq. (24), or (32) and (33); velocities by eqs. (25) and (26).
     pub fn command(
         &mut self,
+        time: f64,
         q: &[f64; JOINT_COUNT],
         phi: &[f64; JOINT_COUNT],
     ) -> [f64; JOINT_COUNT] {
-        let desired = self.reference.at(self.time());
+        let desired = self.reference.at(time);
         let mut measured = JointState {
             q: *q,
             phi: *phi,
@@ -171,7 +171,7 @@ impl ClosedLoop {
             measured.dq[joint] = self.velocity[joint].process(q[joint]);
             measured.dphi[joint] = self.velocity[JOINT_COUNT + joint].process(phi[joint]);
         }
-        match &self.law {
+        let mut tau = match &self.law {
             Law::Pd(pd) => pd.torque(
                 &desired.map(|d| d[0]),
                 &desired.map(|d| d[1]),
@@ -181,7 +181,11 @@ impl ClosedLoop {
             Law::StateFeedback(feedback, theta) => {
                 feedback.torque(&Feedforward::new(&desired, theta), &measured)
             }
+        };
+        for (tau, limit) in tau.iter_mut().zip(self.model.torque_limits()) {
+            *tau = tau.clamp(-limit, *limit);
         }
+        tau
     }
 
     /// Holds a torque on the motors for one period.

@@ -1,10 +1,8 @@
-//! What sensors and amplifier do to a signal.
+//! What sensors do to a signal, and what disturbs the motors.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
-
-use crate::description::Joint;
 
 /// An encoder that counts from where it was switched on.
 #[derive(Clone, Copy, Debug)]
@@ -69,13 +67,4 @@ impl Disturbance {
         self.value = self.decay * value + innovation * rng.sample::<f64, _>(StandardNormal);
         value
     }
-}
-
-/// Returns the torque that an amplifier lets through, N·m.
-///
-/// # Source
-///
-/// Eq. (5) solved for the command voltage, which the amplifier limits.
-pub(super) fn amplifier_limit_nm(joint: &Joint) -> Option<f64> {
-    Some((joint.amplifier_limit_v? * joint.torque_per_volt()?).abs())
 }

@@ -5,8 +5,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
 use super::closed_loop::{ClosedLoop, Diverged, LoopError};
-use super::sensors::{Disturbance, Encoder, amplifier_limit_nm};
-use crate::description::{Controller, Robot, Simulate};
+use super::sensors::{Disturbance, Encoder};
+use crate::description::{Controller, Simulate};
 use crate::model::{JOINT_COUNT, Model, Theta};
 
 /// One sample of a simulated log, as its sensors see it.
@@ -25,9 +25,7 @@ pub struct TwinSample {
 /// What a twin is made of.
 #[derive(Clone, Copy, Debug)]
 pub struct TwinSetup<'a> {
-    /// The robot, for its amplifiers.
-    pub robot: &'a Robot,
-    /// Its equations.
+    /// The robot's equations and limits.
     pub model: &'a Model,
     /// Its true parameters, \[15\].
     pub theta: &'a Theta,
@@ -46,7 +44,6 @@ pub struct Twin {
     motor: [Encoder; JOINT_COUNT],
     noise: [f64; JOINT_COUNT],
     disturbance: [Disturbance; JOINT_COUNT],
-    limit: [Option<f64>; JOINT_COUNT],
 }
 
 impl Twin {
@@ -56,7 +53,7 @@ impl Twin {
     ///
     /// [`LoopError`] as for [`ClosedLoop::new`].
     pub fn new(setup: &TwinSetup<'_>) -> Result<Self, LoopError> {
-        let (robot, settings) = (setup.robot, setup.settings);
+        let settings = setup.settings;
         let zero = [0.0; JOINT_COUNT];
         let plant = ClosedLoop::new(
             setup.model,
@@ -97,7 +94,6 @@ impl Twin {
             motor,
             noise: std::array::from_fn(|i| level(&settings.torque_noise_nm, i)),
             disturbance,
-            limit: std::array::from_fn(|i| amplifier_limit_nm(&robot.joint[i])),
             rng,
         })
     }
@@ -118,12 +114,7 @@ impl Twin {
         let time = self.plant.time();
         let q = std::array::from_fn(|i| self.link[i].read(state.q[i]));
         let phi = std::array::from_fn(|i| self.motor[i].read(state.phi[i]));
-        let mut tau = self.plant.command(&q, &phi);
-        for (tau, limit) in tau.iter_mut().zip(self.limit) {
-            if let Some(limit) = limit {
-                *tau = tau.clamp(-limit, limit);
-            }
-        }
+        let tau = self.plant.command(time, &q, &phi);
         let mut applied = tau;
         let mut logged = tau;
         for i in 0..JOINT_COUNT {

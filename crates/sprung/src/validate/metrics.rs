@@ -25,9 +25,46 @@ impl Rms {
     }
 }
 
+/// Standard deviation of a stream of values.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Spread {
+    mean: f64,
+    squares: f64,
+    samples: u64,
+}
+
+impl Spread {
+    /// Takes the next value.
+    ///
+    /// # Source
+    ///
+    /// Welford's recursion.
+    pub fn push(&mut self, value: f64) {
+        self.samples += 1;
+        let before = value - self.mean;
+        self.mean += before / self.samples as f64;
+        self.squares += before * (value - self.mean);
+    }
+
+    /// Returns the standard deviation so far.
+    #[must_use]
+    pub fn value(&self) -> f64 {
+        (self.squares / self.samples.max(1) as f64).sqrt()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn spread_forgets_the_mean() {
+        let mut spread = Spread::default();
+        for k in 0..1000 {
+            spread.push(1e3 + (std::f64::consts::TAU * f64::from(k) / 1000.0).sin());
+        }
+        assert!((spread.value() - 0.5_f64.sqrt()).abs() < 1e-9);
+    }
 
     #[test]
     fn of_a_sine_is_its_amplitude_over_root_two() {

@@ -4,6 +4,6 @@ mod metrics;
 mod result;
 mod run;
 
-pub use metrics::Rms;
-pub use result::{RootMeanSquares, RunResult, SetResult, Validation};
+pub use metrics::{Rms, Spread};
+pub use result::{Outcome, RootMeanSquares, RunResult, SetResult, Validation};
 pub use run::{ParameterSet, ValidateError, Validated, validate};

@@ -29,6 +29,9 @@ pub struct RunResult {
     pub samples: u64,
     /// Whether a controller was known, so that the closed loop was simulated.
     pub simulated: bool,
+    /// What was noticed about the log.
+    #[serde(default)]
+    pub findings: Vec<Finding>,
     /// One entry per parameter set.
     pub sets: Vec<SetResult>,
 }
@@ -49,6 +52,33 @@ impl RunResult {
     }
 }
 
+/// What became of a simulated closed loop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Outcome {
+    /// It ran to the end of the log.
+    Simulated,
+    /// It ran away.
+    RanAway,
+    /// It could not be simulated with these parameters.
+    NotSimulable,
+    /// No controller was given.
+    NoController,
+}
+
+impl Outcome {
+    /// Returns the outcome as words for a table.
+    #[must_use]
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Simulated => "simulated",
+            Self::RanAway => "runs away",
+            Self::NotSimulable => "impossible",
+            Self::NoController => "–",
+        }
+    }
+}
+
 /// One parameter set on one experiment.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SetResult {
@@ -56,8 +86,9 @@ pub struct SetResult {
     pub parameters: String,
     /// What was changed to make the loop stable, if anything.
     pub modified: Option<String>,
-    /// Errors of the simulated closed loop; absent if none was simulated or
-    /// the loop ran away.
+    /// What became of the simulated closed loop.
+    pub outcome: Outcome,
+    /// Errors of the simulated closed loop; only if it ran to the end.
     pub e_rms: Option<RootMeanSquares>,
     /// Residual of the filtered motor torque along the measured motion, root
     /// mean square, N·m, by joint.

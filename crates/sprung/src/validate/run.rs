@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use super::metrics::Rms;
-use super::result::{RootMeanSquares, RunResult, SetResult, Validation};
+use super::metrics::{Rms, Spread};
+use super::result::{Outcome, RootMeanSquares, RunResult, SetResult, Validation};
 use crate::curves::{CurveSet, Curves};
 use crate::description::{Controller, Delay, Experiment, Identify};
 use crate::estimate::{UNEXPLAINED, residual};
 use crate::finding::{Finding, Severity};
-use crate::log::{ChannelError, Channels, LogSource};
+use crate::log::{ChannelError, Channels, LogSource, check};
 use crate::model::{JOINT_COUNT, Model, ModelError, Theta};
 use crate::named::Named;
 use crate::preprocess::{Decimator, RawSample};
@@ -17,6 +17,9 @@ use crate::simulate::{ClosedLoop, LoopError};
 
 /// Points of the curves, at most.
 const POINTS: usize = 2048;
+
+/// Label of what the log says.
+const MEASURED: &str = "measured";
 
 /// Quantities compared per joint: link position, motor position, torque.
 const COMPARED: usize = 3 * JOINT_COUNT;
@@ -152,6 +155,7 @@ pub fn validate(
             log: log.name(&source.name),
             samples: outcome.samples,
             simulated: controller.is_some(),
+            findings: outcome.findings,
             sets: candidates
                 .into_iter()
                 .map(|candidate| candidate.finish(model, &outcome.system))
@@ -188,6 +192,7 @@ struct Candidate {
     theta: Option<Theta>,
     plant: Option<ClosedLoop>,
     rms: [Rms; COMPARED],
+    measured: [Spread; COMPARED],
     findings: Vec<Finding>,
     ran_away: bool,
     simulated: bool,
@@ -205,11 +210,17 @@ impl Candidate {
             ));
         });
         Self {
-            label: set.label.clone(),
+            // The log's own curves are called that.
+            label: if set.label == MEASURED {
+                format!("{MEASURED} (parameters)")
+            } else {
+                set.label.clone()
+            },
             modified: None,
             theta: theta.ok(),
             plant: None,
             rms: [Rms::default(); COMPARED],
+            measured: [Spread::default(); COMPARED],
             findings,
             ran_away: false,
             simulated,
@@ -235,6 +246,7 @@ impl Candidate {
             theta: Some(theta),
             plant: None,
             rms: [Rms::default(); COMPARED],
+            measured: [Spread::default(); COMPARED],
             findings: Vec::new(),
             ran_away: false,
             simulated: true,
@@ -244,7 +256,7 @@ impl Candidate {
     fn start(&mut self, model: &Model, controller: &Controller, period: f64, first: &RawSample) {
         let Some(theta) = self.theta else { return };
         match ClosedLoop::new(model, &theta, controller, period, &first.q, &first.phi) {
-            Ok(plant) => self.plant = Some(plant.starting_at(first.time)),
+            Ok(plant) => self.plant = Some(plant),
             Err(error) => self.findings.push(Finding::new(
                 Severity::Serious,
                 "not-simulable",
@@ -266,7 +278,7 @@ impl Candidate {
             return said;
         };
         let state = plant.state();
-        let tau = plant.command(&state.q, &state.phi);
+        let tau = plant.command(sample.time, &state.q, &state.phi);
         let model_values = [state.q, state.phi, tau];
         let measured = [sample.q, sample.phi, sample.tau];
         for (at, (value, measured)) in (model_values.iter().flatten())
@@ -275,9 +287,9 @@ impl Candidate {
         {
             said[at] = Some(*value);
             self.rms[at].push(measured - value);
+            self.measured[at].push(*measured);
         }
         if let Err(diverged) = plant.advance(&tau) {
-            self.plant = None;
             self.ran_away = true;
             let theta = self.theta.unwrap_or_default();
             let names: Vec<String> = negative_friction(model, &theta)
@@ -289,8 +301,13 @@ impl Candidate {
                 .collect();
             let (reason, remedy) = if names.is_empty() {
                 (
-                    "the controller's gains do not stabilise this model".to_owned(),
-                    "check the gains, the period and the velocity window of the controller",
+                    format!(
+                        "the controller's gains do not stabilise this model at the log's period of \
+                         {:.4} ms",
+                        1e3 * plant.period()
+                    ),
+                    "check the gains and the velocity window; the log must be recorded at the \
+                     controller's own period",
                 )
             } else {
                 (
@@ -299,6 +316,7 @@ impl Candidate {
                      them positive",
                 )
             };
+            self.plant = None;
             self.findings.push(Finding::new(
                 Severity::Serious,
                 "loop-runs-away",
@@ -323,6 +341,12 @@ impl Candidate {
                 .filter(|(_, value)| value.is_finite())
                 .collect()
         };
+        let outcome = match (&self.plant, self.ran_away, self.simulated) {
+            (_, true, _) => Outcome::RanAway,
+            (Some(_), ..) => Outcome::Simulated,
+            (None, _, true) => Outcome::NotSimulable,
+            (None, _, false) => Outcome::NoController,
+        };
         let relative = motor(|row| row.0 / row.1);
         let mut findings = self.findings;
         for (joint, share) in relative.iter().filter(|(_, share)| *share > UNEXPLAINED) {
@@ -338,10 +362,32 @@ impl Candidate {
                 "look at the torque over time; identify from a log that moves like this one",
             ));
         }
+        // A model that fits along the measured motion, in a loop that moves
+        // otherwise: it is the loop that is not the one of the log.
+        let motion = (self.rms.iter().zip(&self.measured).take(2 * JOINT_COUNT))
+            .map(|(error, measured)| error.value() / measured.value())
+            .fold(0.0, f64::max);
+        let fits = relative.iter().all(|(_, share)| share <= UNEXPLAINED);
+        if outcome == Outcome::Simulated && fits && motion > UNEXPLAINED {
+            findings.push(Finding::new(
+                Severity::Warning,
+                "loop-moves-otherwise",
+                format!(
+                    "{}: the simulated positions miss the measured ones by {:.0} % of their motion, \
+                     though the model explains the torque along them: the log does not start at \
+                     rest, its clock is not the reference's, or another controller ran",
+                    self.label,
+                    100.0 * motion
+                ),
+                "cut the log at its start, let its time begin where the reference does, and check \
+                 gains, reference and velocity window",
+            ));
+        }
         SetResult {
             parameters: self.label.clone(),
             modified: self.modified.clone(),
-            e_rms: (self.simulated && self.plant.is_some()).then(|| RootMeanSquares {
+            outcome,
+            e_rms: (outcome == Outcome::Simulated).then(|| RootMeanSquares {
                 q_rad: of_joints(0),
                 phi_rad: of_joints(1),
                 tau_nm: of_joints(2),
@@ -360,8 +406,9 @@ fn negative_friction(model: &Model, theta: &Theta) -> Vec<usize> {
         .collect()
 }
 
-struct Outcome {
+struct Simulated {
     samples: u64,
+    findings: Vec<Finding>,
     system: System,
     // Measured first, then one per candidate.
     curves: Vec<CurveSet>,
@@ -382,7 +429,7 @@ impl Run<'_> {
         candidates: &mut [Candidate],
         source: &mut LogSource<'_>,
         progress: &mut dyn FnMut(u64),
-    ) -> Result<Outcome, PassError> {
+    ) -> Result<Simulated, PassError> {
         let reading = Reading {
             model: self.model,
             settings: self.settings,
@@ -398,8 +445,15 @@ impl Run<'_> {
         };
         let passed = read_through(&reading, source, &mut comparison, progress)?;
         let points = comparison.points.into_items();
-        Ok(Outcome {
+        let findings = check(
+            &source.name,
+            self.channels,
+            self.model.joints(),
+            &passed.summary,
+        )?;
+        Ok(Simulated {
             samples: passed.summary.samples(),
+            findings,
             system: passed.system,
             curves: curves(candidates, &points),
         })
@@ -459,7 +513,7 @@ type Point = (RawSample, Vec<[Option<f64>; COMPARED]>);
 fn curves(candidates: &[Candidate], points: &[Point]) -> Vec<CurveSet> {
     let time: Vec<f64> = points.iter().map(|(sample, _)| sample.time).collect();
     let mut sets = vec![CurveSet {
-        label: "measured".to_owned(),
+        label: MEASURED.to_owned(),
         time: time.clone(),
         values: vec![Vec::new(); COMPARED],
     }];
