@@ -14,3 +14,4 @@ mod common;
 mod outputs;
 mod readme;
 mod real_machine;
+mod trust;

@@ -84,17 +84,17 @@ impl Stages {
     /// [`PassError`] if a filter does not fit the period.
     pub fn new(reading: &Reading<'_>, period: f64) -> Result<Self, PassError> {
         let settings = reading.settings;
+        let filter = Butterworth::new(
+            settings.position_filter_order,
+            settings.position_cutoff_hz,
+            period,
+        )?;
         if settings.filter_cutoff_rad_per_s * period > 1.0 {
             return Err(PassError::TooFast {
                 cutoff: settings.filter_cutoff_rad_per_s,
                 rate: 1.0 / period,
             });
         }
-        let filter = Butterworth::new(
-            settings.position_filter_order,
-            settings.position_cutoff_hz,
-            period,
-        )?;
         let aligner = Aligner::new(reading.channels, reading.delays, period);
         Ok(Self {
             period,

@@ -1,0 +1,355 @@
+//! What a user must be able to rely on: logs stay, files can be read, doubtful
+//! loops and delays are said.
+
+use serde_json::Value;
+
+use crate::common::{Case, demo, sprung, stderr};
+
+const TIME: usize = 0;
+const Q1: usize = 1;
+const PHI1: usize = 3;
+const TAU1: usize = 5;
+
+/// Runs `sprung validate` on the case's own log; returns exit code, the run
+/// and the messages.
+fn validate(case: &Case, parameters: &str, more: &[&str]) -> (Option<i32>, Value, String) {
+    let experiment = case.path("experiment.toml");
+    let parameters = case.path(parameters);
+    let mut args = vec![
+        "validate",
+        experiment.to_str().unwrap(),
+        "--parameters",
+        parameters.to_str().unwrap(),
+        "--set",
+        "validate=[{name=\"direct\"}]",
+        "--json",
+        "-v",
+    ];
+    args.extend(more);
+    let output = sprung(&args);
+    let json: Value = serde_json::from_slice(&output.stdout).unwrap_or_default();
+    (
+        output.status.code(),
+        json["runs"][0].clone(),
+        stderr(&output),
+    )
+}
+
+#[test]
+fn no_command_writes_over_what_it_reads() {
+    let case = Case::new();
+    std::fs::rename(case.path("identification.csv"), case.path("fit.csv")).unwrap();
+    let before = std::fs::read(case.path("fit.csv")).unwrap();
+    let folder = case.path("");
+    let out = folder.to_str().unwrap();
+    let output = case.identify(&["--set", "log.file=fit.csv", "--out", out]);
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    assert!(stderr(&output).contains("fit.csv is an input and would be overwritten"));
+    let output = sprung(&["simulate", out, "--out", out, "--set", "log.file=fit.csv"]);
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    assert_eq!(std::fs::read(case.path("fit.csv")).unwrap(), before);
+    assert!(!case.path("identification.json").exists());
+}
+
+#[test]
+fn demo_keeps_an_edited_experiment() {
+    let case = Case::new().replace("position_cutoff_hz = 10.0", "position_cutoff_hz = 12.0");
+    let out = case.path("");
+    let output = sprung(&["demo", "-q", "--out", out.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("holds another experiment.toml"));
+    let text = std::fs::read_to_string(case.path("experiment.toml")).unwrap();
+    assert!(text.contains("position_cutoff_hz = 12.0"));
+    // Its own, with another seed, may be made again.
+    let case = Case::new();
+    let out = case.path("");
+    let output = sprung(&["demo", "-q", "--seed", "3", "--out", out.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+}
+
+#[test]
+fn every_table_has_as_many_cells_as_its_header() {
+    let out = demo().join("sprung-out");
+    for file in ["parameters.csv", "trace.csv", "fit.csv", "signals.csv"] {
+        let text = std::fs::read_to_string(out.join(file)).unwrap();
+        // Quoted labels hold commas; none of the demo's cells holds a quote.
+        let width = |line: &str| {
+            let plain: String = line.split('"').step_by(2).collect();
+            plain.split(',').count()
+        };
+        let header = width(text.lines().next().unwrap());
+        assert!(text.lines().all(|line| width(line) == header), "{file}");
+    }
+    let signals = std::fs::read_to_string(out.join("signals.csv")).unwrap();
+    assert!(signals.contains("set to 0)\""), "no label was quoted");
+}
+
+#[test]
+fn lost_output_is_an_error() {
+    let full = std::fs::File::options().write(true).open("/dev/full");
+    let Ok(full) = full else {
+        eprintln!("skipped: no /dev/full on this machine");
+        return;
+    };
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_sprung"))
+        .arg("schema")
+        .stdout(full)
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(4));
+    assert!(stderr(&output).contains("cannot write to stdout"));
+}
+
+#[test]
+fn a_saturated_loop_validates_with_its_true_parameters() {
+    let case = Case::new().replace(
+        "amplifier_gain_a_per_v = 0.5\n",
+        "amplifier_gain_a_per_v = 0.5\namplifier_limit_v = 40.0\n",
+    );
+    let recorded = sprung(&[
+        "simulate",
+        case.path("experiment.toml").to_str().unwrap(),
+        "-q",
+        "--out",
+        case.path("twin").to_str().unwrap(),
+    ]);
+    assert!(recorded.status.success(), "{}", stderr(&recorded));
+    let log = format!(
+        "log.file={}",
+        case.path("twin/identification.csv").display()
+    );
+    let (code, run, message) = validate(&case, "truth.toml", &["--set", &log]);
+    assert_eq!(code, Some(0), "{message}");
+    let e = &run["sets"][0]["e_rms"];
+    assert!(e["q_rad"]["joint1"].as_f64().unwrap() < 1e-3, "{e}");
+    assert!(e["tau_nm"]["joint1"].as_f64().unwrap() < 0.03, "{e}");
+    // The limit binds: without it the same log does not fit.
+    let off = [
+        "--set",
+        &log,
+        "--set",
+        "robot.joint.joint1.amplifier_limit_v=1000",
+    ];
+    let (_, run, _) = validate(&case, "truth.toml", &off);
+    let e = &run["sets"][0]["e_rms"];
+    assert!(e["q_rad"]["joint1"].as_f64().unwrap() > 1e-2, "{e}");
+}
+
+#[test]
+fn columns_of_a_validation_log_are_checked() {
+    let (code, _, message) = validate(&Case::new().column(Q1, |_| 0.1), "truth.toml", &[]);
+    assert_eq!(code, Some(3), "{message}");
+    assert!(
+        message.contains("column \"q1_rad\" never changes"),
+        "{message}"
+    );
+    let case = [1, 2, 3, 4].into_iter().fold(Case::new(), |case, column| {
+        case.column(column, f64::to_degrees)
+    });
+    let (_, run, _) = validate(&case, "truth.toml", &[]);
+    assert_eq!(run["findings"][0]["code"], "looks-like-degrees");
+}
+
+#[test]
+fn a_loop_that_is_not_that_of_the_log_is_said() {
+    let late = Case::new().column(TIME, |time| time + 2.5);
+    let (_, run, _) = validate(&late, "truth.toml", &[]);
+    let finding = &run["sets"][0]["findings"][0];
+    assert_eq!(finding["code"], "loop-moves-otherwise", "{finding}");
+    assert!(
+        finding["text"]
+            .as_str()
+            .unwrap()
+            .contains("its clock is not the reference's")
+    );
+    let (_, run, _) = validate(&Case::new(), "truth.toml", &[]);
+    assert_eq!(run["sets"][0]["findings"].as_array().unwrap().len(), 0);
+}
+
+#[test]
+fn times_with_few_digits_do_not_bias() {
+    // 960 Hz, printed with four decimals.
+    let case = Case::new().replace("period_s   = 0.001", "period_s = 0.0010416666666666667");
+    let out = case.path("twin");
+    let recorded = sprung(&[
+        "simulate",
+        case.path("experiment.toml").to_str().unwrap(),
+        "-q",
+        "--out",
+        out.to_str().unwrap(),
+    ]);
+    assert!(recorded.status.success(), "{}", stderr(&recorded));
+    std::fs::copy(
+        out.join("identification.csv"),
+        case.path("identification.csv"),
+    )
+    .unwrap();
+    let inertia = |case: &Case| {
+        let output = case.identify(&["--json"]);
+        let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+        json["results"][0]["parameters"][0]["value"]
+            .as_f64()
+            .unwrap()
+    };
+    let exact = inertia(&case);
+    let rounded = case.column(TIME, |time| (time * 1e4).round() / 1e4);
+    let found = inertia(&rounded);
+    assert!((found / exact - 1.0).abs() < 2e-3, "{found} {exact}");
+    let (code, run, message) = validate(&rounded, "truth.toml", &[]);
+    assert_eq!(code, Some(0), "{message}");
+    let e = &run["sets"][0]["e_rms"]["q_rad"];
+    assert!(e["joint1"].as_f64().unwrap() < 5e-3, "{e}");
+}
+
+#[test]
+fn delays_that_are_not_found_are_said() {
+    let estimate = ["--set", "log.delay_s.q1_rad=\"estimate\"", "-v"];
+    // Rest for 40 s: nothing to see in the excerpt.
+    let mut still = Vec::new();
+    let case = Case::new().log(|row, cells| {
+        if row == 1 {
+            still.clone_from(cells);
+        }
+    });
+    let text = std::fs::read_to_string(case.path("identification.csv")).unwrap();
+    let mut lines = text.lines();
+    let mut padded = format!("{}\n", lines.next().unwrap());
+    for k in 0..40_000 {
+        still[TIME] = format!("{:.3}", f64::from(k) * 1e-3 - 40.0);
+        padded.push_str(&still.join(","));
+        padded.push('\n');
+    }
+    padded.extend(lines.map(|line| format!("{line}\n")));
+    std::fs::write(case.path("identification.csv"), padded).unwrap();
+    let output = case.identify(&estimate);
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    assert!(
+        stderr(&output).contains("delay-not-found"),
+        "{}",
+        stderr(&output)
+    );
+    assert!(!stderr(&output).contains("NaN"), "{}", stderr(&output));
+    // Torque the wrong way round: no delay mends that, and the cause is named.
+    let output = Case::new().column(TAU1, |x| -x).identify(&estimate);
+    let message = stderr(&output);
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert!(
+        message.contains("reversed-torque") && message.contains("delay-not-found"),
+        "{message}"
+    );
+}
+
+#[test]
+fn the_late_channel_is_the_one_that_is_named() {
+    for (column, name) in [(TAU1, "tau1_nm"), (PHI1, "phi1_rad")] {
+        let mut past = std::collections::VecDeque::new();
+        let case = Case::new().log(|row, cells| {
+            if row > 0 {
+                past.push_back(cells[column].clone());
+                if past.len() > 101 {
+                    past.pop_front();
+                }
+                cells[column] = past[0].clone();
+            }
+        });
+        let output = case.identify(&["-v"]);
+        let message = stderr(&output);
+        let (_, rest) = message
+            .split_once(&format!("if \"{name}\" was recorded "))
+            .unwrap_or_else(|| panic!("{message}"));
+        let delay: f64 = rest.split(' ').next().unwrap().parse().unwrap();
+        assert!((delay - 0.1).abs() < 0.003, "{delay}");
+    }
+}
+
+#[test]
+fn damaged_curves_beside_an_identification_are_left_out() {
+    let case = Case::new();
+    assert_eq!(case.identify(&["-q"]).status.code(), Some(0));
+    let fit = case.path("sprung-out/fit.csv");
+    let text = std::fs::read_to_string(&fit).unwrap();
+    for damaged in [
+        text.lines()
+            .enumerate()
+            .filter(|(i, _)| *i != 7)
+            .map(|(_, l)| format!("{l}\n"))
+            .collect(),
+        text.replacen(",0.001,", ",NaN,", 1),
+        text[..text.len() / 2].to_owned(),
+    ] {
+        std::fs::write(&fit, damaged).unwrap();
+        let (code, _, message) = validate(&case, "sprung-out/identification.json", &[]);
+        assert_eq!(code, Some(0), "{message}");
+    }
+}
+
+#[test]
+fn settings_and_columns_that_cannot_be_meant() {
+    let case = Case::new();
+    for (assignment, code, fragment) in [
+        (
+            "identify.filter_cutoff_rad_per_s=5000",
+            2,
+            "too fast for 1000",
+        ),
+        (
+            "log.link_position_rad=[\"q1_rad\",\"q1_rad\"]",
+            2,
+            "\"q1_rad\" is named twice",
+        ),
+        (
+            "validate=[{name=\"x\",log={sign={q11=-1}}}]",
+            2,
+            "\"q11\", which is not a column",
+        ),
+    ] {
+        let output = case.identify(&["--set", assignment]);
+        assert_eq!(output.status.code(), Some(code), "{}", stderr(&output));
+        assert!(stderr(&output).contains(fragment), "{}", stderr(&output));
+    }
+    Case::new()
+        .log(|row, cells| {
+            if row == 0 {
+                "q1_rad".clone_into(&mut cells[PHI1]);
+            }
+        })
+        .replace("\"phi1_rad\"", "\"q2_rad\"")
+        .replace("[\"q1_rad\", \"q2_rad\"]", "[\"q1_rad\", \"phi2_rad\"]")
+        .replace("[\"q2_rad\", \"phi2_rad\"]", "[\"q2_rad\", \"tau2_nm\"]")
+        .replace("[\"tau1_nm\", \"tau2_nm\"]", "[\"tau1_nm\", \"t_s\"]")
+        .fails(3, &["has two columns \"q1_rad\""]);
+}
+
+#[test]
+fn time_in_milliseconds() {
+    let case = Case::new().column(TIME, |time| 1e3 * time);
+    let message = stderr(&case.identify(&[]));
+    assert!(
+        message.contains("time_ms if it holds milliseconds"),
+        "{message}"
+    );
+    let case = case.replace("time_s             = \"t_s\"", "time_ms = \"t_s\"");
+    let output = case.identify(&["--json"]);
+    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let period = json["log"]["period_s"].as_f64().unwrap();
+    assert!((period - 1e-3).abs() < 1e-12);
+    assert_eq!(json["results"][0]["verdict"], "good");
+}
+
+#[test]
+fn files_that_are_something_else() {
+    let case = Case::new();
+    let output = sprung(&[
+        "identify",
+        case.path("identification.csv").to_str().unwrap(),
+    ]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("is a log; give the experiment file"));
+    let text = std::fs::read_to_string(case.path("identification.csv")).unwrap();
+    std::fs::write(case.path("identification.csv"), text.replace(',', ";")).unwrap();
+    case.fails(3, &["separated by ';', only commas are read"]);
+    let fresh = Case::new();
+    let output = sprung(&["validate", fresh.path("experiment.toml").to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(4));
+    assert!(stderr(&output).contains("run sprung identify first"));
+}
