@@ -10,7 +10,7 @@ use std::io::Read;
 
 use sprung::demo;
 use sprung::description::{self, DiscretizationName, Experiment};
-use sprung::estimate::{fit, identify};
+use sprung::estimate::{EstimateResult, fit, identify};
 use sprung::log::{Channels, LogSource};
 use sprung::model::{Model, Theta};
 use sprung::regression::{FilteredRegression, Reduction};
@@ -76,14 +76,12 @@ fn held_filters_have_the_bias_of_the_paper() {
     }
 }
 
-/// Median errors in percent over all parameters and ten seeds, on the twin with
-/// its encoders and noise: least squares and LSFF.
-fn quantised(discretization: DiscretizationName) -> [f64; 2] {
+/// Results of ten seeds of the twin with its encoders and noise.
+fn quantised(discretization: DiscretizationName) -> Vec<Vec<EstimateResult>> {
     let (mut experiment, model, truth) = setup();
     experiment.identify.discretization = discretization;
     let channels = Channels::new(&experiment.robot, experiment.log.as_ref().unwrap()).unwrap();
-    let mut errors = [Vec::new(), Vec::new()];
-    for seed in 0..10 {
+    let run = |seed| {
         let mut twin = experiment.simulate.clone().unwrap();
         twin.seed = seed;
         let mut log = Vec::new();
@@ -100,25 +98,72 @@ fn quantised(discretization: DiscretizationName) -> [f64; 2] {
             reader: &mut reader,
         };
         let found = identify(&experiment, &model, &mut source, &mut |_| ()).unwrap();
-        for (errors, result) in errors.iter_mut().zip(&found.identification.results) {
-            let values = result.parameters.iter().map(|p| p.value.unwrap());
-            errors.extend(values.zip(truth).map(|(x, t)| 100.0 * (x / t - 1.0).abs()));
-        }
-    }
-    errors.map(|mut all| {
-        all.sort_by(f64::total_cmp);
-        all[all.len() / 2]
-    })
+        found.identification.results
+    };
+    (0..10).map(run).collect()
+}
+
+/// Median error in percent of an estimator over all parameters and seeds.
+fn median_error(runs: &[Vec<EstimateResult>], estimator: usize) -> f64 {
+    let (_, _, truth) = setup();
+    let mut errors: Vec<f64> = (runs.iter())
+        .flat_map(|run| run[estimator].parameters.iter().zip(truth))
+        .map(|(p, t)| 100.0 * (p.value.unwrap() / t - 1.0).abs())
+        .collect();
+    errors.sort_by(f64::total_cmp);
+    errors[errors.len() / 2]
 }
 
 #[test]
 fn quantised_twin_gives_the_medians_of_the_method() {
-    let [paper, lsff] = quantised(DiscretizationName::Paper);
-    let [matched, _] = quantised(DiscretizationName::Matched);
+    let runs = quantised(DiscretizationName::Paper);
+    let (paper, lsff) = (median_error(&runs, 0), median_error(&runs, 1));
+    let matched = median_error(&quantised(DiscretizationName::Matched), 0);
     println!("median error: paper {paper:.2} %, matched {matched:.2} %, LSFF {lsff:.1} %");
     assert!((1.3..2.0).contains(&paper), "{paper}");
     assert!((0.9..1.4).contains(&matched), "{matched}");
     assert!((25.0..35.0).contains(&lsff), "{lsff}");
+}
+
+#[test]
+fn standard_errors_are_what_they_are_said_to_be() {
+    let (_, model, truth) = setup();
+    let runs = quantised(DiscretizationName::Matched);
+    let (mut mostly_inside, mut never) = (0, Vec::new());
+    for (i, parameter) in model.parameters().iter().enumerate() {
+        let estimates: Vec<_> = runs.iter().map(|run| &run[0].parameters[i]).collect();
+        let inside = estimates.iter().filter(|p| {
+            let [low, high] = p.ci95.unwrap();
+            low <= truth[i] && truth[i] <= high
+        });
+        let count = runs.len() as f64;
+        let mean = |of: &dyn Fn(f64, f64) -> f64| {
+            let pairs = estimates
+                .iter()
+                .map(|p| of(p.value.unwrap(), p.standard_error.unwrap()));
+            pairs.sum::<f64>() / count
+        };
+        let centre = mean(&|value, _| value);
+        let scatter = mean(&|value, _| (value - centre).powi(2)).sqrt();
+        let inside = inside.count();
+        let ratio = scatter / mean(&|_, error| error);
+        println!(
+            "{}: inside {inside} of 10, scatter over s.e. {ratio:.2}",
+            parameter.name
+        );
+        assert!(
+            ratio < 1.5,
+            "{} scatters more than it says: {ratio}",
+            parameter.name
+        );
+        mostly_inside += usize::from(inside >= 9);
+        if inside == 0 {
+            never.push(parameter.name.as_str());
+        }
+    }
+    // A bias that all stretches share is not in them, and this shows it.
+    println!("inside in 9 or 10 of 10: {mostly_inside} of 15; never: {never:?}");
+    assert!(mostly_inside >= 9 && never.len() <= 4);
 }
 
 #[test]
