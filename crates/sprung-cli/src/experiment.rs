@@ -133,16 +133,8 @@ pub(crate) fn read_parameters(path: &Path) -> Result<Parameters, Failure> {
         if identification.results.is_empty() {
             return Err(wrong(&"it holds no results"));
         }
-        let sets = identification
-            .results
-            .iter()
-            .map(|result| ParameterSet {
-                label: result.estimator.clone(),
-                values: result.values(),
-            })
-            .collect();
         return Ok(Parameters {
-            sets,
+            sets: ParameterSet::of(&identification),
             identification: Some(identification),
         });
     }

@@ -15,8 +15,8 @@ fn main() {
     divan::main();
 }
 
-#[divan::bench(sample_count = 10)]
-fn closed_loop(bencher: Bencher) {
+#[divan::bench(sample_count = 10, args = [1e-8, 1e-7, 1e-6])]
+fn closed_loop(bencher: Bencher, tolerance: f64) {
     let experiment = description::read("demo", demo::EXPERIMENT, &[]).expect("the demo is right");
     let model = Model::new(&experiment.robot).expect("the demo is right");
     let truth: BTreeMap<String, f64> = toml::from_str(demo::TRUTH).expect("the demo is right");
@@ -27,6 +27,7 @@ fn closed_loop(bencher: Bencher) {
         .with_inputs(|| {
             ClosedLoop::new(&model, &theta, &controller, 1e-3, &[0.0; 2], &[0.0; 2])
                 .expect("the demo is right")
+                .with_tolerance(tolerance)
         })
         .bench_local_values(|mut plant| {
             for _ in 0..SAMPLES {

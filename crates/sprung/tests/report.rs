@@ -37,12 +37,7 @@ fn report(name: &str) -> (Document, Identified) {
     };
     let found = identify(&experiment, &model, &mut source, &mut |_| ()).unwrap();
     experiment.validate.truncate(1);
-    let sets: Vec<ParameterSet> = (found.identification.results.iter())
-        .map(|result| ParameterSet {
-            label: result.estimator.clone(),
-            values: result.values(),
-        })
-        .collect();
+    let sets = ParameterSet::of(&found.identification);
     let none = std::collections::BTreeMap::new();
     let validated = validate(
         &experiment,

@@ -63,14 +63,8 @@ pub(crate) fn run(args: &Demo) -> Result<ExitCode, Failure> {
     output.commit()?;
 
     let found = identify::from_disk(&loaded, terminal)?;
-    let sets = (found.identification.results.iter())
-        .map(|result| ParameterSet {
-            label: result.estimator.clone(),
-            values: result.values(),
-        })
-        .collect();
     let identified = Parameters {
-        sets,
+        sets: ParameterSet::of(&found.identification),
         identification: Some(found.identification.clone()),
     };
     let validated = validate::from_disk(&loaded, &identified, terminal)?;

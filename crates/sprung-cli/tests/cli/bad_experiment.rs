@@ -190,6 +190,15 @@ fn names_delays_and_nominal_values_are_checked() {
         .replace("name = \"joint2\"\n", "name = \"joint1\"\n")
         .fails(2, &["line", "two joints are called \"joint1\""]);
     Case::new()
+        .replace("[50.0, 5.0]", "[50.0, nan]")
+        .fails(2, &["line", "every number of kp_nm_per_rad must be finite"]);
+    Case::new()
+        .replace(
+            "\"link2.coupling\"      = 0.016474",
+            "\"link2.coupling\" = inf",
+        )
+        .fails(2, &["line", "the nominal link2.coupling must be finite"]);
+    Case::new()
         .replace("stiffness = 9.0", "stiffness = nan")
         .fails(2, &["line", "joint1: the nominal stiffness must be finite"]);
     Case::new()

@@ -98,6 +98,12 @@ fn robot(file: &ExperimentFile) -> Result<(), Fault> {
             ),
         ));
     }
+    if let Some((name, _)) = file.robot.nominal.iter().find(|(_, v)| !v.is_finite()) {
+        return Err(fault(
+            &["robot", "nominal", name],
+            format!("the nominal {name} must be finite"),
+        ));
+    }
     for (i, joint) in joints.iter().enumerate() {
         let at = i.to_string();
         let path = |key| ["robot", "joint", &at, key].map(str::to_owned).to_vec();
@@ -350,6 +356,24 @@ fn check_controller(controller: &Controller, path: &[&str], joints: &[&str]) -> 
                 ));
             }
         }
+    }
+    let rows = controller.gain.iter().flatten();
+    let gains = [
+        (
+            "kp_nm_per_rad",
+            controller.kp_nm_per_rad.iter().all(|g| g.is_finite()),
+        ),
+        (
+            "kd_nms_per_rad",
+            controller.kd_nms_per_rad.iter().all(|g| g.is_finite()),
+        ),
+        ("gain", rows.copied().all(f64::is_finite)),
+    ];
+    if let Some((key, _)) = gains.iter().find(|(_, finite)| !finite) {
+        return Err(fault(
+            &at(key),
+            format!("every number of {key} must be finite"),
+        ));
     }
     check_window(controller.velocity_window, &at("velocity_window"))?;
     for (i, sine) in controller.reference.sines.iter().enumerate() {

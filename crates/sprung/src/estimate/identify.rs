@@ -7,7 +7,7 @@ use super::describe::{describe, fit_curves, trace_of};
 use super::judge::{Verdict, judge};
 use super::least_squares::{fit, residual, trace};
 use super::lsff::{Lsff, LsffError};
-use super::result::{DelayUsed, Identification, LogInfo, SettingsUsed};
+use super::result::{DelayUsed, GENERATOR, Identification, LogInfo, SettingsUsed};
 use super::second_look::{Delays, suspicions};
 use crate::curves::Curves;
 use crate::description::{Estimator, Experiment, Identify};
@@ -150,7 +150,7 @@ pub fn identify(
         fit: fit_curves(model, &thetas, watch.fit.items()),
         identification: Identification {
             format: 1,
-            generator: concat!("sprung ", env!("CARGO_PKG_VERSION")).to_owned(),
+            generator: GENERATOR.to_owned(),
             robot: experiment.robot.name.clone(),
             log: log_info(&log.name(&source.name), &passed, &delays, &channels),
             settings: SettingsUsed {

@@ -15,6 +15,6 @@ pub use judge::{Suspicion, UNEXPLAINED, Verdict, judge, suspect};
 pub use least_squares::{Fitted, MotorRow, fit, residual, torques, trace};
 pub use lsff::{Lsff, LsffError};
 pub use result::{
-    DelayUsed, EstimateResult, Identification, LogInfo, MotorRowResult, ParameterEstimate,
-    SettingsUsed, parameters_csv,
+    DelayUsed, EstimateResult, GENERATOR, Identification, LogInfo, MotorRowResult,
+    ParameterEstimate, SettingsUsed, parameters_csv,
 };

@@ -9,6 +9,9 @@ use super::judge::Verdict;
 use crate::finding::Finding;
 use crate::named::Named;
 
+/// Program and version, as result files name them.
+pub const GENERATOR: &str = concat!("sprung ", env!("CARGO_PKG_VERSION"));
+
 /// Everything that an identification found; format 1.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Identification {

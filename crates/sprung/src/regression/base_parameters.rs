@@ -40,7 +40,7 @@ impl BaseParameters {
     ///
     /// # Errors
     ///
-    /// None for a chain: the slices have its lengths.
+    /// [`LengthError`] if the memory did not fit the chain; it is made to fit.
     ///
     /// # Source
     ///

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::metrics::{Rms, Spread};
 use super::result::{Outcome, RootMeanSquares, SetResult};
 use crate::description::Controller;
-use crate::estimate::{UNEXPLAINED, residual};
+use crate::estimate::{Identification, UNEXPLAINED, residual};
 use crate::finding::{Finding, Severity};
 use crate::model::{JOINT_COUNT, Model, ModelError, Theta};
 use crate::named::Named;
@@ -26,6 +26,19 @@ pub struct ParameterSet {
     pub label: String,
     /// Values by name; those that could not be identified are missing.
     pub values: BTreeMap<String, f64>,
+}
+
+impl ParameterSet {
+    /// Returns what each estimator of an identification found.
+    #[must_use]
+    pub fn of(identification: &Identification) -> Vec<Self> {
+        (identification.results.iter())
+            .map(|result| Self {
+                label: result.estimator.clone(),
+                values: result.values(),
+            })
+            .collect()
+    }
 }
 
 /// One parameter set on its way through one experiment.

@@ -6,6 +6,7 @@ use super::candidate::{COMPARED, Candidate, MEASURED, ParameterSet};
 use super::result::{RunResult, Validation};
 use crate::curves::{CurveSet, Curves};
 use crate::description::{Controller, Delay, Experiment, Identify};
+use crate::estimate::GENERATOR;
 use crate::finding::Finding;
 use crate::log::{ChannelError, Channels, LogSource, check};
 use crate::model::{JOINT_COUNT, Model, ModelError};
@@ -64,8 +65,9 @@ pub enum ValidateError {
 /// - `progress`: called with the number of samples read so far.
 ///
 /// With a controller the closed loop is simulated from rest under the same
-/// reference, which runs on the log's time, and compared with the log. Without, and besides, the filtered
-/// torque that the model needs for the measured motion is compared.
+/// reference, which runs on the log's time, and compared with the log. Without,
+/// and besides, the filtered torque that the model needs for the measured
+/// motion is compared.
 ///
 /// # Errors
 ///
@@ -147,7 +149,7 @@ pub fn validate(
     Ok(Validated {
         validation: Validation {
             format: 1,
-            generator: concat!("sprung ", env!("CARGO_PKG_VERSION")).to_owned(),
+            generator: GENERATOR.to_owned(),
             robot: experiment.robot.name.clone(),
             runs,
         },
