@@ -1,53 +1,28 @@
 //! The report of a whole run: tables that fit their headings, text that cannot
 //! break out.
 
-#![expect(clippy::unwrap_used, reason = "these are tests")]
-
-use std::io::Read;
-
 use sprung::demo;
-use sprung::description;
 use sprung::estimate::{Identified, identify};
-use sprung::log::{Channels, LogSource};
-use sprung::model::Model;
 use sprung::report::{Block, Contents, Document, compose, render};
-use sprung::simulate::{TwinSetup, record};
 use sprung::validate::{ParameterSet, validate};
 
+use crate::support::{Twin, with_source};
+
 fn report(name: &str) -> (Document, Identified) {
-    let mut experiment = description::read("experiment.toml", demo::EXPERIMENT, &[]).unwrap();
-    name.clone_into(&mut experiment.robot.name);
-    let model = Model::new(&experiment.robot).unwrap();
-    let truth = model.theta(&toml::from_str(demo::TRUTH).unwrap()).unwrap();
-    let mut settings = experiment.simulate.clone().unwrap();
+    let mut twin = Twin::new();
+    name.clone_into(&mut twin.experiment.robot.name);
+    twin.experiment.validate.truncate(1);
+    let mut settings = twin.experiment.simulate.clone().unwrap();
     settings.duration_s = 4.0;
-    let setup = TwinSetup {
-        model: &model,
-        theta: &truth,
-        controller: experiment.controller.as_ref().unwrap(),
-        settings: &settings,
-    };
-    let channels = Channels::new(&experiment.robot, experiment.log.as_ref().unwrap()).unwrap();
-    let mut log = Vec::new();
-    record(&setup, &channels, &mut log, &mut |_| ()).unwrap();
-    let mut reader = || Ok(Box::new(std::io::Cursor::new(log.clone())) as Box<dyn Read>);
-    let mut source = LogSource {
-        name: "twin".to_owned(),
-        reader: &mut reader,
-    };
-    let found = identify(&experiment, &model, &mut source, &mut |_| ()).unwrap();
-    experiment.validate.truncate(1);
-    let sets = ParameterSet::of(&found.identification);
-    let none = std::collections::BTreeMap::new();
-    let validated = validate(
-        &experiment,
-        &model,
-        &sets,
-        &none,
-        &mut [source],
-        &mut |_| (),
-    )
-    .unwrap();
+    let (experiment, model) = (&twin.experiment, &twin.model);
+    let (found, validated) = with_source(&twin.log(&settings), |mut source| {
+        let found = identify(experiment, model, &mut source, &mut |_| ()).unwrap();
+        let sets = ParameterSet::of(&found.identification);
+        let none = std::collections::BTreeMap::new();
+        let validated =
+            validate(experiment, model, &sets, &none, &mut [source], &mut |_| ()).unwrap();
+        (found, validated)
+    });
     let contents = Contents {
         identification: Some(&found.identification),
         trace: Some(&found.trace),

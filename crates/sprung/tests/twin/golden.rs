@@ -1,28 +1,16 @@
 //! Numbers from independent code: SciPy for the zero-phase filter, NumPy for
 //! the simulated loop and for least squares on it.
-#![expect(
-    clippy::unwrap_used,
-    clippy::print_stdout,
-    clippy::print_stderr,
-    reason = "a test may panic, and says what it measured"
-)]
-
-use std::collections::BTreeMap;
-
 use serde_json::Value;
-use sprung::demo;
-use sprung::description::{self, DiscretizationName};
-use sprung::estimate::fit;
-use sprung::model::{Model, Theta};
+use sprung::description::DiscretizationName;
 use sprung::preprocess::{Butterworth, ZeroPhase};
-use sprung::regression::{FilteredRegression, Reduction};
-use sprung::simulate::ClosedLoop;
+
+use crate::support::{Twin, step};
 
 /// Samples between two rows of the full file of the simulation.
-const FULL_STEP: usize = 100;
+const FULL_STRIDE: usize = 100;
 
 /// Samples between two rows of the embedded ones.
-const FIXTURE_STEP: usize = 1000;
+const FIXTURE_STRIDE: usize = 1000;
 
 /// A file of the full sets, or nothing and a word about it.
 fn golden(name: &str) -> Option<String> {
@@ -43,19 +31,9 @@ fn numbers(value: &Value) -> Vec<f64> {
     list.iter().map(|x| x.as_f64().unwrap()).collect()
 }
 
-fn setup() -> (ClosedLoop, Model, Theta) {
-    let experiment = description::read("experiment.toml", demo::EXPERIMENT, &[]).unwrap();
-    let model = Model::new(&experiment.robot).unwrap();
-    let truth: BTreeMap<String, f64> = toml::from_str(demo::TRUTH).unwrap();
-    let truth = model.theta(&truth).unwrap();
-    let controller = experiment.controller.as_ref().unwrap();
-    let plant = ClosedLoop::new(&model, &truth, controller, 1e-3, &[0.0; 2], &[0.0; 2]).unwrap();
-    (plant, model, truth)
-}
-
 #[test]
 fn zero_phase_filter_is_that_of_scipy() {
-    let golden = fixture(include_str!("fixtures/zero_phase.json"));
+    let golden = fixture(include_str!("../fixtures/zero_phase.json"));
     let mut worst: f64 = 0.0;
     for case in golden["cases"].as_array().unwrap() {
         let count = |name: &str| usize::try_from(case[name].as_u64().unwrap()).unwrap();
@@ -90,23 +68,20 @@ fn zero_phase_filter_is_that_of_scipy() {
 }
 
 /// Compares the simulated loop with rows of time, state and torque.
-fn check_simulation(rows: &[Vec<f64>], step: usize) {
-    let (mut plant, ..) = setup();
+fn check_simulation(rows: &[Vec<f64>], stride: usize) {
+    let mut plant = Twin::new().closed_loop();
     let mut worst: f64 = 0.0;
     for row in rows {
         let (state, time) = (plant.state(), plant.time());
-        let tau = plant.command(plant.time(), &state.q, &state.phi);
+        let tau = step(&mut plant);
         let parts = [[time, 0.0], state.q, state.phi, state.dq, state.dphi, tau];
         let found: Vec<f64> = parts.concat();
         // Time takes one place of its pair.
         for (found, expected) in found[..1].iter().chain(&found[2..]).zip(row) {
             worst = worst.max((found - expected).abs());
         }
-        plant.advance(&tau).unwrap();
-        for _ in 1..step {
-            let state = plant.state();
-            let tau = plant.command(plant.time(), &state.q, &state.phi);
-            plant.advance(&tau).unwrap();
+        for _ in 1..stride {
+            step(&mut plant);
         }
     }
     println!("simulation, {} rows: {worst:.1e}", rows.len());
@@ -115,12 +90,12 @@ fn check_simulation(rows: &[Vec<f64>], step: usize) {
 
 #[test]
 fn noise_free_loop_is_that_of_independent_code() {
-    let golden = fixture(include_str!("fixtures/noise_free.json"));
+    let golden = fixture(include_str!("../fixtures/noise_free.json"));
     let rows: Vec<Vec<f64>> = (golden["rows"].as_array().unwrap().iter())
         .map(numbers)
         .collect();
     assert_eq!(rows.len(), 11);
-    check_simulation(&rows, FIXTURE_STEP);
+    check_simulation(&rows, FIXTURE_STRIDE);
 }
 
 #[test]
@@ -133,23 +108,14 @@ fn noise_free_loop_is_that_of_independent_code_at_all_rows() {
         .map(|line| line.split(',').map(|x| x.parse().unwrap()).collect())
         .collect();
     assert_eq!(rows.len(), 101);
-    check_simulation(&rows, FULL_STEP);
+    check_simulation(&rows, FULL_STRIDE);
 }
 
 fn check_least_squares(expected: &[f64]) {
-    let (plant, model, _) = setup();
+    let twin = Twin::new();
     // The tolerance of every day costs 2e-6 of a parameter.
-    let mut plant = plant.with_tolerance(1e-10);
-    let mut regression =
-        FilteredRegression::new(model.arm(), 30.0, 1e-3, DiscretizationName::Matched).unwrap();
-    let mut reduction = Reduction::new(&model);
-    for _ in 0..=10_000 {
-        let (state, time) = (plant.state(), plant.time());
-        let tau = plant.command(plant.time(), &state.q, &state.phi);
-        reduction.push(&regression.process(time, &state, &tau));
-        plant.advance(&tau).unwrap();
-    }
-    let theta = fit(&model, &reduction.finish()).unwrap().theta();
+    let plant = twin.closed_loop().with_tolerance(1e-10);
+    let theta = twin.fit_exact_states(plant, DiscretizationName::Matched);
     let worst = (theta.iter().zip(expected))
         .map(|(found, expected)| (found / expected - 1.0).abs())
         .fold(0.0, f64::max);
@@ -159,7 +125,7 @@ fn check_least_squares(expected: &[f64]) {
 
 #[test]
 fn least_squares_on_exact_states_is_that_of_independent_code() {
-    let embedded = fixture(include_str!("fixtures/noise_free.json"));
+    let embedded = fixture(include_str!("../fixtures/noise_free.json"));
     let expected = numbers(&embedded["least_squares_matched"]);
     check_least_squares(&expected);
     if let Some(text) = golden("sim2r_ls.json") {

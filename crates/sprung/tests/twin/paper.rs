@@ -1,48 +1,18 @@
 //! The numbers of the paper's method, on the digital twin.
 //!
-//! `cargo test --release --package sprung --test paper -- --nocapture` prints
-//! them.
+//! `cargo test --release --package sprung --test twin -- paper --nocapture`
+//! prints them.
 
-#![expect(clippy::unwrap_used, clippy::print_stdout, reason = "these are tests")]
+use sprung::description::DiscretizationName;
+use sprung::estimate::{EstimateResult, identify};
 
-use std::collections::BTreeMap;
-use std::io::Read;
-
-use sprung::demo;
-use sprung::description::{self, DiscretizationName, Experiment};
-use sprung::estimate::{EstimateResult, fit, identify};
-use sprung::log::{Channels, LogSource};
-use sprung::model::{Model, Theta};
-use sprung::regression::{FilteredRegression, Reduction};
-use sprung::simulate::{ClosedLoop, TwinSetup, record};
-
-fn setup() -> (Experiment, Model, Theta) {
-    let experiment = description::read("experiment.toml", demo::EXPERIMENT, &[]).unwrap();
-    let model = Model::new(&experiment.robot).unwrap();
-    let truth: BTreeMap<String, f64> = toml::from_str(demo::TRUTH).unwrap();
-    let truth = model.theta(&truth).unwrap();
-    (experiment, model, truth)
-}
-
-fn plant(experiment: &Experiment, model: &Model, truth: &Theta) -> ClosedLoop {
-    let controller = experiment.controller.as_ref().unwrap();
-    ClosedLoop::new(model, truth, controller, 1e-3, &[0.0; 2], &[0.0; 2]).unwrap()
-}
+use crate::support::{Twin, step, with_source};
 
 /// Errors in percent of least squares on exact states, without noise.
 fn noise_free(discretization: DiscretizationName) -> Vec<f64> {
-    let (experiment, model, truth) = setup();
-    let mut plant = plant(&experiment, &model, &truth);
-    let mut regression = FilteredRegression::new(model.arm(), 30.0, 1e-3, discretization).unwrap();
-    let mut reduction = Reduction::new(&model);
-    for _ in 0..=10_000 {
-        let (state, time) = (plant.state(), plant.time());
-        let tau = plant.command(plant.time(), &state.q, &state.phi);
-        reduction.push(&regression.process(time, &state, &tau));
-        plant.advance(&tau).unwrap();
-    }
-    let found = fit(&model, &reduction.finish()).unwrap().theta();
-    (found.iter().zip(truth))
+    let twin = Twin::new();
+    let found = twin.fit_exact_states(twin.closed_loop(), discretization);
+    (found.iter().zip(twin.truth))
         .map(|(x, t)| 100.0 * (x / t - 1.0))
         .collect()
 }
@@ -78,34 +48,24 @@ fn held_filters_have_the_bias_of_the_paper() {
 
 /// Results of ten seeds of the twin with its encoders and noise.
 fn quantised(discretization: DiscretizationName) -> Vec<Vec<EstimateResult>> {
-    let (mut experiment, model, truth) = setup();
-    experiment.identify.discretization = discretization;
-    let channels = Channels::new(&experiment.robot, experiment.log.as_ref().unwrap()).unwrap();
+    let mut twin = Twin::new();
+    twin.experiment.identify.discretization = discretization;
     let run = |seed| {
-        let mut twin = experiment.simulate.clone().unwrap();
-        twin.seed = seed;
-        let mut log = Vec::new();
-        let setup = TwinSetup {
-            model: &model,
-            theta: &truth,
-            controller: experiment.controller.as_ref().unwrap(),
-            settings: &twin,
-        };
-        record(&setup, &channels, &mut log, &mut |_| ()).unwrap();
-        let mut reader = || Ok(Box::new(std::io::Cursor::new(log.clone())) as Box<dyn Read>);
-        let mut source = LogSource {
-            name: "twin".to_owned(),
-            reader: &mut reader,
-        };
-        let found = identify(&experiment, &model, &mut source, &mut |_| ()).unwrap();
-        found.identification.results
+        let mut settings = twin.experiment.simulate.clone().unwrap();
+        settings.seed = seed;
+        with_source(&twin.log(&settings), |mut source| {
+            identify(&twin.experiment, &twin.model, &mut source, &mut |_| ())
+                .unwrap()
+                .identification
+                .results
+        })
     };
     (0..10).map(run).collect()
 }
 
 /// Median error in percent of an estimator over all parameters and seeds.
 fn median_error(runs: &[Vec<EstimateResult>], estimator: usize) -> f64 {
-    let (_, _, truth) = setup();
+    let truth = Twin::new().truth;
     let mut errors: Vec<f64> = (runs.iter())
         .flat_map(|run| run[estimator].parameters.iter().zip(truth))
         .map(|(p, t)| 100.0 * (p.value.unwrap() / t - 1.0).abs())
@@ -127,7 +87,7 @@ fn quantised_twin_gives_the_medians_of_the_method() {
 
 #[test]
 fn standard_errors_are_what_they_are_said_to_be() {
-    let (_, model, truth) = setup();
+    let Twin { model, truth, .. } = Twin::new();
     let runs = quantised(DiscretizationName::Matched);
     let (mut mostly_inside, mut never) = (0, Vec::new());
     for (i, parameter) in model.parameters().iter().enumerate() {
@@ -177,16 +137,13 @@ fn simulation_error_is_below_1e_7_rad() {
 
 /// Largest position error of the 10 s experiment against a tight tolerance, rad.
 fn simulation_error(tolerance: f64) -> f64 {
-    let (experiment, model, truth) = setup();
-    let mut plant_a = plant(&experiment, &model, &truth).with_tolerance(tolerance);
-    let mut plant_b = plant(&experiment, &model, &truth).with_tolerance(1e-12);
+    let twin = Twin::new();
+    let mut plant_a = twin.closed_loop().with_tolerance(tolerance);
+    let mut plant_b = twin.closed_loop().with_tolerance(1e-12);
     let mut worst: f64 = 0.0;
     for _ in 0..10_000 {
-        for plant in [&mut plant_a, &mut plant_b] {
-            let state = plant.state();
-            let tau = plant.command(plant.time(), &state.q, &state.phi);
-            plant.advance(&tau).unwrap();
-        }
+        step(&mut plant_a);
+        step(&mut plant_b);
         let (a, b) = (plant_a.state(), plant_b.state());
         for i in 0..2 {
             worst = worst

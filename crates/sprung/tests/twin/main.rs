@@ -1,0 +1,12 @@
+//! The whole way from experiment to report, on the digital twin of the demo.
+#![expect(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    clippy::print_stderr,
+    reason = "a test may panic, and says what it measured or skips"
+)]
+
+mod golden;
+mod paper;
+mod report;
+mod support;

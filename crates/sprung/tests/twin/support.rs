@@ -1,0 +1,86 @@
+//! The experiment of the demo with its true parameters.
+
+use std::io::Read;
+
+use sprung::demo;
+use sprung::description::{self, DiscretizationName, Experiment, Simulate};
+use sprung::estimate::fit;
+use sprung::log::{Channels, LogSource};
+use sprung::model::{Model, Theta};
+use sprung::regression::{FilteredRegression, Reduction};
+use sprung::simulate::{ClosedLoop, TwinSetup, record};
+
+pub(crate) struct Twin {
+    pub(crate) experiment: Experiment,
+    pub(crate) model: Model,
+    pub(crate) truth: Theta,
+}
+
+impl Twin {
+    pub(crate) fn new() -> Self {
+        let experiment = description::read("experiment.toml", demo::EXPERIMENT, &[]).unwrap();
+        let model = Model::new(&experiment.robot).unwrap();
+        let truth = model.theta(&toml::from_str(demo::TRUTH).unwrap()).unwrap();
+        Self {
+            experiment,
+            model,
+            truth,
+        }
+    }
+
+    /// The loop at 1 kHz, from rest.
+    pub(crate) fn closed_loop(&self) -> ClosedLoop {
+        let controller = self.experiment.controller.as_ref().unwrap();
+        let rest = [0.0; 2];
+        ClosedLoop::new(&self.model, &self.truth, controller, 1e-3, &rest, &rest).unwrap()
+    }
+
+    /// Least squares on the exact states of 10 s of `plant`.
+    pub(crate) fn fit_exact_states(
+        &self,
+        mut plant: ClosedLoop,
+        discretization: DiscretizationName,
+    ) -> Theta {
+        let mut regression =
+            FilteredRegression::new(self.model.arm(), 30.0, 1e-3, discretization).unwrap();
+        let mut reduction = Reduction::new(&self.model);
+        for _ in 0..=10_000 {
+            let (state, time) = (plant.state(), plant.time());
+            let tau = step(&mut plant);
+            reduction.push(&regression.process(time, &state, &tau));
+        }
+        fit(&self.model, &reduction.finish()).unwrap().theta()
+    }
+
+    /// The log that an experiment with `settings` writes.
+    pub(crate) fn log(&self, settings: &Simulate) -> Vec<u8> {
+        let setup = TwinSetup {
+            model: &self.model,
+            theta: &self.truth,
+            controller: self.experiment.controller.as_ref().unwrap(),
+            settings,
+        };
+        let columns = self.experiment.log.as_ref().unwrap();
+        let channels = Channels::new(&self.experiment.robot, columns).unwrap();
+        let mut log = Vec::new();
+        record(&setup, &channels, &mut log, &mut |_| ()).unwrap();
+        log
+    }
+}
+
+/// Advances by one sample and returns its torque.
+pub(crate) fn step(plant: &mut ClosedLoop) -> [f64; 2] {
+    let state = plant.state();
+    let tau = plant.command(plant.time(), &state.q, &state.phi);
+    plant.advance(&tau).unwrap();
+    tau
+}
+
+/// Runs `use_source` on a log in memory.
+pub(crate) fn with_source<T>(log: &[u8], use_source: impl FnOnce(LogSource<'_>) -> T) -> T {
+    let mut reader = || Ok(Box::new(std::io::Cursor::new(log.to_vec())) as Box<dyn Read>);
+    use_source(LogSource {
+        name: "twin".to_owned(),
+        reader: &mut reader,
+    })
+}
