@@ -5,8 +5,9 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use sprung::description::{self, Experiment, Log};
+use sprung::description::{self, DescriptionError, Experiment, Log};
 use sprung::estimate::Identification;
+use sprung::log::LogSource;
 use sprung::model::Model;
 use sprung::validate::ParameterSet;
 
@@ -37,11 +38,18 @@ pub(crate) fn load(path: &Path, overrides: &[String]) -> Result<Loaded, Failure>
         ));
     }
     let text = read_text(&file)?;
-    let experiment = description::read(&name, &text, overrides)
-        .map_err(|error| Failure::new(ExitCode::Usage, error))?;
-    let model = Model::new(&experiment.robot)
-        .map_err(|error| Failure::new(ExitCode::Usage, format!("{name}: {error}")))?;
     let folder = file.parent().map_or_else(PathBuf::new, Path::to_owned);
+    let mut open = |path: &Path| std::fs::read_to_string(folder.join(path));
+    let experiment =
+        description::read(&name, &text, overrides, &mut open).map_err(|error| {
+            let code = match error {
+                DescriptionError::Unreadable { .. } => ExitCode::File,
+                _ => ExitCode::Usage,
+            };
+            Failure::new(code, error)
+        })?;
+    let model = Model::new(&experiment)
+        .map_err(|error| Failure::new(ExitCode::Usage, format!("{name}: {error}")))?;
     Ok(Loaded {
         experiment,
         model,
@@ -63,12 +71,14 @@ impl Loaded {
         let logs = (experiment.validate.iter())
             .filter_map(|run| run.log.as_ref())
             .chain(&experiment.log)
-            .filter_map(|log| log.file.as_ref());
+            .filter_map(|log| log.file.as_ref())
+            .flatten();
+        let robot = experiment.robot.urdf.iter();
         let twin = experiment
             .simulate
             .iter()
             .filter_map(|twin| twin.parameters.as_ref());
-        (logs.chain(twin).map(|file| self.folder.join(file)))
+        (logs.chain(robot).chain(twin).map(|file| self.folder.join(file)))
             .chain([self.file.clone()])
             .collect()
     }
@@ -84,21 +94,41 @@ impl Loaded {
         Ok(overlay.map_or_else(|| log.clone(), |over| log.overlaid(over)))
     }
 
-    /// Returns where the file of a log is.
-    pub(crate) fn log_path(&self, overlay: Option<&Log>) -> Result<PathBuf, Failure> {
-        let file = self.log(overlay)?.file.ok_or_else(|| {
+    /// Returns where the files of a log are.
+    pub(crate) fn log_paths(&self, overlay: Option<&Log>) -> Result<Vec<PathBuf>, Failure> {
+        let files = self.log(overlay)?.file.ok_or_else(|| {
             Failure::new(
                 ExitCode::Usage,
                 "the experiment does not say which log to read; give file in [log], or --set \
                  log.file=FILE",
             )
         })?;
-        Ok(self.folder.join(file))
+        Ok(files.iter().map(|file| self.folder.join(file)).collect())
     }
 }
 
+/// A function that opens a file as often as it is called.
+pub(crate) type Opener = Box<dyn FnMut() -> std::io::Result<Box<dyn Read + Send>> + Send>;
+
+/// Returns functions that open logs.
+pub(crate) fn openers(paths: &[PathBuf]) -> Vec<Opener> {
+    (paths.iter().cloned())
+        .map(|path| Box::new(move || open(&path)) as Opener)
+        .collect()
+}
+
+/// Returns logs that can be read any number of times.
+pub(crate) fn sources<'a>(paths: &[PathBuf], openers: &'a mut [Opener]) -> Vec<LogSource<'a>> {
+    (paths.iter().zip(openers))
+        .map(|(path, reader)| LogSource {
+            name: path.display().to_string(),
+            reader,
+        })
+        .collect()
+}
+
 /// Opens a log for reading.
-pub(crate) fn open(path: &Path) -> std::io::Result<Box<dyn Read>> {
+fn open(path: &Path) -> std::io::Result<Box<dyn Read + Send>> {
     Ok(Box::new(File::open(path)?))
 }
 

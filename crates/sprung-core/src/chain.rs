@@ -1,5 +1,6 @@
 //! Trees of joints: who carries whom, where and about which axis.
 
+use crate::scalar::Scalar;
 use crate::spatial::{Motion, Transform, Vector, dot, product, rotation, transposed};
 
 /// How a joint moves.
@@ -87,6 +88,12 @@ impl<'a> Chain<'a> {
         Ok(Self { joints, gravity })
     }
 
+    /// Returns the tree of joints that [`Chain::new`] has accepted before.
+    #[must_use]
+    pub const fn checked(joints: &'a [ChainJoint], gravity: Vector) -> Self {
+        Self { joints, gravity }
+    }
+
     /// Returns the joints.
     #[must_use]
     pub fn joints(&self) -> &'a [ChainJoint] {
@@ -171,16 +178,16 @@ impl ChainJoint {
 
     /// Returns the transform from the parent's frame at position `q`, rad or m.
     #[must_use]
-    pub fn transform(&self, q: f64) -> Transform {
+    pub fn transform<S: Scalar>(&self, q: S) -> Transform<S> {
         match self.kind {
             JointKind::Revolute => Transform {
                 axes: transposed(&product(&self.rotation, &rotation(&self.axis, q))),
-                origin: self.origin,
+                origin: self.origin.map(S::constant),
             },
             JointKind::Prismatic => Transform {
-                axes: transposed(&self.rotation),
+                axes: transposed(&self.rotation).map(|axis| axis.map(S::constant)),
                 origin: core::array::from_fn(|i| {
-                    self.origin[i] + q * dot(&self.rotation[i], &self.axis)
+                    S::constant(self.origin[i]) + q * dot(&self.rotation[i], &self.axis)
                 }),
             },
         }

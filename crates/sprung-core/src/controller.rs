@@ -1,110 +1,155 @@
 //! The two controllers of the paper: PD on the rotors, and feedforward with
 //! state feedback.
 
+use crate::drives::State;
+use crate::links::{LengthError, Step, lengths};
 use crate::parameters::JointParameter;
-use crate::planar_2r::JOINTS;
-use crate::regressor::{JointState, LAYOUT, PARAMETERS, link_torque_series};
+use crate::regressor::{Robot, TorqueSeries, Values};
+use crate::scalar::Jet;
 
-/// Number of states that state feedback uses.
-pub const STATES: usize = 4 * JOINTS;
-
-/// PD control of the rotor positions.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pd {
-    /// `K_p`, \[2\], N·m/rad.
-    pub kp: [f64; JOINTS],
-    /// `K_v`, \[2\], N·m·s/rad.
-    pub kd: [f64; JOINTS],
-}
-
-impl Pd {
-    /// Returns the motor torque, \[2\], N·m.
-    ///
-    /// - `phi_d`, `dphi_d`: reference of the rotors, \[2\], rad and rad/s.
-    /// - `phi`, `dphi`: rotor positions and velocities, \[2\].
-    ///
-    /// # Source
-    ///
-    /// Eq. (24).
-    #[must_use]
-    pub fn torque(
-        &self,
-        phi_d: &[f64; JOINTS],
-        dphi_d: &[f64; JOINTS],
-        phi: &[f64; JOINTS],
-        dphi: &[f64; JOINTS],
-    ) -> [f64; JOINTS] {
-        core::array::from_fn(|i| {
-            self.kp[i] * (phi_d[i] - phi[i]) + self.kd[i] * (dphi_d[i] - dphi[i])
-        })
+/// Writes the motor torques of PD control, \[n\], N·m (N).
+///
+/// - `kp`, `kd`: gains, \[n\].
+/// - `phi_d`, `dphi_d`: reference of the rotors, \[n\], rad and rad/s.
+/// - `phi`, `dphi`: rotor positions and velocities, \[n\].
+///
+/// Slices that are shorter than `tau` leave the rest of it alone.
+///
+/// # Source
+///
+/// Eq. (24).
+pub fn pd(
+    kp: &[f64],
+    kd: &[f64],
+    [phi_d, dphi_d]: [&[f64]; 2],
+    [phi, dphi]: [&[f64]; 2],
+    tau: &mut [f64],
+) {
+    let gains = kp.iter().zip(kd);
+    let wanted = phi_d.iter().zip(dphi_d);
+    let found = phi.iter().zip(dphi);
+    for (((tau, (kp, kd)), (phi_d, dphi_d)), (phi, dphi)) in
+        tau.iter_mut().zip(gains).zip(wanted).zip(found)
+    {
+        *tau = kp * (phi_d - phi) + kd * (dphi_d - dphi);
     }
 }
 
-/// Where a model puts the robot on a desired link trajectory, and the torque
-/// that it needs there.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Feedforward {
-    /// Nominal motor torque `tau_d`, \[2\], N·m.
-    pub tau: [f64; JOINTS],
-    /// Desired state.
-    pub state: JointState,
+/// Memory of a feedforward, each \[n\].
+#[derive(Debug)]
+pub struct FeedforwardScratch<'w> {
+    /// Taylor series: positions, velocities, accelerations, torques.
+    pub series: [&'w mut [TorqueSeries]; 4],
+    /// Scratch memory of the inverse dynamics.
+    pub steps: &'w mut [Step<TorqueSeries>],
 }
 
-impl Feedforward {
-    /// Returns the nominal rotor trajectory and torque of a model without
+/// Where a model puts the robot on a desired link trajectory, and the torque
+/// that it needs there; each \[n\].
+#[derive(Debug)]
+pub struct Feedforward<'o> {
+    /// Nominal motor torque `tau_d`, N·m (N).
+    pub tau: &'o mut [f64],
+    /// Desired rotor positions, rad (m).
+    pub phi: &'o mut [f64],
+    /// Desired rotor velocities, rad/s (m/s).
+    pub dphi: &'o mut [f64],
+}
+
+impl Feedforward<'_> {
+    /// Writes the nominal rotor trajectory and torque of a model without
     /// friction.
     ///
-    /// - `q_d`: derivatives 0 to 4 of the desired link positions, \[2\]\[5\].
-    /// - `theta`: parameters of the model, \[15\]; stiffnesses not zero.
+    /// - `q_d`: derivatives 0 to 4 of the desired link positions, \[n\]\[5\].
+    /// - `values`: parameters of the model; stiffnesses not zero.
+    ///
+    /// A rigid joint's rotor moves with its link.
+    ///
+    /// # Errors
+    ///
+    /// [`LengthError`] if a slice does not fit the robot.
     ///
     /// # Source
     ///
     /// Eq. (32) and the equations before it.
-    #[must_use]
-    pub fn new(q_d: &[[f64; 5]; JOINTS], theta: &[f64; PARAMETERS]) -> Self {
-        let link_torque = link_torque_series(q_d, theta);
-        let mut nominal = Self::default();
-        for i in 0..JOINTS {
-            let stiffness = theta[LAYOUT.index(JointParameter::Stiffness, i)];
-            let inertia = theta[LAYOUT.index(JointParameter::RotorInertia, i)];
-            let rotor = |order: usize| q_d[i][order] + link_torque[i].derivative(order) / stiffness;
-            nominal.state.q[i] = q_d[i][0];
-            nominal.state.dq[i] = q_d[i][1];
-            nominal.state.phi[i] = rotor(0);
-            nominal.state.dphi[i] = rotor(1);
-            nominal.tau[i] = inertia * rotor(2) + stiffness * (rotor(0) - q_d[i][0]);
+    pub fn fill(
+        &mut self,
+        robot: &Robot<'_>,
+        values: &Values<'_>,
+        q_d: &[[f64; 5]],
+        scratch: &mut FeedforwardScratch<'_>,
+    ) -> Result<(), LengthError> {
+        let n = robot.joints();
+        let [q, dq, ddq, torque] = &mut scratch.series;
+        lengths(
+            &[
+                ("q_d", q_d.len()),
+                ("tau", self.tau.len()),
+                ("phi", self.phi.len()),
+                ("dphi", self.dphi.len()),
+                ("series", q.len()),
+                ("series", dq.len()),
+                ("series", ddq.len()),
+            ],
+            n,
+        )?;
+        for (i, d) in q_d.iter().enumerate() {
+            q[i] = Jet::from_derivatives([d[0], d[1], d[2]]);
+            dq[i] = Jet::from_derivatives([d[1], d[2], d[3]]);
+            ddq[i] = Jet::from_derivatives([d[2], d[3], d[4]]);
         }
-        nominal
+        robot.link_torque(values, q, dq, ddq, scratch.steps, torque)?;
+        // Without a spring the rotor's acceleration is the link's.
+        for (i, d) in q_d.iter().enumerate() {
+            let rotor = |order: usize| match stiffness(robot, values, i) {
+                Some(k) => d[order] + torque[i].derivative(order) / k,
+                None => d[order],
+            };
+            self.phi[i] = rotor(0);
+            self.dphi[i] = rotor(1);
+            self.tau[i] = torque[i].derivative(0);
+            // The velocity's slot holds the rotor's acceleration meanwhile.
+            dq[i] = Jet::from_derivatives([rotor(2), 0.0, 0.0]);
+        }
+        for term in robot.terms {
+            if term.what == JointParameter::RotorInertia {
+                let motor: f64 = (0..n)
+                    .map(|k| robot.ratio(term.joint, k) * dq[k].derivative(0))
+                    .sum();
+                self.tau[robot.joint_of(term.row)] += term.gain * values.theta[term.column] * motor;
+            }
+        }
+        Ok(())
     }
 }
 
-/// State feedback around a [`Feedforward`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StateFeedback {
-    /// `F`, \[2 × 8\], on the errors of link positions, rotor positions, link
-    /// velocities and rotor velocities.
-    pub gain: [[f64; STATES]; JOINTS],
+/// Returns the stiffness of a flexible joint.
+fn stiffness(robot: &Robot<'_>, values: &Values<'_>, joint: usize) -> Option<f64> {
+    let mut terms = robot.terms.iter();
+    let term = terms.find(|t| t.what == JointParameter::Stiffness && t.joint == joint)?;
+    Some(values.theta[term.column])
 }
 
-impl StateFeedback {
-    /// Returns the motor torque, \[2\], N·m.
-    ///
-    /// # Source
-    ///
-    /// Eq. (33).
-    #[must_use]
-    pub fn torque(&self, desired: &Feedforward, state: &JointState) -> [f64; JOINTS] {
-        let of = |s: &JointState| [s.q, s.phi, s.dq, s.dphi];
-        let (wanted, found) = (of(&desired.state), of(state));
-        core::array::from_fn(|row| {
-            let mut tau = desired.tau[row];
-            for group in 0..4 {
-                for joint in 0..JOINTS {
-                    tau += self.gain[row][group * JOINTS + joint]
-                        * (wanted[group][joint] - found[group][joint]);
-                }
-            }
-            tau
-        })
+/// Adds state feedback around a [`Feedforward`] to its torques.
+///
+/// - `gain`: `F`, \[n\] rows of \[4n\] on the errors of link positions, rotor
+///   positions, link velocities and rotor velocities.
+/// - `tau`: the feedforward's, \[n\], N·m (N).
+///
+/// # Source
+///
+/// Eq. (33).
+pub fn state_feedback(gain: &[&[f64]], desired: &State<'_>, measured: &State<'_>, tau: &mut [f64]) {
+    let wanted = [desired.q, desired.phi, desired.dq, desired.dphi];
+    let found = [measured.q, measured.phi, measured.dq, measured.dphi];
+    for (tau, row) in tau.iter_mut().zip(gain) {
+        let errors = (wanted.iter().zip(&found))
+            .flat_map(|(wanted, found)| wanted.iter().zip(*found))
+            .map(|(wanted, found)| wanted - found);
+        *tau += row
+            .iter()
+            .zip(errors)
+            .map(|(gain, e)| gain * e)
+            .sum::<f64>();
     }
 }

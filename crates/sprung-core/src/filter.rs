@@ -39,13 +39,67 @@ pub struct FilterPair {
     g: [f64; 2],
 }
 
-/// Memory of one filtered entry: the last inputs and the last output.
+/// Memory of one filtered entry: what the last inputs add to the next output,
+/// and the last output.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FilterState {
-    momentum: f64,
-    rest: f64,
+    carry: f64,
     output: f64,
     started: bool,
+}
+
+/// Memory of many entries that are filtered together; `M` is the caller's
+/// memory, a slice, array or vector, of [`bank_len`] numbers.
+#[derive(Clone, Debug)]
+pub struct FilterBank<M> {
+    memory: M,
+    started: bool,
+}
+
+/// Returns how many numbers a [`FilterBank`] keeps for `entries` entries.
+#[must_use]
+pub const fn bank_len(entries: usize) -> usize {
+    2 * entries
+}
+
+impl<M: AsRef<[f64]> + AsMut<[f64]>> FilterBank<M> {
+    /// Returns a bank that has seen nothing.
+    ///
+    /// - `memory`: two numbers per entry; contents do not matter.
+    #[must_use]
+    pub fn new(memory: M) -> Self {
+        Self {
+            memory,
+            started: false,
+        }
+    }
+
+    /// Forgets what it has seen: the next sample begins a log.
+    pub fn restart(&mut self) {
+        self.started = false;
+    }
+
+    /// Filters one sample of all entries; returns the outputs.
+    ///
+    /// - `momentum`, `rest`: one number per entry; the shorter of all counts.
+    ///
+    /// The recursions start at rest, as those of [`FilterPair::process`].
+    pub fn process(&mut self, pair: &FilterPair, momentum: &[f64], rest: &[f64]) -> &[f64] {
+        let memory = self.memory.as_mut();
+        let (carry, output) = memory.split_at_mut(memory.len() / 2);
+        let started = core::mem::replace(&mut self.started, true);
+        if !started {
+            carry.fill(0.0);
+            output.fill(0.0);
+        }
+        let inputs = momentum.iter().zip(rest);
+        for ((output, carry), (momentum, rest)) in output.iter_mut().zip(carry).zip(inputs) {
+            let next = pair.step(*carry, *output, *momentum, *rest);
+            *output = if started { next } else { 0.0 };
+            *carry = pair.carry(*momentum, *rest);
+        }
+        output
+    }
 }
 
 impl FilterPair {
@@ -101,21 +155,26 @@ impl FilterPair {
     /// that starts at rest.
     pub fn process(&self, state: &mut FilterState, momentum: f64, rest: f64) -> f64 {
         let output = if state.started {
-            -self.a * state.output
-                + self.g[0] * momentum
-                + self.g[1] * state.momentum
-                + self.f[0] * rest
-                + self.f[1] * state.rest
+            self.step(state.carry, state.output, momentum, rest)
         } else {
             0.0
         };
         *state = FilterState {
-            momentum,
-            rest,
+            carry: self.carry(momentum, rest),
             output,
             started: true,
         };
         output
+    }
+
+    #[inline]
+    fn step(&self, carry: f64, output: f64, momentum: f64, rest: f64) -> f64 {
+        carry + (self.g[0] * momentum + self.f[0] * rest) - self.a * output
+    }
+
+    #[inline]
+    fn carry(&self, momentum: f64, rest: f64) -> f64 {
+        self.g[1] * momentum + self.f[1] * rest
     }
 }
 

@@ -1,7 +1,58 @@
 //! Friction columns, one function per law.
 //!
 //! A law that is linear in its parameter is a column: the friction torque is
-//! the column times the parameter.
+//! the column times the parameter. Stribeck friction is linear in its height
+//! but not in its velocity, which stands in [`Shape`].
+
+/// What a law needs to know besides the velocity.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shape {
+    /// beta of `tanh(beta v)`, s/rad (s/m), positive.
+    pub sharpness: f64,
+    /// Velocity at which Stribeck friction has fallen to 1/e, rad/s (m/s),
+    /// positive.
+    pub stribeck_velocity: f64,
+}
+
+/// A friction law with one parameter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Law {
+    /// In proportion to the velocity.
+    Viscous,
+    /// Of one size, against the motion.
+    Coulomb,
+    /// Of one size and one direction: no friction, but found with it.
+    Offset,
+    /// Viscous in the positive direction only.
+    ViscousPositive,
+    /// Viscous in the negative direction only.
+    ViscousNegative,
+    /// Coulomb in the positive direction only.
+    CoulombPositive,
+    /// Coulomb in the negative direction only.
+    CoulombNegative,
+    /// What the friction of a slow joint has beyond Coulomb's.
+    Stribeck,
+}
+
+impl Law {
+    /// Returns the column of the law.
+    ///
+    /// - `velocity`: rad/s or m/s.
+    #[must_use]
+    pub fn column(self, velocity: f64, shape: &Shape) -> f64 {
+        match self {
+            Self::Viscous => viscous(velocity),
+            Self::Coulomb => coulomb(velocity, shape.sharpness),
+            Self::Offset => 1.0,
+            Self::ViscousPositive => viscous(velocity).max(0.0),
+            Self::ViscousNegative => viscous(velocity).min(0.0),
+            Self::CoulombPositive => coulomb(velocity, shape.sharpness).max(0.0),
+            Self::CoulombNegative => coulomb(velocity, shape.sharpness).min(0.0),
+            Self::Stribeck => stribeck(velocity, shape),
+        }
+    }
+}
 
 /// Returns the column of viscous friction at `velocity`, in rad/s.
 ///
@@ -27,16 +78,63 @@ pub fn coulomb(velocity: f64, sharpness: f64) -> f64 {
     libm::tanh(sharpness * velocity)
 }
 
+/// Returns the column of Stribeck friction, dimensionless, between -1 and 1:
+/// Coulomb's times a bell about zero.
+///
+/// - `velocity`: rad/s.
+///
+/// # Source
+///
+/// Armstrong-Hélouvry, Dupont and Canudas de Wit, Automatica 1994:
+/// `exp(-(v / v_s)²)`.
+#[must_use]
+pub fn stribeck(velocity: f64, shape: &Shape) -> f64 {
+    let part = velocity / shape.stribeck_velocity;
+    coulomb(velocity, shape.sharpness) * libm::exp(-part * part)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    const SHAPE: Shape = Shape {
+        sharpness: 100.0,
+        stribeck_velocity: 0.1,
+    };
+
+    const ALL: [Law; 8] = [
+        Law::Viscous,
+        Law::Coulomb,
+        Law::Offset,
+        Law::ViscousPositive,
+        Law::ViscousNegative,
+        Law::CoulombPositive,
+        Law::CoulombNegative,
+        Law::Stribeck,
+    ];
+
     #[test]
     fn friction_takes_power_at_any_velocity() {
         for velocity in [-3.0, -1e-3, 0.0, 1e-3, 3.0] {
-            assert!(velocity * viscous(velocity) >= 0.0);
-            assert!(velocity * coulomb(velocity, 100.0) >= 0.0);
+            for law in ALL.into_iter().filter(|law| *law != Law::Offset) {
+                assert!(velocity * law.column(velocity, &SHAPE) >= 0.0, "{law:?}");
+            }
             assert!(coulomb(velocity, 100.0).abs() <= 1.0);
         }
+    }
+
+    #[test]
+    fn halves_make_a_whole_and_the_bell_is_gone_at_speed() {
+        for velocity in [-0.7, -0.02, 0.0, 0.005, 0.4] {
+            let column = |law: Law| law.column(velocity, &SHAPE);
+            let sum = |a: Law, b: Law| column(a) + column(b);
+            let viscous = sum(Law::ViscousPositive, Law::ViscousNegative);
+            assert!((viscous - column(Law::Viscous)).abs() < 1e-15);
+            let coulomb = sum(Law::CoulombPositive, Law::CoulombNegative);
+            assert!((coulomb - column(Law::Coulomb)).abs() < 1e-15);
+        }
+        let bell = |v: f64| Law::Stribeck.column(v, &SHAPE) / Law::Coulomb.column(v, &SHAPE);
+        assert!((bell(0.1) - libm::exp(-1.0)).abs() < 1e-15);
+        assert!(bell(1.0) < 1e-40);
     }
 }

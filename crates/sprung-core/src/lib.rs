@@ -9,11 +9,12 @@
 //! Modules in the order of the data flow; each uses only those before it:
 //!
 //! - [`scalar`]: numbers and truncated Taylor series,
-//! - [`parameters`]: kinds of parameter, their order, names and units,
 //! - [`friction`]: friction columns, one function per law,
 //! - [`spatial`]: motions of rigid bodies and the kernel of every link column,
 //! - [`chain`]: trees of joints,
+//! - [`parameters`]: kinds of parameter, their order, names and units,
 //! - [`links`]: link columns of any tree,
+//! - [`dynamics`]: torques and accelerations of any tree,
 //! - [`planar_2r`]: link columns of the planar arm with two joints, in closed form,
 //! - [`drives`]: rotor inertia, spring and friction columns of a joint,
 //! - [`regressor`]: one sample's `[Y_a | Y_b]`, and the same as dynamics,
@@ -29,6 +30,7 @@
 pub mod chain;
 pub mod controller;
 pub mod drives;
+pub mod dynamics;
 pub mod filter;
 pub mod friction;
 pub mod links;

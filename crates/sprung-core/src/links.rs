@@ -5,11 +5,14 @@
 //! column is the [`kernel`] at a pair of motions.
 
 use crate::chain::{Chain, ChainJoint};
-use crate::spatial::{BODY, Motion, kernel};
+use crate::scalar::Scalar;
+use crate::spatial::{BODY, Force, Motion, Transform, kernel};
 
 /// Scratch memory for one joint.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct JointScratch {
+    pub(crate) transform: Transform,
+    pub(crate) composite: [f64; BODY],
     velocity: Motion,
     acceleration: Motion,
     gravity: Motion,
@@ -22,13 +25,44 @@ pub struct PairScratch {
     axis_rate: Motion,
 }
 
-/// Memory that the caller owns: `n` and `n²` entries for `n` joints.
+/// Scratch memory of the recursive dynamics for one joint.
+#[derive(Clone, Copy, Debug)]
+pub struct Step<S = f64> {
+    pub(crate) transform: Transform<S>,
+    pub(crate) velocity: Motion<S>,
+    pub(crate) acceleration: Motion<S>,
+    pub(crate) force: Force<S>,
+}
+
+impl<S: Scalar> Default for Step<S> {
+    fn default() -> Self {
+        Self {
+            transform: Transform::default(),
+            velocity: Motion::default(),
+            acceleration: Motion::default(),
+            force: Force::default(),
+        }
+    }
+}
+
+/// Memory that the caller owns.
 #[derive(Debug)]
 pub struct Workspace<'w> {
     /// One entry per joint.
     pub joints: &'w mut [JointScratch],
-    /// One entry per pair of joints.
+    /// One entry per joint.
+    pub steps: &'w mut [Step],
+    /// One entry per pair of joints, \[n²\].
     pub pairs: &'w mut [PairScratch],
+    /// What the dynamics need, [`numbers_len`] of them.
+    pub numbers: &'w mut [f64],
+}
+
+/// Returns how many numbers a [`Workspace`] needs for `joints` joints.
+#[must_use]
+pub const fn numbers_len(joints: usize) -> usize {
+    // A matrix, and six vectors.
+    joints * (joints + 6)
 }
 
 /// A slice has the wrong length.
@@ -55,17 +89,47 @@ impl core::fmt::Display for LengthError {
 
 impl core::error::Error for LengthError {}
 
-/// Writes the columns of the filtered regression.
+/// Visits the columns of the filtered regression, joint by joint and link by
+/// link, those that are zero by construction left out.
 ///
 /// - `q`, `dq`: link positions and velocities, \[n\], rad (m) and rad/s (m/s).
-/// - `momentum`: \[n × 10n\], row by row; times the inertial parameters of all
-///   links it gives `M(q) dq`.
-/// - `rest`: the same shape; gives `-dT/dq + g(q)`, where `T` is the kinetic
-///   energy, so that `d/dt(momentum) + rest` is the joint torque.
+/// - `visit`: takes joint `i`, a link `j` that it carries, and two rows of \[10\]:
+///   that of the momentum, which times the inertial parameters gives
+///   `M(q) dq`, and the rest, which gives `-dT/dq + g(q)`, where `T` is the
+///   kinetic energy; `d/dt(momentum) + rest` is the joint torque.
 ///
 /// No Coriolis matrix and no derivative of the mass matrix is formed: with
 /// `y = v_i × s_i` the derivative of a link's velocity with respect to `q_i` is
 /// `y` carried to the link.
+///
+/// # Errors
+///
+/// [`LengthError`] if a slice does not fit the chain.
+pub fn columns(
+    chain: &Chain<'_>,
+    q: &[f64],
+    dq: &[f64],
+    workspace: &mut Workspace<'_>,
+    mut visit: impl FnMut(usize, usize, &[f64; BODY], &[f64; BODY]),
+) -> Result<(), LengthError> {
+    let n = chain.joints().len();
+    check(n, &[("q", q.len()), ("dq", dq.len())], workspace)?;
+    move_all(chain, q, dq, None, workspace);
+    for_pairs(chain, workspace, |i, j, pair, link| {
+        let momentum = kernel(&pair.axis, &link.velocity);
+        let energy = kernel(&pair.axis_rate, &link.velocity);
+        let mut rest = kernel(&pair.axis, &link.gravity);
+        for (rest, energy) in rest.iter_mut().zip(energy) {
+            *rest -= energy;
+        }
+        visit(i, j, &momentum, &rest);
+    });
+    Ok(())
+}
+
+/// Writes the columns of the filtered regression, those of all links.
+///
+/// - `momentum`, `rest`: \[n × 10n\], row by row, as [`columns`] has them.
 ///
 /// # Errors
 ///
@@ -79,25 +143,17 @@ pub fn regressor(
     rest: &mut [f64],
 ) -> Result<(), LengthError> {
     let n = chain.joints().len();
-    check(n, &[("q", q.len()), ("dq", dq.len())], workspace)?;
     lengths(
         &[("momentum", momentum.len()), ("rest", rest.len())],
         n * n * BODY,
     )?;
-    move_all(chain, q, dq, None, workspace);
     momentum.fill(0.0);
     rest.fill(0.0);
-    for_pairs(chain, workspace, |i, j, pair, link| {
+    columns(chain, q, dq, workspace, |i, j, of_momentum, of_rest| {
         let at = (i * n + j) * BODY;
-        let inertial = kernel(&pair.axis, &link.velocity);
-        let energy = kernel(&pair.axis_rate, &link.velocity);
-        let weight = kernel(&pair.axis, &link.gravity);
-        for k in 0..BODY {
-            momentum[at + k] = inertial[k];
-            rest[at + k] = weight[k] - energy[k];
-        }
-    });
-    Ok(())
+        momentum[at..at + BODY].copy_from_slice(of_momentum);
+        rest[at..at + BODY].copy_from_slice(of_rest);
+    })
 }
 
 /// Writes the columns of the joint torque at given accelerations.
@@ -134,17 +190,27 @@ pub fn torque(
     Ok(())
 }
 
-fn check(
+pub(crate) fn check(
     n: usize,
     given: &[(&'static str, usize)],
     workspace: &Workspace<'_>,
 ) -> Result<(), LengthError> {
     lengths(given, n)?;
-    lengths(&[("workspace.joints", workspace.joints.len())], n)?;
-    lengths(&[("workspace.pairs", workspace.pairs.len())], n * n)
+    lengths(
+        &[
+            ("workspace.joints", workspace.joints.len()),
+            ("workspace.steps", workspace.steps.len()),
+        ],
+        n,
+    )?;
+    lengths(&[("workspace.pairs", workspace.pairs.len())], n * n)?;
+    lengths(
+        &[("workspace.numbers", workspace.numbers.len())],
+        numbers_len(n),
+    )
 }
 
-fn lengths(given: &[(&'static str, usize)], expected: usize) -> Result<(), LengthError> {
+pub(crate) fn lengths(given: &[(&'static str, usize)], expected: usize) -> Result<(), LengthError> {
     for &(what, found) in given {
         if found != expected {
             return Err(LengthError {
@@ -166,36 +232,33 @@ fn move_all(
     workspace: &mut Workspace<'_>,
 ) {
     let n = chain.joints().len();
+    let base = JointScratch {
+        acceleration: chain.base_acceleration(),
+        gravity: chain.base_acceleration(),
+        ..JointScratch::default()
+    };
     for (j, joint) in chain.joints().iter().enumerate() {
         let transform = joint.transform(q[j]);
         let axis = joint.motion();
         let own = axis.times(dq[j]);
-        let base = JointScratch {
-            acceleration: chain.base_acceleration(),
-            gravity: chain.base_acceleration(),
-            ..JointScratch::default()
-        };
-        let before = joint.parent.map_or(base, |parent| workspace.joints[parent]);
-        let velocity = transform.apply(&before.velocity).plus(&own);
-        let mut link = JointScratch {
-            velocity,
-            acceleration: Motion::default(),
-            gravity: transform.apply(&before.gravity),
-        };
+        let (done, rest) = workspace.joints.split_at_mut(j);
+        let before = joint.parent.map_or(&base, |parent| &done[parent]);
+        let link = &mut rest[0];
+        link.velocity = transform.apply(&before.velocity).plus(&own);
+        link.gravity = transform.apply(&before.gravity);
         if let Some(ddq) = ddq {
             link.acceleration = transform
                 .apply(&before.acceleration)
                 .plus(&axis.times(ddq[j]))
-                .plus(&velocity.cross(&own));
+                .plus(&link.velocity.cross(&own));
         }
-        workspace.joints[j] = link;
         workspace.pairs[j * n + j] = PairScratch {
             axis,
-            axis_rate: velocity.cross(&axis),
+            axis_rate: link.velocity.cross(&axis),
         };
         let mut ancestor = joint.parent;
         while let (Some(i), Some(parent)) = (ancestor, joint.parent) {
-            let carried = workspace.pairs[i * n + parent];
+            let carried = &workspace.pairs[i * n + parent];
             workspace.pairs[i * n + j] = PairScratch {
                 axis: transform.apply(&carried.axis),
                 axis_rate: transform.apply(&carried.axis_rate),

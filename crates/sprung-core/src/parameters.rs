@@ -1,36 +1,68 @@
 //! Kinds of parameter, their order in the vector theta, names and units.
 //!
-//! The order is that of the paper, for any number of joints `n`:
-//! link inertial parameters, then rotor inertias, link viscous frictions,
-//! motor viscous frictions, stiffnesses, link Coulomb frictions and motor
-//! Coulomb frictions, `n` of each.
+//! The order is that of the paper, for any number of joints `n`: link inertial
+//! parameters, then rotor inertias, link viscous frictions, motor viscous
+//! frictions, stiffnesses, link Coulomb frictions and motor Coulomb frictions;
+//! what goes beyond the paper stands behind. A joint that lacks a parameter is
+//! passed over.
+
+use crate::chain::JointKind;
+use crate::friction::Law;
+
+/// A side of the joint's spring.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Side {
+    /// The link and its bearing.
+    Link,
+    /// Motor and gear, seen at the output side.
+    Motor,
+}
 
 /// What a parameter of a joint means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum JointParameter {
-    /// Rotor inertia seen at the output side, kg·m².
+    /// Rotor inertia seen at the output side, kg·m² (kg).
     RotorInertia,
-    /// Viscous friction of the link bearing, N·m·s/rad.
-    LinkViscous,
-    /// Viscous friction of motor and gear at the output side, N·m·s/rad.
-    MotorViscous,
-    /// Stiffness of the joint spring, N·m/rad.
+    /// Stiffness of the joint spring, N·m/rad (N/m).
     Stiffness,
-    /// Coulomb friction of the link bearing, N·m.
-    LinkCoulomb,
-    /// Coulomb friction of motor and gear at the output side, N·m.
-    MotorCoulomb,
+    /// Cubic part of the spring's torque, N·m/rad³ (N/m³).
+    CubicStiffness,
+    /// Damping in parallel with the spring, N·m·s/rad (N·s/m).
+    Damping,
+    /// Torque of the spring on the motor where the two encoders agree, N·m (N):
+    /// the stiffness times minus the constant by which the link's reads higher.
+    Preload,
+    /// Friction on a side of the spring.
+    Friction(Side, Law),
 }
+
+use JointParameter::Friction;
+use Side::{Link, Motor};
 
 impl JointParameter {
     /// All kinds, in the order of the vector theta.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 21] = [
         Self::RotorInertia,
-        Self::LinkViscous,
-        Self::MotorViscous,
+        Friction(Link, Law::Viscous),
+        Friction(Motor, Law::Viscous),
         Self::Stiffness,
-        Self::LinkCoulomb,
-        Self::MotorCoulomb,
+        Friction(Link, Law::Coulomb),
+        Friction(Motor, Law::Coulomb),
+        Friction(Link, Law::Offset),
+        Friction(Motor, Law::Offset),
+        Friction(Link, Law::ViscousPositive),
+        Friction(Link, Law::ViscousNegative),
+        Friction(Motor, Law::ViscousPositive),
+        Friction(Motor, Law::ViscousNegative),
+        Friction(Link, Law::CoulombPositive),
+        Friction(Link, Law::CoulombNegative),
+        Friction(Motor, Law::CoulombPositive),
+        Friction(Motor, Law::CoulombNegative),
+        Friction(Link, Law::Stribeck),
+        Friction(Motor, Law::Stribeck),
+        Self::Damping,
+        Self::CubicStiffness,
+        Self::Preload,
     ];
 
     /// Returns the name after the joint's, as in `joint1.stiffness`.
@@ -38,89 +70,77 @@ impl JointParameter {
     pub const fn name(self) -> &'static str {
         match self {
             Self::RotorInertia => "rotor_inertia",
-            Self::LinkViscous => "link_viscous",
-            Self::MotorViscous => "motor_viscous",
             Self::Stiffness => "stiffness",
-            Self::LinkCoulomb => "link_coulomb",
-            Self::MotorCoulomb => "motor_coulomb",
+            Self::CubicStiffness => "cubic_stiffness",
+            Self::Damping => "spring_damping",
+            Self::Preload => "spring_preload",
+            Friction(Link, law) => match law {
+                Law::Viscous => "link_viscous",
+                Law::Coulomb => "link_coulomb",
+                Law::Offset => "link_offset",
+                Law::ViscousPositive => "link_viscous_positive",
+                Law::ViscousNegative => "link_viscous_negative",
+                Law::CoulombPositive => "link_coulomb_positive",
+                Law::CoulombNegative => "link_coulomb_negative",
+                Law::Stribeck => "link_stribeck",
+            },
+            Friction(Motor, law) => match law {
+                Law::Viscous => "motor_viscous",
+                Law::Coulomb => "motor_coulomb",
+                Law::Offset => "motor_offset",
+                Law::ViscousPositive => "motor_viscous_positive",
+                Law::ViscousNegative => "motor_viscous_negative",
+                Law::CoulombPositive => "motor_coulomb_positive",
+                Law::CoulombNegative => "motor_coulomb_negative",
+                Law::Stribeck => "motor_stribeck",
+            },
         }
     }
 
-    /// Returns the unit.
+    /// Returns the unit, at a joint that turns or slides.
     #[must_use]
-    pub const fn unit(self) -> &'static str {
+    pub const fn unit(self, kind: JointKind) -> &'static str {
+        let turns = matches!(kind, JointKind::Revolute);
         match self {
-            Self::RotorInertia => "kg·m²",
-            Self::LinkViscous | Self::MotorViscous => "N·m·s/rad",
-            Self::Stiffness => "N·m/rad",
-            Self::LinkCoulomb | Self::MotorCoulomb => "N·m",
+            Self::RotorInertia if turns => "kg·m²",
+            Self::RotorInertia => "kg",
+            Self::Stiffness if turns => "N·m/rad",
+            Self::Stiffness => "N/m",
+            Self::CubicStiffness if turns => "N·m/rad³",
+            Self::CubicStiffness => "N/m³",
+            Self::Damping
+            | Friction(_, Law::Viscous | Law::ViscousPositive | Law::ViscousNegative) => {
+                if turns {
+                    "N·m·s/rad"
+                } else {
+                    "N·s/m"
+                }
+            }
+            Self::Preload | Friction(..) => {
+                if turns {
+                    "N·m"
+                } else {
+                    "N"
+                }
+            }
         }
     }
 
     /// Returns whether the parameter takes energy out of the robot.
     #[must_use]
     pub const fn is_friction(self) -> bool {
-        !matches!(self, Self::RotorInertia | Self::Stiffness)
-    }
-
-    const fn position(self) -> usize {
         match self {
-            Self::RotorInertia => 0,
-            Self::LinkViscous => 1,
-            Self::MotorViscous => 2,
-            Self::Stiffness => 3,
-            Self::LinkCoulomb => 4,
-            Self::MotorCoulomb => 5,
+            Self::Damping => true,
+            Friction(_, law) => !matches!(law, Law::Offset | Law::Stribeck),
+            _ => false,
         }
     }
-}
 
-/// Where each parameter stands in the vector theta.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Layout {
-    joints: usize,
-    inertial: usize,
-}
-
-impl Layout {
-    /// Returns the layout of an arm with `joints` joints and `inertial` link
-    /// inertial parameters.
+    /// Returns whether a robot is not one without it: an inertia or a
+    /// stiffness.
     #[must_use]
-    pub const fn new(joints: usize, inertial: usize) -> Self {
-        Self { joints, inertial }
-    }
-
-    /// Returns the number of joints `n`.
-    #[must_use]
-    pub const fn joints(&self) -> usize {
-        self.joints
-    }
-
-    /// Returns the number of link inertial parameters, which stand first.
-    #[must_use]
-    pub const fn inertial(&self) -> usize {
-        self.inertial
-    }
-
-    /// Returns the number of parameters `p`.
-    #[must_use]
-    pub const fn parameters(&self) -> usize {
-        self.inertial + JointParameter::ALL.len() * self.joints
-    }
-
-    /// Returns the index in theta of a parameter of a joint, `joint` from 0.
-    #[must_use]
-    pub const fn index(&self, kind: JointParameter, joint: usize) -> usize {
-        self.inertial + kind.position() * self.joints + joint
-    }
-
-    /// Returns what stands at an index of theta: a joint's parameter, or
-    /// nothing for a link inertial parameter.
-    #[must_use]
-    pub fn joint_parameter(&self, index: usize) -> Option<(JointParameter, usize)> {
-        let offset = index.checked_sub(self.inertial)?;
-        let kind = *JointParameter::ALL.get(offset / self.joints)?;
-        Some((kind, offset % self.joints))
+    pub const fn is_vital(self) -> bool {
+        matches!(self, Self::RotorInertia | Self::Stiffness)
     }
 }
 
@@ -130,24 +150,24 @@ mod tests {
 
     #[test]
     fn order_is_that_of_the_paper() {
-        let layout = Layout::new(2, 3);
-        assert_eq!(layout.parameters(), 15);
-        // theta4 is the rotor inertia of joint 1, theta11 the stiffness of joint 2.
-        assert_eq!(layout.index(JointParameter::RotorInertia, 0), 3);
-        assert_eq!(layout.index(JointParameter::Stiffness, 1), 10);
-        assert_eq!(layout.index(JointParameter::MotorCoulomb, 1), 14);
+        let paper = [
+            "rotor_inertia",
+            "link_viscous",
+            "motor_viscous",
+            "stiffness",
+            "link_coulomb",
+            "motor_coulomb",
+        ];
+        for (kind, name) in JointParameter::ALL.iter().zip(paper) {
+            assert_eq!(kind.name(), name);
+        }
     }
 
     #[test]
-    fn index_and_joint_parameter_are_inverse() {
-        let layout = Layout::new(7, 43);
-        for kind in JointParameter::ALL {
-            for joint in 0..7 {
-                let index = layout.index(kind, joint);
-                assert_eq!(layout.joint_parameter(index), Some((kind, joint)));
-            }
+    fn names_are_unique() {
+        for (i, kind) in JointParameter::ALL.iter().enumerate() {
+            let others = &JointParameter::ALL[..i];
+            assert!(others.iter().all(|other| other.name() != kind.name()));
         }
-        assert_eq!(layout.joint_parameter(42), None);
-        assert_eq!(layout.joint_parameter(85), None);
     }
 }

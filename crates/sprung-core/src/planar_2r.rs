@@ -10,6 +10,11 @@
 //!
 //! They assume that the centre of mass of link 2 lies on the link's axis.
 
+use crate::drives::Term;
+use crate::friction::{Law, Shape};
+use crate::parameters::JointParameter::{self, Friction, RotorInertia, Stiffness};
+use crate::parameters::Side::{Link, Motor};
+use crate::regressor::{Links, Robot};
 use crate::scalar::Scalar;
 
 /// Number of joints.
@@ -75,5 +80,98 @@ impl<S: Scalar> Pose<S> {
             [zero, zero, zero],
             [zero, (dq[0] * dq[1] + dq[0] * dq[0]) * self.sin, zero],
         ]
+    }
+}
+
+/// Returns the joint torques that a motion of the links takes, \[2\], N·m.
+///
+/// - `theta`: parameters, the three inertial ones first.
+/// - `q`, `dq`, `ddq`: link positions, velocities and accelerations, \[2\].
+///
+/// It is the time derivative of the momentum columns, which are linear in the
+/// velocities, plus what stands beside it.
+#[must_use]
+pub fn torque<S: Scalar>(
+    theta: &[f64],
+    q: &[S; JOINTS],
+    dq: &[S; JOINTS],
+    ddq: &[S; JOINTS],
+) -> [S; JOINTS] {
+    let pose = Pose::new(q);
+    let accelerated = pose.momentum(ddq);
+    // The rate of cos q2 along the motion.
+    let turning = Pose {
+        sin: S::ZERO,
+        cos: -(pose.sin * dq[1]),
+    };
+    let turned = turning.momentum(dq);
+    let rest = pose.rest(dq);
+    core::array::from_fn(|i| {
+        let mut sum = S::ZERO;
+        for (column, value) in theta.iter().take(INERTIAL).enumerate() {
+            let mut rate = accelerated[i][column] + rest[i][column];
+            if column == 1 {
+                // The only momentum column that depends on the pose.
+                rate = rate + turned[i][column];
+            }
+            sum = sum + rate * *value;
+        }
+        sum
+    })
+}
+
+/// Number of parameters of the paper's arm.
+pub const PARAMETERS: usize = 15;
+
+/// Number of entries of its regressor that can differ from zero.
+pub const ENTRIES: usize = 19;
+
+/// Columns of theta that each of its rows touches: two link rows, two motor
+/// rows.
+pub const ROW_COLUMNS: [&[usize]; 2 * JOINTS] = [
+    &[0, 1, 2, 5, 9, 11],
+    &[1, 2, 6, 10, 12],
+    &[3, 7, 9, 13],
+    &[4, 8, 10, 14],
+];
+
+const fn term(row: usize, entry: usize, column: usize, what: JointParameter, gain: f64) -> Term {
+    Term {
+        row,
+        entry,
+        column,
+        what,
+        joint: row % JOINTS,
+        gain,
+    }
+}
+
+const TERMS: [Term; 14] = [
+    term(0, 3, 5, Friction(Link, Law::Viscous), 1.0),
+    term(0, 4, 9, Stiffness, -1.0),
+    term(0, 5, 11, Friction(Link, Law::Coulomb), 1.0),
+    term(1, 8, 6, Friction(Link, Law::Viscous), 1.0),
+    term(1, 9, 10, Stiffness, -1.0),
+    term(1, 10, 12, Friction(Link, Law::Coulomb), 1.0),
+    term(2, 11, 3, RotorInertia, 1.0),
+    term(2, 12, 7, Friction(Motor, Law::Viscous), 1.0),
+    term(2, 13, 9, Stiffness, 1.0),
+    term(2, 14, 13, Friction(Motor, Law::Coulomb), 1.0),
+    term(3, 15, 4, RotorInertia, 1.0),
+    term(3, 16, 8, Friction(Motor, Law::Viscous), 1.0),
+    term(3, 17, 10, Stiffness, 1.0),
+    term(3, 18, 14, Friction(Motor, Law::Coulomb), 1.0),
+];
+
+/// Returns the paper's arm: 15 parameters in its order.
+#[must_use]
+pub const fn robot(shapes: &[Shape; JOINTS]) -> Robot<'_> {
+    Robot {
+        links: Links::Planar2R { entries: [0, 6] },
+        terms: &TERMS,
+        shapes,
+        coupling: None,
+        motor_rows: &[Some(2), Some(3)],
+        entries: ENTRIES,
     }
 }

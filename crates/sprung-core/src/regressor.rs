@@ -1,253 +1,409 @@
 //! One sample's regressor `[Y_a | Y_b]`, and the same columns as dynamics.
 //!
 //! Each row of the regressor touches few parameters, so only the entries that
-//! can differ from zero are kept, row after row: [`ROW_COLUMNS`] says which
-//! parameter each belongs to.
+//! can differ from zero are kept, row after row. Rows 0 to n-1 are those of the
+//! joints: link rows of flexible joints, which have no right-hand side, and the
+//! only rows of rigid ones. The motor rows of flexible joints follow.
 
-use crate::drives::{link_side, motor_side};
-use crate::parameters::{JointParameter, Layout};
-use crate::planar_2r::{INERTIAL, JOINTS, LinkColumns, Pose};
-use crate::scalar::Jet;
+use crate::chain::Chain;
+use crate::drives::{State, Term};
+use crate::dynamics::{inverse_dynamics, mass_matrix, solve_positive};
+use crate::friction::Shape;
+use crate::links::{LengthError, Step, Workspace, check, columns, lengths};
+use crate::parameters::JointParameter;
+use crate::planar_2r::{self, Pose};
+use crate::scalar::{Jet, Scalar};
+use crate::spatial::BODY;
 
-/// Where the parameters of the planar arm stand in theta, \[15\].
-pub const LAYOUT: Layout = Layout::new(JOINTS, INERTIAL);
-
-/// Number of parameters.
-pub const PARAMETERS: usize = LAYOUT.parameters();
-
-/// Columns of theta that each row touches: two link rows, two motor rows.
-pub const ROW_COLUMNS: [&[usize]; 2 * JOINTS] = [
-    &[0, 1, 2, 5, 9, 11],
-    &[1, 2, 6, 10, 12],
-    &[3, 7, 9, 13],
-    &[4, 8, 10, 14],
-];
-
-/// Number of entries that can differ from zero.
-pub const ENTRIES: usize = 19;
-
-/// One entry of the regressor: its part under the time derivative, and the
-/// part beside it.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Entry {
-    /// Entry of `Y_a`.
-    pub momentum: f64,
-    /// Entry of `Y_b`.
-    pub rest: f64,
+/// The links of a robot, and which inertial parameters stand in theta.
+#[derive(Clone, Copy, Debug)]
+pub enum Links<'a> {
+    /// The paper's planar arm in closed form.
+    Planar2R {
+        /// First link entry of each row.
+        entries: [usize; planar_2r::JOINTS],
+    },
+    /// Any tree of joints.
+    Tree {
+        /// The tree.
+        chain: Chain<'a>,
+        /// Which of the [`BODY`] parameters each inertial parameter of theta is,
+        /// link by link.
+        selected: &'a [usize],
+        /// Where each link's inertial parameters begin in theta, and where the
+        /// last end, \[n + 1\].
+        first: &'a [usize],
+        /// First entry of joint `i` and link `j`, \[n × n\].
+        entries: &'a [usize],
+    },
 }
 
-/// Positions and velocities of all joints.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct JointState {
-    /// Link positions, rad.
-    pub q: [f64; JOINTS],
-    /// Link velocities, rad/s.
-    pub dq: [f64; JOINTS],
-    /// Rotor positions after the gearbox, rad.
-    pub phi: [f64; JOINTS],
-    /// Rotor velocities after the gearbox, rad/s.
-    pub dphi: [f64; JOINTS],
+/// A robot as its rows and entries.
+#[derive(Clone, Copy, Debug)]
+pub struct Robot<'a> {
+    /// Links.
+    pub links: Links<'a>,
+    /// Drives.
+    pub terms: &'a [Term],
+    /// Shapes of the friction laws, \[n\].
+    pub shapes: &'a [Shape],
+    /// Motor positions per joint position, \[n × n\] with ones on the diagonal
+    /// and zeros between rigid and flexible joints; nothing if each motor drives
+    /// its joint alone.
+    pub coupling: Option<&'a [f64]>,
+    /// Motor row of each joint; nothing if it is rigid, \[n\].
+    pub motor_rows: &'a [Option<usize>],
+    /// Number of entries.
+    pub entries: usize,
 }
 
-/// Accelerations of all joints, rad/s².
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Acceleration {
-    /// Link accelerations.
-    pub ddq: [f64; JOINTS],
-    /// Rotor accelerations.
-    pub ddphi: [f64; JOINTS],
+/// Accelerations of links and motors, each \[n\]; those of a rigid joint agree.
+#[derive(Debug)]
+pub struct Accelerations<'o> {
+    /// Link accelerations, rad/s² (m/s²).
+    pub ddq: &'o mut [f64],
+    /// Motor accelerations after gear and coupling, rad/s² (m/s²).
+    pub ddphi: &'o mut [f64],
 }
 
-/// The planar arm with two flexible joints.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PlanarArm {
-    /// beta of `tanh(beta v)` for each joint, s/rad, positive.
-    pub coulomb_sharpness: [f64; JOINTS],
+/// Inertial parameters of a robot's links, as its dynamics need them.
+#[derive(Clone, Copy, Debug)]
+pub struct Values<'a> {
+    /// The parameter vector, \[p\].
+    pub theta: &'a [f64],
+    /// Bodies of a tree that move as theta says, \[n\]; empty for a closed form.
+    pub bodies: &'a [[f64; BODY]],
 }
 
-impl PlanarArm {
-    /// Returns one sample's regressor, row after row as in [`ROW_COLUMNS`].
+impl Robot<'_> {
+    /// Returns the number of joints `n`.
+    #[must_use]
+    pub fn joints(&self) -> usize {
+        self.shapes.len()
+    }
+
+    /// Returns the number of rows.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        self.joints() + self.motor_rows.iter().flatten().count()
+    }
+
+    /// Writes one sample's regressor, row after row.
     ///
-    /// With the parameters theta, `d/dt(Y_a theta) + Y_b theta = [0; tau]`.
+    /// - `momentum`, `rest`: entries of `Y_a` and `Y_b`. With the parameters
+    ///   theta, `d/dt(Y_a theta) + Y_b theta = [0; tau]`; the only row of a rigid
+    ///   joint has its torque on the right too.
+    ///
+    /// # Errors
+    ///
+    /// [`LengthError`] if a slice does not fit the robot.
     ///
     /// # Source
     ///
-    /// Eqs. (8) and section 3, corrected as said at each column.
-    #[must_use]
-    pub fn regressor(&self, state: &JointState) -> [Entry; ENTRIES] {
-        let pose = Pose::new(&state.q);
-        let link_momentum = pose.momentum(&state.dq);
-        let link_rest = pose.rest(&state.dq);
-        let mut entries = [Entry::default(); ENTRIES];
-        let mut next = entries.iter_mut();
-        let mut put = |momentum: f64, rest: f64| {
-            if let Some(entry) = next.next() {
-                *entry = Entry { momentum, rest };
+    /// Eq. (8) and section 3, corrected as said at each column.
+    pub fn regressor(
+        &self,
+        state: &State<'_>,
+        workspace: &mut Workspace<'_>,
+        momentum: &mut [f64],
+        rest: &mut [f64],
+    ) -> Result<(), LengthError> {
+        self.check(state, workspace)?;
+        lengths(
+            &[("momentum", momentum.len()), ("rest", rest.len())],
+            self.entries,
+        )?;
+        match self.links {
+            Links::Planar2R { entries } => {
+                let pose = Pose::new(&pair(state.q));
+                let of_momentum = pose.momentum(&pair(state.dq));
+                let of_rest = pose.rest(&pair(state.dq));
+                for (row, first) in entries.into_iter().enumerate() {
+                    // Link 1 does not move in the second row.
+                    for column in row..planar_2r::INERTIAL {
+                        momentum[first + column - row] = of_momentum[row][column];
+                        rest[first + column - row] = of_rest[row][column];
+                    }
+                }
             }
-        };
-        for joint in 0..JOINTS {
-            // Link 1 does not move in the second row: its columns start at 1.
-            for column in joint..INERTIAL {
-                put(link_momentum[joint][column], link_rest[joint][column]);
-            }
-            let beta = self.coulomb_sharpness[joint];
-            let deflection = state.phi[joint] - state.q[joint];
-            for rest in link_side(deflection, state.dq[joint], beta) {
-                put(0.0, rest);
+            Links::Tree {
+                chain,
+                selected,
+                first,
+                entries,
+            } => {
+                let n = self.joints();
+                let put = |i: usize, j: usize, of_momentum: &[f64; BODY], of_rest: &[f64; BODY]| {
+                    let chosen = &selected[first[j]..first[j + 1]];
+                    let at = entries[i * n + j];
+                    let momentum = &mut momentum[at..at + chosen.len()];
+                    let rest = &mut rest[at..at + chosen.len()];
+                    for ((momentum, rest), &k) in momentum.iter_mut().zip(rest).zip(chosen) {
+                        *momentum = of_momentum[k];
+                        *rest = of_rest[k];
+                    }
+                };
+                columns(&chain, state.q, state.dq, workspace, put)?;
             }
         }
-        for joint in 0..JOINTS {
-            let beta = self.coulomb_sharpness[joint];
-            let deflection = state.phi[joint] - state.q[joint];
-            let (momentum, rest) = motor_side(deflection, state.dphi[joint], beta);
-            for (momentum, rest) in momentum.into_iter().zip(rest) {
-                put(momentum, rest);
-            }
+        let n = self.joints();
+        let motor_velocity = &mut workspace.numbers[..n];
+        self.motor_velocities(state.dphi, motor_velocity);
+        for term in self.terms {
+            let (of_momentum, of_rest) = term.columns(state, motor_velocity, self.shapes);
+            momentum[term.entry] = of_momentum;
+            rest[term.entry] = of_rest;
         }
-        entries
+        Ok(())
     }
 
-    /// Returns the accelerations that the motor torques cause.
+    /// Writes the accelerations that motor torques cause.
     ///
-    /// - `theta`: parameters, \[15\].
-    /// - `tau`: motor torques, \[2\], N·m.
+    /// - `tau`: motor torques after gear and coupling, \[n\], N·m (N).
+    /// - `out`: NaN if the mass matrix is not positive.
     ///
-    /// The equations of motion are solved with the columns of
-    /// [`PlanarArm::regressor`]: the mass matrix is the momentum of unit
-    /// velocities, and Coriolis torque is what the time derivative of the
-    /// momentum leaves without acceleration.
+    /// The drives' torques are the columns of [`Robot::regressor`] times theta.
+    ///
+    /// # Errors
+    ///
+    /// [`LengthError`] if a slice does not fit the robot.
     ///
     /// # Source
     ///
     /// Eq. (1).
-    #[must_use]
     pub fn acceleration(
         &self,
-        theta: &[f64; PARAMETERS],
-        state: &JointState,
-        tau: &[f64; JOINTS],
-    ) -> Acceleration {
-        let pose = Pose::new(&state.q);
-        let mass_1 = times_parameters(&pose.momentum(&[1.0, 0.0]), theta);
-        let mass_2 = times_parameters(&pose.momentum(&[0.0, 1.0]), theta);
-        let rate = momentum_rate(&state.q, &state.dq, theta);
-        let link_rest = times_parameters(&pose.rest(&state.dq), theta);
-
-        let mut link = [0.0; JOINTS];
-        let mut ddphi = [0.0; JOINTS];
-        for joint in 0..JOINTS {
-            let parameter = |kind| theta[LAYOUT.index(kind, joint)];
-            let beta = self.coulomb_sharpness[joint];
-            let deflection = state.phi[joint] - state.q[joint];
-
-            let columns = link_side(deflection, state.dq[joint], beta);
-            let drive: f64 = crate::drives::LINK_SIDE
-                .into_iter()
-                .zip(columns)
-                .map(|(kind, column)| column * parameter(kind))
-                .sum();
-            link[joint] = -(rate[joint] + link_rest[joint] + drive);
-
-            let (_, columns) = motor_side(deflection, state.dphi[joint], beta);
-            let drive: f64 = crate::drives::MOTOR_SIDE
-                .into_iter()
-                .zip(columns)
-                .map(|(kind, column)| column * parameter(kind))
-                .sum();
-            ddphi[joint] = (tau[joint] - drive) / parameter(JointParameter::RotorInertia);
-        }
-        let determinant = mass_1[0] * mass_2[1] - mass_2[0] * mass_1[1];
-        Acceleration {
-            ddq: [
-                (mass_2[1] * link[0] - mass_2[0] * link[1]) / determinant,
-                (mass_1[0] * link[1] - mass_1[1] * link[0]) / determinant,
+        values: &Values<'_>,
+        state: &State<'_>,
+        tau: &[f64],
+        workspace: &mut Workspace<'_>,
+        out: &mut Accelerations<'_>,
+    ) -> Result<(), LengthError> {
+        self.check(state, workspace)?;
+        let n = self.joints();
+        let Accelerations { ddq, ddphi } = out;
+        lengths(
+            &[
+                ("tau", tau.len()),
+                ("ddq", ddq.len()),
+                ("ddphi", ddphi.len()),
             ],
-            ddphi,
+            n,
+        )?;
+        // The torques that the links need while they do not accelerate.
+        let zeros = &mut workspace.numbers[..n];
+        zeros.fill(0.0);
+        let steps = &mut *workspace.steps;
+        self.link_torque(values, state.q, state.dq, zeros, steps, ddq)?;
+        for (i, (ddq, ddphi)) in ddq.iter_mut().zip(ddphi.iter_mut()).enumerate() {
+            *ddphi = tau[i];
+            *ddq = if self.motor_rows[i].is_some() {
+                -*ddq
+            } else {
+                tau[i] - *ddq
+            };
         }
-    }
-
-    /// Returns the link mass matrix `M_1(q)`, \[2 × 2\], kg·m².
-    #[must_use]
-    pub fn mass_matrix(theta: &[f64; PARAMETERS], q: &[f64; JOINTS]) -> [[f64; JOINTS]; JOINTS] {
-        let pose = Pose::new(q);
-        let first = times_parameters(&pose.momentum(&[1.0, 0.0]), theta);
-        let second = times_parameters(&pose.momentum(&[0.0, 1.0]), theta);
-        [[first[0], second[0]], [first[1], second[1]]]
-    }
-}
-
-/// Returns the Taylor series of the torque that the links need from the
-/// springs, without friction: `w = d/dt(momentum) + rest`, \[2\], N·m.
-///
-/// - `q`: derivatives 0 to 4 of the link positions, \[2\]\[5\].
-pub(crate) fn link_torque_series(
-    q: &[[f64; 5]; JOINTS],
-    theta: &[f64; PARAMETERS],
-) -> [Jet<3>; JOINTS] {
-    let position = q.map(|d| Jet::from_derivatives([d[0], d[1], d[2], d[3]]));
-    let velocity = q.map(|d| Jet::from_derivatives([d[1], d[2], d[3], d[4]]));
-    let pose = Pose::<Jet<4>>::new(&position);
-    let momentum = pose.momentum(&velocity);
-    let rest = pose.rest(&velocity);
-    core::array::from_fn(|joint| {
-        let mut series = [0.0; 3];
-        for column in 0..INERTIAL {
-            for (order, value) in series.iter_mut().enumerate() {
-                let rate = (order + 1) as f64 * momentum[joint][column].coefficients[order + 1];
-                *value += theta[column] * (rate + rest[joint][column].coefficients[order]);
+        let motor_velocity = &mut workspace.numbers[..n];
+        self.motor_velocities(state.dphi, motor_velocity);
+        for term in self.terms {
+            let (_, rest) = term.columns(state, motor_velocity, self.shapes);
+            let torque = values.theta[term.column] * rest;
+            match term.row.checked_sub(n) {
+                None => ddq[term.row] -= torque,
+                Some(_) => ddphi[self.joint_of(term.row)] -= torque,
             }
         }
-        Jet {
-            coefficients: series,
+        let mut numbers = core::mem::take(&mut workspace.numbers);
+        let (matrix, vectors) = numbers.split_at_mut(n * n);
+        let link_masses = self.mass_matrix(values, state.q, workspace, matrix);
+        if link_masses.is_ok() {
+            self.add_motors(values.theta, false, matrix);
+            solve_positive(matrix, ddq);
+            self.solve_motors(values.theta, matrix, &mut vectors[..n], ddq, ddphi);
         }
-    })
-}
+        core::mem::swap(&mut workspace.numbers, &mut numbers);
+        link_masses
+    }
 
-fn momentum_rate(
-    q: &[f64; JOINTS],
-    dq: &[f64; JOINTS],
-    theta: &[f64; PARAMETERS],
-) -> [f64; JOINTS] {
-    let position = [0, 1].map(|i: usize| Jet::from_derivatives([q[i], dq[i]]));
-    let velocity = dq.map(|v| Jet::from_derivatives([v, 0.0]));
-    let columns = Pose::<Jet<2>>::new(&position).momentum(&velocity);
-    times_parameters(
-        &columns.map(|row| row.map(|column| column.coefficients[1])),
-        theta,
-    )
-}
-
-fn times_parameters(columns: &LinkColumns<f64>, theta: &[f64; PARAMETERS]) -> [f64; JOINTS] {
-    columns.map(|row| {
-        row.iter()
-            .zip(theta)
-            .map(|(column, value)| column * value)
-            .sum()
-    })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::drives::{LINK_SIDE, MOTOR_SIDE};
-
-    #[test]
-    fn row_columns_are_those_of_the_layout() {
-        let mut entries = 0;
-        for joint in 0..JOINTS {
-            let drive = |kind| LAYOUT.index(kind, joint);
-            let link = ROW_COLUMNS[joint];
-            assert!(link[..INERTIAL - joint].iter().copied().eq(joint..INERTIAL));
-            assert!(
-                link[INERTIAL - joint..]
-                    .iter()
-                    .copied()
-                    .eq(LINK_SIDE.map(drive))
-            );
-            let motor = ROW_COLUMNS[JOINTS + joint];
-            assert!(motor.iter().copied().eq(MOTOR_SIDE.map(drive)));
-            entries += link.len() + motor.len();
+    /// Writes the mass matrix of the links, \[n × n\], row by row.
+    ///
+    /// # Errors
+    ///
+    /// [`LengthError`] if a slice does not fit the robot.
+    pub fn mass_matrix(
+        &self,
+        values: &Values<'_>,
+        q: &[f64],
+        workspace: &mut Workspace<'_>,
+        matrix: &mut [f64],
+    ) -> Result<(), LengthError> {
+        match self.links {
+            Links::Planar2R { .. } => {
+                const N: usize = planar_2r::JOINTS;
+                lengths(&[("q", q.len())], N)?;
+                lengths(&[("matrix", matrix.len())], N * N)?;
+                let pose = Pose::new(&pair(q));
+                for (j, dq) in [[1.0, 0.0], [0.0, 1.0]].iter().enumerate() {
+                    for (i, row) in pose.momentum(dq).iter().enumerate() {
+                        matrix[N * i + j] = row.iter().zip(values.theta).map(|(y, x)| y * x).sum();
+                    }
+                }
+                Ok(())
+            }
+            Links::Tree { chain, .. } => mass_matrix(&chain, values.bodies, q, workspace, matrix),
         }
-        assert_eq!(entries, ENTRIES);
+    }
+
+    /// Adds what the rotors of rigid joints, or of all, add to a mass matrix.
+    pub fn add_motors(&self, theta: &[f64], all: bool, matrix: &mut [f64]) {
+        let n = self.joints();
+        for term in self.terms {
+            if term.what != JointParameter::RotorInertia {
+                continue;
+            }
+            let joint = self.joint_of(term.row);
+            if !all && self.motor_rows[joint].is_some() {
+                continue;
+            }
+            for k in 0..n {
+                matrix[joint * n + k] += term.gain * self.ratio(term.joint, k) * theta[term.column];
+            }
+        }
+    }
+
+    /// Writes the torques that the links take, without drives, \[n\], N·m (N).
+    ///
+    /// With Taylor series for numbers it gives the torques' time derivatives.
+    ///
+    /// # Errors
+    ///
+    /// [`LengthError`] if a slice does not fit the robot.
+    pub fn link_torque<S: Scalar>(
+        &self,
+        values: &Values<'_>,
+        q: &[S],
+        dq: &[S],
+        ddq: &[S],
+        steps: &mut [Step<S>],
+        tau: &mut [S],
+    ) -> Result<(), LengthError> {
+        match self.links {
+            Links::Planar2R { .. } => {
+                lengths(
+                    &[
+                        ("q", q.len()),
+                        ("dq", dq.len()),
+                        ("ddq", ddq.len()),
+                        ("tau", tau.len()),
+                    ],
+                    planar_2r::JOINTS,
+                )?;
+                let (q, dq, ddq) = (pair(q), pair(dq), pair(ddq));
+                let torque = planar_2r::torque(values.theta, &q, &dq, &ddq);
+                tau.copy_from_slice(&torque);
+                Ok(())
+            }
+            Links::Tree { chain, .. } => {
+                inverse_dynamics(&chain, values.bodies, q, dq, ddq, steps, tau)
+            }
+        }
+    }
+
+    /// Returns the motor positions per joint position of a coupled
+    /// transmission.
+    #[must_use]
+    pub fn ratio(&self, motor: usize, joint: usize) -> f64 {
+        match self.coupling {
+            Some(ratios) => ratios[motor * self.joints() + joint],
+            None if motor == joint => 1.0,
+            None => 0.0,
+        }
+    }
+
+    /// Returns the joint that a row belongs to.
+    #[must_use]
+    pub fn joint_of(&self, row: usize) -> usize {
+        if row < self.joints() {
+            row
+        } else {
+            let mut rows = self.motor_rows.iter();
+            rows.position(|own| *own == Some(row)).unwrap_or(0)
+        }
+    }
+
+    fn motor_velocities(&self, dphi: &[f64], out: &mut [f64]) {
+        match self.coupling {
+            None => out.copy_from_slice(dphi),
+            Some(ratios) => {
+                for (out, row) in out.iter_mut().zip(ratios.chunks(dphi.len())) {
+                    *out = row.iter().zip(dphi).map(|(ratio, v)| ratio * v).sum();
+                }
+            }
+        }
+    }
+
+    /// Solves the rotors' equations of flexible joints.
+    fn solve_motors(
+        &self,
+        theta: &[f64],
+        matrix: &mut [f64],
+        vector: &mut [f64],
+        ddq: &[f64],
+        ddphi: &mut [f64],
+    ) {
+        let n = self.joints();
+        if self.coupling.is_none() {
+            vector.fill(0.0);
+            for term in self.terms {
+                if term.what == JointParameter::RotorInertia && term.row >= n {
+                    vector[term.joint] += theta[term.column];
+                }
+            }
+            for (ddphi, &mut inertia) in ddphi.iter_mut().zip(vector) {
+                *ddphi = if inertia > 0.0 {
+                    *ddphi / inertia
+                } else {
+                    f64::NAN
+                };
+            }
+        } else {
+            // Rigid joints do not couple to flexible ones: a one on their
+            // diagonal leaves the others alone.
+            matrix.fill(0.0);
+            self.add_motors(theta, true, matrix);
+            for i in (0..n).filter(|i| self.motor_rows[*i].is_none()) {
+                for k in 0..n {
+                    matrix[i * n + k] = 0.0;
+                    matrix[k * n + i] = 0.0;
+                }
+                matrix[i * n + i] = 1.0;
+            }
+            vector.copy_from_slice(ddphi);
+            solve_positive(matrix, vector);
+            ddphi.copy_from_slice(vector);
+        }
+        for (i, (ddphi, ddq)) in ddphi.iter_mut().zip(ddq).enumerate() {
+            if self.motor_rows[i].is_none() {
+                *ddphi = *ddq;
+            }
+        }
+    }
+
+    fn check(&self, state: &State<'_>, workspace: &Workspace<'_>) -> Result<(), LengthError> {
+        let given = [
+            ("q", state.q.len()),
+            ("dq", state.dq.len()),
+            ("phi", state.phi.len()),
+            ("dphi", state.dphi.len()),
+        ];
+        check(self.joints(), &given, workspace)
     }
 }
+
+/// Returns the first two of a slice that was checked to have them.
+fn pair<S: Scalar>(values: &[S]) -> [S; 2] {
+    core::array::from_fn(|i| values.get(i).copied().unwrap_or(S::ZERO))
+}
+
+/// Taylor series that give a torque and its first two time derivatives.
+pub type TorqueSeries = Jet<3>;

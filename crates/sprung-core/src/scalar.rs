@@ -17,6 +17,10 @@ pub trait Scalar:
     /// Returns the number zero.
     const ZERO: Self;
 
+    /// Returns a number that does not change with time.
+    #[must_use]
+    fn constant(value: f64) -> Self;
+
     /// Returns the sine and the cosine.
     #[must_use]
     fn sin_cos(self) -> (Self, Self);
@@ -24,6 +28,10 @@ pub trait Scalar:
 
 impl Scalar for f64 {
     const ZERO: Self = 0.0;
+
+    fn constant(value: f64) -> Self {
+        value
+    }
 
     fn sin_cos(self) -> (Self, Self) {
         libm::sincos(self)
@@ -116,6 +124,12 @@ impl<const N: usize> Scalar for Jet<N> {
     const ZERO: Self = Self {
         coefficients: [0.0; N],
     };
+
+    fn constant(value: f64) -> Self {
+        let mut coefficients = [0.0; N];
+        coefficients[0] = value;
+        Self { coefficients }
+    }
 
     fn sin_cos(self) -> (Self, Self) {
         let mut sin = [0.0; N];

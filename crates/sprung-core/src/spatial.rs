@@ -1,10 +1,14 @@
 //! Motions of rigid bodies and the kernel that every link column is made of.
 //!
 //! A motion is a pair of an angular and a linear vector, in a joint's frame and
-//! about its origin.
+//! about its origin; a force is the dual pair of a moment and a force. Both are
+//! written over [`Scalar`], so that a Taylor series goes through them as a
+//! number does.
+
+use crate::scalar::Scalar;
 
 /// A vector in three dimensions.
-pub type Vector = [f64; 3];
+pub type Vector<S = f64> = [S; 3];
 
 /// Number of inertial parameters of a body.
 pub const BODY: usize = 10;
@@ -15,19 +19,60 @@ pub const BODY_NAMES: [&str; BODY] = [
     "m", "mx", "my", "mz", "ixx", "ixy", "iyy", "ixz", "iyz", "izz",
 ];
 
+/// Units of the inertial parameters of a body.
+pub const BODY_UNITS: [&str; BODY] = [
+    "kg", "kg·m", "kg·m", "kg·m", "kg·m²", "kg·m²", "kg·m²", "kg·m²", "kg·m²", "kg·m²",
+];
+
 /// A velocity or an acceleration of a rigid body.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Motion {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion<S = f64> {
     /// Angular part, rad/s or rad/s².
-    pub angular: Vector,
+    pub angular: Vector<S>,
     /// Linear part at the origin, m/s or m/s².
-    pub linear: Vector,
+    pub linear: Vector<S>,
 }
 
-impl Motion {
+/// What moves a rigid body: its power is the product with a velocity.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Force<S = f64> {
+    /// Moment about the origin, N·m, or angular momentum.
+    pub moment: Vector<S>,
+    /// Force, N, or linear momentum.
+    pub force: Vector<S>,
+}
+
+impl<S: Scalar> Default for Motion<S> {
+    fn default() -> Self {
+        Self {
+            angular: [S::ZERO; 3],
+            linear: [S::ZERO; 3],
+        }
+    }
+}
+
+impl<S: Scalar> Default for Force<S> {
+    fn default() -> Self {
+        Self {
+            moment: [S::ZERO; 3],
+            force: [S::ZERO; 3],
+        }
+    }
+}
+
+impl<S: Scalar> Motion<S> {
+    /// Returns a motion that does not change with time.
+    #[must_use]
+    pub fn constant(motion: &Motion) -> Self {
+        Self {
+            angular: motion.angular.map(S::constant),
+            linear: motion.linear.map(S::constant),
+        }
+    }
+
     /// Returns the motion times a number.
     #[must_use]
-    pub fn times(&self, factor: f64) -> Self {
+    pub fn times(&self, factor: S) -> Self {
         Self {
             angular: self.angular.map(|x| x * factor),
             linear: self.linear.map(|x| x * factor),
@@ -58,26 +103,150 @@ impl Motion {
             ),
         }
     }
+
+    /// Returns the rate of change of a force in a frame that moves with `self`.
+    ///
+    /// # Source
+    ///
+    /// Featherstone, Eq. (2.32): `v ×* f`.
+    #[must_use]
+    pub fn cross_force(&self, other: &Force<S>) -> Force<S> {
+        Force {
+            moment: add(
+                &cross(&self.angular, &other.moment),
+                &cross(&self.linear, &other.force),
+            ),
+            force: cross(&self.angular, &other.force),
+        }
+    }
+
+    /// Returns the power of a force along this motion.
+    #[must_use]
+    pub fn power(&self, force: &Force<S>) -> S {
+        dot(&self.angular, &force.moment) + dot(&self.linear, &force.force)
+    }
+}
+
+impl<S: Scalar> Force<S> {
+    /// Returns the sum of two forces.
+    #[must_use]
+    pub fn plus(&self, other: &Self) -> Self {
+        Self {
+            moment: add(&self.moment, &other.moment),
+            force: add(&self.force, &other.force),
+        }
+    }
 }
 
 /// From a parent's frame to a child's.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Transform {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Transform<S = f64> {
     /// Rows: the child's axes in the parent's frame.
-    pub axes: [Vector; 3],
+    pub axes: [Vector<S>; 3],
     /// The child's origin in the parent's frame, m.
-    pub origin: Vector,
+    pub origin: Vector<S>,
 }
 
-impl Transform {
+impl<S: Scalar> Default for Transform<S> {
+    fn default() -> Self {
+        Self {
+            axes: [[S::ZERO; 3]; 3],
+            origin: [S::ZERO; 3],
+        }
+    }
+}
+
+impl<S: Scalar> Transform<S> {
     /// Returns a motion of the parent's frame as the child's sees it.
     #[must_use]
-    pub fn apply(&self, motion: &Motion) -> Motion {
+    pub fn apply(&self, motion: &Motion<S>) -> Motion<S> {
         let at_origin = add(&motion.linear, &cross(&motion.angular, &self.origin));
         Motion {
             angular: self.axes.map(|axis| dot(&axis, &motion.angular)),
             linear: self.axes.map(|axis| dot(&axis, &at_origin)),
         }
+    }
+
+    /// Returns a force of the child's frame as the parent's sees it.
+    #[must_use]
+    pub fn back(&self, force: &Force<S>) -> Force<S> {
+        let turned = self.out(&force.force);
+        Force {
+            moment: add(&self.out(&force.moment), &cross(&self.origin, &turned)),
+            force: turned,
+        }
+    }
+
+    /// Returns a vector of the child's frame in the parent's axes.
+    fn out(&self, v: &Vector<S>) -> Vector<S> {
+        let [x, y, z] = &self.axes;
+        core::array::from_fn(|i| x[i] * v[0] + y[i] * v[1] + z[i] * v[2])
+    }
+}
+
+impl Transform {
+    /// Returns the inertial parameters of a child's body in the parent's frame.
+    ///
+    /// # Source
+    ///
+    /// The theorem of parallel axes.
+    #[must_use]
+    pub fn back_body(&self, body: &[f64; BODY]) -> [f64; BODY] {
+        let mass = body[0];
+        let first = self.out(&[body[1], body[2], body[3]]);
+        // R^T I R, column by column of I R.
+        let inertia = [
+            [body[4], body[5], body[7]],
+            [body[5], body[6], body[8]],
+            [body[7], body[8], body[9]],
+        ];
+        let half = product(&inertia, &self.axes);
+        let turned = product(&transposed(&self.axes), &half);
+        let p = &self.origin;
+        // About the parent's origin: -[p][h] - [h][p] - m [p][p].
+        let moved = |i: usize, j: usize| {
+            let both = first[i] * p[j] + p[i] * first[j] + mass * p[i] * p[j];
+            if i == j {
+                let trace = 2.0 * dot(&first, p) + mass * dot(p, p);
+                turned[i][j] + trace - both
+            } else {
+                turned[i][j] - both
+            }
+        };
+        [
+            mass,
+            first[0] + mass * p[0],
+            first[1] + mass * p[1],
+            first[2] + mass * p[2],
+            moved(0, 0),
+            moved(0, 1),
+            moved(1, 1),
+            moved(0, 2),
+            moved(1, 2),
+            moved(2, 2),
+        ]
+    }
+}
+
+/// Returns the momentum of a body that moves with `v`, or with an acceleration
+/// the force that it takes: `I v`.
+///
+/// - `body`: inertial parameters, \[10\].
+#[must_use]
+pub fn momentum<S: Scalar>(body: &[f64; BODY], v: &Motion<S>) -> Force<S> {
+    let [m, hx, hy, hz, ixx, ixy, iyy, ixz, iyz, izz] = *body;
+    let (w, u) = (&v.angular, &v.linear);
+    Force {
+        moment: [
+            w[0] * ixx + w[1] * ixy + w[2] * ixz + (u[2] * hy - u[1] * hz),
+            w[0] * ixy + w[1] * iyy + w[2] * iyz + (u[0] * hz - u[2] * hx),
+            w[0] * ixz + w[1] * iyz + w[2] * izz + (u[1] * hx - u[0] * hy),
+        ],
+        force: [
+            u[0] * m + (w[1] * hz - w[2] * hy),
+            u[1] * m + (w[2] * hx - w[0] * hz),
+            u[2] * m + (w[0] * hy - w[1] * hx),
+        ],
     }
 }
 
@@ -113,38 +282,50 @@ pub fn kernel(s: &Motion, v: &Motion) -> [f64; BODY] {
 ///
 /// Rodrigues' formula.
 #[must_use]
-pub fn rotation(axis: &Vector, angle: f64) -> [Vector; 3] {
-    let (sin, cos) = libm::sincos(angle);
+pub fn rotation<S: Scalar>(axis: &Vector, angle: S) -> [Vector<S>; 3] {
+    let (sin, cos) = angle.sin_cos();
     let [x, y, z] = *axis;
-    let c = 1.0 - cos;
+    let c = S::constant(1.0) - cos;
     [
-        [cos + c * x * x, c * x * y - sin * z, c * x * z + sin * y],
-        [c * x * y + sin * z, cos + c * y * y, c * y * z - sin * x],
-        [c * x * z - sin * y, c * y * z + sin * x, cos + c * z * z],
+        [
+            cos + c * (x * x),
+            c * (x * y) - sin * z,
+            c * (x * z) + sin * y,
+        ],
+        [
+            c * (x * y) + sin * z,
+            cos + c * (y * y),
+            c * (y * z) - sin * x,
+        ],
+        [
+            c * (x * z) - sin * y,
+            c * (y * z) + sin * x,
+            cos + c * (z * z),
+        ],
     ]
 }
 
 /// Returns the product of two matrices.
 #[must_use]
-pub fn product(a: &[Vector; 3], b: &[Vector; 3]) -> [Vector; 3] {
-    a.map(|row| core::array::from_fn(|j| (0..3).map(|k| row[k] * b[k][j]).sum()))
+pub fn product<S: Scalar>(a: &[Vector; 3], b: &[Vector<S>; 3]) -> [Vector<S>; 3] {
+    a.map(|row| core::array::from_fn(|j| b[0][j] * row[0] + b[1][j] * row[1] + b[2][j] * row[2]))
 }
 
 /// Returns the transpose.
 #[must_use]
-pub fn transposed(a: &[Vector; 3]) -> [Vector; 3] {
+pub fn transposed<S: Scalar>(a: &[Vector<S>; 3]) -> [Vector<S>; 3] {
     core::array::from_fn(|i| core::array::from_fn(|j| a[j][i]))
 }
 
-pub(crate) fn dot(a: &Vector, b: &Vector) -> f64 {
+pub(crate) fn dot<S: Scalar>(a: &Vector<S>, b: &Vector<S>) -> S {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-pub(crate) fn add(a: &Vector, b: &Vector) -> Vector {
+pub(crate) fn add<S: Scalar>(a: &Vector<S>, b: &Vector<S>) -> Vector<S> {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
-fn cross(a: &Vector, b: &Vector) -> Vector {
+fn cross<S: Scalar>(a: &Vector<S>, b: &Vector<S>) -> Vector<S> {
     [
         a[1] * b[2] - a[2] * b[1],
         a[2] * b[0] - a[0] * b[2],
@@ -207,11 +388,22 @@ mod tests {
     }
 
     #[test]
-    fn transforms_keep_the_cross_product() {
+    fn transforms_keep_power_energy_and_the_cross_product() {
         let frame = Transform {
             axes: transposed(&rotation(&[0.6, 0.0, 0.8], 0.7)),
             origin: [0.2, -0.5, 0.1],
         };
+        let body = [1.3, 0.2, -0.1, 0.4, 0.9, 0.05, 0.8, -0.07, 0.02, 0.6];
+        // Power and kinetic energy do not depend on who looks.
+        let force = momentum(&body, &frame.apply(&V));
+        let power = frame.apply(&S).power(&force);
+        assert!((S.power(&frame.back(&force)) - power).abs() < 1e-14);
+        let moved = momentum(&frame.back_body(&body), &V);
+        assert!((S.power(&moved) - power).abs() < 1e-14);
+        let columns = kernel(&frame.apply(&S), &frame.apply(&V));
+        let product: f64 = columns.iter().zip(body).map(|(e, p)| e * p).sum();
+        assert!((product - power).abs() < 1e-14);
+
         let outside = frame.apply(&S.cross(&V));
         let inside = frame.apply(&S).cross(&frame.apply(&V));
         for (a, b) in [

@@ -11,8 +11,12 @@
 )]
 
 use serde_json::Value;
+use sprung_core::drives::State;
 use sprung_core::filter::{Discretization, FilterPair, FilterState};
-use sprung_core::regressor::{JointState, PARAMETERS, PlanarArm, ROW_COLUMNS};
+use sprung_core::friction::Shape;
+use sprung_core::links::{JointScratch, PairScratch, Step, Workspace, numbers_len};
+use sprung_core::planar_2r::{ENTRIES, JOINTS, PARAMETERS, ROW_COLUMNS, robot};
+use sprung_core::regressor::{Robot, Values};
 
 /// Largest error, as part of the largest number of the same kind.
 const TOLERANCE: f64 = 1e-12;
@@ -52,6 +56,7 @@ fn assert_close(what: &str, found: &[f64], expected: &[f64]) {
     let scale = expected.iter().fold(1.0_f64, |m, x| m.max(x.abs()));
     let worst = (found.iter().zip(expected))
         .map(|(a, b)| (a - b).abs() / scale)
+        .map(|error| if error.is_nan() { f64::INFINITY } else { error })
         .fold(0.0, f64::max);
     println!("{what}: {worst:.1e}");
     assert!(worst < TOLERANCE, "{what}: {worst:e}");
@@ -86,64 +91,82 @@ fn check_filters(golden: &Value) {
     }
 }
 
+const SHAPES: [Shape; JOINTS] = [Shape {
+    sharpness: 100.0,
+    stribeck_velocity: 0.1,
+}; JOINTS];
+
 fn check_regressor(golden: &Value) {
-    let arm = PlanarArm {
-        coulomb_sharpness: [100.0, 100.0],
-    };
+    let arm = robot(&SHAPES);
     for case in golden["cases"].as_array().unwrap() {
-        let state = JointState {
-            q: pair(&case["q"]),
-            dq: pair(&case["qd"]),
-            phi: pair(&case["phi"]),
-            dphi: pair(&case["phid"]),
+        let [q, dq, phi, dphi] = ["q", "qd", "phi", "phid"].map(|key| pair(&case[key]));
+        let state = State {
+            q: &q,
+            dq: &dq,
+            phi: &phi,
+            dphi: &dphi,
         };
-        let (mut y_a, mut y_b) = ([[0.0; PARAMETERS]; 4], [[0.0; PARAMETERS]; 4]);
-        let entries = arm.regressor(&state);
-        let mut next = entries.iter();
-        for (row, columns) in ROW_COLUMNS.iter().enumerate() {
-            for (&column, entry) in columns.iter().zip(&mut next) {
-                y_a[row][column] = entry.momentum;
-                y_b[row][column] = entry.rest;
-            }
-        }
-        let times = |y: &[[f64; PARAMETERS]; 4]| {
-            y.map(|row| row.iter().zip(THETA).map(|(y, x)| y * x).sum::<f64>())
-        };
-        for (name, found) in [("paper_Ya", &y_a), ("paper_Yb", &y_b)] {
-            for (row, expected) in found.iter().zip(case[name].as_array().unwrap()) {
-                assert_close(name, row, &numbers(expected));
-            }
-            let product = numbers(&case[format!("{name}_theta")]);
-            assert_close("times theta", &times(found), &product);
-        }
-        check_against_bodies(&state, case);
+        with_workspace(|workspace| {
+            let [mut momentum, mut rest] = [[f64::NAN; ENTRIES]; 2];
+            arm.regressor(&state, workspace, &mut momentum, &mut rest)
+                .unwrap();
+            check_matrix(case, "paper_Ya", &momentum);
+            check_matrix(case, "paper_Yb", &rest);
+            check_against_bodies(&arm, &state, workspace, case);
+        });
     }
 }
 
-/// Pinocchio's torque for the bodies that the first three parameters describe.
-fn check_against_bodies(state: &JointState, case: &Value) {
-    let accelerations = pair(&case["qdd"]);
-    let mut free = THETA;
-    // The motor is cut off: only links are left.
-    free[5..].fill(0.0);
-    let arm = PlanarArm {
-        coulomb_sharpness: [100.0, 100.0],
+fn with_workspace(step: impl FnOnce(&mut Workspace<'_>)) {
+    step(&mut Workspace {
+        joints: &mut [JointScratch::default(); JOINTS],
+        steps: &mut [Step::default(); JOINTS],
+        pairs: &mut [PairScratch::default(); JOINTS * JOINTS],
+        numbers: &mut [f64::NAN; numbers_len(JOINTS)],
+    });
+}
+
+/// A matrix, and its product with the parameters.
+fn check_matrix(case: &Value, name: &str, entries: &[f64; ENTRIES]) {
+    let mut next = entries.iter();
+    let mut products = Vec::new();
+    for (columns, expected) in ROW_COLUMNS.iter().zip(case[name].as_array().unwrap()) {
+        let mut row = [0.0; PARAMETERS];
+        for (&column, entry) in columns.iter().zip(&mut next) {
+            row[column] = *entry;
+        }
+        assert_close(name, &row, &numbers(expected));
+        products.push(times(&row, &THETA));
+    }
+    let expected = numbers(&case[format!("{name}_theta")]);
+    assert_close("times theta", &products, &expected);
+}
+
+fn times(row: &[f64], values: &[f64]) -> f64 {
+    row.iter().zip(values).map(|(y, x)| y * x).sum()
+}
+
+/// Pinocchio's torque and momentum for the bodies that the first three
+/// parameters describe.
+fn check_against_bodies(
+    arm: &Robot<'_>,
+    state: &State<'_>,
+    workspace: &mut Workspace<'_>,
+    case: &Value,
+) {
+    let values = Values {
+        theta: &THETA,
+        bodies: &[],
     };
-    let mass = PlanarArm::mass_matrix(&THETA, &state.q);
-    let without = arm.acceleration(&free, state, &[0.0; 2]).ddq;
-    let torque: Vec<f64> = mass
-        .iter()
-        .map(|row| {
-            (0..2)
-                .map(|j| row[j] * (accelerations[j] - without[j]))
-                .sum()
-        })
-        .collect();
+    let mut torque = [f64::NAN; JOINTS];
+    let ddq = pair(&case["qdd"]);
+    arm.link_torque(&values, state.q, state.dq, &ddq, &mut [], &mut torque)
+        .unwrap();
     assert_close("inverse dynamics", &torque, &numbers(&case["pin_tau"]));
-    let momentum: Vec<f64> = mass
-        .iter()
-        .map(|row| row[0] * state.dq[0] + row[1] * state.dq[1])
-        .collect();
+    let mut mass = [f64::NAN; JOINTS * JOINTS];
+    arm.mass_matrix(&values, state.q, workspace, &mut mass)
+        .unwrap();
+    let momentum: Vec<f64> = (mass.chunks(JOINTS).map(|row| times(row, state.dq))).collect();
     assert_close("momentum", &momentum, &numbers(&case["pin_momentum"]));
 }
 

@@ -1,29 +1,34 @@
 //! Nothing that runs once per sample allocates.
+#![expect(clippy::unwrap_used, reason = "a test may panic")]
 
 use std::hint::black_box;
 
 use allocation_counter::measure;
-use sprung_core::controller::{Feedforward, Pd, StateFeedback};
+use sprung_core::chain::{Chain, ChainJoint, DhRow};
+use sprung_core::controller::{Feedforward, FeedforwardScratch, pd, state_feedback};
+use sprung_core::drives::{State, Term};
 use sprung_core::filter::{Discretization, FilterPair, FilterState};
+use sprung_core::friction::Shape;
+use sprung_core::links::{JointScratch, PairScratch, Step, Workspace, numbers_len};
+use sprung_core::parameters::JointParameter::{RotorInertia, Stiffness};
+use sprung_core::planar_2r::{self, PARAMETERS};
 use sprung_core::recursive::{ForgettingLeastSquares, Settings, memory_len};
-use sprung_core::regressor::{JointState, PARAMETERS, PlanarArm};
+use sprung_core::regressor::{Accelerations, Links, Robot, TorqueSeries, Values};
+use sprung_core::scalar::Scalar;
+use sprung_core::spatial::BODY;
 use sprung_core::velocity::AveragedVelocity;
-
-const ARM: PlanarArm = PlanarArm {
-    coulomb_sharpness: [100.0, 100.0],
-};
 
 const THETA: [f64; PARAMETERS] = [
     0.207, 0.0176, 0.0132, 0.217, 0.00684, 0.0377, 0.00296, 8.44, 0.136, 9.36, 4.21, 0.0158,
     0.00502, 1.36, 0.163,
 ];
 
-const STATE: JointState = JointState {
-    q: [0.1, -0.2],
-    dq: [0.3, 0.4],
-    phi: [0.15, -0.25],
-    dphi: [-0.5, 0.6],
-};
+const fn shapes<const N: usize>() -> [Shape; N] {
+    [Shape {
+        sharpness: 100.0,
+        stribeck_velocity: 0.1,
+    }; N]
+}
 
 fn assert_free(what: &str, step: impl FnOnce()) {
     let count = measure(step).count_total;
@@ -39,14 +44,151 @@ fn the_counter_sees_allocations() {
     );
 }
 
-#[test]
-fn physics_is_free_of_allocations() {
+/// Regressor, acceleration and feedforward, all memory on the stack.
+///
+/// - `N`: joints; `PAIRS`: their square; `NUMBERS`: [`numbers_len`] of them.
+fn assert_physics_is_free<const N: usize, const PAIRS: usize, const NUMBERS: usize>(
+    robot: &Robot<'_>,
+    values: &Values<'_>,
+    entries: [&mut [f64]; 2],
+) {
+    let state = State {
+        q: &[0.1; N],
+        dq: &[0.3; N],
+        phi: &[0.15; N],
+        dphi: &[0.3; N],
+    };
+    let mut workspace = Workspace {
+        joints: &mut [JointScratch::default(); N],
+        steps: &mut [Step::default(); N],
+        pairs: &mut [PairScratch::default(); PAIRS],
+        numbers: &mut [0.0; NUMBERS],
+    };
+    let [momentum, rest] = entries;
     assert_free("a regressor", || {
-        black_box(ARM.regressor(black_box(&STATE)));
+        (robot.regressor(black_box(&state), &mut workspace, momentum, rest)).unwrap();
+        black_box((momentum, rest));
     });
     assert_free("an acceleration", || {
-        black_box(ARM.acceleration(&THETA, black_box(&STATE), &[1.0, 2.0]));
+        let mut out = Accelerations {
+            ddq: &mut [0.0; N],
+            ddphi: &mut [0.0; N],
+        };
+        let tau = black_box([1.0; N]);
+        (robot.acceleration(values, &state, &tau, &mut workspace, &mut out)).unwrap();
+        assert!(out.ddq.iter().chain(&*out.ddphi).all(|x| x.is_finite()));
     });
+    assert_free("a feedforward", || {
+        let mut series = [[TorqueSeries::ZERO; N]; 4];
+        let mut scratch = FeedforwardScratch {
+            series: series.each_mut().map(<[_; N]>::as_mut_slice),
+            steps: &mut [Step::default(); N],
+        };
+        let mut out = Feedforward {
+            tau: &mut [0.0; N],
+            phi: &mut [0.0; N],
+            dphi: &mut [0.0; N],
+        };
+        let wanted = black_box([[0.1; 5]; N]);
+        (out.fill(robot, values, &wanted, &mut scratch)).unwrap();
+        assert!(out.tau.iter().all(|x| x.is_finite()));
+    });
+}
+
+#[test]
+fn physics_of_the_planar_arm_is_free_of_allocations() {
+    const N: usize = planar_2r::JOINTS;
+    let values = Values {
+        theta: &THETA,
+        bodies: &[],
+    };
+    let [mut momentum, mut rest] = [[0.0; planar_2r::ENTRIES]; 2];
+    assert_physics_is_free::<N, { N * N }, { numbers_len(N) }>(
+        &planar_2r::robot(&shapes()),
+        &values,
+        [&mut momentum, &mut rest],
+    );
+}
+
+/// A tree of seven joints, the last two of them rigid; in each part one motor
+/// turns with another joint too.
+#[test]
+fn physics_of_a_tree_is_free_of_allocations() {
+    const N: usize = 7;
+    const FLEXIBLE: usize = 5;
+    let joints: [ChainJoint; N] = std::array::from_fn(|j| {
+        let row = DhRow {
+            alpha: [1.5, -1.2][j % 2],
+            a: 0.3,
+            d: 0.1,
+            theta: 0.2,
+        };
+        // Two branches leave joint 4.
+        let parent = [None, Some(0), Some(1), Some(2), Some(3), Some(4), Some(4)][j];
+        ChainJoint::modified_dh(parent, &row)
+    });
+    let chain = Chain::new(&joints, [0.0, 0.0, -9.81]).unwrap();
+    let bodies = [[1.0, 0.1, 0.0, 0.05, 0.2, 0.0, 0.2, 0.0, 0.0, 0.2]; N];
+    let motor_rows: [Option<usize>; N] = std::array::from_fn(|i| (i < FLEXIBLE).then_some(N + i));
+    let mut coupling = [0.0; N * N];
+    for k in 0..N {
+        coupling[k * N + k] = 1.0;
+    }
+    coupling[N] = 0.2;
+    coupling[N * N - 2] = -0.3;
+    let mut theta: Vec<f64> = bodies.concat();
+    let mut entries = N * N * BODY;
+    let mut terms = Vec::new();
+    for joint in 0..N {
+        let column = theta.len();
+        let mut put = |row: usize, column: usize, what, gain: f64| {
+            terms.push(Term {
+                row,
+                entry: entries,
+                column,
+                what,
+                joint,
+                gain,
+            });
+            entries += 1;
+        };
+        for (i, own) in motor_rows.iter().enumerate() {
+            put(
+                own.unwrap_or(i),
+                column,
+                RotorInertia,
+                coupling[joint * N + i],
+            );
+        }
+        if let Some(own) = motor_rows[joint] {
+            put(joint, column + 1, Stiffness, -1.0);
+            put(own, column + 1, Stiffness, 1.0);
+        }
+        theta.extend([0.1, 200.0]);
+    }
+    let robot = Robot {
+        links: Links::Tree {
+            chain,
+            selected: &std::array::from_fn::<usize, { N * BODY }, _>(|k| k % BODY),
+            first: &std::array::from_fn::<usize, { N + 1 }, _>(|j| j * BODY),
+            entries: &std::array::from_fn::<usize, { N * N }, _>(|pair| pair * BODY),
+        },
+        terms: &terms,
+        shapes: &shapes::<N>(),
+        coupling: Some(&coupling),
+        motor_rows: &motor_rows,
+        entries,
+    };
+    let values = Values {
+        theta: &theta,
+        bodies: &bodies,
+    };
+    let [mut momentum, mut rest] = [(); 2].map(|()| vec![0.0; entries]);
+    assert_physics_is_free::<N, { N * N }, { numbers_len(N) }>(
+        &robot,
+        &values,
+        [&mut momentum, &mut rest],
+    );
 }
 
 #[test]
@@ -68,20 +210,23 @@ fn filters_are_free_of_allocations() {
 
 #[test]
 fn controllers_are_free_of_allocations() {
-    let pd = Pd {
-        kp: [50.0, 5.0],
-        kd: [0.05, 0.01],
-    };
-    let feedback = StateFeedback {
-        gain: [[1.0; 8]; 2],
-    };
+    let two = [0.1, -0.2];
     assert_free("PD", || {
-        let [q, dq, phi, dphi] = black_box([STATE.q, STATE.dq, STATE.phi, STATE.dphi]);
-        black_box(pd.torque(&q, &dq, &phi, &dphi));
+        let mut tau = [0.0; 2];
+        let reference = black_box([&two[..]; 2]);
+        pd(&[50.0, 5.0], &[0.05, 0.01], reference, [&two; 2], &mut tau);
+        black_box(tau);
     });
     assert_free("state feedback", || {
-        let desired = Feedforward::new(black_box(&[[0.1; 5]; 2]), &THETA);
-        black_box(feedback.torque(&desired, &STATE));
+        let state = State {
+            q: &two,
+            dq: &two,
+            phi: &two,
+            dphi: &two,
+        };
+        let mut tau = black_box([1.0; 2]);
+        state_feedback(&[&[1.0; 8][..]; 2], &state, &black_box(state), &mut tau);
+        black_box(tau);
     });
 }
 

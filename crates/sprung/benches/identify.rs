@@ -7,7 +7,7 @@ use std::sync::Arc;
 use divan::Bencher;
 use divan::counter::{BytesCount, ItemsCount};
 use sprung::demo;
-use sprung::description::{self, Estimator, Experiment};
+use sprung::description::{self, Estimator, Experiment, no_files};
 use sprung::estimate::identify;
 use sprung::log::{Channels, LogSource};
 use sprung::model::Model;
@@ -30,9 +30,9 @@ fn main() {
 /// The demo with least squares alone, its model, and a log of it.
 fn demo_of(seconds: u32) -> (Experiment, Model, Shared) {
     let mut experiment =
-        description::read("demo", demo::EXPERIMENT, &[]).expect("the demo is right");
+        description::read("demo", demo::EXPERIMENT, &[], &mut no_files).expect("the demo is right");
     experiment.identify.estimator = vec![Estimator::LeastSquares];
-    let model = Model::new(&experiment.robot).expect("the demo is right");
+    let model = Model::new(&experiment).expect("the demo is right");
     let truth: BTreeMap<String, f64> = toml::from_str(demo::TRUTH).expect("the demo is right");
     let mut settings = experiment.simulate.clone().expect("the demo has one");
     settings.duration_s = f64::from(seconds);
@@ -55,12 +55,12 @@ fn bench_identify(bencher: Bencher, seconds: u32) {
         .counter(BytesCount::of_slice(csv.as_ref()))
         .counter(ItemsCount::new(1000 * seconds))
         .bench_local(|| {
-            let mut reader = || Ok(Box::new(Cursor::new(csv.clone())) as Box<dyn Read>);
-            let mut source = LogSource {
+            let mut reader = || Ok(Box::new(Cursor::new(csv.clone())) as Box<dyn Read + Send>);
+            let source = LogSource {
                 name: "demo.csv".to_owned(),
                 reader: &mut reader,
             };
-            identify(&experiment, &model, &mut source, &mut |_| {}).expect("the demo is right")
+            identify(&experiment, &model, &mut [source], &mut |_| {}).expect("the demo is right")
         });
 }
 

@@ -2,12 +2,12 @@
 
 use divan::{Bencher, black_box};
 use sprung::demo;
-use sprung::description;
+use sprung::description::{self, no_files};
 use sprung::estimate::Lsff;
 use sprung::model::Model;
-use sprung::preprocess::RawSample;
+use sprung::preprocess::RawBlock;
 use sprung_core::recursive::{ForgettingLeastSquares, Settings, memory_len};
-use sprung_core::regressor::{PARAMETERS, ROW_COLUMNS};
+use sprung_core::planar_2r::{PARAMETERS, ROW_COLUMNS};
 
 fn main() {
     divan::main();
@@ -49,17 +49,17 @@ fn core_step(bencher: Bencher) {
 /// The whole chain of `sprung identify`: velocities, filters, recursion, trace.
 #[divan::bench(sample_size = 1000)]
 fn whole_step(bencher: Bencher) {
-    let experiment = description::read("demo", demo::EXPERIMENT, &[]).expect("the demo is right");
-    let model = Model::new(&experiment.robot).expect("the demo is right");
+    let experiment = description::read("demo", demo::EXPERIMENT, &[], &mut no_files).expect("the demo is right");
+    let model = Model::new(&experiment).expect("the demo is right");
     let mut lsff = Lsff::new(&model, &experiment.identify, 1e-3).expect("settings");
     let mut time = 0.0_f64;
     bencher.bench_local(move || {
         time += 1e-3;
-        let position = [(7.0 * time).sin(), (3.0 * time).cos()];
-        lsff.process(black_box(&RawSample {
-            time,
-            q: position,
-            phi: position.map(|x| 1.1 * x),
+        let position = vec![vec![(7.0 * time).sin()], vec![(3.0 * time).cos()]];
+        lsff.process(black_box(&RawBlock {
+            time: vec![time],
+            q: position.clone(),
+            phi: position.clone(),
             tau: position,
         }));
     });

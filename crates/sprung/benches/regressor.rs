@@ -1,95 +1,105 @@
-//! One sample: its regressor, the filtered regressor, an acceleration; the link
-//! columns of an arm with seven joints.
+//! One sample: its regressor, the filtered regressor, an acceleration; of the
+//! paper's arm and of an arm with seven flexible joints.
 
 use divan::{Bencher, black_box};
-use sprung::description::DiscretizationName;
+use sprung::demo;
+use sprung::description::{self, DiscretizationName, no_files};
+use sprung::model::{Model, Scratch};
 use sprung::regression::FilteredRegression;
-use sprung_core::chain::{Chain, ChainJoint, DhRow};
-use sprung_core::links::{JointScratch, PairScratch, Workspace, regressor};
-use sprung_core::regressor::{JointState, PARAMETERS, PlanarArm};
+use sprung_core::drives::State;
+use sprung_core::regressor::{Accelerations, Values};
 
-const ARM: PlanarArm = PlanarArm {
-    coulomb_sharpness: [100.0, 100.0],
-};
+/// Kinematics of the Franka Panda with a spring in every joint.
+const PANDA: &str = r#"
+format = 1
+[robot]
+dh_modified = [
+  { d_m = 0.333 },
+  { alpha_deg = -90.0 },
+  { alpha_deg = 90.0, d_m = 0.316 },
+  { alpha_deg = 90.0, a_m = 0.0825 },
+  { alpha_deg = -90.0, a_m = -0.0825, d_m = 0.384 },
+  { alpha_deg = 90.0 },
+  { alpha_deg = 90.0, a_m = 0.088 },
+]
+joint = [
+  { name = "a1" }, { name = "a2" }, { name = "a3" }, { name = "a4" },
+  { name = "a5" }, { name = "a6" }, { name = "a7" },
+]
+"#;
 
-const STATE: JointState = JointState {
-    q: [0.1, -0.2],
-    dq: [0.003, 0.4],
-    phi: [0.15, -0.25],
-    dphi: [-0.5, 0.006],
-};
-
-const THETA: [f64; PARAMETERS] = [
-    0.207, 0.0176, 0.0132, 0.217, 0.00684, 0.0377, 0.00296, 8.44, 0.136, 9.36, 4.21, 0.0158,
-    0.00502, 1.36, 0.163,
-];
+const ROBOTS: [(&str, &str); 2] = [("planar-2r", demo::EXPERIMENT), ("panda", PANDA)];
 
 fn main() {
     divan::main();
 }
 
-#[divan::bench]
-fn regressor_of_a_sample(bencher: Bencher) {
-    bencher.bench_local(|| ARM.regressor(black_box(&STATE)));
+fn model(name: &str) -> Model {
+    let text = ROBOTS.iter().find(|(known, _)| *known == name);
+    let (_, text) = text.expect("a robot of the list");
+    let experiment = description::read(name, text, &[], &mut no_files).expect("it is right");
+    Model::new(&experiment).expect("it is right")
 }
 
-#[divan::bench]
-fn filtered_regressor_of_a_sample(bencher: Bencher) {
-    let mut regression =
-        FilteredRegression::new(&ARM, 30.0, 1e-3, DiscretizationName::Matched).expect("settings");
-    bencher.bench_local(move || regression.process(0.0, black_box(&STATE), &[1.0, 2.0]));
+/// Positions and velocities of `n` joints.
+fn numbers(n: usize) -> [Vec<f64>; 4] {
+    std::array::from_fn(|group| (0..n).map(|i| 0.3 + 0.2 * (i + group) as f64).collect())
 }
 
-#[divan::bench]
-fn acceleration(bencher: Bencher) {
-    bencher.bench_local(|| ARM.acceleration(&THETA, black_box(&STATE), &[1.0, 2.0]));
+fn state(numbers: &[Vec<f64>; 4]) -> State<'_> {
+    let [q, dq, phi, dphi] = numbers;
+    State { q, dq, phi, dphi }
 }
 
-/// Kinematics of the Franka Panda.
-fn panda() -> Vec<ChainJoint> {
-    let half = std::f64::consts::FRAC_PI_2;
-    let rows = [
-        (0.0, 0.0, 0.333),
-        (-half, 0.0, 0.0),
-        (half, 0.0, 0.316),
-        (half, 0.0825, 0.0),
-        (-half, -0.0825, 0.384),
-        (half, 0.0, 0.0),
-        (half, 0.088, 0.0),
-    ];
-    (rows.iter().enumerate())
-        .map(|(i, &(alpha, a, d))| {
-            let row = DhRow {
-                alpha,
-                a,
-                d,
-                theta: 0.0,
-            };
-            ChainJoint::modified_dh(i.checked_sub(1), &row)
-        })
-        .collect()
-}
-
-#[divan::bench]
-fn link_columns_of_seven_joints(bencher: Bencher) {
-    let joints = panda();
-    let chain = Chain::new(&joints, [0.0, 0.0, -9.81]).expect("a chain");
-    let mut scratch = [JointScratch::default(); 7];
-    let mut pairs = [PairScratch::default(); 49];
-    let mut workspace = Workspace {
-        joints: &mut scratch,
-        pairs: &mut pairs,
-    };
-    let (q, dq) = ([0.3, -0.7, 0.2, -1.9, 0.5, 1.7, 0.8], [0.4; 7]);
-    let (mut momentum, mut rest) = (vec![0.0; 490], vec![0.0; 490]);
+#[divan::bench(args = ["planar-2r", "panda"])]
+fn regressor_of_a_sample(bencher: Bencher, robot: &str) {
+    let model = model(robot);
+    let mut scratch = Scratch::new(model.joint_count());
+    let numbers = numbers(model.joint_count());
+    let (mut momentum, mut rest) = (vec![0.0; model.entries()], vec![0.0; model.entries()]);
+    let equations = model.robot();
     bencher.bench_local(move || {
-        regressor(
-            &chain,
-            black_box(&q),
-            &dq,
-            &mut workspace,
-            &mut momentum,
-            &mut rest,
-        )
+        let mut workspace = scratch.workspace();
+        let state = state(black_box(&numbers));
+        equations.regressor(&state, &mut workspace, &mut momentum, &mut rest)
+    });
+}
+
+#[divan::bench(args = ["planar-2r", "panda"])]
+fn filtered_regressor_of_a_sample(bencher: Bencher, robot: &str) {
+    let model = model(robot);
+    let numbers = numbers(model.joint_count());
+    let mut regression =
+        FilteredRegression::new(&model, 30.0, 1e-3, DiscretizationName::Matched).expect("settings");
+    bencher.bench_local(move || {
+        let (entries, _) = regression.process(&state(black_box(&numbers)), &numbers[0]);
+        entries[0]
+    });
+}
+
+#[divan::bench(args = ["planar-2r", "panda"])]
+fn acceleration(bencher: Bencher, robot: &str) {
+    let model = model(robot);
+    let n = model.joint_count();
+    let mut scratch = Scratch::new(n);
+    let numbers = numbers(n);
+    let theta: Vec<f64> = (model.parameters().iter())
+        .map(|p| if p.name.contains("ixy") { 0.0 } else { 1.0 })
+        .collect();
+    let bodies = vec![[1.0, 0.0, 0.0, 0.0, 0.1, 0.0, 0.1, 0.0, 0.0, 0.1]; n];
+    let (mut ddq, mut ddphi) = (vec![0.0; n], vec![0.0; n]);
+    let equations = model.robot();
+    bencher.bench_local(move || {
+        let values = Values {
+            theta: &theta,
+            bodies: &bodies,
+        };
+        let mut out = Accelerations {
+            ddq: &mut ddq,
+            ddphi: &mut ddphi,
+        };
+        let mut workspace = scratch.workspace();
+        let state = state(black_box(&numbers));
+        equations.acceleration(&values, &state, &numbers[1], &mut workspace, &mut out)
     });
 }

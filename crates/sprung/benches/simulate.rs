@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use sprung::demo;
-use sprung::description;
+use sprung::description::{self, no_files};
 use sprung::model::Model;
 use sprung::simulate::{ClosedLoop, Twin, TwinSetup};
 
@@ -17,15 +17,15 @@ fn main() {
 
 #[divan::bench(sample_count = 10, args = [1e-8, 1e-7, 1e-6])]
 fn closed_loop(bencher: Bencher, tolerance: f64) {
-    let experiment = description::read("demo", demo::EXPERIMENT, &[]).expect("the demo is right");
-    let model = Model::new(&experiment.robot).expect("the demo is right");
+    let experiment = description::read("demo", demo::EXPERIMENT, &[], &mut no_files).expect("the demo is right");
+    let model = Model::new(&experiment).expect("the demo is right");
     let truth: BTreeMap<String, f64> = toml::from_str(demo::TRUTH).expect("the demo is right");
     let theta = model.theta(&truth).expect("the demo is right");
     let controller = experiment.controller.expect("the demo has one");
     bencher
         .counter(ItemsCount::new(SAMPLES))
         .with_inputs(|| {
-            ClosedLoop::new(&model, &theta, &controller, 1e-3, &[0.0; 2], &[0.0; 2])
+            ClosedLoop::new(&model, &theta, &controller, 1e-3, None)
                 .expect("the demo is right")
                 .with_tolerance(tolerance)
         })
@@ -41,8 +41,8 @@ fn closed_loop(bencher: Bencher, tolerance: f64) {
 
 #[divan::bench(sample_count = 10)]
 fn twin(bencher: Bencher) {
-    let experiment = description::read("demo", demo::EXPERIMENT, &[]).expect("the demo is right");
-    let model = Model::new(&experiment.robot).expect("the demo is right");
+    let experiment = description::read("demo", demo::EXPERIMENT, &[], &mut no_files).expect("the demo is right");
+    let model = Model::new(&experiment).expect("the demo is right");
     let truth: BTreeMap<String, f64> = toml::from_str(demo::TRUTH).expect("the demo is right");
     let theta = model.theta(&truth).expect("the demo is right");
     let controller = experiment.controller.expect("the demo has one");

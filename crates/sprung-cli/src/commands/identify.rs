@@ -3,13 +3,13 @@
 use std::path::Path;
 
 use sprung::estimate::{Identified, IdentifyError, Verdict, identify, parameters_csv};
-use sprung::log::{LogError, LogSource};
+use sprung::log::LogError;
 use sprung::regression::PassError;
 use sprung::report::{Contents, compose, render};
 
 use crate::args::Identify;
 use crate::exit_code::{ExitCode, Failure};
-use crate::experiment::{Loaded, load, open};
+use crate::experiment::{Loaded, load, openers, sources};
 use crate::output::Output;
 use crate::terminal::Terminal;
 
@@ -40,18 +40,15 @@ pub(crate) fn run(args: &Identify) -> Result<ExitCode, Failure> {
 
 /// Identifies from the log that an experiment names.
 pub(super) fn from_disk(loaded: &Loaded, terminal: Terminal) -> Result<Identified, Failure> {
-    let path = loaded.log_path(None)?;
+    let paths = loaded.log_paths(None)?;
     let bar = terminal.progress("identifying", None);
-    let mut reader = || open(&path);
-    let mut source = LogSource {
-        name: path.display().to_string(),
-        reader: &mut reader,
-    };
+    let mut openers = openers(&paths);
+    let mut sources = sources(&paths, &mut openers);
     let mut progress = |samples| bar.set_position(samples);
     let found = identify(
         &loaded.experiment,
         &loaded.model,
-        &mut source,
+        &mut sources,
         &mut progress,
     );
     bar.finish_and_clear();

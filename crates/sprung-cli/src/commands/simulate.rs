@@ -49,9 +49,9 @@ pub(crate) fn run(args: &Simulate) -> Result<ExitCode, Failure> {
     let theta = parameters(&loaded, settings, args.parameters.as_deref())?;
 
     let mut output = Output::new(&loaded.out(common.out.as_ref()))?.keeping(loaded.inputs());
-    let name = loaded.log_path(overlay)?;
-    let name = name
-        .file_name()
+    let paths = loaded.log_paths(overlay)?;
+    let name = (paths.first())
+        .and_then(|path| path.file_name())
         .map_or_else(|| PathBuf::from("simulated.csv"), PathBuf::from);
     let twin = TwinSetup {
         model: &loaded.model,

@@ -1,7 +1,6 @@
 //! `sprung validate`: parameters against other logs.
 
 use std::collections::BTreeMap;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use sprung::curves::Curves;
@@ -13,7 +12,9 @@ use sprung::validate::{ValidateError, Validated, validate};
 use super::identify::{code_of_pass, write_report};
 use crate::args::Validate;
 use crate::exit_code::{ExitCode, Failure};
-use crate::experiment::{Loaded, Parameters, load, open, read_parameters};
+use crate::experiment::{
+    Loaded, Opener, Parameters, load, openers, read_parameters, sources,
+};
 use crate::output::Output;
 use crate::terminal::Terminal;
 
@@ -82,21 +83,16 @@ pub(super) fn from_disk(
     terminal: Terminal,
 ) -> Result<Validated, Failure> {
     let paths = (loaded.experiment.validate.iter())
-        .map(|run| loaded.log_path(run.log.as_ref()))
-        .collect::<Result<Vec<PathBuf>, Failure>>()?;
+        .map(|run| loaded.log_paths(run.log.as_ref()))
+        .collect::<Result<Vec<Vec<PathBuf>>, Failure>>()?;
     let delays: BTreeMap<String, f64> = (parameters.identification.iter())
         .flat_map(|identification| &identification.log.delay_s)
         .map(|(column, delay)| (column.clone(), delay.value))
         .collect();
-    let mut readers: Vec<_> = paths.iter().map(|path| || open(path)).collect();
+    let mut openers: Vec<Vec<Opener>> = paths.iter().map(|paths| openers(paths)).collect();
     let bar = terminal.progress("validating", None);
-    let mut sources: Vec<LogSource<'_>> = readers
-        .iter_mut()
-        .zip(&paths)
-        .map(|(reader, path)| LogSource {
-            name: path.display().to_string(),
-            reader: reader as &mut dyn FnMut() -> std::io::Result<Box<dyn Read>>,
-        })
+    let mut sources: Vec<Vec<LogSource<'_>>> = (paths.iter().zip(&mut openers))
+        .map(|(paths, openers)| sources(paths, openers))
         .collect();
     let found = validate(
         &loaded.experiment,

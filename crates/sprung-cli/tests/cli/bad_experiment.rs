@@ -65,21 +65,6 @@ fn keys_of_later_versions_say_so() {
             "weights = \"transition\"",
             "\"transition\"",
         ),
-        (
-            "position_filter_order = 2",
-            "encoder_offset = \"estimate\"",
-            "\"estimate\"",
-        ),
-        (
-            "position_cutoff_hz = 10.0",
-            "position_cutoff_hz = \"auto\"",
-            "\"auto\"",
-        ),
-        (
-            "kinematics = \"planar-2r\"",
-            "urdf = \"arm.urdf\"",
-            "\"urdf\"",
-        ),
     ] {
         Case::new().replace(from, to).fails(
             2,

@@ -2,11 +2,12 @@
 //! the planar arm.
 use serde_json::Value;
 use sprung_core::chain::{Chain, ChainJoint, JointKind};
-use sprung_core::links::{JointScratch, PairScratch, Workspace, regressor, torque};
-use sprung_core::planar_2r::Pose;
+use sprung_core::dynamics::{inverse_dynamics, mass_matrix};
+use sprung_core::links::{Step, regressor, torque};
+use sprung_core::planar_2r::{self, Pose};
 use sprung_core::spatial::BODY;
 
-use crate::support::Random;
+use crate::support::{Memory, Random, Worst};
 
 /// Largest error, as part of the largest number of the same kind.
 const TOLERANCE: f64 = 1e-12;
@@ -53,28 +54,16 @@ struct Columns {
 
 fn columns(chain: &Chain<'_>, q: &[f64], dq: &[f64], ddq: &[f64]) -> Columns {
     let n = chain.joints().len();
-    let mut joints = vec![JointScratch::default(); n];
-    let mut pairs = vec![PairScratch::default(); n * n];
-    let mut workspace = Workspace {
-        joints: &mut joints,
-        pairs: &mut pairs,
-    };
-    let mut all = Columns {
-        momentum: vec![0.0; n * n * BODY],
-        rest: vec![0.0; n * n * BODY],
-        torque: vec![0.0; n * n * BODY],
-    };
-    regressor(
-        chain,
-        q,
-        dq,
-        &mut workspace,
-        &mut all.momentum,
-        &mut all.rest,
-    )
-    .unwrap();
-    torque(chain, q, dq, ddq, &mut workspace, &mut all.torque).unwrap();
-    all
+    let mut memory = Memory::new(n);
+    let workspace = &mut memory.workspace();
+    let [mut momentum, mut rest, mut of_torque] = [(); 3].map(|()| vec![0.0; n * n * BODY]);
+    regressor(chain, q, dq, workspace, &mut momentum, &mut rest).unwrap();
+    torque(chain, q, dq, ddq, workspace, &mut of_torque).unwrap();
+    Columns {
+        momentum,
+        rest,
+        torque: of_torque,
+    }
 }
 
 fn times(columns: &[f64], pi: &[f64]) -> Vec<f64> {
@@ -90,34 +79,54 @@ fn sum(a: &[f64], b: &[f64]) -> Vec<f64> {
 fn assert_close(what: &str, found: &[f64], expected: &[f64]) {
     assert_eq!(found.len(), expected.len(), "{what}");
     let scale = expected.iter().fold(1.0_f64, |m, x| m.max(x.abs()));
+    let mut worst = Worst::default();
     for (a, b) in found.iter().zip(expected) {
-        assert!((a - b).abs() < TOLERANCE * scale, "{what}: {a} {b}");
+        worst.see(a - b, scale);
     }
+    worst.assert_below(TOLERANCE, what);
 }
 
 fn fixture() -> Value {
     serde_json::from_str(include_str!("../fixtures/chains.json")).unwrap()
 }
 
+/// Pinocchio's products, by the columns and by the recursions.
+fn check_products(chain: &Chain<'_>, pi: &[f64], case: &Value) {
+    let of = |key: &str| numbers(&case[key]);
+    let (q, dq, ddq) = (of("q"), of("qd"), of("qdd"));
+    let rest = sum(&of("pin_minus_CT_qd"), &of("pin_gravity"));
+    let found = columns(chain, &q, &dq, &ddq);
+    assert_close("momentum", &times(&found.momentum, pi), &of("pin_momentum"));
+    assert_close("rest", &times(&found.rest, pi), &rest);
+    assert_close("torque", &times(&found.torque, pi), &of("pin_tau"));
+
+    let n = chain.joints().len();
+    let (bodies, _) = pi.as_chunks::<BODY>();
+    let mut tau = vec![f64::NAN; n];
+    let mut recursion = |dq: &[f64], ddq: &[f64]| {
+        let mut steps = vec![Step::default(); n];
+        inverse_dynamics(chain, bodies, &q, dq, ddq, &mut steps, &mut tau).unwrap();
+        tau.clone()
+    };
+    assert_close("recursion", &recursion(&dq, &ddq), &of("pin_tau"));
+    let rest = vec![0.0; n];
+    assert_close("gravity", &recursion(&rest, &rest), &of("pin_gravity"));
+
+    let mut matrix = vec![f64::NAN; n * n];
+    let mut memory = Memory::new(n);
+    mass_matrix(chain, bodies, &q, &mut memory.workspace(), &mut matrix).unwrap();
+    assert_close("mass matrix", &times(&matrix, &dq), &of("pin_momentum"));
+}
+
 #[test]
-fn columns_times_parameters_are_what_pinocchio_computes() {
+fn columns_and_recursions_are_what_pinocchio_computes() {
     let fixture = fixture();
     for name in ["planar2r", "arm7"] {
         let robot = &fixture[name];
         let joints = joints(robot);
         let chain = Chain::new(&joints, vector(&robot["gravity"])).unwrap();
-        let pi = numbers(&robot["pi"]);
         for case in robot["cases"].as_array().unwrap() {
-            let of = |key: &str| numbers(&case[key]);
-            let found = columns(&chain, &of("q"), &of("qd"), &of("qdd"));
-            assert_close(
-                "momentum",
-                &times(&found.momentum, &pi),
-                &of("pin_momentum"),
-            );
-            let rest = sum(&of("pin_minus_CT_qd"), &of("pin_gravity"));
-            assert_close("rest", &times(&found.rest, &pi), &rest);
-            assert_close("torque", &times(&found.torque, &pi), &of("pin_tau"));
+            check_products(&chain, &numbers(&robot["pi"]), case);
         }
     }
 }
@@ -140,17 +149,14 @@ fn every_column_is_that_of_independent_code() {
         for case in golden["cases"].as_array().unwrap() {
             let of = |key: &str| numbers(&case[key]);
             let matrix = |key: &str| -> Vec<f64> {
-                case[key]
-                    .as_array()
-                    .unwrap()
-                    .iter()
-                    .flat_map(numbers)
-                    .collect()
+                let rows = case[key].as_array().unwrap();
+                rows.iter().flat_map(numbers).collect()
             };
             let found = columns(&chain, &of("q"), &of("qd"), &of("qdd"));
             assert_close("Ya", &found.momentum, &matrix("Ya"));
             assert_close("Yi + G", &found.rest, &sum(&matrix("Yi"), &matrix("G")));
             assert_close("Y", &found.torque, &matrix("Y"));
+            check_products(&chain, &numbers(&golden["pi"]), case);
         }
     }
 }
@@ -169,8 +175,8 @@ fn planar_arm_in_closed_form_is_the_chain_with_vertical_axes() {
         pi[BODY - 1] = theta[0] - theta[2];
         pi[BODY + 1] = theta[1] / length;
         pi[2 * BODY - 1] = theta[2];
-        let (q, dq) = (random.pair(3.0), random.pair(4.0));
-        let found = columns(&chain, &q, &dq, &[0.0; 2]);
+        let [q, dq, ddq] = [3.0, 4.0, 9.0].map(|limit| random.pair(limit));
+        let found = columns(&chain, &q, &dq, &ddq);
         let pose = Pose::<f64>::new(&q);
         let closed = |columns: [[f64; 3]; 2]| {
             columns.map(|row| row.iter().zip(theta).map(|(a, b)| a * b).sum::<f64>())
@@ -181,5 +187,7 @@ fn planar_arm_in_closed_form_is_the_chain_with_vertical_axes() {
             &closed(pose.momentum(&dq)),
         );
         assert_close("rest", &times(&found.rest, &pi), &closed(pose.rest(&dq)));
+        let closed = planar_2r::torque(&theta, &q, &dq, &ddq);
+        assert_close("torque", &times(&found.torque, &pi), &closed);
     }
 }

@@ -1,39 +1,57 @@
 //! The two controllers against numbers worked out by hand.
+use sprung_core::controller::{pd, state_feedback};
+use sprung_core::drives::State;
+use sprung_core::friction::Shape;
+use sprung_core::planar_2r::{PARAMETERS, robot};
+use sprung_core::regressor::Values;
 
-use sprung_core::controller::{Feedforward, Pd, StateFeedback};
-use sprung_core::regressor::JointState;
+use crate::support::{JointState, feedforward};
+
+const SHAPES: [Shape; 2] = [Shape {
+    sharpness: 100.0,
+    stribeck_velocity: 0.1,
+}; 2];
+
+fn nominal(theta: &[f64; PARAMETERS], q_d: &[[f64; 5]; 2]) -> (Vec<f64>, JointState) {
+    feedforward(&robot(&SHAPES), &Values { theta, bodies: &[] }, q_d)
+}
 
 #[test]
 fn pd_torque_is_that_of_a_hand_calculation() {
-    let pd = Pd {
-        kp: [50.0, 5.0],
-        kd: [0.05, 0.01],
-    };
-    let tau = pd.torque(&[0.3, -0.1], &[2.0, 1.0], &[0.1, 0.1], &[-2.0, 3.0]);
+    let mut tau = [f64::NAN; 2];
+    pd(
+        &[50.0, 5.0],
+        &[0.05, 0.01],
+        [&[0.3, -0.1], &[2.0, 1.0]],
+        [&[0.1, 0.1], &[-2.0, 3.0]],
+        &mut tau,
+    );
     // 50 · 0.2 + 0.05 · 4 and 5 · (-0.2) + 0.01 · (-2).
     assert!((tau[0] - 10.2).abs() < 1e-14 && (tau[1] + 1.02).abs() < 1e-15);
 }
 
 #[test]
 fn state_feedback_takes_errors_in_the_printed_order() {
-    let feedback = StateFeedback {
-        gain: [
-            [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0],
-            [10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0],
-        ],
-    };
-    let desired = Feedforward {
-        tau: [0.5, -0.5],
-        state: JointState::default(),
+    let gain: [&[f64]; 2] = [
+        &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0],
+        &[10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0],
+    ];
+    let zero = [0.0; 2];
+    let desired = State {
+        q: &zero,
+        dq: &zero,
+        phi: &zero,
+        dphi: &zero,
     };
     // The errors of q, phi, dq, dphi are distinct digits.
-    let state = JointState {
-        q: [-1.0, -1e1],
-        phi: [-1e2, -1e3],
-        dq: [-1e4, -1e5],
-        dphi: [-1e6, -1e7],
+    let measured = State {
+        q: &[-1.0, -1e1],
+        phi: &[-1e2, -1e3],
+        dq: &[-1e4, -1e5],
+        dphi: &[-1e6, -1e7],
     };
-    let tau = feedback.torque(&desired, &state);
+    let mut tau = [0.5, -0.5];
+    state_feedback(&gain, &desired, &measured, &mut tau);
     assert!((tau[0] - 87_654_321.5).abs() < 1e-7, "{}", tau[0]);
     assert!((tau[1] - 876_543_209.5).abs() < 1e-6, "{}", tau[1]);
 }
@@ -44,18 +62,17 @@ fn state_feedback_on_the_desired_state_is_the_feedforward() {
         0.2, 0.02, 0.01, 0.2, 0.007, 0.04, 0.003, 8.0, 0.1, 9.0, 4.0, 0.02, 0.005, 1.4, 0.2,
     ];
     let q_d = [[0.1, 0.2, -0.3, 0.4, -0.5], [-0.3, 0.5, 0.7, -0.2, 0.1]];
-    let desired = Feedforward::new(&q_d, &theta);
-    let feedback = StateFeedback {
-        gain: [[1e6; 8]; 2],
-    };
-    let tau = feedback.torque(&desired, &desired.state);
-    for (tau, nominal) in tau.iter().zip(desired.tau) {
+    let (feedforward, desired) = nominal(&theta, &q_d);
+    let mut tau = feedforward.clone();
+    let gain: [&[f64]; 2] = [&[1e6; 8]; 2];
+    state_feedback(&gain, &desired.view(), &desired.view(), &mut tau);
+    for (tau, nominal) in tau.iter().zip(feedforward) {
         assert!(nominal.is_finite() && (tau - nominal).abs() < 1e-15);
     }
 }
 
 #[test]
 fn feedforward_without_stiffness_does_not_look_like_a_torque() {
-    let desired = Feedforward::new(&[[0.1; 5]; 2], &[0.0; 15]);
-    assert!(desired.tau.iter().all(|tau| !tau.is_finite()));
+    let (tau, _) = nominal(&[0.0; PARAMETERS], &[[0.1; 5]; 2]);
+    assert!(tau.iter().all(|tau| !tau.is_finite()));
 }

@@ -6,8 +6,11 @@
     reason = "a test may panic, and says what it measured or skips"
 )]
 
+mod bodies;
 mod chains;
 mod controllers;
 mod laws;
+mod mixed;
 mod support;
+mod tables;
 mod trees;

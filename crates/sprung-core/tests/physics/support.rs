@@ -1,4 +1,9 @@
-//! Random robots made of bodies, and derivatives by differences.
+//! Random numbers, robots on the heap, and derivatives by differences.
+use sprung_core::controller::{Feedforward, FeedforwardScratch};
+use sprung_core::drives::State;
+use sprung_core::links::{JointScratch, PairScratch, Step, Workspace, numbers_len};
+use sprung_core::regressor::{Accelerations, Robot, TorqueSeries, Values};
+use sprung_core::scalar::Scalar;
 
 /// The generator `SplitMix64`: the same numbers on every machine.
 pub(crate) struct Random(u64);
@@ -21,103 +26,209 @@ impl Random {
     pub(crate) fn pair(&mut self, limit: f64) -> [f64; 2] {
         [self.between(-limit, limit), self.between(-limit, limit)]
     }
+
+    /// As many numbers between `-limit` and `limit`.
+    pub(crate) fn list(&mut self, n: usize, limit: f64) -> Vec<f64> {
+        (0..n).map(|_| self.between(-limit, limit)).collect()
+    }
 }
 
-/// Two links and the rotor that sits on the tip of the first.
-pub(crate) struct Body {
-    mass: [f64; 2],
-    /// Distance of the centre of mass from the link's joint.
-    centre: [f64; 2],
-    /// About the centre of mass.
-    inertia: [f64; 2],
-    length: f64,
-    rotor_mass: f64,
+/// A workspace on the heap.
+pub(crate) struct Memory {
+    joints: Vec<JointScratch>,
+    steps: Vec<Step>,
+    pairs: Vec<PairScratch>,
+    numbers: Vec<f64>,
 }
 
-impl Body {
-    pub(crate) fn draw(random: &mut Random) -> Self {
+impl Memory {
+    pub(crate) fn new(n: usize) -> Self {
         Self {
-            mass: [random.between(0.2, 3.0), random.between(0.2, 3.0)],
-            centre: [random.between(0.05, 0.4), random.between(0.05, 0.4)],
-            inertia: [random.between(0.001, 0.1), random.between(0.001, 0.1)],
-            length: random.between(0.2, 0.6),
-            rotor_mass: random.between(0.0, 1.0),
+            joints: vec![JointScratch::default(); n],
+            steps: vec![Step::default(); n],
+            pairs: vec![PairScratch::default(); n * n],
+            numbers: vec![f64::NAN; numbers_len(n)],
         }
     }
 
-    /// The parameters of the links as defined, those of the joints at random.
-    pub(crate) fn theta(&self, random: &mut Random) -> [f64; 15] {
-        let ([m1, m2], [l1, l2]) = (self.mass, self.centre);
-        let mut theta = [0.0; 15];
-        theta[0] = self.inertia[0]
-            + self.inertia[1]
-            + m1 * l1 * l1
-            + (m2 + self.rotor_mass) * self.length * self.length
-            + m2 * l2 * l2;
-        theta[1] = m2 * self.length * l2;
-        theta[2] = self.inertia[1] + m2 * l2 * l2;
-        for (from, low, high) in [
-            (3, 0.005, 0.3),
-            (5, 0.0, 0.1),
-            (7, 0.0, 9.0),
-            (9, 2.0, 50.0),
-            (11, 0.0, 0.1),
-            (13, 0.0, 2.0),
-        ] {
-            theta[from] = random.between(low, high);
-            theta[from + 1] = random.between(low, high);
+    pub(crate) fn workspace(&mut self) -> Workspace<'_> {
+        Workspace {
+            joints: &mut self.joints,
+            steps: &mut self.steps,
+            pairs: &mut self.pairs,
+            numbers: &mut self.numbers,
         }
-        theta
+    }
+}
+
+/// A state on the heap.
+pub(crate) struct JointState {
+    pub(crate) q: Vec<f64>,
+    pub(crate) dq: Vec<f64>,
+    pub(crate) phi: Vec<f64>,
+    pub(crate) dphi: Vec<f64>,
+}
+
+impl JointState {
+    pub(crate) fn view(&self) -> State<'_> {
+        State {
+            q: &self.q,
+            dq: &self.dq,
+            phi: &self.phi,
+            dphi: &self.dphi,
+        }
     }
 
-    /// Mass, position and velocity of each body's centre.
-    fn centres(&self, q: &[f64; 2], dq: &[f64; 2]) -> [(f64, [f64; 2], [f64; 2]); 3] {
-        let (angle, speed) = ([q[0], q[0] + q[1]], [dq[0], dq[0] + dq[1]]);
-        let arm = |r: f64, i: usize| {
-            let (sin, cos) = angle[i].sin_cos();
-            (
-                [r * cos, r * sin],
-                [-r * speed[i] * sin, r * speed[i] * cos],
-            )
+    /// A point of the parabola that leaves the state with these accelerations;
+    /// first derivatives there are those of the true motion.
+    pub(crate) fn moved(&self, [ddq, ddphi]: &[Vec<f64>; 2], t: f64) -> Self {
+        Self {
+            q: moved(&moved(&self.q, &self.dq, t), ddq, 0.5 * t * t),
+            dq: moved(&self.dq, ddq, t),
+            phi: moved(&moved(&self.phi, &self.dphi, t), ddphi, 0.5 * t * t),
+            dphi: moved(&self.dphi, ddphi, t),
+        }
+    }
+}
+
+/// Accelerations of links and motors.
+pub(crate) fn acceleration(
+    robot: &Robot<'_>,
+    values: &Values<'_>,
+    state: &JointState,
+    tau: &[f64],
+) -> [Vec<f64>; 2] {
+    let n = robot.joints();
+    let [mut ddq, mut ddphi] = [(); 2].map(|()| vec![f64::NAN; n]);
+    let mut out = Accelerations {
+        ddq: &mut ddq,
+        ddphi: &mut ddphi,
+    };
+    let mut memory = Memory::new(n);
+    robot
+        .acceleration(
+            values,
+            &state.view(),
+            tau,
+            &mut memory.workspace(),
+            &mut out,
+        )
+        .unwrap();
+    [ddq, ddphi]
+}
+
+/// Entries of `Y_a` and `Y_b`.
+pub(crate) fn entries(robot: &Robot<'_>, state: &JointState) -> [Vec<f64>; 2] {
+    let mut memory = Memory::new(robot.joints());
+    let mut entries = [(); 2].map(|()| vec![f64::NAN; robot.entries]);
+    let [momentum, rest] = &mut entries;
+    robot
+        .regressor(&state.view(), &mut memory.workspace(), momentum, rest)
+        .unwrap();
+    entries
+}
+
+/// `Y_a theta` and `Y_b theta`.
+///
+/// - `places`: row and column of every entry.
+pub(crate) fn products(
+    robot: &Robot<'_>,
+    places: &[(usize, usize)],
+    theta: &[f64],
+    state: &JointState,
+) -> [Vec<f64>; 2] {
+    entries(robot, state).map(|entries| {
+        assert_eq!(entries.len(), places.len());
+        let mut sums = vec![0.0; robot.rows()];
+        for (entry, &(row, column)) in entries.iter().zip(places) {
+            sums[row] += entry * theta[column];
+        }
+        sums
+    })
+}
+
+/// Nominal torque and state on a desired link trajectory.
+pub(crate) fn feedforward(
+    robot: &Robot<'_>,
+    values: &Values<'_>,
+    q_d: &[[f64; 5]],
+) -> (Vec<f64>, JointState) {
+    let n = robot.joints();
+    let mut series = [(); 4].map(|()| vec![TorqueSeries::ZERO; n]);
+    let mut steps = vec![Step::default(); n];
+    let [mut tau, mut phi, mut dphi] = [(); 3].map(|()| vec![f64::NAN; n]);
+    let mut nominal = Feedforward {
+        tau: &mut tau,
+        phi: &mut phi,
+        dphi: &mut dphi,
+    };
+    let mut scratch = FeedforwardScratch {
+        series: series.each_mut().map(Vec::as_mut_slice),
+        steps: &mut steps,
+    };
+    nominal.fill(robot, values, q_d, &mut scratch).unwrap();
+    let of_order = |order: usize| q_d.iter().map(|d| d[order]).collect();
+    let state = JointState {
+        q: of_order(0),
+        dq: of_order(1),
+        phi,
+        dphi,
+    };
+    (tau, state)
+}
+
+/// A smooth motion of every joint: a sine.
+pub(crate) struct Waves(Vec<[f64; 3]>);
+
+impl Waves {
+    /// - `speed`: highest frequency, rad/s.
+    pub(crate) fn draw(random: &mut Random, n: usize, speed: f64) -> Self {
+        let mut wave = || [1.0, speed, 3.0].map(|limit| random.between(-limit, limit));
+        Self((0..n).map(|_| wave()).collect())
+    }
+
+    /// Derivatives 0 to 4 of every joint's position.
+    pub(crate) fn at(&self, t: f64) -> Vec<[f64; 5]> {
+        let wave = |[amplitude, w, phase]: &[f64; 3]| {
+            let (sin, cos) = (w * t + phase).sin_cos();
+            let turns = [sin, cos, -sin, -cos, sin];
+            std::array::from_fn(|order| amplitude * w.powi(order as i32) * turns[order])
         };
-        let sum = |a: [f64; 2], b: [f64; 2]| [a[0] + b[0], a[1] + b[1]];
-        let (first, first_rate) = arm(self.centre[0], 0);
-        let (tip, tip_rate) = arm(self.length, 0);
-        let (second, second_rate) = arm(self.centre[1], 1);
-        [
-            (self.mass[0], first, first_rate),
-            (self.rotor_mass, tip, tip_rate),
-            (self.mass[1], sum(tip, second), sum(tip_rate, second_rate)),
-        ]
-    }
-
-    pub(crate) fn kinetic_energy(&self, q: &[f64; 2], dq: &[f64; 2]) -> f64 {
-        let spin = [dq[0], dq[0] + dq[1]];
-        let turning: f64 = (0..2).map(|i| self.inertia[i] * spin[i] * spin[i]).sum();
-        let moving: f64 = (self.centres(q, dq).iter())
-            .map(|(m, _, v)| m * (v[0] * v[0] + v[1] * v[1]))
-            .sum();
-        0.5 * (turning + moving)
-    }
-
-    /// About the axis of the first joint.
-    pub(crate) fn angular_momentum(&self, q: &[f64; 2], dq: &[f64; 2]) -> f64 {
-        let turning = self.inertia[0] * dq[0] + self.inertia[1] * (dq[0] + dq[1]);
-        let moving: f64 = (self.centres(q, dq).iter())
-            .map(|(m, x, v)| m * (x[0] * v[1] - x[1] * v[0]))
-            .sum();
-        turning + moving
+        self.0.iter().map(wave).collect()
     }
 }
 
-/// Derivative at zero by a central difference of order 6.
-pub(crate) fn rate_of(f: impl Fn(f64) -> f64) -> f64 {
-    let h = 1e-4;
-    let pair = |n: f64| f(n * h) - f(-n * h);
-    (45.0 * pair(1.0) - 9.0 * pair(2.0) + pair(3.0)) / (60.0 * h)
+/// The largest error so far, as part of what it is an error of.
+#[derive(Default)]
+pub(crate) struct Worst(f64);
+
+impl Worst {
+    /// - `scale`: what the error is a part of, or 1 where that is smaller.
+    pub(crate) fn see(&mut self, error: f64, scale: f64) {
+        let error = error.abs() / scale.abs().max(1.0);
+        // Whatever is no number is as wrong as can be.
+        self.0 = self
+            .0
+            .max(if error.is_nan() { f64::INFINITY } else { error });
+    }
+
+    pub(crate) fn assert_below(&self, limit: f64, what: &str) {
+        println!("{what}: {:.1e}", self.0);
+        assert!(self.0 < limit, "{what}: {:e}", self.0);
+    }
 }
 
-/// An error as part of `scale`, or of 1 where the scale is smaller.
-pub(crate) fn scaled(error: f64, scale: f64) -> f64 {
-    error.abs() / scale.abs().max(1.0)
+pub(crate) fn inner(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// `x + t v`.
+pub(crate) fn moved(x: &[f64], v: &[f64], t: f64) -> Vec<f64> {
+    x.iter().zip(v).map(|(x, v)| x + t * v).collect()
+}
+
+/// Slope at zero by differences of sixth order.
+pub(crate) fn slope(h: f64, f: impl Fn(f64) -> f64) -> f64 {
+    let d = |k: f64| f(k * h) - f(-k * h);
+    (45.0 * d(1.0) - 9.0 * d(2.0) + d(3.0)) / (60.0 * h)
 }

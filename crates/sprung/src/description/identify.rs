@@ -18,14 +18,14 @@ pub struct Identify {
     /// How the filter pair is made discrete.
     pub discretization: DiscretizationName,
     /// Cut-off of the zero-phase Butterworth filter of the positions.
-    #[serde(deserialize_with = "cutoff")]
-    pub position_cutoff_hz: f64,
+    pub position_cutoff_hz: Cutoff,
     /// Order of that filter.
     pub position_filter_order: usize,
     /// Weights of the samples; least squares only.
     pub(super) weights: Weights,
-    /// Constant offset between the two encoders.
-    pub(super) encoder_offset: EncoderOffset,
+    /// Constant offset between the two encoders of a joint; `none` for
+    /// `planar-2r` if absent, `estimate` otherwise.
+    pub encoder_offset: Option<EncoderOffset>,
     /// Forgetting rate δ of LSFF, 1/s.
     pub lsff_forgetting_per_s: f64,
     /// Diagonal of the initial gain matrix of LSFF.
@@ -40,10 +40,10 @@ impl Default for Identify {
             estimator: vec![Estimator::LeastSquares],
             filter_cutoff_rad_per_s: 30.0,
             discretization: DiscretizationName::Matched,
-            position_cutoff_hz: 10.0,
+            position_cutoff_hz: Cutoff::Auto,
             position_filter_order: 2,
             weights: Weights::None,
-            encoder_offset: EncoderOffset::None,
+            encoder_offset: None,
             lsff_forgetting_per_s: 1.0,
             lsff_initial_gain: 10.0,
             lsff_velocity_window: [4, 4],
@@ -123,34 +123,54 @@ fn one_or_many<'de, D: serde::Deserializer<'de>>(
     deserializer.deserialize_any(Visitor)
 }
 
-fn cutoff<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
-    struct Visitor;
-    impl serde::de::Visitor<'_> for Visitor {
-        type Value = f64;
+/// Cut-off of the position filter: a number, or `"auto"`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Cutoff {
+    /// Given, Hz.
+    Fixed(f64),
+    /// Chosen from the noise of the positions.
+    Auto,
+}
 
-        fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-            f.write_str("a frequency in Hz")
-        }
+impl<'de> Deserialize<'de> for Cutoff {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Visitor;
+        impl serde::de::Visitor<'_> for Visitor {
+            type Value = Cutoff;
 
-        fn visit_f64<E>(self, value: f64) -> Result<f64, E> {
-            Ok(value)
-        }
+            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                f.write_str("a frequency in Hz or \"auto\"")
+            }
 
-        fn visit_i64<E>(self, value: i64) -> Result<f64, E> {
-            Ok(value as f64)
-        }
+            fn visit_f64<E>(self, value: f64) -> Result<Cutoff, E> {
+                Ok(Cutoff::Fixed(value))
+            }
 
-        fn visit_str<E: serde::de::Error>(self, word: &str) -> Result<f64, E> {
-            Err(E::custom(if word == "auto" {
-                "position cut-off \"auto\" is not available in this version of sprung; \
-                 give a frequency in Hz, 10 to 20 suits most encoders"
-                    .to_owned()
-            } else {
-                format!("position cut-off \"{word}\" is not a frequency in Hz")
-            }))
+            fn visit_i64<E>(self, value: i64) -> Result<Cutoff, E> {
+                Ok(Cutoff::Fixed(value as f64))
+            }
+
+            fn visit_str<E: serde::de::Error>(self, word: &str) -> Result<Cutoff, E> {
+                choose("position cut-off", word, &["auto"], &[])
+                    .map(|_| Cutoff::Auto)
+                    .map_err(E::custom)
+            }
         }
+        deserializer.deserialize_any(Visitor)
     }
-    deserializer.deserialize_any(Visitor)
+}
+
+impl JsonSchema for Cutoff {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Cutoff".into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({
+            "description": "Hz, or \"auto\"",
+            "anyOf": [{ "type": "number" }, { "const": "auto" }],
+        })
+    }
 }
 
 /// How the filter pair is made discrete.
@@ -204,16 +224,19 @@ impl TryFrom<String> for Weights {
 /// Constant offset between the two encoders of a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(try_from = "String")]
-#[schemars(extend("enum" = ["none"]))]
-pub(super) enum EncoderOffset {
+#[schemars(extend("enum" = ["none", "estimate"]))]
+pub enum EncoderOffset {
     /// Taken to be zero.
     None,
+    /// Found with the parameters.
+    Estimate,
 }
 
 impl TryFrom<String> for EncoderOffset {
     type Error = String;
 
     fn try_from(word: String) -> Result<Self, String> {
-        choose("encoder_offset", &word, &["none"], &["estimate"]).map(|_| Self::None)
+        let index = choose("encoder_offset", &word, &["none", "estimate"], &[])?;
+        Ok([Self::None, Self::Estimate][index])
     }
 }

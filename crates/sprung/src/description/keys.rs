@@ -9,18 +9,6 @@ use toml::de::{DeTable, DeValue};
 use super::choice::nearest;
 use super::types::ExperimentFile;
 
-/// Keys that are part of the format but not available in this version.
-const LATER: [&str; 8] = [
-    "urdf",
-    "dh_modified",
-    "dh_classic",
-    "gravity_m_per_s2",
-    "transmission",
-    "link_friction",
-    "motor_friction",
-    "assume_zero",
-];
-
 /// A message and where it belongs.
 pub(super) struct Misfit {
     /// Bytes of the text, if known.
@@ -53,19 +41,14 @@ fn walk(table: &DeTable<'_>, schema: &Value, place: &str) -> Result<(), Misfit> 
             } else {
                 format!("[{place}]")
             };
-            let message = if LATER.contains(&name) {
-                format!("key \"{name}\" in {place} is not available in this version of sprung")
-            } else {
-                let known: Vec<&str> = properties.keys().map(String::as_str).collect();
-                let hint = nearest(name, known.iter().copied()).map_or_else(
-                    || format!("known keys are {}", known.join(", ")),
-                    |one| format!("did you mean \"{one}\"?"),
-                );
-                format!("unknown key \"{name}\" in {place}; {hint}")
-            };
+            let known: Vec<&str> = properties.keys().map(String::as_str).collect();
+            let hint = nearest(name, known.iter().copied()).map_or_else(
+                || format!("known keys are {}", known.join(", ")),
+                |one| format!("did you mean \"{one}\"?"),
+            );
             return Err(Misfit {
                 span: Some(key.span()),
-                message,
+                message: format!("unknown key \"{name}\" in {place}; {hint}"),
             });
         };
         let place = if place.is_empty() {

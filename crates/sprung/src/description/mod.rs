@@ -5,6 +5,8 @@
 //! module can rely on the lengths and signs that [`read`] has checked.
 
 mod check;
+mod check_log;
+mod check_robot;
 mod choice;
 mod identify;
 mod keys;
@@ -12,10 +14,16 @@ mod log;
 mod read;
 mod robot;
 mod run;
+mod tree;
 mod types;
+mod urdf;
 
-pub use identify::{DiscretizationName, Estimator, Identify};
+pub use identify::{Cutoff, DiscretizationName, EncoderOffset, Estimator, Identify};
 pub use log::{Delay, Log};
-pub use read::{DescriptionError, Experiment, read, schema};
-pub use robot::{Joint, Kinematics, Nominal, Robot, Side};
+pub use read::{DescriptionError, Experiment, no_files, read, schema};
+pub use robot::{
+    DhJoint, FrictionLaw, Joint, Kinematics, Nominal, Robot, Side, SpringTerm, Transmission, Tree,
+};
+pub use tree::Open;
+pub use urdf::{TreeJoint, Urdf, UrdfError, UrdfJoint};
 pub use run::{Controller, ControllerKind, Feedforward, Reference, Simulate, Sine, Validate};

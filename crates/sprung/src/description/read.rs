@@ -4,12 +4,14 @@ use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
-use super::check::check;
+use super::check::{Fault, check, check_format};
+use super::check_robot::kinematics;
 use super::identify::Identify;
 use super::keys::{self, Misfit};
 use super::log::Log;
 use super::robot::Robot;
 use super::run::{Controller, Simulate, Validate};
+use super::tree::{Open, TreeError, tree};
 use super::types::ExperimentFile;
 
 /// An experiment: the robot, the log, how to identify and how to validate.
@@ -54,6 +56,18 @@ pub enum DescriptionError {
         /// What is wrong and what to do.
         message: String,
     },
+    /// A file that the experiment names cannot be read.
+    #[error("{message}")]
+    Unreadable {
+        /// Which, and what the system says.
+        message: String,
+    },
+    /// The robot's URDF file is wrong.
+    #[error("{message}")]
+    Urdf {
+        /// What is wrong with which line, and what to do.
+        message: String,
+    },
     /// An override of the command line is wrong.
     #[error("--set {assignment}: {message}")]
     Override {
@@ -72,12 +86,18 @@ pub enum DescriptionError {
 ///   lists are found by their `name` or index, as in
 ///   `robot.joint.joint1.gear_ratio=100`; a value that is not TOML is taken as
 ///   a string.
+/// - `open`: returns the text of a file that the experiment names, as of a URDF.
 ///
 /// # Errors
 ///
 /// [`DescriptionError`] with the line or the override, what is wrong with it
 /// and what to do.
-pub fn read(file: &str, text: &str, overrides: &[String]) -> Result<Experiment, DescriptionError> {
+pub fn read(
+    file: &str,
+    text: &str,
+    overrides: &[String],
+    open: Open<'_>,
+) -> Result<Experiment, DescriptionError> {
     let mut table = DeTable::parse(text).map_err(|error| at(file, text, &error))?;
     let assignments = overrides
         .iter()
@@ -108,24 +128,39 @@ pub fn read(file: &str, text: &str, overrides: &[String]) -> Result<Experiment, 
             }
         })?;
     }
-    interpret(file, text, table.clone()).map_err(|error| {
-        if overrides.is_empty() {
+    interpret(file, text, table.clone(), open).map_err(|error| {
+        let elsewhere = matches!(
+            error,
+            DescriptionError::Unreadable { .. } | DescriptionError::Urdf { .. }
+        );
+        if overrides.is_empty() || elsewhere {
             return error;
         }
         // Spans of overrides mean nothing in the file: an error that the file
         // alone does not have is the overrides' fault.
-        match interpret(file, text, written) {
+        match interpret(file, text, written, open) {
             Err(of_file) => of_file,
             Ok(_) => DescriptionError::Override {
                 assignment: overrides.join(" --set "),
                 message: match error {
                     DescriptionError::Line { message, .. }
                     | DescriptionError::File { message, .. }
+                    | DescriptionError::Unreadable { message }
+                    | DescriptionError::Urdf { message }
                     | DescriptionError::Override { message, .. } => message,
                 },
             },
         }
     })
+}
+
+/// Opens no file: for experiments that name none beside their logs.
+///
+/// # Errors
+///
+/// Always [`std::io::ErrorKind::NotFound`].
+pub fn no_files(_: &std::path::Path) -> std::io::Result<String> {
+    Err(std::io::ErrorKind::NotFound.into())
 }
 
 /// Returns the JSON schema of `experiment.toml`.
@@ -138,18 +173,28 @@ fn interpret(
     file: &str,
     text: &str,
     table: Spanned<DeTable<'_>>,
+    open: Open<'_>,
 ) -> Result<Experiment, DescriptionError> {
     let spans = table.get_ref().clone();
-    let read = ExperimentFile::deserialize(toml::Deserializer::from(table))
+    let mut read = ExperimentFile::deserialize(toml::Deserializer::from(table))
         .map_err(|error| at(file, text, &error))?;
-    check(&read).map_err(|fault| {
+    let located = |fault: Fault| {
         let path: Vec<&str> = fault.path.iter().map(String::as_str).collect();
         let misfit = Misfit {
             span: keys::span_of(&spans, &path),
             message: fault.message,
         };
         locate(file, text, misfit)
+    };
+    check_format(&read)
+        .and_then(|()| kinematics(&read.robot))
+        .map_err(located)?;
+    read.robot.tree = tree(&read.robot, open).map_err(|error| match error {
+        TreeError::Fault(fault) => located(fault),
+        TreeError::Unreadable(message) => DescriptionError::Unreadable { message },
+        TreeError::Urdf(message) => DescriptionError::Urdf { message },
     })?;
+    check(&read).map_err(located)?;
     Ok(Experiment {
         robot: read.robot,
         log: read.log,

@@ -1,27 +1,113 @@
-//! `[robot]`: joints, drives, nominal values.
+//! `[robot]`: kinematics, joints, drives, nominal values.
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
+use sprung_core::chain::{ChainJoint, DhRow, JointKind};
+use sprung_core::friction::Law;
+use sprung_core::spatial::BODY;
 
 use super::choice::choose;
 
-/// The robot.
+/// The robot: how its links hang together, and what drives them.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 pub struct Robot {
     /// Name for reports.
     #[serde(default = "unnamed")]
     pub name: String,
-    /// Kinematics: `planar-2r`, the paper's arm with two joints in a
-    /// horizontal plane.
-    pub kinematics: Kinematics,
+    /// Kinematics in closed form: `planar-2r`, the paper's arm with two joints
+    /// in a horizontal plane.
+    pub kinematics: Option<Kinematics>,
+    /// URDF file of the robot; relative to the experiment file.
+    pub urdf: Option<PathBuf>,
+    /// Modified Denavit-Hartenberg table (Craig), one row per joint: each row
+    /// holds the twist and the length of the link before it.
+    pub dh_modified: Option<Vec<DhJoint>>,
+    /// Classic Denavit-Hartenberg table, one row per joint.
+    pub dh_classic: Option<Vec<DhJoint>>,
+    /// Acceleration of free fall in the base frame; [0, 0, -9.81] if absent.
+    pub gravity_m_per_s2: Option<[f64; 3]>,
+    /// Motor turns per joint turn of a coupled transmission, a row per motor
+    /// and a column per joint; replaces `gear_ratio`.
+    pub transmission_matrix: Option<Vec<Vec<f64>>>,
+    /// Inertial parameters that are zero, as by symmetry: `link2.my`.
+    #[serde(default)]
+    pub assume_zero: Vec<String>,
+    /// Values that are known and shall not be estimated, by name, SI units.
+    #[serde(default)]
+    pub fixed: BTreeMap<String, f64>,
     /// Joints, base first.
     #[serde(default)]
     pub joint: Vec<Joint>,
-    /// Nominal values of link inertial parameters, by name.
+    /// Nominal values of link inertial parameters, by name, SI units.
     #[serde(default)]
     pub nominal: BTreeMap<String, f64>,
+    /// The tree of joints that the URDF file or the table describes.
+    #[serde(skip)]
+    pub tree: Option<Tree>,
+}
+
+impl Robot {
+    /// Returns how a joint moves, by its index.
+    #[must_use]
+    pub fn kind(&self, joint: usize) -> JointKind {
+        let table = self.dh_modified.as_ref().or(self.dh_classic.as_ref());
+        match (&self.tree, table) {
+            (Some(tree), _) => (tree.joints.get(joint)).map_or(JointKind::Revolute, |j| j.kind),
+            (None, Some(rows)) if rows.get(joint).is_some_and(|row| row.prismatic) => {
+                JointKind::Prismatic
+            }
+            _ => JointKind::Revolute,
+        }
+    }
+
+    /// Returns the acceleration of free fall in the base frame, m/s².
+    #[must_use]
+    pub fn gravity(&self) -> [f64; 3] {
+        self.gravity_m_per_s2.unwrap_or([0.0, 0.0, -9.81])
+    }
+}
+
+/// A tree of joints, and what its file says of their links.
+#[derive(Clone, Debug)]
+pub struct Tree {
+    /// The joints, in the order of [`Robot::joint`].
+    pub joints: Vec<ChainJoint>,
+    /// Names of their links.
+    pub links: Vec<String>,
+    /// Inertial parameters of the links about their joints' frames, if given.
+    pub inertial: Vec<Option<[f64; BODY]>>,
+}
+
+/// One row of a Denavit-Hartenberg table.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct DhJoint {
+    /// Twist alpha, degrees.
+    pub alpha_deg: f64,
+    /// Length a, m.
+    pub a_m: f64,
+    /// Offset d, m.
+    pub d_m: f64,
+    /// Angle theta at position zero, degrees.
+    pub theta_deg: f64,
+    /// Whether the joint slides along its axis instead of turning about it.
+    pub prismatic: bool,
+}
+
+impl DhJoint {
+    /// Returns the row in radians.
+    #[must_use]
+    pub fn row(&self) -> DhRow {
+        DhRow {
+            alpha: self.alpha_deg.to_radians(),
+            a: self.a_m,
+            d: self.d_m,
+            theta: self.theta_deg.to_radians(),
+        }
+    }
 }
 
 fn unnamed() -> String {
@@ -57,14 +143,31 @@ pub struct Joint {
     /// it already contains the gear ratio.
     #[serde(default)]
     pub torque_constant_side: Side,
-    /// Motor turns per output turn.
-    #[serde(default = "one")]
-    pub gear_ratio: f64,
+    /// Motor turns per output turn; 1 if absent.
+    pub gear_ratio: Option<f64>,
     /// Current of the amplifier per command voltage.
     pub amplifier_gain_a_per_v: Option<f64>,
     /// Largest command voltage that the amplifier takes; no limit if absent.
     pub amplifier_limit_v: Option<f64>,
-    /// beta of the Coulomb friction `tanh(beta * velocity)`.
+    /// What is added to logged positions to reach the model's zero, degrees; of
+    /// a joint that turns.
+    #[serde(default)]
+    pub position_offset_deg: f64,
+    /// `flexible`: a spring between motor and link; `rigid`: none.
+    #[serde(default)]
+    pub transmission: Transmission,
+    /// What the spring is made of; `["linear"]` if absent.
+    pub spring: Option<Vec<SpringTerm>>,
+    /// Friction of the link's bearing; `["viscous", "coulomb"]` if absent, none
+    /// for a rigid joint.
+    pub link_friction: Option<Vec<FrictionLaw>>,
+    /// Friction of motor and gear; `["viscous", "coulomb"]` if absent, with
+    /// `"offset"` for a rigid joint.
+    pub motor_friction: Option<Vec<FrictionLaw>>,
+    /// Velocity at which Stribeck friction has fallen to 1/e, rad/s (m/s); a
+    /// number, or found by a search if absent.
+    pub stribeck_velocity_rad_per_s: Option<f64>,
+    /// beta of the Coulomb friction `tanh(beta * velocity)`, s/rad (s/m).
     #[serde(default = "default_sharpness")]
     pub coulomb_sharpness_s_per_rad: f64,
     /// Values that the maker gives.
@@ -73,6 +176,12 @@ pub struct Joint {
 }
 
 impl Joint {
+    /// Returns how often the motor turns per output turn.
+    #[must_use]
+    pub fn ratio(&self) -> f64 {
+        self.gear_ratio.unwrap_or(1.0)
+    }
+
     /// Returns the motor torque per current on the output side, N·m/A, if the
     /// torque constant is given.
     ///
@@ -84,7 +193,7 @@ impl Joint {
     pub fn torque_per_ampere(&self) -> Option<f64> {
         let ratio = match self.torque_constant_side {
             Side::Output => 1.0,
-            Side::Motor => self.gear_ratio,
+            Side::Motor => self.ratio(),
         };
         Some(ratio * self.torque_constant_nm_per_a?)
     }
@@ -106,10 +215,6 @@ impl Joint {
     pub fn torque_limit(&self) -> Option<f64> {
         Some((self.amplifier_limit_v? * self.torque_per_volt()?).abs())
     }
-}
-
-fn one() -> f64 {
-    1.0
 }
 
 fn default_sharpness() -> f64 {
@@ -137,19 +242,203 @@ impl TryFrom<String> for Side {
     }
 }
 
-/// Values that the maker gives for a joint, SI units.
-#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
-pub struct Nominal {
-    /// Rotor inertia at the output side, kg·m².
-    pub rotor_inertia: Option<f64>,
-    /// Viscous friction on the link side, N·m·s/rad.
-    pub link_viscous: Option<f64>,
-    /// Viscous friction on the motor side, N·m·s/rad.
-    pub motor_viscous: Option<f64>,
-    /// Stiffness, N·m/rad.
-    pub stiffness: Option<f64>,
-    /// Coulomb friction on the link side, N·m.
-    pub link_coulomb: Option<f64>,
-    /// Coulomb friction on the motor side, N·m.
-    pub motor_coulomb: Option<f64>,
+/// Whether a joint has a spring.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(try_from = "String")]
+#[schemars(extend("enum" = ["flexible", "rigid"]))]
+pub enum Transmission {
+    /// A spring between motor and link, which both have a position.
+    #[default]
+    Flexible,
+    /// Motor and link move as one.
+    Rigid,
+}
+
+impl TryFrom<String> for Transmission {
+    type Error = String;
+
+    fn try_from(word: String) -> Result<Self, String> {
+        let index = choose("transmission", &word, &["flexible", "rigid"], &[])?;
+        Ok([Self::Flexible, Self::Rigid][index])
+    }
+}
+
+/// A part of a joint's spring.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(try_from = "String")]
+#[schemars(extend("enum" = ["linear", "cubic", "damping"]))]
+pub enum SpringTerm {
+    /// Torque in proportion to the deflection.
+    Linear,
+    /// Torque in proportion to its third power, besides.
+    Cubic,
+    /// Torque in proportion to its rate, besides.
+    Damping,
+}
+
+impl TryFrom<String> for SpringTerm {
+    type Error = String;
+
+    fn try_from(word: String) -> Result<Self, String> {
+        let index = choose("spring term", &word, &["linear", "cubic", "damping"], &[])?;
+        Ok([Self::Linear, Self::Cubic, Self::Damping][index])
+    }
+}
+
+/// A friction law.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(try_from = "String")]
+#[schemars(extend("enum" = ["viscous", "coulomb", "offset", "viscous-asymmetric",
+    "coulomb-asymmetric", "stribeck"]))]
+pub enum FrictionLaw {
+    /// In proportion to the velocity.
+    Viscous,
+    /// Of one size, against the motion.
+    Coulomb,
+    /// A constant torque, as by the zero of a current sensor.
+    Offset,
+    /// Viscous, with a value for each direction.
+    ViscousAsymmetric,
+    /// Coulomb, with a value for each direction.
+    CoulombAsymmetric,
+    /// More friction at low velocity.
+    Stribeck,
+}
+
+impl FrictionLaw {
+    const ALL: [(&'static str, Self); 6] = [
+        ("viscous", Self::Viscous),
+        ("coulomb", Self::Coulomb),
+        ("offset", Self::Offset),
+        ("viscous-asymmetric", Self::ViscousAsymmetric),
+        ("coulomb-asymmetric", Self::CoulombAsymmetric),
+        ("stribeck", Self::Stribeck),
+    ];
+
+    /// Returns the name in the file.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        let mut all = Self::ALL.iter();
+        all.find(|(_, law)| *law == self)
+            .map_or("", |(name, _)| name)
+    }
+
+    /// Returns the columns of the law.
+    #[must_use]
+    pub fn columns(self) -> &'static [Law] {
+        match self {
+            Self::Viscous => &[Law::Viscous],
+            Self::Coulomb => &[Law::Coulomb],
+            Self::Offset => &[Law::Offset],
+            Self::ViscousAsymmetric => &[Law::ViscousPositive, Law::ViscousNegative],
+            Self::CoulombAsymmetric => &[Law::CoulombPositive, Law::CoulombNegative],
+            Self::Stribeck => &[Law::Stribeck],
+        }
+    }
+}
+
+impl TryFrom<String> for FrictionLaw {
+    type Error = String;
+
+    fn try_from(word: String) -> Result<Self, String> {
+        let names = Self::ALL.map(|(name, _)| name);
+        let index = choose("friction law", &word, &names, &[])?;
+        Ok(Self::ALL[index].1)
+    }
+}
+
+impl Joint {
+    /// Returns whether the joint has a spring.
+    #[must_use]
+    pub fn is_flexible(&self) -> bool {
+        self.transmission == Transmission::Flexible
+    }
+
+    /// Returns the friction of the link's bearing.
+    #[must_use]
+    pub fn link_laws(&self) -> &[FrictionLaw] {
+        const USUAL: &[FrictionLaw] = &[FrictionLaw::Viscous, FrictionLaw::Coulomb];
+        match &self.link_friction {
+            Some(laws) => laws,
+            None if self.is_flexible() => USUAL,
+            None => &[],
+        }
+    }
+
+    /// Returns the friction of motor and gear.
+    #[must_use]
+    pub fn motor_laws(&self) -> &[FrictionLaw] {
+        const USUAL: &[FrictionLaw] = &[
+            FrictionLaw::Viscous,
+            FrictionLaw::Coulomb,
+            FrictionLaw::Offset,
+        ];
+        match &self.motor_friction {
+            Some(laws) => laws,
+            None if self.is_flexible() => &USUAL[..2],
+            None => USUAL,
+        }
+    }
+
+    /// Returns what the spring is made of.
+    #[must_use]
+    pub fn spring_terms(&self) -> &[SpringTerm] {
+        match &self.spring {
+            Some(terms) => terms,
+            None => &[SpringTerm::Linear],
+        }
+    }
+}
+
+/// Declares the nominal values of a joint, one per kind of parameter.
+macro_rules! nominal {
+    ($($field:ident: $what:literal),* $(,)?) => {
+        /// Values that the maker gives for a joint, SI units.
+        #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+        pub struct Nominal {
+            $(#[doc = $what] pub $field: Option<f64>,)*
+        }
+
+        impl Nominal {
+            /// Returns names and values, in the order of the file format.
+            #[must_use]
+            pub fn all(&self) -> Vec<(&'static str, Option<f64>)> {
+                vec![$((stringify!($field), self.$field)),*]
+            }
+        }
+    };
+}
+
+nominal! {
+    rotor_inertia: "Rotor inertia at the output side, kg·m² (kg).",
+    link_viscous: "Viscous friction on the link side, N·m·s/rad (N·s/m).",
+    motor_viscous: "Viscous friction on the motor side, N·m·s/rad (N·s/m).",
+    stiffness: "Stiffness, N·m/rad (N/m).",
+    link_coulomb: "Coulomb friction on the link side, N·m (N).",
+    motor_coulomb: "Coulomb friction on the motor side, N·m (N).",
+    link_offset: "Constant torque on the link side, N·m (N).",
+    motor_offset: "Constant torque on the motor side, N·m (N).",
+    link_viscous_positive: "Viscous friction of positive velocities on the link side.",
+    link_viscous_negative: "Viscous friction of negative velocities on the link side.",
+    motor_viscous_positive: "Viscous friction of positive velocities on the motor side.",
+    motor_viscous_negative: "Viscous friction of negative velocities on the motor side.",
+    link_coulomb_positive: "Coulomb friction of positive velocities on the link side.",
+    link_coulomb_negative: "Coulomb friction of negative velocities on the link side.",
+    motor_coulomb_positive: "Coulomb friction of positive velocities on the motor side.",
+    motor_coulomb_negative: "Coulomb friction of negative velocities on the motor side.",
+    link_stribeck: "Stribeck friction on the link side, N·m (N).",
+    motor_stribeck: "Stribeck friction on the motor side, N·m (N).",
+    spring_damping: "Damping in parallel with the spring, N·m·s/rad (N·s/m).",
+    cubic_stiffness: "Cubic part of the spring's torque, N·m/rad³ (N/m³).",
+    spring_preload: "Torque of the spring on the motor where the encoders agree, N·m (N).",
+}
+
+impl Nominal {
+    /// Returns the value of a parameter by the name after the joint's.
+    #[must_use]
+    pub fn get(&self, name: &str) -> Option<f64> {
+        let mut all = self.all().into_iter();
+        all.find(|(known, _)| *known == name)
+            .and_then(|(_, value)| value)
+    }
 }

@@ -85,6 +85,9 @@ pub struct Reference {
     /// The sines.
     #[serde(default)]
     pub sines: Vec<Sine>,
+    /// Positions about which the joints that turn move, degrees, one per joint.
+    #[serde(default)]
+    pub centre_deg: Vec<f64>,
 }
 
 /// One sine of a reference.
@@ -92,8 +95,12 @@ pub struct Reference {
 pub struct Sine {
     /// Name of the joint.
     pub joint: String,
-    /// Amplitude, degrees.
+    /// Amplitude, degrees; of a joint that turns.
+    #[serde(default)]
     pub amplitude_deg: f64,
+    /// Amplitude, m; of a joint that slides.
+    #[serde(default)]
+    pub amplitude_m: f64,
     /// Frequency, Hz.
     pub frequency_hz: f64,
     /// Phase, degrees.
@@ -127,7 +134,10 @@ pub struct Simulate {
     /// Seed of encoder phases and noise.
     #[serde(default)]
     pub seed: u64,
-    /// Counts per turn of the link encoders, one per joint; 0 is exact.
+    /// What the link encoders read too much, rad (m), one per joint.
+    #[serde(default)]
+    pub link_encoder_offset_rad: Vec<f64>,
+    /// Counts per turn (per m) of the link encoders, one per joint; 0 is exact.
     #[serde(default)]
     pub link_encoder_counts_per_turn: Vec<u32>,
     /// Counts per turn of the motor encoders after the gearbox; 0 is exact.

@@ -1,17 +1,13 @@
 //! Delays of channels, found from the motor rows.
 
-use sprung_core::drives::MOTOR_SIDE;
+use sprung_core::parameters::JointParameter;
 
 use crate::log::LogBlock;
-use crate::model::{JOINT_COUNT, ROWS};
-use crate::regression::{Reading, Stages, SystemPart, solve};
+use crate::model::Model;
+use crate::regression::{Reading, System, SystemPart, reduce_blocks, solve};
 
-/// Where rotor inertia and stiffness stand in [`MOTOR_SIDE`].
-pub(super) const ROTOR_INERTIA: usize = 0;
-pub(super) const STIFFNESS: usize = 2;
-
-/// Samples that the search looks at, to the end of the block they are in: half
-/// a minute at 1 kHz, which costs half a second.
+/// Samples that a search looks at, to the end of the block they are in: half a
+/// minute at 1 kHz, which costs half a second for two joints.
 const EXCERPT: usize = 30_000;
 
 /// Delays that are tried, s: sensors with filters of their own lag, some
@@ -49,13 +45,48 @@ impl Excerpt {
         }
         self.samples < EXCERPT
     }
+
+    /// Returns the blocks of the log.
+    #[must_use]
+    pub fn blocks(&self) -> &[LogBlock] {
+        &self.blocks
+    }
+
+    /// Returns the first blocks, of at least so many samples if there are.
+    #[must_use]
+    pub fn first(&self, samples: usize) -> Self {
+        let mut first = Self::new(self.period);
+        for block in &self.blocks {
+            if first.samples < samples {
+                first.push(block);
+            }
+        }
+        first
+    }
+
+    /// Returns T, s.
+    #[must_use]
+    pub fn period(&self) -> f64 {
+        self.period
+    }
+
+    /// Returns the regression of the excerpt; nothing if it is too short for
+    /// the filters, or they do not fit it.
+    #[must_use]
+    pub fn reduce(&self, reading: &Reading<'_>) -> Option<System> {
+        reduce_blocks(reading, self.period, &self.blocks)
+            .ok()
+            .flatten()
+    }
 }
 
-/// What the motor rows say under an assumption about the log.
+/// What the torque's row of a joint says under an assumption about the log.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotorRowFit {
-    /// Values of the kinds in [`MOTOR_SIDE`].
-    pub values: [f64; MOTOR_SIDE.len()],
+    /// Stiffness, N·m/rad (N/m); none for a rigid joint.
+    pub stiffness: Option<f64>,
+    /// Whether stiffness, rotor inertia and frictions are all positive.
+    pub plausible: bool,
     /// Residual over torque, root mean squares.
     pub relative_residual: f64,
 }
@@ -78,38 +109,49 @@ pub struct DelayEstimate {
     pub with: MotorRowFit,
 }
 
-/// Fits the motor rows of an excerpt alone.
+/// Fits the torque's row of each joint of an excerpt alone.
 ///
 /// Returns nothing if the excerpt is too short for the filter or the settings
 /// do not fit the log.
 #[must_use]
-pub fn fit_motor_rows(
-    excerpt: &Excerpt,
-    reading: &Reading<'_>,
-) -> Option<[MotorRowFit; JOINT_COUNT]> {
-    let mut stages = Stages::new(reading, excerpt.period).ok()?;
-    for block in &excerpt.blocks {
-        stages.push(block, &mut ());
-    }
-    let whole = stages.finish(&mut ())?.whole()?;
-    let local: Vec<usize> = (0..MOTOR_SIDE.len()).collect();
-    let mut fits = [MotorRowFit {
-        values: [0.0; MOTOR_SIDE.len()],
-        relative_residual: f64::INFINITY,
-    }; JOINT_COUNT];
-    for (fit, factor) in fits.iter_mut().zip(&whole[ROWS - JOINT_COUNT..]) {
-        let part = SystemPart {
-            columns: &local,
-            factor,
+pub fn fit_motor_rows(excerpt: &Excerpt, reading: &Reading<'_>) -> Option<Vec<MotorRowFit>> {
+    let model = reading.model;
+    let whole = excerpt.reduce(reading)?.whole()?;
+    (0..model.joint_count())
+        .map(|joint| {
+            let row = model.torque_row(joint);
+            let columns = model.row_columns(row);
+            let local: Vec<usize> = (0..columns.len()).collect();
+            let part = SystemPart {
+                columns: &local,
+                factor: &whole[row],
+            };
+            let x = solve(&[part], columns.len())?.x;
+            let squares: f64 = whole[row].residual(&x).iter().map(|r| r * r).sum();
+            Some(judged(model, columns, &x, squares.sqrt() / whole[row].rhs_norm()))
+        })
+        .collect()
+}
+
+fn judged(model: &Model, columns: &[usize], x: &[f64], relative_residual: f64) -> MotorRowFit {
+    let mut fit = MotorRowFit {
+        stiffness: None,
+        plausible: true,
+        relative_residual,
+    };
+    for (&column, &value) in columns.iter().zip(x) {
+        let parameter = &model.parameters()[column];
+        let Some((kind, _)) = parameter.joint else {
+            continue;
         };
-        let solution = solve(&[part], MOTOR_SIDE.len())?;
-        let squares: f64 = factor.residual(&solution.x).iter().map(|r| r * r).sum();
-        for (value, x) in fit.values.iter_mut().zip(&solution.x) {
-            *value = *x;
+        if kind == JointParameter::Stiffness {
+            fit.stiffness = Some(value);
         }
-        fit.relative_residual = squares.sqrt() / factor.rhs_norm();
+        if (kind.is_vital() || kind.is_friction()) && value <= 0.0 {
+            fit.plausible = false;
+        }
     }
-    Some(fits)
+    fit
 }
 
 /// Finds the delays of some channels: those that leave the least of the motor
@@ -189,7 +231,7 @@ impl Search<'_> {
         (EARLIEST.max(-eighth), LATEST.min(eighth))
     }
 
-    fn attempt(&self, at: &[f64]) -> Option<[MotorRowFit; JOINT_COUNT]> {
+    fn attempt(&self, at: &[f64]) -> Option<Vec<MotorRowFit>> {
         let mut delays = self.reading.delays.to_vec();
         for (&channel, &delay) in self.wanted.iter().zip(at) {
             delays[channel] = delay;
@@ -215,7 +257,7 @@ impl Search<'_> {
                 let fit = &fits[self.joint(i)];
                 let cost = fit.relative_residual.powi(2);
                 // A spring pulls back: other minima are echoes of the motion.
-                if fit.values[STIFFNESS] > 0.0 && cost < best.1 {
+                if fit.stiffness.is_none_or(|k| k > 0.0) && cost < best.1 {
                     *best = (at[i], cost);
                 }
             }

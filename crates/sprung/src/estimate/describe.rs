@@ -1,14 +1,16 @@
 //! Results and curves in the form of the files.
 
-use sprung_core::drives::MOTOR_SIDE;
+use sprung_core::friction::Law;
+use sprung_core::parameters::{JointParameter, Side};
 
 use super::judge::Verdict;
 use super::least_squares::{Fitted, MotorRow, residual, torques};
-use super::result::{EstimateResult, MotorRowResult, ParameterEstimate};
+use super::result::{EncoderOffsetResult, EstimateResult, MotorRowResult, ParameterEstimate};
 use crate::curves::{CurveSet, Curves};
 use crate::description::Estimator;
-use crate::model::{Model, Parameter, ROWS, Theta};
-use crate::regression::{FilteredSample, System};
+use crate::model::{Model, Parameter, Theta};
+use crate::named::Named;
+use crate::regression::System;
 
 /// Returns the result of an estimator, without its warnings.
 pub(super) fn describe(
@@ -19,14 +21,13 @@ pub(super) fn describe(
     fitted: &Fitted,
     system: &System,
 ) -> EstimateResult {
-    let solution = &fitted.solution;
     let torques = torques(model, system, theta);
-    let parameters = model
+    let parameters: Vec<ParameterEstimate> = model
         .parameters()
         .iter()
         .enumerate()
         .map(|(i, parameter)| {
-            let known = solution.identifiable[i];
+            let known = fitted.identifiable[i];
             let mut estimate = estimate(
                 parameter,
                 known.then_some(theta[i]),
@@ -45,18 +46,23 @@ pub(super) fn describe(
             estimate
         })
         .collect();
+    let encoder_offsets = encoder_offsets(model, &parameters);
     let rows = residual(model, system, theta);
     let named = |i: usize| model.row_name(i);
     EstimateResult {
         estimator: estimator.name().to_owned(),
         verdict: Verdict::Good,
-        rank: solution.rank,
-        condition_number: finite(solution.condition_number),
-        condition_number_scaled: finite(solution.condition_number_scaled),
+        rank: fitted.rank,
+        unknowns: fitted.unknowns,
+        condition_number: finite(fitted.condition_number),
+        condition_number_scaled: finite(fitted.condition_number_scaled),
         parameters,
+        encoder_offsets,
+        stribeck_velocity: stribeck_velocities(model),
+        standard_parameters: Vec::new(),
         motor_rows: match estimator {
-            Estimator::LeastSquares => (fitted.motor_rows.iter().enumerate())
-                .map(|(joint, row)| describe_motor_row(model, joint, row, fitted.interval))
+            Estimator::LeastSquares => (fitted.motor_rows.iter())
+                .map(|row| describe_motor_row(model, row, fitted.interval))
                 .collect(),
             Estimator::Lsff => Vec::new(),
         },
@@ -72,19 +78,43 @@ pub(super) fn describe(
     }
 }
 
-fn describe_motor_row(
-    model: &Model,
-    joint: usize,
-    row: &MotorRow,
-    interval: f64,
-) -> MotorRowResult {
+/// Returns by how much each link encoder reads higher than its motor's: minus
+/// the preload over the stiffness.
+fn encoder_offsets(model: &Model, parameters: &[ParameterEstimate]) -> Vec<EncoderOffsetResult> {
+    (model.joints().iter().enumerate())
+        .filter_map(|(joint, name)| {
+            let preload = &parameters[model.index(JointParameter::Preload, joint)?];
+            let stiffness = &parameters[model.index(JointParameter::Stiffness, joint)?];
+            let (p, k) = (preload.value?, stiffness.value?);
+            Some(EncoderOffsetResult {
+                joint: name.clone(),
+                offset_rad: finite(-p / k)?,
+                standard_error_rad: preload.standard_error.and_then(|e| finite(e / k.abs())),
+            })
+        })
+        .collect()
+}
+
+/// Returns the velocities of the joints that have Stribeck friction.
+fn stribeck_velocities(model: &Model) -> Named {
+    let has = |joint: usize| {
+        [Side::Link, Side::Motor].into_iter().any(|side| {
+            let kind = JointParameter::Friction(side, Law::Stribeck);
+            model.index(kind, joint).is_some()
+        })
+    };
+    (model.joints().iter().enumerate())
+        .filter(|(joint, _)| has(*joint))
+        .map(|(joint, name)| (name.clone(), model.stribeck_velocity(joint)))
+        .collect()
+}
+
+fn describe_motor_row(model: &Model, row: &MotorRow, interval: f64) -> MotorRowResult {
     MotorRowResult {
-        joint: model.joints()[joint].clone(),
-        parameters: MOTOR_SIDE
-            .iter()
-            .enumerate()
-            .map(|(i, &kind)| {
-                let parameter = &model.parameters()[model.index(kind, joint)];
+        joint: model.joints()[row.joint].clone(),
+        parameters: (row.columns.iter().enumerate())
+            .map(|(i, &column)| {
+                let parameter = &model.parameters()[column];
                 let known = row.identifiable[i];
                 estimate(
                     parameter,
@@ -115,6 +145,7 @@ fn estimate(
         ci95: value.zip(half).map(|(v, h)| [v - h, v + h]),
         nominal: parameter.nominal,
         identifiable: value.is_some(),
+        fixed: parameter.fixed.is_some(),
         torque_rms_nm: None,
         torque_share: None,
     }
@@ -126,13 +157,14 @@ fn finite(value: f64) -> Option<f64> {
 
 /// Returns the trace of an estimator.
 pub(super) fn trace_of(
+    model: &Model,
     estimator: Estimator,
-    points: impl Iterator<Item = (f64, Option<Vec<f64>>)>,
+    points: impl Iterator<Item = (f64, Option<Theta>)>,
 ) -> CurveSet {
     let mut set = CurveSet {
         label: estimator.name().to_owned(),
         time: Vec::new(),
-        values: vec![Vec::new(); Theta::default().len()],
+        values: vec![Vec::new(); model.parameters().len()],
     };
     for (time, theta) in points {
         set.time.push(time);
@@ -144,31 +176,29 @@ pub(super) fn trace_of(
 }
 
 /// Returns the filtered right-hand sides, measured and by each estimator.
-pub(super) fn fit_curves(
-    model: &Model,
-    thetas: &[(Estimator, Theta)],
-    samples: &[FilteredSample],
-) -> Curves {
-    let time: Vec<f64> = samples.iter().map(|sample| sample.time).collect();
-    let collect = |label: &str, of: &dyn Fn(&FilteredSample) -> [f64; ROWS]| {
-        let mut values = vec![Vec::new(); ROWS];
-        for sample in samples {
-            for (values, value) in values.iter_mut().zip(of(sample)) {
-                values.push(Some(value));
-            }
-        }
-        CurveSet {
-            label: label.to_owned(),
-            time: time.clone(),
-            values,
-        }
+pub(super) fn fit_curves(model: &Model, thetas: &[(Estimator, Theta)], system: &System) -> Curves {
+    let kept = system.kept();
+    let rows = |of: &dyn Fn(usize, &[f64]) -> f64| -> Vec<Vec<Option<f64>>> {
+        (kept.rows.iter().enumerate())
+            .map(|(row, samples)| samples.iter().map(|sample| Some(of(row, sample))).collect())
+            .collect()
     };
-    let mut sets = vec![collect("measured", &|sample| sample.rhs)];
+    let set = |label: &str, values| CurveSet {
+        label: label.to_owned(),
+        time: kept.time.clone(),
+        values,
+    };
+    let measured = rows(&|_, sample| sample.last().copied().unwrap_or_default());
+    let mut sets = vec![set("measured", measured)];
     for (estimator, theta) in thetas {
-        sets.push(collect(estimator.name(), &|sample| sample.predicted(theta)));
+        let predicted = rows(&|row, sample| {
+            let columns = model.row_columns(row).iter().zip(sample);
+            columns.map(|(&column, entry)| theta[column] * entry).sum()
+        });
+        sets.push(set(estimator.name(), predicted));
     }
     Curves {
-        columns: (0..ROWS).map(|row| model.row_name(row)).collect(),
+        columns: (0..model.rows()).map(|row| model.row_name(row)).collect(),
         sets,
     }
 }

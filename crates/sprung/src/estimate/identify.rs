@@ -3,22 +3,28 @@
 use std::collections::BTreeMap;
 use std::time::Instant;
 
+use super::cutoff::{choose_cutoff, sweep};
+use super::delay::Excerpt;
 use super::describe::{describe, fit_curves, trace_of};
+use super::gravity::tilted;
 use super::judge::{Verdict, judge};
-use super::least_squares::{fit, residual, trace};
+use super::least_squares::{Fitted, fit, residual, trace};
 use super::lsff::{Lsff, LsffError};
-use super::result::{DelayUsed, GENERATOR, Identification, LogInfo, SettingsUsed};
-use super::second_look::{Delays, suspicions};
+use super::result::{
+    DelayUsed, EstimateResult, GENERATOR, Identification, LogInfo, SettingsUsed,
+};
+use super::second_look::{Delays, excerpt, suspicions};
+use super::standard::standard_parameters;
+use super::stribeck::find_stribeck;
 use crate::curves::Curves;
-use crate::description::{Estimator, Experiment, Identify};
+use crate::description::{Cutoff, Delay, Estimator, Experiment, Identify};
 use crate::finding::{Finding, Severity};
-use crate::log::{ChannelError, Channels, LogSource, check};
+use crate::log::{ChannelError, Channels, LogError, LogSource, check};
 use crate::model::Model;
-use crate::preprocess::{Decimator, RawSample};
-use crate::regression::{FilteredSample, Observer, PassError, Passed, Reading, read_through};
-
-/// Points of the fit over time, at most.
-const FIT_POINTS: usize = 2048;
+use crate::preprocess::RawBlock;
+use crate::regression::{
+    LogFigures, Observer, PassError, Reading, Restart, System, read_through,
+};
 
 /// What an identification leaves.
 #[derive(Clone, Debug)]
@@ -61,54 +67,107 @@ pub enum IdentifyError {
     },
 }
 
-/// Identifies the parameters of a robot from a log.
+/// The beginning of the first log, read when it is first needed.
+struct Beginning<'a, 's> {
+    sources: &'a mut [LogSource<'s>],
+    excerpt: Option<Excerpt>,
+}
+
+impl Beginning<'_, '_> {
+    fn get(&mut self, channels: &Channels) -> Result<Option<&Excerpt>, LogError> {
+        if self.excerpt.is_none() {
+            self.excerpt = match self.sources.first_mut() {
+                Some(first) => Some(excerpt(channels, first)?),
+                None => None,
+            };
+        }
+        Ok(self.excerpt.as_ref())
+    }
+}
+
+/// Identifies the parameters of a robot from its logs.
 ///
-/// The log is read once, block by block; memory does not grow with it. Delays
-/// that are to be estimated, and suspicions about impossible results, cost a
-/// second look at its beginning.
+/// Each log is read once, block by block; memory does not grow with it. What is
+/// to be chosen or searched (cut-off, delays, Stribeck velocities), and
+/// suspicions about impossible results, cost a look at the beginning of the
+/// first.
 ///
+/// - `sources`: the logs, all with the same columns.
 /// - `progress`: called with the number of samples read so far.
 ///
 /// # Errors
 ///
-/// [`IdentifyError`] if the description, the log or both together are wrong. A
+/// [`IdentifyError`] if the description, a log or both together are wrong. A
 /// poor fit is a result, not an error.
 pub fn identify(
     experiment: &Experiment,
     model: &Model,
-    source: &mut LogSource<'_>,
-    progress: &mut dyn FnMut(u64),
+    sources: &mut [LogSource<'_>],
+    progress: &mut (dyn FnMut(u64) + Send),
 ) -> Result<Identified, IdentifyError> {
     let start = Instant::now();
     let log = experiment.log.as_ref().ok_or(IdentifyError::NoLog)?;
     let settings = &experiment.identify;
     let channels = Channels::new(&experiment.robot, log)?;
-    let delays = Delays::new(&channels, model, settings, source)?;
-    let reading = Reading {
+    let names: Vec<String> = sources.iter().map(|source| source.name.clone()).collect();
+    let file = names.join(", ");
+    let mut beginning = Beginning {
+        sources,
+        excerpt: None,
+    };
+    let none = vec![0.0; channels.all.len()];
+    let mut reading = Reading {
         model,
         settings,
+        position_cutoff_hz: 0.0,
         channels: &channels,
-        delays: &delays.values,
+        delays: &none,
     };
+    let mut chosen = None;
+    reading.position_cutoff_hz = match settings.position_cutoff_hz {
+        Cutoff::Fixed(cutoff) => cutoff,
+        Cutoff::Auto => {
+            let excerpt = beginning.get(&channels).map_err(PassError::from)?;
+            let (cutoff, reason) = excerpt.map_or_else(
+                || (0.0, String::new()),
+                |excerpt| choose_cutoff(model, &channels, excerpt),
+            );
+            chosen = Some(reason);
+            cutoff
+        }
+    };
+    let mut findings = Vec::new();
+    let wants_delay = |channel: &crate::log::Channel| channel.delay == Some(Delay::Estimate);
+    let delays = if channels.all.iter().any(wants_delay) {
+        let excerpt = beginning.get(&channels).map_err(PassError::from)?;
+        Delays::new(&reading, excerpt, &file)?
+    } else {
+        Delays::new(&reading, None, &file)?
+    };
+    reading.delays = &delays.values;
+    let shaped;
+    if !model.unknown_stribeck().is_empty()
+        && let Some(excerpt) = beginning.get(&channels).map_err(PassError::from)?
+    {
+        let found = find_stribeck(&reading, excerpt);
+        shaped = found.0;
+        findings.extend(found.1);
+        reading.model = &shaped;
+    }
+    let model = reading.model;
+
     let mut watch = Watch::new(model, settings);
-    let passed = read_through(&reading, source, &mut watch, progress)?;
-    let mut findings =
-        check(&source.name, &channels, model.joints(), &passed.summary).map_err(PassError::from)?;
+    let passed = read_through(&reading, beginning.sources, &mut watch, progress)?;
+    for (figures, name) in passed.logs.iter().zip(&names) {
+        let of_log = check(name, &channels, model.joints(), &figures.summary);
+        findings.extend(of_log.map_err(PassError::from)?);
+        findings.extend(gaps(name, figures));
+    }
     findings.extend(delays.findings(&channels));
 
     let fitted = fit(model, &passed.system)
-        .filter(|fitted| {
-            let rows = residual(model, &passed.system, &fitted.theta());
-            let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
-            finite(&fitted.solution.x)
-                && finite(&fitted.standard_error)
-                && rows
-                    .iter()
-                    .all(|row| row.0.is_finite() && row.1.is_finite())
-        })
-        .ok_or_else(|| IdentifyError::NotFinite {
-            file: source.name.clone(),
-        })?;
+        .filter(|fitted| is_finite(model, &passed.system, fitted))
+        .ok_or(IdentifyError::NotFinite { file })?;
     let lsff = watch.lsff.transpose()?;
     let mut results = Vec::new();
     let mut traces = Vec::new();
@@ -119,44 +178,64 @@ pub fn identify(
                 let points = lsff.trace().iter();
                 (
                     lsff.theta(),
-                    lsff.wandering().to_vec(),
+                    lsff.wandering(),
                     watch.elapsed,
-                    trace_of(estimator, points.map(|(t, x)| (*t, Some(x.to_vec())))),
+                    trace_of(model, estimator, points.map(|(t, x)| (*t, Some(x.clone())))),
                 )
             }
             _ => (
-                fitted.theta(),
+                fitted.theta.clone(),
                 fitted.standard_error.clone(),
                 start.elapsed().as_secs_f64() - watch.elapsed,
-                trace_of(estimator, trace(model, &passed.system)),
+                trace_of(model, estimator, trace(model, &passed.system)),
             ),
         };
         let mut result = describe(model, estimator, &theta, &errors, &fitted, &passed.system);
         result.elapsed_s = elapsed;
-        let suspicions = suspicions(&reading, source, &result).map_err(PassError::from)?;
-        let weakest = &fitted.solution.weakest_direction;
-        result.warnings = judge(model, &result, weakest, &suspicions);
+        result.standard_parameters = standard_parameters(model, &theta, &fitted.identifiable);
+        let suspicions = suspicions(&reading, &result, || beginning.get(&channels))
+            .map_err(PassError::from)?;
+        result.warnings = judge(model, &result, &fitted.weakest_direction, &suspicions);
         result.warnings.extend(notes(estimator, lsff.as_ref()));
-        result.verdict = Verdict::of(findings.iter().chain(&result.warnings));
         results.push(result);
         traces.push(curves);
         thetas.push((estimator, theta));
     }
+    let worst = worst_residual(&results);
+    if model.tree().is_some()
+        && worst > 0.0
+        && let Some(excerpt) = beginning.get(&channels).map_err(PassError::from)?
+    {
+        findings.extend(tilted(experiment, &reading, excerpt, worst));
+    }
+    for result in &mut results {
+        result.verdict = Verdict::of(findings.iter().chain(&result.warnings));
+    }
+    let position_cutoff_choice = match (chosen, beginning.get(&channels)) {
+        (Some(reason), Ok(Some(excerpt))) => Some(sweep(&reading, excerpt, reason)),
+        _ => None,
+    };
+    let mut infos = (passed.logs.iter().zip(&log_names(log, &names)))
+        .map(|(figures, name)| log_info(name, figures, &delays, &channels))
+        .collect::<Vec<LogInfo>>()
+        .into_iter();
     Ok(Identified {
         trace: Curves {
             columns: model.parameters().iter().map(|p| p.name.clone()).collect(),
             sets: traces,
         },
-        fit: fit_curves(model, &thetas, watch.fit.items()),
+        fit: fit_curves(model, &thetas, &passed.system),
         identification: Identification {
             format: 1,
             generator: GENERATOR.to_owned(),
             robot: experiment.robot.name.clone(),
-            log: log_info(&log.name(&source.name), &passed, &delays, &channels),
+            log: infos.next().ok_or(IdentifyError::NoLog)?,
+            further_logs: infos.collect(),
             settings: SettingsUsed {
                 filter_cutoff_rad_per_s: settings.filter_cutoff_rad_per_s,
                 discretization: settings.discretization.name().to_owned(),
-                position_cutoff_hz: settings.position_cutoff_hz,
+                position_cutoff_hz: reading.position_cutoff_hz,
+                position_cutoff_choice,
                 position_filter_order: settings.position_filter_order,
             },
             findings,
@@ -165,11 +244,55 @@ pub fn identify(
     })
 }
 
-/// What is gathered besides the system while the log passes.
+/// Returns the names of the logs as the experiment has them.
+fn log_names(log: &crate::description::Log, opened: &[String]) -> Vec<String> {
+    match &log.file {
+        Some(files) if files.len() == opened.len() => {
+            files.iter().map(|file| file.display().to_string()).collect()
+        }
+        _ => opened.to_vec(),
+    }
+}
+
+fn is_finite(model: &Model, system: &System, fitted: &Fitted) -> bool {
+    let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
+    finite(&fitted.theta)
+        && finite(&fitted.standard_error)
+        && (residual(model, system, &fitted.theta).iter())
+            .all(|row| row.0.is_finite() && row.1.is_finite())
+}
+
+/// Returns the largest residual of a torque's row, as a part of its torque.
+fn worst_residual(results: &[EstimateResult]) -> f64 {
+    let first = results.first().into_iter();
+    first
+        .flat_map(|result| result.relative_residual.iter())
+        .fold(0.0, |worst, (_, share)| worst.max(share))
+}
+
+fn gaps(file: &str, figures: &LogFigures) -> Option<Finding> {
+    let gaps = &figures.gaps;
+    (gaps.count > 0).then(|| {
+        let lost = match figures.lost {
+            0 => String::new(),
+            lost => format!("; {lost} samples between gaps are too few for the filters"),
+        };
+        Finding::new(
+            if figures.lost > 0 { Severity::Warning } else { Severity::Info },
+            "gaps",
+            format!(
+                "{file} has {} gaps, {:.3} s together, at which the filters start anew{lost}",
+                gaps.count, gaps.duration
+            ),
+            "see that the recorder keeps up; nothing needs to be cut",
+        )
+    })
+}
+
+/// What is gathered besides the system while the logs pass.
 struct Watch<'a> {
     model: &'a Model,
     settings: &'a Identify,
-    fit: Decimator<FilteredSample>,
     lsff: Option<Result<Lsff, LsffError>>,
     // Time that LSFF took, s.
     elapsed: f64,
@@ -180,7 +303,6 @@ impl<'a> Watch<'a> {
         Self {
             model,
             settings,
-            fit: Decimator::new(FIT_POINTS),
             lsff: None,
             elapsed: 0.0,
         }
@@ -188,7 +310,13 @@ impl<'a> Watch<'a> {
 }
 
 impl Observer for Watch<'_> {
-    fn raw(&mut self, period: f64, samples: &[RawSample]) {
+    fn restart(&mut self, _: Restart) {
+        if let Some(Ok(lsff)) = &mut self.lsff {
+            lsff.restart();
+        }
+    }
+
+    fn raw(&mut self, period: f64, samples: &RawBlock) {
         if !self.settings.estimator.contains(&Estimator::Lsff) {
             return;
         }
@@ -198,15 +326,9 @@ impl Observer for Watch<'_> {
             .lsff
             .get_or_insert_with(|| Lsff::new(model, settings, period));
         if let Ok(lsff) = lsff {
-            for sample in samples {
-                lsff.process(sample);
-            }
+            lsff.process(samples);
         }
         self.elapsed += start.elapsed().as_secs_f64();
-    }
-
-    fn filtered(&mut self, sample: &FilteredSample) {
-        self.fit.push(|| *sample);
     }
 }
 
@@ -248,17 +370,18 @@ fn notes(estimator: Estimator, lsff: Option<&Lsff>) -> Vec<Finding> {
     notes
 }
 
-fn log_info(file: &str, passed: &Passed, delays: &Delays, channels: &Channels) -> LogInfo {
+fn log_info(file: &str, figures: &LogFigures, delays: &Delays, channels: &Channels) -> LogInfo {
     let delay_s: BTreeMap<String, DelayUsed> = (channels.all.iter().enumerate())
         .filter(|(_, channel)| channel.delay.is_some())
         .map(|(i, channel)| (channel.column.clone(), delays.used(i)))
         .collect();
     LogInfo {
         file: file.to_owned(),
-        samples: passed.summary.samples(),
-        period_s: passed.period,
-        duration_s: passed.duration,
-        jitter_percent: 100.0 * passed.jitter,
+        samples: figures.summary.samples(),
+        period_s: figures.period,
+        duration_s: figures.duration,
+        jitter_percent: 100.0 * figures.jitter,
+        gaps: figures.gaps.count,
         delay_s,
     }
 }

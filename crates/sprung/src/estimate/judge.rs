@@ -3,10 +3,10 @@
 use serde::{Deserialize, Serialize};
 use sprung_core::parameters::JointParameter;
 
-use super::delay::{DelayEstimate, MotorRowFit, ROTOR_INERTIA, STIFFNESS};
-use super::result::{EstimateResult, ParameterEstimate};
+use super::delay::{DelayEstimate, MotorRowFit};
+use super::result::{EstimateResult, MotorRowResult, ParameterEstimate};
 use crate::finding::{Finding, Severity};
-use crate::model::Model;
+use crate::model::{Model, ModelError, short};
 
 /// Relative standard error above which a parameter counts as weak.
 const WEAK: f64 = 0.25;
@@ -73,20 +73,50 @@ pub struct Suspicion {
     pub exchanged: Option<MotorRowFit>,
 }
 
-/// Returns whether the motor row of a joint calls for a second look at the log:
-/// its stiffness or rotor inertia is below zero, or it leaves much of the
+/// Parameters that a message lists, at most.
+const LISTED: usize = 8;
+
+/// Returns whether the torque's row of a joint calls for a second look at the
+/// log: its stiffness or rotor inertia is below zero, or it leaves much of the
 /// torque unexplained.
 #[must_use]
-pub fn suspect(result: &EstimateResult, joint: usize) -> bool {
-    result.motor_rows.get(joint).is_some_and(|row| {
-        let below_zero = [ROTOR_INERTIA, STIFFNESS]
-            .iter()
-            .any(|&i| row.parameters[i].value.is_some_and(|value| value < 0.0));
-        below_zero
-            || row
-                .relative_residual
-                .is_some_and(|share| share > UNEXPLAINED)
-    })
+pub fn suspect(model: &Model, result: &EstimateResult, joint: usize) -> bool {
+    let row = model.row_name(model.torque_row(joint));
+    let below_zero = motor_row(model, result, joint).is_some_and(|row| {
+        row.parameters.iter().any(|p| {
+            let vital = model.index_of(&p.name).is_ok_and(|i| {
+                let kind = model.parameters()[i].joint;
+                kind.is_some_and(|(kind, _)| kind.is_vital())
+            });
+            vital && negative(p)
+        })
+    });
+    let alone = motor_row(model, result, joint).and_then(|row| row.relative_residual);
+    below_zero
+        || alone
+            .or(result.relative_residual.get(&row))
+            .is_some_and(|share| share > UNEXPLAINED && !result.motor_rows.is_empty())
+}
+
+fn motor_row<'a>(
+    model: &Model,
+    result: &'a EstimateResult,
+    joint: usize,
+) -> Option<&'a MotorRowResult> {
+    let name = &model.joints()[joint];
+    result.motor_rows.iter().find(|row| row.joint == *name)
+}
+
+/// Returns a parameter of a joint, if it has it.
+fn of<'a>(
+    model: &Model,
+    result: &'a EstimateResult,
+    kind: JointParameter,
+    joint: usize,
+) -> Option<&'a ParameterEstimate> {
+    // The rotor of a rigid joint is lumped with its link.
+    (model.is_flexible(joint)).then_some(())?;
+    Some(&result.parameters[model.index(kind, joint)?])
 }
 
 /// Returns what there is to know about a result before using it.
@@ -108,11 +138,12 @@ pub fn judge(
         impossible(model, result, joint, name, suspicion, &mut findings);
         second_reading(model, joint, name, suspicion, &mut findings);
         scale(model, result, joint, name, &mut findings);
-        unexplained(result, name, &mut findings);
+        unexplained(model, result, joint, name, &mut findings);
     }
     negative_links(model, result, &mut findings);
+    mass_matrix(model, result, &mut findings);
     negative_friction(model, result, &mut findings);
-    weak(result, &mut findings);
+    weak(model, result, &mut findings);
     collinear(model, result, weakest, &mut findings);
     findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
     findings
@@ -126,7 +157,10 @@ fn unidentifiable(model: &Model, result: &EstimateResult, findings: &mut Vec<Fin
         return;
     }
     let names: Vec<String> = blind.iter().map(|(_, p)| p.name.clone()).collect();
-    let vital = (blind.iter()).any(|&(i, _)| !model.parameters()[i].is_friction());
+    let vital = (blind.iter()).any(|&(i, _)| {
+        let kind = model.parameters()[i].joint.map(|(kind, _)| kind);
+        kind.map_or(model.tree().is_none(), JointParameter::is_vital)
+    });
     findings.push(
         Finding::new(
             if vital { Severity::Serious } else { Severity::Warning },
@@ -134,9 +168,9 @@ fn unidentifiable(model: &Model, result: &EstimateResult, findings: &mut Vec<Fin
             format!(
                 "the log does not determine {} (rank {} of {}): the motion does not excite them, or \
                  only a combination of them",
-                names.join(", "),
+                listed(names.iter().map(|name| short(name).into_owned())),
                 result.rank,
-                result.parameters.len()
+                result.unknowns
             ),
             "record a log in which these joints move on their own, with accelerations and with \
              reversals of direction",
@@ -153,9 +187,10 @@ fn impossible(
     suspicion: &Suspicion,
     findings: &mut Vec<Finding>,
 ) {
-    let of = |kind| &result.parameters[model.index(kind, joint)];
-    if let Some(row) = result.motor_rows.get(joint)
-        && (row.parameters.iter().skip(1)).all(negative)
+    if let Some(row) = motor_row(model, result, joint)
+        && (row.parameters.iter())
+            .filter(|p| !p.name.ends_with("rotor_inertia") && p.unit != "N·m" || p.name.ends_with("coulomb"))
+            .all(negative)
     {
         findings.push(
             Finding::new(
@@ -174,8 +209,9 @@ fn impossible(
         );
         return;
     }
-    let stiffness = of(JointParameter::Stiffness);
-    if let Some(value) = stiffness.value.filter(|v| *v < 0.0) {
+    if let Some(stiffness) = of(model, result, JointParameter::Stiffness, joint)
+        && let Some(value) = stiffness.value.filter(|v| *v < 0.0)
+    {
         findings.push(
             Finding::new(
                 Severity::Serious,
@@ -194,8 +230,9 @@ fn impossible(
             .about([stiffness.name.clone()]),
         );
     }
-    let rotor = of(JointParameter::RotorInertia);
-    if let Some(value) = rotor.value.filter(|v| *v < 0.0) {
+    if let Some(rotor) = of(model, result, JointParameter::RotorInertia, joint)
+        && let Some(value) = rotor.value.filter(|v| *v < 0.0)
+    {
         findings.push(
             Finding::new(
                 Severity::Serious,
@@ -221,7 +258,14 @@ fn second_reading(
     suspicion: &Suspicion,
     findings: &mut Vec<Finding>,
 ) {
-    let stiffness = &model.parameters()[model.index(JointParameter::Stiffness, joint)];
+    let stiffness = model
+        .index(JointParameter::Stiffness, joint)
+        .map(|index| &model.parameters()[index]);
+    let about = || stiffness.map(|parameter| parameter.name.clone());
+    let found = |fit: &MotorRowFit| match (stiffness, fit.stiffness) {
+        (Some(parameter), Some(value)) => format!(" (stiffness {value:.4} {})", parameter.unit),
+        _ => String::new(),
+    };
     if let Some((column, delay)) = &suspicion.delay {
         findings.push(
             Finding::new(
@@ -229,21 +273,19 @@ fn second_reading(
                 "delayed-channel",
                 format!(
                     "{name}: if \"{column}\" was recorded {:.3} s late (standard error {:.3} s), the \
-                     motor row explains {:.1} % of the torque instead of {:.1} % and its stiffness is \
-                     {:.4} {}",
+                     motor row explains {:.1} % of the torque instead of {:.1} %{}",
                     delay.delay,
                     delay.standard_error,
                     explained(&delay.with),
                     explained(&delay.without),
-                    delay.with.values[STIFFNESS],
-                    stiffness.unit
+                    found(&delay.with)
                 ),
                 &format!(
                     "set delay_s = {{ \"{column}\" = {:.3} }} in [log], or \"estimate\"",
                     delay.delay
                 ),
             )
-            .about([stiffness.name.clone()]),
+            .about(about()),
         );
     }
     if let Some(fit) = &suspicion.exchanged {
@@ -253,24 +295,44 @@ fn second_reading(
                 "exchanged-columns",
                 format!(
                     "{name}: with link and motor position exchanged the motor row explains {:.0} % \
-                     of the torque and every parameter is positive (stiffness {:.4} {}): the columns \
-                     look swapped",
+                     of the torque and every parameter is positive{}: the columns look swapped",
                     explained(fit),
-                    fit.values[STIFFNESS],
-                    stiffness.unit
+                    found(fit)
                 ),
                 &format!(
                     "exchange \"{}\" and \"{}\" under link_position_rad and motor_position_rad",
                     suspicion.link, suspicion.motor
                 ),
             )
-            .about([stiffness.name.clone()]),
+            .about(about()),
         );
     }
 }
 
-/// Link parameters belong to no joint.
+/// Base parameters of a tree may have any sign; what must be positive is the
+/// mass matrix that they make.
+fn mass_matrix(model: &Model, result: &EstimateResult, findings: &mut Vec<Finding>) {
+    if model.tree().is_none() {
+        return;
+    }
+    let theta: Option<Vec<f64>> = result.parameters.iter().map(|p| p.value).collect();
+    let Some(theta) = theta else { return };
+    if let Err(error @ ModelError::MassMatrix { .. }) = model.check_inertias(&theta) {
+        findings.push(Finding::new(
+            Severity::Warning,
+            "mass-matrix-not-positive",
+            format!("no bodies have these inertial parameters: {error}"),
+            "the weak ones among them make it; a log with higher accelerations finds them, and \
+             until then the model cannot be simulated at that pose",
+        ));
+    }
+}
+
+/// Link parameters belong to no joint; in closed form they are inertias.
 fn negative_links(model: &Model, result: &EstimateResult, findings: &mut Vec<Finding>) {
+    if model.tree().is_some() {
+        return;
+    }
     let names: Vec<String> = (result.parameters.iter())
         .zip(model.parameters())
         .filter(|(_, p)| p.joint.is_none() && !p.name.ends_with(".coupling"))
@@ -311,11 +373,11 @@ fn scale(
     name: &str,
     findings: &mut Vec<Finding>,
 ) {
-    let stacked = &result.parameters[model.index(JointParameter::Stiffness, joint)];
-    let alone = result
-        .motor_rows
-        .get(joint)
-        .and_then(|row| row.parameters.get(STIFFNESS));
+    let Some(stacked) = of(model, result, JointParameter::Stiffness, joint) else {
+        return;
+    };
+    let alone = motor_row(model, result, joint)
+        .and_then(|row| row.parameters.iter().find(|p| p.name == stacked.name));
     let (Some(value), Some(alone)) = (stacked.value, alone) else {
         return;
     };
@@ -346,8 +408,15 @@ fn scale(
     }
 }
 
-fn unexplained(result: &EstimateResult, name: &str, findings: &mut Vec<Finding>) {
-    let Some(relative) = result.relative_residual.get(&format!("{name}.motor_nm")) else {
+fn unexplained(
+    model: &Model,
+    result: &EstimateResult,
+    joint: usize,
+    name: &str,
+    findings: &mut Vec<Finding>,
+) {
+    let row = model.row_name(model.torque_row(joint));
+    let Some(relative) = result.relative_residual.get(&row) else {
         return;
     };
     if relative > UNEXPLAINED {
@@ -401,9 +470,18 @@ fn negative_friction(model: &Model, result: &EstimateResult, findings: &mut Vec<
     }
 }
 
-fn weak(result: &EstimateResult, findings: &mut Vec<Finding>) {
-    let share = |p: &ParameterEstimate| Some(p.standard_error? / p.value.filter(|v| *v > 0.0)?);
+fn weak(model: &Model, result: &EstimateResult, findings: &mut Vec<Finding>) {
+    let share = |p: &ParameterEstimate| Some(p.standard_error? / p.value?.abs());
     let weak: Vec<&ParameterEstimate> = (result.parameters.iter())
+        .zip(model.parameters())
+        // Friction below zero has a finding of its own; an offset or a preload
+        // of zero is a good one.
+        .filter(|(p, known)| match known.joint {
+            Some((kind, _)) if kind.is_friction() => !negative(p),
+            Some((kind, _)) => kind.is_vital(),
+            None => true,
+        })
+        .map(|(p, _)| p)
         .filter(|p| share(p).is_some_and(|share| share > WEAK))
         .collect();
     if weak.is_empty() {
@@ -425,18 +503,24 @@ fn weak(result: &EstimateResult, findings: &mut Vec<Finding>) {
 
 /// Returns `name value, name value, …`.
 fn list(parameters: &[&ParameterEstimate], value: impl Fn(&ParameterEstimate) -> String) -> String {
-    let words: Vec<String> = parameters
-        .iter()
-        .map(|p| format!("{} {}", p.name, value(p)))
-        .collect();
-    words.join(", ")
+    listed((parameters.iter()).map(|p| format!("{} {}", short(&p.name), value(p))))
+}
+
+/// Returns the first of many words, and how many there are more.
+fn listed(words: impl ExactSizeIterator<Item = String>) -> String {
+    let more = words.len().saturating_sub(LISTED);
+    let mut shown = words.take(LISTED).collect::<Vec<String>>().join(", ");
+    if more > 0 {
+        shown = format!("{shown} and {more} more");
+    }
+    shown
 }
 
 fn collinear(model: &Model, result: &EstimateResult, weakest: &[f64], findings: &mut Vec<Finding>) {
     let Some(condition) = result.condition_number_scaled.filter(|c| *c > COLLINEAR) else {
         return;
     };
-    if result.rank < result.parameters.len() {
+    if result.rank < result.unknowns {
         return;
     }
     let names: Vec<String> = (model.parameters().iter().zip(weakest))
@@ -450,7 +534,7 @@ fn collinear(model: &Model, result: &EstimateResult, weakest: &[f64], findings: 
             format!(
                 "{} act alike in this log (condition number {condition:.0} after scaling): their \
                  separate values are far less sure than a combination of them",
-                names.join(", ")
+                listed(names.iter().map(|name| short(name).into_owned()))
             ),
             "a trajectory with more frequencies and with the joints out of step",
         )

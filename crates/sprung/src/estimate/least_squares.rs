@@ -1,57 +1,127 @@
 //! Least squares on the filtered regression.
 
 use faer::Mat;
-use sprung_core::drives::MOTOR_SIDE;
 
-use crate::model::{JOINT_COUNT, Model, ROWS, Theta};
+use crate::model::{Model, Theta};
 use crate::regression::{Solution, System, SystemPart, Triangle, solve, solve_quickly};
 
 /// Stretches of the log whose scatter gives the standard errors, at most.
 const GROUPS: usize = 32;
 
+/// Numbers of a trace, at most: it has fewer points for more parameters.
+const TRACE: usize = 8000;
+
 /// A parameter vector with its uncertainty.
 #[derive(Clone, Debug)]
 pub struct Fitted {
-    /// Solution of the stacked system.
-    pub solution: Solution,
-    /// Standard error of each parameter.
+    /// The parameter vector, known values included, \[p\].
+    pub theta: Theta,
+    /// Whether the data determine each parameter, or it is known.
+    pub identifiable: Vec<bool>,
+    /// Standard error of each parameter; zero for known ones.
     pub standard_error: Vec<f64>,
+    /// How much each parameter takes part in the direction seen least, columns
+    /// scaled.
+    pub weakest_direction: Vec<f64>,
+    /// Numerical rank, out of the parameters that are not known.
+    pub rank: usize,
+    /// Number of parameters that are not known.
+    pub unknowns: usize,
+    /// Ratio of extreme singular values, as the columns stand.
+    pub condition_number: f64,
+    /// The same after scaling columns to unit length.
+    pub condition_number_scaled: f64,
     /// Half width of a 95 % interval in standard errors.
     pub interval: f64,
-    /// The motor rows alone, one per joint.
+    /// The motor rows alone, one per flexible joint.
     pub motor_rows: Vec<MotorRow>,
 }
 
-impl Fitted {
-    /// Returns the parameter vector.
-    #[must_use]
-    pub fn theta(&self) -> Theta {
-        let mut theta = Theta::default();
-        theta.copy_from_slice(&self.solution.x);
-        theta
-    }
-}
-
-/// What the motor row of a joint says by itself.
+/// What the motor row of a flexible joint says by itself.
 ///
 /// It has a right-hand side, the torque, so nothing pulls its scale down.
 #[derive(Clone, Debug)]
 pub struct MotorRow {
-    /// Values of the kinds in [`MOTOR_SIDE`].
-    pub values: [f64; MOTOR_SIDE.len()],
+    /// The joint.
+    pub joint: usize,
+    /// Indices in theta of its parameters.
+    pub columns: Vec<usize>,
+    /// Their values.
+    pub values: Vec<f64>,
     /// Their standard errors.
-    pub standard_error: [f64; MOTOR_SIDE.len()],
+    pub standard_error: Vec<f64>,
     /// Whether the row determines them.
-    pub identifiable: [bool; MOTOR_SIDE.len()],
+    pub identifiable: Vec<bool>,
     /// Condition number, columns as they stand.
     pub condition_number: f64,
     /// Residual over torque, root mean squares.
     pub relative_residual: f64,
 }
 
+/// Rows of a system without the parameters that are known.
+struct Free {
+    /// Index in theta of each unknown.
+    unknowns: Vec<usize>,
+    /// Value of each known parameter.
+    known: Vec<Option<f64>>,
+    /// Unknowns that each row touches, by their place among the unknowns.
+    columns: Vec<Vec<usize>>,
+    /// Columns of theta that each row touches.
+    touched: Vec<Vec<usize>>,
+}
+
+impl Free {
+    fn new(model: &Model) -> Self {
+        let known: Vec<Option<f64>> = model.parameters().iter().map(|p| p.fixed).collect();
+        let unknowns: Vec<usize> = (0..known.len()).filter(|&i| known[i].is_none()).collect();
+        let place = |column: &usize| unknowns.binary_search(column).ok();
+        let touched: Vec<Vec<usize>> = (0..model.rows())
+            .map(|row| model.row_columns(row).to_vec())
+            .collect();
+        Self {
+            columns: (touched.iter())
+                .map(|columns| columns.iter().filter_map(place).collect())
+                .collect(),
+            touched,
+            unknowns,
+            known,
+        }
+    }
+
+    /// Moves known parameters to the right-hand side.
+    fn factors(&self, factors: Vec<Triangle>) -> Vec<Triangle> {
+        if self.unknowns.len() == self.known.len() {
+            return factors;
+        }
+        let known = |columns: &Vec<usize>| -> Vec<Option<f64>> {
+            columns.iter().map(|&c| self.known[c]).collect()
+        };
+        (factors.iter().zip(&self.touched))
+            .map(|(factor, columns)| factor.with_known(&known(columns)))
+            .collect()
+    }
+
+    fn parts<'a>(&'a self, factors: &'a [Triangle]) -> Vec<SystemPart<'a>> {
+        (self.columns.iter().zip(factors))
+            .map(|(columns, factor)| SystemPart { columns, factor })
+            .collect()
+    }
+
+    /// Puts values of the unknowns among all parameters.
+    fn whole<T: Copy>(&self, of_unknowns: &[T], of_known: impl Fn(f64) -> T) -> Vec<T> {
+        let mut next = of_unknowns.iter();
+        (self.known.iter())
+            .filter_map(|known| match known {
+                Some(value) => Some(of_known(*value)),
+                None => next.next().copied(),
+            })
+            .collect()
+    }
+}
+
 /// Solves the stacked system and each motor row alone.
 ///
-/// Returns nothing if the log is empty or a number is not finite.
+/// Returns nothing if there are no samples or a number is not finite.
 ///
 /// Standard errors come from the scatter of the normal equations between up to
 /// 32 stretches of the log, so they hold for residuals of any colour and level.
@@ -64,40 +134,67 @@ pub struct MotorRow {
 /// Eq. (28).
 #[must_use]
 pub fn fit(model: &Model, system: &System) -> Option<Fitted> {
-    let whole = system.whole()?;
-    let groups = system.groups(GROUPS);
-    let columns: Vec<&[usize]> = (0..ROWS).map(|row| model.row_columns(row)).collect();
-    let solution = solve(&parts(&columns, &whole), model.parameters().len())?;
-    let standard_error = scatter(&solution, &columns, &groups);
+    let free = Free::new(model);
+    let whole = free.factors(system.whole()?);
+    let groups: Vec<Vec<Triangle>> = (system.groups(GROUPS).into_iter())
+        .map(|group| free.factors(group))
+        .collect();
+    let solution = solve(&free.parts(&whole), free.unknowns.len())?;
+    let errors = scatter(&solution, &free.columns, &groups);
 
-    let motor_rows = (0..JOINT_COUNT)
+    let motor_rows = (0..model.joint_count())
+        .filter(|&joint| model.is_flexible(joint))
         .map(|joint| {
-            let row = JOINT_COUNT + joint;
-            let local: Vec<usize> = (0..MOTOR_SIDE.len()).collect();
+            let row = model.torque_row(joint);
+            let count = free.columns[row].len();
+            let local: Vec<usize> = (0..count).collect();
             let part = SystemPart {
                 columns: &local,
                 factor: &whole[row],
             };
-            let solution = solve(&[part], MOTOR_SIDE.len())?;
+            let solution = solve(&[part], count)?;
             let own: Vec<Vec<Triangle>> = groups.iter().map(|g| vec![g[row].clone()]).collect();
-            let errors = scatter(&solution, &[&local], &own);
-            let length = |v: &[f64]| v.iter().map(|r| r * r).sum::<f64>().sqrt();
+            let standard_error = scatter(&solution, &[local], &own);
             Some(MotorRow {
-                values: std::array::from_fn(|i| solution.x[i]),
-                standard_error: std::array::from_fn(|i| errors[i]),
-                identifiable: std::array::from_fn(|i| solution.identifiable[i]),
-                condition_number: solution.condition_number,
+                joint,
+                columns: (free.columns[row].iter())
+                    .map(|&unknown| free.unknowns[unknown])
+                    .collect(),
+                standard_error,
                 relative_residual: length(&whole[row].residual(&solution.x))
                     / whole[row].rhs_norm(),
+                values: solution.x,
+                identifiable: solution.identifiable,
+                condition_number: solution.condition_number,
             })
         })
         .collect::<Option<_>>()?;
     Some(Fitted {
-        solution,
-        standard_error,
+        theta: free.whole(&solution.x, |value| value),
+        identifiable: free.whole(&solution.identifiable, |_| true),
+        standard_error: free.whole(&errors, |_| 0.0),
+        weakest_direction: free.whole(&solution.weakest_direction, |_| 0.0),
+        rank: solution.rank,
+        unknowns: free.unknowns.len(),
+        condition_number: solution.condition_number,
+        condition_number_scaled: solution.condition_number_scaled,
         interval: student_95(groups.len().saturating_sub(1)),
         motor_rows,
     })
+}
+
+/// Returns the parameter vector alone, \[p\]; nothing if the data do not
+/// determine all of it.
+#[must_use]
+pub fn fit_quickly(model: &Model, system: &System) -> Option<Theta> {
+    let free = Free::new(model);
+    let whole = free.factors(system.whole()?);
+    let x = solve_quickly(&free.parts(&whole), free.unknowns.len())?;
+    Some(free.whole(&x, |value| value))
+}
+
+fn length(v: &[f64]) -> f64 {
+    v.iter().map(|r| r * r).sum::<f64>().sqrt()
 }
 
 /// Returns the 97.5 % quantile of Student's t; within 1 % from three degrees of
@@ -126,18 +223,20 @@ fn student_95(freedom: usize) -> f64 {
 pub fn trace<'a>(
     model: &'a Model,
     system: &'a System,
-) -> impl Iterator<Item = (f64, Option<Vec<f64>>)> + 'a {
-    let columns: Vec<&[usize]> = (0..ROWS).map(|row| model.row_columns(row)).collect();
-    system.growing().map(move |(time, factors)| {
-        let x = solve_quickly(&parts(&columns, &factors), model.parameters().len());
-        (time, x)
+) -> impl Iterator<Item = (f64, Option<Theta>)> + 'a {
+    let free = Free::new(model);
+    let points = (TRACE / free.unknowns.len().max(1)).max(48);
+    system.growing(points).map(move |(time, factors)| {
+        let factors = free.factors(factors);
+        let x = solve_quickly(&free.parts(&factors), free.unknowns.len());
+        (time, x.map(|x| free.whole(&x, |value| value)))
     })
 }
 
 /// Returns root mean squares of the residual and of the right-hand side of
 /// each row, N·m.
 #[must_use]
-pub fn residual(model: &Model, system: &System, theta: &Theta) -> Vec<(f64, f64)> {
+pub fn residual(model: &Model, system: &System, theta: &[f64]) -> Vec<(f64, f64)> {
     let scale = 1.0 / (system.samples().max(1) as f64).sqrt();
     system
         .whole()
@@ -156,7 +255,7 @@ pub fn residual(model: &Model, system: &System, theta: &Theta) -> Vec<(f64, f64)
 /// square of its column times its value, N·m, and its share of the largest such
 /// torque of the row; for a parameter of two rows, where the torque is larger.
 #[must_use]
-pub fn torques(model: &Model, system: &System, theta: &Theta) -> Vec<(f64, f64)> {
+pub fn torques(model: &Model, system: &System, theta: &[f64]) -> Vec<(f64, f64)> {
     let scale = 1.0 / (system.samples().max(1) as f64).sqrt();
     let mut torques = vec![(0.0, 0.0); theta.len()];
     for (row, factor) in system.whole().unwrap_or_default().iter().enumerate() {
@@ -174,16 +273,8 @@ pub fn torques(model: &Model, system: &System, theta: &Theta) -> Vec<(f64, f64)>
     torques
 }
 
-fn parts<'a>(columns: &[&'a [usize]], factors: &'a [Triangle]) -> Vec<SystemPart<'a>> {
-    columns
-        .iter()
-        .zip(factors)
-        .map(|(columns, factor)| SystemPart { columns, factor })
-        .collect()
-}
-
 /// Standard errors from the scatter of the gradients of the groups.
-fn scatter(solution: &Solution, columns: &[&[usize]], groups: &[Vec<Triangle>]) -> Vec<f64> {
+fn scatter(solution: &Solution, columns: &[Vec<usize>], groups: &[Vec<Triangle>]) -> Vec<f64> {
     let p = solution.x.len();
     let mut gradients = Mat::<f64>::zeros(p, groups.len());
     for (g, factors) in groups.iter().enumerate() {

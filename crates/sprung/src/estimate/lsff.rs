@@ -5,12 +5,12 @@ use sprung_core::filter::FilterError;
 use sprung_core::recursive::{
     ForgettingLeastSquares, RecursiveError, Settings as GainSettings, memory_len,
 };
-use sprung_core::regressor::JointState;
+use sprung_core::drives::State;
 use sprung_core::velocity::{AveragedVelocity, VelocityError};
 
 use crate::description::{DiscretizationName, Identify};
-use crate::model::{JOINT_COUNT, Model, Theta};
-use crate::preprocess::{Decimator, RawSample};
+use crate::model::{Model, Theta};
+use crate::preprocess::{Decimator, RawBlock};
 use crate::regression::FilteredRegression;
 
 /// Points of the trace, at most.
@@ -40,7 +40,9 @@ pub enum LsffError {
 #[derive(Clone, Debug)]
 pub struct Lsff {
     regression: FilteredRegression,
-    velocity: [AveragedVelocity; 2 * JOINT_COUNT],
+    velocity: Vec<AveragedVelocity>,
+    fresh: AveragedVelocity,
+    model: Model,
     recursion: ForgettingLeastSquares<Vec<f64>>,
     row: Vec<f64>,
     trace: Decimator<(f64, Theta)>,
@@ -64,7 +66,7 @@ impl Lsff {
     /// Eq. (30); regressor by eqs. (19) and (20), velocities by (25) and (26).
     pub fn new(model: &Model, settings: &Identify, period: f64) -> Result<Self, LsffError> {
         let regression = FilteredRegression::new(
-            model.arm(),
+            model,
             settings.filter_cutoff_rad_per_s,
             period,
             DiscretizationName::Paper,
@@ -83,60 +85,91 @@ impl Lsff {
             .map_err(LsffError::Recursive)?;
         Ok(Self {
             regression,
-            velocity: [velocity; 2 * JOINT_COUNT],
+            velocity: vec![velocity; 2 * model.joint_count()],
+            fresh: velocity,
+            model: model.clone(),
             recursion,
             row: vec![0.0; p],
             trace: Decimator::new(TRACE),
-            mean: Theta::default(),
-            variance: Theta::default(),
+            mean: vec![0.0; p],
+            variance: vec![0.0; p],
             averaging: 1.0 - (-settings.lsff_forgetting_per_s * period).exp(),
             samples: 0,
         })
     }
 
-    /// Takes the next sample.
-    pub fn process(&mut self, sample: &RawSample) {
-        let mut state = JointState {
-            q: sample.q,
-            phi: sample.phi,
-            ..JointState::default()
-        };
-        for joint in 0..JOINT_COUNT {
-            state.dq[joint] = self.velocity[joint].process(sample.q[joint]);
-            state.dphi[joint] = self.velocity[JOINT_COUNT + joint].process(sample.phi[joint]);
-        }
-        let filtered = self.regression.process(sample.time, &state, &sample.tau);
-        self.recursion.forget();
-        for (columns, entries, rhs) in filtered.rows() {
-            self.row.fill(0.0);
-            for (&column, entry) in columns.iter().zip(entries) {
-                self.row[column] = *entry;
+    /// Another log begins, or the log goes on after a gap: velocities and
+    /// filters start anew, the estimate goes on.
+    pub fn restart(&mut self) {
+        self.velocity.fill(self.fresh);
+        self.regression.restart();
+    }
+
+    /// Takes the next samples.
+    pub fn process(&mut self, samples: &RawBlock) {
+        let n = self.model.joint_count();
+        for (k, &time) in samples.time.iter().enumerate() {
+            let q = RawBlock::at(&samples.q, k);
+            let phi = RawBlock::at(&samples.phi, k);
+            let tau = RawBlock::at(&samples.tau, k);
+            let velocities: Vec<f64> = (self.velocity.iter_mut().zip(q.iter().chain(&phi)))
+                .map(|(velocity, position)| velocity.process(*position))
+                .collect();
+            let (dq, dphi) = velocities.split_at(n);
+            let state = State {
+                q: &q,
+                dq,
+                phi: &phi,
+                dphi,
+            };
+            let (entries, rhs) = self.regression.process(&state, &tau);
+            self.recursion.forget();
+            for row in 0..self.model.rows() {
+                self.row.fill(0.0);
+                let own = &entries[self.model.row_entries(row)];
+                for (&column, entry) in self.model.row_columns(row).iter().zip(own) {
+                    self.row[column] = *entry;
+                }
+                let mut rhs = match self.model.is_torque_row(row) {
+                    true => rhs[self.model.joint_of(row)],
+                    false => 0.0,
+                };
+                for (entry, parameter) in self.row.iter_mut().zip(self.model.parameters()) {
+                    if let Some(known) = parameter.fixed {
+                        rhs -= *entry * known;
+                        *entry = 0.0;
+                    }
+                }
+                self.recursion.update(&self.row, rhs);
             }
-            self.recursion.update(&self.row, rhs);
+            self.wander(time);
         }
+    }
+
+    fn wander(&mut self, time: f64) {
         let theta = self.theta();
         for ((value, mean), variance) in theta.iter().zip(&mut self.mean).zip(&mut self.variance) {
             let difference = value - *mean;
             *mean += self.averaging * difference;
             *variance += self.averaging * (difference * difference - *variance);
         }
-        self.trace.push(|| (sample.time, theta));
+        self.trace.push(|| (time, theta));
         self.samples += 1;
     }
 
     /// Returns the estimate now.
     #[must_use]
     pub fn theta(&self) -> Theta {
-        let mut theta = Theta::default();
-        theta.copy_from_slice(self.recursion.theta());
-        theta
+        (self.recursion.theta().iter().zip(self.model.parameters()))
+            .map(|(value, parameter)| parameter.fixed.unwrap_or(*value))
+            .collect()
     }
 
     /// Returns how far each estimate wandered lately: its standard deviation
     /// over about the last 1/δ seconds.
     #[must_use]
     pub fn wandering(&self) -> Theta {
-        self.variance.map(f64::sqrt)
+        self.variance.iter().map(|v| v.sqrt()).collect()
     }
 
     /// Returns the part of the samples in which forgetting was paused because

@@ -1,20 +1,29 @@
 //! From a system to parameters, and how far to trust them.
 
+mod cutoff;
 mod delay;
 mod describe;
+mod gravity;
 mod identify;
 mod judge;
 mod least_squares;
 mod lsff;
 mod result;
 mod second_look;
+mod standard;
+mod stribeck;
 
+pub use cutoff::{choose_cutoff, position_cutoff, sweep};
 pub use delay::{DelayEstimate, Excerpt, MotorRowFit, estimate_delays, fit_motor_rows};
+pub use gravity::tilted;
 pub use identify::{Identified, IdentifyError, identify};
 pub use judge::{Suspicion, UNEXPLAINED, Verdict, judge, suspect};
-pub use least_squares::{Fitted, MotorRow, fit, residual, torques, trace};
+pub use least_squares::{Fitted, MotorRow, fit, fit_quickly, residual, torques, trace};
 pub use lsff::{Lsff, LsffError};
 pub use result::{
-    DelayUsed, EstimateResult, GENERATOR, Identification, LogInfo, MotorRowResult,
-    ParameterEstimate, SettingsUsed, parameters_csv,
+    CutoffChoice, CutoffPoint, DelayUsed, Determined, EncoderOffsetResult, EstimateResult,
+    GENERATOR, Identification, LogInfo, MotorRowResult, ParameterEstimate, SettingsUsed,
+    StandardParameter, parameters_csv,
 };
+pub use standard::standard_parameters;
+pub use stribeck::find_stribeck;

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::judge::Verdict;
 use crate::finding::Finding;
+use crate::model::stribeck_name;
 use crate::named::Named;
 
 /// Program and version, as result files name them.
@@ -21,8 +22,11 @@ pub struct Identification {
     pub generator: String,
     /// Name of the robot.
     pub robot: String,
-    /// The log.
+    /// The log, or the first of several.
     pub log: LogInfo,
+    /// Further logs.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub further_logs: Vec<LogInfo>,
     /// The settings that were used.
     pub settings: SettingsUsed,
     /// What was noticed about the log.
@@ -44,6 +48,9 @@ pub struct LogInfo {
     pub duration_s: f64,
     /// Largest deviation of a step from the period, percent.
     pub jitter_percent: f64,
+    /// Number of gaps, at which filters start anew.
+    #[serde(default)]
+    pub gaps: u64,
     /// Delays that were undone, by column.
     #[serde(default)]
     pub delay_s: BTreeMap<String, DelayUsed>,
@@ -67,8 +74,69 @@ pub struct SettingsUsed {
     pub discretization: String,
     /// Cut-off of the zero-phase filter.
     pub position_cutoff_hz: f64,
+    /// How that was chosen, if it was.
+    #[serde(default)]
+    pub position_cutoff_choice: Option<CutoffChoice>,
     /// Order of the zero-phase filter.
     pub position_filter_order: usize,
+}
+
+/// A cut-off that was chosen from the data.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CutoffChoice {
+    /// Why this one.
+    pub reason: String,
+    /// What other cut-offs give, from the beginning of the log.
+    pub sweep: Vec<CutoffPoint>,
+}
+
+/// Estimates at one cut-off.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CutoffPoint {
+    /// Cut-off, Hz.
+    pub cutoff_hz: f64,
+    /// Values, in the order of theta.
+    pub values: Vec<f64>,
+}
+
+/// Constant difference of the two encoders of a joint.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EncoderOffsetResult {
+    /// Name of the joint.
+    pub joint: String,
+    /// What the link's reads too much against the motor's, rad (m).
+    pub offset_rad: f64,
+    /// Its standard error, rad (m).
+    pub standard_error_rad: Option<f64>,
+}
+
+/// One inertial parameter of a single link.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StandardParameter {
+    /// Name, as in `link1.izz`.
+    pub name: String,
+    /// Unit.
+    pub unit: String,
+    /// Value: the nominal one, changed as little as the estimate asks for.
+    pub value: f64,
+    /// Nominal value.
+    pub nominal: Option<f64>,
+    /// What the log says of it.
+    pub determined: Determined,
+}
+
+/// What a log says of a standard parameter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Determined {
+    /// Its value.
+    Alone,
+    /// Only a combination with others.
+    InCombination,
+    /// Nothing: no motion shows it.
+    Not,
+    /// It was given.
+    Known,
 }
 
 /// What one estimator found.
@@ -80,12 +148,26 @@ pub struct EstimateResult {
     pub verdict: Verdict,
     /// Numerical rank of the stacked regressor.
     pub rank: usize,
+    /// Number of parameters that were not known before.
+    #[serde(default)]
+    pub unknowns: usize,
     /// Condition number of the stacked regressor; absent if infinite.
     pub condition_number: Option<f64>,
     /// The same after scaling columns to unit length.
     pub condition_number_scaled: Option<f64>,
     /// The parameters, in the order of theta.
     pub parameters: Vec<ParameterEstimate>,
+    /// Constant differences of the encoders, if they were estimated.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub encoder_offsets: Vec<EncoderOffsetResult>,
+    /// Velocities at which Stribeck friction has fallen to 1/e, rad/s (m/s), by
+    /// joint.
+    #[serde(default, skip_serializing_if = "Named::is_empty")]
+    pub stribeck_velocity: Named,
+    /// Inertial parameters of single links, as near to the nominal ones as the
+    /// estimate allows; trees only.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub standard_parameters: Vec<StandardParameter>,
     /// What the motor rows say by themselves; least squares only.
     #[serde(default)]
     pub motor_rows: Vec<MotorRowResult>,
@@ -118,6 +200,9 @@ pub struct ParameterEstimate {
     pub nominal: Option<f64>,
     /// Whether the data determine it.
     pub identifiable: bool,
+    /// Whether it was given.
+    #[serde(default)]
+    pub fixed: bool,
     /// Torque that it stands for in the log, root mean square of its column
     /// times its value, in the row where that is most, N·m.
     #[serde(default)]
@@ -144,9 +229,10 @@ impl EstimateResult {
     /// Returns the values by name, without those that are not determined.
     #[must_use]
     pub fn values(&self) -> BTreeMap<String, f64> {
-        self.parameters
-            .iter()
+        let shapes = self.stribeck_velocity.iter();
+        (self.parameters.iter())
             .filter_map(|p| Some((p.name.clone(), p.value?)))
+            .chain(shapes.map(|(joint, velocity)| (stribeck_name(joint), velocity)))
             .collect()
     }
 

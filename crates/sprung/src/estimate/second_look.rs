@@ -5,11 +5,10 @@ use super::delay::{DelayEstimate, Excerpt, MotorRowFit, estimate_delays, fit_mot
 use super::identify::IdentifyError;
 use super::judge::{Suspicion, suspect};
 use super::result::{DelayUsed, EstimateResult};
-use crate::description::{Delay, Identify};
+use crate::description::Delay;
 use crate::finding::{Finding, Severity};
 use crate::log::{Channels, LogBlock, LogError, LogSource, Quantity};
-use crate::model::{JOINT_COUNT, Model};
-use crate::regression::{PassError, Reading};
+use crate::regression::Reading;
 
 /// Part of a residual that another reading of the log must stay below to be
 /// mentioned.
@@ -33,11 +32,11 @@ impl Delays {
     ///
     /// [`IdentifyError::Delay`] if the log cannot tell, or its own errors.
     pub(super) fn new(
-        channels: &Channels,
-        model: &Model,
-        settings: &Identify,
-        source: &mut LogSource<'_>,
+        base: &Reading<'_>,
+        excerpt: Option<&Excerpt>,
+        file: &str,
     ) -> Result<Self, IdentifyError> {
+        let (channels, model) = (base.channels, base.model);
         let mut values = vec![0.0; channels.all.len()];
         let mut wanted = Vec::new();
         for (i, channel) in channels.all.iter().enumerate() {
@@ -58,18 +57,15 @@ impl Delays {
                     )));
                 }
             }
-            let excerpt = excerpt(channels, source).map_err(PassError::from)?;
             let reading = Reading {
-                model,
-                settings,
-                channels,
                 delays: &values,
+                ..*base
             };
-            found = estimate_delays(&excerpt, &reading, &wanted).ok_or_else(|| {
+            let search = excerpt.and_then(|excerpt| estimate_delays(excerpt, &reading, &wanted));
+            found = search.ok_or_else(|| {
                 IdentifyError::Delay(format!(
-                    "{} is too short to estimate a delay from; give the delay as a number of \
-                     seconds",
-                    source.name
+                    "{file} is too short to estimate a delay from; give the delay as a number of \
+                     seconds"
                 ))
             })?;
         }
@@ -129,7 +125,11 @@ impl Delays {
     }
 }
 
-fn excerpt(channels: &Channels, source: &mut LogSource<'_>) -> Result<Excerpt, LogError> {
+/// Reads the beginning of a log.
+pub(super) fn excerpt(
+    channels: &Channels,
+    source: &mut LogSource<'_>,
+) -> Result<Excerpt, LogError> {
     let mut log = source.open(channels)?;
     let mut block = LogBlock::new(channels.all.len());
     let mut more = log.read(&mut block)?;
@@ -146,10 +146,10 @@ fn excerpt(channels: &Channels, source: &mut LogSource<'_>) -> Result<Excerpt, L
 /// # Errors
 ///
 /// [`LogError`] if the log cannot be read again.
-pub(super) fn suspicions(
+pub(super) fn suspicions<'e>(
     reading: &Reading<'_>,
-    source: &mut LogSource<'_>,
     result: &EstimateResult,
+    excerpt: impl FnOnce() -> Result<Option<&'e Excerpt>, LogError>,
 ) -> Result<Vec<Suspicion>, LogError> {
     let channels = reading.channels;
     let column = |quantities: &[Quantity], joint: usize| {
@@ -157,7 +157,8 @@ pub(super) fn suspicions(
             .find(|c| c.joint == joint && quantities.contains(&c.quantity))
             .map_or_else(String::new, |c| c.column.clone())
     };
-    let mut all: Vec<Suspicion> = (0..JOINT_COUNT)
+    let joints = reading.model.joint_count();
+    let mut all: Vec<Suspicion> = (0..joints)
         .map(|joint| Suspicion {
             link: column(&[Quantity::LinkPosition, Quantity::LinkDeflection], joint),
             motor: column(&[Quantity::MotorPosition], joint),
@@ -166,28 +167,29 @@ pub(super) fn suspicions(
             exchanged: None,
         })
         .collect();
-    if !(0..JOINT_COUNT).any(|joint| suspect(result, joint)) {
+    if !(0..joints).any(|joint| suspect(reading.model, result, joint)) {
         return Ok(all);
     }
-    let excerpt = excerpt(channels, source)?;
-    let Some(now) = fit_motor_rows(&excerpt, reading) else {
+    let Some(excerpt) = excerpt()? else {
+        return Ok(all);
+    };
+    let Some(now) = fit_motor_rows(excerpt, reading) else {
         return Ok(all);
     };
     for (joint, suspicion) in all.iter_mut().enumerate() {
-        if !suspect(result, joint) {
+        if !suspect(reading.model, result, joint) {
             continue;
         }
         let better = |fit: &MotorRowFit| {
-            let positive = fit.values.iter().all(|value| *value > 0.0);
-            positive && fit.relative_residual < CLEARLY * now[joint].relative_residual
+            fit.plausible && fit.relative_residual < CLEARLY * now[joint].relative_residual
         };
         if let Some(exchanged) = channels.exchanged(joint) {
             let reading = Reading {
                 channels: &exchanged,
                 ..*reading
             };
-            suspicion.exchanged = fit_motor_rows(&excerpt, &reading)
-                .map(|fits| fits[joint])
+            suspicion.exchanged = fit_motor_rows(excerpt, &reading)
+                .and_then(|fits| fits.get(joint).copied())
                 .filter(better);
         }
         if suspicion.exchanged.is_some() {
@@ -202,7 +204,7 @@ pub(super) fn suspicions(
         suspicion.delay = (0..channels.all.len())
             .filter(|i| channels.all[*i].joint == joint)
             .filter(untested)
-            .filter_map(|i| estimate_delays(&excerpt, reading, &[i])?.pop())
+            .filter_map(|i| estimate_delays(excerpt, reading, &[i])?.pop())
             .filter(|d| d.found && better(&d.with) && d.delay.abs() > CERTAIN * d.standard_error)
             .min_by(|a, b| {
                 a.with

@@ -1,5 +1,7 @@
 //! Which columns hold what, and how they become SI units on the output side.
 
+use sprung_core::chain::JointKind;
+
 use crate::description::{Delay, Joint, Log, Robot, Side};
 
 /// What a channel measures.
@@ -37,8 +39,35 @@ pub struct Channels {
     pub time: String,
     /// The cell times this is the time in s.
     pub time_factor: f64,
-    /// Link, motor and torque channels, n each.
+    /// Link, motor and torque channels.
     pub all: Vec<Channel>,
+    /// Whether each joint is rigid: its motor's position is its link's.
+    pub rigid: Vec<bool>,
+    /// What is added to positions of links and motors, rad, \[n\].
+    pub offsets: Vec<f64>,
+    /// From positions of the motors to those of the joints, if they are
+    /// recorded before a coupled transmission.
+    pub position_mix: Option<Mix>,
+    /// From torques of the motors to those of the joints, likewise.
+    pub torque_mix: Option<Mix>,
+}
+
+/// A linear change of coordinates, and back.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mix {
+    /// From the log to the joints, \[n × n\], row by row.
+    pub forward: Vec<Vec<f64>>,
+    /// From the joints to the log.
+    pub back: Vec<Vec<f64>>,
+}
+
+impl Mix {
+    /// Returns a matrix times a vector.
+    #[must_use]
+    pub fn apply(matrix: &[Vec<f64>], values: &[f64]) -> Vec<f64> {
+        let product = |row: &Vec<f64>| row.iter().zip(values).map(|(a, x)| a * x).sum();
+        matrix.iter().map(product).collect()
+    }
 }
 
 /// What a description leaves open about a log.
@@ -83,10 +112,8 @@ impl Channels {
             }
         };
         let mut all = Vec::new();
-        for (columns, quantity, factors) in
-            [link(robot, log)?, motor(robot, log)?, torque(robot, log)?]
-        {
-            for (joint, (column, factor)) in columns.iter().zip(factors).enumerate() {
+        for (quantity, columns) in [link(robot, log)?, motor(robot, log)?, torque(robot, log)?] {
+            for (joint, column, factor) in columns {
                 let sign = log.sign.get(column).copied().unwrap_or(1.0);
                 all.push(Channel {
                     column: column.clone(),
@@ -101,6 +128,18 @@ impl Channels {
             time,
             time_factor,
             all,
+            rigid: robot.joint.iter().map(|joint| !joint.is_flexible()).collect(),
+            offsets: (robot.joint.iter())
+                .map(|joint| joint.position_offset_deg.to_radians())
+                .collect(),
+            position_mix: mixed(robot, log.motor_position_side).map(|(ratios, inverse)| Mix {
+                forward: inverse,
+                back: ratios,
+            }),
+            torque_mix: mixed(robot, torque_side(robot, log)).map(|(ratios, inverse)| Mix {
+                forward: transposed(&ratios),
+                back: transposed(&inverse),
+            }),
         })
     }
 
@@ -126,78 +165,178 @@ impl Channels {
     }
 }
 
-/// Columns of a quantity, and the factor of each to SI units.
-type Columns<'a> = (&'a [String], Quantity, Vec<f64>);
+/// A quantity, and joint, column and factor to SI units of each channel.
+type Columns<'a> = (Quantity, Vec<(usize, &'a String, f64)>);
 
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
+/// Joins the columns of a list with the joints of a kind that they speak of.
+fn of_kind<'a>(
+    robot: &Robot,
+    kind: JointKind,
+    wanted: impl Fn(&Joint) -> bool,
+    columns: Option<&'a [String]>,
+    factor: impl Fn(&Joint) -> f64,
+) -> Vec<(usize, &'a String, f64)> {
+    (robot.joint.iter().enumerate())
+        .filter(|(i, joint)| robot.kind(*i) == kind && wanted(joint))
+        .zip(columns.unwrap_or_default())
+        .map(|((i, joint), column)| (i, column, factor(joint)))
+        .collect()
+}
+
 fn link<'a>(robot: &Robot, log: &'a Log) -> Result<Columns<'a>, ChannelError> {
-    [
+    let turning = [
         (&log.link_position_rad, Quantity::LinkPosition, 1.0),
         (&log.link_position_deg, Quantity::LinkPosition, DEGREE),
         (&log.link_deflection_rad, Quantity::LinkDeflection, 1.0),
         (&log.link_deflection_deg, Quantity::LinkDeflection, DEGREE),
     ]
     .into_iter()
-    .find_map(|(columns, quantity, unit)| {
-        Some((columns.as_deref()?, quantity, vec![unit; robot.joint.len()]))
-    })
-    .ok_or(ChannelError::NotSaid {
-        what: "the link positions",
-        keys: "link_position_rad or link_deflection_rad",
-    })
+    .find_map(|(columns, quantity, unit)| Some((columns.as_deref()?, quantity, unit)));
+    let sliding = log.link_position_m.as_deref();
+    let (columns, quantity, unit) = match turning {
+        Some((columns, quantity, unit)) => (Some(columns), quantity, unit),
+        None => (None, Quantity::LinkPosition, 1.0),
+    };
+    let mut all = of_kind(robot, JointKind::Revolute, Joint::is_flexible, columns, |_| unit);
+    all.extend(of_kind(
+        robot,
+        JointKind::Prismatic,
+        Joint::is_flexible,
+        sliding,
+        |_| 1.0,
+    ));
+    complete(robot, Joint::is_flexible, &all, "the link positions", [
+        "link_position_rad or link_deflection_rad",
+        "link_position_m",
+    ])?;
+    Ok((quantity, all))
 }
 
 fn motor<'a>(robot: &Robot, log: &'a Log) -> Result<Columns<'a>, ChannelError> {
-    let ratio = |joint: &Joint| match log.motor_position_side.unwrap_or_default() {
+    let scale = |joint: &Joint| match log.motor_position_side.unwrap_or_default() {
         Side::Output => 1.0,
-        Side::Motor => joint.gear_ratio,
+        Side::Motor => 1.0 / joint.ratio(),
     };
-    [
+    let own = [
         (&log.motor_position_rad, 1.0),
         (&log.motor_position_deg, DEGREE),
-    ]
-    .into_iter()
-    .find_map(|(columns, unit)| {
-        let factors = robot
-            .joint
-            .iter()
-            .map(|joint| unit / ratio(joint))
-            .collect();
-        Some((columns.as_deref()?, Quantity::MotorPosition, factors))
-    })
-    .ok_or(ChannelError::NotSaid {
-        what: "the motor positions",
-        keys: "motor_position_rad",
-    })
+        // A rigid robot may call its only positions those of the links.
+        (&log.link_position_rad, 1.0),
+        (&log.link_position_deg, DEGREE),
+    ];
+    let rigid = robot.joint.iter().all(|joint| !joint.is_flexible());
+    let given = if rigid { &own[..] } else { &own[..2] };
+    let (columns, unit) = (given.iter())
+        .find_map(|(columns, unit)| Some((Some(columns.as_deref()?), *unit)))
+        .unwrap_or((None, 1.0));
+    let sliding = (log.motor_position_m.as_deref())
+        .or(log.link_position_m.as_deref().filter(|_| rigid));
+    let every = |_: &Joint| true;
+    let mut all = of_kind(robot, JointKind::Revolute, every, columns, |joint| {
+        unit * scale(joint)
+    });
+    all.extend(of_kind(robot, JointKind::Prismatic, every, sliding, scale));
+    complete(robot, every, &all, "the motor positions", [
+        "motor_position_rad",
+        "motor_position_m",
+    ])?;
+    Ok((Quantity::MotorPosition, all))
 }
 
 fn torque<'a>(robot: &Robot, log: &'a Log) -> Result<Columns<'a>, ChannelError> {
-    let converted = |unit, factor: fn(&Joint) -> Option<f64>| {
-        (robot.joint.iter())
-            .map(|joint| {
-                factor(joint).ok_or_else(|| ChannelError::NoConstant {
+    let converted = |columns: &'a [String], unit, factor: fn(&Joint) -> Option<f64>| {
+        (robot.joint.iter().zip(columns).enumerate())
+            .map(|(i, (joint, column))| {
+                let factor = factor(joint).ok_or_else(|| ChannelError::NoConstant {
                     joint: joint.name.clone(),
                     key: match joint.torque_constant_nm_per_a {
                         None => "torque_constant_nm_per_a",
                         Some(_) => "amplifier_gain_a_per_v",
                     },
                     unit,
-                })
+                })?;
+                Ok((i, column, factor))
             })
-            .collect::<Result<Vec<f64>, ChannelError>>()
+            .collect::<Result<Vec<_>, ChannelError>>()
     };
-    let (columns, factors) = if let Some(columns) = &log.motor_torque_nm {
-        (columns, vec![1.0; robot.joint.len()])
+    let every = |_: &Joint| true;
+    let scale = |joint: &Joint| match log.motor_torque_side.unwrap_or_default() {
+        Side::Output => 1.0,
+        Side::Motor => joint.ratio(),
+    };
+    let (turning, sliding) = (log.motor_torque_nm.as_deref(), log.motor_force_n.as_deref());
+    let all = if turning.is_some() || sliding.is_some() {
+        let mut all = of_kind(robot, JointKind::Revolute, every, turning, scale);
+        all.extend(of_kind(robot, JointKind::Prismatic, every, sliding, scale));
+        all
     } else if let Some(columns) = &log.motor_current_a {
-        (columns, converted("currents", Joint::torque_per_ampere)?)
+        converted(columns, "currents", Joint::torque_per_ampere)?
     } else if let Some(columns) = &log.drive_voltage_v {
-        (columns, converted("voltages", Joint::torque_per_volt)?)
+        converted(columns, "voltages", Joint::torque_per_volt)?
     } else {
-        return Err(ChannelError::NotSaid {
-            what: "the motor torques",
-            keys: "motor_torque_nm, motor_current_a or drive_voltage_v",
-        });
+        Vec::new()
     };
-    Ok((columns, Quantity::MotorTorque, factors))
+    complete(robot, every, &all, "the motor torques", [
+        "motor_torque_nm, motor_current_a or drive_voltage_v",
+        "motor_force_n",
+    ])?;
+    Ok((Quantity::MotorTorque, all))
+}
+
+/// Checks that every joint that needs a column has one.
+fn complete(
+    robot: &Robot,
+    wanted: impl Fn(&Joint) -> bool,
+    all: &[(usize, &String, f64)],
+    what: &'static str,
+    [turning, sliding]: [&'static str; 2],
+) -> Result<(), ChannelError> {
+    let missing = (robot.joint.iter().enumerate())
+        .find(|(i, joint)| wanted(joint) && !all.iter().any(|(own, ..)| own == i));
+    match missing {
+        None => Ok(()),
+        Some((i, _)) => Err(ChannelError::NotSaid {
+            what,
+            keys: match robot.kind(i) {
+                JointKind::Revolute => turning,
+                JointKind::Prismatic => sliding,
+            },
+        }),
+    }
+}
+
+/// Returns the side on which torques were recorded, or that of the torque
+/// constants which make them of currents.
+fn torque_side(robot: &Robot, log: &Log) -> Option<Side> {
+    if log.motor_torque_nm.is_some() || log.motor_force_n.is_some() {
+        log.motor_torque_side
+    } else {
+        robot.joint.first().map(|joint| joint.torque_constant_side)
+    }
+}
+
+/// Returns the ratios of a coupled transmission and their inverse, if a
+/// quantity was recorded before it.
+#[expect(clippy::type_complexity, reason = "a matrix and its inverse")]
+fn mixed(robot: &Robot, side: Option<Side>) -> Option<(Vec<Vec<f64>>, Vec<Vec<f64>>)> {
+    let ratios = robot.transmission_matrix.as_ref()?;
+    if side.unwrap_or_default() == Side::Output {
+        return None;
+    }
+    let n = ratios.len();
+    let matrix = faer::Mat::from_fn(n, n, |i, j| ratios[i][j]);
+    let inverse = {
+        use faer::linalg::solvers::DenseSolveCore;
+        matrix.partial_piv_lu().inverse()
+    };
+    let rows = (0..n).map(|i| (0..n).map(|j| inverse[(i, j)]).collect());
+    Some((ratios.clone(), rows.collect()))
+}
+
+fn transposed(matrix: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    (0..matrix.len())
+        .map(|j| matrix.iter().map(|row| row[j]).collect())
+        .collect()
 }

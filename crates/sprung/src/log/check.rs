@@ -76,6 +76,7 @@ fn still(
             "record a log in which the joint moves through its working range",
         )));
     }
+    // The motors of a coupled transmission may stand still while joints move.
     let Some((column, quantity, extent)) =
         of_joint.iter().find(|(_, _, extent)| extent.is_constant())
     else {

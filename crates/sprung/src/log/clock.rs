@@ -9,7 +9,20 @@ use super::LogError;
 /// (standard deviation of its quantisation: 1.1e-4 rad).
 pub const JITTER_LIMIT: f64 = 0.1;
 
+/// A step of at least this many periods is a gap: the log goes on as if it
+/// began anew.
+const GAP: f64 = 1.5;
+
 const LEARNING: usize = 256;
+
+/// Gaps of a log.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Gaps {
+    /// How many.
+    pub count: u64,
+    /// How long together, s.
+    pub duration: f64,
+}
 
 /// Checks that time goes forward in even steps.
 #[derive(Clone, Debug)]
@@ -19,9 +32,12 @@ pub struct Clock {
     first: f64,
     last: f64,
     // Steps of the first samples, kept until the period is known.
-    early: Vec<(u64, f64)>,
+    early: Vec<(u64, u64, f64)>,
     period: Option<f64>,
     worst: f64,
+    gaps: Gaps,
+    // Samples after gaps that nobody has asked for, from 0.
+    found: Vec<u64>,
 }
 
 impl Clock {
@@ -36,6 +52,8 @@ impl Clock {
             early: Vec::new(),
             period: None,
             worst: 0.0,
+            gaps: Gaps::default(),
+            found: Vec::new(),
         }
     }
 
@@ -60,10 +78,11 @@ impl Clock {
                 after: time,
             });
         }
+        let sample = self.samples - 1;
         if let Some(period) = self.period {
-            return self.judge(line, step, period);
+            return self.judge(line, sample, step, period);
         }
-        self.early.push((line, step));
+        self.early.push((line, sample, step));
         if self.early.len() == LEARNING {
             self.learn()?;
         }
@@ -116,25 +135,43 @@ impl Clock {
         self.worst
     }
 
+    /// Returns the gaps so far.
+    #[must_use]
+    pub fn gaps(&self) -> Gaps {
+        self.gaps
+    }
+
+    /// Returns the samples after gaps, counted from 0, that were found since it
+    /// was last asked.
+    pub fn new_gaps(&mut self) -> Vec<u64> {
+        std::mem::take(&mut self.found)
+    }
+
     fn learn(&mut self) -> Result<(), LogError> {
         let early = std::mem::take(&mut self.early);
-        // The mean over the window: times may be printed with so few digits
-        // that single steps are off by several percent.
-        let period = early.iter().map(|&(_, step)| step).sum::<f64>() / early.len() as f64;
-        // A gap would bias the mean, and is then found against the median.
-        let mut steps: Vec<f64> = early.iter().map(|&(_, step)| step).collect();
+        let mut steps: Vec<f64> = early.iter().map(|&(_, _, step)| step).collect();
         steps.sort_by(f64::total_cmp);
         let median = steps[steps.len() / 2];
-        let biased = (period - median).abs() > JITTER_LIMIT * median;
-        let period = if biased { median } else { period };
+        // The mean over the window: times may be printed with so few digits
+        // that single steps are off by several percent. Gaps would bias it.
+        steps.retain(|step| *step < GAP * median);
+        let mean = steps.iter().sum::<f64>() / steps.len() as f64;
+        let biased = (mean - median).abs() > JITTER_LIMIT * median;
+        let period = if biased { median } else { mean };
         self.period = Some(period);
-        for (line, step) in early {
-            self.judge(line, step, period)?;
+        for (line, sample, step) in early {
+            self.judge(line, sample, step, period)?;
         }
         Ok(())
     }
 
-    fn judge(&mut self, line: u64, step: f64, period: f64) -> Result<(), LogError> {
+    fn judge(&mut self, line: u64, sample: u64, step: f64, period: f64) -> Result<(), LogError> {
+        if step >= GAP * period {
+            self.gaps.count += 1;
+            self.gaps.duration += step - period;
+            self.found.push(sample);
+            return Ok(());
+        }
         let deviation = (step - period).abs() / period;
         self.worst = self.worst.max(deviation);
         if deviation <= JITTER_LIMIT {
@@ -172,11 +209,22 @@ mod tests {
     }
 
     #[test]
-    fn a_gap_among_the_first_samples_is_found() {
-        let times = (0..500).map(|k| f64::from(k + 3 * i32::from(k > 100)) * 1e-3);
+    fn gaps_are_counted_and_placed() {
+        let late = |k: i32| k + 3 * i32::from(k > 100) + 40 * i32::from(k > 400);
+        let mut clock = run((0..500).map(|k| f64::from(late(k)) * 1e-3)).unwrap();
+        assert!((clock.period().unwrap() - 1e-3).abs() < 1e-12);
+        assert_eq!(clock.gaps().count, 2);
+        assert!((clock.gaps().duration - 0.043).abs() < 1e-9);
+        assert_eq!(clock.new_gaps(), [101, 401]);
+        assert!(clock.new_gaps().is_empty());
+    }
+
+    #[test]
+    fn a_step_that_is_no_gap_is_refused() {
+        let times = (0..500).map(|k| f64::from(k) * 1e-3 + if k > 100 { 3e-4 } else { 0.0 });
         let error = run(times).unwrap_err().to_string();
         assert!(
-            error.starts_with("line 103 of log.csv: 4.0000 ms"),
+            error.starts_with("line 103 of log.csv: 1.3000 ms"),
             "{error}"
         );
     }

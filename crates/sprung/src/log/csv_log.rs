@@ -94,6 +94,7 @@ impl<R: Read> CsvLog<R> {
     /// the line at which time goes wrong.
     pub fn read(&mut self, block: &mut LogBlock) -> Result<bool, LogError> {
         block.clear();
+        let first = self.clock.samples();
         while block.len() < BLOCK {
             let more = self
                 .reader
@@ -114,6 +115,9 @@ impl<R: Read> CsvLog<R> {
         if block.len() < BLOCK {
             self.clock.finish()?;
         }
+        // The period is known within the first block, so none is missed.
+        let gaps = self.clock.new_gaps().into_iter();
+        block.gaps.extend(gaps.map(|sample| (sample - first) as usize));
         Ok(!block.is_empty())
     }
 

@@ -13,9 +13,9 @@ mod source;
 mod summary;
 mod write;
 
-pub use channels::{Channel, ChannelError, Channels, Quantity};
+pub use channels::{Channel, ChannelError, Channels, Mix, Quantity};
 pub use check::check;
-pub use clock::{Clock, JITTER_LIMIT};
+pub use clock::{Clock, Gaps, JITTER_LIMIT};
 pub use csv_log::CsvLog;
 pub use source::LogSource;
 pub use summary::Summary;
@@ -29,8 +29,10 @@ pub const BLOCK: usize = 4096;
 pub struct LogBlock {
     /// Time, s.
     pub time: Vec<f64>,
-    /// One vector per channel: rad or N·m on the output side.
+    /// One vector per channel: rad (m) or N·m (N), as its factor makes them.
     pub values: Vec<Vec<f64>>,
+    /// Samples of the block that come after a gap.
+    pub gaps: Vec<usize>,
 }
 
 impl LogBlock {
@@ -40,6 +42,7 @@ impl LogBlock {
         Self {
             time: Vec::with_capacity(BLOCK),
             values: (0..channels).map(|_| Vec::with_capacity(BLOCK)).collect(),
+            gaps: Vec::new(),
         }
     }
 
@@ -55,10 +58,19 @@ impl LogBlock {
         self.time.is_empty()
     }
 
+    /// Appends a part of another block to this one, without its gaps.
+    pub fn extend(&mut self, other: &Self, part: std::ops::Range<usize>) {
+        self.time.extend_from_slice(&other.time[part.clone()]);
+        for (own, values) in self.values.iter_mut().zip(&other.values) {
+            own.extend_from_slice(&values[part.clone()]);
+        }
+    }
+
     /// Removes all samples.
     pub fn clear(&mut self) {
         self.time.clear();
         self.values.iter_mut().for_each(Vec::clear);
+        self.gaps.clear();
     }
 }
 
@@ -172,7 +184,7 @@ pub enum LogError {
     #[error(
         "line {line} of {file}: {step_ms:.4} ms since the sample before, the period is \
          {period_ms:.4} ms ({percent:.0} % off, 10 % is tolerated: beyond it the error of the \
-         velocities exceeds that of an encoder); resample the log evenly, or cut it at the gap"
+         velocities exceeds that of an encoder); resample the log evenly"
     )]
     Uneven {
         /// Name of the file.

@@ -10,7 +10,7 @@ pub struct LogSource<'a> {
     /// Name for messages.
     pub name: String,
     /// Opens it at its beginning.
-    pub reader: &'a mut dyn FnMut() -> std::io::Result<Box<dyn Read>>,
+    pub reader: &'a mut (dyn FnMut() -> std::io::Result<Box<dyn Read + Send>> + Send),
 }
 
 impl LogSource<'_> {
@@ -19,7 +19,7 @@ impl LogSource<'_> {
     /// # Errors
     ///
     /// [`LogError`] if it cannot be opened or a column is not there.
-    pub fn open(&mut self, channels: &Channels) -> Result<CsvLog<Box<dyn Read>>, LogError> {
+    pub fn open(&mut self, channels: &Channels) -> Result<CsvLog<Box<dyn Read + Send>>, LogError> {
         let read = (self.reader)().map_err(|source| LogError::Io {
             file: self.name.clone(),
             source,

@@ -39,7 +39,7 @@ struct Cross {
 #[derive(Clone, Debug)]
 pub struct Summary {
     extents: Vec<Option<Extent>>,
-    pairs: Vec<(usize, usize)>,
+    pairs: Vec<Option<(usize, usize)>>,
     cross: Vec<Cross>,
     samples: u64,
 }
@@ -48,8 +48,8 @@ impl Summary {
     /// Returns the summary of a log of which nothing was read.
     #[must_use]
     pub fn new(channels: &Channels) -> Self {
-        let pairs: Vec<(usize, usize)> = (0..)
-            .map_while(|joint| {
+        let pairs: Vec<Option<(usize, usize)>> = (0..channels.rigid.len())
+            .map(|joint| {
                 let motor = channels.index(Quantity::MotorPosition, joint)?;
                 let link = channels.index(Quantity::LinkPosition, joint)?;
                 Some((motor, link))
@@ -80,7 +80,8 @@ impl Summary {
                 extent.max = extent.max.max(value);
             }
         }
-        for (cross, &(motor, link)) in self.cross.iter_mut().zip(&self.pairs) {
+        for (cross, pair) in self.cross.iter_mut().zip(&self.pairs) {
+            let Some((motor, link)) = *pair else { continue };
             // Measured from the first sample, so that no offset counts.
             let from = |channel: usize| self.extents[channel].map_or(0.0, |extent| extent.first);
             let (motor_0, link_0) = (from(motor), from(link));

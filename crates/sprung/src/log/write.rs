@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-use super::channels::{Channels, Quantity};
+use super::channels::{Channels, Mix, Quantity};
 
 /// Writes samples as CSV under the names and units of the channels.
 pub struct LogWriter<W: Write> {
@@ -43,6 +43,18 @@ impl<W: Write> LogWriter<W> {
         phi: &[f64],
         tau: &[f64],
     ) -> Result<(), std::io::Error> {
+        let mixed = |mix: &Option<Mix>, values: &[f64]| {
+            mix.as_ref()
+                .map_or_else(|| values.to_vec(), |mix| Mix::apply(&mix.back, values))
+        };
+        let from_zero = |positions: &[f64]| -> Vec<f64> {
+            (positions.iter().zip(&self.channels.offsets))
+                .map(|(position, offset)| position - offset)
+                .collect()
+        };
+        let q = from_zero(q);
+        let phi = mixed(&self.channels.position_mix, &from_zero(phi));
+        let tau = mixed(&self.channels.torque_mix, tau);
         self.cells.clear();
         self.cells
             .push((time / self.channels.time_factor).to_string());

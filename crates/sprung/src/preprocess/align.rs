@@ -1,19 +1,57 @@
 //! Delays undone, link positions formed.
 
-use crate::log::{Channels, LogBlock, Quantity};
-use crate::model::JOINT_COUNT;
+use crate::log::{Channels, LogBlock, Mix, Quantity};
 
-/// One sample of the log on a common clock, not filtered.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct RawSample {
+/// Samples of the log on a common clock, not filtered.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RawBlock {
     /// Time, s.
-    pub time: f64,
-    /// Link positions, rad.
-    pub q: [f64; JOINT_COUNT],
-    /// Motor positions, rad.
-    pub phi: [f64; JOINT_COUNT],
-    /// Motor torques, N·m.
-    pub tau: [f64; JOINT_COUNT],
+    pub time: Vec<f64>,
+    /// Link positions, rad (m), \[n\] vectors; a rigid joint's is its motor's.
+    pub q: Vec<Vec<f64>>,
+    /// Motor positions after gear and coupling, rad (m), \[n\] vectors.
+    pub phi: Vec<Vec<f64>>,
+    /// Motor torques after gear and coupling, N·m (N), \[n\] vectors.
+    pub tau: Vec<Vec<f64>>,
+}
+
+impl RawBlock {
+    /// Returns an empty block for `joints` joints.
+    #[must_use]
+    pub fn new(joints: usize) -> Self {
+        Self {
+            time: Vec::new(),
+            q: vec![Vec::new(); joints],
+            phi: vec![Vec::new(); joints],
+            tau: vec![Vec::new(); joints],
+        }
+    }
+
+    /// Returns the number of samples.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.time.len()
+    }
+
+    /// Returns whether there are no samples.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.time.is_empty()
+    }
+
+    /// Removes all samples.
+    pub fn clear(&mut self) {
+        self.time.clear();
+        for column in (self.q.iter_mut()).chain(&mut self.phi).chain(&mut self.tau) {
+            column.clear();
+        }
+    }
+
+    /// Returns one sample of a group of columns.
+    #[must_use]
+    pub fn at(columns: &[Vec<f64>], k: usize) -> Vec<f64> {
+        columns.iter().map(|column| column[k]).collect()
+    }
 }
 
 /// How far ahead of the output sample a channel is read.
@@ -103,44 +141,75 @@ impl Aligner {
     }
 
     /// Takes a block and appends the samples that are ready to `out`.
-    pub fn push(&mut self, block: &LogBlock, out: &mut Vec<RawSample>) {
+    pub fn push(&mut self, block: &LogBlock, out: &mut RawBlock) {
         self.time.extend_from_slice(&block.time);
         for (buffer, values) in self.buffers.iter_mut().zip(&block.values) {
             buffer.extend_from_slice(values);
         }
         let ready = self.time.len().saturating_sub(self.reach);
-        out.reserve(ready);
-        for k in 0..ready {
-            let mut sample = RawSample {
-                time: self.time[k] + self.shift,
-                ..RawSample::default()
+        if ready == 0 {
+            return;
+        }
+        let before = out.len();
+        out.time
+            .extend(self.time[..ready].iter().map(|time| time + self.shift));
+        for ((channel, lead), buffer) in
+            self.channels.all.iter().zip(&self.leads).zip(&self.buffers)
+        {
+            let column = match channel.quantity {
+                Quantity::LinkPosition | Quantity::LinkDeflection => &mut out.q,
+                Quantity::MotorPosition => &mut out.phi,
+                Quantity::MotorTorque => &mut out.tau,
             };
-            for ((channel, lead), buffer) in
-                self.channels.all.iter().zip(&self.leads).zip(&self.buffers)
-            {
-                let at = k + lead.samples;
-                let value = match lead.weights {
-                    None => buffer[at],
-                    Some(w) => {
-                        w[0] * buffer[at - 1]
-                            + w[1] * buffer[at]
-                            + w[2] * buffer[at + 1]
-                            + w[3] * buffer[at + 2]
-                    }
-                };
-                let slot = match channel.quantity {
-                    Quantity::LinkPosition | Quantity::LinkDeflection => &mut sample.q,
-                    Quantity::MotorPosition => &mut sample.phi,
-                    Quantity::MotorTorque => &mut sample.tau,
-                };
-                slot[channel.joint] = value;
+            let at = lead.samples;
+            let column = &mut column[channel.joint];
+            match lead.weights {
+                None => column.extend_from_slice(&buffer[at..at + ready]),
+                Some(w) => column.extend((at..at + ready).map(|k| {
+                    w[0] * buffer[k - 1]
+                        + w[1] * buffer[k]
+                        + w[2] * buffer[k + 1]
+                        + w[3] * buffer[k + 2]
+                })),
             }
-            for channel in &self.channels.all {
-                if channel.quantity == Quantity::LinkDeflection {
-                    sample.q[channel.joint] += sample.phi[channel.joint];
+        }
+        for (mix, columns) in [
+            (&self.channels.position_mix, &mut out.phi),
+            (&self.channels.torque_mix, &mut out.tau),
+        ] {
+            if let Some(mix) = mix {
+                for k in before..before + ready {
+                    let joints = Mix::apply(&mix.forward, &RawBlock::at(columns, k));
+                    for (column, value) in columns.iter_mut().zip(joints) {
+                        column[k] = value;
+                    }
                 }
             }
-            out.push(sample);
+        }
+        for (offset, (q, phi)) in
+            (self.channels.offsets.iter()).zip(out.q.iter_mut().zip(&mut out.phi))
+        {
+            // A rigid joint's link and a deflection follow the motor below.
+            for column in [phi, q] {
+                for value in column.iter_mut().skip(before) {
+                    *value += offset;
+                }
+            }
+        }
+        for channel in &self.channels.all {
+            if channel.quantity == Quantity::LinkDeflection {
+                let offset = self.channels.offsets[channel.joint];
+                let phi = &out.phi[channel.joint][before..];
+                for (q, phi) in out.q[channel.joint][before..].iter_mut().zip(phi) {
+                    *q += phi - offset;
+                }
+            }
+        }
+        for (joint, rigid) in self.channels.rigid.iter().enumerate() {
+            if *rigid {
+                let phi = &out.phi[joint][before..];
+                out.q[joint].extend_from_slice(phi);
+            }
         }
         self.time.drain(..ready);
         for buffer in &mut self.buffers {
@@ -155,12 +224,13 @@ mod tests {
     use crate::log::Channel;
 
     const PERIOD: f64 = 1e-3;
+    const JOINTS: usize = 2;
 
     fn channels(link: Quantity) -> Channels {
         let quantities = [link, Quantity::MotorPosition, Quantity::MotorTorque];
         let all = quantities
             .into_iter()
-            .flat_map(|quantity| (0..JOINT_COUNT).map(move |joint| (quantity, joint)))
+            .flat_map(|quantity| (0..JOINTS).map(move |joint| (quantity, joint)))
             .map(|(quantity, joint)| Channel {
                 column: String::new(),
                 quantity,
@@ -173,6 +243,10 @@ mod tests {
             time: "t".to_owned(),
             time_factor: 1.0,
             all,
+            rigid: vec![false; JOINTS],
+            offsets: vec![0.0, 0.3],
+            position_mix: None,
+            torque_mix: None,
         }
     }
 
@@ -181,9 +255,9 @@ mod tests {
     }
 
     /// Samples of channels that were recorded late, aligned in small blocks.
-    fn aligned(link: Quantity, delays: &[f64]) -> Vec<RawSample> {
+    fn aligned(link: Quantity, delays: &[f64]) -> RawBlock {
         let mut aligner = Aligner::new(&channels(link), delays, PERIOD);
-        let mut out = Vec::new();
+        let mut out = RawBlock::new(JOINTS);
         for start in (0..2000).step_by(77) {
             let mut block = LogBlock::new(delays.len());
             for k in start..(start + 77).min(2000) {
@@ -210,24 +284,25 @@ mod tests {
             if delays.iter().all(|delay| *delay == 0.0) {
                 assert_eq!(samples.len(), 2000);
             }
-            let error = |sample: &RawSample| {
-                let found = [sample.q, sample.phi, sample.tau].concat();
-                (found.iter().enumerate())
-                    .map(|(c, x)| (x - signal(c, sample.time)).abs())
+            let columns = [&samples.q[..], &samples.phi, &samples.tau].concat();
+            let error = |k: usize| {
+                let offset = |c: usize| if c == 1 || c == 3 { 0.3 } else { 0.0 };
+                (columns.iter().enumerate())
+                    .map(|(c, x)| (x[k] - offset(c) - signal(c, samples.time[k])).abs())
                     .fold(0.0, f64::max)
             };
-            let worst = samples.iter().map(error).fold(0.0, f64::max);
+            let worst = (0..samples.len()).map(error).fold(0.0, f64::max);
             assert!(worst < 1e-8, "{delays:?}: {worst:e}");
         }
     }
 
     #[test]
     fn deflections_are_added_to_the_motor() {
-        for sample in aligned(Quantity::LinkDeflection, &[0.15, 0.15, 0.0, 0.0, 0.0, 0.0]) {
-            for joint in 0..JOINT_COUNT {
-                let expected =
-                    signal(joint, sample.time) + signal(JOINT_COUNT + joint, sample.time);
-                assert!((sample.q[joint] - expected).abs() < 1e-12);
+        let samples = aligned(Quantity::LinkDeflection, &[0.15, 0.15, 0.0, 0.0, 0.0, 0.0]);
+        for (k, &time) in samples.time.iter().enumerate() {
+            for joint in 0..JOINTS {
+                let expected = signal(joint, time) + signal(JOINTS + joint, time) + 0.3 * joint as f64;
+                assert!((samples.q[joint][k] - expected).abs() < 1e-12);
             }
         }
     }

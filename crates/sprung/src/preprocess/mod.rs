@@ -9,7 +9,7 @@ mod decimate;
 mod smooth;
 mod zero_phase;
 
-pub use align::{Aligner, RawSample};
+pub use align::{Aligner, RawBlock};
 pub use decimate::Decimator;
-pub use smooth::{Signal, Smoother};
+pub use smooth::{SignalBlock, Smoother};
 pub use zero_phase::{Butterworth, FilterDesignError, ZeroPhase};

@@ -1,24 +1,86 @@
 //! Filtered positions and their derivatives.
 
-use std::collections::VecDeque;
+use rayon::prelude::*;
 
-use sprung_core::regressor::JointState;
-
-use super::align::RawSample;
+use super::align::RawBlock;
 use super::zero_phase::{Butterworth, ZeroPhase};
-use crate::model::JOINT_COUNT;
 
-const POSITIONS: usize = 2 * JOINT_COUNT;
-
-/// One sample that a regressor can use.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Signal {
+/// Samples that a regressor can use.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SignalBlock {
     /// Time, s.
-    pub time: f64,
-    /// Positions and velocities.
-    pub state: JointState,
-    /// Motor torques, N·m, held until the next sample.
-    pub tau: [f64; JOINT_COUNT],
+    pub time: Vec<f64>,
+    /// Link positions, rad (m), \[n\] vectors.
+    pub q: Vec<Vec<f64>>,
+    /// Link velocities, rad/s (m/s).
+    pub dq: Vec<Vec<f64>>,
+    /// Motor positions, rad (m).
+    pub phi: Vec<Vec<f64>>,
+    /// Motor velocities, rad/s (m/s).
+    pub dphi: Vec<Vec<f64>>,
+    /// Motor torques, N·m (N), held until the next sample.
+    pub tau: Vec<Vec<f64>>,
+}
+
+impl SignalBlock {
+    /// Returns an empty block for `joints` joints.
+    #[must_use]
+    pub fn new(joints: usize) -> Self {
+        let columns = || vec![Vec::new(); joints];
+        Self {
+            time: Vec::new(),
+            q: columns(),
+            dq: columns(),
+            phi: columns(),
+            dphi: columns(),
+            tau: columns(),
+        }
+    }
+
+    /// Returns the number of samples.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.time.len()
+    }
+
+    /// Returns whether there are no samples.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.time.is_empty()
+    }
+
+    /// Removes all samples.
+    pub fn clear(&mut self) {
+        self.time.clear();
+        for group in [
+            &mut self.q,
+            &mut self.dq,
+            &mut self.phi,
+            &mut self.dphi,
+            &mut self.tau,
+        ] {
+            group.iter_mut().for_each(Vec::clear);
+        }
+    }
+}
+
+/// One position on its way through the filter.
+#[derive(Clone, Debug)]
+struct Column {
+    filter: ZeroPhase,
+    filtered: Vec<f64>,
+}
+
+impl Column {
+    /// Appends what is ready of the position and its central difference.
+    fn differentiate(&mut self, period: f64, position: &mut Vec<f64>, velocity: &mut Vec<f64>) {
+        let scale = 0.5 / period;
+        let filtered = &self.filtered;
+        let ready = filtered.len().saturating_sub(2);
+        position.extend_from_slice(&filtered[filtered.len().min(1)..][..ready]);
+        velocity.extend(filtered.windows(3).map(|w| scale * (w[2] - w[0])));
+        self.filtered.drain(..ready);
+    }
 }
 
 /// Filters positions without phase shift and differentiates them.
@@ -30,43 +92,50 @@ pub struct Signal {
 /// Section 2.3.3 and eq. (27).
 #[derive(Clone, Debug)]
 pub struct Smoother {
-    filters: Vec<ZeroPhase>,
-    filtered: Vec<Vec<f64>>,
-    waiting: VecDeque<(f64, [f64; JOINT_COUNT])>,
-    column: Vec<f64>,
+    // Motors, then the links of flexible joints.
+    columns: Vec<Column>,
+    // The joint of each column behind those of the motors.
+    flexible: Vec<usize>,
+    rigid: Vec<usize>,
+    time: Vec<f64>,
+    tau: Vec<Vec<f64>>,
     period: f64,
 }
 
 impl Smoother {
     /// Returns a smoother that has seen nothing.
     ///
+    /// - `flexible`: whether each joint's link has a position of its own.
     /// - `period`: T, s.
     #[must_use]
-    pub fn new(filter: &Butterworth, period: f64) -> Self {
+    pub fn new(filter: &Butterworth, flexible: &[bool], period: f64) -> Self {
+        let (links, rigid): (Vec<usize>, Vec<usize>) =
+            (0..flexible.len()).partition(|&joint| flexible[joint]);
+        let column = Column {
+            filter: ZeroPhase::new(filter.clone()),
+            filtered: Vec::new(),
+        };
         Self {
-            filters: vec![ZeroPhase::new(filter.clone()); POSITIONS],
-            filtered: vec![Vec::new(); POSITIONS],
-            waiting: VecDeque::new(),
-            column: Vec::new(),
+            columns: vec![column; flexible.len() + links.len()],
+            flexible: links,
+            rigid,
+            time: Vec::new(),
+            tau: vec![Vec::new(); flexible.len()],
             period,
         }
     }
 
     /// Takes samples and appends those that are ready to `out`.
-    pub fn push(&mut self, samples: &[RawSample], out: &mut Vec<Signal>) {
-        self.waiting
-            .extend(samples.iter().map(|sample| (sample.time, sample.tau)));
-        for (i, (filter, filtered)) in self.filters.iter_mut().zip(&mut self.filtered).enumerate() {
-            self.column.clear();
-            self.column.extend(samples.iter().map(|sample| {
-                if i < JOINT_COUNT {
-                    sample.q[i]
-                } else {
-                    sample.phi[i - JOINT_COUNT]
-                }
-            }));
-            filter.push(&self.column, filtered);
+    pub fn push(&mut self, samples: &RawBlock, out: &mut SignalBlock) {
+        self.time.extend_from_slice(&samples.time);
+        for (own, tau) in self.tau.iter_mut().zip(&samples.tau) {
+            own.extend_from_slice(tau);
         }
+        let links = self.flexible.iter().map(|&joint| &samples.q[joint]);
+        let inputs: Vec<&Vec<f64>> = samples.phi.iter().chain(links).collect();
+        (self.columns.par_iter_mut().zip(inputs)).for_each(|(column, input)| {
+            column.filter.push(input, &mut column.filtered);
+        });
         self.differentiate(out);
     }
 
@@ -74,12 +143,9 @@ impl Smoother {
     ///
     /// Returns false if the log was too short for the filter's padding.
     #[must_use]
-    pub fn finish(mut self, out: &mut Vec<Signal>) -> bool {
-        for (filter, filtered) in std::mem::take(&mut self.filters)
-            .into_iter()
-            .zip(&mut self.filtered)
-        {
-            if !filter.finish(filtered) {
+    pub fn finish(mut self, out: &mut SignalBlock) -> bool {
+        for column in &mut self.columns {
+            if !column.filter.clone().finish(&mut column.filtered) {
                 return false;
             }
         }
@@ -87,28 +153,28 @@ impl Smoother {
         true
     }
 
-    fn differentiate(&mut self, out: &mut Vec<Signal>) {
-        let ready = self.filtered[0].len().saturating_sub(2);
-        let scale = 0.5 / self.period;
-        for k in 1..=ready {
-            // `waiting` still holds the sample before.
-            let (time, tau) = self.waiting[1];
-            self.waiting.pop_front();
-            let position = |i: usize| self.filtered[i][k];
-            let velocity = |i: usize| scale * (self.filtered[i][k + 1] - self.filtered[i][k - 1]);
-            out.push(Signal {
-                time,
-                state: JointState {
-                    q: std::array::from_fn(position),
-                    dq: std::array::from_fn(velocity),
-                    phi: std::array::from_fn(|i| position(i + JOINT_COUNT)),
-                    dphi: std::array::from_fn(|i| velocity(i + JOINT_COUNT)),
-                },
-                tau,
-            });
+    fn differentiate(&mut self, out: &mut SignalBlock) {
+        let ready = (self.columns.first()).map_or(0, |c| c.filtered.len().saturating_sub(2));
+        let n = out.phi.len();
+        let (motors, links) = self.columns.split_at_mut(n);
+        for (joint, column) in motors.iter_mut().enumerate() {
+            column.differentiate(self.period, &mut out.phi[joint], &mut out.dphi[joint]);
         }
-        for filtered in &mut self.filtered {
-            filtered.drain(..ready);
+        for (column, &joint) in links.iter_mut().zip(&self.flexible) {
+            column.differentiate(self.period, &mut out.q[joint], &mut out.dq[joint]);
+        }
+        let before = out.len();
+        for &joint in &self.rigid {
+            out.q[joint].extend_from_slice(&out.phi[joint][before..]);
+            out.dq[joint].extend_from_slice(&out.dphi[joint][before..]);
+        }
+        // `time` still holds the sample before.
+        let kept = self.time.len().min(1);
+        out.time.extend_from_slice(&self.time[kept..][..ready]);
+        self.time.drain(..ready);
+        for (own, tau) in self.tau.iter_mut().zip(&mut out.tau) {
+            tau.extend_from_slice(&own[kept..][..ready]);
+            own.drain(..ready);
         }
     }
 }

@@ -1,66 +1,84 @@
 //! The filtered regressor, sample by sample.
 
-use sprung_core::filter::{Discretization, FilterError, FilterPair, FilterState};
-use sprung_core::regressor::{ENTRIES, JointState, PlanarArm, ROW_COLUMNS};
+use sprung_core::drives::State;
+use sprung_core::filter::{Discretization, FilterBank, FilterError, FilterPair, FilterState};
+use sprung_core::filter::bank_len;
 
 use crate::description::DiscretizationName;
-use crate::model::{JOINT_COUNT, ROWS, Theta};
+use crate::model::{Model, Scratch};
 
-/// One sample of the filtered regression `Y_f theta = rhs_f`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FilteredSample {
-    /// Time, s.
-    pub time: f64,
-    /// Entries of `Y_f` that can differ from zero, row after row.
-    pub entries: [f64; ENTRIES],
-    /// Filtered right-hand side: zero for links, torque for motors, N·m.
-    pub rhs: [f64; ROWS],
-}
-
-impl FilteredSample {
-    /// Returns each row's entries, in the order of the model's row columns.
-    pub fn rows(&self) -> impl Iterator<Item = (&'static [usize], &[f64], f64)> {
-        let mut entries = &self.entries[..];
-        ROW_COLUMNS.iter().zip(self.rhs).map(move |(columns, rhs)| {
-            let (row, rest) = entries.split_at(columns.len());
-            entries = rest;
-            (*columns, row, rhs)
-        })
-    }
-
-    /// Returns `Y_f theta`, \[2n\], N·m.
-    #[must_use]
-    pub fn predicted(&self, theta: &Theta) -> [f64; ROWS] {
-        let mut all = [0.0; ROWS];
-        for (value, (columns, row, _)) in all.iter_mut().zip(self.rows()) {
-            *value = columns
-                .iter()
-                .zip(row)
-                .map(|(&c, entry)| theta[c] * entry)
-                .sum();
-        }
-        all
-    }
-}
-
-/// Forms the regressor of each sample and filters it.
+/// The filter pairs of the regressor and of the torque.
 ///
 /// # Source
 ///
 /// Eqs. (10) and (23). The paper's discretisation holds every signal; the
 /// matched one takes the torque as held, which a digital controller does, and
 /// everything else as continuous.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pairs {
+    pub(super) entries: FilterPair,
+    pub(super) torque: FilterPair,
+}
+
+impl Pairs {
+    /// - `cutoff`: λ, rad/s; `period`: T, s.
+    pub(super) fn new(
+        cutoff: f64,
+        period: f64,
+        discretization: DiscretizationName,
+    ) -> Result<Self, FilterError> {
+        let torque = FilterPair::new(cutoff, period, Discretization::ZeroOrderHold)?;
+        let entries = match discretization {
+            DiscretizationName::Matched => FilterPair::new(cutoff, period, Discretization::Tustin)?,
+            DiscretizationName::Paper => torque,
+        };
+        Ok(Self { entries, torque })
+    }
+}
+
+/// Forms the regressor of a sample.
+#[derive(Clone, Debug)]
+pub(super) struct Evaluator {
+    model: Model,
+    scratch: Scratch,
+}
+
+impl Evaluator {
+    pub(super) fn new(model: &Model) -> Self {
+        Self {
+            model: model.clone(),
+            scratch: Scratch::new(model.joint_count()),
+        }
+    }
+
+    /// Writes the entries of `Y_a` and `Y_b`.
+    pub(super) fn entries(&mut self, state: &State<'_>, momentum: &mut [f64], rest: &mut [f64]) {
+        let mut workspace = self.scratch.workspace();
+        let robot = self.model.robot();
+        // The memory is made to fit, so there is no other outcome.
+        if robot
+            .regressor(state, &mut workspace, momentum, rest)
+            .is_err()
+        {
+            momentum.fill(f64::NAN);
+        }
+    }
+}
+
+/// Forms the regressor of each sample and filters it, one sample at a time.
 #[derive(Clone, Debug)]
 pub struct FilteredRegression {
-    arm: PlanarArm,
-    pair: FilterPair,
-    torque_pair: FilterPair,
-    entries: [FilterState; ENTRIES],
-    torques: [FilterState; JOINT_COUNT],
+    evaluator: Evaluator,
+    pairs: Pairs,
+    momentum: Vec<f64>,
+    rest: Vec<f64>,
+    bank: FilterBank<Vec<f64>>,
+    torques: Vec<FilterState>,
+    rhs: Vec<f64>,
 }
 
 impl FilteredRegression {
-    /// Returns the regression of a log that starts at rest.
+    /// Returns the regression of a log that begins.
     ///
     /// - `cutoff`: λ, rad/s; `period`: T, s.
     ///
@@ -68,48 +86,38 @@ impl FilteredRegression {
     ///
     /// [`FilterError`] if λ or T is not positive.
     pub fn new(
-        arm: &PlanarArm,
+        model: &Model,
         cutoff: f64,
         period: f64,
         discretization: DiscretizationName,
     ) -> Result<Self, FilterError> {
-        let held = FilterPair::new(cutoff, period, Discretization::ZeroOrderHold)?;
-        let pair = match discretization {
-            DiscretizationName::Matched => FilterPair::new(cutoff, period, Discretization::Tustin)?,
-            DiscretizationName::Paper => held,
-        };
+        let entries = model.entries();
         Ok(Self {
-            arm: *arm,
-            pair,
-            torque_pair: held,
-            entries: [FilterState::default(); ENTRIES],
-            torques: [FilterState::default(); JOINT_COUNT],
+            evaluator: Evaluator::new(model),
+            pairs: Pairs::new(cutoff, period, discretization)?,
+            momentum: vec![0.0; entries],
+            rest: vec![0.0; entries],
+            bank: FilterBank::new(vec![0.0; bank_len(entries)]),
+            torques: vec![FilterState::default(); model.joint_count()],
+            rhs: vec![0.0; model.joint_count()],
         })
     }
 
-    /// Takes the next sample.
-    pub fn process(
-        &mut self,
-        time: f64,
-        state: &JointState,
-        tau: &[f64; JOINT_COUNT],
-    ) -> FilteredSample {
-        let regressor = self.arm.regressor(state);
-        let mut sample = FilteredSample {
-            time,
-            entries: [0.0; ENTRIES],
-            rhs: [0.0; ROWS],
-        };
-        for ((value, entry), memory) in
-            (sample.entries.iter_mut().zip(&regressor)).zip(&mut self.entries)
-        {
-            *value = self.pair.process(memory, entry.momentum, entry.rest);
+    /// Forgets what it has seen: the next sample begins a log.
+    pub fn restart(&mut self) {
+        self.bank.restart();
+        self.torques.fill(FilterState::default());
+    }
+
+    /// Takes the next sample; returns the entries of `Y_f`, row after row, and
+    /// the filtered motor torques, \[n\], N·m (N).
+    pub fn process(&mut self, state: &State<'_>, tau: &[f64]) -> (&[f64], &[f64]) {
+        self.evaluator
+            .entries(state, &mut self.momentum, &mut self.rest);
+        let entries = (self.bank).process(&self.pairs.entries, &self.momentum, &self.rest);
+        for ((rhs, memory), tau) in self.rhs.iter_mut().zip(&mut self.torques).zip(tau) {
+            *rhs = self.pairs.torque.process(memory, 0.0, *tau);
         }
-        for ((value, tau), memory) in
-            (sample.rhs[JOINT_COUNT..].iter_mut().zip(tau)).zip(&mut self.torques)
-        {
-            *value = self.torque_pair.process(memory, 0.0, *tau);
-        }
-        sample
+        (entries, &self.rhs)
     }
 }

@@ -1,13 +1,12 @@
-//! One pass over a log: from its blocks to a reduced system.
+//! One pass over logs: from their blocks to a reduced system.
 
 use sprung_core::filter::FilterError;
 
-use super::filtered::{FilteredRegression, FilteredSample};
 use super::reduction::{Reduction, System};
 use crate::description::Identify;
-use crate::log::{Channels, LogBlock, LogError, LogSource, Summary};
+use crate::log::{Channels, CsvLog, Gaps, LogBlock, LogError, LogSource, Summary};
 use crate::model::Model;
-use crate::preprocess::{Aligner, Butterworth, FilterDesignError, RawSample, Signal, Smoother};
+use crate::preprocess::{Aligner, Butterworth, FilterDesignError, RawBlock, SignalBlock, Smoother};
 
 /// What keeps a log from being reduced.
 #[derive(Debug, thiserror::Error)]
@@ -42,51 +41,70 @@ pub struct Reading<'a> {
     pub model: &'a Model,
     /// Filters.
     pub settings: &'a Identify,
+    /// Cut-off of the position filter, Hz.
+    pub position_cutoff_hz: f64,
     /// Meaning of the columns.
     pub channels: &'a Channels,
     /// Delays to undo, s, one per channel.
     pub delays: &'a [f64],
 }
 
+/// Why filters start anew.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Restart {
+    /// A log begins.
+    Begin,
+    /// Samples are missing.
+    Gap,
+}
+
 /// Sees what passes; by default it looks away.
-pub trait Observer {
+pub trait Observer: Send {
+    /// Another log begins, or the log goes on after a gap.
+    fn restart(&mut self, _why: Restart) {}
+
     /// Sees samples before they are filtered.
     ///
     /// - `period`: T, s.
-    fn raw(&mut self, _period: f64, _samples: &[RawSample]) {}
-
-    /// Sees a sample of the filtered regression.
-    fn filtered(&mut self, _sample: &FilteredSample) {}
+    fn raw(&mut self, _period: f64, _samples: &RawBlock) {}
 }
 
 impl Observer for () {}
 
-/// The stages between log and system, with their memory.
-#[derive(Clone, Debug)]
-pub struct Stages {
+/// Signals that are ready for the regression.
+#[derive(Clone, Debug, Default)]
+struct Piece {
+    // Whether they begin a log or come after a gap.
+    begins: bool,
     period: f64,
+    signals: SignalBlock,
+}
+
+/// From blocks of a log to signals.
+#[derive(Clone, Debug)]
+struct Preparation<'a> {
+    reading: Reading<'a>,
+    period: f64,
+    filter: Butterworth,
     needed: usize,
     aligner: Aligner,
     smoother: Smoother,
-    regression: FilteredRegression,
-    reduction: Reduction,
-    raw: Vec<RawSample>,
-    signals: Vec<Signal>,
+    raw: RawBlock,
+    part: LogBlock,
+    begins: bool,
+    in_segment: u64,
+    // Samples in stretches between gaps that are too short for the filter.
+    lost: u64,
+    used: u64,
 }
 
-impl Stages {
-    /// Returns stages that have seen nothing.
-    ///
+impl<'a> Preparation<'a> {
     /// - `period`: T of the log, s.
-    ///
-    /// # Errors
-    ///
-    /// [`PassError`] if a filter does not fit the period.
-    pub fn new(reading: &Reading<'_>, period: f64) -> Result<Self, PassError> {
+    fn new(reading: &Reading<'a>, period: f64) -> Result<Self, PassError> {
         let settings = reading.settings;
         let filter = Butterworth::new(
             settings.position_filter_order,
-            settings.position_cutoff_hz,
+            reading.position_cutoff_hz,
             period,
         )?;
         if settings.filter_cutoff_rad_per_s * period > 1.0 {
@@ -97,71 +115,146 @@ impl Stages {
         }
         let aligner = Aligner::new(reading.channels, reading.delays, period);
         Ok(Self {
+            reading: *reading,
             period,
             // The filter's padding, one sample beyond it, and the two that
             // the central difference takes.
             needed: filter.padding() + aligner.lost() + 3,
             aligner,
-            smoother: Smoother::new(&filter, period),
-            regression: FilteredRegression::new(
-                reading.model.arm(),
-                settings.filter_cutoff_rad_per_s,
-                period,
-                settings.discretization,
-            )
-            .map_err(PassError::FilterPair)?,
-            reduction: Reduction::new(reading.model),
-            raw: Vec::new(),
-            signals: Vec::new(),
+            smoother: smoother(reading.model, &filter, period),
+            filter,
+            raw: RawBlock::new(reading.model.joint_count()),
+            part: LogBlock::new(reading.channels.all.len()),
+            begins: true,
+            in_segment: 0,
+            lost: 0,
+            used: 0,
         })
     }
 
-    /// Returns how many samples a log must have at least.
-    #[must_use]
-    pub fn needed(&self) -> usize {
-        self.needed
-    }
-
-    /// Takes the next block.
-    pub fn push(&mut self, block: &LogBlock, observer: &mut impl Observer) {
-        self.raw.clear();
-        self.aligner.push(block, &mut self.raw);
-        observer.raw(self.period, &self.raw);
-        self.smoother.push(&self.raw, &mut self.signals);
-        reduce(
-            &mut self.signals,
-            &mut self.regression,
-            &mut self.reduction,
-            observer,
-        );
-    }
-
-    /// Ends the log; returns nothing if it was too short.
-    pub fn finish(mut self, observer: &mut impl Observer) -> Option<System> {
-        if !self.smoother.finish(&mut self.signals) {
-            return None;
+    /// Takes the next block and appends what is ready.
+    fn push(&mut self, block: &LogBlock, observer: &mut impl Observer, out: &mut Vec<Piece>) {
+        let mut from = 0;
+        for &gap in &block.gaps {
+            self.feed(block, from..gap, observer, out);
+            self.end(out);
+            observer.restart(Restart::Gap);
+            from = gap;
         }
-        reduce(
-            &mut self.signals,
-            &mut self.regression,
-            &mut self.reduction,
-            observer,
-        );
-        Some(self.reduction.finish())
+        self.feed(block, from..block.len(), observer, out);
+    }
+
+    fn feed(
+        &mut self,
+        block: &LogBlock,
+        part: std::ops::Range<usize>,
+        observer: &mut impl Observer,
+        out: &mut Vec<Piece>,
+    ) {
+        if part.is_empty() {
+            return;
+        }
+        self.in_segment += part.len() as u64;
+        self.raw.clear();
+        if part.len() == block.len() {
+            self.aligner.push(block, &mut self.raw);
+        } else {
+            self.part.clear();
+            self.part.extend(block, part);
+            self.aligner.push(&self.part, &mut self.raw);
+        }
+        observer.raw(self.period, &self.raw);
+        let mut piece = self.piece();
+        self.smoother.push(&self.raw, &mut piece.signals);
+        self.hand_on(piece, out);
+    }
+
+    /// Ends a segment: what follows does not belong together with it.
+    fn end(&mut self, out: &mut Vec<Piece>) {
+        let model = self.reading.model;
+        let fresh = smoother(model, &self.filter, self.period);
+        let mut piece = self.piece();
+        if std::mem::replace(&mut self.smoother, fresh).finish(&mut piece.signals) {
+            self.hand_on(piece, out);
+            self.used += self.in_segment;
+        } else {
+            self.lost += self.in_segment;
+        }
+        self.aligner = Aligner::new(self.reading.channels, self.reading.delays, self.period);
+        self.begins = true;
+        self.in_segment = 0;
+    }
+
+    fn piece(&self) -> Piece {
+        Piece {
+            begins: self.begins,
+            period: self.period,
+            signals: SignalBlock::new(self.reading.model.joint_count()),
+        }
+    }
+
+    fn hand_on(&mut self, piece: Piece, out: &mut Vec<Piece>) {
+        if !piece.signals.is_empty() {
+            self.begins = false;
+            out.push(piece);
+        }
     }
 }
 
+fn smoother(model: &Model, filter: &Butterworth, period: f64) -> Smoother {
+    let flexible: Vec<bool> = (0..model.joint_count())
+        .map(|joint| model.is_flexible(joint))
+        .collect();
+    Smoother::new(filter, &flexible, period)
+}
+
+/// Folds pieces into a reduction.
 fn reduce(
-    signals: &mut Vec<Signal>,
-    regression: &mut FilteredRegression,
     reduction: &mut Reduction,
-    observer: &mut impl Observer,
-) {
-    for signal in signals.drain(..) {
-        let sample = regression.process(signal.time, &signal.state, &signal.tau);
-        reduction.push(&sample);
-        observer.filtered(&sample);
+    settings: &Identify,
+    pieces: &[Piece],
+) -> Result<(), PassError> {
+    for piece in pieces {
+        if piece.begins {
+            reduction.restart();
+        }
+        reduction
+            .push(
+                &piece.signals,
+                settings.filter_cutoff_rad_per_s,
+                piece.period,
+                settings.discretization,
+            )
+            .map_err(PassError::FilterPair)?;
     }
+    Ok(())
+}
+
+/// Reduces blocks that are in memory.
+///
+/// - `period`: T, s.
+///
+/// Returns nothing if they are too short for the filters.
+///
+/// # Errors
+///
+/// [`PassError`] if a filter does not fit the period.
+pub fn reduce_blocks(
+    reading: &Reading<'_>,
+    period: f64,
+    blocks: &[LogBlock],
+) -> Result<Option<System>, PassError> {
+    let mut preparation = Preparation::new(reading, period)?;
+    let mut reduction = Reduction::new(reading.model);
+    let mut pieces = Vec::new();
+    for block in blocks {
+        preparation.push(block, &mut (), &mut pieces);
+        reduce(&mut reduction, reading.settings, &pieces)?;
+        pieces.clear();
+    }
+    preparation.end(&mut pieces);
+    reduce(&mut reduction, reading.settings, &pieces)?;
+    Ok((preparation.used > 0).then(|| reduction.finish()))
 }
 
 fn longest_delay(delays: &[f64]) -> f64 {
@@ -169,11 +262,18 @@ fn longest_delay(delays: &[f64]) -> f64 {
     spread(f64::max) - spread(f64::min)
 }
 
-/// What a pass leaves of a log.
+/// What a pass leaves of logs.
 #[derive(Clone, Debug)]
 pub struct Passed {
-    /// The reduced system.
+    /// The reduced system of all logs.
     pub system: System,
+    /// Figures of each log.
+    pub logs: Vec<LogFigures>,
+}
+
+/// Figures of one log.
+#[derive(Clone, Debug)]
+pub struct LogFigures {
     /// Figures of the columns.
     pub summary: Summary,
     /// Sampling period, s.
@@ -182,50 +282,95 @@ pub struct Passed {
     pub duration: f64,
     /// Largest deviation of a step from the period, as a part of it.
     pub jitter: f64,
+    /// Where samples are missing.
+    pub gaps: Gaps,
+    /// Samples between gaps that are too close for the filters.
+    pub lost: u64,
 }
 
-/// Reads a log once, block by block, and reduces it.
+/// Reads logs of one robot once, block by block, and reduces them together.
+///
+/// The next block is read and smoothed while the last one is reduced, if there
+/// is a thread for it.
 ///
 /// - `progress`: called with the number of samples read so far.
 ///
 /// # Errors
 ///
-/// [`PassError`] if the log is wrong, too short, or does not fit the filters.
+/// [`PassError`] if a log is wrong, too short, or does not fit the filters.
 pub fn read_through(
     reading: &Reading<'_>,
-    source: &mut LogSource<'_>,
+    sources: &mut [LogSource<'_>],
     observer: &mut impl Observer,
-    progress: &mut dyn FnMut(u64),
+    progress: &mut (dyn FnMut(u64) + Send),
 ) -> Result<Passed, PassError> {
-    let mut log = source.open(reading.channels)?;
-    let mut block = LogBlock::new(reading.channels.all.len());
-    log.read(&mut block)?;
-    let period = log.clock().period().unwrap_or_default();
-    let mut stages = Stages::new(reading, period)?;
-    let mut summary = Summary::new(reading.channels);
-    while !block.is_empty() {
-        summary.take(&block);
-        stages.push(&block, observer);
-        progress(log.clock().samples());
+    let mut reduction = Reduction::new(reading.model);
+    let mut logs = Vec::new();
+    let mut before = 0;
+    for source in sources {
+        let mut log = source.open(reading.channels)?;
+        let mut block = LogBlock::new(reading.channels.all.len());
         log.read(&mut block)?;
+        let period = log.clock().period().unwrap_or_default();
+        let mut preparation = Preparation::new(reading, period)?;
+        let mut summary = Summary::new(reading.channels);
+        observer.restart(Restart::Begin);
+        let mut ready: Vec<Piece> = Vec::new();
+        while !block.is_empty() {
+            let mut next = Vec::new();
+            let mut prepare = || -> Result<(), PassError> {
+                summary.take(&block);
+                preparation.push(&block, observer, &mut next);
+                progress(before + log.clock().samples());
+                log.read(&mut block)?;
+                Ok(())
+            };
+            let mut fold = || reduce(&mut reduction, reading.settings, &ready);
+            let (prepared, folded) = rayon::join(&mut prepare, &mut fold);
+            folded?;
+            prepared?;
+            ready = next;
+        }
+        preparation.end(&mut ready);
+        reduce(&mut reduction, reading.settings, &ready)?;
+        if preparation.used == 0 {
+            return Err(too_short(source, reading, &preparation, &log).into());
+        }
+        before += log.clock().samples();
+        logs.push(LogFigures {
+            summary,
+            period,
+            duration: log.clock().duration(),
+            jitter: log.clock().jitter(),
+            gaps: log.clock().gaps(),
+            lost: preparation.lost,
+        });
     }
-    let needed = stages.needed() as u64;
-    let system = stages.finish(observer).ok_or_else(|| LogError::TooShort {
+    Ok(Passed {
+        system: reduction.finish(),
+        logs,
+    })
+}
+
+fn too_short<R: std::io::Read>(
+    source: &LogSource<'_>,
+    reading: &Reading<'_>,
+    preparation: &Preparation<'_>,
+    log: &CsvLog<R>,
+) -> LogError {
+    let gaps = match log.clock().gaps().count {
+        0 => "",
+        _ => ", between two gaps",
+    };
+    LogError::TooShort {
         file: source.name.clone(),
         found: log.clock().samples(),
-        needed,
+        needed: preparation.needed as u64,
         why: format!(
             "three periods of position_cutoff_hz = {} pad each end of the zero-phase filter, and \
-             delays take {:.3} s",
-            reading.settings.position_cutoff_hz,
+             delays take {:.3} s{gaps}",
+            reading.position_cutoff_hz,
             longest_delay(reading.delays)
         ),
-    })?;
-    Ok(Passed {
-        system,
-        summary,
-        period,
-        duration: log.clock().duration(),
-        jitter: log.clock().jitter(),
-    })
+    }
 }

@@ -1,10 +1,15 @@
 //! Rows of any number of samples, folded into a bounded number of factors.
 
 use faer::Mat;
+use rayon::prelude::*;
+use sprung_core::drives::State;
+use sprung_core::filter::{FilterBank, FilterError, FilterState, bank_len};
 
-use super::filtered::FilteredSample;
+use super::filtered::{Evaluator, Pairs};
 use super::triangle::Triangle;
-use crate::model::{Model, ROWS};
+use crate::description::DiscretizationName;
+use crate::model::Model;
+use crate::preprocess::{Decimator, SignalBlock};
 
 /// Factors kept at most; consecutive ones are merged beyond.
 const STRETCHES: usize = 512;
@@ -15,97 +20,118 @@ const FIRST_STRETCH: u64 = 16;
 /// Rows gathered before they are factored, at most.
 const GATHER: usize = 2048;
 
-/// Consecutive samples, reduced: one factor per row of the regressor.
-#[derive(Clone, Debug)]
-struct Stretch {
-    end_time: f64,
-    factors: Vec<Triangle>,
-}
+/// Samples whose regressor is formed at a time: it fits a processor's cache.
+const BATCH: usize = 256;
 
-/// Folds filtered samples into triangular factors as they come.
-///
-/// Each row of the regressor touches few parameters, so each is reduced by
-/// itself in its own columns; the factors are put side by side when the system
-/// is solved.
+/// Samples that one thread forms at a time.
+const PORTION: usize = 32;
+
+/// Rows that are turned into columns at a time.
+const TILE: usize = 16;
+
+/// Samples of the filtered regression that are kept for plots, at most.
+const KEPT: usize = 2048;
+
+/// One row of the regressor on its way from samples to factors.
 #[derive(Clone, Debug)]
-pub struct Reduction {
-    gathered: Vec<Mat<f64>>,
+struct RowReduction {
+    entries: std::ops::Range<usize>,
+    // Joint whose torque is the right-hand side; none in a link row.
+    torque: Option<usize>,
+    bank: FilterBank<Vec<f64>>,
+    torque_memory: FilterState,
+    tile: Vec<f64>,
+    gathered: Mat<f64>,
     rows: usize,
-    current: Option<Stretch>,
     in_current: u64,
     stretch: u64,
-    done: Vec<Stretch>,
-    samples: u64,
-    last_time: f64,
+    current: Option<Triangle>,
+    done: Vec<Triangle>,
+    kept: Decimator<Vec<f64>>,
 }
 
-impl Reduction {
-    /// Returns a reduction that has seen nothing.
-    #[must_use]
-    pub fn new(model: &Model) -> Self {
+impl RowReduction {
+    fn new(model: &Model, row: usize) -> Self {
+        let entries = model.row_entries(row);
+        let width = entries.len();
         Self {
-            gathered: (0..ROWS)
-                .map(|row| Mat::zeros(GATHER, model.row_columns(row).len() + 1))
-                .collect(),
+            torque: model.is_torque_row(row).then(|| model.joint_of(row)),
+            bank: FilterBank::new(vec![0.0; bank_len(width)]),
+            torque_memory: FilterState::default(),
+            tile: vec![0.0; TILE * (width + 1)],
+            gathered: Mat::zeros(GATHER, width + 1),
             rows: 0,
-            current: None,
             in_current: 0,
             stretch: FIRST_STRETCH,
+            current: None,
             done: Vec::new(),
-            samples: 0,
-            last_time: 0.0,
+            kept: Decimator::new(KEPT),
+            entries,
         }
     }
 
-    /// Takes the next sample.
-    pub fn push(&mut self, sample: &FilteredSample) {
-        for (gathered, (_, row, rhs)) in self.gathered.iter_mut().zip(sample.rows()) {
-            for (column, entry) in row.iter().enumerate() {
-                gathered[(self.rows, column)] = *entry;
+    fn restart(&mut self) {
+        self.bank.restart();
+        self.torque_memory = FilterState::default();
+    }
+
+    /// Filters and folds samples.
+    ///
+    /// - `momentum`, `rest`: entries of all rows, sample after sample.
+    fn take(&mut self, pairs: &Pairs, momentum: &[f64], rest: &[f64], all: usize, tau: &[Vec<f64>]) {
+        let width = self.entries.len();
+        let samples = momentum.chunks(all).zip(rest.chunks(all));
+        let mut in_tile = 0;
+        for (k, (momentum, rest)) in samples.enumerate() {
+            let own = self.entries.clone();
+            let filtered = (self.bank).process(&pairs.entries, &momentum[own.clone()], &rest[own]);
+            let rhs = self.torque.map_or(0.0, |joint| {
+                let memory = &mut self.torque_memory;
+                pairs.torque.process(memory, 0.0, tau[joint][k])
+            });
+            let row = &mut self.tile[in_tile * (width + 1)..][..=width];
+            row[..width].copy_from_slice(filtered);
+            row[width] = rhs;
+            let row = &*row;
+            self.kept.push(|| row.to_vec());
+            in_tile += 1;
+            self.in_current += 1;
+            let full = self.rows + in_tile == GATHER;
+            let ended = self.in_current == self.stretch;
+            if in_tile == TILE || full || ended {
+                self.untile(in_tile);
+                in_tile = 0;
             }
-            gathered[(self.rows, row.len())] = rhs;
+            if ended {
+                self.close();
+            } else if full {
+                self.factor();
+            }
         }
-        self.rows += 1;
-        self.in_current += 1;
-        self.samples += 1;
-        self.last_time = sample.time;
-        if self.in_current == self.stretch {
-            self.close();
-        } else if self.rows == GATHER {
-            self.factor();
-        }
+        self.untile(in_tile);
     }
 
-    /// Returns what remains of the log.
-    #[must_use]
-    pub fn finish(mut self) -> System {
-        if self.in_current > 0 {
-            self.close();
+    /// Moves the tile's rows into the columns of the gathered rows.
+    fn untile(&mut self, count: usize) {
+        let width = self.entries.len() + 1;
+        for column in 0..width {
+            for (i, row) in self.tile.chunks(width).take(count).enumerate() {
+                self.gathered[(self.rows + i, column)] = row[column];
+            }
         }
-        System {
-            stretches: self.done,
-            samples: self.samples,
-        }
+        self.rows += count;
     }
 
     fn factor(&mut self) {
-        if self.rows == 0 {
+        let rows = std::mem::take(&mut self.rows);
+        if rows == 0 {
             return;
         }
-        let rows = std::mem::take(&mut self.rows);
-        let factors = self
-            .gathered
-            .iter_mut()
-            .map(|gathered| Triangle::of_rows(gathered.as_mut().subrows_mut(0, rows)))
-            .collect();
-        let new = Stretch {
-            end_time: self.last_time,
-            factors,
+        let new = Triangle::of_rows(self.gathered.as_mut().subrows_mut(0, rows));
+        self.current = match self.current.take() {
+            None => Some(new),
+            Some(before) => Triangle::merge([&before, &new]),
         };
-        self.current = Some(match self.current.take() {
-            None => new,
-            Some(before) => join(&before, &new),
-        });
     }
 
     fn close(&mut self) {
@@ -113,44 +139,222 @@ impl Reduction {
         self.in_current = 0;
         self.done.extend(self.current.take());
         if self.done.len() == STRETCHES {
-            self.done = self
-                .done
-                .chunks(2)
-                .map(|pair| match pair {
-                    [a, b] => join(a, b),
-                    _ => pair[0].clone(),
-                })
-                .collect();
+            self.done = halved(&self.done, |a, b| {
+                Triangle::merge([a, b]).unwrap_or_else(|| b.clone())
+            });
             self.stretch *= 2;
         }
     }
 }
 
-fn join(a: &Stretch, b: &Stretch) -> Stretch {
-    Stretch {
-        end_time: b.end_time,
-        factors: (a.factors.iter().zip(&b.factors))
-            .filter_map(|pair| Triangle::merge([pair.0, pair.1]))
-            .collect(),
+/// Joins neighbours.
+fn halved<T: Clone>(all: &[T], join: impl Fn(&T, &T) -> T) -> Vec<T> {
+    all.chunks(2)
+        .map(|pair| match pair {
+            [a, b] => join(a, b),
+            _ => pair[0].clone(),
+        })
+        .collect()
+}
+
+/// Forms, filters and folds the regression of samples as they come.
+///
+/// Each row of the regressor touches few parameters, so each is reduced by
+/// itself in its own columns; the factors are put side by side when the system
+/// is solved. Samples are shared among threads while the regressor is formed,
+/// rows while it is filtered and folded, so that the result does not depend on
+/// the number of threads.
+#[derive(Clone, Debug)]
+pub struct Reduction {
+    evaluators: Vec<Evaluator>,
+    rows: Vec<RowReduction>,
+    momentum: Vec<f64>,
+    rest: Vec<f64>,
+    entries: usize,
+    // Ends of the stretches, s, kept as the rows keep their factors.
+    ends: Vec<f64>,
+    in_current: u64,
+    stretch: u64,
+    last_time: f64,
+    kept: Decimator<f64>,
+    samples: u64,
+}
+
+impl Reduction {
+    /// Returns a reduction that has seen nothing.
+    #[must_use]
+    pub fn new(model: &Model) -> Self {
+        let entries = model.entries();
+        Self {
+            evaluators: vec![Evaluator::new(model); BATCH / PORTION],
+            rows: (0..model.rows())
+                .map(|row| RowReduction::new(model, row))
+                .collect(),
+            momentum: vec![0.0; BATCH * entries],
+            rest: vec![0.0; BATCH * entries],
+            entries,
+            ends: Vec::new(),
+            in_current: 0,
+            stretch: FIRST_STRETCH,
+            last_time: 0.0,
+            kept: Decimator::new(KEPT),
+            samples: 0,
+        }
+    }
+
+    /// Begins another log, or goes on after a gap: the filters start at rest.
+    pub fn restart(&mut self) {
+        self.rows.iter_mut().for_each(RowReduction::restart);
+    }
+
+    /// Takes the next samples.
+    ///
+    /// - `cutoff`: λ, rad/s; `period`: T, s.
+    ///
+    /// # Errors
+    ///
+    /// [`FilterError`] if λ or T is not positive.
+    pub fn push(
+        &mut self,
+        signals: &SignalBlock,
+        cutoff: f64,
+        period: f64,
+        discretization: DiscretizationName,
+    ) -> Result<(), FilterError> {
+        let pairs = Pairs::new(cutoff, period, discretization)?;
+        for first in (0..signals.len()).step_by(BATCH) {
+            let count = BATCH.min(signals.len() - first);
+            self.form(signals, first, count);
+            let (momentum, rest) = (
+                &self.momentum[..count * self.entries],
+                &self.rest[..count * self.entries],
+            );
+            let tau: Vec<Vec<f64>> = (signals.tau.iter())
+                .map(|tau| tau[first..first + count].to_vec())
+                .collect();
+            (self.rows.par_iter_mut())
+                .for_each(|row| row.take(&pairs, momentum, rest, self.entries, &tau));
+            for &time in &signals.time[first..first + count] {
+                self.tick(time);
+            }
+        }
+        Ok(())
+    }
+
+    /// Forms the regressor of some samples.
+    fn form(&mut self, signals: &SignalBlock, first: usize, count: usize) {
+        let part = PORTION * self.entries;
+        let momentum = self.momentum.par_chunks_mut(part);
+        let rest = self.rest.par_chunks_mut(part);
+        (momentum.zip(rest).zip(&mut self.evaluators).enumerate()).for_each(
+            |(portion, ((momentum, rest), evaluator))| {
+                let n = signals.q.len();
+                let mut state = vec![0.0; 4 * n];
+                let from = first + portion * PORTION;
+                let until = (first + count).min(from + PORTION);
+                let rows = (momentum.chunks_mut(self.entries))
+                    .zip(rest.chunks_mut(self.entries));
+                for (k, (momentum, rest)) in (from..until).zip(rows) {
+                    for joint in 0..n {
+                        state[joint] = signals.q[joint][k];
+                        state[n + joint] = signals.dq[joint][k];
+                        state[2 * n + joint] = signals.phi[joint][k];
+                        state[3 * n + joint] = signals.dphi[joint][k];
+                    }
+                    let (link, motor) = state.split_at(2 * n);
+                    let state = State {
+                        q: &link[..n],
+                        dq: &link[n..],
+                        phi: &motor[..n],
+                        dphi: &motor[n..],
+                    };
+                    evaluator.entries(&state, momentum, rest);
+                }
+            },
+        );
+    }
+
+    fn tick(&mut self, time: f64) {
+        self.samples += 1;
+        self.in_current += 1;
+        self.last_time = time;
+        self.kept.push(|| time);
+        if self.in_current == self.stretch {
+            self.close();
+        }
+    }
+
+    fn close(&mut self) {
+        self.in_current = 0;
+        self.ends.push(self.last_time);
+        if self.ends.len() == STRETCHES {
+            self.ends = halved(&self.ends, |_, end| *end);
+            self.stretch *= 2;
+        }
+    }
+
+    /// Returns what remains of the samples.
+    #[must_use]
+    pub fn finish(mut self) -> System {
+        if self.in_current > 0 {
+            self.close();
+            self.rows.iter_mut().for_each(RowReduction::close);
+        }
+        System {
+            ends: self.ends,
+            kept: Kept {
+                time: self.kept.into_items(),
+                rows: Vec::new(),
+            },
+            samples: self.samples,
+            rows: Vec::new(),
+        }
+        .with_rows(self.rows)
     }
 }
 
-/// The stacked filtered regression of a whole log, reduced.
+/// Some samples of the filtered regression, evenly spaced.
+#[derive(Clone, Debug)]
+pub struct Kept {
+    /// Time, s.
+    pub time: Vec<f64>,
+    /// Entries of each row and its right-hand side, one vector per sample.
+    pub rows: Vec<Vec<Vec<f64>>>,
+}
+
+/// The stacked filtered regression of all logs, reduced.
 #[derive(Clone, Debug)]
 pub struct System {
-    stretches: Vec<Stretch>,
+    // Factors of each row, stretch by stretch.
+    rows: Vec<Vec<Triangle>>,
+    ends: Vec<f64>,
+    kept: Kept,
     samples: u64,
 }
 
 impl System {
+    fn with_rows(mut self, rows: Vec<RowReduction>) -> Self {
+        for row in rows {
+            self.rows.push(row.done);
+            self.kept.rows.push(row.kept.into_items());
+        }
+        self
+    }
+
     /// Returns the number of samples.
     #[must_use]
     pub fn samples(&self) -> u64 {
         self.samples
     }
 
-    /// Returns one factor per row of the regressor for the whole log; nothing
-    /// if the log is empty.
+    /// Returns samples for plots.
+    #[must_use]
+    pub fn kept(&self) -> &Kept {
+        &self.kept
+    }
+
+    /// Returns one factor per row of the regressor for all samples; nothing if
+    /// there are none.
     #[must_use]
     pub fn whole(&self) -> Option<Vec<Triangle>> {
         self.groups(1).pop()
@@ -160,27 +364,35 @@ impl System {
     /// length.
     #[must_use]
     pub fn groups(&self, count: usize) -> Vec<Vec<Triangle>> {
-        let size = self.stretches.len().div_ceil(count.max(1)).max(1);
-        self.stretches
-            .chunks(size)
-            .map(|chunk| {
-                (0..ROWS)
-                    .filter_map(|row| Triangle::merge(chunk.iter().map(|s| &s.factors[row])))
+        let stretches = self.ends.len();
+        let size = stretches.div_ceil(count.max(1)).max(1);
+        (0..stretches)
+            .step_by(size)
+            .map(|first| {
+                let part = first..stretches.min(first + size);
+                (self.rows.iter())
+                    .filter_map(|row| Triangle::merge(&row[part.clone()]))
                     .collect()
             })
             .collect()
     }
 
-    /// Returns the factors of the log up to ever later times, in s.
-    pub fn growing(&self) -> impl Iterator<Item = (f64, Vec<Triangle>)> {
-        let mut so_far: Option<Stretch> = None;
-        self.stretches.iter().map(move |stretch| {
-            let joined = match &so_far {
-                None => stretch.clone(),
-                Some(before) => join(before, stretch),
-            };
+    /// Returns the factors of the samples up to ever later times, in s, at most
+    /// `count` of them.
+    pub fn growing(&self, count: usize) -> impl Iterator<Item = (f64, Vec<Triangle>)> {
+        let size = self.ends.len().div_ceil(count.max(1)).max(1);
+        let mut so_far: Option<Vec<Triangle>> = None;
+        (0..self.ends.len()).step_by(size).map(move |first| {
+            let part = first..self.ends.len().min(first + size);
+            let end = self.ends[part.end - 1];
+            let joined: Vec<Triangle> = (self.rows.iter().enumerate())
+                .filter_map(|(i, row)| {
+                    let before = so_far.as_ref().map(|all| &all[i]);
+                    Triangle::merge(before.into_iter().chain(&row[part.clone()]))
+                })
+                .collect();
             so_far = Some(joined.clone());
-            (joined.end_time, joined.factors)
+            (end, joined)
         })
     }
 }

@@ -50,6 +50,26 @@ impl Triangle {
         Some(Self::of_rows(rows.as_mut()))
     }
 
+    /// Returns the factor of the same rows with some unknowns known: their
+    /// columns are moved to the right-hand side.
+    ///
+    /// - `known`: a value or nothing for each unknown, \[m\].
+    #[must_use]
+    pub fn with_known(&self, known: &[Option<f64>]) -> Self {
+        let m = self.unknowns();
+        let free: Vec<usize> = (0..m).filter(|&j| known[j].is_none()).collect();
+        let mut rows = Mat::from_fn(m + 1, free.len() + 1, |i, j| match free.get(j) {
+            Some(&column) => self.r[(i, column)],
+            None => {
+                let moved: f64 = (known.iter().enumerate())
+                    .filter_map(|(k, value)| Some(self.r[(i, k)] * (*value)?))
+                    .sum();
+                self.r[(i, m)] - moved
+            }
+        });
+        Self::of_rows(rows.as_mut())
+    }
+
     /// Returns the number of unknowns.
     #[must_use]
     pub fn unknowns(&self) -> usize {
@@ -124,6 +144,18 @@ mod tests {
             let difference = gram(&a) - gram(&triangle.r);
             assert!(difference.norm_max() < 1e-12 * (1.0 + count as f64));
         }
+    }
+
+    #[test]
+    fn known_unknowns_move_to_the_right_hand_side() {
+        let a = rows(60, 3);
+        let all = Triangle::of_rows(a.clone().as_mut());
+        let reduced = all.with_known(&[None, Some(0.7), None]);
+        let x = [0.3, 0.7, -1.1];
+        let squared = |r: Vec<f64>| r.iter().map(|x| x * x).sum::<f64>();
+        let (long, short) = (all.residual(&x), reduced.residual(&[x[0], x[2]]));
+        assert!((squared(long) - squared(short)).abs() < 1e-12);
+        assert_eq!(reduced.unknowns(), 2);
     }
 
     #[test]

@@ -1,13 +1,18 @@
 //! Plant and controller, sample by sample.
 
-use sprung_core::controller::{Feedforward, Pd, STATES, StateFeedback};
-use sprung_core::regressor::JointState;
+use sprung_core::controller::{Feedforward, FeedforwardScratch, pd, state_feedback};
+use sprung_core::drives::State;
+use sprung_core::links::Step;
+use sprung_core::regressor::{TorqueSeries, Values};
+use sprung_core::scalar::Scalar;
+use sprung_core::spatial::BODY;
 use sprung_core::velocity::{AveragedVelocity, VelocityError};
 
 use super::integrator::Integrator;
+use super::plant::{JointState, Plant};
 use super::reference::Trajectory;
 use crate::description::{self, Controller, ControllerKind};
-use crate::model::{JOINT_COUNT, Model, ModelError, Theta};
+use crate::model::{Model, ModelError, Theta};
 
 /// Error of one integration step that is accepted, rad and rad/s. Over the
 /// paper's 10 s experiment the positions stay within 2e-9 rad of those of a
@@ -38,21 +43,79 @@ pub struct Diverged {
     pub time: f64,
 }
 
+/// A feedforward with the memory that it needs.
+#[derive(Clone, Debug)]
+struct Nominal {
+    theta: Theta,
+    bodies: Vec<[f64; BODY]>,
+    series: [Vec<TorqueSeries>; 4],
+    steps: Vec<Step<TorqueSeries>>,
+    phi: Vec<f64>,
+    dphi: Vec<f64>,
+    tau: Vec<f64>,
+}
+
+impl Nominal {
+    fn new(model: &Model, theta: Theta) -> Self {
+        let n = model.joint_count();
+        Self {
+            bodies: model.bodies(&theta),
+            theta,
+            series: std::array::from_fn(|_| vec![TorqueSeries::ZERO; n]),
+            steps: vec![Step::default(); n],
+            phi: vec![0.0; n],
+            dphi: vec![0.0; n],
+            tau: vec![0.0; n],
+        }
+    }
+
+    /// Puts rotors and torques where a desired link motion wants them.
+    fn fill(&mut self, model: &Model, desired: &[[f64; 5]]) {
+        let [q, dq, ddq, torque] = &mut self.series;
+        let mut scratch = FeedforwardScratch {
+            series: [q, dq, ddq, torque],
+            steps: &mut self.steps,
+        };
+        let values = Values {
+            theta: &self.theta,
+            bodies: &self.bodies,
+        };
+        let mut out = Feedforward {
+            tau: &mut self.tau,
+            phi: &mut self.phi,
+            dphi: &mut self.dphi,
+        };
+        if out
+            .fill(&model.robot(), &values, desired, &mut scratch)
+            .is_err()
+        {
+            self.tau.fill(f64::NAN);
+        }
+    }
+}
+
 #[derive(Clone, Debug)]
 enum Law {
-    Pd(Pd),
-    StateFeedback(StateFeedback, Box<Theta>),
+    Pd {
+        kp: Vec<f64>,
+        kd: Vec<f64>,
+    },
+    StateFeedback {
+        gain: Vec<Vec<f64>>,
+        nominal: Box<Nominal>,
+    },
 }
 
 /// Plant, controller and velocity estimator.
 #[derive(Clone, Debug)]
 pub struct ClosedLoop {
     model: Model,
-    theta: Theta,
     law: Law,
     reference: Trajectory,
-    velocity: [AveragedVelocity; 2 * JOINT_COUNT],
-    state: [f64; 4 * JOINT_COUNT],
+    desired: Vec<[f64; 5]>,
+    // Links, then motors.
+    velocity: Vec<AveragedVelocity>,
+    plant: Plant,
     integrator: Integrator,
     period: f64,
     samples: u64,
@@ -61,9 +124,11 @@ pub struct ClosedLoop {
 impl ClosedLoop {
     /// Returns a loop at rest.
     ///
-    /// - `theta`: parameters of the plant, \[15\].
+    /// - `theta`: parameters of the plant, \[p\].
     /// - `period`: T, s.
-    /// - `q`, `phi`: positions at the first sample, \[2\], rad.
+    /// - `start`: positions of links and motors at the first sample, \[n\], rad
+    ///   (m); where the reference is centred and the springs hold the links if
+    ///   absent.
     ///
     /// # Errors
     ///
@@ -74,41 +139,43 @@ impl ClosedLoop {
         theta: &Theta,
         controller: &Controller,
         period: f64,
-        q: &[f64; JOINT_COUNT],
-        phi: &[f64; JOINT_COUNT],
+        start: Option<(&[f64], &[f64])>,
     ) -> Result<Self, LoopError> {
         model.check_inertias(theta)?;
+        let n = model.joint_count();
         let law = match controller.kind {
-            ControllerKind::Pd => Law::Pd(Pd {
-                kp: array(&controller.kp_nm_per_rad),
-                kd: array(&controller.kd_nms_per_rad),
-            }),
+            ControllerKind::Pd => Law::Pd {
+                kp: controller.kp_nm_per_rad.clone(),
+                kd: controller.kd_nms_per_rad.clone(),
+            },
             ControllerKind::StateFeedback => {
                 let of_feedforward = match controller.feedforward {
                     description::Feedforward::Nominal => model.nominal()?,
-                    description::Feedforward::Identified => *theta,
+                    description::Feedforward::Identified => theta.clone(),
                 };
                 model.check_stiffness(&of_feedforward)?;
-                let mut gain = [[0.0; STATES]; JOINT_COUNT];
-                for (row, given) in gain.iter_mut().zip(&controller.gain) {
-                    *row = array(given);
+                Law::StateFeedback {
+                    gain: controller.gain.clone(),
+                    nominal: Box::new(Nominal::new(model, of_feedforward)),
                 }
-                Law::StateFeedback(StateFeedback { gain }, Box::new(of_feedforward))
             }
         };
         let [p1, p2] = controller.velocity_window;
         let velocity = AveragedVelocity::new(p1, p2, period).map_err(LoopError::Velocity)?;
-        let mut state = [0.0; 4 * JOINT_COUNT];
-        state[..JOINT_COUNT].copy_from_slice(q);
-        state[JOINT_COUNT..2 * JOINT_COUNT].copy_from_slice(phi);
+        let reference = Trajectory::new(&controller.reference, model);
+        let state = match start {
+            Some((q, phi)) => JointState::at_rest(q, phi),
+            None => rest(model, theta, reference.centre())?,
+        };
+        let plant = Plant::new(model, theta, &state);
         Ok(Self {
-            reference: Trajectory::new(&controller.reference, model.joints()),
+            reference,
+            desired: vec![[0.0; 5]; n],
             model: model.clone(),
-            theta: *theta,
             law,
-            velocity: [velocity; 2 * JOINT_COUNT],
-            state,
-            integrator: Integrator::new(TOLERANCE),
+            velocity: vec![velocity; 2 * n],
+            integrator: Integrator::new(TOLERANCE, plant.states()),
+            plant,
             period,
             samples: 0,
         })
@@ -117,7 +184,7 @@ impl ClosedLoop {
     /// Replaces the tolerance of the integration, rad and rad/s.
     #[must_use]
     pub fn with_tolerance(mut self, tolerance: f64) -> Self {
-        self.integrator = Integrator::new(tolerance);
+        self.integrator = Integrator::new(tolerance, self.plant.states());
         self
     }
 
@@ -127,10 +194,16 @@ impl ClosedLoop {
         self.period
     }
 
+    /// Returns whether a joint has a spring.
+    #[must_use]
+    pub fn is_flexible(&self, joint: usize) -> bool {
+        self.model.is_flexible(joint)
+    }
+
     /// Returns the true positions and velocities now.
     #[must_use]
     pub fn state(&self) -> JointState {
-        unpack(&self.state)
+        self.plant.state()
     }
 
     /// Returns the time of the next sample, s.
@@ -146,7 +219,7 @@ impl ClosedLoop {
     }
 
     /// Returns the torque that the controller commands for measured positions,
-    /// as far as the amplifiers let it through.
+    /// as far as the amplifiers let it through, \[n\], N·m (N).
     ///
     /// - `time`: of the sample, s; the reference runs on it.
     ///
@@ -155,64 +228,51 @@ impl ClosedLoop {
     /// # Source
     ///
     /// Eq. (24), or (32) and (33); velocities by eqs. (25) and (26).
-    pub fn command(
-        &mut self,
-        time: f64,
-        q: &[f64; JOINT_COUNT],
-        phi: &[f64; JOINT_COUNT],
-    ) -> [f64; JOINT_COUNT] {
-        let desired = self.reference.at(time);
-        let mut measured = JointState {
-            q: *q,
-            phi: *phi,
-            ..JointState::default()
-        };
-        for joint in 0..JOINT_COUNT {
-            measured.dq[joint] = self.velocity[joint].process(q[joint]);
-            measured.dphi[joint] = self.velocity[JOINT_COUNT + joint].process(phi[joint]);
-        }
-        let mut tau = match &self.law {
-            Law::Pd(pd) => pd.torque(
-                &desired.map(|d| d[0]),
-                &desired.map(|d| d[1]),
-                &measured.phi,
-                &measured.dphi,
-            ),
-            Law::StateFeedback(feedback, theta) => {
-                feedback.torque(&Feedforward::new(&desired, theta), &measured)
+    pub fn command(&mut self, time: f64, q: &[f64], phi: &[f64]) -> Vec<f64> {
+        let n = self.model.joint_count();
+        self.reference.at(time, &mut self.desired);
+        let positions = q.iter().chain(phi);
+        let velocities: Vec<f64> = (self.velocity.iter_mut().zip(positions))
+            .map(|(velocity, position)| velocity.process(*position))
+            .collect();
+        let (dq, dphi) = velocities.split_at(n);
+        let derivative = |order: usize| self.desired.iter().map(|d| d[order]).collect::<Vec<_>>();
+        let (q_d, dq_d) = (derivative(0), derivative(1));
+        let mut tau = vec![0.0; n];
+        match &mut self.law {
+            Law::Pd { kp, kd } => pd(kp, kd, [&q_d, &dq_d], [phi, dphi], &mut tau),
+            Law::StateFeedback { gain, nominal } => {
+                nominal.fill(&self.model, &self.desired);
+                tau.copy_from_slice(&nominal.tau);
+                let desired = State {
+                    q: &q_d,
+                    dq: &dq_d,
+                    phi: &nominal.phi,
+                    dphi: &nominal.dphi,
+                };
+                let measured = State { q, dq, phi, dphi };
+                let gain: Vec<&[f64]> = gain.iter().map(Vec::as_slice).collect();
+                state_feedback(&gain, &desired, &measured, &mut tau);
             }
-        };
+        }
         for (tau, limit) in tau.iter_mut().zip(self.model.torque_limits()) {
-            *tau = tau.clamp(-limit, *limit);
+            *tau = tau.clamp(-limit, limit);
         }
         tau
     }
 
-    /// Holds a torque on the motors for one period.
+    /// Holds torques on the motors for one period.
     ///
     /// # Errors
     ///
     /// [`Diverged`] if the motion cannot be followed or leaves all bounds.
-    pub fn advance(&mut self, tau: &[f64; JOINT_COUNT]) -> Result<(), Diverged> {
-        let (arm, theta) = (self.model.arm(), &self.theta);
+    pub fn advance(&mut self, tau: &[f64]) -> Result<(), Diverged> {
         let diverged = Diverged { time: self.time() };
-        self.integrator
-            .advance(&mut self.state, self.period, |x| {
-                let state = unpack(x);
-                let acceleration = arm.acceleration(theta, &state, tau);
-                pack(
-                    &state.dq,
-                    &state.dphi,
-                    &acceleration.ddq,
-                    &acceleration.ddphi,
-                )
-            })
+        self.plant
+            .advance(&mut self.integrator, tau, self.period)
             .map_err(|_| diverged)?;
         self.samples += 1;
-        if self.state[..2 * JOINT_COUNT]
-            .iter()
-            .all(|x| x.abs() < RUNAWAY)
-        {
+        if self.plant.positions().iter().all(|x| x.abs() < RUNAWAY) {
             Ok(())
         } else {
             Err(diverged)
@@ -220,31 +280,11 @@ impl ClosedLoop {
     }
 }
 
-fn unpack(x: &[f64; 4 * JOINT_COUNT]) -> JointState {
-    JointState {
-        q: [x[0], x[1]],
-        phi: [x[2], x[3]],
-        dq: [x[4], x[5]],
-        dphi: [x[6], x[7]],
-    }
-}
-
-fn pack(
-    dq: &[f64; JOINT_COUNT],
-    dphi: &[f64; JOINT_COUNT],
-    ddq: &[f64; JOINT_COUNT],
-    ddphi: &[f64; JOINT_COUNT],
-) -> [f64; 4 * JOINT_COUNT] {
-    [
-        dq[0], dq[1], dphi[0], dphi[1], ddq[0], ddq[1], ddphi[0], ddphi[1],
-    ]
-}
-
-/// Copies a list whose length the description has checked.
-fn array<const N: usize>(list: &[f64]) -> [f64; N] {
-    let mut all = [0.0; N];
-    for (slot, value) in all.iter_mut().zip(list) {
-        *slot = *value;
-    }
-    all
+/// Returns a robot that hangs at rest in its springs.
+fn rest(model: &Model, theta: &Theta, q: &[f64]) -> Result<JointState, ModelError> {
+    model.check_stiffness(theta)?;
+    let mut still = Nominal::new(model, theta.clone());
+    let desired: Vec<[f64; 5]> = q.iter().map(|&q| [q, 0.0, 0.0, 0.0, 0.0]).collect();
+    still.fill(model, &desired);
+    Ok(JointState::at_rest(q, &still.phi))
 }

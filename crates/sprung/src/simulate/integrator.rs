@@ -60,57 +60,61 @@ pub struct StepsExhausted;
 pub struct Integrator {
     tolerance: f64,
     step: f64,
+    // One vector per stage, and two states.
+    slopes: [Vec<f64>; STAGES],
+    y: Vec<f64>,
 }
 
 impl Integrator {
-    /// Returns an integrator.
+    /// Returns an integrator of `states` states.
     ///
     /// - `tolerance`: largest error of a step in any state, in the state's
     ///   unit, positive.
     #[must_use]
-    pub fn new(tolerance: f64) -> Self {
+    pub fn new(tolerance: f64, states: usize) -> Self {
         Self {
             tolerance,
             step: f64::INFINITY,
+            slopes: std::array::from_fn(|_| vec![0.0; states]),
+            y: vec![0.0; states],
         }
     }
 
     /// Moves the state `x` forward by `duration`, in s.
     ///
+    /// - `rate`: takes a state and writes its time derivative.
+    ///
     /// # Errors
     ///
     /// [`StepsExhausted`] after ten thousand steps, or when the state is no
     /// longer finite.
-    pub fn advance<const N: usize>(
+    pub fn advance(
         &mut self,
-        x: &mut [f64; N],
+        x: &mut [f64],
         duration: f64,
-        rate: impl Fn(&[f64; N]) -> [f64; N],
+        mut rate: impl FnMut(&[f64], &mut [f64]),
     ) -> Result<(), StepsExhausted> {
         let mut left = duration;
-        let mut k = [[0.0; N]; STAGES];
-        k[0] = rate(x);
+        rate(x, &mut self.slopes[0]);
         for _ in 0..10_000 {
             // Equal steps: a last sliver would waste one.
             let count = (left / self.step).ceil().max(1.0);
             let h = left / count;
-            let mut y = *x;
             for stage in 1..STAGES {
-                y = *x;
-                for (weight, slope) in A[stage].iter().zip(&k).take(stage) {
+                self.y.copy_from_slice(x);
+                let (done, rest) = self.slopes.split_at_mut(stage);
+                for (weight, slope) in A[stage].iter().zip(done) {
                     if *weight != 0.0 {
-                        for (y, s) in y.iter_mut().zip(slope) {
-                            *y += h * weight * s;
+                        for (y, s) in self.y.iter_mut().zip(slope) {
+                            *y += h * weight * *s;
                         }
                     }
                 }
-                k[stage] = rate(&y);
+                rate(&self.y, &mut rest[0]);
             }
             let mut error: f64 = 0.0;
-            for i in 0..N {
-                let e: f64 = E
-                    .iter()
-                    .zip(&k)
+            for i in 0..x.len() {
+                let e: f64 = (E.iter().zip(&self.slopes))
                     .map(|(weight, slope)| weight * slope[i])
                     .sum();
                 error = error.max((h * e).abs());
@@ -122,12 +126,12 @@ impl Integrator {
             let factor = 0.9 * ratio.max(1e-10).powf(-0.2);
             self.step = h * factor.clamp(0.2, 4.0);
             if ratio <= 1.0 {
-                *x = y;
+                x.copy_from_slice(&self.y);
                 if count < 1.5 {
                     return Ok(());
                 }
                 left -= h;
-                k[0] = k[STAGES - 1];
+                self.slopes.swap(0, STAGES - 1);
             }
         }
         Err(StepsExhausted)
@@ -140,11 +144,13 @@ mod tests {
 
     #[test]
     fn oscillator_keeps_its_phase() {
-        let mut integrator = Integrator::new(1e-11);
+        let mut integrator = Integrator::new(1e-11, 2);
         let mut x = [1.0, 0.0];
         for _ in 0..1000 {
             integrator
-                .advance(&mut x, 1e-2, |x| [x[1], -25.0 * x[0]])
+                .advance(&mut x, 1e-2, |x, rate| {
+                    rate.copy_from_slice(&[x[1], -25.0 * x[0]]);
+                })
                 .unwrap();
         }
         assert!((x[0] - 50.0_f64.cos()).abs() < 1e-8);
@@ -153,11 +159,11 @@ mod tests {
 
     #[test]
     fn explosion_is_an_error() {
-        let mut integrator = Integrator::new(1e-9);
+        let mut integrator = Integrator::new(1e-9, 1);
         let mut x = [1.0];
         // x' = x² reaches infinity at t = 1.
         assert_eq!(
-            integrator.advance(&mut x, 2.0, |x| [x[0] * x[0]]),
+            integrator.advance(&mut x, 2.0, |x, rate| rate[0] = x[0] * x[0]),
             Err(StepsExhausted)
         );
     }

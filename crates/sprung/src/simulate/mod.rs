@@ -5,6 +5,7 @@
 
 mod closed_loop;
 mod integrator;
+mod plant;
 mod record;
 mod reference;
 mod sensors;
@@ -12,6 +13,7 @@ mod twin;
 
 pub use closed_loop::{ClosedLoop, Diverged, LoopError};
 pub use integrator::{Integrator, StepsExhausted};
+pub use plant::JointState;
 pub use record::{RecordError, record};
 pub use reference::Trajectory;
 pub use twin::{Twin, TwinSample, TwinSetup};

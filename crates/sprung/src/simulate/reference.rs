@@ -1,7 +1,8 @@
 //! Reference trajectories: sums of sines with exact derivatives.
 
 use crate::description::Reference;
-use crate::model::JOINT_COUNT;
+use crate::model::Model;
+use sprung_core::chain::JointKind;
 
 #[derive(Clone, Copy, Debug)]
 struct Term {
@@ -15,35 +16,50 @@ struct Term {
 #[derive(Clone, Debug)]
 pub struct Trajectory {
     terms: Vec<Term>,
+    centre: Vec<f64>,
 }
 
 impl Trajectory {
-    /// Returns the trajectory that a file describes.
-    ///
-    /// - `joints`: names of the joints; sines of other joints are passed over,
-    ///   the description has refused them.
+    /// Returns the trajectory that a file describes; sines of joints that the
+    /// robot does not have are passed over, the description has refused them.
     #[must_use]
-    pub fn new(reference: &Reference, joints: &[String]) -> Self {
+    pub fn new(reference: &Reference, model: &Model) -> Self {
+        let joints = model.joints();
         let terms = reference
             .sines
             .iter()
             .filter_map(|sine| {
+                let joint = joints.iter().position(|name| *name == sine.joint)?;
                 Some(Term {
-                    joint: joints.iter().position(|name| *name == sine.joint)?,
-                    amplitude: sine.amplitude_deg.to_radians(),
+                    joint,
+                    amplitude: match model.kind(joint) {
+                        JointKind::Revolute => sine.amplitude_deg.to_radians(),
+                        JointKind::Prismatic => sine.amplitude_m,
+                    },
                     rate: std::f64::consts::TAU * sine.frequency_hz,
                     phase: sine.phase_deg.to_radians(),
                 })
             })
             .collect();
-        Self { terms }
+        let centre = reference.centre_deg.iter().map(|c| c.to_radians());
+        Self {
+            terms,
+            centre: centre.chain(std::iter::repeat(0.0)).take(joints.len()).collect(),
+        }
     }
 
-    /// Returns the position of every joint and its derivatives up to the
-    /// fourth, at `time` in s; rad, rad/s, ….
+    /// Returns the positions about which the joints move, \[n\], rad (m).
     #[must_use]
-    pub fn at(&self, time: f64) -> [[f64; 5]; JOINT_COUNT] {
-        let mut all = [[0.0; 5]; JOINT_COUNT];
+    pub fn centre(&self) -> &[f64] {
+        &self.centre
+    }
+
+    /// Writes the position of every joint and its derivatives up to the
+    /// fourth, at `time` in s; rad, rad/s, …, \[n\]\[5\].
+    pub fn at(&self, time: f64, all: &mut [[f64; 5]]) {
+        for (own, centre) in all.iter_mut().zip(&self.centre) {
+            *own = [*centre, 0.0, 0.0, 0.0, 0.0];
+        }
         for term in &self.terms {
             let (sin, cos) = (term.rate * time + term.phase).sin_cos();
             let mut scale = term.amplitude;
@@ -52,6 +68,5 @@ impl Trajectory {
                 scale *= term.rate;
             }
         }
-        all
     }
 }

@@ -13,15 +13,15 @@ pub(super) struct Encoder {
 }
 
 impl Encoder {
-    /// Returns an encoder switched on at `position`, in rad.
+    /// Returns an encoder switched on at `position`, in rad (m).
     ///
-    /// - `counts_per_turn`: 0 for an exact sensor.
-    pub(super) fn new(counts_per_turn: u32, position: f64, rng: &mut ChaCha8Rng) -> Self {
+    /// - `counts`: per `turn`, in rad (m); 0 for an exact sensor.
+    pub(super) fn new(counts: u32, turn: f64, position: f64, rng: &mut ChaCha8Rng) -> Self {
         let phase: f64 = rng.random();
-        let step = if counts_per_turn == 0 {
+        let step = if counts == 0 {
             0.0
         } else {
-            std::f64::consts::TAU / f64::from(counts_per_turn)
+            turn / f64::from(counts)
         };
         let mut encoder = Self {
             step,

@@ -3,23 +3,24 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
+use sprung_core::chain::JointKind;
 
 use super::closed_loop::{ClosedLoop, Diverged, LoopError};
 use super::sensors::{Disturbance, Encoder};
 use crate::description::{Controller, Simulate};
-use crate::model::{JOINT_COUNT, Model, Theta};
+use crate::model::{Model, Theta};
 
 /// One sample of a simulated log, as its sensors see it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct TwinSample {
     /// Time, s.
     pub time: f64,
     /// Link positions, rad.
-    pub q: [f64; JOINT_COUNT],
+    pub q: Vec<f64>,
     /// Motor positions, rad.
-    pub phi: [f64; JOINT_COUNT],
+    pub phi: Vec<f64>,
     /// Logged motor torques, N·m.
-    pub tau: [f64; JOINT_COUNT],
+    pub tau: Vec<f64>,
 }
 
 /// What a twin is made of.
@@ -27,7 +28,7 @@ pub struct TwinSample {
 pub struct TwinSetup<'a> {
     /// The robot's equations and limits.
     pub model: &'a Model,
-    /// Its true parameters, \[15\].
+    /// Its true parameters, \[p\].
     pub theta: &'a Theta,
     /// The controller that moves it.
     pub controller: &'a Controller,
@@ -40,59 +41,63 @@ pub struct TwinSetup<'a> {
 pub struct Twin {
     plant: ClosedLoop,
     rng: ChaCha8Rng,
-    link: [Encoder; JOINT_COUNT],
-    motor: [Encoder; JOINT_COUNT],
-    noise: [f64; JOINT_COUNT],
-    disturbance: [Disturbance; JOINT_COUNT],
+    link: Vec<Encoder>,
+    motor: Vec<Encoder>,
+    offset: Vec<f64>,
+    noise: Vec<f64>,
+    disturbance: Vec<Disturbance>,
 }
 
 impl Twin {
-    /// Returns a twin at rest with all joints at zero.
+    /// Returns a twin at rest where its reference is centred.
     ///
     /// # Errors
     ///
     /// [`LoopError`] as for [`ClosedLoop::new`].
     pub fn new(setup: &TwinSetup<'_>) -> Result<Self, LoopError> {
         let settings = setup.settings;
-        let zero = [0.0; JOINT_COUNT];
+        let n = setup.model.joint_count();
         let plant = ClosedLoop::new(
             setup.model,
             setup.theta,
             setup.controller,
             settings.period_s,
-            &zero,
-            &zero,
+            None,
         )?;
         let mut rng = ChaCha8Rng::seed_from_u64(settings.seed);
-        let counts = |list: &[u32], joint: usize| list.get(joint).copied().unwrap_or(0);
+        let start = plant.state();
         let level = |list: &[f64], joint: usize| list.get(joint).copied().unwrap_or(0.0);
-        let link = std::array::from_fn(|i| {
-            Encoder::new(
-                counts(&settings.link_encoder_counts_per_turn, i),
-                0.0,
-                &mut rng,
-            )
-        });
-        let motor = std::array::from_fn(|i| {
-            Encoder::new(
-                counts(&settings.motor_encoder_counts_per_turn, i),
-                0.0,
-                &mut rng,
-            )
-        });
-        let disturbance = std::array::from_fn(|i| {
-            Disturbance::new(
-                level(&settings.torque_disturbance_nm, i),
-                settings.torque_disturbance_hz,
-                settings.period_s,
-                &mut rng,
-            )
-        });
+        let mut encoders = |counts: &[u32], positions: &[f64]| -> Vec<Encoder> {
+            (0..n)
+                .map(|i| {
+                    let turn = match setup.model.kind(i) {
+                        JointKind::Revolute => std::f64::consts::TAU,
+                        JointKind::Prismatic => 1.0,
+                    };
+                    let counts = counts.get(i).copied().unwrap_or(0);
+                    Encoder::new(counts, turn, positions[i], &mut rng)
+                })
+                .collect()
+        };
+        let link = encoders(&settings.link_encoder_counts_per_turn, &start.q);
+        let motor = encoders(&settings.motor_encoder_counts_per_turn, &start.phi);
+        let disturbance = (0..n)
+            .map(|i| {
+                Disturbance::new(
+                    level(&settings.torque_disturbance_nm, i),
+                    settings.torque_disturbance_hz,
+                    settings.period_s,
+                    &mut rng,
+                )
+            })
+            .collect();
+        let levels = |list: &[f64]| (0..n).map(|i| level(list, i)).collect();
         Ok(Self {
             plant,
             link,
             motor,
-            noise: std::array::from_fn(|i| level(&settings.torque_noise_nm, i)),
+            offset: levels(&settings.link_encoder_offset_rad),
+            noise: levels(&settings.torque_noise_nm),
             disturbance,
             rng,
         })
@@ -112,12 +117,25 @@ impl Twin {
     pub fn sample(&mut self) -> Result<TwinSample, Diverged> {
         let state = self.plant.state();
         let time = self.plant.time();
-        let q = std::array::from_fn(|i| self.link[i].read(state.q[i]));
-        let phi = std::array::from_fn(|i| self.motor[i].read(state.phi[i]));
+        let read = |encoders: &[Encoder], positions: &[f64]| -> Vec<f64> {
+            (encoders.iter().zip(positions))
+                .map(|(encoder, position)| encoder.read(*position))
+                .collect()
+        };
+        let phi = read(&self.motor, &state.phi);
+        let mut q = read(&self.link, &state.q);
+        for (i, (q, offset)) in q.iter_mut().zip(&self.offset).enumerate() {
+            // A rigid joint has one position, that of its motor.
+            if self.plant.is_flexible(i) {
+                *q += offset;
+            } else {
+                *q = phi[i];
+            }
+        }
         let tau = self.plant.command(time, &q, &phi);
-        let mut applied = tau;
+        let mut applied = tau.clone();
         let mut logged = tau;
-        for i in 0..JOINT_COUNT {
+        for i in 0..applied.len() {
             applied[i] += self.disturbance[i].next(&mut self.rng);
             logged[i] += self.noise[i] * self.rng.sample::<f64, _>(StandardNormal);
         }

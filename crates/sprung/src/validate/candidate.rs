@@ -7,9 +7,9 @@ use super::result::{Outcome, RootMeanSquares, SetResult};
 use crate::description::Controller;
 use crate::estimate::{Identification, UNEXPLAINED, residual};
 use crate::finding::{Finding, Severity};
-use crate::model::{JOINT_COUNT, Model, ModelError, Theta};
+use crate::model::{Model, ModelError, Theta};
 use crate::named::Named;
-use crate::preprocess::RawSample;
+use crate::preprocess::RawBlock;
 use crate::regression::System;
 use crate::simulate::{ClosedLoop, LoopError};
 
@@ -17,7 +17,7 @@ use crate::simulate::{ClosedLoop, LoopError};
 pub(super) const MEASURED: &str = "measured";
 
 /// Quantities compared per joint: link position, motor position, torque.
-pub(super) const COMPARED: usize = 3 * JOINT_COUNT;
+pub(super) const COMPARED: usize = 3;
 
 /// Parameters to validate, and what they are called.
 #[derive(Clone, Debug)]
@@ -46,11 +46,14 @@ pub(super) struct Candidate {
     pub(super) label: String,
     modified: Option<String>,
     theta: Option<Theta>,
-    pub(super) plant: Option<ClosedLoop>,
-    rms: [Rms; COMPARED],
-    measured: [Spread; COMPARED],
+    plant: Option<ClosedLoop>,
+    // The model with the shapes that the set holds.
+    model: Model,
+    rms: Vec<Rms>,
+    measured: Vec<Spread>,
     findings: Vec<Finding>,
     pub(super) ran_away: bool,
+    stopped: bool,
     simulated: bool,
 }
 
@@ -75,21 +78,24 @@ impl Candidate {
             modified: None,
             theta: theta.ok(),
             plant: None,
-            rms: [Rms::default(); COMPARED],
-            measured: [Spread::default(); COMPARED],
+            rms: vec![Rms::default(); COMPARED * model.joint_count()],
+            measured: vec![Spread::default(); COMPARED * model.joint_count()],
+            model: model.shaped(&set.values),
             findings,
             ran_away: false,
+            stopped: false,
             simulated,
         }
     }
 
     /// Returns the set with negative friction set to zero, if the loop ran
     /// away and there is any.
-    pub(super) fn without_negative_friction(&self, model: &Model) -> Option<Self> {
+    pub(super) fn without_negative_friction(&self) -> Option<Self> {
         if !self.ran_away {
             return None;
         }
-        let mut theta = self.theta?;
+        let model = &self.model;
+        let mut theta = self.theta.clone()?;
         let mut names = Vec::new();
         for i in negative_friction(model, &theta) {
             theta[i] = 0.0;
@@ -101,23 +107,24 @@ impl Candidate {
             modified: Some(modified),
             theta: Some(theta),
             plant: None,
-            rms: [Rms::default(); COMPARED],
-            measured: [Spread::default(); COMPARED],
+            rms: vec![Rms::default(); self.rms.len()],
+            measured: vec![Spread::default(); self.rms.len()],
+            model: model.clone(),
             findings: Vec::new(),
             ran_away: false,
+            stopped: false,
             simulated: true,
         })
     }
 
     pub(super) fn start(
         &mut self,
-        model: &Model,
         controller: &Controller,
         period: f64,
-        first: &RawSample,
+        (q, phi): (&[f64], &[f64]),
     ) {
-        let Some(theta) = self.theta else { return };
-        match ClosedLoop::new(model, &theta, controller, period, &first.q, &first.phi) {
+        let Some(theta) = &self.theta else { return };
+        match ClosedLoop::new(&self.model, theta, controller, period, Some((q, phi))) {
             Ok(plant) => self.plant = Some(plant),
             Err(error) => self.findings.push(Finding::new(
                 Severity::Serious,
@@ -133,27 +140,35 @@ impl Candidate {
         }
     }
 
-    /// Compares one sample and moves on; returns what the model says.
-    pub(super) fn compare(&mut self, model: &Model, sample: &RawSample) -> [Option<f64>; COMPARED] {
-        let mut said = [None; COMPARED];
+    /// Returns whether its curves belong beside the measured ones.
+    pub(super) fn is_shown(&self) -> bool {
+        !self.ran_away && (self.plant.is_some() || self.stopped)
+    }
+
+    /// Leaves the loop where it is: what follows cannot be compared.
+    pub(super) fn stop(&mut self) {
+        self.stopped |= self.plant.take().is_some();
+    }
+
+    /// Compares sample `k` of a block and moves on; returns what the model says.
+    pub(super) fn compare(&mut self, samples: &RawBlock, k: usize) -> Vec<Option<f64>> {
+        let mut said = vec![None; self.rms.len()];
+        let model = &self.model;
         let Some(plant) = &mut self.plant else {
             return said;
         };
         let state = plant.state();
-        let tau = plant.command(sample.time, &state.q, &state.phi);
-        let model_values = [state.q, state.phi, tau];
-        let measured = [sample.q, sample.phi, sample.tau];
-        for (at, (value, measured)) in (model_values.iter().flatten())
-            .zip(measured.iter().flatten())
-            .enumerate()
-        {
+        let tau = plant.command(samples.time[k], &state.q, &state.phi);
+        let measured = samples.q.iter().chain(&samples.phi).chain(&samples.tau);
+        let modelled = state.q.iter().chain(&state.phi).chain(&tau);
+        for (at, (value, measured)) in modelled.zip(measured).enumerate() {
             said[at] = Some(*value);
-            self.rms[at].push(measured - value);
-            self.measured[at].push(*measured);
+            self.rms[at].push(measured[k] - value);
+            self.measured[at].push(measured[k]);
         }
         if let Err(diverged) = plant.advance(&tau) {
             self.ran_away = true;
-            let theta = self.theta.unwrap_or_default();
+            let theta = self.theta.clone().unwrap_or_default();
             let names: Vec<String> = negative_friction(model, &theta)
                 .into_iter()
                 .map(|i| {
@@ -189,23 +204,29 @@ impl Candidate {
         said
     }
 
-    pub(super) fn finish(self, model: &Model, system: &System) -> SetResult {
+    pub(super) fn finish(self, system: &System) -> SetResult {
+        let model = &self.model;
+        let n = model.joint_count();
         let of_joints = |group: usize| -> Named {
             (model.joints().iter().enumerate())
-                .map(|(i, name)| (name.clone(), self.rms[group * JOINT_COUNT + i].value()))
+                .map(|(i, name)| (name.clone(), self.rms[group * n + i].value()))
                 .collect()
         };
-        let rows = self.theta.map(|theta| residual(model, system, &theta));
+        let rows = (self.theta.as_ref()).map(|theta| residual(model, system, theta));
         let motor = |of: fn(&(f64, f64)) -> f64| -> Named {
             rows.iter()
-                .flat_map(|rows| rows.iter().skip(JOINT_COUNT).zip(model.joints()))
-                .map(|(row, name)| (name.clone(), of(row)))
+                .flat_map(|rows| {
+                    let joints = model.joints().iter().enumerate();
+                    joints.map(|(joint, name)| (name, &rows[model.torque_row(joint)]))
+                })
+                .map(|(name, row)| (name.clone(), of(row)))
                 .filter(|(_, value)| value.is_finite())
                 .collect()
         };
         let outcome = match (&self.plant, self.ran_away, self.simulated) {
             (_, true, _) => Outcome::RanAway,
             (Some(_), ..) => Outcome::Simulated,
+            (None, _, true) if self.stopped => Outcome::Simulated,
             (None, _, true) => Outcome::NotSimulable,
             (None, _, false) => Outcome::NoController,
         };
@@ -226,7 +247,7 @@ impl Candidate {
         }
         // A model that fits along the measured motion, in a loop that moves
         // otherwise: it is the loop that is not the one of the log.
-        let motion = (self.rms.iter().zip(&self.measured).take(2 * JOINT_COUNT))
+        let motion = (self.rms.iter().zip(&self.measured).take(2 * n))
             .map(|(error, measured)| error.value() / measured.value())
             .fold(0.0, f64::max);
         let fits = relative.iter().all(|(_, share)| share <= UNEXPLAINED);

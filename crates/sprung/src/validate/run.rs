@@ -2,16 +2,18 @@
 
 use std::collections::BTreeMap;
 
+use sprung_core::chain::JointKind;
+
 use super::candidate::{COMPARED, Candidate, MEASURED, ParameterSet};
 use super::result::{RunResult, Validation};
 use crate::curves::{CurveSet, Curves};
 use crate::description::{Controller, Delay, Experiment, Identify};
-use crate::estimate::GENERATOR;
-use crate::finding::Finding;
+use crate::estimate::{GENERATOR, position_cutoff};
+use crate::finding::{Finding, Severity};
 use crate::log::{ChannelError, Channels, LogSource, check};
-use crate::model::{JOINT_COUNT, Model, ModelError};
-use crate::preprocess::{Decimator, RawSample};
-use crate::regression::{Observer, PassError, Reading, System, read_through};
+use crate::model::{Model, ModelError};
+use crate::preprocess::{Decimator, RawBlock};
+use crate::regression::{Observer, PassError, Reading, Restart, System, read_through};
 
 /// Points of the curves, at most.
 const POINTS: usize = 2048;
@@ -60,8 +62,8 @@ pub enum ValidateError {
 /// Validates parameter sets on every `[[validate]]` experiment.
 ///
 /// - `delays`: delays that an identification found, s, by column.
-/// - `sources`: the logs of the validation experiments, in their order; more or
-///   fewer are passed over.
+/// - `sources`: the logs of the validation experiments, in their order, one or
+///   several each; more or fewer are passed over.
 /// - `progress`: called with the number of samples read so far.
 ///
 /// With a controller the closed loop is simulated from rest under the same
@@ -82,16 +84,14 @@ pub fn validate(
     model: &Model,
     sets: &[ParameterSet],
     delays: &BTreeMap<String, f64>,
-    sources: &mut [LogSource<'_>],
-    progress: &mut dyn FnMut(u64),
+    sources: &mut [Vec<LogSource<'_>>],
+    progress: &mut (dyn FnMut(u64) + Send),
 ) -> Result<Validated, ValidateError> {
     if experiment.validate.is_empty() {
         return Err(ValidateError::NoRuns);
     }
     for set in sets {
-        for name in set.values.keys() {
-            model.index_of(name)?;
-        }
+        model.check_names(&set.values)?;
     }
     let log = experiment.log.as_ref().ok_or(ValidateError::NoLog)?;
     let mut runs = Vec::new();
@@ -99,7 +99,7 @@ pub fn validate(
         columns: columns(model),
         sets: Vec::new(),
     };
-    for (described, source) in experiment.validate.iter().zip(sources) {
+    for (described, sources) in experiment.validate.iter().zip(sources) {
         let log = match &described.log {
             Some(over) => log.overlaid(over),
             None => log.clone(),
@@ -120,13 +120,13 @@ pub fn validate(
             delays: &channel_delays(&channels, delays)?,
             controller,
         };
-        let mut outcome = run.simulate(&mut candidates, source, progress)?;
+        let mut outcome = run.simulate(&mut candidates, sources, progress)?;
         let mut tamed: Vec<Candidate> = candidates
             .iter()
-            .filter_map(|c| c.without_negative_friction(model))
+            .filter_map(Candidate::without_negative_friction)
             .collect();
         if !tamed.is_empty() {
-            let again = run.simulate(&mut tamed, source, progress)?;
+            let again = run.simulate(&mut tamed, sources, progress)?;
             outcome.curves.extend(again.curves.into_iter().skip(1));
             candidates.extend(tamed);
         }
@@ -136,13 +136,13 @@ pub fn validate(
         }
         runs.push(RunResult {
             name: described.name.clone(),
-            log: log.name(&source.name),
+            log: log.name(sources.first().map_or("", |source| &source.name)),
             samples: outcome.samples,
             simulated: controller.is_some(),
             findings: outcome.findings,
             sets: candidates
                 .into_iter()
-                .map(|candidate| candidate.finish(model, &outcome.system))
+                .map(|candidate| candidate.finish(&outcome.system))
                 .collect(),
         });
     }
@@ -158,14 +158,18 @@ pub fn validate(
 }
 
 fn columns(model: &Model) -> Vec<String> {
-    ["link_position_rad", "motor_position_rad", "motor_torque_nm"]
-        .iter()
-        .flat_map(|what| {
-            model
-                .joints()
-                .iter()
-                .map(move |joint| format!("{joint}.{what}"))
+    let named = |what: &'static [&'static str; 2]| {
+        (model.joints().iter().enumerate()).map(move |(i, joint)| {
+            let unit = match model.kind(i) {
+                JointKind::Revolute => what[0],
+                JointKind::Prismatic => what[1],
+            };
+            format!("{joint}.{unit}")
         })
+    };
+    named(&["link_position_rad", "link_position_m"])
+        .chain(named(&["motor_position_rad", "motor_position_m"]))
+        .chain(named(&["motor_torque_nm", "motor_force_n"]))
         .collect()
 }
 
@@ -186,39 +190,55 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// Reads the log once, past all candidates.
+    /// Reads the logs once, past all candidates.
     fn simulate(
         &self,
         candidates: &mut [Candidate],
-        source: &mut LogSource<'_>,
-        progress: &mut dyn FnMut(u64),
+        sources: &mut [LogSource<'_>],
+        progress: &mut (dyn FnMut(u64) + Send),
     ) -> Result<Simulated, PassError> {
+        let position_cutoff_hz = match sources.first_mut() {
+            Some(first) => position_cutoff(self.settings, self.model, self.channels, first)?,
+            None => 0.0,
+        };
         let reading = Reading {
             model: self.model,
             settings: self.settings,
+            position_cutoff_hz,
             channels: self.channels,
             delays: self.delays,
         };
         let mut comparison = Comparison {
-            model: self.model,
             controller: self.controller,
             candidates,
             points: Decimator::new(POINTS),
             started: false,
+            gap: false,
         };
-        let passed = read_through(&reading, source, &mut comparison, progress)?;
+        let passed = read_through(&reading, sources, &mut comparison, progress)?;
+        let gap = comparison.gap && self.controller.is_some();
         let points = comparison.points.into_items();
-        let findings = check(
-            &source.name,
-            self.channels,
-            self.model.joints(),
-            &passed.summary,
-        )?;
+        let mut findings = Vec::new();
+        for (figures, source) in passed.logs.iter().zip(&*sources) {
+            let joints = self.model.joints();
+            findings.extend(check(&source.name, self.channels, joints, &figures.summary)?);
+        }
+        if gap {
+            findings.push(Finding::new(
+                Severity::Warning,
+                "simulated-until-gap",
+                "the log has gaps, over which a loop cannot be simulated; it is compared up to the \
+                 first"
+                    .to_owned(),
+                "cut the log at its gaps and validate on the longest part",
+            ));
+        }
+        let n = self.model.joint_count();
         Ok(Simulated {
-            samples: passed.summary.samples(),
+            samples: passed.logs.iter().map(|log| log.summary.samples()).sum(),
             findings,
             system: passed.system,
-            curves: curves(candidates, &points),
+            curves: curves(candidates, &points, n),
         })
     }
 }
@@ -246,59 +266,71 @@ fn channel_delays(
 
 /// Runs every candidate beside the log.
 struct Comparison<'a> {
-    model: &'a Model,
     controller: Option<&'a Controller>,
     candidates: &'a mut [Candidate],
     points: Decimator<Point>,
     started: bool,
+    gap: bool,
 }
 
 impl Observer for Comparison<'_> {
-    fn raw(&mut self, period: f64, samples: &[RawSample]) {
-        for sample in samples {
+    fn restart(&mut self, why: Restart) {
+        match why {
+            Restart::Begin => self.started = false,
+            Restart::Gap => {
+                self.gap = true;
+                self.candidates.iter_mut().for_each(Candidate::stop);
+            }
+        }
+    }
+
+    fn raw(&mut self, period: f64, samples: &RawBlock) {
+        for k in 0..samples.len() {
             if !std::mem::replace(&mut self.started, true)
                 && let Some(controller) = self.controller
             {
+                let (q, phi) = (RawBlock::at(&samples.q, k), RawBlock::at(&samples.phi, k));
                 for candidate in &mut *self.candidates {
-                    candidate.start(self.model, controller, period, sample);
+                    candidate.start(controller, period, (&q, &phi));
                 }
             }
             let said: Vec<_> = (self.candidates.iter_mut())
-                .map(|candidate| candidate.compare(self.model, sample))
+                .map(|candidate| candidate.compare(samples, k))
                 .collect();
-            self.points.push(|| (*sample, said));
+            self.points.push(|| Point {
+                time: samples.time[k],
+                measured: [&samples.q, &samples.phi, &samples.tau]
+                    .into_iter()
+                    .flat_map(|columns| RawBlock::at(columns, k))
+                    .collect(),
+                said,
+            });
         }
     }
 }
 
-type Point = (RawSample, Vec<[Option<f64>; COMPARED]>);
+/// One sample, measured and as each candidate says.
+struct Point {
+    time: f64,
+    measured: Vec<f64>,
+    said: Vec<Vec<Option<f64>>>,
+}
 
-fn curves(candidates: &[Candidate], points: &[Point]) -> Vec<CurveSet> {
-    let time: Vec<f64> = points.iter().map(|(sample, _)| sample.time).collect();
-    let mut sets = vec![CurveSet {
-        label: MEASURED.to_owned(),
+fn curves(candidates: &[Candidate], points: &[Point], joints: usize) -> Vec<CurveSet> {
+    let time: Vec<f64> = points.iter().map(|point| point.time).collect();
+    let collect = |label: &str, of: &dyn Fn(&Point, usize) -> Option<f64>| CurveSet {
+        label: label.to_owned(),
         time: time.clone(),
-        values: vec![Vec::new(); COMPARED],
-    }];
-    for (sample, _) in points {
-        for (group, of) in [sample.q, sample.phi, sample.tau].into_iter().enumerate() {
-            for (i, value) in of.into_iter().enumerate() {
-                sets[0].values[group * JOINT_COUNT + i].push(Some(value));
-            }
-        }
-    }
-    for (index, candidate) in candidates.iter().enumerate() {
-        // A loop that ran away would hide every other curve.
-        if candidate.ran_away || candidate.plant.is_none() {
-            continue;
-        }
-        sets.push(CurveSet {
-            label: candidate.label.clone(),
-            time: time.clone(),
-            values: (0..COMPARED)
-                .map(|at| points.iter().map(|(_, said)| said[index][at]).collect())
-                .collect(),
-        });
-    }
-    sets
+        values: (0..COMPARED * joints)
+            .map(|at| points.iter().map(|point| of(point, at)).collect())
+            .collect(),
+    };
+    let measured = collect(MEASURED, &|point, at| Some(point.measured[at]));
+    // A loop that ran away would hide every other curve.
+    let shown = (candidates.iter().enumerate()).filter(|(_, candidate)| candidate.is_shown());
+    std::iter::once(measured)
+        .chain(shown.map(|(index, candidate)| {
+            collect(&candidate.label, &|point, at| point.said[index][at])
+        }))
+        .collect()
 }

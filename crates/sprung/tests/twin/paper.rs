@@ -12,7 +12,7 @@ use crate::support::{Twin, step, with_source};
 fn noise_free(discretization: DiscretizationName) -> Vec<f64> {
     let twin = Twin::new();
     let found = twin.fit_exact_states(twin.closed_loop(), discretization);
-    (found.iter().zip(twin.truth))
+    (found.iter().zip(&twin.truth))
         .map(|(x, t)| 100.0 * (x / t - 1.0))
         .collect()
 }
@@ -53,8 +53,8 @@ fn quantised(discretization: DiscretizationName) -> Vec<Vec<EstimateResult>> {
     let run = |seed| {
         let mut settings = twin.experiment.simulate.clone().unwrap();
         settings.seed = seed;
-        with_source(&twin.log(&settings), |mut source| {
-            identify(&twin.experiment, &twin.model, &mut source, &mut |_| ())
+        with_source(&twin.log(&settings), |source| {
+            identify(&twin.experiment, &twin.model, &mut [source], &mut |_| ())
                 .unwrap()
                 .identification
                 .results
@@ -67,7 +67,7 @@ fn quantised(discretization: DiscretizationName) -> Vec<Vec<EstimateResult>> {
 fn median_error(runs: &[Vec<EstimateResult>], estimator: usize) -> f64 {
     let truth = Twin::new().truth;
     let mut errors: Vec<f64> = (runs.iter())
-        .flat_map(|run| run[estimator].parameters.iter().zip(truth))
+        .flat_map(|run| run[estimator].parameters.iter().zip(&truth))
         .map(|(p, t)| 100.0 * (p.value.unwrap() / t - 1.0).abs())
         .collect();
     errors.sort_by(f64::total_cmp);

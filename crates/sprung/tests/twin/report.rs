@@ -15,12 +15,13 @@ fn report(name: &str) -> (Document, Identified) {
     let mut settings = twin.experiment.simulate.clone().unwrap();
     settings.duration_s = 4.0;
     let (experiment, model) = (&twin.experiment, &twin.model);
-    let (found, validated) = with_source(&twin.log(&settings), |mut source| {
-        let found = identify(experiment, model, &mut source, &mut |_| ()).unwrap();
+    let (found, validated) = with_source(&twin.log(&settings), |source| {
+        let mut sources = [vec![source]];
+        let found = identify(experiment, model, &mut sources[0], &mut |_| ()).unwrap();
         let sets = ParameterSet::of(&found.identification);
         let none = std::collections::BTreeMap::new();
         let validated =
-            validate(experiment, model, &sets, &none, &mut [source], &mut |_| ()).unwrap();
+            validate(experiment, model, &sets, &none, &mut sources, &mut |_| ()).unwrap();
         (found, validated)
     });
     let contents = Contents {

@@ -3,11 +3,12 @@
 use std::io::Read;
 
 use sprung::demo;
-use sprung::description::{self, DiscretizationName, Experiment, Simulate};
+use sprung::description::{self, DiscretizationName, Experiment, Simulate, no_files};
 use sprung::estimate::fit;
 use sprung::log::{Channels, LogSource};
 use sprung::model::{Model, Theta};
-use sprung::regression::{FilteredRegression, Reduction};
+use sprung::preprocess::SignalBlock;
+use sprung::regression::Reduction;
 use sprung::simulate::{ClosedLoop, TwinSetup, record};
 
 pub(crate) struct Twin {
@@ -18,8 +19,8 @@ pub(crate) struct Twin {
 
 impl Twin {
     pub(crate) fn new() -> Self {
-        let experiment = description::read("experiment.toml", demo::EXPERIMENT, &[]).unwrap();
-        let model = Model::new(&experiment.robot).unwrap();
+        let experiment = description::read("experiment.toml", demo::EXPERIMENT, &[], &mut no_files).unwrap();
+        let model = Model::new(&experiment).unwrap();
         let truth = model.theta(&toml::from_str(demo::TRUTH).unwrap()).unwrap();
         Self {
             experiment,
@@ -31,8 +32,7 @@ impl Twin {
     /// The loop at 1 kHz, from rest.
     pub(crate) fn closed_loop(&self) -> ClosedLoop {
         let controller = self.experiment.controller.as_ref().unwrap();
-        let rest = [0.0; 2];
-        ClosedLoop::new(&self.model, &self.truth, controller, 1e-3, &rest, &rest).unwrap()
+        ClosedLoop::new(&self.model, &self.truth, controller, 1e-3, None).unwrap()
     }
 
     /// Least squares on the exact states of 10 s of `plant`.
@@ -41,15 +41,28 @@ impl Twin {
         mut plant: ClosedLoop,
         discretization: DiscretizationName,
     ) -> Theta {
-        let mut regression =
-            FilteredRegression::new(self.model.arm(), 30.0, 1e-3, discretization).unwrap();
-        let mut reduction = Reduction::new(&self.model);
+        let mut signals = SignalBlock::new(2);
         for _ in 0..=10_000 {
-            let (state, time) = (plant.state(), plant.time());
+            let state = plant.state();
+            signals.time.push(plant.time());
             let tau = step(&mut plant);
-            reduction.push(&regression.process(time, &state, &tau));
+            for (columns, values) in [
+                (&mut signals.q, state.q),
+                (&mut signals.dq, state.dq),
+                (&mut signals.phi, state.phi),
+                (&mut signals.dphi, state.dphi),
+                (&mut signals.tau, tau),
+            ] {
+                for (column, value) in columns.iter_mut().zip(values) {
+                    column.push(value);
+                }
+            }
         }
-        fit(&self.model, &reduction.finish()).unwrap().theta()
+        let mut reduction = Reduction::new(&self.model);
+        reduction
+            .push(&signals, 30.0, 1e-3, discretization)
+            .unwrap();
+        fit(&self.model, &reduction.finish()).unwrap().theta
     }
 
     /// The log that an experiment with `settings` writes.
@@ -69,7 +82,7 @@ impl Twin {
 }
 
 /// Advances by one sample and returns its torque.
-pub(crate) fn step(plant: &mut ClosedLoop) -> [f64; 2] {
+pub(crate) fn step(plant: &mut ClosedLoop) -> Vec<f64> {
     let state = plant.state();
     let tau = plant.command(plant.time(), &state.q, &state.phi);
     plant.advance(&tau).unwrap();
@@ -78,7 +91,7 @@ pub(crate) fn step(plant: &mut ClosedLoop) -> [f64; 2] {
 
 /// Runs `use_source` on a log in memory.
 pub(crate) fn with_source<T>(log: &[u8], use_source: impl FnOnce(LogSource<'_>) -> T) -> T {
-    let mut reader = || Ok(Box::new(std::io::Cursor::new(log.to_vec())) as Box<dyn Read>);
+    let mut reader = || Ok(Box::new(std::io::Cursor::new(log.to_vec())) as Box<dyn Read + Send>);
     use_source(LogSource {
         name: "twin".to_owned(),
         reader: &mut reader,

@@ -3,8 +3,10 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sprung_core::chain::Chain;
-use sprung_core::links::{JointScratch, LengthError, PairScratch, Workspace, torque};
-use sprung_core::spatial::{BODY, BODY_NAMES};
+use sprung_core::links::{LengthError, torque};
+use sprung_core::spatial::BODY;
+
+use super::scratch::Scratch;
 
 /// States that are drawn; each gives one row per joint.
 const STATES: usize = 200;
@@ -13,12 +15,27 @@ const STATES: usize = 200;
 const LIMIT: f64 = 3.0;
 
 /// Part of a column's length below which what is left of it counts as zero.
-/// The gap at the rank was nine decades for every robot tried.
-const TOLERANCE: f64 = 1e-9;
+/// The gap at the rank was nine decades for every robot tried, four if its
+/// file has right angles with five digits, as in `rpy="1.5708 0 0"`.
+const TOLERANCE: f64 = 1e-5;
+
+/// The columns among which base parameters are sought.
+#[derive(Clone, Copy, Debug)]
+pub struct Candidates<'a> {
+    /// The tree of joints.
+    pub chain: Chain<'a>,
+    /// Motor positions per joint position, \[n × n\]; nothing without coupling.
+    pub coupling: Option<&'a [f64]>,
+    /// Whether each joint is rigid, so that its rotor moves with the links.
+    pub rigid: &'a [bool],
+    /// Parameters that are known, so that they stand in no combination.
+    pub known: &'a [usize],
+}
 
 /// The inertial parameters that a robot's motion reveals.
 ///
-/// Parameter `k` of link `j` has the index `10 j + k`.
+/// Parameter `k` of link `j` has the index `10 j + k`; the rotor of joint `i`
+/// has the index `10 n + i`, which only counts if the joint is rigid.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BaseParameters {
     /// Parameters whose columns are independent, in order.
@@ -33,10 +50,8 @@ pub struct BaseParameters {
 impl BaseParameters {
     /// Finds them from the torque columns of random states.
     ///
-    /// - `zero`: indices of parameters that are known to be zero.
-    ///
-    /// Columns are accepted in their order, from the base to the tips, which
-    /// gives short combinations and the same ones every time.
+    /// Columns are accepted in their order, from the base to the tips and then
+    /// rotors, which gives short combinations and the same ones every time.
     ///
     /// # Errors
     ///
@@ -46,8 +61,8 @@ impl BaseParameters {
     ///
     /// Gautier's numerical method by QR, with a fixed order instead of
     /// pivoting.
-    pub fn new(chain: &Chain<'_>, zero: &[usize]) -> Result<Self, LengthError> {
-        let columns = random_columns(chain)?;
+    pub fn new(candidates: &Candidates<'_>) -> Result<Self, LengthError> {
+        let columns = random_columns(candidates)?;
         let length = |v: &[f64]| dot(v, v).sqrt();
         let longest = columns.iter().map(|c| length(c)).fold(0.0, f64::max);
         let limit = TOLERANCE * (columns.len() as f64).sqrt();
@@ -62,7 +77,7 @@ impl BaseParameters {
         };
         let mut shares: Vec<Vec<f64>> = Vec::new();
         for (index, column) in columns.iter().enumerate() {
-            if zero.contains(&index) {
+            if candidates.known.contains(&index) || column.is_empty() {
                 continue;
             }
             let (components, rest) = project(column, &basis);
@@ -94,6 +109,12 @@ impl BaseParameters {
         Ok(base)
     }
 
+    /// Returns whether a base parameter stands for itself alone.
+    #[must_use]
+    pub fn is_alone(&self, base: usize) -> bool {
+        (self.combination[base].iter()).all(|share| *share == 0.0)
+    }
+
     /// Returns the values of the base parameters.
     ///
     /// - `standard`: inertial parameters of all links, \[10n\].
@@ -107,31 +128,25 @@ impl BaseParameters {
             .collect()
     }
 
-    /// Returns each base parameter in words, as in
-    /// `link1.izz + 0.1176*link2.m`.
+    /// Returns a base parameter in words, as in `link1.izz + 0.1176*link2.m`.
     ///
-    /// - `links`: names of the links, \[n\].
+    /// - `name`: of an inertial parameter, by its index.
     #[must_use]
-    pub fn words(&self, links: &[String]) -> Vec<String> {
-        let name = |k: usize| format!("{}.{}", links[k / BODY], BODY_NAMES[k % BODY]);
-        (self.independent.iter().zip(&self.combination))
-            .map(|(&own, shares)| {
-                let mut words = name(own);
-                for (&k, &share) in self.dependent.iter().zip(shares) {
-                    if share != 0.0 {
-                        let sign = if share < 0.0 { '-' } else { '+' };
-                        let size = share.abs();
-                        let factor = if (size - 1.0).abs() < TOLERANCE {
-                            String::new()
-                        } else {
-                            format!("{}*", digits(size))
-                        };
-                        words = format!("{words} {sign} {factor}{}", name(k));
-                    }
-                }
-                words
-            })
-            .collect()
+    pub fn words(&self, base: usize, name: impl Fn(usize) -> String) -> String {
+        let mut words = name(self.independent[base]);
+        for (&k, &share) in self.dependent.iter().zip(&self.combination[base]) {
+            if share != 0.0 {
+                let sign = if share < 0.0 { '-' } else { '+' };
+                let size = share.abs();
+                let factor = if (size - 1.0).abs() < TOLERANCE {
+                    String::new()
+                } else {
+                    format!("{}*", digits(size))
+                };
+                words = format!("{words} {sign} {factor}{}", name(k));
+            }
+        }
+        words
     }
 }
 
@@ -185,21 +200,16 @@ fn back_substitute(triangle: &[Vec<f64>], components: &[f64], count: usize) -> V
     x
 }
 
-/// Returns the torque columns of random states, one vector per parameter.
-fn random_columns(chain: &Chain<'_>) -> Result<Vec<Vec<f64>>, LengthError> {
+/// Returns the torque columns of random states, one vector per parameter; an
+/// empty one for the rotor of a flexible joint.
+fn random_columns(candidates: &Candidates<'_>) -> Result<Vec<Vec<f64>>, LengthError> {
+    let chain = &candidates.chain;
     let n = chain.joints().len();
     let mut rng = ChaCha8Rng::seed_from_u64(0);
-    let (mut joints, mut pairs) = (
-        vec![JointScratch::default(); n],
-        vec![PairScratch::default(); n * n],
-    );
-    let mut workspace = Workspace {
-        joints: &mut joints,
-        pairs: &mut pairs,
-    };
+    let mut scratch = Scratch::new(n);
     let width = n * BODY;
     let mut rows = vec![0.0; n * width];
-    let mut columns = vec![Vec::with_capacity(STATES * n); width];
+    let mut columns = vec![Vec::with_capacity(STATES * n); width + n];
     for _ in 0..STATES {
         let mut draw = || -> Vec<f64> {
             (0..n)
@@ -207,11 +217,19 @@ fn random_columns(chain: &Chain<'_>) -> Result<Vec<Vec<f64>>, LengthError> {
                 .collect()
         };
         let (q, dq, ddq) = (draw(), draw(), draw());
-        torque(chain, &q, &dq, &ddq, &mut workspace, &mut rows)?;
+        torque(chain, &q, &dq, &ddq, &mut scratch.workspace(), &mut rows)?;
         for row in rows.chunks(width) {
             for (column, entry) in columns.iter_mut().zip(row) {
                 column.push(*entry);
             }
+        }
+        let ratio = |motor: usize, joint: usize| match candidates.coupling {
+            Some(ratios) => ratios[motor * n + joint],
+            None => f64::from(u8::from(motor == joint)),
+        };
+        for motor in (0..n).filter(|motor| candidates.rigid[*motor]) {
+            let turns: f64 = (0..n).map(|k| ratio(motor, k) * ddq[k]).sum();
+            columns[width + motor].extend((0..n).map(|row| ratio(motor, row) * turns));
         }
     }
     Ok(columns)
@@ -220,6 +238,7 @@ fn random_columns(chain: &Chain<'_>) -> Result<Vec<Vec<f64>>, LengthError> {
 #[cfg(test)]
 mod tests {
     use sprung_core::chain::{ChainJoint, DhRow};
+    use sprung_core::spatial::BODY_NAMES;
 
     use super::*;
 
@@ -249,9 +268,18 @@ mod tests {
             .collect()
     }
 
+    fn base(joints: &[ChainJoint], gravity: [f64; 3], known: &[usize]) -> BaseParameters {
+        let candidates = Candidates {
+            chain: Chain::new(joints, gravity).unwrap(),
+            coupling: None,
+            rigid: &vec![false; joints.len()],
+            known,
+        };
+        BaseParameters::new(&candidates).unwrap()
+    }
+
     fn count(joints: &[ChainJoint], gravity: [f64; 3]) -> usize {
-        let chain = Chain::new(joints, gravity).unwrap();
-        BaseParameters::new(&chain, &[]).unwrap().independent.len()
+        base(joints, gravity, &[]).independent.len()
     }
 
     const DOWN: [f64; 3] = [0.0, 0.0, -9.81];
@@ -292,16 +320,26 @@ mod tests {
         let planar = modified(&[row(0.0, 0.0, 0.0), row(0.0, 0.343, 0.0)]);
         assert_eq!(count(&planar, DOWN), 4);
         assert_eq!(count(&planar, [0.0, -9.81, 0.0]), 6);
+        // Angles with five digits do not make more of them.
+        let rounded = classic(&[
+            row(1.5708, 0.0, 0.089_159),
+            row(0.0, -0.425, 0.0),
+            row(0.0, -0.392_25, 0.0),
+            row(1.5708, 0.0, 0.109_15),
+            row(-1.5708, 0.0, 0.094_65),
+            row(0.0, 0.0, 0.0823),
+        ]);
+        assert_eq!(count(&rounded, DOWN), 36);
     }
 
     #[test]
     fn groupings_read_as_a_roboticist_writes_them() {
         let planar = modified(&[row(0.0, 0.0, 0.0), row(0.0, 0.343, 0.0)]);
-        let chain = Chain::new(&planar, DOWN).unwrap();
-        let links = ["link1".to_owned(), "link2".to_owned()];
-        let base = BaseParameters::new(&chain, &[]).unwrap();
+        let name = |k: usize| format!("link{}.{}", k / BODY + 1, BODY_NAMES[k % BODY]);
+        let found = base(&planar, DOWN, &[]);
+        let words: Vec<String> = (0..4).map(|i| found.words(i, name)).collect();
         assert_eq!(
-            base.words(&links),
+            words,
             [
                 "link1.izz + 0.1176*link2.m",
                 "link2.mx",
@@ -311,9 +349,9 @@ mod tests {
         );
         // The paper's three parameters assume that link 2 is symmetric.
         let my2 = BODY + 2;
-        let base = BaseParameters::new(&chain, &[my2]).unwrap();
-        assert_eq!(base.independent, [9, 11, 19]);
-        assert!(!base.dependent.contains(&my2));
+        let found = base(&planar, DOWN, &[my2]);
+        assert_eq!(found.independent, [9, 11, 19]);
+        assert!(!found.dependent.contains(&my2));
     }
 
     #[test]
@@ -324,18 +362,27 @@ mod tests {
             row(-HALF, 0.2, 0.1),
             row(HALF, 0.0, 0.3),
         ]);
-        let chain = Chain::new(&arm, TILTED).unwrap();
-        let base = BaseParameters::new(&chain, &[]).unwrap();
-        let standard: Vec<f64> = (0..4 * BODY)
+        let rigid = [false, true, true, false];
+        let mut coupling = [0.0; 16];
+        (0..4).for_each(|i| coupling[5 * i] = 1.0);
+        coupling[9] = 0.7;
+        let candidates = Candidates {
+            chain: Chain::new(&arm, TILTED).unwrap(),
+            coupling: Some(&coupling),
+            rigid: &rigid,
+            known: &[],
+        };
+        let base = BaseParameters::new(&candidates).unwrap();
+        let standard: Vec<f64> = (0..4 * BODY + 4)
             .map(|k| (k as f64 * 0.7).sin() + 1.2)
             .collect();
         let values = base.values(&standard);
-        let columns = random_columns(&chain).unwrap();
+        let columns = random_columns(&candidates).unwrap();
         for state in 0..columns[0].len() {
             let all: f64 = columns
                 .iter()
                 .zip(&standard)
-                .map(|(c, x)| c[state] * x)
+                .filter_map(|(c, x)| Some(c.get(state)? * x))
                 .sum();
             let few: f64 = base
                 .independent

@@ -1,0 +1,332 @@
+//! What types cannot say of a robot: which keys go together.
+
+use super::check::{Fault, check_name, fault};
+use super::robot::{FrictionLaw, Joint, Robot, SpringTerm};
+use super::types::ExperimentFile;
+
+pub(super) fn robot(file: &ExperimentFile) -> Result<(), Fault> {
+    let robot = &file.robot;
+    let joints = &robot.joint;
+    for (name, value) in &robot.fixed {
+        if !value.is_finite() {
+            return Err(fault(
+                &["robot", "fixed", name],
+                format!("the fixed {name} must be finite"),
+            ));
+        }
+    }
+    if let Some((name, _)) = file.robot.nominal.iter().find(|(_, v)| !v.is_finite()) {
+        return Err(fault(
+            &["robot", "nominal", name],
+            format!("the nominal {name} must be finite"),
+        ));
+    }
+    for (i, joint) in joints.iter().enumerate() {
+        let at = i.to_string();
+        let path = |key| ["robot", "joint", &at, key].map(str::to_owned).to_vec();
+        check_name(&joint.name, &["robot", "joint", &at, "name"])?;
+        for (key, value) in joint.nominal.all() {
+            if value.is_some_and(|v| !v.is_finite()) {
+                return Err(fault(
+                    &["robot", "joint", &at, "nominal", key],
+                    format!("{}: the nominal {key} must be finite", joint.name),
+                ));
+            }
+        }
+        laws(joint, &at)?;
+        if joints[..i].iter().any(|other| other.name == joint.name) {
+            return Err(Fault {
+                path: path("name"),
+                message: format!("two joints are called \"{}\"", joint.name),
+            });
+        }
+        let numbers = [
+            ("torque_constant_nm_per_a", joint.torque_constant_nm_per_a),
+            ("gear_ratio", joint.gear_ratio),
+            ("amplifier_gain_a_per_v", joint.amplifier_gain_a_per_v),
+        ];
+        for (key, value) in numbers {
+            if value.is_some_and(|v| !v.is_finite() || v == 0.0) {
+                return Err(Fault {
+                    path: path(key),
+                    message: format!("{}: {key} must be finite and not zero", joint.name),
+                });
+            }
+        }
+        if !joint.position_offset_deg.is_finite() {
+            return Err(Fault {
+                path: path("position_offset_deg"),
+                message: format!("{}: position_offset_deg must be finite", joint.name),
+            });
+        }
+        if joint.amplifier_limit_v.is_some() && joint.torque_per_volt().is_none() {
+            return Err(Fault {
+                path: path("amplifier_limit_v"),
+                message: format!(
+                    "{}: a voltage limit needs torque_constant_nm_per_a and amplifier_gain_a_per_v",
+                    joint.name
+                ),
+            });
+        }
+        let positive = [
+            ("amplifier_limit_v", joint.amplifier_limit_v),
+            (
+                "coulomb_sharpness_s_per_rad",
+                Some(joint.coulomb_sharpness_s_per_rad),
+            ),
+            (
+                "stribeck_velocity_rad_per_s",
+                joint.stribeck_velocity_rad_per_s,
+            ),
+        ];
+        for (key, value) in positive {
+            if value.is_some_and(|v| !(v.is_finite() && v > 0.0)) {
+                return Err(Fault {
+                    path: path(key),
+                    message: format!("{}: {key} must be positive", joint.name),
+                });
+            }
+        }
+    }
+    transmission(robot)
+}
+
+/// Checks that one thing says how the links hang together.
+pub(super) fn kinematics(robot: &Robot) -> Result<(), Fault> {
+    let given: Vec<&str> = [
+        ("kinematics", robot.kinematics.is_some()),
+        ("urdf", robot.urdf.is_some()),
+        ("dh_modified", robot.dh_modified.is_some()),
+        ("dh_classic", robot.dh_classic.is_some()),
+    ]
+    .into_iter()
+    .filter(|(_, given)| *given)
+    .map(|(key, _)| key)
+    .collect();
+    match given[..] {
+        [] => {
+            return Err(fault(
+                &["robot"],
+                "[robot] does not say how its links hang together; give urdf, dh_modified, \
+                 dh_classic, or kinematics = \"planar-2r\"",
+            ));
+        }
+        [first, second, ..] => {
+            return Err(fault(
+                &["robot", second],
+                format!("{first} and {second} both say how the links hang together; keep one"),
+            ));
+        }
+        [_] => {}
+    }
+    let joints = robot.joint.len();
+    if robot.kinematics.is_some() {
+        if joints != 2 {
+            return Err(fault(
+                &["robot"],
+                format!(
+                    "kinematics \"planar-2r\" has 2 joints, the file has {joints}; write one \
+                     [[robot.joint]] block for each"
+                ),
+            ));
+        }
+        if robot.gravity_m_per_s2.is_some() {
+            return Err(fault(
+                &["robot", "gravity_m_per_s2"],
+                "kinematics \"planar-2r\" moves in a horizontal plane, in which gravity does no \
+                 work; describe an arm that it moves by urdf or dh_modified",
+            ));
+        }
+        if let Some(name) = robot.assume_zero.first() {
+            return Err(fault(
+                &["robot", "assume_zero"],
+                format!(
+                    "kinematics \"planar-2r\" has no parameter \"{name}\" to assume zero; its \
+                     three link parameters already assume that link 2 is symmetric"
+                ),
+            ));
+        }
+    }
+    for (key, table) in [
+        ("dh_modified", &robot.dh_modified),
+        ("dh_classic", &robot.dh_classic),
+    ] {
+        let Some(table) = table else { continue };
+        if table.len() != joints {
+            return Err(fault(
+                &["robot", key],
+                format!(
+                    "{key} has {} rows, the file has {joints} [[robot.joint]] blocks; write one for \
+                     each row",
+                    table.len()
+                ),
+            ));
+        }
+        for (i, row) in table.iter().enumerate() {
+            let numbers = [row.alpha_deg, row.a_m, row.d_m, row.theta_deg];
+            if numbers.iter().any(|x| !x.is_finite()) {
+                return Err(fault(
+                    &["robot", key, &i.to_string()],
+                    format!("every number of row {} of {key} must be finite", i + 1),
+                ));
+            }
+        }
+    }
+    match robot.gravity_m_per_s2 {
+        Some(gravity) if !gravity.iter().all(|g| g.is_finite() && g.abs() < 1e3) => Err(fault(
+            &["robot", "gravity_m_per_s2"],
+            "gravity_m_per_s2 needs three finite numbers, as in [0.0, 0.0, -9.81]",
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// Checks that no two laws of a joint say the same.
+fn laws(joint: &Joint, at: &str) -> Result<(), Fault> {
+    use FrictionLaw::{Coulomb, CoulombAsymmetric, Offset, Viscous, ViscousAsymmetric};
+    let name = &joint.name;
+    let sides = [
+        ("link_friction", joint.link_laws()),
+        ("motor_friction", joint.motor_laws()),
+    ];
+    for (key, laws) in sides {
+        let path = ["robot", "joint", at, key];
+        if let Some(i) = (1..laws.len()).find(|&i| laws[..i].contains(&laws[i])) {
+            return Err(fault(
+                &path,
+                format!("{name}: {key} lists \"{}\" twice", laws[i].name()),
+            ));
+        }
+        for (one, other) in [
+            (Viscous, ViscousAsymmetric),
+            (Coulomb, CoulombAsymmetric),
+            (Offset, CoulombAsymmetric),
+        ] {
+            if laws.contains(&one) && laws.contains(&other) {
+                return Err(fault(
+                    &path,
+                    format!(
+                        "{name}: in {key} \"{}\" already holds \"{}\": at every velocity but zero \
+                         they act alike; keep one",
+                        other.name(),
+                        one.name()
+                    ),
+                ));
+            }
+        }
+    }
+    let spring = joint.spring_terms();
+    if joint.spring.is_some() && !joint.is_flexible() {
+        return Err(fault(
+            &["robot", "joint", at, "spring"],
+            format!("{name} is rigid, it has no spring; remove spring or set transmission = \"flexible\""),
+        ));
+    }
+    if !spring.contains(&SpringTerm::Linear) {
+        return Err(fault(
+            &["robot", "joint", at, "spring"],
+            format!("{name}: spring must contain \"linear\""),
+        ));
+    }
+    match (1..spring.len()).find(|&i| spring[..i].contains(&spring[i])) {
+        Some(_) => Err(fault(
+            &["robot", "joint", at, "spring"],
+            format!("{name}: spring lists a term twice"),
+        )),
+        None => Ok(()),
+    }
+}
+
+/// Checks a coupled transmission.
+fn transmission(robot: &Robot) -> Result<(), Fault> {
+    let Some(matrix) = &robot.transmission_matrix else {
+        return Ok(());
+    };
+    let path = ["robot", "transmission_matrix"];
+    let n = robot.joint.len();
+    if matrix.len() != n || matrix.iter().any(|row| row.len() != n) {
+        return Err(fault(
+            &path,
+            format!("transmission_matrix needs {n} rows of {n} numbers: motor turns per joint turn"),
+        ));
+    }
+    if matrix.iter().flatten().any(|x| !x.is_finite()) {
+        return Err(fault(&path, "every number of transmission_matrix must be finite"));
+    }
+    if let Some(i) = (0..n).find(|&i| matrix[i][i] == 0.0) {
+        return Err(fault(
+            &path,
+            format!(
+                "transmission_matrix: motor {} does not turn {} (the diagonal holds 0); order the \
+                 motors as the joints that they turn most",
+                i + 1,
+                robot.joint[i].name
+            ),
+        ));
+    }
+    if determinant(matrix).abs() < 1e-12 * scale(matrix) {
+        return Err(fault(
+            &path,
+            "transmission_matrix is singular: some motion of the joints turns no motor; check its \
+             rows (motors) and columns (joints)",
+        ));
+    }
+    if let Some(joint) = robot.joint.iter().find(|joint| joint.gear_ratio.is_some()) {
+        return Err(fault(
+            &path,
+            format!(
+                "{}: gear_ratio and transmission_matrix say the same thing twice; keep the matrix",
+                joint.name
+            ),
+        ));
+    }
+    for (motor, row) in matrix.iter().enumerate() {
+        for (joint, ratio) in row.iter().enumerate() {
+            let (a, b) = (&robot.joint[motor], &robot.joint[joint]);
+            if *ratio != 0.0 && a.is_flexible() != b.is_flexible() {
+                return Err(fault(
+                    &path,
+                    format!(
+                        "{} is coupled to {}, but only one of them is flexible; give both the same \
+                         transmission",
+                        a.name, b.name
+                    ),
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn scale(matrix: &[Vec<f64>]) -> f64 {
+    let lengths = (matrix.iter()).map(|row| row.iter().map(|x| x * x).sum::<f64>().sqrt());
+    lengths.product()
+}
+
+/// Gauss elimination with row pivots.
+fn determinant(matrix: &[Vec<f64>]) -> f64 {
+    let mut rows = matrix.to_vec();
+    let mut product = 1.0;
+    for k in 0..rows.len() {
+        let pivot = (k..rows.len())
+            .max_by(|&a, &b| rows[a][k].abs().total_cmp(&rows[b][k].abs()))
+            .unwrap_or(k);
+        if pivot != k {
+            rows.swap(k, pivot);
+            product = -product;
+        }
+        let (above, below) = rows.split_at_mut(k + 1);
+        let row = &above[k];
+        product *= row[k];
+        if row[k] == 0.0 {
+            return 0.0;
+        }
+        for other in below {
+            let factor = other[k] / row[k];
+            for (x, y) in other.iter_mut().zip(row) {
+                *x -= factor * y;
+            }
+        }
+    }
+    product
+}

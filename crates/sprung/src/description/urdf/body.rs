@@ -1,0 +1,94 @@
+//! Frames and rigid bodies, and how they are merged.
+
+type Vector = [f64; 3];
+
+/// A frame as another sees it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Placement {
+    /// Columns are its axes.
+    pub(super) rotation: [Vector; 3],
+    /// Its origin, m.
+    pub(super) origin: Vector,
+}
+
+impl Placement {
+    pub(super) const IDENTITY: Self = Self {
+        rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        origin: [0.0; 3],
+    };
+
+    /// Returns the frame at `xyz`, m, turned by roll, pitch and yaw, rad, about
+    /// the fixed axes x, y and z in this order.
+    pub(super) fn new(xyz: Vector, [roll, pitch, yaw]: Vector) -> Self {
+        let (sr, cr) = roll.sin_cos();
+        let (sp, cp) = pitch.sin_cos();
+        let (sy, cy) = yaw.sin_cos();
+        Self {
+            rotation: [
+                [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+                [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+                [-sp, cp * sr, cp * cr],
+            ],
+            origin: xyz,
+        }
+    }
+
+    /// Returns a frame that is `inner` as seen from this one.
+    pub(super) fn then(&self, inner: &Self) -> Self {
+        Self {
+            rotation: product(&self.rotation, &inner.rotation),
+            origin: self.point(&inner.origin),
+        }
+    }
+
+    fn point(&self, p: &Vector) -> Vector {
+        std::array::from_fn(|i| self.origin[i] + dot(&self.rotation[i], p))
+    }
+}
+
+/// A rigid body in the frame of its link.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Body {
+    /// Mass, kg.
+    pub(super) mass: f64,
+    /// Frame of its inertia, at the centre of mass.
+    pub(super) placement: Placement,
+    /// Inertia about the centre of mass, in that frame's axes, kg·m².
+    pub(super) inertia: [Vector; 3],
+}
+
+impl Body {
+    /// Returns the ten inertial parameters about the origin of a frame in which
+    /// the body's link is placed.
+    pub(super) fn parameters(&self, link: &Placement) -> [f64; 10] {
+        let frame = link.then(&self.placement);
+        let turned = product(&frame.rotation, &self.inertia);
+        let (m, c) = (self.mass, frame.origin);
+        let squared = dot(&c, &c);
+        // The parallel axis theorem: R I Rᵀ + m (cᵀc 1 − c cᵀ).
+        let inertia = |i: usize, j: usize| {
+            let diagonal = if i == j { squared } else { 0.0 };
+            dot(&turned[i], &frame.rotation[j]) + m * (diagonal - c[i] * c[j])
+        };
+        [
+            m,
+            m * c[0],
+            m * c[1],
+            m * c[2],
+            inertia(0, 0),
+            inertia(0, 1),
+            inertia(1, 1),
+            inertia(0, 2),
+            inertia(1, 2),
+            inertia(2, 2),
+        ]
+    }
+}
+
+fn dot(a: &Vector, b: &Vector) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn product(a: &[Vector; 3], b: &[Vector; 3]) -> [Vector; 3] {
+    a.map(|row| std::array::from_fn(|j| row[0] * b[0][j] + row[1] * b[1][j] + row[2] * b[2][j]))
+}

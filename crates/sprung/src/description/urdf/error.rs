@@ -1,0 +1,352 @@
+//! What can be wrong with a robot description, and what to do about it.
+
+use super::super::choice::quoted;
+use super::parse::near;
+
+/// What is wrong with a robot description.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum UrdfError {
+    /// The text is not XML.
+    #[error("line {line} of {file}: the XML does not parse: {reason}")]
+    Xml {
+        /// Name of the file.
+        file: String,
+        /// Line, from 1.
+        line: usize,
+        /// What the parser says and what to do.
+        reason: String,
+    },
+    /// The file describes something else than a robot.
+    #[error(
+        "line {line} of {file}: the file begins with <{found}>, a URDF with <robot>; give the \
+         robot's URDF, and expand a xacro file first: `{}`",
+        expand(file)
+    )]
+    Root {
+        /// Name of the file.
+        file: String,
+        /// Line, from 1.
+        line: usize,
+        /// Tag of the root element.
+        found: String,
+    },
+    /// Macros are left in the file.
+    #[error(
+        "line {line} of {file}: {what} belongs to xacro, which must be expanded first: `{}`",
+        expand(file)
+    )]
+    Xacro {
+        /// Name of the file.
+        file: String,
+        /// Line, from 1.
+        line: usize,
+        /// The tag or the attribute.
+        what: String,
+    },
+    /// An attribute is missing.
+    #[error("line {line} of {file}: {element} has no {attribute}; write {attribute}=\"...\" in it")]
+    NoAttribute {
+        /// Name of the file.
+        file: String,
+        /// Line, from 1.
+        line: usize,
+        /// What lacks it.
+        element: String,
+        /// The attribute.
+        attribute: &'static str,
+    },
+    /// An element is missing.
+    #[error("line {line} of {file}: {owner} has no <{element}>; add one, such as {example}")]
+    NoElement {
+        /// Name of the file.
+        file: String,
+        /// Line, from 1.
+        line: usize,
+        /// What lacks it.
+        owner: String,
+        /// Tag of the element.
+        element: &'static str,
+        /// How it is written.
+        example: &'static str,
+    },
+    /// An element that can be there once is there twice.
+    #[error("line {line} of {file}: this is the second <{element}> of {owner}; keep one")]
+    Repeated {
+        /// Name of the file.
+        file: String,
+        /// Line of the second, from 1.
+        line: usize,
+        /// What has two.
+        owner: String,
+        /// Tag of the element.
+        element: &'static str,
+    },
+    /// An attribute is not a number.
+    #[error(
+        "line {line} of {file}: {attribute}=\"{value}\" in {element} is not a finite number; write \
+         one with a decimal point, such as {attribute}=\"1.5\""
+    )]
+    NoNumber {
+        /// Name of the file.
+        file: String,
+        /// Line, from 1.
+        line: usize,
+        /// The element.
+        element: String,
+        /// Its attribute.
+        attribute: &'static str,
+        /// The value.
+        value: String,
+    },
+    /// An attribute is not three numbers.
+    #[error(
+        "line {line} of {file}: {attribute}=\"{value}\" in {element} is not three finite numbers; \
+         write them with decimal points and spaces between, such as {attribute}=\"0 0 0.5\""
+    )]
+    NoTriple {
+        /// Name of the file.
+        file: String,
+        /// Line, from 1.
+        line: usize,
+        /// The element.
+        element: String,
+        /// Its attribute.
+        attribute: &'static str,
+        /// The value.
+        value: String,
+    },
+    /// An axis points nowhere.
+    #[error(
+        "line {line} of {file}: the axis of joint \"{joint}\" has no length; write its direction, \
+         such as xyz=\"0 0 1\""
+    )]
+    AxisLength {
+        /// Name of the file.
+        file: String,
+        /// Line, from 1.
+        line: usize,
+        /// Name of the joint.
+        joint: String,
+    },
+    /// A joint is of a type that is not supported.
+    #[error(
+        "line {line} of {file}: joint \"{joint}\" is of type \"{found}\", which is not supported; \
+         use \"revolute\", \"continuous\", \"prismatic\" or \"fixed\""
+    )]
+    JointType {
+        /// Name of the file.
+        file: String,
+        /// Line, from 1.
+        line: usize,
+        /// Name of the joint.
+        joint: String,
+        /// Its type.
+        found: String,
+    },
+    /// A mass is negative.
+    #[error(
+        "line {line} of {file}: the mass of link \"{link}\" is {mass} kg; it must not be negative"
+    )]
+    NegativeMass {
+        /// Name of the file.
+        file: String,
+        /// Line, from 1.
+        line: usize,
+        /// Name of the link.
+        link: String,
+        /// The mass, kg.
+        mass: f64,
+    },
+    /// Two links or two joints have the same name.
+    #[error(
+        "line {line} of {file}: another {what} is called \"{name}\" on line {first}; give one of \
+         them another name"
+    )]
+    SameName {
+        /// Name of the file.
+        file: String,
+        /// Line of the second, from 1.
+        line: usize,
+        /// `link` or `joint`.
+        what: &'static str,
+        /// The name.
+        name: String,
+        /// Line of the first, from 1.
+        first: usize,
+    },
+    /// A joint names a link that is not there.
+    #[error(
+        "line {line} of {file}: the {role} of joint \"{joint}\" is \"{link}\", but there is no \
+         such link; {}", instead(nearest.as_ref(), "add it or name another")
+    )]
+    UnknownLink {
+        /// Name of the file.
+        file: String,
+        /// Line, from 1.
+        line: usize,
+        /// Name of the joint.
+        joint: String,
+        /// `parent` or `child`.
+        role: &'static str,
+        /// Name of the link.
+        link: String,
+        /// The nearest name, if any is near.
+        nearest: Option<String>,
+    },
+    /// Two joints move the same link.
+    #[error(
+        "line {line} of {file}: link \"{link}\" is the child of joints \"{first}\" and \
+         \"{second}\"; a link hangs on one joint, and closed chains are not supported"
+    )]
+    TwoParents {
+        /// Name of the file.
+        file: String,
+        /// Line of the second joint, from 1.
+        line: usize,
+        /// Name of the link.
+        link: String,
+        /// Name of the first joint.
+        first: String,
+        /// Name of the second joint.
+        second: String,
+    },
+    /// Joints carry each other.
+    #[error(
+        "line {line} of {file}: {}; the joints of a URDF form a tree from one root link, \
+         which is no joint's child",
+        in_turn(joints)
+    )]
+    Loop {
+        /// Name of the file.
+        file: String,
+        /// Line of one of the joints, from 1.
+        line: usize,
+        /// Names of the joints, each carried by the one before.
+        joints: Vec<String>,
+    },
+    /// Two links hang on no joint.
+    #[error(
+        "line {line} of {file}: links \"{first}\" and \"{second}\" are both no joint's child, but \
+         a robot has one root; connect them by a fixed joint or remove one"
+    )]
+    TwoRoots {
+        /// Name of the file.
+        file: String,
+        /// Line of the second, from 1.
+        line: usize,
+        /// Name of the first link.
+        first: String,
+        /// Name of the second link.
+        second: String,
+    },
+    /// There are no links.
+    #[error("line {line} of {file}: the robot has no <link>; give a complete URDF")]
+    NoLink {
+        /// Name of the file.
+        file: String,
+        /// Line of the robot, from 1.
+        line: usize,
+    },
+    /// No joint can move.
+    #[error(
+        "line {line} of {file}: no joint of the robot moves; at least one must be \"revolute\", \
+         \"continuous\" or \"prismatic\" and have no <mimic>"
+    )]
+    NothingMoves {
+        /// Name of the file.
+        file: String,
+        /// Line of the robot, from 1.
+        line: usize,
+    },
+    /// A joint that shall move is not there.
+    #[error(
+        "{file} has no joint \"{name}\"; {}",
+        instead(near(name, movable.iter().map(String::as_str)).as_ref(), &joints_to_use(movable))
+    )]
+    UnknownJoint {
+        /// Name of the file.
+        file: String,
+        /// Name of the joint.
+        name: String,
+        /// Names of the joints that can move.
+        movable: Vec<String>,
+    },
+    /// A joint that shall move is fixed.
+    #[error(
+        "line {line} of {file}: joint \"{name}\" is fixed and cannot move; leave it out, its link \
+         is merged into the one that carries it"
+    )]
+    FixedJoint {
+        /// Name of the file.
+        file: String,
+        /// Line, from 1.
+        line: usize,
+        /// Name of the joint.
+        name: String,
+    },
+    /// A joint that shall move has no motor.
+    #[error(
+        "line {line} of {file}: joint \"{name}\" mimics \"{leader}\" and has no motor of its own; \
+         leave it out, it is then held at zero"
+    )]
+    MimicJoint {
+        /// Name of the file.
+        file: String,
+        /// Line, from 1.
+        line: usize,
+        /// Name of the joint.
+        name: String,
+        /// Name of the joint that it mimics.
+        leader: String,
+    },
+    /// A joint is listed twice.
+    #[error("{file}: joint \"{name}\" is listed twice; list it once")]
+    ListedTwice {
+        /// Name of the file.
+        file: String,
+        /// Name of the joint.
+        name: String,
+    },
+    /// A joint is listed before the one that carries it.
+    #[error(
+        "{file}: joint \"{carrier}\" carries \"{carried}\"; list \"{carrier}\" before \"{carried}\""
+    )]
+    Order {
+        /// Name of the file.
+        file: String,
+        /// Name of the joint that carries.
+        carrier: String,
+        /// Name of the joint that is carried.
+        carried: String,
+    },
+}
+
+/// Returns the command that expands a file.
+fn expand(file: &str) -> String {
+    let (stem, ending) = match file.strip_suffix(".xacro") {
+        Some(stem) => (stem.strip_suffix(".urdf").unwrap_or(stem), "urdf"),
+        None => (file.strip_suffix(".urdf").unwrap_or(file), "expanded.urdf"),
+    };
+    format!("xacro {file} > {stem}.{ending}")
+}
+
+/// Offers the nearest name, or else other advice.
+fn instead(nearest: Option<&String>, otherwise: &str) -> String {
+    nearest.map_or_else(
+        || otherwise.to_owned(),
+        |name| format!("did you mean \"{name}\"?"),
+    )
+}
+
+fn joints_to_use(movable: &[String]) -> String {
+    let names: Vec<&str> = movable.iter().map(String::as_str).collect();
+    format!("use {}", quoted(&names))
+}
+
+fn in_turn(joints: &[String]) -> String {
+    match joints {
+        [one] => format!("joint \"{one}\" carries itself"),
+        several => format!("joints \"{}\" form a loop", several.join("\", \"")),
+    }
+}

@@ -1,0 +1,334 @@
+//! From the text of a file to a checked tree of links and joints.
+
+use std::collections::HashMap;
+
+use sprung_core::chain::JointKind;
+
+use super::super::choice;
+use super::body::{Body, Placement};
+use super::xml::{Element, Source};
+use super::{Freedom, Joint, Limits, Link, Mobility, Urdf, UrdfError, UrdfJoint};
+
+pub(super) fn parse(file: &str, text: &str) -> Result<Urdf, UrdfError> {
+    let source = Source::new(file, text);
+    let document = source.document()?;
+    let robot = Element::root(&document, &source);
+    if robot.tag() != "robot" {
+        return Err(UrdfError::Root {
+            file: robot.file(),
+            line: robot.line(),
+            found: robot.tag().to_owned(),
+        });
+    }
+    robot.refuse_xacro()?;
+    let links = read_links(&robot)?;
+    let joints = read_joints(&robot, &links)?;
+    let joints = parents_first(file, &links, joints)?;
+    one_root(file, &links, &joints)?;
+    let movable: Vec<UrdfJoint> = (joints.iter())
+        .filter_map(|joint| movable(joint, &links))
+        .collect();
+    if movable.is_empty() {
+        return Err(UrdfError::NothingMoves {
+            file: robot.file(),
+            line: robot.line(),
+        });
+    }
+    Ok(Urdf {
+        file: robot.file(),
+        name: robot.needed("name")?.to_owned(),
+        links,
+        joints,
+        movable,
+    })
+}
+
+fn read_links(robot: &Element<'_, '_>) -> Result<Vec<Link>, UrdfError> {
+    let mut lines = HashMap::new();
+    let mut links = Vec::new();
+    for mut element in robot.children("link") {
+        let (name, line) = (element.needed("name")?, element.line());
+        new_name("link", name, &element, &mut lines)?;
+        element.called = format!("link \"{name}\"");
+        let inertial = element.child("inertial")?;
+        links.push(Link {
+            name: name.to_owned(),
+            line,
+            body: inertial.map(|inertial| body(name, &inertial)).transpose()?,
+        });
+    }
+    if links.is_empty() {
+        return Err(UrdfError::NoLink {
+            file: robot.file(),
+            line: robot.line(),
+        });
+    }
+    Ok(links)
+}
+
+/// Notes the line of a name, or refuses one that is there already.
+fn new_name<'a>(
+    what: &'static str,
+    name: &'a str,
+    element: &Element<'_, '_>,
+    lines: &mut HashMap<&'a str, usize>,
+) -> Result<(), UrdfError> {
+    match lines.insert(name, element.line()) {
+        None => Ok(()),
+        Some(first) => Err(UrdfError::SameName {
+            file: element.file(),
+            line: element.line(),
+            what,
+            name: name.to_owned(),
+            first,
+        }),
+    }
+}
+
+fn body(link: &str, inertial: &Element<'_, '_>) -> Result<Body, UrdfError> {
+    let mass = inertial.needed_child("mass", "<mass value=\"1.5\"/>")?;
+    let kilograms = mass.number("value")?;
+    if kilograms < 0.0 {
+        return Err(UrdfError::NegativeMass {
+            file: mass.file(),
+            line: mass.line(),
+            link: link.to_owned(),
+            mass: kilograms,
+        });
+    }
+    let inertia = inertial.needed_child(
+        "inertia",
+        "<inertia ixx=\"0.01\" ixy=\"0\" ixz=\"0\" iyy=\"0.01\" iyz=\"0\" izz=\"0.01\"/>",
+    )?;
+    let [ixx, ixy, ixz] = [
+        inertia.number("ixx")?,
+        inertia.number("ixy")?,
+        inertia.number("ixz")?,
+    ];
+    let [iyy, iyz, izz] = [
+        inertia.number("iyy")?,
+        inertia.number("iyz")?,
+        inertia.number("izz")?,
+    ];
+    Ok(Body {
+        mass: kilograms,
+        placement: placement(inertial)?,
+        inertia: [[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]],
+    })
+}
+
+/// Reads the `<origin>` of an element.
+fn placement(element: &Element<'_, '_>) -> Result<Placement, UrdfError> {
+    let Some(origin) = element.child("origin")? else {
+        return Ok(Placement::IDENTITY);
+    };
+    Ok(Placement::new(
+        origin.triple("xyz")?.unwrap_or_default(),
+        origin.triple("rpy")?.unwrap_or_default(),
+    ))
+}
+
+fn read_joints(robot: &Element<'_, '_>, links: &[Link]) -> Result<Vec<Joint>, UrdfError> {
+    let indices: HashMap<&str, usize> = (links.iter().enumerate())
+        .map(|(index, link)| (link.name.as_str(), index))
+        .collect();
+    let mut lines = HashMap::new();
+    let mut joints = Vec::new();
+    for mut element in robot.children("joint") {
+        let name = element.needed("name")?;
+        new_name("joint", name, &element, &mut lines)?;
+        element.called = format!("joint \"{name}\"");
+        let mobility = mobility(name, &element)?;
+        let end = |role, example| {
+            let end = element.needed_child(role, example)?;
+            let link = end.needed("link")?;
+            (indices.get(link).copied()).ok_or_else(|| UrdfError::UnknownLink {
+                file: end.file(),
+                line: end.line(),
+                joint: name.to_owned(),
+                role,
+                link: link.to_owned(),
+                nearest: near(link, links.iter().map(|link| &*link.name)),
+            })
+        };
+        joints.push(Joint {
+            name: name.to_owned(),
+            line: element.line(),
+            parent: end("parent", "<parent link=\"base\"/>")?,
+            child: end("child", "<child link=\"link1\"/>")?,
+            placement: placement(&element)?,
+            mobility,
+        });
+    }
+    Ok(joints)
+}
+
+fn mobility(name: &str, joint: &Element<'_, '_>) -> Result<Mobility, UrdfError> {
+    let (kind, continuous) = match joint.needed("type")? {
+        "revolute" => (JointKind::Revolute, false),
+        "continuous" => (JointKind::Revolute, true),
+        "prismatic" => (JointKind::Prismatic, false),
+        // Exporters give fixed joints axes without length: they are not read.
+        "fixed" => return Ok(Mobility::Fixed),
+        other => {
+            return Err(UrdfError::JointType {
+                file: joint.file(),
+                line: joint.line(),
+                joint: name.to_owned(),
+                found: other.to_owned(),
+            });
+        }
+    };
+    let freedom = Freedom {
+        kind,
+        continuous,
+        axis: axis(name, joint)?,
+        limits: limits(joint, continuous)?,
+    };
+    Ok(match joint.child("mimic")? {
+        Some(mimic) => Mobility::Mimic {
+            leader: mimic.needed("joint")?.to_owned(),
+        },
+        None => Mobility::Own(freedom),
+    })
+}
+
+/// Returns the axis of a joint with unit length.
+fn axis(name: &str, joint: &Element<'_, '_>) -> Result<[f64; 3], UrdfError> {
+    const DEFAULT: [f64; 3] = [1.0, 0.0, 0.0];
+    let Some(element) = joint.child("axis")? else {
+        return Ok(DEFAULT);
+    };
+    let axis = element.triple("xyz")?.unwrap_or(DEFAULT);
+    // Scaled first, since squares of tiny numbers vanish.
+    let largest = axis.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
+    if largest > 0.0 {
+        let axis = axis.map(|x| x / largest);
+        let length = axis.iter().map(|x| x * x).sum::<f64>().sqrt();
+        return Ok(axis.map(|x| x / length));
+    }
+    Err(UrdfError::AxisLength {
+        file: element.file(),
+        line: element.line(),
+        joint: name.to_owned(),
+    })
+}
+
+fn limits(joint: &Element<'_, '_>, continuous: bool) -> Result<Limits, UrdfError> {
+    let Some(limit) = joint.child("limit")? else {
+        return Ok(Limits::default());
+    };
+    let position = |key| {
+        if continuous {
+            return Ok(None);
+        }
+        limit.limit(key)
+    };
+    Ok(Limits {
+        lower: position("lower")?,
+        upper: position("upper")?,
+        effort: limit.limit("effort")?,
+        velocity: limit.limit("velocity")?,
+    })
+}
+
+/// Where a joint stands while the joints are put in order.
+#[derive(Clone, Copy, PartialEq)]
+enum Progress {
+    Waiting,
+    OnPath,
+    Done,
+}
+
+/// Puts parents before children and keeps the order of the file otherwise.
+///
+/// # Errors
+///
+/// [`UrdfError`] if two joints move the same link or joints form a loop.
+fn parents_first(file: &str, links: &[Link], joints: Vec<Joint>) -> Result<Vec<Joint>, UrdfError> {
+    let mut movers: Vec<Option<usize>> = vec![None; links.len()];
+    for (index, joint) in joints.iter().enumerate() {
+        if let Some(first) = movers[joint.child].replace(index) {
+            return Err(UrdfError::TwoParents {
+                file: file.to_owned(),
+                line: joint.line,
+                link: links[joint.child].name.clone(),
+                first: joints[first].name.clone(),
+                second: joint.name.clone(),
+            });
+        }
+    }
+    let mut progress = vec![Progress::Waiting; joints.len()];
+    let mut order = Vec::with_capacity(joints.len());
+    for start in 0..joints.len() {
+        let mut path = Vec::new();
+        let mut next = Some(start);
+        while let Some(index) = next.filter(|index| progress[*index] != Progress::Done) {
+            if progress[index] == Progress::OnPath {
+                // The path climbs: it is told from parent to child.
+                let from = path.iter().position(|on| *on == index).unwrap_or(0);
+                return Err(UrdfError::Loop {
+                    file: file.to_owned(),
+                    line: joints[index].line,
+                    joints: (path[from..].iter().rev())
+                        .map(|on: &usize| joints[*on].name.clone())
+                        .collect(),
+                });
+            }
+            progress[index] = Progress::OnPath;
+            path.push(index);
+            next = movers[joints[index].parent];
+        }
+        for index in path.into_iter().rev() {
+            progress[index] = Progress::Done;
+            order.push(index);
+        }
+    }
+    let mut joints: Vec<Option<Joint>> = joints.into_iter().map(Some).collect();
+    Ok((order.into_iter())
+        .filter_map(|index| joints[index].take())
+        .collect())
+}
+
+/// Refuses a second link that no joint moves.
+fn one_root(file: &str, links: &[Link], joints: &[Joint]) -> Result<(), UrdfError> {
+    let mut moved = vec![false; links.len()];
+    for joint in joints {
+        moved[joint.child] = true;
+    }
+    let mut roots = (links.iter().zip(moved)).filter_map(|(link, moved)| (!moved).then_some(link));
+    match (roots.next(), roots.next()) {
+        (Some(first), Some(second)) => Err(UrdfError::TwoRoots {
+            file: file.to_owned(),
+            line: second.line,
+            first: first.name.clone(),
+            second: second.name.clone(),
+        }),
+        _ => Ok(()),
+    }
+}
+
+fn movable(joint: &Joint, links: &[Link]) -> Option<UrdfJoint> {
+    let Mobility::Own(freedom) = &joint.mobility else {
+        return None;
+    };
+    Some(UrdfJoint {
+        name: joint.name.clone(),
+        child: links[joint.child].name.clone(),
+        kind: freedom.kind,
+        continuous: freedom.continuous,
+        lower: freedom.limits.lower,
+        upper: freedom.limits.upper,
+        effort: freedom.limits.effort,
+        velocity: freedom.limits.velocity,
+    })
+}
+
+/// Returns the nearest name, if any is near; the time for names of hostile
+/// length is bounded.
+pub(super) fn near<'a>(word: &str, names: impl Iterator<Item = &'a str>) -> Option<String> {
+    const LONGEST: usize = 200;
+    let names = names.filter(|name| name.len() <= LONGEST);
+    let word = Some(word).filter(|word| !word.is_empty() && word.len() <= LONGEST)?;
+    choice::nearest(word, names).map(str::to_owned)
+}

@@ -1,0 +1,127 @@
+//! From all joints of the file to those that move in an experiment.
+
+use sprung_core::chain::ChainJoint;
+
+use super::body::Placement;
+use super::{Freedom, Joint, Mobility, TreeJoint, Urdf, UrdfError};
+
+/// Where a link or a joint sits: on which moving joint, if not on the base, and
+/// where in that joint's frame.
+#[derive(Clone, Copy)]
+struct Seat {
+    carrier: Option<usize>,
+    placement: Placement,
+}
+
+const BASE: Seat = Seat {
+    carrier: None,
+    placement: Placement::IDENTITY,
+};
+
+pub(super) fn tree(urdf: &Urdf, moving: &[&str]) -> Result<Vec<TreeJoint>, UrdfError> {
+    let chosen = choose(urdf, moving)?;
+    let (joint_seats, link_seats) = seats(urdf, &chosen);
+    let mut tree = Vec::with_capacity(chosen.len());
+    for (k, &(at, freedom)) in chosen.iter().enumerate() {
+        let joint = &urdf.joints[at];
+        let seat = joint_seats[at];
+        if let Some(carrier) = seat.carrier.filter(|carrier| *carrier >= k) {
+            return Err(UrdfError::Order {
+                file: urdf.file.clone(),
+                carrier: moving[carrier].to_owned(),
+                carried: joint.name.clone(),
+            });
+        }
+        tree.push(TreeJoint {
+            name: joint.name.clone(),
+            link: urdf.links[joint.child].name.clone(),
+            joint: ChainJoint {
+                parent: seat.carrier,
+                rotation: seat.placement.rotation,
+                origin: seat.placement.origin,
+                axis: freedom.axis,
+                kind: freedom.kind,
+            },
+            inertial: None,
+            effort: freedom.limits.effort,
+        });
+    }
+    for (link, seat) in urdf.links.iter().zip(link_seats) {
+        if let (Some(body), Some(carrier)) = (&link.body, seat.carrier) {
+            let sum = tree[carrier].inertial.get_or_insert([0.0; 10]);
+            for (sum, part) in sum.iter_mut().zip(body.parameters(&seat.placement)) {
+                *sum += part;
+            }
+        }
+    }
+    Ok(tree)
+}
+
+/// Finds the named joints; returns their indices and how they move.
+fn choose<'a>(urdf: &'a Urdf, moving: &[&str]) -> Result<Vec<(usize, &'a Freedom)>, UrdfError> {
+    let file = || urdf.file.clone();
+    let mut chosen: Vec<(usize, &Freedom)> = Vec::with_capacity(moving.len());
+    for &name in moving {
+        let Some(at) = urdf.joints.iter().position(|joint| joint.name == name) else {
+            return Err(UrdfError::UnknownJoint {
+                file: file(),
+                name: name.to_owned(),
+                movable: (urdf.movable.iter())
+                    .map(|joint| joint.name.clone())
+                    .collect(),
+            });
+        };
+        let Joint { line, mobility, .. } = &urdf.joints[at];
+        let (name, line) = (name.to_owned(), *line);
+        match mobility {
+            Mobility::Fixed => {
+                return Err(UrdfError::FixedJoint {
+                    file: file(),
+                    line,
+                    name,
+                });
+            }
+            Mobility::Mimic { leader } => {
+                return Err(UrdfError::MimicJoint {
+                    file: file(),
+                    line,
+                    name,
+                    leader: leader.clone(),
+                });
+            }
+            Mobility::Own(_) if chosen.iter().any(|(other, _)| *other == at) => {
+                return Err(UrdfError::ListedTwice { file: file(), name });
+            }
+            Mobility::Own(freedom) => chosen.push((at, freedom)),
+        }
+    }
+    Ok(chosen)
+}
+
+/// Returns where every joint and every link sits.
+fn seats(urdf: &Urdf, chosen: &[(usize, &Freedom)]) -> (Vec<Seat>, Vec<Seat>) {
+    let mut place = vec![None; urdf.joints.len()];
+    for (k, (at, _)) in chosen.iter().enumerate() {
+        place[*at] = Some(k);
+    }
+    let mut joints = Vec::with_capacity(urdf.joints.len());
+    // The root stays on the base; every other link is a child of one joint,
+    // and joints come after those that carry them.
+    let mut links = vec![BASE; urdf.links.len()];
+    for (joint, moves) in urdf.joints.iter().zip(place) {
+        let parent = links[joint.parent];
+        let seat = Seat {
+            carrier: parent.carrier,
+            placement: parent.placement.then(&joint.placement),
+        };
+        joints.push(seat);
+        links[joint.child] = match moves {
+            Some(_) => Seat {
+                carrier: moves,
+                ..BASE
+            },
+            None => seat,
+        };
+    }
+    (joints, links)
+}

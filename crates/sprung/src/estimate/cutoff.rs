@@ -1,0 +1,155 @@
+//! The cut-off of the position filter, chosen from the noise of the positions.
+
+use super::delay::Excerpt;
+use super::least_squares::fit_quickly;
+use super::result::{CutoffChoice, CutoffPoint};
+use super::second_look::excerpt;
+use crate::description::{Cutoff, Identify};
+use crate::log::{Channels, LogError, LogSource, Quantity};
+use crate::model::Model;
+use crate::regression::Reading;
+
+/// Bounds of what is chosen, Hz: below the first the filter smears reversals of
+/// direction, above the second it passes what no arm does.
+const LOWEST: f64 = 10.0;
+const HIGHEST: f64 = 40.0;
+
+/// Part of the sampling rate that the cut-off stays below.
+const PART_OF_RATE: f64 = 0.2;
+
+/// How far noise may move through the Coulomb transition: beta times the
+/// standard deviation of the velocity.
+const TRANSITION: f64 = 0.08;
+
+/// Cut-offs that are tried around the chosen one, as parts of it.
+const AROUND: [f64; 5] = [0.5, 0.7, 1.0, 1.4, 2.0];
+
+/// Differences of consecutive samples that are looked at.
+const LOOKED_AT: usize = 20_000;
+
+/// Chooses the cut-off: the highest at which the noise of no velocity moves
+/// its Coulomb friction through more than a part of the transition.
+///
+/// Returns it in Hz, and why.
+///
+/// # Source
+///
+/// Noise of standard deviation s, filtered twice at `f` and differentiated, has
+/// the standard deviation `s √(2 f T) 2π f / √3`.
+#[must_use]
+pub fn choose_cutoff(model: &Model, channels: &Channels, excerpt: &Excerpt) -> (f64, String) {
+    let period = excerpt.period();
+    let highest = HIGHEST.min(PART_OF_RATE / period);
+    let mut best = (highest, None);
+    for (i, channel) in channels.all.iter().enumerate() {
+        if channel.quantity == Quantity::MotorTorque {
+            continue;
+        }
+        let Some((noise, step)) = noise(excerpt, i) else {
+            continue;
+        };
+        let beta = model.sharpness(channel.joint);
+        let per_hertz = beta * noise * (2.0 * period).sqrt() * std::f64::consts::TAU / 3_f64.sqrt();
+        let cutoff = (TRANSITION / per_hertz).powf(2.0 / 3.0);
+        if cutoff < best.0 {
+            best = (cutoff, Some((&channel.column, noise, step)));
+        }
+    }
+    let reason = match best.1 {
+        None => "the positions are so fine that no cut-off up to this one lets their noise through \
+                 the Coulomb transition"
+            .to_owned(),
+        Some((column, noise, step)) => {
+            let origin = match step {
+                Some(step) => format!("counts of {step:.2e} rad (m)"),
+                None => "noise".to_owned(),
+            };
+            let bound = if best.0 < LOWEST.min(highest) {
+                "; lower than 10 Hz would smear reversals of direction"
+            } else {
+                ""
+            };
+            format!(
+                "\"{column}\" has {origin}, {noise:.1e} rad (m) rms: with a higher cut-off they would \
+                 move the velocity through the Coulomb transition{bound}"
+            )
+        }
+    };
+    (best.0.max(LOWEST.min(highest)), reason)
+}
+
+/// Returns the cut-off that settings give, or the one that a log asks for, Hz.
+///
+/// # Errors
+///
+/// [`LogError`] if the log cannot be read.
+pub fn position_cutoff(
+    settings: &Identify,
+    model: &Model,
+    channels: &Channels,
+    source: &mut LogSource<'_>,
+) -> Result<f64, LogError> {
+    match settings.position_cutoff_hz {
+        Cutoff::Fixed(cutoff) => Ok(cutoff),
+        Cutoff::Auto => Ok(choose_cutoff(model, channels, &excerpt(channels, source)?).0),
+    }
+}
+
+/// Returns the standard deviation of a channel's noise, and the step between
+/// its values if it is quantised; nothing if it stands still.
+fn noise(excerpt: &Excerpt, channel: usize) -> Option<(f64, Option<f64>)> {
+    let values: Vec<f64> = (excerpt.blocks().iter())
+        .flat_map(|block| &block.values[channel])
+        .copied()
+        .take(LOOKED_AT)
+        .collect();
+    let largest = values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    let steps: Vec<f64> = (values.windows(2))
+        .map(|w| (w[1] - w[0]).abs())
+        // Rounding makes no step.
+        .filter(|step| *step > 1e-9 * largest)
+        .collect();
+    let smallest = steps.iter().copied().fold(f64::INFINITY, f64::min);
+    if !smallest.is_finite() {
+        return None;
+    }
+    let whole = (steps.iter())
+        .filter(|step| {
+            let counts = *step / smallest;
+            (counts - counts.round()).abs() < 0.05 * counts.max(1.0).min(4.0)
+        })
+        .count();
+    let few = steps.iter().filter(|step| **step < 1.5 * smallest).count();
+    // Values between steps would not all be multiples of the smallest.
+    let quantised = whole * 50 >= steps.len() * 49 && few * 100 >= steps.len();
+    let mut third: Vec<f64> = (values.windows(4))
+        .map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs())
+        .collect();
+    third.sort_by(f64::total_cmp);
+    let median = third.get(third.len() / 2).copied().unwrap_or(0.0);
+    // A third difference of white noise has 20 times its variance.
+    let white = 1.4826 * median / 20_f64.sqrt();
+    let step = quantised.then_some(smallest);
+    Some((step.map_or(0.0, |step| step / 12_f64.sqrt()).max(white), step))
+}
+
+/// Estimates with cut-offs around the chosen one, from the beginning of a log.
+#[must_use]
+pub fn sweep(reading: &Reading<'_>, excerpt: &Excerpt, reason: String) -> CutoffChoice {
+    let chosen = reading.position_cutoff_hz;
+    let points = AROUND.iter().filter_map(|part| {
+        let reading = Reading {
+            position_cutoff_hz: part * chosen,
+            ..*reading
+        };
+        let system = excerpt.reduce(&reading)?;
+        Some(CutoffPoint {
+            cutoff_hz: part * chosen,
+            values: fit_quickly(reading.model, &system)?,
+        })
+    });
+    CutoffChoice {
+        reason,
+        sweep: points.collect(),
+    }
+}

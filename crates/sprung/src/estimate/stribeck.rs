@@ -1,0 +1,172 @@
+//! Stribeck velocities, which no linear regression finds: an outer search.
+
+use sprung_core::friction::Law;
+use sprung_core::parameters::{JointParameter, Side};
+
+use super::delay::Excerpt;
+use crate::finding::{Finding, Severity};
+use crate::model::Model;
+use crate::regression::{Reading, SystemPart, Triangle, solve};
+
+/// Velocities that are tried, as parts of the joint's fastest.
+const SLOWEST: f64 = 0.003;
+const FASTEST: f64 = 0.5;
+
+/// Velocities that are tried first, in equal ratios.
+const TRIED: usize = 9;
+
+/// Times that the best is refined between its neighbours.
+const REFINED: usize = 8;
+
+/// Finds the Stribeck velocities that a description leaves open.
+///
+/// Returns the model with them and what was found; a joint whose log shows none
+/// keeps the one that stands in.
+///
+/// The rows of different joints do not disturb each other, so all joints are
+/// searched at once: velocities in equal ratios first, then by sections of the
+/// golden ratio between the best and its neighbours.
+#[must_use]
+pub fn find_stribeck(reading: &Reading<'_>, excerpt: &Excerpt) -> (Model, Vec<Finding>) {
+    let model = reading.model;
+    let joints = model.unknown_stribeck();
+    let Some(fastest) = fastest(reading, excerpt) else {
+        return (model.clone(), Vec::new());
+    };
+    let cost = |at: &[f64]| -> Vec<f64> {
+        let changed = with(model, joints, at);
+        let reading = Reading {
+            model: &changed,
+            ..*reading
+        };
+        let whole = excerpt.reduce(&reading).and_then(|system| system.whole());
+        joints
+            .iter()
+            .map(|&joint| {
+                let whole = whole.as_deref().unwrap_or_default();
+                unexplained(&changed, whole, joint).unwrap_or(f64::INFINITY)
+            })
+            .collect()
+    };
+    // Logarithms of velocities.
+    let (low, high) = (SLOWEST.ln(), FASTEST.ln());
+    let distance = (high - low) / (TRIED - 1) as f64;
+    let velocity = |logs: &[f64]| -> Vec<f64> {
+        (logs.iter().zip(joints))
+            .map(|(log, &joint)| fastest[joint] * log.exp())
+            .collect()
+    };
+    let mut best: Vec<(f64, f64)> = vec![(low, f64::INFINITY); joints.len()];
+    for k in 0..TRIED {
+        let log = low + distance * k as f64;
+        let costs = cost(&velocity(&vec![log; joints.len()]));
+        for (best, cost) in best.iter_mut().zip(costs) {
+            if cost < best.1 {
+                *best = (log, cost);
+            }
+        }
+    }
+    let at_edge: Vec<bool> = (best.iter())
+        .map(|(log, _)| log - low < 0.5 * distance || high - log < 0.5 * distance)
+        .collect();
+    let mut reach = distance;
+    for _ in 0..REFINED {
+        reach *= 0.618;
+        for side in [-reach, reach] {
+            let tried: Vec<f64> = best.iter().map(|(log, _)| log + side).collect();
+            let costs = cost(&velocity(&tried));
+            for ((best, tried), cost) in best.iter_mut().zip(tried).zip(costs) {
+                if cost < best.1 {
+                    *best = (tried, cost);
+                }
+            }
+        }
+    }
+    let found = velocity(&best.iter().map(|(log, _)| *log).collect::<Vec<_>>());
+    let findings = (joints.iter().zip(&found).zip(at_edge))
+        .map(|((&joint, velocity), at_edge)| say(model, joint, *velocity, at_edge))
+        .collect();
+    (with(model, joints, &found), findings)
+}
+
+fn with(model: &Model, joints: &[usize], velocities: &[f64]) -> Model {
+    (joints.iter().zip(velocities)).fold(model.clone(), |model, (&joint, &velocity)| {
+        model.with_stribeck(joint, velocity)
+    })
+}
+
+fn say(model: &Model, joint: usize, velocity: f64, at_edge: bool) -> Finding {
+    let name = &model.joints()[joint];
+    if at_edge {
+        return Finding::new(
+            Severity::Warning,
+            "stribeck-velocity-not-found",
+            format!(
+                "{name}: no Stribeck velocity between {SLOWEST} and {FASTEST} of the fastest motion \
+                 explains the log better than its neighbours; {velocity:.3e} rad/s (m/s) was taken"
+            ),
+            "leave \"stribeck\" out, or record slow motion; give stribeck_velocity_rad_per_s if it \
+             is known",
+        );
+    }
+    Finding::new(
+        Severity::Info,
+        "stribeck-velocity",
+        format!(
+            "{name}: the Stribeck velocity was found by a search over the beginning of the log, \
+             {velocity:.4} rad/s (m/s); the standard errors of the other parameters take it as known"
+        ),
+        "give it as stribeck_velocity_rad_per_s to keep it fixed",
+    )
+}
+
+/// Returns the fastest motion of each joint, rad/s (m/s).
+fn fastest(reading: &Reading<'_>, excerpt: &Excerpt) -> Option<Vec<f64>> {
+    let n = reading.model.joint_count();
+    let mut fastest = vec![0.0_f64; n];
+    for (i, channel) in reading.channels.all.iter().enumerate() {
+        if channel.quantity != crate::log::Quantity::MotorPosition {
+            continue;
+        }
+        // Over so many samples that counts do not look like speed.
+        let apart = (0.02 / excerpt.period()).round().max(1.0);
+        for block in excerpt.blocks() {
+            let values = &block.values[i];
+            let pairs = values.iter().zip(values.iter().skip(apart as usize));
+            for (a, b) in pairs {
+                let speed = (b - a).abs() / (apart * excerpt.period());
+                fastest[channel.joint] = fastest[channel.joint].max(speed);
+            }
+        }
+    }
+    fastest.iter().all(|v| *v > 0.0).then_some(fastest)
+}
+
+/// Returns what the rows of a joint with Stribeck friction leave unexplained,
+/// squared; of a link row, with the stiffness of the motor row.
+fn unexplained(model: &Model, whole: &[Triangle], joint: usize) -> Option<f64> {
+    let torque_row = model.torque_row(joint);
+    let alone = |factor: &Triangle| -> Option<(Vec<f64>, f64)> {
+        let local: Vec<usize> = (0..factor.unknowns()).collect();
+        let part = SystemPart {
+            columns: &local,
+            factor,
+        };
+        let x = solve(&[part], local.len())?.x;
+        let squares = factor.residual(&x).iter().map(|r| r * r).sum();
+        Some((x, squares))
+    };
+    let (x, of_motor) = alone(whole.get(torque_row)?)?;
+    let on_link = model
+        .index(JointParameter::Friction(Side::Link, Law::Stribeck), joint)
+        .is_some();
+    if !on_link || torque_row == joint {
+        return Some(of_motor);
+    }
+    let stiffness = model.index(JointParameter::Stiffness, joint)?;
+    let at = |row: usize| model.row_columns(row).iter().position(|&c| c == stiffness);
+    let mut known = vec![None; model.row_columns(joint).len()];
+    known[at(joint)?] = Some(x[at(torque_row)?]);
+    let (_, of_link) = alone(&whole.get(joint)?.with_known(&known))?;
+    Some(of_motor + of_link)
+}

@@ -1,0 +1,177 @@
+//! Which parameters a robot has, and where each enters its regressor.
+
+use sprung_core::drives::Term;
+use sprung_core::parameters::{JointParameter, Side};
+use sprung_core::planar_2r;
+
+use super::links::TreeLinks;
+use crate::description::{EncoderOffset, Experiment, Joint, SpringTerm};
+
+/// Rows and entries of a robot's regressor.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Layout {
+    /// Kind and joint of the parameters behind those of the links.
+    pub(super) drives: Vec<(JointParameter, usize)>,
+    pub(super) terms: Vec<Term>,
+    pub(super) motor_rows: Vec<Option<usize>>,
+    /// First link entry of joint `i` and link `j`, \[n × n\]; of a row in closed
+    /// form, \[n\].
+    pub(super) link_entries: Vec<usize>,
+    pub(super) entries: usize,
+    /// Columns of theta that each row touches.
+    pub(super) row_columns: Vec<Vec<usize>>,
+    /// Where each row's entries begin, and where the last end.
+    pub(super) row_entries: Vec<usize>,
+}
+
+/// Returns the normalised ratios of a coupled transmission: motor positions
+/// after their own gear per joint position.
+pub(super) fn coupling(experiment: &Experiment) -> Option<Vec<f64>> {
+    let matrix = experiment.robot.transmission_matrix.as_ref()?;
+    let rows = matrix.iter().enumerate();
+    Some(
+        rows.flat_map(|(i, row)| row.iter().map(move |ratio| ratio / row[i]))
+            .collect(),
+    )
+}
+
+impl Layout {
+    pub(super) fn new(
+        experiment: &Experiment,
+        links: Option<&TreeLinks>,
+        coupling: Option<&[f64]>,
+    ) -> Self {
+        let joints = &experiment.robot.joint;
+        let n = joints.len();
+        let inertial = links.map_or(planar_2r::INERTIAL, |links| links.selected.len());
+        let offset = match experiment.identify.encoder_offset {
+            Some(choice) => choice == EncoderOffset::Estimate,
+            None => links.is_some(),
+        };
+        let has = |kind: JointParameter, i: usize| match kind {
+            JointParameter::RotorInertia => {
+                joints[i].is_flexible() || links.is_none_or(|links| links.has_rotor(i))
+            }
+            _ => has(&joints[i], kind, offset),
+        };
+        let mut layout = Self {
+            drives: (JointParameter::ALL.into_iter())
+                .flat_map(|kind| (0..n).map(move |i| (kind, i)))
+                .filter(|&(kind, i)| has(kind, i))
+                .collect(),
+            link_entries: vec![0; if links.is_some() { n * n } else { n }],
+            ..Self::default()
+        };
+        let mut next = n;
+        for joint in joints {
+            layout.motor_rows.push(joint.is_flexible().then(|| {
+                next += 1;
+                next - 1
+            }));
+        }
+        for row in 0..n {
+            layout.row_entries.push(layout.entries);
+            let mut columns = match links {
+                Some(links) => layout.tree_row(links, row),
+                None => {
+                    layout.link_entries[row] = layout.entries;
+                    (row..planar_2r::INERTIAL).collect()
+                }
+            };
+            layout.entries += columns.len();
+            layout.drive_row(row, row, inertial, coupling, &mut columns);
+            layout.row_columns.push(columns);
+        }
+        for joint in 0..n {
+            if let Some(row) = layout.motor_rows[joint] {
+                layout.row_entries.push(layout.entries);
+                let mut columns = Vec::new();
+                layout.drive_row(row, joint, inertial, coupling, &mut columns);
+                layout.row_columns.push(columns);
+            }
+        }
+        layout.row_entries.push(layout.entries);
+        layout
+    }
+
+    /// Returns the link columns of a joint's row: those of all that it carries.
+    fn tree_row(&mut self, links: &TreeLinks, row: usize) -> Vec<usize> {
+        let n = links.tree.joints.len();
+        let mut columns = Vec::new();
+        for body in row..n {
+            let mut carrier = Some(body);
+            while carrier.is_some_and(|joint| joint > row) {
+                carrier = carrier.and_then(|joint| links.tree.joints[joint].parent);
+            }
+            if carrier == Some(row) {
+                self.link_entries[row * n + body] = self.entries + columns.len();
+                columns.extend(links.first[body]..links.first[body + 1]);
+            }
+        }
+        columns
+    }
+
+    /// Adds the terms of the drives to a row.
+    fn drive_row(
+        &mut self,
+        row: usize,
+        joint: usize,
+        inertial: usize,
+        coupling: Option<&[f64]>,
+        columns: &mut Vec<usize>,
+    ) {
+        let n = self.motor_rows.len();
+        let flexible = self.motor_rows[joint].is_some();
+        let of_motor = row >= n;
+        for (at, &(what, owner)) in self.drives.iter().enumerate() {
+            let ratio = match coupling {
+                Some(ratios) => ratios[owner * n + joint],
+                None => f64::from(u8::from(owner == joint)),
+            };
+            let own = f64::from(u8::from(owner == joint));
+            let gain = match what {
+                JointParameter::RotorInertia | JointParameter::Friction(Side::Motor, _) => {
+                    if of_motor || !flexible { ratio } else { 0.0 }
+                }
+                JointParameter::Friction(Side::Link, _) => {
+                    if of_motor { 0.0 } else { own }
+                }
+                // Springs.
+                _ if of_motor => own,
+                _ => -own,
+            };
+            if gain != 0.0 {
+                self.terms.push(Term {
+                    row,
+                    entry: self.entries,
+                    column: inertial + at,
+                    what,
+                    joint: owner,
+                    gain,
+                });
+                columns.push(inertial + at);
+                self.entries += 1;
+            }
+        }
+    }
+}
+
+/// Returns whether a joint has a parameter other than a rotor's inertia.
+fn has(joint: &Joint, kind: JointParameter, offset: bool) -> bool {
+    let flexible = joint.is_flexible();
+    let spring = |term| flexible && joint.spring_terms().contains(&term);
+    match kind {
+        JointParameter::RotorInertia => true,
+        JointParameter::Stiffness => flexible,
+        JointParameter::CubicStiffness => spring(SpringTerm::Cubic),
+        JointParameter::Damping => spring(SpringTerm::Damping),
+        JointParameter::Preload => flexible && offset,
+        JointParameter::Friction(side, law) => {
+            let laws = match side {
+                Side::Link => joint.link_laws(),
+                Side::Motor => joint.motor_laws(),
+            };
+            laws.iter().any(|chosen| chosen.columns().contains(&law))
+        }
+    }
+}

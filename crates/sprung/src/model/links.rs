@@ -1,0 +1,183 @@
+//! Link parameters of a tree: which stand in theta, and what the rest are.
+
+use std::collections::BTreeMap;
+
+use sprung_core::chain::Chain;
+use sprung_core::spatial::{BODY, BODY_NAMES, BODY_UNITS};
+
+use super::base_parameters::{BaseParameters, Candidates};
+use super::ModelError;
+use crate::description::{Robot, Tree};
+
+/// The links of a tree, and the inertial parameters that theta holds of them.
+#[derive(Clone, Debug)]
+pub struct TreeLinks {
+    /// The tree.
+    pub tree: Tree,
+    /// Acceleration of free fall in the base frame, m/s².
+    pub gravity: [f64; 3],
+    /// Base parameters among those that are not known.
+    pub base: BaseParameters,
+    /// Standard index of each link parameter in theta, link by link.
+    pub selected: Vec<usize>,
+    /// Which of the [`BODY`] parameters each is.
+    pub kinds: Vec<usize>,
+    /// Where each link's parameters begin in theta, and where the last end.
+    pub first: Vec<usize>,
+    /// Known values by standard index; zeros stand in no column.
+    pub known: BTreeMap<usize, f64>,
+    names: Vec<String>,
+    nominal: Vec<Option<f64>>,
+}
+
+impl TreeLinks {
+    /// Finds the base parameters of a tree.
+    ///
+    /// # Errors
+    ///
+    /// [`ModelError::UnknownParameter`] for a name in `assume_zero` that no
+    /// link has.
+    pub(super) fn new(
+        robot: &Robot,
+        tree: &Tree,
+        coupling: Option<&[f64]>,
+    ) -> Result<Self, ModelError> {
+        let n = tree.joints.len();
+        let links = tree.links.iter();
+        let mut names: Vec<String> = links
+            .flat_map(|link| BODY_NAMES.map(|name| format!("{link}.{name}")))
+            .collect();
+        names.extend((robot.joint.iter()).map(|joint| format!("{}.rotor_inertia", joint.name)));
+        let mut known = BTreeMap::new();
+        for name in &robot.assume_zero {
+            let index = names[..n * BODY].iter().position(|known| known == name);
+            let index = index.ok_or_else(|| ModelError::unknown(name, names[..n * BODY].iter()))?;
+            known.insert(index, 0.0);
+        }
+        for (name, value) in &robot.fixed {
+            if let Some(index) = names[..n * BODY].iter().position(|known| known == name) {
+                known.insert(index, *value);
+            }
+        }
+        let candidates = Candidates {
+            chain: Chain::new(&tree.joints, robot.gravity()).map_err(ModelError::Chain)?,
+            coupling,
+            rigid: &(robot.joint.iter())
+                .map(|joint| !joint.is_flexible())
+                .collect::<Vec<_>>(),
+            known: &known.keys().copied().collect::<Vec<_>>(),
+        };
+        let base = BaseParameters::new(&candidates).map_err(ModelError::Length)?;
+        let mut selected: Vec<usize> = (base.independent.iter().copied())
+            .filter(|index| *index < n * BODY)
+            .chain(known.iter().filter(|(_, v)| **v != 0.0).map(|(k, _)| *k))
+            .collect();
+        selected.sort_unstable();
+        let first = (0..=n)
+            .map(|j| selected.partition_point(|index| *index < j * BODY))
+            .collect();
+        let nominal = (tree.inertial.iter())
+            .flat_map(|body| (0..BODY).map(move |k| body.map(|body| body[k])))
+            .chain(robot.joint.iter().map(|joint| joint.nominal.rotor_inertia))
+            .enumerate()
+            .map(|(index, value)| robot.nominal.get(&names[index]).copied().or(value))
+            .collect();
+        Ok(Self {
+            gravity: robot.gravity(),
+            tree: tree.clone(),
+            kinds: selected.iter().map(|index| index % BODY).collect(),
+            selected,
+            first,
+            base,
+            known,
+            names,
+            nominal,
+        })
+    }
+
+    /// Returns the index of a standard parameter among the base parameters.
+    fn base_of(&self, index: usize) -> Option<usize> {
+        self.base.independent.iter().position(|own| *own == index)
+    }
+
+    /// Returns a link parameter of theta in words.
+    pub(super) fn words(&self, parameter: usize) -> String {
+        self.words_of(self.selected[parameter])
+    }
+
+    /// Returns a standard parameter in words, with all that it is lumped with.
+    pub(super) fn words_of(&self, index: usize) -> String {
+        match self.base_of(index) {
+            Some(base) => self.base.words(base, |k| self.names[k].clone()),
+            None => self.names[index].clone(),
+        }
+    }
+
+    /// Returns the rotors that show by themselves.
+    pub(super) fn has_rotor(&self, joint: usize) -> bool {
+        self.base_of(self.tree.joints.len() * BODY + joint).is_some()
+    }
+
+    /// Returns the name of a standard parameter.
+    #[must_use]
+    pub fn name(&self, index: usize) -> &str {
+        &self.names[index]
+    }
+
+    /// Returns the unit of a standard parameter.
+    #[must_use]
+    pub fn unit(&self, index: usize) -> &'static str {
+        if index < self.tree.joints.len() * BODY {
+            BODY_UNITS[index % BODY]
+        } else {
+            "kg·m²"
+        }
+    }
+
+    /// Returns the nominal value of a standard parameter.
+    #[must_use]
+    pub fn nominal(&self, index: usize) -> Option<f64> {
+        match self.known.get(&index) {
+            Some(value) => Some(*value),
+            None => self.nominal[index],
+        }
+    }
+
+    /// Returns how many standard parameters there are, rotors last.
+    #[must_use]
+    pub fn standard(&self) -> usize {
+        self.names.len()
+    }
+
+    /// Returns whether a name is that of a standard parameter.
+    pub(super) fn index_of(&self, name: &str) -> Option<usize> {
+        self.names.iter().position(|known| known == name)
+    }
+
+    /// Returns the value of a parameter of theta from standard values; nothing
+    /// if one that goes into it is not known.
+    ///
+    /// - `index`: standard index of the parameter.
+    /// - `value`: of a standard parameter, by its index.
+    pub(super) fn lumped(&self, index: usize, value: impl Fn(usize) -> Option<f64>) -> Option<f64> {
+        let Some(base) = self.base_of(index) else {
+            return value(index);
+        };
+        let mut sum = value(index)?;
+        for (&k, &share) in self.base.dependent.iter().zip(&self.base.combination[base]) {
+            if share != 0.0 {
+                sum += share * value(k)?;
+            }
+        }
+        Some(sum)
+    }
+
+    /// Returns bodies that move as the link parameters of theta say.
+    pub(super) fn bodies(&self, theta: &[f64]) -> Vec<[f64; BODY]> {
+        let mut bodies = vec![[0.0; BODY]; self.tree.joints.len()];
+        for (&index, value) in self.selected.iter().zip(theta) {
+            bodies[index / BODY][index % BODY] = *value;
+        }
+        bodies
+    }
+}

@@ -1,0 +1,163 @@
+//! A robot that moves: its equations integrated over time.
+
+use sprung_core::drives::State;
+use sprung_core::regressor::{Accelerations, Values};
+use sprung_core::spatial::BODY;
+
+use super::integrator::{Integrator, StepsExhausted};
+use crate::model::{Model, Scratch};
+
+/// Positions and velocities of all joints, each \[n\].
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct JointState {
+    /// Link positions, rad (m).
+    pub q: Vec<f64>,
+    /// Link velocities, rad/s (m/s).
+    pub dq: Vec<f64>,
+    /// Motor positions after gear and coupling, rad (m).
+    pub phi: Vec<f64>,
+    /// Motor velocities after gear and coupling, rad/s (m/s).
+    pub dphi: Vec<f64>,
+}
+
+impl JointState {
+    /// Returns a robot at rest.
+    #[must_use]
+    pub fn at_rest(q: &[f64], phi: &[f64]) -> Self {
+        Self {
+            q: q.to_vec(),
+            dq: vec![0.0; q.len()],
+            phi: phi.to_vec(),
+            dphi: vec![0.0; phi.len()],
+        }
+    }
+
+    /// Lends the state.
+    #[must_use]
+    pub fn view(&self) -> State<'_> {
+        State {
+            q: &self.q,
+            dq: &self.dq,
+            phi: &self.phi,
+            dphi: &self.dphi,
+        }
+    }
+}
+
+/// A robot with its parameters and its state.
+#[derive(Clone, Debug)]
+pub(super) struct Plant {
+    model: Model,
+    theta: Vec<f64>,
+    bodies: Vec<[f64; BODY]>,
+    flexible: Vec<usize>,
+    // Links, rotors of flexible joints, then their velocities.
+    x: Vec<f64>,
+    scratch: Scratch,
+    // q, dq, phi, dphi, and two accelerations.
+    numbers: Vec<f64>,
+}
+
+impl Plant {
+    pub(super) fn new(model: &Model, theta: &[f64], start: &JointState) -> Self {
+        let n = model.joint_count();
+        let flexible: Vec<usize> = (0..n).filter(|&i| model.is_flexible(i)).collect();
+        let rotors = |all: &[f64]| flexible.iter().map(|&i| all[i]).collect::<Vec<f64>>();
+        let x = [
+            start.q.clone(),
+            rotors(&start.phi),
+            start.dq.clone(),
+            rotors(&start.dphi),
+        ];
+        Self {
+            bodies: model.bodies(theta),
+            theta: theta.to_vec(),
+            x: x.concat(),
+            flexible,
+            scratch: Scratch::new(n),
+            numbers: vec![0.0; 6 * n],
+            model: model.clone(),
+        }
+    }
+
+    pub(super) fn states(&self) -> usize {
+        self.x.len()
+    }
+
+    pub(super) fn positions(&self) -> &[f64] {
+        &self.x[..self.x.len() / 2]
+    }
+
+    pub(super) fn state(&self) -> JointState {
+        let n = self.model.joint_count();
+        let mut all = vec![0.0; 4 * n];
+        unpack(&self.x, &self.flexible, n, &mut all);
+        let part = |k: usize| all[k * n..(k + 1) * n].to_vec();
+        JointState {
+            q: part(0),
+            dq: part(1),
+            phi: part(2),
+            dphi: part(3),
+        }
+    }
+
+    /// Moves on under constant motor torques.
+    pub(super) fn advance(
+        &mut self,
+        integrator: &mut Integrator,
+        tau: &[f64],
+        duration: f64,
+    ) -> Result<(), StepsExhausted> {
+        let Self {
+            model,
+            theta,
+            bodies,
+            flexible,
+            x,
+            scratch,
+            numbers,
+        } = self;
+        let (robot, n) = (model.robot(), tau.len());
+        let values = Values { theta, bodies };
+        integrator.advance(x, duration, |x, rate| {
+            let (all, accelerations) = numbers.split_at_mut(4 * n);
+            unpack(x, flexible, n, all);
+            let (link, motor) = all.split_at(2 * n);
+            let state = State {
+                q: &link[..n],
+                dq: &link[n..],
+                phi: &motor[..n],
+                dphi: &motor[n..],
+            };
+            let (ddq, ddphi) = accelerations.split_at_mut(n);
+            let mut out = Accelerations { ddq, ddphi };
+            let mut workspace = scratch.workspace();
+            let solved = robot.acceleration(&values, &state, tau, &mut workspace, &mut out);
+            if solved.is_err() {
+                // The memory is made to fit, so there is no other outcome.
+                rate.fill(f64::NAN);
+                return;
+            }
+            let half = x.len() / 2;
+            rate[..half].copy_from_slice(&x[half..]);
+            rate[half..half + n].copy_from_slice(ddq);
+            for (rate, &joint) in rate[half + n..].iter_mut().zip(&*flexible) {
+                *rate = ddphi[joint];
+            }
+        })
+    }
+}
+
+/// Writes q, dq, phi and dphi.
+fn unpack(x: &[f64], flexible: &[usize], n: usize, all: &mut [f64]) {
+    let (positions, velocities) = x.split_at(x.len() / 2);
+    for (side, values) in [positions, velocities].into_iter().enumerate() {
+        let (links, rotors) = values.split_at(n);
+        all[side * n..(side + 1) * n].copy_from_slice(links);
+        let motors = &mut all[(2 + side) * n..(3 + side) * n];
+        motors.copy_from_slice(links);
+        for (&joint, value) in flexible.iter().zip(rotors) {
+            motors[joint] = *value;
+        }
+    }
+}
