@@ -40,14 +40,13 @@ pub(crate) fn load(path: &Path, overrides: &[String]) -> Result<Loaded, Failure>
     let text = read_text(&file)?;
     let folder = file.parent().map_or_else(PathBuf::new, Path::to_owned);
     let mut open = |path: &Path| std::fs::read_to_string(folder.join(path));
-    let experiment =
-        description::read(&name, &text, overrides, &mut open).map_err(|error| {
-            let code = match error {
-                DescriptionError::Unreadable { .. } => ExitCode::File,
-                _ => ExitCode::Usage,
-            };
-            Failure::new(code, error)
-        })?;
+    let experiment = description::read(&name, &text, overrides, &mut open).map_err(|error| {
+        let code = match error {
+            DescriptionError::Unreadable { .. } => ExitCode::File,
+            _ => ExitCode::Usage,
+        };
+        Failure::new(code, error)
+    })?;
     let model = Model::new(&experiment)
         .map_err(|error| Failure::new(ExitCode::Usage, format!("{name}: {error}")))?;
     Ok(Loaded {
@@ -78,9 +77,12 @@ impl Loaded {
             .simulate
             .iter()
             .filter_map(|twin| twin.parameters.as_ref());
-        (logs.chain(robot).chain(twin).map(|file| self.folder.join(file)))
-            .chain([self.file.clone()])
-            .collect()
+        (logs
+            .chain(robot)
+            .chain(twin)
+            .map(|file| self.folder.join(file)))
+        .chain([self.file.clone()])
+        .collect()
     }
 
     /// Returns the log of the experiment, or of one of its validation runs.

@@ -6,8 +6,8 @@ use sprung::description::{self, no_files};
 use sprung::estimate::Lsff;
 use sprung::model::Model;
 use sprung::preprocess::RawBlock;
-use sprung_core::recursive::{ForgettingLeastSquares, Settings, memory_len};
 use sprung_core::planar_2r::{PARAMETERS, ROW_COLUMNS};
+use sprung_core::recursive::{ForgettingLeastSquares, Settings, memory_len};
 
 fn main() {
     divan::main();
@@ -49,7 +49,8 @@ fn core_step(bencher: Bencher) {
 /// The whole chain of `sprung identify`: velocities, filters, recursion, trace.
 #[divan::bench(sample_size = 1000)]
 fn whole_step(bencher: Bencher) {
-    let experiment = description::read("demo", demo::EXPERIMENT, &[], &mut no_files).expect("the demo is right");
+    let experiment =
+        description::read("demo", demo::EXPERIMENT, &[], &mut no_files).expect("the demo is right");
     let model = Model::new(&experiment).expect("the demo is right");
     let mut lsff = Lsff::new(&model, &experiment.identify, 1e-3).expect("settings");
     let mut time = 0.0_f64;

@@ -17,7 +17,8 @@ fn main() {
 
 #[divan::bench(sample_count = 10, args = [1e-8, 1e-7, 1e-6])]
 fn closed_loop(bencher: Bencher, tolerance: f64) {
-    let experiment = description::read("demo", demo::EXPERIMENT, &[], &mut no_files).expect("the demo is right");
+    let experiment =
+        description::read("demo", demo::EXPERIMENT, &[], &mut no_files).expect("the demo is right");
     let model = Model::new(&experiment).expect("the demo is right");
     let truth: BTreeMap<String, f64> = toml::from_str(demo::TRUTH).expect("the demo is right");
     let theta = model.theta(&truth).expect("the demo is right");
@@ -41,7 +42,8 @@ fn closed_loop(bencher: Bencher, tolerance: f64) {
 
 #[divan::bench(sample_count = 10)]
 fn twin(bencher: Bencher) {
-    let experiment = description::read("demo", demo::EXPERIMENT, &[], &mut no_files).expect("the demo is right");
+    let experiment =
+        description::read("demo", demo::EXPERIMENT, &[], &mut no_files).expect("the demo is right");
     let model = Model::new(&experiment).expect("the demo is right");
     let truth: BTreeMap<String, f64> = toml::from_str(demo::TRUTH).expect("the demo is right");
     let theta = model.theta(&truth).expect("the demo is right");

@@ -26,14 +26,46 @@ type List<'a> = (&'static str, &'a Option<Vec<String>>, Of);
 fn lists(log: &Log) -> [List<'_>; 12] {
     use JointKind::{Prismatic, Revolute};
     [
-        ("link_position_rad", &log.link_position_rad, Of::Flexible(Revolute)),
-        ("link_position_deg", &log.link_position_deg, Of::Flexible(Revolute)),
-        ("link_deflection_rad", &log.link_deflection_rad, Of::Flexible(Revolute)),
-        ("link_deflection_deg", &log.link_deflection_deg, Of::Flexible(Revolute)),
-        ("link_position_m", &log.link_position_m, Of::Flexible(Prismatic)),
-        ("motor_position_rad", &log.motor_position_rad, Of::Kind(Revolute)),
-        ("motor_position_deg", &log.motor_position_deg, Of::Kind(Revolute)),
-        ("motor_position_m", &log.motor_position_m, Of::Kind(Prismatic)),
+        (
+            "link_position_rad",
+            &log.link_position_rad,
+            Of::Flexible(Revolute),
+        ),
+        (
+            "link_position_deg",
+            &log.link_position_deg,
+            Of::Flexible(Revolute),
+        ),
+        (
+            "link_deflection_rad",
+            &log.link_deflection_rad,
+            Of::Flexible(Revolute),
+        ),
+        (
+            "link_deflection_deg",
+            &log.link_deflection_deg,
+            Of::Flexible(Revolute),
+        ),
+        (
+            "link_position_m",
+            &log.link_position_m,
+            Of::Flexible(Prismatic),
+        ),
+        (
+            "motor_position_rad",
+            &log.motor_position_rad,
+            Of::Kind(Revolute),
+        ),
+        (
+            "motor_position_deg",
+            &log.motor_position_deg,
+            Of::Kind(Revolute),
+        ),
+        (
+            "motor_position_m",
+            &log.motor_position_m,
+            Of::Kind(Prismatic),
+        ),
         ("motor_torque_nm", &log.motor_torque_nm, Of::Kind(Revolute)),
         ("motor_force_n", &log.motor_force_n, Of::Kind(Prismatic)),
         ("motor_current_a", &log.motor_current_a, Of::All),
@@ -126,7 +158,13 @@ pub(super) fn check_log(log: &Log, path: &[&str], robot: &Robot) -> Result<(), F
     }
     // A quantity is said once for the joints that turn and once for those
     // that slide; what a list says of all joints stands alone.
-    for group in [&lists[0..4], &lists[4..5], &lists[5..7], &lists[7..8], &lists[8..12]] {
+    for group in [
+        &lists[0..4],
+        &lists[4..5],
+        &lists[5..7],
+        &lists[7..8],
+        &lists[8..12],
+    ] {
         let given: Vec<(&str, Of)> = (group.iter())
             .filter(|(_, list, _)| list.is_some())
             .map(|&(key, _, of)| (key, of))
@@ -189,4 +227,3 @@ pub(super) fn check_log(log: &Log, path: &[&str], robot: &Robot) -> Result<(), F
     }
     Ok(())
 }
-

@@ -219,7 +219,9 @@ fn laws(joint: &Joint, at: &str) -> Result<(), Fault> {
     if joint.spring.is_some() && !joint.is_flexible() {
         return Err(fault(
             &["robot", "joint", at, "spring"],
-            format!("{name} is rigid, it has no spring; remove spring or set transmission = \"flexible\""),
+            format!(
+                "{name} is rigid, it has no spring; remove spring or set transmission = \"flexible\""
+            ),
         ));
     }
     if !spring.contains(&SpringTerm::Linear) {
@@ -247,11 +249,16 @@ fn transmission(robot: &Robot) -> Result<(), Fault> {
     if matrix.len() != n || matrix.iter().any(|row| row.len() != n) {
         return Err(fault(
             &path,
-            format!("transmission_matrix needs {n} rows of {n} numbers: motor turns per joint turn"),
+            format!(
+                "transmission_matrix needs {n} rows of {n} numbers: motor turns per joint turn"
+            ),
         ));
     }
     if matrix.iter().flatten().any(|x| !x.is_finite()) {
-        return Err(fault(&path, "every number of transmission_matrix must be finite"));
+        return Err(fault(
+            &path,
+            "every number of transmission_matrix must be finite",
+        ));
     }
     if let Some(i) = (0..n).find(|&i| matrix[i][i] == 0.0) {
         return Err(fault(

@@ -128,7 +128,9 @@ enum OneOrManyFiles {
     Many(Vec<PathBuf>),
 }
 
-fn files<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Option<Vec<PathBuf>>, D::Error> {
+fn files<'de, D: serde::Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Option<Vec<PathBuf>>, D::Error> {
     struct Visitor;
     impl<'de> serde::de::Visitor<'de> for Visitor {
         type Value = Option<Vec<PathBuf>>;

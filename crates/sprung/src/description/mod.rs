@@ -24,6 +24,6 @@ pub use read::{DescriptionError, Experiment, no_files, read, schema};
 pub use robot::{
     DhJoint, FrictionLaw, Joint, Kinematics, Nominal, Robot, Side, SpringTerm, Transmission, Tree,
 };
+pub use run::{Controller, ControllerKind, Feedforward, Reference, Simulate, Sine, Validate};
 pub use tree::Open;
 pub use urdf::{TreeJoint, Urdf, UrdfError, UrdfJoint};
-pub use run::{Controller, ControllerKind, Feedforward, Reference, Simulate, Sine, Validate};

@@ -33,9 +33,12 @@ pub(super) fn tree(robot: &Robot, open: Open<'_>) -> Result<Option<Tree>, TreeEr
         links: named.collect(),
         joints,
     };
-    let kind = |prismatic: bool| match prismatic {
-        true => JointKind::Prismatic,
-        false => JointKind::Revolute,
+    let kind = |prismatic: bool| {
+        if prismatic {
+            JointKind::Prismatic
+        } else {
+            JointKind::Revolute
+        }
     };
     if let Some(rows) = &robot.dh_modified {
         let joints = rows.iter().enumerate().map(|(i, row)| ChainJoint {

@@ -56,9 +56,11 @@ pub fn choose_cutoff(model: &Model, channels: &Channels, excerpt: &Excerpt) -> (
         }
     }
     let reason = match best.1 {
-        None => "the positions are so fine that no cut-off up to this one lets their noise through \
+        None => {
+            "the positions are so fine that no cut-off up to this one lets their noise through \
                  the Coulomb transition"
-            .to_owned(),
+                .to_owned()
+        }
         Some((column, noise, step)) => {
             let origin = match step {
                 Some(step) => format!("counts of {step:.2e} rad (m)"),
@@ -116,7 +118,7 @@ fn noise(excerpt: &Excerpt, channel: usize) -> Option<(f64, Option<f64>)> {
     let whole = (steps.iter())
         .filter(|step| {
             let counts = *step / smallest;
-            (counts - counts.round()).abs() < 0.05 * counts.max(1.0).min(4.0)
+            (counts - counts.round()).abs() < 0.05 * counts.clamp(1.0, 4.0)
         })
         .count();
     let few = steps.iter().filter(|step| **step < 1.5 * smallest).count();
@@ -130,7 +132,10 @@ fn noise(excerpt: &Excerpt, channel: usize) -> Option<(f64, Option<f64>)> {
     // A third difference of white noise has 20 times its variance.
     let white = 1.4826 * median / 20_f64.sqrt();
     let step = quantised.then_some(smallest);
-    Some((step.map_or(0.0, |step| step / 12_f64.sqrt()).max(white), step))
+    Some((
+        step.map_or(0.0, |step| step / 12_f64.sqrt()).max(white),
+        step,
+    ))
 }
 
 /// Estimates with cut-offs around the chosen one, from the beginning of a log.

@@ -128,7 +128,12 @@ pub fn fit_motor_rows(excerpt: &Excerpt, reading: &Reading<'_>) -> Option<Vec<Mo
             };
             let x = solve(&[part], columns.len())?.x;
             let squares: f64 = whole[row].residual(&x).iter().map(|r| r * r).sum();
-            Some(judged(model, columns, &x, squares.sqrt() / whole[row].rhs_norm()))
+            Some(judged(
+                model,
+                columns,
+                &x,
+                squares.sqrt() / whole[row].rhs_norm(),
+            ))
         })
         .collect()
 }

@@ -159,7 +159,7 @@ fn finite(value: f64) -> Option<f64> {
 pub(super) fn trace_of(
     model: &Model,
     estimator: Estimator,
-    points: impl Iterator<Item = (f64, Option<Theta>)>,
+    points: Vec<(f64, Option<Theta>)>,
 ) -> CurveSet {
     let mut set = CurveSet {
         label: estimator.name().to_owned(),

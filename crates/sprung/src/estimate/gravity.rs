@@ -13,8 +13,11 @@ const CLEARLY: f64 = 0.7;
 /// Residual of a torque's row from which gravity is looked at, as a part of it.
 const WORTH_A_LOOK: f64 = 0.03;
 
-/// Samples that are looked at: a static residual shows early.
-const LOOKED_AT: usize = 8192;
+/// Samples that are looked at, to the end of their block.
+const LOOKED_AT: usize = 4096;
+
+/// Part of a residual that a first look must come below to be followed.
+const PROMISING: f64 = 0.9;
 
 /// Angles by which the best direction is turned, one after the other, degrees.
 const TURNS: [f64; 5] = [20.0, 10.0, 5.0, 2.5, 1.25];
@@ -49,6 +52,16 @@ pub fn tilted(
             }
         }
     }
+    for towards in 0..6 {
+        let direction = turned(given, towards, TURNS[2].to_radians());
+        let cost = cost(direction).unwrap_or(f64::INFINITY);
+        if cost < best.1 {
+            best = (direction, cost);
+        }
+    }
+    if best.1 > PROMISING * now {
+        return None;
+    }
     for turn in TURNS {
         for towards in 0..6 {
             let direction = turned(best.0, towards, turn.to_radians());
@@ -63,7 +76,10 @@ pub fn tilted(
         return None;
     }
     let product: f64 = direction.iter().zip(given).map(|(a, b)| a * b).sum();
-    let angle = (product / (size * size)).clamp(-1.0, 1.0).acos().to_degrees();
+    let angle = (product / (size * size))
+        .clamp(-1.0, 1.0)
+        .acos()
+        .to_degrees();
     let shown = direction.map(|g| format!("{:.2}", g + 0.0)).join(", ");
     Some(Finding::new(
         Severity::Warning,

@@ -10,21 +10,17 @@ use super::gravity::tilted;
 use super::judge::{Verdict, judge};
 use super::least_squares::{Fitted, fit, residual, trace};
 use super::lsff::{Lsff, LsffError};
-use super::result::{
-    DelayUsed, EstimateResult, GENERATOR, Identification, LogInfo, SettingsUsed,
-};
+use super::result::{DelayUsed, EstimateResult, GENERATOR, Identification, LogInfo, SettingsUsed};
 use super::second_look::{Delays, excerpt, suspicions};
 use super::standard::standard_parameters;
 use super::stribeck::find_stribeck;
 use crate::curves::Curves;
-use crate::description::{Cutoff, Delay, Estimator, Experiment, Identify};
+use crate::description::{Cutoff, Delay, Estimator, Experiment, Identify, Log};
 use crate::finding::{Finding, Severity};
 use crate::log::{ChannelError, Channels, LogError, LogSource, check};
-use crate::model::Model;
+use crate::model::{Model, Theta};
 use crate::preprocess::RawBlock;
-use crate::regression::{
-    LogFigures, Observer, PassError, Reading, Restart, System, read_through,
-};
+use crate::regression::{LogFigures, Observer, PassError, Reading, Restart, System, read_through};
 
 /// What an identification leaves.
 #[derive(Clone, Debug)]
@@ -83,6 +79,34 @@ impl Beginning<'_, '_> {
         }
         Ok(self.excerpt.as_ref())
     }
+
+    /// Returns it if a delay is to be estimated.
+    fn for_delays(&mut self, channels: &Channels) -> Result<Option<&Excerpt>, PassError> {
+        let wanted = (channels.all.iter()).any(|c| c.delay == Some(Delay::Estimate));
+        if wanted {
+            Ok(self.get(channels)?)
+        } else {
+            Ok(None)
+        }
+    }
+}
+
+/// Sets the cut-off of the position filter; returns why, if it is chosen.
+fn choose(
+    reading: &mut Reading<'_>,
+    beginning: &mut Beginning<'_, '_>,
+) -> Result<Option<String>, PassError> {
+    match reading.settings.position_cutoff_hz {
+        Cutoff::Fixed(cutoff) => {
+            reading.position_cutoff_hz = cutoff;
+            Ok(None)
+        }
+        Cutoff::Auto => Ok(beginning.get(reading.channels)?.map(|excerpt| {
+            let (cutoff, reason) = choose_cutoff(reading.model, reading.channels, excerpt);
+            reading.position_cutoff_hz = cutoff;
+            reason
+        })),
+    }
 }
 
 /// Identifies the parameters of a robot from its logs.
@@ -123,27 +147,9 @@ pub fn identify(
         channels: &channels,
         delays: &none,
     };
-    let mut chosen = None;
-    reading.position_cutoff_hz = match settings.position_cutoff_hz {
-        Cutoff::Fixed(cutoff) => cutoff,
-        Cutoff::Auto => {
-            let excerpt = beginning.get(&channels).map_err(PassError::from)?;
-            let (cutoff, reason) = excerpt.map_or_else(
-                || (0.0, String::new()),
-                |excerpt| choose_cutoff(model, &channels, excerpt),
-            );
-            chosen = Some(reason);
-            cutoff
-        }
-    };
+    let chosen = choose(&mut reading, &mut beginning)?;
     let mut findings = Vec::new();
-    let wants_delay = |channel: &crate::log::Channel| channel.delay == Some(Delay::Estimate);
-    let delays = if channels.all.iter().any(wants_delay) {
-        let excerpt = beginning.get(&channels).map_err(PassError::from)?;
-        Delays::new(&reading, excerpt, &file)?
-    } else {
-        Delays::new(&reading, None, &file)?
-    };
+    let delays = Delays::new(&reading, beginning.for_delays(&channels)?, &file)?;
     reading.delays = &delays.values;
     let shaped;
     if !model.unknown_stribeck().is_empty()
@@ -173,33 +179,26 @@ pub fn identify(
     let mut traces = Vec::new();
     let mut thetas = Vec::new();
     for &estimator in &settings.estimator {
-        let (theta, errors, elapsed, curves) = match (estimator, &lsff) {
-            (Estimator::Lsff, Some(lsff)) => {
-                let points = lsff.trace().iter();
-                (
-                    lsff.theta(),
-                    lsff.wandering(),
-                    watch.elapsed,
-                    trace_of(model, estimator, points.map(|(t, x)| (*t, Some(x.clone())))),
-                )
-            }
-            _ => (
-                fitted.theta.clone(),
-                fitted.standard_error.clone(),
-                start.elapsed().as_secs_f64() - watch.elapsed,
-                trace_of(model, estimator, trace(model, &passed.system)),
-            ),
+        let of_estimator = match (estimator, &lsff) {
+            (Estimator::Lsff, Some(lsff)) => of_lsff(lsff, watch.elapsed),
+            _ => OfEstimator {
+                theta: fitted.theta.clone(),
+                errors: fitted.standard_error.clone(),
+                elapsed: start.elapsed().as_secs_f64() - watch.elapsed,
+                points: trace(model, &passed.system).collect(),
+            },
         };
-        let mut result = describe(model, estimator, &theta, &errors, &fitted, &passed.system);
-        result.elapsed_s = elapsed;
-        result.standard_parameters = standard_parameters(model, &theta, &fitted.identifiable);
-        let suspicions = suspicions(&reading, &result, || beginning.get(&channels))
-            .map_err(PassError::from)?;
+        let OfEstimator { theta, errors, .. } = &of_estimator;
+        let mut result = describe(model, estimator, theta, errors, &fitted, &passed.system);
+        result.elapsed_s = of_estimator.elapsed;
+        result.standard_parameters = standard_parameters(model, theta, &fitted.identifiable);
+        let suspicions =
+            suspicions(&reading, &result, || beginning.get(&channels)).map_err(PassError::from)?;
         result.warnings = judge(model, &result, &fitted.weakest_direction, &suspicions);
         result.warnings.extend(notes(estimator, lsff.as_ref()));
         results.push(result);
-        traces.push(curves);
-        thetas.push((estimator, theta));
+        traces.push(trace_of(model, estimator, of_estimator.points));
+        thetas.push((estimator, of_estimator.theta));
     }
     let worst = worst_residual(&results);
     if model.tree().is_some()
@@ -211,14 +210,10 @@ pub fn identify(
     for result in &mut results {
         result.verdict = Verdict::of(findings.iter().chain(&result.warnings));
     }
-    let position_cutoff_choice = match (chosen, beginning.get(&channels)) {
-        (Some(reason), Ok(Some(excerpt))) => Some(sweep(&reading, excerpt, reason)),
-        _ => None,
-    };
-    let mut infos = (passed.logs.iter().zip(&log_names(log, &names)))
-        .map(|(figures, name)| log_info(name, figures, &delays, &channels))
-        .collect::<Vec<LogInfo>>()
-        .into_iter();
+    let excerpt = beginning.excerpt.as_ref();
+    let position_cutoff_choice =
+        (chosen.zip(excerpt)).map(|(reason, excerpt)| sweep(&reading, excerpt, reason));
+    let mut infos = log_infos(log, &names, &passed.logs, &delays, &channels).into_iter();
     Ok(Identified {
         trace: Curves {
             columns: model.parameters().iter().map(|p| p.name.clone()).collect(),
@@ -244,12 +239,43 @@ pub fn identify(
     })
 }
 
+fn log_infos(
+    log: &Log,
+    names: &[String],
+    figures: &[LogFigures],
+    delays: &Delays,
+    channels: &Channels,
+) -> Vec<LogInfo> {
+    (figures.iter().zip(&log_names(log, names)))
+        .map(|(figures, name)| log_info(name, figures, delays, channels))
+        .collect()
+}
+
+/// What an estimator leaves before it is judged.
+struct OfEstimator {
+    theta: Theta,
+    errors: Vec<f64>,
+    elapsed: f64,
+    points: Vec<(f64, Option<Theta>)>,
+}
+
+fn of_lsff(lsff: &Lsff, elapsed: f64) -> OfEstimator {
+    let points = lsff.trace().iter();
+    OfEstimator {
+        theta: lsff.theta(),
+        errors: lsff.wandering(),
+        elapsed,
+        points: points.map(|(t, x)| (*t, Some(x.clone()))).collect(),
+    }
+}
+
 /// Returns the names of the logs as the experiment has them.
-fn log_names(log: &crate::description::Log, opened: &[String]) -> Vec<String> {
+fn log_names(log: &Log, opened: &[String]) -> Vec<String> {
     match &log.file {
-        Some(files) if files.len() == opened.len() => {
-            files.iter().map(|file| file.display().to_string()).collect()
-        }
+        Some(files) if files.len() == opened.len() => files
+            .iter()
+            .map(|file| file.display().to_string())
+            .collect(),
         _ => opened.to_vec(),
     }
 }
@@ -278,7 +304,11 @@ fn gaps(file: &str, figures: &LogFigures) -> Option<Finding> {
             lost => format!("; {lost} samples between gaps are too few for the filters"),
         };
         Finding::new(
-            if figures.lost > 0 { Severity::Warning } else { Severity::Info },
+            if figures.lost > 0 {
+                Severity::Warning
+            } else {
+                Severity::Info
+            },
             "gaps",
             format!(
                 "{file} has {} gaps, {:.3} s together, at which the filters start anew{lost}",

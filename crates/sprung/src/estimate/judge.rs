@@ -189,7 +189,9 @@ fn impossible(
 ) {
     if let Some(row) = motor_row(model, result, joint)
         && (row.parameters.iter())
-            .filter(|p| !p.name.ends_with("rotor_inertia") && p.unit != "N·m" || p.name.ends_with("coulomb"))
+            .filter(|p| {
+                !p.name.ends_with("rotor_inertia") && p.unit != "N·m" || p.name.ends_with("coulomb")
+            })
             .all(negative)
     {
         findings.push(

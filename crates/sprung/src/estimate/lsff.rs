@@ -1,11 +1,11 @@
 //! Recursive least squares with forgetting, as the paper runs it: on-line,
 //! sample by sample, without preprocessing.
 
+use sprung_core::drives::State;
 use sprung_core::filter::FilterError;
 use sprung_core::recursive::{
     ForgettingLeastSquares, RecursiveError, Settings as GainSettings, memory_len,
 };
-use sprung_core::drives::State;
 use sprung_core::velocity::{AveragedVelocity, VelocityError};
 
 use crate::description::{DiscretizationName, Identify};
@@ -130,9 +130,10 @@ impl Lsff {
                 for (&column, entry) in self.model.row_columns(row).iter().zip(own) {
                     self.row[column] = *entry;
                 }
-                let mut rhs = match self.model.is_torque_row(row) {
-                    true => rhs[self.model.joint_of(row)],
-                    false => 0.0,
+                let mut rhs = if self.model.is_torque_row(row) {
+                    rhs[self.model.joint_of(row)]
+                } else {
+                    0.0
                 };
                 for (entry, parameter) in self.row.iter_mut().zip(self.model.parameters()) {
                     if let Some(known) = parameter.fixed {

@@ -43,6 +43,8 @@ pub struct Channels {
     pub all: Vec<Channel>,
     /// Whether each joint is rigid: its motor's position is its link's.
     pub rigid: Vec<bool>,
+    /// Whether each joint turns; otherwise it slides.
+    pub turns: Vec<bool>,
     /// What is added to positions of links and motors, rad, \[n\].
     pub offsets: Vec<f64>,
     /// From positions of the motors to those of the joints, if they are
@@ -128,7 +130,14 @@ impl Channels {
             time,
             time_factor,
             all,
-            rigid: robot.joint.iter().map(|joint| !joint.is_flexible()).collect(),
+            rigid: robot
+                .joint
+                .iter()
+                .map(|joint| !joint.is_flexible())
+                .collect(),
+            turns: (0..robot.joint.len())
+                .map(|i| robot.kind(i) == JointKind::Revolute)
+                .collect(),
             offsets: (robot.joint.iter())
                 .map(|joint| joint.position_offset_deg.to_radians())
                 .collect(),
@@ -199,7 +208,13 @@ fn link<'a>(robot: &Robot, log: &'a Log) -> Result<Columns<'a>, ChannelError> {
         Some((columns, quantity, unit)) => (Some(columns), quantity, unit),
         None => (None, Quantity::LinkPosition, 1.0),
     };
-    let mut all = of_kind(robot, JointKind::Revolute, Joint::is_flexible, columns, |_| unit);
+    let mut all = of_kind(
+        robot,
+        JointKind::Revolute,
+        Joint::is_flexible,
+        columns,
+        |_| unit,
+    );
     all.extend(of_kind(
         robot,
         JointKind::Prismatic,
@@ -207,10 +222,16 @@ fn link<'a>(robot: &Robot, log: &'a Log) -> Result<Columns<'a>, ChannelError> {
         sliding,
         |_| 1.0,
     ));
-    complete(robot, Joint::is_flexible, &all, "the link positions", [
-        "link_position_rad or link_deflection_rad",
-        "link_position_m",
-    ])?;
+    complete(
+        robot,
+        Joint::is_flexible,
+        &all,
+        "the link positions",
+        [
+            "link_position_rad or link_deflection_rad",
+            "link_position_m",
+        ],
+    )?;
     Ok((quantity, all))
 }
 
@@ -231,17 +252,20 @@ fn motor<'a>(robot: &Robot, log: &'a Log) -> Result<Columns<'a>, ChannelError> {
     let (columns, unit) = (given.iter())
         .find_map(|(columns, unit)| Some((Some(columns.as_deref()?), *unit)))
         .unwrap_or((None, 1.0));
-    let sliding = (log.motor_position_m.as_deref())
-        .or(log.link_position_m.as_deref().filter(|_| rigid));
+    let sliding =
+        (log.motor_position_m.as_deref()).or(log.link_position_m.as_deref().filter(|_| rigid));
     let every = |_: &Joint| true;
     let mut all = of_kind(robot, JointKind::Revolute, every, columns, |joint| {
         unit * scale(joint)
     });
     all.extend(of_kind(robot, JointKind::Prismatic, every, sliding, scale));
-    complete(robot, every, &all, "the motor positions", [
-        "motor_position_rad",
-        "motor_position_m",
-    ])?;
+    complete(
+        robot,
+        every,
+        &all,
+        "the motor positions",
+        ["motor_position_rad", "motor_position_m"],
+    )?;
     Ok((Quantity::MotorPosition, all))
 }
 
@@ -278,10 +302,16 @@ fn torque<'a>(robot: &Robot, log: &'a Log) -> Result<Columns<'a>, ChannelError> 
     } else {
         Vec::new()
     };
-    complete(robot, every, &all, "the motor torques", [
-        "motor_torque_nm, motor_current_a or drive_voltage_v",
-        "motor_force_n",
-    ])?;
+    complete(
+        robot,
+        every,
+        &all,
+        "the motor torques",
+        [
+            "motor_torque_nm, motor_current_a or drive_voltage_v",
+            "motor_force_n",
+        ],
+    )?;
     Ok((Quantity::MotorTorque, all))
 }
 

@@ -154,7 +154,9 @@ fn opposite(channels: &Channels, name: &str, joint: usize, summary: &Summary) ->
 fn degrees(channels: &Channels, name: &str, joint: usize, summary: &Summary) -> Option<Finding> {
     let motor = channels.index(Quantity::MotorPosition, joint)?;
     let range = summary.extent(motor)?.range();
-    (range > std::f64::consts::TAU).then(|| {
+    // Motors before a coupled transmission turn many times.
+    let known = channels.turns[joint] && channels.position_mix.is_none();
+    (known && range > std::f64::consts::TAU).then(|| {
         Finding::new(
             Severity::Warning,
             "looks-like-degrees",

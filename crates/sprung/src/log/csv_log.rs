@@ -117,7 +117,9 @@ impl<R: Read> CsvLog<R> {
         }
         // The period is known within the first block, so none is missed.
         let gaps = self.clock.new_gaps().into_iter();
-        block.gaps.extend(gaps.map(|sample| (sample - first) as usize));
+        block
+            .gaps
+            .extend(gaps.map(|sample| (sample - first) as usize));
         Ok(!block.is_empty())
     }
 

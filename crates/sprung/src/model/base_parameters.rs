@@ -321,12 +321,13 @@ mod tests {
         assert_eq!(count(&planar, DOWN), 4);
         assert_eq!(count(&planar, [0.0, -9.81, 0.0]), 6);
         // Angles with five digits do not make more of them.
+        let five = (HALF * 1e4).round() / 1e4;
         let rounded = classic(&[
-            row(1.5708, 0.0, 0.089_159),
+            row(five, 0.0, 0.089_159),
             row(0.0, -0.425, 0.0),
             row(0.0, -0.392_25, 0.0),
-            row(1.5708, 0.0, 0.109_15),
-            row(-1.5708, 0.0, 0.094_65),
+            row(five, 0.0, 0.109_15),
+            row(-five, 0.0, 0.094_65),
             row(0.0, 0.0, 0.0823),
         ]);
         assert_eq!(count(&rounded, DOWN), 36);

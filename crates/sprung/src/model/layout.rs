@@ -71,12 +71,11 @@ impl Layout {
         }
         for row in 0..n {
             layout.row_entries.push(layout.entries);
-            let mut columns = match links {
-                Some(links) => layout.tree_row(links, row),
-                None => {
-                    layout.link_entries[row] = layout.entries;
-                    (row..planar_2r::INERTIAL).collect()
-                }
+            let mut columns = if let Some(links) = links {
+                layout.tree_row(links, row)
+            } else {
+                layout.link_entries[row] = layout.entries;
+                (row..planar_2r::INERTIAL).collect()
             };
             layout.entries += columns.len();
             layout.drive_row(row, row, inertial, coupling, &mut columns);
@@ -131,10 +130,18 @@ impl Layout {
             let own = f64::from(u8::from(owner == joint));
             let gain = match what {
                 JointParameter::RotorInertia | JointParameter::Friction(Side::Motor, _) => {
-                    if of_motor || !flexible { ratio } else { 0.0 }
+                    if of_motor || !flexible {
+                        ratio
+                    } else {
+                        0.0
+                    }
                 }
                 JointParameter::Friction(Side::Link, _) => {
-                    if of_motor { 0.0 } else { own }
+                    if of_motor {
+                        0.0
+                    } else {
+                        own
+                    }
                 }
                 // Springs.
                 _ if of_motor => own,

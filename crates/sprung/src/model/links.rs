@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use sprung_core::chain::Chain;
 use sprung_core::spatial::{BODY, BODY_NAMES, BODY_UNITS};
 
-use super::base_parameters::{BaseParameters, Candidates};
 use super::ModelError;
+use super::base_parameters::{BaseParameters, Candidates};
 use crate::description::{Robot, Tree};
 
 /// The links of a tree, and the inertial parameters that theta holds of them.
@@ -115,7 +115,8 @@ impl TreeLinks {
 
     /// Returns the rotors that show by themselves.
     pub(super) fn has_rotor(&self, joint: usize) -> bool {
-        self.base_of(self.tree.joints.len() * BODY + joint).is_some()
+        self.base_of(self.tree.joints.len() * BODY + joint)
+            .is_some()
     }
 
     /// Returns the name of a standard parameter.

@@ -17,7 +17,7 @@ use sprung_core::planar_2r::{INERTIAL, INERTIAL_NAMES};
 use sprung_core::regressor::{Links, Robot, Values};
 use sprung_core::spatial::BODY;
 
-use crate::description::{Experiment, Tree};
+use crate::description::{self, Experiment, Tree};
 use layout::Layout;
 
 pub use base_parameters::{BaseParameters, Candidates};
@@ -195,11 +195,7 @@ impl Model {
                         unit: links.unit(index),
                         nominal: (robot.nominal.get(&name).copied())
                             .or_else(|| links.lumped(index, |k| links.nominal(k))),
-                        fixed: links
-                            .known
-                            .get(&index)
-                            .or(robot.fixed.get(&name))
-                            .copied(),
+                        fixed: links.known.get(&index).or(robot.fixed.get(&name)).copied(),
                         joint: None,
                         name,
                     }
@@ -226,7 +222,8 @@ impl Model {
             });
         }
         let stribeck = |joint: usize| {
-            let laws = [Side::Link, Side::Motor].map(|s| JointParameter::Friction(s, Law::Stribeck));
+            let laws =
+                [Side::Link, Side::Motor].map(|s| JointParameter::Friction(s, Law::Stribeck));
             (layout.drives.iter()).any(|(kind, own)| *own == joint && laws.contains(kind))
         };
         let model = Self {
@@ -256,22 +253,26 @@ impl Model {
                 layout,
             }),
         };
-        for name in robot.nominal.keys() {
-            let standard = (model.fixed.links.as_ref()).is_some_and(|l| l.index_of(name).is_some());
-            if !standard && model.parameters()[model.index_of(name)?].joint.is_some() {
+        model.check_robot(robot)?;
+        Ok(model)
+    }
+
+    /// Checks that nominal and fixed values are those of parameters.
+    fn check_robot(&self, robot: &description::Robot) -> Result<(), ModelError> {
+        let links = self.fixed.links.as_ref();
+        let standard = |name: &str| links.is_some_and(|links| links.index_of(name).is_some());
+        for name in robot.nominal.keys().filter(|name| !standard(name)) {
+            if self.parameters()[self.index_of(name)?].joint.is_some() {
                 return Err(ModelError::UnknownParameter {
                     name: name.clone(),
                     hint: " of a link; values of joints stand in [[robot.joint]]".to_owned(),
                 });
             }
         }
-        for name in robot.fixed.keys() {
-            let standard = (model.fixed.links.as_ref()).is_some_and(|l| l.index_of(name).is_some());
-            if !standard {
-                model.index_of(name)?;
-            }
+        for name in robot.fixed.keys().filter(|name| !standard(name)) {
+            self.index_of(name)?;
         }
-        Ok(model)
+        Ok(())
     }
 
     /// Returns the equations of motion.
@@ -401,7 +402,11 @@ impl Model {
     #[must_use]
     pub fn row_name(&self, row: usize) -> String {
         let joint = &self.fixed.joints[self.joint_of(row)];
-        let side = if self.is_torque_row(row) { "motor" } else { "link" };
+        let side = if self.is_torque_row(row) {
+            "motor"
+        } else {
+            "link"
+        };
         let unit = match joint.kind {
             JointKind::Revolute => "nm",
             JointKind::Prismatic => "n",
@@ -515,7 +520,10 @@ impl Model {
         for name in values.keys() {
             let links = self.fixed.links.as_ref();
             let standard = links.is_some_and(|links| links.index_of(name).is_some());
-            let shape = self.joints().iter().any(|joint| *name == stribeck_name(joint));
+            let shape = self
+                .joints()
+                .iter()
+                .any(|joint| *name == stribeck_name(joint));
             if !standard && !shape {
                 self.index_of(name)?;
             }
@@ -530,9 +538,7 @@ impl Model {
     ///
     /// [`ModelError::Missing`] if an inertia or a stiffness has no value.
     pub fn nominal(&self) -> Result<Theta, ModelError> {
-        self.collect(|_, parameter| {
-            (parameter.nominal).or(parameter.may_be_zero().then_some(0.0))
-        })
+        self.collect(|_, parameter| (parameter.nominal).or(parameter.may_be_zero().then_some(0.0)))
     }
 
     fn collect(
@@ -565,7 +571,8 @@ impl Model {
 
     fn check_positive(&self, kind: JointParameter, theta: &[f64]) -> Result<(), ModelError> {
         for (value, parameter) in theta.iter().zip(self.parameters()) {
-            let wanted = (parameter.joint).is_some_and(|(own, i)| own == kind && self.is_flexible(i));
+            let wanted =
+                (parameter.joint).is_some_and(|(own, i)| own == kind && self.is_flexible(i));
             if wanted && (value.is_nan() || *value <= 0.0) {
                 return Err(ModelError::NotPositive {
                     name: parameter.name.clone(),

@@ -42,7 +42,10 @@ impl RawBlock {
     /// Removes all samples.
     pub fn clear(&mut self) {
         self.time.clear();
-        for column in (self.q.iter_mut()).chain(&mut self.phi).chain(&mut self.tau) {
+        for column in (self.q.iter_mut())
+            .chain(&mut self.phi)
+            .chain(&mut self.tau)
+        {
             column.clear();
         }
     }
@@ -244,6 +247,7 @@ mod tests {
             time_factor: 1.0,
             all,
             rigid: vec![false; JOINTS],
+            turns: vec![true; JOINTS],
             offsets: vec![0.0, 0.3],
             position_mix: None,
             torque_mix: None,
@@ -301,7 +305,8 @@ mod tests {
         let samples = aligned(Quantity::LinkDeflection, &[0.15, 0.15, 0.0, 0.0, 0.0, 0.0]);
         for (k, &time) in samples.time.iter().enumerate() {
             for joint in 0..JOINTS {
-                let expected = signal(joint, time) + signal(JOINTS + joint, time) + 0.3 * joint as f64;
+                let expected =
+                    signal(joint, time) + signal(JOINTS + joint, time) + 0.3 * joint as f64;
                 assert!((samples.q[joint][k] - expected).abs() < 1e-12);
             }
         }

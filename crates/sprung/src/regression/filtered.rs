@@ -1,8 +1,8 @@
 //! The filtered regressor, sample by sample.
 
 use sprung_core::drives::State;
-use sprung_core::filter::{Discretization, FilterBank, FilterError, FilterPair, FilterState};
 use sprung_core::filter::bank_len;
+use sprung_core::filter::{Discretization, FilterBank, FilterError, FilterPair, FilterState};
 
 use crate::description::DiscretizationName;
 use crate::model::{Model, Scratch};

@@ -78,7 +78,14 @@ impl RowReduction {
     /// Filters and folds samples.
     ///
     /// - `momentum`, `rest`: entries of all rows, sample after sample.
-    fn take(&mut self, pairs: &Pairs, momentum: &[f64], rest: &[f64], all: usize, tau: &[Vec<f64>]) {
+    fn take(
+        &mut self,
+        pairs: &Pairs,
+        momentum: &[f64],
+        rest: &[f64],
+        all: usize,
+        tau: &[Vec<f64>],
+    ) {
         let width = self.entries.len();
         let samples = momentum.chunks(all).zip(rest.chunks(all));
         let mut in_tile = 0;
@@ -252,8 +259,7 @@ impl Reduction {
                 let mut state = vec![0.0; 4 * n];
                 let from = first + portion * PORTION;
                 let until = (first + count).min(from + PORTION);
-                let rows = (momentum.chunks_mut(self.entries))
-                    .zip(rest.chunks_mut(self.entries));
+                let rows = (momentum.chunks_mut(self.entries)).zip(rest.chunks_mut(self.entries));
                 for (k, (momentum, rest)) in (from..until).zip(rows) {
                     for joint in 0..n {
                         state[joint] = signals.q[joint][k];

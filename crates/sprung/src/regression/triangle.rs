@@ -58,14 +58,14 @@ impl Triangle {
     pub fn with_known(&self, known: &[Option<f64>]) -> Self {
         let m = self.unknowns();
         let free: Vec<usize> = (0..m).filter(|&j| known[j].is_none()).collect();
-        let mut rows = Mat::from_fn(m + 1, free.len() + 1, |i, j| match free.get(j) {
-            Some(&column) => self.r[(i, column)],
-            None => {
-                let moved: f64 = (known.iter().enumerate())
-                    .filter_map(|(k, value)| Some(self.r[(i, k)] * (*value)?))
-                    .sum();
-                self.r[(i, m)] - moved
-            }
+        let rhs = |i: usize| {
+            let moved = (known.iter().enumerate())
+                .filter_map(|(k, value)| Some(self.r[(i, k)] * (*value)?))
+                .sum::<f64>();
+            self.r[(i, m)] - moved
+        };
+        let mut rows = Mat::from_fn(m + 1, free.len() + 1, |i, j| {
+            (free.get(j)).map_or_else(|| rhs(i), |&column| self.r[(i, column)])
         });
         Self::of_rows(rows.as_mut())
     }

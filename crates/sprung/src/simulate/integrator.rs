@@ -100,10 +100,10 @@ impl Integrator {
             // Equal steps: a last sliver would waste one.
             let count = (left / self.step).ceil().max(1.0);
             let h = left / count;
-            for stage in 1..STAGES {
+            for (stage, weights) in A.iter().enumerate().skip(1) {
                 self.y.copy_from_slice(x);
                 let (done, rest) = self.slopes.split_at_mut(stage);
-                for (weight, slope) in A[stage].iter().zip(done) {
+                for (weight, slope) in weights.iter().zip(done) {
                     if *weight != 0.0 {
                         for (y, s) in self.y.iter_mut().zip(slope) {
                             *y += h * weight * *s;

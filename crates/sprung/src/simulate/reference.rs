@@ -44,7 +44,10 @@ impl Trajectory {
         let centre = reference.centre_deg.iter().map(|c| c.to_radians());
         Self {
             terms,
-            centre: centre.chain(std::iter::repeat(0.0)).take(joints.len()).collect(),
+            centre: centre
+                .chain(std::iter::repeat(0.0))
+                .take(joints.len())
+                .collect(),
         }
     }
 

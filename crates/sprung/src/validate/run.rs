@@ -221,7 +221,12 @@ impl Run<'_> {
         let mut findings = Vec::new();
         for (figures, source) in passed.logs.iter().zip(&*sources) {
             let joints = self.model.joints();
-            findings.extend(check(&source.name, self.channels, joints, &figures.summary)?);
+            findings.extend(check(
+                &source.name,
+                self.channels,
+                joints,
+                &figures.summary,
+            )?);
         }
         if gap {
             findings.push(Finding::new(

@@ -19,7 +19,8 @@ pub(crate) struct Twin {
 
 impl Twin {
     pub(crate) fn new() -> Self {
-        let experiment = description::read("experiment.toml", demo::EXPERIMENT, &[], &mut no_files).unwrap();
+        let experiment =
+            description::read("experiment.toml", demo::EXPERIMENT, &[], &mut no_files).unwrap();
         let model = Model::new(&experiment).unwrap();
         let truth = model.theta(&toml::from_str(demo::TRUTH).unwrap()).unwrap();
         Self {
