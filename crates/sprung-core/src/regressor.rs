@@ -146,6 +146,27 @@ impl Robot<'_> {
                 columns(&chain, state.q, state.dq, workspace, put)?;
             }
         }
+        self.drives(state, workspace, momentum, rest)
+    }
+
+    /// Writes the entries of the drives and leaves those of the links alone: all
+    /// that motor rows hold.
+    ///
+    /// # Errors
+    ///
+    /// [`LengthError`] if a slice does not fit the robot.
+    pub fn drives(
+        &self,
+        state: &State<'_>,
+        workspace: &mut Workspace<'_>,
+        momentum: &mut [f64],
+        rest: &mut [f64],
+    ) -> Result<(), LengthError> {
+        self.check(state, workspace)?;
+        lengths(
+            &[("momentum", momentum.len()), ("rest", rest.len())],
+            self.entries,
+        )?;
         let n = self.joints();
         let motor_velocity = &mut workspace.numbers[..n];
         self.motor_velocities(state.dphi, motor_velocity);

@@ -261,8 +261,8 @@ fn check_twin(twin: &Simulate, joints: &[&str]) -> Result<(), Fault> {
     }
     let lengths = [
         (
-            "link_encoder_offset_rad",
-            twin.link_encoder_offset_rad.len(),
+            "motor_encoder_offset_rad",
+            twin.motor_encoder_offset_rad.len(),
         ),
         (
             "link_encoder_counts_per_turn",

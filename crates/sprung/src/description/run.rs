@@ -134,9 +134,9 @@ pub struct Simulate {
     /// Seed of encoder phases and noise.
     #[serde(default)]
     pub seed: u64,
-    /// What the link encoders read too much, rad (m), one per joint.
+    /// What the motor encoders read too much, rad (m), one per joint.
     #[serde(default)]
-    pub link_encoder_offset_rad: Vec<f64>,
+    pub motor_encoder_offset_rad: Vec<f64>,
     /// Counts per turn (per m) of the link encoders, one per joint; 0 is exact.
     #[serde(default)]
     pub link_encoder_counts_per_turn: Vec<u32>,

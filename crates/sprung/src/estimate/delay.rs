@@ -6,9 +6,9 @@ use crate::log::LogBlock;
 use crate::model::Model;
 use crate::regression::{Reading, System, SystemPart, reduce_blocks, solve};
 
-/// Samples that a search looks at, to the end of the block they are in: half a
-/// minute at 1 kHz, which costs half a second for two joints.
-const EXCERPT: usize = 30_000;
+/// Samples that a search looks at, shared among the joints, to the end of the
+/// block they are in: half a minute at 1 kHz for two joints.
+const EXCERPT: usize = 60_000;
 
 /// Delays that are tried, s: sensors with filters of their own lag, some
 /// channels are recorded a little early.
@@ -23,27 +23,29 @@ const COARSE: f64 = 0.01;
 pub struct Excerpt {
     blocks: Vec<LogBlock>,
     samples: usize,
+    limit: usize,
     period: f64,
 }
 
 impl Excerpt {
-    /// Returns an empty excerpt of a log with period T, s.
+    /// Returns an empty excerpt of a log with period T, s, of so many joints.
     #[must_use]
-    pub fn new(period: f64) -> Self {
+    pub fn new(period: f64, joints: usize) -> Self {
         Self {
             blocks: Vec::new(),
             samples: 0,
+            limit: EXCERPT / joints.max(2),
             period,
         }
     }
 
     /// Takes the next block; returns whether more would be kept.
     pub fn push(&mut self, block: &LogBlock) -> bool {
-        if self.samples < EXCERPT {
+        if self.samples < self.limit {
             self.samples += block.len();
             self.blocks.push(block.clone());
         }
-        self.samples < EXCERPT
+        self.samples < self.limit
     }
 
     /// Returns the blocks of the log.
@@ -55,11 +57,14 @@ impl Excerpt {
     /// Returns the first blocks, of at least so many samples if there are.
     #[must_use]
     pub fn first(&self, samples: usize) -> Self {
-        let mut first = Self::new(self.period);
+        let mut first = Self {
+            blocks: Vec::new(),
+            samples: 0,
+            limit: samples,
+            ..*self
+        };
         for block in &self.blocks {
-            if first.samples < samples {
-                first.push(block);
-            }
+            first.push(block);
         }
         first
     }
@@ -74,7 +79,14 @@ impl Excerpt {
     /// the filters, or they do not fit it.
     #[must_use]
     pub fn reduce(&self, reading: &Reading<'_>) -> Option<System> {
-        reduce_blocks(reading, self.period, &self.blocks)
+        let rows: Vec<usize> = (0..reading.model.rows()).collect();
+        self.reduce_rows(reading, &rows)
+    }
+
+    /// Returns the regression of the excerpt in some rows, likewise.
+    #[must_use]
+    pub fn reduce_rows(&self, reading: &Reading<'_>, rows: &[usize]) -> Option<System> {
+        reduce_blocks(reading, self.period, &self.blocks, rows)
             .ok()
             .flatten()
     }
@@ -116,23 +128,25 @@ pub struct DelayEstimate {
 #[must_use]
 pub fn fit_motor_rows(excerpt: &Excerpt, reading: &Reading<'_>) -> Option<Vec<MotorRowFit>> {
     let model = reading.model;
-    let whole = excerpt.reduce(reading)?.whole()?;
-    (0..model.joint_count())
-        .map(|joint| {
-            let row = model.torque_row(joint);
+    let rows: Vec<usize> = (0..model.joint_count())
+        .map(|joint| model.torque_row(joint))
+        .collect();
+    let whole = excerpt.reduce_rows(reading, &rows)?.whole()?;
+    (rows.iter().zip(&whole))
+        .map(|(&row, factor)| {
             let columns = model.row_columns(row);
             let local: Vec<usize> = (0..columns.len()).collect();
             let part = SystemPart {
                 columns: &local,
-                factor: &whole[row],
+                factor,
             };
             let x = solve(&[part], columns.len())?.x;
-            let squares: f64 = whole[row].residual(&x).iter().map(|r| r * r).sum();
+            let squares: f64 = factor.residual(&x).iter().map(|r| r * r).sum();
             Some(judged(
                 model,
                 columns,
                 &x,
-                squares.sqrt() / whole[row].rhs_norm(),
+                squares.sqrt() / factor.rhs_norm(),
             ))
         })
         .collect()

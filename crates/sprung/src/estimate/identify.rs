@@ -91,6 +91,25 @@ impl Beginning<'_, '_> {
     }
 }
 
+/// Returns the model with the Stribeck velocities that it leaves open.
+fn shape(
+    reading: &Reading<'_>,
+    beginning: &mut Beginning<'_, '_>,
+    findings: &mut Vec<Finding>,
+) -> Result<Model, PassError> {
+    if reading.model.unknown_stribeck().is_empty() {
+        return Ok(reading.model.clone());
+    }
+    Ok(match beginning.get(reading.channels)? {
+        None => reading.model.clone(),
+        Some(excerpt) => {
+            let (model, found) = find_stribeck(reading, excerpt);
+            findings.extend(found);
+            model
+        }
+    })
+}
+
 /// Sets the cut-off of the position filter; returns why, if it is chosen.
 fn choose(
     reading: &mut Reading<'_>,
@@ -151,24 +170,13 @@ pub fn identify(
     let mut findings = Vec::new();
     let delays = Delays::new(&reading, beginning.for_delays(&channels)?, &file)?;
     reading.delays = &delays.values;
-    let shaped;
-    if !model.unknown_stribeck().is_empty()
-        && let Some(excerpt) = beginning.get(&channels).map_err(PassError::from)?
-    {
-        let found = find_stribeck(&reading, excerpt);
-        shaped = found.0;
-        findings.extend(found.1);
-        reading.model = &shaped;
-    }
-    let model = reading.model;
+    let shaped = shape(&reading, &mut beginning, &mut findings)?;
+    reading.model = &shaped;
+    let model = &shaped;
 
     let mut watch = Watch::new(model, settings);
     let passed = read_through(&reading, beginning.sources, &mut watch, progress)?;
-    for (figures, name) in passed.logs.iter().zip(&names) {
-        let of_log = check(name, &channels, model.joints(), &figures.summary);
-        findings.extend(of_log.map_err(PassError::from)?);
-        findings.extend(gaps(name, figures));
-    }
+    findings.extend(about_logs(model, &channels, &passed.logs, &names)?);
     findings.extend(delays.findings(&channels));
 
     let fitted = fit(model, &passed.system)
@@ -237,6 +245,21 @@ pub fn identify(
             results,
         },
     })
+}
+
+/// Returns what there is to know about the logs as they are.
+fn about_logs(
+    model: &Model,
+    channels: &Channels,
+    logs: &[LogFigures],
+    names: &[String],
+) -> Result<Vec<Finding>, PassError> {
+    let mut findings = Vec::new();
+    for (figures, name) in logs.iter().zip(names) {
+        findings.extend(check(name, channels, model.joints(), &figures.summary)?);
+        findings.extend(gaps(name, figures));
+    }
+    Ok(findings)
 }
 
 fn log_infos(

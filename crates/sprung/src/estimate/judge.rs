@@ -9,7 +9,7 @@ use crate::finding::{Finding, Severity};
 use crate::model::{Model, ModelError, short};
 
 /// Relative standard error above which a parameter counts as weak.
-const WEAK: f64 = 0.25;
+const WEAK: f64 = 0.15;
 
 /// Condition number, columns scaled, above which directions are named.
 const COLLINEAR: f64 = 100.0;

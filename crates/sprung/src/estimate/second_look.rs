@@ -133,7 +133,10 @@ pub(super) fn excerpt(
     let mut log = source.open(channels)?;
     let mut block = LogBlock::new(channels.all.len());
     let mut more = log.read(&mut block)?;
-    let mut excerpt = Excerpt::new(log.clock().period().unwrap_or_default());
+    let mut excerpt = Excerpt::new(
+        log.clock().period().unwrap_or_default(),
+        channels.rigid.len(),
+    );
     while more {
         more = excerpt.push(&block) && log.read(&mut block)?;
     }
@@ -176,42 +179,60 @@ pub(super) fn suspicions<'e>(
     let Some(now) = fit_motor_rows(excerpt, reading) else {
         return Ok(all);
     };
-    for (joint, suspicion) in all.iter_mut().enumerate() {
-        if !suspect(reading.model, result, joint) {
-            continue;
-        }
-        let better = |fit: &MotorRowFit| {
-            fit.plausible && fit.relative_residual < CLEARLY * now[joint].relative_residual
+    let suspects: Vec<usize> = (0..joints)
+        .filter(|&joint| suspect(reading.model, result, joint))
+        .collect();
+    let better = |joint: usize, fit: &MotorRowFit| {
+        fit.plausible && fit.relative_residual < CLEARLY * now[joint].relative_residual
+    };
+    // The rows of different joints do not disturb each other: all at once.
+    let exchanged = suspects.iter().fold(channels.clone(), |channels, &joint| {
+        channels.exchanged(joint).unwrap_or(channels)
+    });
+    if exchanged != *channels {
+        let reading = Reading {
+            channels: &exchanged,
+            ..*reading
         };
-        if let Some(exchanged) = channels.exchanged(joint) {
-            let reading = Reading {
-                channels: &exchanged,
-                ..*reading
-            };
-            suspicion.exchanged = fit_motor_rows(excerpt, &reading)
-                .and_then(|fits| fits.get(joint).copied())
-                .filter(better);
+        let fits = fit_motor_rows(excerpt, &reading).unwrap_or_default();
+        for &joint in &suspects {
+            let fit = fits.get(joint).copied();
+            all[joint].exchanged = fit
+                .filter(|_| channels.exchanged(joint).is_some())
+                .filter(|fit| better(joint, fit));
         }
-        if suspicion.exchanged.is_some() {
-            continue;
-        }
-        // A late torque looks like an early link: the best of all is named.
-        let untested = |i: &usize| match channels.all[*i].delay {
-            None => true,
-            Some(Delay::Known(delay)) => delay == 0.0,
-            Some(Delay::Estimate) => false,
-        };
-        suspicion.delay = (0..channels.all.len())
-            .filter(|i| channels.all[*i].joint == joint)
+    }
+    // A late torque looks like an early link: the best of all is named.
+    let untested = |i: &usize| match channels.all[*i].delay {
+        None => true,
+        Some(Delay::Known(delay)) => delay == 0.0,
+        Some(Delay::Estimate) => false,
+    };
+    for quantities in [
+        &[Quantity::LinkPosition, Quantity::LinkDeflection][..],
+        &[Quantity::MotorPosition],
+        &[Quantity::MotorTorque],
+    ] {
+        let wanted: Vec<usize> = (0..channels.all.len())
+            .filter(|&i| quantities.contains(&channels.all[i].quantity))
+            .filter(|&i| suspects.contains(&channels.all[i].joint))
+            .filter(|&i| all[channels.all[i].joint].exchanged.is_none())
             .filter(untested)
-            .filter_map(|i| estimate_delays(excerpt, reading, &[i])?.pop())
-            .filter(|d| d.found && better(&d.with) && d.delay.abs() > CERTAIN * d.standard_error)
-            .min_by(|a, b| {
-                a.with
-                    .relative_residual
-                    .total_cmp(&b.with.relative_residual)
-            })
-            .map(|delay| (channels.all[delay.channel].column.clone(), delay));
+            .collect();
+        if wanted.is_empty() {
+            continue;
+        }
+        for found in estimate_delays(excerpt, reading, &wanted).unwrap_or_default() {
+            let channel = &channels.all[found.channel];
+            let suspicion = &mut all[channel.joint];
+            let certain = found.found && found.delay.abs() > CERTAIN * found.standard_error;
+            let best = (suspicion.delay.as_ref()).is_none_or(|(_, other)| {
+                found.with.relative_residual < other.with.relative_residual
+            });
+            if certain && better(channel.joint, &found.with) && best {
+                suspicion.delay = Some((channel.column.clone(), found));
+            }
+        }
     }
     Ok(all)
 }

@@ -41,6 +41,8 @@ impl Pairs {
 pub(super) struct Evaluator {
     model: Model,
     scratch: Scratch,
+    // Whether the entries of the links are wanted.
+    links: bool,
 }
 
 impl Evaluator {
@@ -48,6 +50,16 @@ impl Evaluator {
         Self {
             model: model.clone(),
             scratch: Scratch::new(model.joint_count()),
+            links: true,
+        }
+    }
+
+    /// Returns an evaluator of some rows: entries of links may be missing if no
+    /// row holds them.
+    pub(super) fn of_rows(model: &Model, rows: &[usize]) -> Self {
+        Self {
+            links: rows.iter().any(|row| *row < model.joint_count()),
+            ..Self::new(model)
         }
     }
 
@@ -56,10 +68,12 @@ impl Evaluator {
         let mut workspace = self.scratch.workspace();
         let robot = self.model.robot();
         // The memory is made to fit, so there is no other outcome.
-        if robot
-            .regressor(state, &mut workspace, momentum, rest)
-            .is_err()
-        {
+        let written = if self.links {
+            robot.regressor(state, &mut workspace, momentum, rest)
+        } else {
+            robot.drives(state, &mut workspace, momentum, rest)
+        };
+        if written.is_err() {
             momentum.fill(f64::NAN);
         }
     }

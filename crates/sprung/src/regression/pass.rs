@@ -233,6 +233,7 @@ fn reduce(
 /// Reduces blocks that are in memory.
 ///
 /// - `period`: T, s.
+/// - `rows`: rows of the regressor that are wanted.
 ///
 /// Returns nothing if they are too short for the filters.
 ///
@@ -243,9 +244,10 @@ pub fn reduce_blocks(
     reading: &Reading<'_>,
     period: f64,
     blocks: &[LogBlock],
+    rows: &[usize],
 ) -> Result<Option<System>, PassError> {
     let mut preparation = Preparation::new(reading, period)?;
-    let mut reduction = Reduction::new(reading.model);
+    let mut reduction = Reduction::of_rows(reading.model, rows);
     let mut pieces = Vec::new();
     for block in blocks {
         preparation.push(block, &mut (), &mut pieces);

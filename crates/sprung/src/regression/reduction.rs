@@ -11,11 +11,29 @@ use crate::description::DiscretizationName;
 use crate::model::Model;
 use crate::preprocess::{Decimator, SignalBlock};
 
-/// Factors kept at most; consecutive ones are merged beyond.
-const STRETCHES: usize = 512;
+/// Factors kept at most, and samples in each at first; consecutive ones are
+/// merged beyond. Many parameters make large factors, of which fewer are kept.
+#[derive(Clone, Copy, Debug)]
+struct Stretches {
+    most: usize,
+    first: u64,
+}
 
-/// Samples in a stretch at first.
-const FIRST_STRETCH: u64 = 16;
+impl Stretches {
+    fn of(model: &Model) -> Self {
+        if model.parameters().len() <= 40 {
+            Self {
+                most: 512,
+                first: 16,
+            }
+        } else {
+            Self {
+                most: 128,
+                first: 64,
+            }
+        }
+    }
+}
 
 /// Rows gathered before they are factored, at most.
 const GATHER: usize = 2048;
@@ -44,6 +62,7 @@ struct RowReduction {
     gathered: Mat<f64>,
     rows: usize,
     in_current: u64,
+    stretches: Stretches,
     stretch: u64,
     current: Option<Triangle>,
     done: Vec<Triangle>,
@@ -62,7 +81,8 @@ impl RowReduction {
             gathered: Mat::zeros(GATHER, width + 1),
             rows: 0,
             in_current: 0,
-            stretch: FIRST_STRETCH,
+            stretches: Stretches::of(model),
+            stretch: Stretches::of(model).first,
             current: None,
             done: Vec::new(),
             kept: Decimator::new(KEPT),
@@ -122,8 +142,10 @@ impl RowReduction {
     fn untile(&mut self, count: usize) {
         let width = self.entries.len() + 1;
         for column in 0..width {
-            for (i, row) in self.tile.chunks(width).take(count).enumerate() {
-                self.gathered[(self.rows + i, column)] = row[column];
+            let gathered = self.gathered.col_as_slice_mut(column);
+            let rows = self.tile.chunks(width).take(count);
+            for (entry, row) in gathered[self.rows..].iter_mut().zip(rows) {
+                *entry = row[column];
             }
         }
         self.rows += count;
@@ -145,7 +167,7 @@ impl RowReduction {
         self.factor();
         self.in_current = 0;
         self.done.extend(self.current.take());
-        if self.done.len() == STRETCHES {
+        if self.done.len() == self.stretches.most {
             self.done = halved(&self.done, |a, b| {
                 Triangle::merge([a, b]).unwrap_or_else(|| b.clone())
             });
@@ -181,6 +203,7 @@ pub struct Reduction {
     // Ends of the stretches, s, kept as the rows keep their factors.
     ends: Vec<f64>,
     in_current: u64,
+    stretches: Stretches,
     stretch: u64,
     last_time: f64,
     kept: Decimator<f64>,
@@ -191,18 +214,26 @@ impl Reduction {
     /// Returns a reduction that has seen nothing.
     #[must_use]
     pub fn new(model: &Model) -> Self {
+        let rows: Vec<usize> = (0..model.rows()).collect();
+        Self::of_rows(model, &rows)
+    }
+
+    /// Returns a reduction of some rows only.
+    #[must_use]
+    pub fn of_rows(model: &Model, rows: &[usize]) -> Self {
         let entries = model.entries();
         Self {
-            evaluators: vec![Evaluator::new(model); BATCH / PORTION],
-            rows: (0..model.rows())
-                .map(|row| RowReduction::new(model, row))
+            evaluators: vec![Evaluator::of_rows(model, rows); BATCH / PORTION],
+            rows: (rows.iter())
+                .map(|&row| RowReduction::new(model, row))
                 .collect(),
             momentum: vec![0.0; BATCH * entries],
             rest: vec![0.0; BATCH * entries],
             entries,
             ends: Vec::new(),
             in_current: 0,
-            stretch: FIRST_STRETCH,
+            stretches: Stretches::of(model),
+            stretch: Stretches::of(model).first,
             last_time: 0.0,
             kept: Decimator::new(KEPT),
             samples: 0,
@@ -293,7 +324,7 @@ impl Reduction {
     fn close(&mut self) {
         self.in_current = 0;
         self.ends.push(self.last_time);
-        if self.ends.len() == STRETCHES {
+        if self.ends.len() == self.stretches.most {
             self.ends = halved(&self.ends, |_, end| *end);
             self.stretch *= 2;
         }
@@ -359,7 +390,7 @@ impl System {
         &self.kept
     }
 
-    /// Returns one factor per row of the regressor for all samples; nothing if
+    /// Returns one factor per row that was reduced for all samples; nothing if
     /// there are none.
     #[must_use]
     pub fn whole(&self) -> Option<Vec<Triangle>> {

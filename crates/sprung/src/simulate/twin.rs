@@ -96,7 +96,7 @@ impl Twin {
             plant,
             link,
             motor,
-            offset: levels(&settings.link_encoder_offset_rad),
+            offset: levels(&settings.motor_encoder_offset_rad),
             noise: levels(&settings.torque_noise_nm),
             disturbance,
             rng,
@@ -122,13 +122,14 @@ impl Twin {
                 .map(|(encoder, position)| encoder.read(*position))
                 .collect()
         };
-        let phi = read(&self.motor, &state.phi);
+        let mut phi = read(&self.motor, &state.phi);
+        for (phi, offset) in phi.iter_mut().zip(&self.offset) {
+            *phi += offset;
+        }
         let mut q = read(&self.link, &state.q);
-        for (i, (q, offset)) in q.iter_mut().zip(&self.offset).enumerate() {
+        for (i, q) in q.iter_mut().enumerate() {
             // A rigid joint has one position, that of its motor.
-            if self.plant.is_flexible(i) {
-                *q += offset;
-            } else {
+            if !self.plant.is_flexible(i) {
                 *q = phi[i];
             }
         }

@@ -9,4 +9,6 @@
 mod golden;
 mod paper;
 mod report;
+mod robots;
+mod seven;
 mod support;

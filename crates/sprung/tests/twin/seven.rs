@@ -1,0 +1,214 @@
+//! An arm with seven flexible joints: the twin of `examples/seven-joint-twin`.
+
+use std::collections::BTreeMap;
+
+use sprung::description::{self, Cutoff, EncoderOffset, Experiment, Simulate, no_files};
+use sprung::estimate::{Determined, EstimateResult, Identified, identify};
+use sprung::log::Channels;
+use sprung::model::{Model, Theta};
+use sprung::simulate::{TwinSetup, record};
+use sprung_core::parameters::JointParameter;
+
+use crate::support::with_source;
+
+const EXPERIMENT: &str = include_str!("../../../../examples/seven-joint-twin/experiment.toml");
+const TRUTH: &str = include_str!("../../../../examples/seven-joint-twin/truth.toml");
+
+/// Share of a row's torque from which a parameter must be right.
+const MATTERS: f64 = 0.01;
+
+struct Arm {
+    experiment: Experiment,
+    model: Model,
+    truth: Theta,
+    offsets: Vec<f64>,
+}
+
+impl Arm {
+    fn new(change: impl FnOnce(&mut Experiment)) -> Self {
+        let mut experiment = description::read("arm", EXPERIMENT, &[], &mut no_files).unwrap();
+        change(&mut experiment);
+        let model = Model::new(&experiment).unwrap();
+        let values: BTreeMap<String, f64> = toml::from_str(TRUTH).unwrap();
+        let mut truth = model.theta(&known(&model, &values)).unwrap();
+        // The spring's torque where the encoders agree is what the offset makes it.
+        let offsets = experiment
+            .simulate
+            .as_ref()
+            .unwrap()
+            .motor_encoder_offset_rad
+            .clone();
+        for (joint, offset) in offsets.iter().enumerate() {
+            let stiffness = truth[model.index(JointParameter::Stiffness, joint).unwrap()];
+            if let Some(preload) = model.index(JointParameter::Preload, joint) {
+                truth[preload] = stiffness * offset;
+            }
+        }
+        Self {
+            experiment,
+            model,
+            truth,
+            offsets,
+        }
+    }
+
+    fn log(&self, change: impl FnOnce(&mut Simulate)) -> Vec<u8> {
+        let mut settings = self.experiment.simulate.clone().unwrap();
+        change(&mut settings);
+        let values: BTreeMap<String, f64> = toml::from_str(TRUTH).unwrap();
+        let setup = TwinSetup {
+            model: &self.model,
+            theta: &self.model.theta(&known(&self.model, &values)).unwrap(),
+            controller: self.experiment.controller.as_ref().unwrap(),
+            settings: &settings,
+        };
+        let columns = self.experiment.log.as_ref().unwrap();
+        let channels = Channels::new(&self.experiment.robot, columns).unwrap();
+        let mut log = Vec::new();
+        record(&setup, &channels, &mut log, &mut |_| ()).unwrap();
+        log
+    }
+
+    fn identify(&self, log: &[u8]) -> Identified {
+        with_source(log, |source| {
+            identify(&self.experiment, &self.model, &mut [source], &mut |_| ()).unwrap()
+        })
+    }
+
+    /// Name, share and error in percent of the parameters that matter.
+    fn errors(&self, result: &EstimateResult) -> Vec<(String, f64, f64)> {
+        (result.parameters.iter().zip(&self.truth))
+            .filter(|(p, _)| p.torque_share.unwrap() >= MATTERS)
+            .map(|(p, truth)| {
+                let error = 100.0 * (p.value.unwrap() / truth - 1.0).abs();
+                (p.name.clone(), p.torque_share.unwrap(), error)
+            })
+            .collect()
+    }
+}
+
+/// The values of parameters that a model has.
+fn known(model: &Model, values: &BTreeMap<String, f64>) -> BTreeMap<String, f64> {
+    let mut values = values.clone();
+    values.retain(|name, _| {
+        model
+            .check_names(&BTreeMap::from([(name.clone(), 0.0)]))
+            .is_ok()
+    });
+    values
+}
+
+fn exact(settings: &mut Simulate) {
+    settings.link_encoder_counts_per_turn.clear();
+    settings.motor_encoder_counts_per_turn.clear();
+    settings.torque_noise_nm.clear();
+}
+
+#[test]
+fn exact_positions_give_every_parameter_that_matters() {
+    // So high a cut-off is none.
+    let arm = Arm::new(|e| e.identify.position_cutoff_hz = Cutoff::Fixed(499.0));
+    let found = arm.identify(&arm.log(exact));
+    let errors = arm.errors(&found.identification.results[0]);
+    let worst = errors.iter().map(|e| e.2).fold(0.0, f64::max);
+    println!(
+        "{} parameters matter, worst error {worst:.3} %",
+        errors.len()
+    );
+    assert!(errors.len() > 55 && worst < 0.5, "{worst}");
+}
+
+#[test]
+fn encoders_and_noise_leave_most_of_it() {
+    let arm = Arm::new(|_| ());
+    let found = arm.identify(&arm.log(|_| ()));
+    let result = &found.identification.results[0];
+    let mut errors = arm.errors(result);
+    errors.sort_by(|a, b| a.2.total_cmp(&b.2));
+    let median = errors[errors.len() / 2].2;
+    println!("median of {}: {median:.3} %", errors.len());
+    assert!(median < 0.5, "{median}");
+    for (joint, name) in arm.model.joints().iter().enumerate() {
+        let own = format!("{name}.stiffness");
+        let error = errors.iter().find(|e| e.0 == own).unwrap().2;
+        println!("{own}: {error:.2} %");
+        assert!(error < if joint == 6 { 4.0 } else { 1.0 }, "{own}: {error}");
+        // The link encoder reads too much what the motor encoder reads too little, to a count.
+        let offset = &result.encoder_offsets[joint];
+        let gap = offset.offset_rad + arm.offsets[joint];
+        assert!(gap.abs() < 5e-5, "{name}: {:e}", offset.offset_rad);
+    }
+    // No number that is far off stands there as if it were to be trusted.
+    let weak = result.warnings.iter().find(|w| w.code == "weakly-excited");
+    let weak = &weak.unwrap().parameters;
+    for (name, share, error) in &errors {
+        if *error > 10.0 {
+            println!("{name}: {error:.0} % at a share of {share:.3}");
+            assert!(weak.contains(name), "{name}: {error}");
+        }
+    }
+}
+
+#[test]
+fn an_offset_that_is_not_estimated_ruins_stiffnesses() {
+    let arm = Arm::new(|e| e.identify.encoder_offset = Some(EncoderOffset::None));
+    let found = arm.identify(&arm.log(|_| ()));
+    let errors = arm.errors(&found.identification.results[0]);
+    let stiffness = errors.iter().filter(|e| e.0.ends_with(".stiffness"));
+    let worst = stiffness.map(|e| e.2).fold(0.0, f64::max);
+    println!("worst stiffness without preload columns: {worst:.0} %");
+    assert!(worst > 10.0, "{worst}");
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bits() {
+    let arm = Arm::new(|e| e.identify.position_cutoff_hz = Cutoff::Fixed(40.0));
+    let log = arm.log(|settings| settings.duration_s = 6.0);
+    let bits = |threads: usize| -> Vec<u64> {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        let found = pool.install(|| arm.identify(&log));
+        let result = &found.identification.results[0];
+        (result.parameters.iter())
+            .flat_map(|p| [p.value.unwrap(), p.standard_error.unwrap()])
+            .map(f64::to_bits)
+            .collect()
+    };
+    let one = bits(1);
+    assert_eq!(one, bits(2));
+    assert_eq!(one, bits(5));
+}
+
+#[test]
+fn standard_parameters_make_the_base_parameters() {
+    let arm = Arm::new(|_| ());
+    let found = arm.identify(&arm.log(|settings| settings.duration_s = 6.0));
+    let result = &found.identification.results[0];
+    let standard = &result.standard_parameters;
+    assert_eq!(standard.len(), 70);
+    let mut values: BTreeMap<String, f64> = (standard.iter())
+        .map(|p| (p.name.clone(), p.value))
+        .collect();
+    for (p, parameter) in result.parameters.iter().zip(arm.model.parameters()) {
+        if parameter.joint.is_some() {
+            values.insert(p.name.clone(), p.value.unwrap());
+        }
+    }
+    let theta = arm.model.theta(&values).unwrap();
+    for (p, value) in result.parameters.iter().zip(theta) {
+        let found = p.value.unwrap();
+        assert!(
+            (value - found).abs() < 1e-9 * (1.0 + found.abs()),
+            "{}",
+            p.name
+        );
+    }
+    // The first link turns about a fixed vertical axis: only its izz shows.
+    let of = |name: &str| standard.iter().find(|p| p.name == name).unwrap();
+    assert_eq!(of("link1.ixx").determined, Determined::Not);
+    assert!((of("link1.ixx").value - of("link1.ixx").nominal.unwrap()).abs() < 1e-12);
+    assert_eq!(of("link1.izz").determined, Determined::InCombination);
+    assert_eq!(of("link2.ixy").determined, Determined::Alone);
+}
