@@ -2,13 +2,13 @@
 //! for 1000 s, an arm with seven flexible joints for a minute and for an hour.
 
 use std::collections::BTreeMap;
-use std::io::{Cursor, Read, Write as _};
+use std::io::{Cursor, Read};
 use std::sync::Arc;
 
 use divan::Bencher;
 use divan::counter::{BytesCount, ItemsCount};
 use sprung::demo;
-use sprung::description::{self, Estimator, Experiment, no_files};
+use sprung::description::{self, Cutoff, Estimator, Experiment, no_files};
 use sprung::estimate::identify;
 use sprung::log::{Channels, LogSource};
 use sprung::model::Model;
@@ -53,78 +53,24 @@ fn log_of(experiment: &str, truth: &str, seconds: u32) -> (Experiment, Model, Sh
     (experiment, model, Shared(Arc::new(csv)))
 }
 
-/// A log whose rows come again and again, each at its own time.
-struct Again {
-    rows: Shared,
-    // Where each row begins behind its time, and where it ends.
-    bodies: Vec<(usize, usize)>,
-    next: usize,
-    total: usize,
-    line: Vec<u8>,
-    read: usize,
-}
-
-impl Again {
-    fn new(rows: &Shared, total: usize) -> Self {
-        let text = rows.as_ref();
-        let mut lines = text.split_inclusive(|&b| b == b'\n');
-        let header = lines.next().expect("a header").to_vec();
-        let mut at = header.len();
-        let bodies = lines.map(|line| {
-            let comma = line.iter().position(|&b| b == b',').expect("columns");
-            at += line.len();
-            (at - line.len() + comma, at)
-        });
-        Self {
-            bodies: bodies.collect(),
-            rows: rows.clone(),
-            next: 0,
-            total,
-            line: header,
-            read: 0,
-        }
-    }
-}
-
-impl Read for Again {
-    fn read(&mut self, out: &mut [u8]) -> std::io::Result<usize> {
-        if self.read == self.line.len() {
-            if self.next == self.total {
-                return Ok(0);
-            }
-            let (from, until) = self.bodies[self.next % self.bodies.len()];
-            self.line.clear();
-            let (seconds, rest) = (self.next / 1000, self.next % 1000);
-            write!(self.line, "{seconds}.{rest:03}")?;
-            self.line
-                .extend_from_slice(&self.rows.as_ref()[from..until]);
-            self.next += 1;
-            self.read = 0;
-        }
-        let count = out.len().min(self.line.len() - self.read);
-        out[..count].copy_from_slice(&self.line[self.read..self.read + count]);
-        self.read += count;
-        Ok(count)
-    }
-}
-
-fn bench_seven(bencher: Bencher, minutes: usize, threads: usize) {
-    let (experiment, model, csv) = log_of(SEVEN, SEVEN_TRUTH, 15);
-    let samples = 60_000 * minutes;
+/// Identifies from so many logs of 15 s: each is read, filtered and reduced anew.
+fn bench_seven(bencher: Bencher, logs: usize, threads: usize) {
+    let (mut experiment, model, csv) = log_of(SEVEN, SEVEN_TRUTH, 15);
+    experiment.identify.position_cutoff_hz = Cutoff::Fixed(40.0);
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build()
         .expect("threads");
+    let samples = 15_000 * logs;
     bencher.counter(ItemsCount::new(samples)).bench_local(|| {
-        let mut reader = || {
-            let log = Again::new(&csv, samples);
-            Ok(Box::new(std::io::BufReader::with_capacity(1 << 18, log)) as Box<dyn Read + Send>)
-        };
-        let source = LogSource {
-            name: "seven.csv".to_owned(),
-            reader: &mut reader,
-        };
-        let mut sources = [source];
+        let open = || Ok(Box::new(Cursor::new(csv.clone())) as Box<dyn Read + Send>);
+        let mut readers = vec![open; logs];
+        let mut sources: Vec<LogSource<'_>> = (readers.iter_mut())
+            .map(|reader| LogSource {
+                name: "seven.csv".to_owned(),
+                reader,
+            })
+            .collect();
         pool.install(|| {
             identify(&experiment, &model, &mut sources, &mut |_| {}).expect("the twin is right")
         })
@@ -133,12 +79,12 @@ fn bench_seven(bencher: Bencher, minutes: usize, threads: usize) {
 
 #[divan::bench(sample_count = 3, sample_size = 1, args = [1, 2])]
 fn a_minute_of_seven_joints(bencher: Bencher, threads: usize) {
-    bench_seven(bencher, 1, threads);
+    bench_seven(bencher, 4, threads);
 }
 
 #[divan::bench(sample_count = 1, sample_size = 1, args = [1, 2])]
 fn an_hour_of_seven_joints(bencher: Bencher, threads: usize) {
-    bench_seven(bencher, 60, threads);
+    bench_seven(bencher, 240, threads);
 }
 
 fn bench_identify(bencher: Bencher, seconds: u32) {

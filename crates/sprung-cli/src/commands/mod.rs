@@ -8,8 +8,8 @@ mod validate;
 use clap::Parser;
 use clap::error::ErrorKind;
 
-use crate::args::{Cli, Verb};
-use crate::exit_code::ExitCode;
+use crate::args::{Cli, Verb, Work};
+use crate::exit_code::{ExitCode, Failure};
 use crate::terminal::{self, complain};
 
 /// Runs what was typed.
@@ -26,10 +26,10 @@ pub(crate) fn run() -> std::process::ExitCode {
         }
     };
     let outcome = match cli.verb {
-        Verb::Demo(args) => demo::run(&args),
-        Verb::Identify(args) => identify::run(&args),
-        Verb::Validate(args) => validate::run(&args),
-        Verb::Simulate(args) => simulate::run(&args),
+        Verb::Demo(args) => with_threads(args.work, || demo::run(&args)),
+        Verb::Identify(args) => with_threads(args.common.work, || identify::run(&args)),
+        Verb::Validate(args) => with_threads(args.common.work, || validate::run(&args)),
+        Verb::Simulate(args) => with_threads(args.common.work, || simulate::run(&args)),
         Verb::Schema => {
             terminal::print_json(&sprung::description::schema());
             Ok(ExitCode::Done)
@@ -42,6 +42,22 @@ pub(crate) fn run() -> std::process::ExitCode {
             complain(&format!("error: {}", failure.message));
             failure.code.into()
         }
+    }
+}
+
+/// Runs a command with as many threads as were asked for.
+fn with_threads(
+    work: Work,
+    run: impl FnOnce() -> Result<ExitCode, Failure> + Send,
+) -> Result<ExitCode, Failure> {
+    let threads = work.threads.map_or(0, usize::from);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+    match pool.build() {
+        Ok(pool) => pool.install(run),
+        Err(error) => Err(Failure::new(
+            ExitCode::Usage,
+            format!("cannot start threads: {error}; give --threads 1"),
+        )),
     }
 }
 
