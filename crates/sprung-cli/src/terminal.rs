@@ -8,6 +8,7 @@ use comfy_table::{CellAlignment, Table, presets};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use sprung::estimate::{EstimateResult, Identification, Verdict};
 use sprung::finding::{Finding, Severity};
+use sprung::model::short;
 use sprung::report::significant;
 use sprung::validate::Validation;
 
@@ -253,7 +254,7 @@ fn parameter_table(
             None => parameter.nominal,
         };
         let mut row = vec![
-            parameter.name.clone(),
+            short(&parameter.name).into_owned(),
             parameter.unit.clone(),
             dash(reference, 5),
         ];
@@ -265,8 +266,42 @@ fn parameter_table(
     table
 }
 
+/// Joints that stand side by side, at most.
+const SIDE_BY_SIDE: usize = 3;
+
+/// One row per parameter set and joint.
+fn error_table_by_joint(run: &sprung::validate::RunResult) -> Table {
+    let names = ["parameters", "joint", "tau", "q", "phi", "fit %"];
+    let shown = |i: &usize| run.simulated || !(2..5).contains(i);
+    let columns = || (0..names.len()).filter(shown);
+    let mut table = plain(columns().map(|i| names[i].to_owned()).collect(), 2);
+    for set in &run.sets {
+        for joint in run.joints() {
+            let e = set.e_rms.as_ref();
+            let error = |values: Option<&sprung::named::Named>| match values {
+                Some(values) => dash(values.get(joint), 3),
+                None => set.outcome.words().to_owned(),
+            };
+            let share = set.torque_relative_residual.get(joint);
+            let cells = [
+                set.parameters.clone(),
+                joint.to_owned(),
+                error(e.map(|e| &e.tau_nm)),
+                error(e.map(|e| &e.q_rad)),
+                error(e.map(|e| &e.phi_rad)),
+                share.map_or_else(|| "-".to_owned(), |share| format!("{:.1}", 100.0 * share)),
+            ];
+            table.add_row(columns().map(|i| cells[i].clone()));
+        }
+    }
+    table
+}
+
 fn error_table(run: &sprung::validate::RunResult) -> Table {
     let joints = run.joints();
+    if joints.len() > SIDE_BY_SIDE {
+        return error_table_by_joint(run);
+    }
     let simulated: &[&str] = if run.simulated {
         &["tau", "q", "phi"]
     } else {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::document::{Badge, Block, Document, Finding as Shown, Section, Tone};
 use super::numbers::{or_dash, significant};
-use super::{plots, tables};
+use super::{plots, robot_tables, tables, validation_tables};
 use crate::curves::Curves;
 use crate::estimate::{EstimateResult, Identification, Verdict};
 use crate::finding::{Finding, Severity};
@@ -63,6 +63,8 @@ pub fn compose(contents: &Contents<'_>) -> Document {
     if let Some(identification) = contents.identification {
         sections.extend(contents.fit.map(|fit| fit_section(identification, fit)));
         sections.push(conditioning(identification));
+        sections.extend(cutoff(identification));
+        sections.extend(links(identification));
     }
     sections.push(settings(contents));
     document.sections = sections;
@@ -101,6 +103,7 @@ fn parameters(identification: &Identification, contents: &Contents<'_>) -> Secti
         ));
         blocks.push(Block::Table(table));
     }
+    blocks.extend(robot_tables::encoder_offsets(identification).map(Block::Table));
     section(
         "parameters",
         "Parameters",
@@ -166,7 +169,7 @@ fn validation_section(validation: &Validation, curves: &Curves) -> Section {
     let mut blocks = Vec::new();
     for run in &validation.runs {
         if run.simulated {
-            blocks.push(Block::Table(tables::errors(run)));
+            blocks.push(Block::Table(validation_tables::errors(run)));
         }
         let of_sets = run.sets.iter().flat_map(|set| &set.findings);
         let findings: Vec<Shown> = run.findings.iter().chain(of_sets).map(shown).collect();
@@ -180,7 +183,7 @@ fn validation_section(validation: &Validation, curves: &Curves) -> Section {
                     .map(Block::Figure),
             );
         }
-        blocks.push(Block::Table(tables::torque(run)));
+        blocks.push(Block::Table(validation_tables::torque(run)));
     }
     section(
         "validation",
@@ -235,6 +238,47 @@ fn conditioning(identification: &Identification) -> Section {
          the residuals are root mean squares over the whole log.",
         blocks,
     )
+}
+
+/// How the cut-off of the positions was chosen, and what others give.
+fn cutoff(identification: &Identification) -> Option<Section> {
+    let choice = identification.settings.position_cutoff_choice.as_ref()?;
+    let mut blocks = vec![Block::Paragraph(format!(
+        "Chosen: {} Hz, since {}.",
+        significant(identification.settings.position_cutoff_hz, 3),
+        choice.reason
+    ))];
+    blocks.extend(robot_tables::cutoffs(identification, choice).map(Block::Table));
+    Some(section(
+        "cutoff",
+        "Cut-off of the positions",
+        "A low cut-off smears reversals of direction and takes inertia for friction; a high one lets \
+         the noise of the encoders through. Where estimates move much, neither is far away.",
+        blocks,
+    ))
+}
+
+/// What stands behind the link parameters of a tree.
+fn links(identification: &Identification) -> Option<Section> {
+    let result = identification.results.first()?;
+    let lumped = robot_tables::lumped(result);
+    let standard = robot_tables::standard(result)?;
+    let mut blocks = Vec::new();
+    if !lumped.is_empty() {
+        blocks.push(Block::Paragraph(
+            "Motion shows only combinations of the links' masses, first moments and inertias:"
+                .to_owned(),
+        ));
+        blocks.push(Block::KeyValues(lumped));
+    }
+    blocks.push(Block::Table(standard));
+    Some(section(
+        "links",
+        "Links",
+        "Masses [m], first moments [mx, my, mz] and inertias about the origin of each joint's frame, \
+         in its axes.",
+        blocks,
+    ))
 }
 
 fn settings(contents: &Contents<'_>) -> Section {

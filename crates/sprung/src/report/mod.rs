@@ -7,7 +7,9 @@ mod document;
 mod html;
 mod numbers;
 mod plots;
+mod robot_tables;
 mod tables;
+mod validation_tables;
 
 pub use compose::{Contents, compose};
 pub use document::*;

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::document::{Figure, Layout, Panel, Series, Style};
 use crate::curves::{CurveSet, Curves};
 use crate::estimate::Identification;
+use crate::model::short;
 use crate::validate::RunResult;
 
 const STYLES: [Style; 3] = [Style::First, Style::Second, Style::Third];
@@ -52,7 +53,7 @@ pub(super) fn traces(
             }
             drop_start(&mut series);
             Panel {
-                y_label: format!("{} [{}]", parameter.name, parameter.unit),
+                y_label: format!("{} [{}]", short(&parameter.name), parameter.unit),
                 x: time.clone(),
                 series,
             }
@@ -138,7 +139,12 @@ pub(super) fn validation(run: &RunResult, curves: &Curves) -> Vec<Figure> {
                 "{}: measured and simulated positions, and their errors.",
                 run.name
             ),
-            &["link_position_rad", "motor_position_rad"],
+            &[
+                "link_position_rad",
+                "motor_position_rad",
+                "link_position_m",
+                "motor_position_m",
+            ],
         ),
         figure(
             "torques",
@@ -146,7 +152,7 @@ pub(super) fn validation(run: &RunResult, curves: &Curves) -> Vec<Figure> {
                 "{}: measured and simulated motor torques, and their errors.",
                 run.name
             ),
-            &["motor_torque_nm"],
+            &["motor_torque_nm", "motor_force_n"],
         ),
     ]
 }
@@ -158,7 +164,7 @@ pub(super) fn fit(identification: &Identification, fit: &Curves) -> Figure {
         Some((measured, fitted)) => {
             let fitted: Vec<&CurveSet> = fitted.iter().collect();
             (fit.columns.iter().enumerate())
-                .filter(|(_, column)| column.ends_with("motor_nm"))
+                .filter(|(_, column)| column.ends_with("motor_nm") || column.ends_with("motor_n"))
                 .flat_map(|(i, column)| with_error(measured, &fitted, i, column, ""))
                 .collect()
         }
@@ -183,7 +189,11 @@ fn with_error(
     let label = |set: &CurveSet| set.label.trim_start_matches(prefix).to_owned();
     let (what, unit) = name.rsplit_once('_').unwrap_or((name, ""));
     let what = what.replace('_', " ");
-    let unit = unit.replace("nm", "N·m");
+    let unit = match unit {
+        "nm" => "N·m",
+        "n" => "N",
+        other => other,
+    };
     let truth = &measured.values[column];
     let mut curves = vec![Series {
         name: "measured".to_owned(),

@@ -5,16 +5,16 @@ use std::collections::BTreeMap;
 use super::document::{Column, Row, Table, Tone};
 use super::numbers::{deviation, given, or_dash, significant};
 use crate::estimate::{Identification, ParameterEstimate};
-use crate::validate::RunResult;
+use crate::model::short;
 
-fn text(heading: &str) -> Column {
+pub(super) fn text(heading: &str) -> Column {
     Column {
         heading: heading.to_owned(),
         numeric: false,
     }
 }
 
-fn number(heading: impl Into<String>) -> Column {
+pub(super) fn number(heading: impl Into<String>) -> Column {
     Column {
         heading: heading.into(),
         numeric: true,
@@ -51,7 +51,7 @@ pub(super) fn parameters(
     columns.push(text("Unit"));
     let row = |parameter: &ParameterEstimate| {
         let symbol = parameter.symbol.replace("theta", "θ");
-        let mut cells = vec![format!("{symbol}\u{a0}{}", parameter.name)];
+        let mut cells = vec![format!("{symbol}\u{a0}{}", short(&parameter.name))];
         let known = truth.map(|truth| truth.get(&parameter.name).copied());
         for result in results {
             let estimate = result.parameter(&parameter.name);
@@ -105,7 +105,7 @@ pub(super) fn motor_rows(identification: &Identification) -> Option<Table> {
             let stacked = result.parameter(&alone.name);
             Row {
                 cells: vec![
-                    alone.name.clone(),
+                    short(&alone.name).into_owned(),
                     alone.unit.clone(),
                     stacked.map_or_else(String::new, with_error),
                     with_error(alone),
@@ -126,89 +126,6 @@ pub(super) fn motor_rows(identification: &Identification) -> Option<Table> {
     })
 }
 
-/// Root mean squares of measured minus simulated.
-pub(super) fn errors(run: &RunResult) -> Table {
-    let joints = run.joints();
-    let mut columns = vec![text("Parameters")];
-    for (symbol, unit) in [("τ", "N·m"), ("q", "rad"), ("φ", "rad")] {
-        columns.extend(
-            joints
-                .iter()
-                .map(|joint| number(format!("{symbol} {joint} [{unit}]"))),
-        );
-    }
-    let rows = run
-        .sets
-        .iter()
-        .map(|set| {
-            let mut cells = vec![set.parameters.clone()];
-            for group in 0..3 {
-                for joint in &joints {
-                    let value = set
-                        .e_rms
-                        .as_ref()
-                        .and_then(|e| [&e.tau_nm, &e.q_rad, &e.phi_rad][group].get(joint));
-                    cells.push(
-                        value.map_or_else(|| set.outcome.words().to_owned(), |v| significant(v, 3)),
-                    );
-                }
-            }
-            Row {
-                cells,
-                tone: if set.e_rms.is_none() {
-                    Tone::Bad
-                } else {
-                    Tone::Neutral
-                },
-            }
-        })
-        .collect();
-    Table {
-        caption: format!(
-            "{}: root mean square of measured minus simulated over {} ({} samples).",
-            run.name, run.log, run.samples
-        ),
-        columns,
-        rows,
-    }
-}
-
-/// Residual of the filtered torque along the measured motion.
-pub(super) fn torque(run: &RunResult) -> Table {
-    let joints = run.joints();
-    let mut columns = vec![text("Parameters")];
-    for joint in &joints {
-        columns.push(number(format!("{joint} [N·m]")));
-        columns.push(number(format!("{joint} [% of torque]")));
-    }
-    let rows = run
-        .sets
-        .iter()
-        .map(|set| {
-            let mut cells = vec![set.parameters.clone()];
-            for joint in &joints {
-                let relative = set.torque_relative_residual.get(joint);
-                cells.push(or_dash(set.torque_residual_nm.get(joint), 3));
-                cells
-                    .push(relative.map_or_else(|| "–".to_owned(), |r| format!("{:.1}", 100.0 * r)));
-            }
-            Row {
-                cells,
-                tone: Tone::Neutral,
-            }
-        })
-        .collect();
-    Table {
-        caption: format!(
-            "{}: filtered motor torque that the model needs for the measured motion in {} ({} \
-             samples), root mean square of its error.",
-            run.name, run.log, run.samples
-        ),
-        columns,
-        rows,
-    }
-}
-
 /// Residuals of every row.
 pub(super) fn residuals(identification: &Identification) -> Table {
     let mut columns = vec![text("Row")];
@@ -223,7 +140,11 @@ pub(super) fn residuals(identification: &Identification) -> Table {
         .into_iter()
         .flatten()
         .map(|(row, _)| {
-            let mut cells = vec![row.trim_end_matches("_nm").to_owned()];
+            let mut cells = vec![
+                row.trim_end_matches("_nm")
+                    .trim_end_matches("_n")
+                    .to_owned(),
+            ];
             for result in &identification.results {
                 cells.push(or_dash(result.residual_rms.get(row), 3));
                 cells.push(
@@ -252,7 +173,7 @@ pub(super) fn excitation(identification: &Identification) -> Option<Table> {
     let rows = (result.parameters.iter())
         .map(|parameter| Row {
             cells: vec![
-                parameter.name.clone(),
+                short(&parameter.name).into_owned(),
                 or_dash(parameter.torque_rms_nm, 3),
                 parameter
                     .torque_share

@@ -1,0 +1,144 @@
+//! The tables of a robot beyond its parameters: encoder offsets, the cut-off
+//! that was chosen, and what stands behind lumped link parameters.
+
+use super::document::{Row, Table, Tone};
+use super::numbers::{given, or_dash, significant};
+use super::tables::{number, text};
+use crate::estimate::{CutoffChoice, Determined, EstimateResult, Identification};
+use crate::model::short;
+
+/// Change with the cut-off from which a row is marked.
+const MOVES: f64 = 0.05;
+
+/// Share of a row's torque from which a parameter is listed with the cut-offs.
+const LISTED: f64 = 0.05;
+
+/// Constant differences of the encoders.
+pub(super) fn encoder_offsets(identification: &Identification) -> Option<Table> {
+    let result = identification.results.first()?;
+    let rows: Vec<Row> = (result.encoder_offsets.iter())
+        .map(|offset| Row {
+            cells: vec![
+                offset.joint.clone(),
+                significant(1e3 * offset.offset_rad, 3),
+                or_dash(offset.standard_error_rad.map(|error| 1e3 * error), 2),
+                format!("{:.4}", offset.offset_rad.to_degrees()),
+            ],
+            tone: Tone::Neutral,
+        })
+        .collect();
+    (!rows.is_empty()).then(|| Table {
+        caption: "What each link encoder reads too much against its motor's: minus the preload \
+                  over the stiffness."
+            .to_owned(),
+        columns: vec![
+            text("Joint"),
+            number("Offset [mrad]"),
+            number("± s.e."),
+            number("[°]"),
+        ],
+        rows,
+    })
+}
+
+/// How estimates move around the chosen cut-off, percent of the chosen.
+pub(super) fn cutoffs(identification: &Identification, choice: &CutoffChoice) -> Option<Table> {
+    let result = identification.results.first()?;
+    let chosen = identification.settings.position_cutoff_hz;
+    let near = |hz: f64| (hz - chosen).abs();
+    let middle =
+        (choice.sweep.iter()).min_by(|a, b| near(a.cutoff_hz).total_cmp(&near(b.cutoff_hz)))?;
+    let mut columns = vec![text("Parameter")];
+    columns.extend(
+        (choice.sweep.iter())
+            .map(|point| number(format!("{} Hz", significant(point.cutoff_hz, 3)))),
+    );
+    let matters = |share: Option<f64>| share.is_some_and(|share| share >= LISTED);
+    let rows = (result.parameters.iter().enumerate())
+        .filter(|(i, p)| {
+            matters(p.torque_share) && middle.values.get(*i).is_some_and(|v| *v != 0.0)
+        })
+        .map(|(i, parameter)| {
+            let changes: Vec<f64> = (choice.sweep.iter())
+                .map(|point| point.values[i] / middle.values[i] - 1.0)
+                .collect();
+            let mut cells = vec![short(&parameter.name).into_owned()];
+            cells.extend(
+                changes
+                    .iter()
+                    .map(|change| format!("{:+.1} %", 100.0 * change)),
+            );
+            Row {
+                cells,
+                tone: if changes.iter().any(|change| change.abs() > MOVES) {
+                    Tone::Doubtful
+                } else {
+                    Tone::Neutral
+                },
+            }
+        })
+        .collect();
+    Some(Table {
+        caption: format!(
+            "How estimates from the beginning of the log move around the chosen cut-off; parameters \
+             with at least {:.0} % of the largest torque of their row. Marked ones move by more \
+             than {:.0} %.",
+            100.0 * LISTED,
+            100.0 * MOVES
+        ),
+        columns,
+        rows,
+    })
+}
+
+/// Lumped link parameters, their short names and what they stand for.
+pub(super) fn lumped(result: &EstimateResult) -> Vec<(String, String)> {
+    (result.parameters.iter())
+        .filter(|p| *short(&p.name) != p.name)
+        .map(|p| {
+            (
+                format!("{} {}", p.symbol.replace("theta", "θ"), short(&p.name)),
+                p.name.clone(),
+            )
+        })
+        .collect()
+}
+
+/// Inertial parameters of single links.
+pub(super) fn standard(result: &EstimateResult) -> Option<Table> {
+    let rows: Vec<Row> = (result.standard_parameters.iter())
+        .map(|p| Row {
+            cells: vec![
+                p.name.clone(),
+                significant(p.value, 5),
+                given(p.nominal),
+                p.unit.clone(),
+                match p.determined {
+                    Determined::Alone => "by itself",
+                    Determined::InCombination => "in combination",
+                    Determined::Not => "not at all",
+                    Determined::Known => "given",
+                }
+                .to_owned(),
+            ],
+            tone: match p.determined {
+                Determined::Not => Tone::Doubtful,
+                _ => Tone::Neutral,
+            },
+        })
+        .collect();
+    (!rows.is_empty()).then(|| Table {
+        caption: "Parameters of single links that make these combinations: the nominal ones, changed \
+                  as little as possible. Others would move the robot just the same; marked ones show \
+                  in no motion."
+            .to_owned(),
+        columns: vec![
+            text("Parameter"),
+            number("Value"),
+            number("Nominal"),
+            text("Unit"),
+            text("Determined"),
+        ],
+        rows,
+    })
+}

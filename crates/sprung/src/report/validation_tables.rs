@@ -1,0 +1,160 @@
+//! The tables of a validation: joints side by side, or below each other where
+//! there are many.
+
+use super::document::{Row, Table, Tone};
+use super::numbers::{or_dash, significant};
+use super::tables::{number, text};
+use crate::validate::{RunResult, SetResult};
+
+/// Joints that stand side by side, at most.
+const SIDE_BY_SIDE: usize = 3;
+
+/// Root mean squares of measured minus simulated.
+pub(super) fn errors(run: &RunResult) -> Table {
+    let joints = run.joints();
+    if joints.len() > SIDE_BY_SIDE {
+        return errors_by_joint(run);
+    }
+    let mut columns = vec![text("Parameters")];
+    for (symbol, unit) in [("τ", "N·m"), ("q", "rad"), ("φ", "rad")] {
+        columns.extend(
+            joints
+                .iter()
+                .map(|joint| number(format!("{symbol} {joint} [{unit}]"))),
+        );
+    }
+    let rows = run
+        .sets
+        .iter()
+        .map(|set| {
+            let mut cells = vec![set.parameters.clone()];
+            for group in 0..3 {
+                for joint in &joints {
+                    let value = set
+                        .e_rms
+                        .as_ref()
+                        .and_then(|e| [&e.tau_nm, &e.q_rad, &e.phi_rad][group].get(joint));
+                    cells.push(
+                        value.map_or_else(|| set.outcome.words().to_owned(), |v| significant(v, 3)),
+                    );
+                }
+            }
+            Row {
+                cells,
+                tone: if set.e_rms.is_none() {
+                    Tone::Bad
+                } else {
+                    Tone::Neutral
+                },
+            }
+        })
+        .collect();
+    Table {
+        caption: format!(
+            "{}: root mean square of measured minus simulated over {} ({} samples).",
+            run.name, run.log, run.samples
+        ),
+        columns,
+        rows,
+    }
+}
+
+/// Residual of the filtered torque along the measured motion.
+pub(super) fn torque(run: &RunResult) -> Table {
+    let joints = run.joints();
+    if joints.len() > SIDE_BY_SIDE {
+        return torque_by_joint(run);
+    }
+    let mut columns = vec![text("Parameters")];
+    for joint in &joints {
+        columns.push(number(format!("{joint} [N·m]")));
+        columns.push(number(format!("{joint} [% of torque]")));
+    }
+    let rows = run
+        .sets
+        .iter()
+        .map(|set| {
+            let mut cells = vec![set.parameters.clone()];
+            for joint in &joints {
+                let relative = set.torque_relative_residual.get(joint);
+                cells.push(or_dash(set.torque_residual_nm.get(joint), 3));
+                cells
+                    .push(relative.map_or_else(|| "–".to_owned(), |r| format!("{:.1}", 100.0 * r)));
+            }
+            Row {
+                cells,
+                tone: Tone::Neutral,
+            }
+        })
+        .collect();
+    Table {
+        caption: format!(
+            "{}: filtered motor torque that the model needs for the measured motion in {} ({} \
+             samples), root mean square of its error.",
+            run.name, run.log, run.samples
+        ),
+        columns,
+        rows,
+    }
+}
+
+/// One row per parameter set and joint.
+fn by_joint(run: &RunResult, cells: impl Fn(&SetResult, &str) -> Vec<String>) -> Vec<Row> {
+    let joints = run.joints();
+    let of_set = |set: &SetResult| -> Vec<Row> {
+        let row = |joint: &&str| Row {
+            cells: [set.parameters.clone(), (*joint).to_owned()]
+                .into_iter()
+                .chain(cells(set, joint))
+                .collect(),
+            tone: Tone::Neutral,
+        };
+        joints.iter().map(row).collect()
+    };
+    run.sets.iter().flat_map(of_set).collect()
+}
+
+fn errors_by_joint(run: &RunResult) -> Table {
+    Table {
+        caption: format!(
+            "{}: root mean square of measured minus simulated over {} ({} samples).",
+            run.name, run.log, run.samples
+        ),
+        columns: vec![
+            text("Parameters"),
+            text("Joint"),
+            number("τ [N·m]"),
+            number("q [rad]"),
+            number("φ [rad]"),
+        ],
+        rows: by_joint(run, |set, joint| match &set.e_rms {
+            Some(e) => [&e.tau_nm, &e.q_rad, &e.phi_rad]
+                .map(|values| or_dash(values.get(joint), 3))
+                .to_vec(),
+            None => vec![set.outcome.words().to_owned(); 3],
+        }),
+    }
+}
+
+fn torque_by_joint(run: &RunResult) -> Table {
+    Table {
+        caption: format!(
+            "{}: filtered motor torque that the model needs for the measured motion in {} ({} \
+             samples), root mean square of its error.",
+            run.name, run.log, run.samples
+        ),
+        columns: vec![
+            text("Parameters"),
+            text("Joint"),
+            number("error [N·m]"),
+            number("% of torque"),
+        ],
+        rows: by_joint(run, |set, joint| {
+            let relative = set.torque_relative_residual.get(joint);
+            vec![
+                or_dash(set.torque_residual_nm.get(joint), 3),
+                relative.map_or_else(|| "–".to_owned(), |r| format!("{:.1}", 100.0 * r)),
+            ]
+        }),
+    }
+}
