@@ -24,6 +24,9 @@ pub(crate) enum Verb {
     /// Run the paper's experiment, end to end, on a digital twin.
     #[command(before_help = "Example: sprung demo --out my-demo")]
     Demo(Demo),
+    /// Write a commented experiment.toml to start from, for your own robot.
+    #[command(before_help = "Example: sprung new my-arm --urdf arm.urdf")]
+    New(New),
     /// Find the parameters of a robot from a log.
     #[command(before_help = "Example: sprung identify experiment.toml --set log.file=run7.csv")]
     Identify(Identify),
@@ -99,6 +102,21 @@ pub(crate) struct Demo {
     pub(crate) voice: Voice,
     #[command(flatten)]
     pub(crate) work: Work,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct New {
+    /// Folder for experiment.toml; made if it is not there.
+    #[arg(value_name = "DIR")]
+    pub(crate) folder: PathBuf,
+    /// URDF file of the robot; it stays where it is.
+    #[arg(long, value_name = "FILE", conflicts_with = "joints")]
+    pub(crate) urdf: Option<PathBuf>,
+    /// Number of joints, 1 to 32, of a robot whose Denavit-Hartenberg table you fill in [default: 2].
+    #[arg(long, value_name = "N")]
+    pub(crate) joints: Option<usize>,
+    #[command(flatten)]
+    pub(crate) voice: Voice,
 }
 
 #[derive(Debug, Args)]

@@ -181,7 +181,8 @@ pub(crate) fn read_parameters(path: &Path) -> Result<Parameters, Failure> {
     })
 }
 
-fn read_text(path: &Path) -> Result<String, Failure> {
+/// Reads a text file.
+pub(crate) fn read_text(path: &Path) -> Result<String, Failure> {
     std::fs::read_to_string(path).map_err(|error| {
         Failure::new(
             ExitCode::File,

@@ -2,6 +2,7 @@
 
 mod demo;
 mod identify;
+mod new;
 mod simulate;
 mod validate;
 
@@ -27,6 +28,7 @@ pub(crate) fn run() -> std::process::ExitCode {
     };
     let outcome = match cli.verb {
         Verb::Demo(args) => with_threads(args.work, || demo::run(&args)),
+        Verb::New(args) => new::run(&args),
         Verb::Identify(args) => with_threads(args.common.work, || identify::run(&args)),
         Verb::Validate(args) => with_threads(args.common.work, || validate::run(&args)),
         Verb::Simulate(args) => with_threads(args.common.work, || simulate::run(&args)),
@@ -65,15 +67,17 @@ fn with_threads(
 fn command_line() -> String {
     let mut words = std::env::args_os();
     words.next();
-    let quote = |word: String| {
-        if word.is_empty() || word.contains(|c: char| c.is_whitespace() || "\"'$`\\".contains(c)) {
-            format!("'{}'", word.replace('\'', r"'\''"))
-        } else {
-            word
-        }
-    };
     std::iter::once("sprung".to_owned())
-        .chain(words.map(|word| quote(word.to_string_lossy().into_owned())))
+        .chain(words.map(|word| quoted(&word.to_string_lossy())))
         .collect::<Vec<_>>()
         .join(" ")
+}
+
+/// Returns a word as a shell takes it.
+fn quoted(word: &str) -> String {
+    if word.is_empty() || word.contains(|c: char| c.is_whitespace() || "\"'$`\\".contains(c)) {
+        format!("'{}'", word.replace('\'', r"'\''"))
+    } else {
+        word.to_owned()
+    }
 }

@@ -11,6 +11,7 @@ mod bad_experiment;
 mod bad_log;
 mod browser;
 mod common;
+mod new;
 mod outputs;
 mod readme;
 mod real_machine;

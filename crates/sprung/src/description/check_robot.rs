@@ -1,5 +1,7 @@
 //! What types cannot say of a robot: which keys go together.
 
+use sprung_core::chain::JointKind;
+
 use super::check::{Fault, check_name, fault};
 use super::robot::{FrictionLaw, Joint, Robot, SpringTerm};
 use super::types::ExperimentFile;
@@ -57,6 +59,15 @@ pub(super) fn robot(file: &ExperimentFile) -> Result<(), Fault> {
             return Err(Fault {
                 path: path("position_offset_deg"),
                 message: format!("{}: position_offset_deg must be finite", joint.name),
+            });
+        }
+        if joint.position_offset_deg != 0.0 && robot.kind(i) == JointKind::Prismatic {
+            return Err(Fault {
+                path: path("position_offset_deg"),
+                message: format!(
+                    "{} slides, its position is no angle: remove position_offset_deg",
+                    joint.name
+                ),
             });
         }
         if joint.amplifier_limit_v.is_some() && joint.torque_per_volt().is_none() {

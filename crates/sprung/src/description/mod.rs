@@ -14,6 +14,7 @@ mod log;
 mod read;
 mod robot;
 mod run;
+mod template;
 mod tree;
 mod types;
 mod urdf;
@@ -25,5 +26,6 @@ pub use robot::{
     DhJoint, FrictionLaw, Joint, Kinematics, Nominal, Robot, Side, SpringTerm, Transmission, Tree,
 };
 pub use run::{Controller, ControllerKind, Feedforward, Reference, Simulate, Sine, Validate};
+pub use template::{MOST_JOINTS, Start, StartError, template};
 pub use tree::Open;
 pub use urdf::{TreeJoint, Urdf, UrdfError, UrdfJoint};

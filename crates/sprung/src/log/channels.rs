@@ -114,8 +114,8 @@ impl Channels {
             }
         };
         let mut all = Vec::new();
-        for (quantity, columns) in [link(robot, log)?, motor(robot, log)?, torque(robot, log)?] {
-            for (joint, column, factor) in columns {
+        for columns in [link(robot, log)?, motor(robot, log)?, torque(robot, log)?] {
+            for (quantity, joint, column, factor) in columns {
                 let sign = log.sign.get(column).copied().unwrap_or(1.0);
                 all.push(Channel {
                     column: column.clone(),
@@ -174,23 +174,23 @@ impl Channels {
     }
 }
 
-/// A quantity, and joint, column and factor to SI units of each channel.
-type Columns<'a> = (Quantity, Vec<(usize, &'a String, f64)>);
+/// Quantity, joint, column and factor to SI units of each channel.
+type Columns<'a> = Vec<(Quantity, usize, &'a String, f64)>;
 
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 /// Joins the columns of a list with the joints of a kind that they speak of.
 fn of_kind<'a>(
     robot: &Robot,
-    kind: JointKind,
+    (kind, quantity): (JointKind, Quantity),
     wanted: impl Fn(&Joint) -> bool,
     columns: Option<&'a [String]>,
     factor: impl Fn(&Joint) -> f64,
-) -> Vec<(usize, &'a String, f64)> {
+) -> Columns<'a> {
     (robot.joint.iter().enumerate())
         .filter(|(i, joint)| robot.kind(*i) == kind && wanted(joint))
         .zip(columns.unwrap_or_default())
-        .map(|((i, joint), column)| (i, column, factor(joint)))
+        .map(|((i, joint), column)| (quantity, i, column, factor(joint)))
         .collect()
 }
 
@@ -202,37 +202,25 @@ fn link<'a>(robot: &Robot, log: &'a Log) -> Result<Columns<'a>, ChannelError> {
         (&log.link_deflection_deg, Quantity::LinkDeflection, DEGREE),
     ]
     .into_iter()
-    .find_map(|(columns, quantity, unit)| Some((columns.as_deref()?, quantity, unit)));
+    .find_map(|(columns, quantity, unit)| Some((Some(columns.as_deref()?), quantity, unit)));
+    let (columns, quantity, unit) = turning.unwrap_or((None, Quantity::LinkPosition, 1.0));
     let sliding = log.link_position_m.as_deref();
-    let (columns, quantity, unit) = match turning {
-        Some((columns, quantity, unit)) => (Some(columns), quantity, unit),
-        None => (None, Quantity::LinkPosition, 1.0),
-    };
+    let flexible = Joint::is_flexible;
     let mut all = of_kind(
         robot,
-        JointKind::Revolute,
-        Joint::is_flexible,
+        (JointKind::Revolute, quantity),
+        flexible,
         columns,
         |_| unit,
     );
-    all.extend(of_kind(
-        robot,
-        JointKind::Prismatic,
-        Joint::is_flexible,
-        sliding,
-        |_| 1.0,
-    ));
-    complete(
-        robot,
-        Joint::is_flexible,
-        &all,
-        "the link positions",
-        [
-            "link_position_rad or link_deflection_rad",
-            "link_position_m",
-        ],
-    )?;
-    Ok((quantity, all))
+    let of_sliding = (JointKind::Prismatic, Quantity::LinkPosition);
+    all.extend(of_kind(robot, of_sliding, flexible, sliding, |_| 1.0));
+    let keys = [
+        "link_position_rad or link_deflection_rad",
+        "link_position_m",
+    ];
+    complete(robot, flexible, &all, "the link positions", keys)?;
+    Ok(all)
 }
 
 fn motor<'a>(robot: &Robot, log: &'a Log) -> Result<Columns<'a>, ChannelError> {
@@ -255,18 +243,20 @@ fn motor<'a>(robot: &Robot, log: &'a Log) -> Result<Columns<'a>, ChannelError> {
     let sliding =
         (log.motor_position_m.as_deref()).or(log.link_position_m.as_deref().filter(|_| rigid));
     let every = |_: &Joint| true;
-    let mut all = of_kind(robot, JointKind::Revolute, every, columns, |joint| {
+    let of = |kind| (kind, Quantity::MotorPosition);
+    let mut all = of_kind(robot, of(JointKind::Revolute), every, columns, |joint| {
         unit * scale(joint)
     });
-    all.extend(of_kind(robot, JointKind::Prismatic, every, sliding, scale));
-    complete(
+    all.extend(of_kind(
         robot,
+        of(JointKind::Prismatic),
         every,
-        &all,
-        "the motor positions",
-        ["motor_position_rad", "motor_position_m"],
-    )?;
-    Ok((Quantity::MotorPosition, all))
+        sliding,
+        scale,
+    ));
+    let keys = ["motor_position_rad", "motor_position_m"];
+    complete(robot, every, &all, "the motor positions", keys)?;
+    Ok(all)
 }
 
 fn torque<'a>(robot: &Robot, log: &'a Log) -> Result<Columns<'a>, ChannelError> {
@@ -281,7 +271,7 @@ fn torque<'a>(robot: &Robot, log: &'a Log) -> Result<Columns<'a>, ChannelError> 
                     },
                     unit,
                 })?;
-                Ok((i, column, factor))
+                Ok((Quantity::MotorTorque, i, column, factor))
             })
             .collect::<Result<Vec<_>, ChannelError>>()
     };
@@ -291,9 +281,16 @@ fn torque<'a>(robot: &Robot, log: &'a Log) -> Result<Columns<'a>, ChannelError> 
         Side::Motor => joint.ratio(),
     };
     let (turning, sliding) = (log.motor_torque_nm.as_deref(), log.motor_force_n.as_deref());
+    let of = |kind| (kind, Quantity::MotorTorque);
     let all = if turning.is_some() || sliding.is_some() {
-        let mut all = of_kind(robot, JointKind::Revolute, every, turning, scale);
-        all.extend(of_kind(robot, JointKind::Prismatic, every, sliding, scale));
+        let mut all = of_kind(robot, of(JointKind::Revolute), every, turning, scale);
+        all.extend(of_kind(
+            robot,
+            of(JointKind::Prismatic),
+            every,
+            sliding,
+            scale,
+        ));
         all
     } else if let Some(columns) = &log.motor_current_a {
         converted(columns, "currents", Joint::torque_per_ampere)?
@@ -302,29 +299,24 @@ fn torque<'a>(robot: &Robot, log: &'a Log) -> Result<Columns<'a>, ChannelError> 
     } else {
         Vec::new()
     };
-    complete(
-        robot,
-        every,
-        &all,
-        "the motor torques",
-        [
-            "motor_torque_nm, motor_current_a or drive_voltage_v",
-            "motor_force_n",
-        ],
-    )?;
-    Ok((Quantity::MotorTorque, all))
+    let keys = [
+        "motor_torque_nm, motor_current_a or drive_voltage_v",
+        "motor_force_n",
+    ];
+    complete(robot, every, &all, "the motor torques", keys)?;
+    Ok(all)
 }
 
 /// Checks that every joint that needs a column has one.
 fn complete(
     robot: &Robot,
     wanted: impl Fn(&Joint) -> bool,
-    all: &[(usize, &String, f64)],
+    all: &Columns<'_>,
     what: &'static str,
     [turning, sliding]: [&'static str; 2],
 ) -> Result<(), ChannelError> {
     let missing = (robot.joint.iter().enumerate())
-        .find(|(i, joint)| wanted(joint) && !all.iter().any(|(own, ..)| own == i));
+        .find(|(i, joint)| wanted(joint) && !all.iter().any(|(_, own, ..)| own == i));
     match missing {
         None => Ok(()),
         Some((i, _)) => Err(ChannelError::NotSaid {

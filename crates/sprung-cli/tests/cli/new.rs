@@ -1,0 +1,318 @@
+//! `sprung new`: a file that can be read as it stands, runs once its log is
+//! there, and overwrites nothing.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use tempfile::TempDir;
+
+use crate::common::{sprung, stderr, stdout};
+
+const ARM: &str = r#"<robot name="two joints">
+<link name="base"/>
+<link name="upper"><inertial><origin xyz="0.15 0 0"/><mass value="1.5"/>
+  <inertia ixx="0.001" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.02"/></inertial></link>
+<link name="lower"><inertial><origin xyz="0.1 0 0"/><mass value="0.5"/>
+  <inertia ixx="0.001" ixy="0" ixz="0" iyy="0.008" iyz="0" izz="0.008"/></inertial></link>
+<joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/>
+  <axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="80" velocity="2"/></joint>
+<joint name="elbow" type="continuous"><parent link="upper"/><child link="lower"/>
+  <origin xyz="0.343 0 0"/><axis xyz="0 1 0"/></joint>
+</robot>"#;
+
+/// The same arm on a sled.
+fn gantry() -> String {
+    ARM.replace(
+        "<joint name=\"shoulder\" type=\"revolute\"><parent link=\"base\"/>",
+        "<link name=\"sled\"><inertial><mass value=\"4\"/>
+  <inertia ixx=\"0.01\" ixy=\"0\" ixz=\"0\" iyy=\"0.01\" iyz=\"0\" izz=\"0.01\"/></inertial></link>
+<joint name=\"slide\" type=\"prismatic\"><parent link=\"base\"/><child link=\"sled\"/></joint>
+<joint name=\"shoulder\" type=\"revolute\"><parent link=\"sled\"/>",
+    )
+}
+
+/// A folder in which commands are typed.
+struct Desk {
+    folder: TempDir,
+}
+
+impl Desk {
+    fn new() -> Self {
+        Self {
+            folder: TempDir::new().unwrap(),
+        }
+    }
+
+    fn path(&self, file: &str) -> PathBuf {
+        self.folder.path().join(file)
+    }
+
+    fn write(&self, file: &str, text: &str) {
+        let path = self.path(file);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, text).unwrap();
+    }
+
+    fn read(&self, file: &str) -> String {
+        std::fs::read_to_string(self.path(file)).unwrap()
+    }
+
+    /// Runs the program in the folder.
+    fn run(&self, args: &[&str]) -> Output {
+        Command::new(env!("CARGO_BIN_EXE_sprung"))
+            .args(args)
+            .current_dir(self.folder.path())
+            .output()
+            .unwrap()
+    }
+
+    fn succeeds(&self, args: &[&str]) -> String {
+        let output = self.run(args);
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        stdout(&output)
+    }
+
+    /// Checks that a command fails with a code and a message, and makes no
+    /// folder called `new`.
+    fn fails(&self, args: &[&str], code: i32, fragments: &[&str]) {
+        let output = self.run(args);
+        let message = stderr(&output);
+        println!("{message}");
+        assert_eq!(output.status.code(), Some(code), "{message}");
+        assert!(message.starts_with("error: "), "{message}");
+        for fragment in fragments {
+            assert!(message.contains(fragment), "no {fragment:?} in: {message}");
+        }
+        assert!(!self.path("new").exists(), "a failed run left a folder");
+    }
+
+    /// Checks that an experiment is read, model and all, up to its log.
+    fn lacks_only_its_log(&self, folder: &str) {
+        let log = Path::new(folder).join("log.csv");
+        let missing = format!("cannot read {}", log.display());
+        self.fails(&["identify", folder], 4, &[&missing]);
+    }
+}
+
+#[test]
+fn tables_are_read_as_they_stand() {
+    let desk = Desk::new();
+    for joints in ["1", "2", "7"] {
+        let folder = format!("arm-{joints}");
+        let said = desk.succeeds(&["new", &folder, "--joints", joints]);
+        assert!(
+            said.contains(&format!("{folder}/experiment.toml")),
+            "{said}"
+        );
+        assert!(said.contains("FILL IN: the table, the log"), "{said}");
+        assert!(
+            said.contains(&format!("sprung identify {folder}")),
+            "{said}"
+        );
+        desk.lacks_only_its_log(&folder);
+        let text = desk.read(&format!("{folder}/experiment.toml"));
+        assert_eq!(
+            text.matches("[[robot.joint]]").count().to_string(),
+            joints,
+            "{text}"
+        );
+    }
+}
+
+#[test]
+fn two_joints_if_nobody_says_how_many_and_quiet_is_quiet() {
+    let desk = Desk::new();
+    assert_eq!(desk.succeeds(&["new", "-q", "a/b/my arm"]), "");
+    assert!(
+        desk.read("a/b/my arm/experiment.toml")
+            .contains("# joint2\n")
+    );
+    desk.lacks_only_its_log("a/b/my arm");
+    let said = desk.succeeds(&["new", "my arm"]);
+    assert!(said.ends_with("sprung identify 'my arm'\n"), "{said}");
+}
+
+#[test]
+fn golden_robots_are_read_as_they_stand() {
+    let golden = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/golden");
+    let desk = Desk::new();
+    for (name, last) in [("arm7", "j7"), ("planar2r", "j2")] {
+        let file = format!("{golden}/{name}.urdf");
+        if !Path::new(&file).exists() {
+            eprintln!("skipped: no robot at {file}");
+            continue;
+        }
+        desk.succeeds(&["new", name, "--urdf", &file]);
+        let text = desk.read(&format!("{name}/experiment.toml"));
+        assert!(text.contains(&format!("name = \"{name}\"")), "{text}");
+        assert!(text.contains(&format!("name = \"{last}\"")), "{text}");
+        desk.lacks_only_its_log(name);
+    }
+}
+
+#[test]
+fn a_urdf_is_named_by_a_relative_path_if_it_lies_near() {
+    let desk = Desk::new();
+    let elsewhere = Desk::new();
+    elsewhere.write("far.urdf", ARM);
+    let far = elsewhere.path("far.urdf").canonicalize().unwrap();
+    for (folder, file, expected) in [
+        ("one", "arm.urdf", "../arm.urdf"),
+        ("two", "models/arm.urdf", "../models/arm.urdf"),
+        ("three", "three/meshes/arm.urdf", "meshes/arm.urdf"),
+        (".", "arm.urdf", "arm.urdf"),
+    ] {
+        desk.write(file, ARM);
+        desk.succeeds(&["new", folder, "--urdf", file]);
+        let text = desk.read(&format!("{folder}/experiment.toml"));
+        assert!(
+            text.contains(&format!("\nurdf = \"{expected}\" ")),
+            "{text}"
+        );
+        desk.lacks_only_its_log(folder);
+    }
+    desk.succeeds(&["new", "four/deep/er", "--urdf", "arm.urdf"]);
+    desk.succeeds(&["new", "five", "--urdf", far.to_str().unwrap()]);
+    let absolute = desk.path("arm.urdf").canonicalize().unwrap();
+    for (folder, path) in [("four/deep/er", absolute), ("five", far)] {
+        let text = desk.read(&format!("{folder}/experiment.toml"));
+        assert!(text.contains(&format!("\nurdf = {path:?}")), "{text}");
+        desk.lacks_only_its_log(folder);
+    }
+}
+
+/// Uses the examples of nominal values, controller and twin.
+fn with_a_twin(text: &str) -> String {
+    let (head, twin) = text.split_once("#[controller]").unwrap();
+    let twin = twin.lines().map(|line| match line.strip_prefix('#') {
+        Some(rest) if !rest.starts_with(' ') || rest.starts_with("  ") => rest,
+        _ => line,
+    });
+    let head = head.replace("#nominal = {", "nominal = {");
+    format!(
+        "{head}[controller]{}\n",
+        twin.collect::<Vec<_>>().join("\n")
+    )
+}
+
+#[test]
+fn a_log_with_the_columns_of_the_file_is_identified() {
+    for (urdf, slides) in [(ARM.to_owned(), false), (gantry(), true)] {
+        let desk = Desk::new();
+        desk.write("arm.urdf", &urdf);
+        desk.succeeds(&["new", "new-arm", "--urdf", "arm.urdf"]);
+        let written = desk.read("new-arm/experiment.toml");
+        desk.write("twin/experiment.toml", &with_a_twin(&written));
+        desk.succeeds(&["simulate", "twin", "--out", "new-arm"]);
+        let log = desk.read("new-arm/log.csv");
+        let header = if slides {
+            "t_s,q2_rad,q3_rad,q1_m,phi2_rad,phi3_rad,phi1_m,tau2_nm,tau3_nm,f1_n"
+        } else {
+            "t_s,q1_rad,q2_rad,phi1_rad,phi2_rad,tau1_nm,tau2_nm"
+        };
+        assert_eq!(log.lines().next(), Some(header));
+        // The file as it was written, and its log.
+        let output = desk.run(&["identify", "new-arm"]);
+        let code = output.status.code();
+        println!("{}{}", stdout(&output), stderr(&output));
+        assert!(matches!(code, Some(0 | 1)), "{}", stderr(&output));
+        assert!(desk.path("new-arm/sprung-out/report.html").exists());
+        let output = desk.run(&["validate", "new-arm"]);
+        assert!(
+            matches!(output.status.code(), Some(0 | 1)),
+            "{}",
+            stderr(&output)
+        );
+        assert!(stdout(&output).contains("same log"), "{}", stdout(&output));
+    }
+}
+
+#[test]
+fn nothing_is_overwritten() {
+    let desk = Desk::new();
+    desk.write("mine/experiment.toml", "my work");
+    let output = desk.run(&["new", "mine"]);
+    assert_eq!(output.status.code(), Some(2));
+    let message = stderr(&output);
+    assert!(
+        message.contains("mine/experiment.toml is there already and is not overwritten"),
+        "{message}"
+    );
+    assert_eq!(desk.read("mine/experiment.toml"), "my work");
+    desk.write("a-file", "my work");
+    for name in ["a-file", "new/experiment.toml"] {
+        desk.fails(&["new", name], 2, &[name, "names a file; give the folder"]);
+    }
+    assert_eq!(desk.read("a-file"), "my work");
+}
+
+#[cfg(unix)]
+#[test]
+fn links_are_not_overwritten() {
+    let desk = Desk::new();
+    std::fs::create_dir(desk.path("linked")).unwrap();
+    std::os::unix::fs::symlink("nowhere", desk.path("linked/experiment.toml")).unwrap();
+    desk.fails(&["new", "linked"], 2, &["is there already"]);
+}
+
+#[test]
+fn wrong_urdf_files_name_the_line() {
+    let desk = Desk::new();
+    let cases = [
+        (
+            ARM.replace("<mass value=\"0.5\"/>", "<mass value=\"half\"/>"),
+            &["line 5 of arm.urdf", "\"half\"", "is not a finite number"][..],
+        ),
+        (ARM.replace("</robot>", ""), &["of arm.urdf", "XML"]),
+        (
+            ARM.replace("\"revolute\"", "\"fixed\"")
+                .replace("\"continuous\"", "\"fixed\""),
+            &["line 1 of arm.urdf", "no joint of the robot moves"],
+        ),
+        (
+            ARM.replace("\"elbow\"", "\"arm/elbow\""),
+            &[
+                "the name \"arm/elbow\" must consist of",
+                "rename the joint in ../arm.urdf",
+            ],
+        ),
+    ];
+    for (urdf, fragments) in cases {
+        desk.write("arm.urdf", &urdf);
+        desk.fails(&["new", "new", "--urdf", "arm.urdf"], 2, fragments);
+    }
+}
+
+#[test]
+fn missing_urdf() {
+    let desk = Desk::new();
+    desk.fails(
+        &["new", "new", "--urdf", "no.urdf"],
+        4,
+        &["cannot read no.urdf"],
+    );
+}
+
+#[test]
+fn wrong_arguments() {
+    let desk = Desk::new();
+    desk.write("arm.urdf", ARM);
+    for joints in ["0", "33"] {
+        let message = format!("1 to 32 joints, not for {joints}");
+        desk.fails(&["new", "new", "--joints", joints], 2, &[&message]);
+    }
+    desk.fails(&["new", "new", "--joints=-1"], 2, &["invalid", "--joints"]);
+    desk.fails(
+        &["new", "new", "--urdf", "arm.urdf", "--joints", "2"],
+        2,
+        &["--urdf", "cannot be used with", "--joints"],
+    );
+    desk.fails(&["new"], 2, &["DIR"]);
+}
+
+#[test]
+fn help_shows_an_example_first() {
+    let text = stdout(&sprung(&["help", "new"]));
+    assert!(text.starts_with("Example: sprung new my-arm"), "{text}");
+    assert!(text.contains("[default: 2]"), "{text}");
+}

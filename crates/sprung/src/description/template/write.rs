@@ -1,0 +1,363 @@
+//! The text of the file, from top to bottom.
+
+use std::fmt::Write;
+
+use sprung_core::chain::JointKind::{Prismatic, Revolute};
+
+use super::{Joint, Kinematics, Start};
+
+/// Returns the text of an `experiment.toml` for a robot.
+///
+/// It can be read as it stands; what only the user knows is marked `FILL IN`.
+/// Keys that a robot may need stand behind a `#` without a space, with an
+/// example and an explanation.
+#[must_use]
+pub fn template(robot: &Start) -> String {
+    let mut text = HEADER.to_owned();
+    kinematics(&mut text, robot);
+    joints(&mut text, robot);
+    log(&mut text, robot);
+    text.push_str(IDENTIFY);
+    text.push_str(VALIDATE);
+    twin(&mut text, robot);
+    text
+}
+
+const HEADER: &str = "\
+# A start for your own robot: fill in what is marked FILL IN, then run `sprung identify` on the
+# folder of this file. Keys end in their units. A key right behind a # is an example: remove the #
+# to use it. `sprung schema` prints all keys, for completion in editors.
+format = 1
+";
+
+const IDENTIFY: &str = "
+[identify]
+estimator = \"least-squares\"                 # or several: [\"least-squares\", \"lsff\"]
+filter_cutoff_rad_per_s = 30.0              # lambda: above the motion, below its noise
+position_cutoff_hz = \"auto\"                 # zero-phase, for positions; a number if you know better
+#encoder_offset = \"none\"                    # link and motor agree at rest; \"estimate\" if absent
+";
+
+const VALIDATE: &str = "
+# What `sprung validate` tests the identified model on.
+[[validate]]
+name = \"same log\"                           # no log given: that of [log]
+
+# A second log shows whether the model predicts. Columns are as above unless said otherwise.
+#[[validate]]
+#name = \"second log\"
+#log = { file = \"second.csv\" }
+";
+
+fn kinematics(text: &mut String, robot: &Start) {
+    text.push_str("\n[robot]\n");
+    line(
+        text,
+        &format!("name = {}", quoted(&robot.name)),
+        "for reports",
+    );
+    match &robot.kinematics {
+        Kinematics::Urdf(file) => {
+            let comment = "relative to this file, or absolute";
+            line(text, &format!("urdf = {}", quoted(file)), comment);
+        }
+        Kinematics::Table => table(text, robot.joints.len()),
+    }
+    text.push_str(
+        "
+# Acceleration of free fall in the frame of the base: [0.0, 0.0, 9.81] if the robot hangs from a
+# ceiling, along another axis if its base is on a wall.
+gravity_m_per_s2 = [0.0, 0.0, -9.81]
+
+# Inertial parameters that symmetry makes zero, and values that are known: neither is estimated.
+",
+    );
+    if let Some(joint) = robot.joints.last() {
+        let zero = quoted(&format!("{}.my", joint.link));
+        let known = quoted(&format!("{}.stiffness", joint.name));
+        let value = joint.example().stiffness;
+        line(text, &format!("#assume_zero = [{zero}]"), "");
+        line(text, &format!("#fixed = {{ {known} = {value} }}"), "");
+    }
+    if robot.joints.len() > 1 {
+        text.push_str(
+            "
+# A coupled transmission in place of every gear_ratio: motor turns per joint turn, a row per motor
+# and a column per joint. Of two joints, the second motor turns with both:
+#transmission_matrix = [[100.0, 0.0], [50.0, 100.0]]
+",
+        );
+    }
+}
+
+fn table(text: &mut String, joints: usize) {
+    text.push_str(
+        "
+# FILL IN the modified Denavit-Hartenberg table (Craig): row i holds the twist and the length of the
+# link before joint i, then offset and angle of joint i. As it stands, it is an arm in a horizontal
+# plane. A joint that slides has prismatic = true; its columns are link_position_m, motor_position_m
+# and motor_force_n. There are also dh_classic, and urdf with the name of a file.
+dh_modified = [
+",
+    );
+    for i in 1..=joints {
+        let length = if i == 1 { "0.0" } else { "0.3" };
+        let row = format!(
+            "  {{ alpha_deg = 0.0, a_m = {length}, d_m = 0.0, theta_deg = 0.0 }},   # joint{i}\n"
+        );
+        text.push_str(&row);
+    }
+    text.push_str("]\n");
+}
+
+fn joints(text: &mut String, robot: &Start) {
+    text.push_str(match robot.kinematics {
+        Kinematics::Urdf(_) => {
+            "
+# A block for each joint that moves in the log, after the one that carries it. Remove the others: a
+# joint without a block is held at zero, as are those that mimic another.
+"
+        }
+        Kinematics::Table => "\n# A block for each row of the table.\n",
+    });
+    text.push_str(
+        "\
+# Friction is made of \"viscous\", \"coulomb\", \"offset\", \"stribeck\", \"viscous-asymmetric\" and
+# \"coulomb-asymmetric\". If absent, it is that of the examples; of a rigid joint it is none on the
+# link, and \"offset\" as well on the motor.
+",
+    );
+    for (i, joint) in robot.joints.iter().enumerate() {
+        if i > 0 {
+            text.push('\n');
+        }
+        joint.write(text, &robot.kinematics);
+    }
+}
+
+/// Words and example values for a kind of joint.
+struct Example {
+    stiffness: &'static str,
+    gear: (&'static str, &'static str),
+    constant: (&'static str, &'static str),
+    sharpness: (&'static str, &'static str),
+    nominal: &'static str,
+    units: &'static str,
+}
+
+impl Joint {
+    fn example(&self) -> Example {
+        match self.kind {
+            Revolute => Example {
+                stiffness: "1000.0",
+                gear: ("100.0", "motor turns per joint turn"),
+                constant: ("0.1", "N·m/A, for logs of the current"),
+                sharpness: ("100.0", "beta of tanh(beta v), s/rad; 100 if absent"),
+                nominal: "stiffness = 1000.0, rotor_inertia = 0.1, motor_viscous = 1.0, \
+                          motor_coulomb = 1.0",
+                units: "N·m/rad, kg·m², N·m·s/rad, N·m",
+            },
+            Prismatic => Example {
+                stiffness: "1e5",
+                gear: ("600.0", "motor rad per m of travel"),
+                constant: ("10.0", "N/A here, for logs of the current"),
+                sharpness: ("1000.0", "beta of tanh(beta v), s/m here; 100 if absent"),
+                nominal: "stiffness = 1e5, rotor_inertia = 10.0, motor_viscous = 100.0, \
+                          motor_coulomb = 10.0",
+                units: "N/m, kg, N·s/m, N",
+            },
+        }
+    }
+
+    fn write(&self, text: &mut String, kinematics: &Kinematics) {
+        let Example {
+            gear,
+            constant,
+            sharpness,
+            nominal,
+            units,
+            ..
+        } = self.example();
+        let (origin, zero) = match kinematics {
+            Kinematics::Urdf(_) => ("as in the URDF", "the URDF's zero"),
+            Kinematics::Table => ("your own choice", "the table's zero"),
+        };
+        text.push_str("[[robot.joint]]\n");
+        line(text, &format!("name = {}", quoted(&self.name)), origin);
+        if let Some(limits) = &self.limits {
+            line(text, &format!("# The URDF allows {limits}."), "");
+        }
+        line(
+            text,
+            "transmission = \"flexible\"",
+            "a spring behind the motor; \"rigid\": none",
+        );
+        line(text, &format!("#gear_ratio = {}", gear.0), gear.1);
+        let key = format!("#torque_constant_nm_per_a = {}", constant.0);
+        line(text, &key, constant.1);
+        line(
+            text,
+            "#torque_constant_side = \"motor\"",
+            "\"output\" if absent: gear_ratio is in it",
+        );
+        let key = format!("#coulomb_sharpness_s_per_rad = {}", sharpness.0);
+        line(text, &key, sharpness.1);
+        line(
+            text,
+            "#link_friction = [\"viscous\", \"coulomb\"]",
+            "of the link's bearing; [] for none",
+        );
+        line(
+            text,
+            "#motor_friction = [\"viscous\", \"coulomb\"]",
+            "of motor and gearbox",
+        );
+        if self.kind == Revolute {
+            let comment = format!("added to the log's positions to reach {zero}");
+            line(text, "#position_offset_deg = 90.0", &comment);
+        }
+        let comment = format!("# The maker's values on the output side, {units}:");
+        line(text, &comment, "");
+        line(text, &format!("#nominal = {{ {nominal} }}"), "");
+    }
+}
+
+fn log(text: &mut String, robot: &Start) {
+    text.push_str(
+        "
+# FILL IN the log and its columns, as its header line names them: in each list one per joint, in the
+# order of the blocks above. Link positions are those behind the spring: a joint with transmission =
+# \"rigid\" has none. Motor positions and torques are those behind the gearbox.
+[log]
+",
+    );
+    let file = "relative to this file; or several: [\"1.csv\", \"2.csv\"]";
+    line(text, "file = \"log.csv\"", file);
+    line(text, "time_s = \"t_s\"", "or time_ms");
+    for (key, kind, stem, unit) in [
+        ("link_position_rad", Revolute, "q", "rad"),
+        ("link_position_m", Prismatic, "q", "m"),
+        ("motor_position_rad", Revolute, "phi", "rad"),
+        ("motor_position_m", Prismatic, "phi", "m"),
+        ("motor_torque_nm", Revolute, "tau", "nm"),
+        ("motor_force_n", Prismatic, "f", "n"),
+    ] {
+        if let Some(columns) = robot.columns(Some(kind), stem, unit) {
+            line(text, &format!("{key:18} = {columns}"), "");
+        }
+    }
+    text.push_str(
+        "
+# Each in place of the line that says the same, if the log holds something else. A deflection is
+# link minus motor position; a current needs torque_constant_nm_per_a in every block.
+",
+    );
+    for (key, kind, stem, unit) in [
+        ("link_position_deg", Some(Revolute), "q", "deg"),
+        ("link_deflection_rad", Some(Revolute), "defl", "rad"),
+        ("motor_position_deg", Some(Revolute), "phi", "deg"),
+        ("motor_current_a", None, "i", "a"),
+    ] {
+        if let Some(columns) = robot.columns(kind, stem, unit) {
+            line(text, &format!("#{key:19} = {columns}"), "");
+        }
+    }
+    let unit = match robot.joints.first().map(|joint| joint.kind) {
+        Some(Prismatic) => "m",
+        _ => "rad",
+    };
+    text.push_str(
+        "
+# If the motors were recorded before their gearboxes, with gear_ratio in every block:
+#motor_position_side = \"motor\"
+#motor_torque_side = \"motor\"
+
+# For columns that count the other way, and for those that lag behind the others:
+",
+    );
+    line(text, &format!("#sign = {{ phi1_{unit} = -1 }}"), "");
+    let delay = format!("#delay_s = {{ q1_{unit} = 0.002 }}");
+    line(text, &delay, "or \"estimate\"");
+}
+
+fn twin(text: &mut String, robot: &Start) {
+    text.push_str(
+        "
+# The controller that ran during the log, if you know it: `sprung validate` then simulates the loop.
+",
+    );
+    line(text, "#[controller]", "");
+    line(text, "#kind = \"pd\"", "on the motor positions");
+    for (key, list) in [
+        ("kp_nm_per_rad", robot.list("200.0", "2e4")),
+        ("kd_nms_per_rad", robot.list("5.0", "500.0")),
+    ] {
+        line(text, &format!("#{key} = {list}"), "");
+    }
+    line(text, "#[controller.reference]", "of the motors");
+    line(text, "#sines = [", "");
+    for (i, joint) in robot.joints.iter().enumerate() {
+        let name = quoted(&joint.name);
+        let (key, slow, fast) = match joint.kind {
+            Revolute => ("amplitude_deg", "20.0", "5.0"),
+            Prismatic => ("amplitude_m", "0.1", "0.02"),
+        };
+        // Joints that move together say less.
+        let step = (i % 8) as f64;
+        for (amplitude, frequency) in [(slow, 0.2 + 0.05 * step), (fast, 1.0 + 0.1 * step)] {
+            let sine = format!(
+                "#  {{ joint = {name}, {key} = {amplitude}, frequency_hz = {frequency:.2} }},\n"
+            );
+            text.push_str(&sine);
+        }
+    }
+    text.push_str(
+        "#]
+
+# The digital twin that `sprung simulate` records; it needs the controller above, and nominal values
+# of every inertia and stiffness. Encoders count per turn, or per m of a joint that slides.
+#[simulate]
+#duration_s = 20.0
+#period_s = 0.001
+",
+    );
+    let counts = robot.list("16384", "1000000");
+    for (key, list) in [
+        ("link_encoder_counts_per_turn", &counts),
+        ("motor_encoder_counts_per_turn", &counts),
+        ("torque_noise_nm", &robot.list("0.05", "0.5")),
+    ] {
+        line(text, &format!("#{key} = {list}"), "");
+    }
+}
+
+/// Column at which comments begin.
+const COMMENTS: usize = 44;
+
+/// Writes a line with a comment behind it, or before it if it is long.
+fn line(text: &mut String, content: &str, comment: &str) {
+    // Writing to a string does not fail.
+    let _ = match comment {
+        "" => writeln!(text, "{content}"),
+        _ if content.chars().count() < COMMENTS => {
+            writeln!(text, "{content:COMMENTS$}# {comment}")
+        }
+        _ => writeln!(text, "# {comment}:\n{content}"),
+    };
+}
+
+/// Returns a string as TOML writes it on one line.
+fn quoted(text: &str) -> String {
+    let mut quoted = String::from('"');
+    for c in text.chars() {
+        match c {
+            '"' | '\\' => quoted.extend(['\\', c]),
+            _ if c.is_control() => {
+                let _ = write!(quoted, "\\u{:04x}", u32::from(c));
+            }
+            _ => quoted.push(c),
+        }
+    }
+    quoted.push('"');
+    quoted
+}
