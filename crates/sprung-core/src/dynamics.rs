@@ -140,30 +140,32 @@ pub fn mass_matrix(
 /// Solves `A x = b` in place for a symmetric positive definite matrix; `b`
 /// holds NaN afterwards if `A` is not one.
 ///
-/// - `a`: \[n × n\], of which the lower triangle is read, overwritten by its
-///   Cholesky factor; `b`: \[n\].
+/// - `a`: \[n × n\], of which the lower triangle is read, overwritten by `L` of
+///   `L D L^T`, and `1 / D` on the diagonal; `b`: \[n\].
 pub fn solve_positive(a: &mut [f64], b: &mut [f64]) {
     let n = b.len();
     for i in 0..n {
-        for j in 0..=i {
-            let known: f64 = (0..j).map(|k| a[i * n + k] * a[j * n + k]).sum();
-            let left = a[i * n + j] - known;
-            a[i * n + j] = if i != j {
-                left / a[j * n + j]
-            } else if left > 0.0 {
-                libm::sqrt(left)
-            } else {
-                f64::NAN
-            };
+        let (above, row) = a.split_at_mut(i * n);
+        let mut pivot = row[i];
+        for j in 0..i {
+            // Row i holds L D so far: entries behind j are still those of A.
+            let known: f64 = (0..j).map(|k| row[k] * above[j * n + k]).sum();
+            row[j] -= known;
         }
+        for j in 0..i {
+            let scaled = row[j] * above[j * n + j];
+            pivot -= row[j] * scaled;
+            row[j] = scaled;
+        }
+        row[i] = if pivot > 0.0 { 1.0 / pivot } else { f64::NAN };
     }
-    for i in 0..n {
+    for i in 1..n {
         let known: f64 = (0..i).map(|k| a[i * n + k] * b[k]).sum();
-        b[i] = (b[i] - known) / a[i * n + i];
+        b[i] -= known;
     }
     for i in (0..n).rev() {
         let known: f64 = (i + 1..n).map(|k| a[k * n + i] * b[k]).sum();
-        b[i] = (b[i] - known) / a[i * n + i];
+        b[i] = b[i] * a[i * n + i] - known;
     }
 }
 
@@ -173,8 +175,8 @@ mod tests {
 
     #[test]
     fn known_system_is_solved() {
-        // A = L L^T with L = [2 0 0; 1 3 0; -1 2 1], and b = A [1 -2 3]^T; the
-        // upper triangle is not read.
+        // A = L D L^T with L = [1 0 0; 1/2 1 0; -1/2 2/3 1] and D = diag(4, 9, 1), and
+        // b = A [1 -2 3]^T; the upper triangle is not read.
         let unread = f64::NAN;
         let mut a = [4.0, unread, unread, 2.0, 10.0, unread, -2.0, 5.0, 6.0];
         let mut b = [-6.0, -3.0, 6.0];
@@ -182,7 +184,14 @@ mod tests {
         for (found, expected) in b.iter().zip([1.0, -2.0, 3.0]) {
             assert!((found - expected).abs() < 1e-15);
         }
-        for (at, expected) in [(0, 2.0), (3, 1.0), (4, 3.0), (6, -1.0), (7, 2.0), (8, 1.0)] {
+        for (at, expected) in [
+            (0, 0.25),
+            (3, 0.5),
+            (4, 1.0 / 9.0),
+            (6, -0.5),
+            (7, 2.0 / 3.0),
+            (8, 1.0),
+        ] {
             assert!((a[at] - expected).abs() < 1e-15);
         }
     }

@@ -113,6 +113,9 @@ pub struct ClosedLoop {
     law: Law,
     reference: Trajectory,
     desired: Vec<[f64; 5]>,
+    // Desired positions, desired velocities; velocities of links, then motors.
+    wanted: [Vec<f64>; 2],
+    velocities: Vec<f64>,
     // Links, then motors.
     velocity: Vec<AveragedVelocity>,
     plant: Plant,
@@ -171,6 +174,8 @@ impl ClosedLoop {
         Ok(Self {
             reference,
             desired: vec![[0.0; 5]; n],
+            wanted: [vec![0.0; n], vec![0.0; n]],
+            velocities: vec![0.0; 2 * n],
             model: model.clone(),
             law,
             velocity: vec![velocity; 2 * n],
@@ -231,22 +236,26 @@ impl ClosedLoop {
     pub fn command(&mut self, time: f64, q: &[f64], phi: &[f64]) -> Vec<f64> {
         let n = self.model.joint_count();
         self.reference.at(time, &mut self.desired);
-        let positions = q.iter().chain(phi);
-        let velocities: Vec<f64> = (self.velocity.iter_mut().zip(positions))
-            .map(|(velocity, position)| velocity.process(*position))
-            .collect();
-        let (dq, dphi) = velocities.split_at(n);
-        let derivative = |order: usize| self.desired.iter().map(|d| d[order]).collect::<Vec<_>>();
-        let (q_d, dq_d) = (derivative(0), derivative(1));
+        let estimators = self.velocity.iter_mut().zip(q.iter().chain(phi));
+        for (velocity, (estimator, position)) in self.velocities.iter_mut().zip(estimators) {
+            *velocity = estimator.process(*position);
+        }
+        let (dq, dphi) = self.velocities.split_at(n);
+        for (order, wanted) in self.wanted.iter_mut().enumerate() {
+            for (wanted, desired) in wanted.iter_mut().zip(&self.desired) {
+                *wanted = desired[order];
+            }
+        }
+        let [q_d, dq_d] = &self.wanted;
         let mut tau = vec![0.0; n];
         match &mut self.law {
-            Law::Pd { kp, kd } => pd(kp, kd, [&q_d, &dq_d], [phi, dphi], &mut tau),
+            Law::Pd { kp, kd } => pd(kp, kd, [q_d, dq_d], [phi, dphi], &mut tau),
             Law::StateFeedback { gain, nominal } => {
                 nominal.fill(&self.model, &self.desired);
                 tau.copy_from_slice(&nominal.tau);
                 let desired = State {
-                    q: &q_d,
-                    dq: &dq_d,
+                    q: q_d,
+                    dq: dq_d,
                     phi: &nominal.phi,
                     dphi: &nominal.dphi,
                 };
