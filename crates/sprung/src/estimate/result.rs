@@ -210,6 +210,10 @@ pub struct ParameterEstimate {
     /// The same over the largest of that row.
     #[serde(default)]
     pub torque_share: Option<f64>,
+    /// The same over what the model leaves unexplained of a row, in the row
+    /// where that is most.
+    #[serde(default)]
+    pub torque_over_residual: Option<f64>,
 }
 
 /// A motor row fitted alone.
