@@ -138,7 +138,12 @@ pub(super) fn validation(run: &RunResult, curves: &Curves) -> Vec<Figure> {
                 "{}: measured and simulated positions, and their errors.",
                 run.name
             ),
-            &["link_position_rad", "motor_position_rad"],
+            &[
+                "link_position_rad",
+                "link_position_m",
+                "motor_position_rad",
+                "motor_position_m",
+            ],
         ),
         figure(
             "torques",
@@ -146,7 +151,7 @@ pub(super) fn validation(run: &RunResult, curves: &Curves) -> Vec<Figure> {
                 "{}: measured and simulated motor torques, and their errors.",
                 run.name
             ),
-            &["motor_torque_nm"],
+            &["motor_torque_nm", "motor_force_n"],
         ),
     ]
 }
@@ -158,14 +163,18 @@ pub(super) fn fit(identification: &Identification, fit: &Curves) -> Figure {
         Some((measured, fitted)) => {
             let fitted: Vec<&CurveSet> = fitted.iter().collect();
             (fit.columns.iter().enumerate())
-                .filter(|(_, column)| column.ends_with("motor_nm"))
+                .filter(|(_, column)| {
+                    [".motor_nm", ".motor_n"]
+                        .iter()
+                        .any(|end| column.ends_with(end))
+                })
                 .flat_map(|(i, column)| with_error(measured, &fitted, i, column, ""))
                 .collect()
         }
     };
     Figure {
         id: "fit".to_owned(),
-        caption: format!("Filtered motor torques of {}.", identification.log.file),
+        caption: format!("Filtered motor torques of {}.", identification.files()),
         x_label: "time [s]".to_owned(),
         layout: Layout::Stack,
         panels,
@@ -183,7 +192,11 @@ fn with_error(
     let label = |set: &CurveSet| set.label.trim_start_matches(prefix).to_owned();
     let (what, unit) = name.rsplit_once('_').unwrap_or((name, ""));
     let what = what.replace('_', " ");
-    let unit = unit.replace("nm", "N·m");
+    let unit = match unit {
+        "nm" => "N·m",
+        "n" => "N",
+        other => other,
+    };
     let truth = &measured.values[column];
     let mut curves = vec![Series {
         name: "measured".to_owned(),

@@ -209,11 +209,26 @@ pub(super) fn torque(run: &RunResult) -> Table {
     }
 }
 
+/// Returns the unit of the rows: of joints that turn, that slide, or of both.
+fn torque_unit(identification: &Identification) -> &'static str {
+    let rows = || {
+        let first = identification.results.first().into_iter();
+        first.flat_map(|result| result.residual_rms.iter())
+    };
+    let sliding = rows().filter(|(name, _)| name.ends_with("_n")).count();
+    match sliding {
+        0 => "N·m",
+        all if all == rows().count() => "N",
+        _ => "N·m (N)",
+    }
+}
+
 /// Residuals of every row.
 pub(super) fn residuals(identification: &Identification) -> Table {
+    let unit = torque_unit(identification);
     let mut columns = vec![text("Row")];
     for result in &identification.results {
-        columns.push(number(format!("{} [N·m]", result.estimator)));
+        columns.push(number(format!("{} [{unit}]", result.estimator)));
         columns.push(number("% of torque"));
     }
     let rows = identification
@@ -223,7 +238,11 @@ pub(super) fn residuals(identification: &Identification) -> Table {
         .into_iter()
         .flatten()
         .map(|(row, _)| {
-            let mut cells = vec![row.trim_end_matches("_nm").to_owned()];
+            let mut cells = vec![
+                row.trim_end_matches("_nm")
+                    .trim_end_matches("_n")
+                    .to_owned(),
+            ];
             for result in &identification.results {
                 cells.push(or_dash(result.residual_rms.get(row), 3));
                 cells.push(
@@ -273,7 +292,7 @@ pub(super) fn excitation(identification: &Identification) -> Option<Table> {
         ),
         columns: vec![
             text("Parameter"),
-            number("Torque [N·m]"),
+            number(format!("Torque [{}]", torque_unit(identification))),
             number("% of the largest"),
         ],
         rows,
