@@ -7,7 +7,7 @@ use super::judge::{Suspicion, suspect};
 use super::result::{DelayUsed, EstimateResult};
 use crate::description::Delay;
 use crate::finding::{Finding, Severity};
-use crate::log::{Channels, LogBlock, LogError, LogSource, Quantity};
+use crate::log::{Channel, Channels, LogBlock, LogError, LogSource, Quantity};
 use crate::regression::Reading;
 
 /// Part of a residual that another reading of the log must stay below to be
@@ -176,13 +176,14 @@ pub(super) fn suspicions<'e>(
     let Some(now) = fit_motor_rows(excerpt, reading) else {
         return Ok(all);
     };
+    let better = |joint: usize, fit: &MotorRowFit| {
+        fit.plausible && fit.relative_residual < CLEARLY * now[joint].relative_residual
+    };
+    let mut delayed = Vec::new();
     for (joint, suspicion) in all.iter_mut().enumerate() {
         if !suspect(reading.model, result, joint) {
             continue;
         }
-        let better = |fit: &MotorRowFit| {
-            fit.plausible && fit.relative_residual < CLEARLY * now[joint].relative_residual
-        };
         if let Some(exchanged) = channels.exchanged(joint) {
             let reading = Reading {
                 channels: &exchanged,
@@ -190,28 +191,62 @@ pub(super) fn suspicions<'e>(
             };
             suspicion.exchanged = fit_motor_rows(excerpt, &reading)
                 .and_then(|fits| fits.get(joint).copied())
-                .filter(better);
+                .filter(|fit| better(joint, fit));
         }
-        if suspicion.exchanged.is_some() {
-            continue;
+        if suspicion.exchanged.is_none() {
+            delayed.push(joint);
         }
-        // A late torque looks like an early link: the best of all is named.
-        let untested = |i: &usize| match channels.all[*i].delay {
-            None => true,
-            Some(Delay::Known(delay)) => delay == 0.0,
-            Some(Delay::Estimate) => false,
-        };
-        suspicion.delay = (0..channels.all.len())
-            .filter(|i| channels.all[*i].joint == joint)
-            .filter(untested)
-            .filter_map(|i| estimate_delays(excerpt, reading, &[i])?.pop())
-            .filter(|d| d.found && better(&d.with) && d.delay.abs() > CERTAIN * d.standard_error)
-            .min_by(|a, b| {
-                a.with
-                    .relative_residual
-                    .total_cmp(&b.with.relative_residual)
-            })
-            .map(|delay| (channels.all[delay.channel].column.clone(), delay));
+    }
+    for wanted in searched_together(reading, &delayed) {
+        let found = estimate_delays(excerpt, reading, &wanted).unwrap_or_default();
+        for estimate in found {
+            let Channel { joint, column, .. } = &channels.all[estimate.channel];
+            // A late torque looks like an early link: the best of all is named.
+            let best = &mut all[*joint].delay;
+            let left = |d: &DelayEstimate| d.with.relative_residual;
+            if estimate.found
+                && better(*joint, &estimate.with)
+                && estimate.delay.abs() > CERTAIN * estimate.standard_error
+                && (best.as_ref()).is_none_or(|(_, other)| left(&estimate) < left(other))
+            {
+                *best = Some((column.clone(), estimate));
+            }
+        }
     }
     Ok(all)
+}
+
+/// Returns the channels of some joints whose delay nobody has given, in groups
+/// that can be searched at once: one channel of each joint whose torque's row
+/// holds nothing of other joints, or one alone.
+fn searched_together(reading: &Reading<'_>, joints: &[usize]) -> Vec<Vec<usize>> {
+    let (model, channels) = (reading.model, &reading.channels.all);
+    let untested = |i: &usize| match channels[*i].delay {
+        None => true,
+        Some(Delay::Known(delay)) => delay == 0.0,
+        Some(Delay::Estimate) => false,
+    };
+    let by_itself = |joint: usize| {
+        let columns = model.row_columns(model.torque_row(joint)).iter();
+        let mut owners = columns.map(|&column| model.parameters()[column].joint);
+        owners.all(|owner| owner.is_some_and(|(_, own)| own == joint))
+    };
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for &joint in joints {
+        let own = (0..channels.len()).filter(|i| channels[*i].joint == joint);
+        for channel in own.filter(untested) {
+            let quantity = channels[channel].quantity;
+            let alike = (groups.iter_mut()).find(|group| {
+                group.iter().all(|&other| {
+                    let other = &channels[other];
+                    by_itself(joint) && by_itself(other.joint) && other.quantity == quantity
+                })
+            });
+            match alike {
+                Some(group) => group.push(channel),
+                None => groups.push(vec![channel]),
+            }
+        }
+    }
+    groups
 }
