@@ -1,11 +1,15 @@
 //! What types cannot say of a robot: which keys go together.
 
+use sprung_core::chain::JointKind;
 use sprung_core::spatial::BODY_NAMES;
 
 use super::check::{Fault, check_name, fault};
 use super::choice::nearest;
 use super::robot::{FrictionLaw, Joint, Robot, SpringTerm};
 use super::types::ExperimentFile;
+
+/// Longest length of a table, m.
+const LONGEST_LINK: f64 = 100.0;
 
 pub(super) fn robot(file: &ExperimentFile) -> Result<(), Fault> {
     let robot = &file.robot;
@@ -63,6 +67,15 @@ pub(super) fn robot(file: &ExperimentFile) -> Result<(), Fault> {
             return Err(Fault {
                 path: path("position_offset_deg"),
                 message: format!("{}: position_offset_deg must be finite", joint.name),
+            });
+        }
+        if joint.position_offset_deg != 0.0 && robot.kind(i) == JointKind::Prismatic {
+            return Err(Fault {
+                path: path("position_offset_deg"),
+                message: format!(
+                    "{} slides, and position_offset_deg is for joints that turn; remove it",
+                    joint.name
+                ),
             });
         }
         if joint.amplifier_limit_v.is_some() && joint.torque_per_volt().is_none() {
@@ -182,6 +195,22 @@ pub(super) fn kinematics(robot: &Robot) -> Result<(), Fault> {
             ));
         }
     }
+    tables(robot)?;
+    match robot.gravity_m_per_s2 {
+        Some(gravity) if !gravity.iter().all(|g| g.is_finite() && g.abs() < 1e3) => Err(fault(
+            &["robot", "gravity_m_per_s2"],
+            format!(
+                "gravity_m_per_s2 = {gravity:?} must be three numbers below 1000 m/s², as in [0.0, \
+                 0.0, -9.81]"
+            ),
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// Checks the Denavit-Hartenberg tables.
+fn tables(robot: &Robot) -> Result<(), Fault> {
+    let joints = robot.joint.len();
     for (key, table) in [
         ("dh_modified", &robot.dh_modified),
         ("dh_classic", &robot.dh_classic),
@@ -213,18 +242,20 @@ pub(super) fn kinematics(robot: &Robot) -> Result<(), Fault> {
                     format!("every number of row {} of {key} must be finite", i + 1),
                 ));
             }
+            let lengths = [("a_m", row.a_m), ("d_m", row.d_m)];
+            if let Some((name, length)) = lengths.iter().find(|(_, x)| x.abs() > LONGEST_LINK) {
+                return Err(fault(
+                    &["robot", key, &i.to_string(), name],
+                    format!(
+                        "row {} of {key}: {name} = {length:?} is longer than {LONGEST_LINK} m; lengths \
+                         are in metres",
+                        i + 1
+                    ),
+                ));
+            }
         }
     }
-    match robot.gravity_m_per_s2 {
-        Some(gravity) if !gravity.iter().all(|g| g.is_finite() && g.abs() < 1e3) => Err(fault(
-            &["robot", "gravity_m_per_s2"],
-            format!(
-                "gravity_m_per_s2 = {gravity:?} must be three numbers below 1000 m/s², as in [0.0, \
-                 0.0, -9.81]"
-            ),
-        )),
-        _ => Ok(()),
-    }
+    Ok(())
 }
 
 /// Checks that no two laws of a joint say the same.
