@@ -49,18 +49,26 @@ impl SignalBlock {
         self.time.is_empty()
     }
 
-    /// Removes all samples.
-    pub fn clear(&mut self) {
-        self.time.clear();
-        for group in [
-            &mut self.q,
-            &mut self.dq,
-            &mut self.phi,
-            &mut self.dphi,
-            &mut self.tau,
-        ] {
-            group.iter_mut().for_each(Vec::clear);
-        }
+    /// Returns all columns.
+    fn columns(&mut self) -> impl Iterator<Item = &mut Vec<f64>> {
+        let groups = (self.q.iter_mut())
+            .chain(&mut self.dq)
+            .chain(&mut self.phi)
+            .chain(&mut self.dphi)
+            .chain(&mut self.tau);
+        std::iter::once(&mut self.time).chain(groups)
+    }
+
+    /// Keeps the first samples.
+    fn truncate(&mut self, samples: usize) {
+        self.columns().for_each(|column| column.truncate(samples));
+    }
+
+    /// Removes some samples.
+    fn remove(&mut self, from: usize, count: usize) {
+        self.columns().for_each(|column| {
+            column.drain(from..from + count);
+        });
     }
 }
 
@@ -85,7 +93,9 @@ impl Column {
 
 /// Filters positions without phase shift and differentiates them.
 ///
-/// The first and the last sample are lost to the central difference.
+/// The first and the last sample are lost to the central difference. At a gap a
+/// period of the cut-off is dropped on either side: the robot moves there, and
+/// the filter knows nothing of its past or future.
 ///
 /// # Source
 ///
@@ -100,6 +110,9 @@ pub struct Smoother {
     time: Vec<f64>,
     tau: Vec<Vec<f64>>,
     period: f64,
+    // Samples to drop beside a gap, and how many of the first are left to drop.
+    edge: usize,
+    to_drop: usize,
 }
 
 impl Smoother {
@@ -122,7 +135,16 @@ impl Smoother {
             time: Vec::new(),
             tau: vec![Vec::new(); flexible.len()],
             period,
+            edge: filter.edge(),
+            to_drop: 0,
         }
+    }
+
+    /// Returns the smoother of samples that follow a gap.
+    #[must_use]
+    pub fn behind_gap(mut self) -> Self {
+        self.to_drop = self.edge;
+        self
     }
 
     /// Takes samples and appends those that are ready to `out`.
@@ -137,6 +159,15 @@ impl Smoother {
             column.filter.push(input, &mut column.filtered);
         });
         self.differentiate(out);
+    }
+
+    /// Ends the samples before a gap, likewise.
+    #[must_use]
+    pub fn finish_at_gap(self, out: &mut SignalBlock) -> bool {
+        let edge = self.edge;
+        let finished = self.finish(out);
+        out.truncate(out.len().saturating_sub(edge));
+        finished
     }
 
     /// Ends the log and appends the remaining samples to `out`.
@@ -176,5 +207,8 @@ impl Smoother {
             tau.extend_from_slice(&own[kept..][..ready]);
             own.drain(..ready);
         }
+        let dropped = self.to_drop.min(ready);
+        self.to_drop -= dropped;
+        out.remove(before, dropped);
     }
 }

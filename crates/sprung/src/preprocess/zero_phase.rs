@@ -102,6 +102,13 @@ impl Butterworth {
         self.padding
     }
 
+    /// Returns how many samples at each end the padding is felt, unless the
+    /// signal stands still there: one period of the cut-off.
+    #[must_use]
+    pub fn edge(&self) -> usize {
+        self.padding.div_ceil(PADDING_PERIODS as usize)
+    }
+
     /// Returns how many samples a wrong start of the backward pass is felt.
     fn overlap(&self) -> usize {
         count(FORGOTTEN.ln() / self.slowest.max(1e-3).ln()) + 8

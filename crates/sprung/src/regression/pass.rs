@@ -141,7 +141,7 @@ impl<'a> Preparation<'a> {
         let mut from = 0;
         for &gap in &block.gaps {
             self.feed(block, from..gap, observer, out);
-            self.end(out);
+            self.end(Restart::Gap, out);
             observer.restart(Restart::Gap);
             from = gap;
         }
@@ -174,11 +174,16 @@ impl<'a> Preparation<'a> {
     }
 
     /// Ends a segment: what follows does not belong together with it.
-    fn end(&mut self, out: &mut Vec<Piece>) {
+    fn end(&mut self, next: Restart, out: &mut Vec<Piece>) {
         let model = self.reading.model;
-        let fresh = smoother(model, &self.filter, self.period);
+        let fresh = smoother(model, &self.filter, self.period).behind_gap();
         let mut piece = self.piece();
-        if std::mem::replace(&mut self.smoother, fresh).finish(&mut piece.signals) {
+        let ended = std::mem::replace(&mut self.smoother, fresh);
+        let finished = match next {
+            Restart::Begin => ended.finish(&mut piece.signals),
+            Restart::Gap => ended.finish_at_gap(&mut piece.signals),
+        };
+        if finished {
             self.hand_on(piece, out);
             self.used += self.in_segment;
         } else {
@@ -258,7 +263,7 @@ pub fn reduce_blocks(
         reduce(&mut reduction, reading.settings, &pieces)?;
         pieces.clear();
     }
-    preparation.end(&mut pieces);
+    preparation.end(Restart::Begin, &mut pieces);
     reduce(&mut reduction, reading.settings, &pieces)?;
     Ok((preparation.used > 0).then(|| reduction.finish()))
 }
@@ -343,7 +348,7 @@ pub fn read_through(
             prepared?;
             ready = next;
         }
-        preparation.end(&mut ready);
+        preparation.end(Restart::Begin, &mut ready);
         reduce(&mut reduction, reading.settings, &ready)?;
         if preparation.used == 0 {
             return Err(too_short(source, reading, &preparation, &log).into());
