@@ -9,7 +9,7 @@ use sprung_core::spatial::BODY;
 use super::scratch::Scratch;
 
 /// States that are drawn; each gives one row per joint.
-const STATES: usize = 200;
+const STATES: usize = 60;
 
 /// Positions, velocities and accelerations are drawn up to this.
 const LIMIT: f64 = 3.0;

@@ -7,6 +7,7 @@
 )]
 
 mod golden;
+mod ladder;
 mod paper;
 mod report;
 mod robots;
