@@ -6,6 +6,7 @@ mod describe;
 mod gravity;
 mod identify;
 mod judge;
+mod judge_parameters;
 mod least_squares;
 mod lsff;
 mod result;

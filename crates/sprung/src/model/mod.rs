@@ -3,18 +3,18 @@
 mod base_parameters;
 mod layout;
 mod links;
+mod parameter;
 mod scratch;
+mod values;
 
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use sprung_core::chain::{Chain, ChainError, JointKind};
+use sprung_core::chain::{Chain, JointKind};
 use sprung_core::friction::{Law, Shape};
-use sprung_core::links::LengthError;
 use sprung_core::parameters::{JointParameter, Side};
-use sprung_core::planar_2r::{INERTIAL, INERTIAL_NAMES};
-use sprung_core::regressor::{Links, Robot, Values};
+use sprung_core::planar_2r::INERTIAL_NAMES;
+use sprung_core::regressor::{Links, Robot};
 use sprung_core::spatial::BODY;
 
 use crate::description::{self, Experiment, Tree};
@@ -22,6 +22,7 @@ use layout::Layout;
 
 pub use base_parameters::{BaseParameters, Candidates};
 pub use links::TreeLinks;
+pub use parameter::{ModelError, Parameter, short};
 pub use scratch::Scratch;
 
 /// A parameter vector theta, \[p\].
@@ -29,109 +30,6 @@ pub type Theta = Vec<f64>;
 
 /// Stribeck velocity that stands in until a search has found one, rad/s.
 const STRIBECK: f64 = 0.1;
-
-/// One parameter of the model.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Parameter {
-    /// Name, as in `joint1.stiffness`, or `link1.izz + 0.1176*link2.m`.
-    pub name: String,
-    /// The paper's symbol, as in `theta10`.
-    pub symbol: String,
-    /// Unit.
-    pub unit: &'static str,
-    /// Value that the maker gives.
-    pub nominal: Option<f64>,
-    /// Value that is known and not estimated.
-    pub fixed: Option<f64>,
-    /// Kind and joint; nothing for a link inertial parameter.
-    pub joint: Option<(JointParameter, usize)>,
-}
-
-impl Parameter {
-    /// Returns whether the parameter takes energy out of the robot.
-    #[must_use]
-    pub fn is_friction(&self) -> bool {
-        self.joint.is_some_and(|(kind, _)| kind.is_friction())
-    }
-
-    /// Returns whether a robot is one without it, as without friction, offset
-    /// or preload.
-    #[must_use]
-    pub fn may_be_zero(&self) -> bool {
-        self.joint.is_some_and(|(kind, _)| !kind.is_vital())
-    }
-
-    /// Returns the name, cut where a long combination of link parameters
-    /// begins.
-    #[must_use]
-    pub fn short(&self) -> Cow<'_, str> {
-        short(&self.name)
-    }
-}
-
-/// Returns the name of a parameter, cut where a long combination begins.
-#[must_use]
-pub fn short(name: &str) -> Cow<'_, str> {
-    const LONGEST: usize = 32;
-    match name.split_once([' ']) {
-        Some((first, _)) if name.chars().count() > LONGEST => Cow::Owned(format!("{first} + …")),
-        _ => Cow::Borrowed(name),
-    }
-}
-
-/// What is wrong with a robot or with a set of parameter values.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum ModelError {
-    /// A name that the model does not have.
-    #[error("the model has no parameter \"{name}\"{hint}")]
-    UnknownParameter {
-        /// The name.
-        name: String,
-        /// The nearest name, as a question, or nothing.
-        hint: String,
-    },
-    /// Values that a simulation or a feedforward needs are not given.
-    #[error("no value for {}; give it under nominal or in the parameter file", names.join(", "))]
-    Missing {
-        /// Names of the parameters.
-        names: Vec<String>,
-    },
-    /// No robot has these values.
-    #[error("{name} = {value:.4e} {unit} must be positive")]
-    NotPositive {
-        /// Name of the parameter.
-        name: String,
-        /// Its value.
-        value: f64,
-        /// Its unit.
-        unit: &'static str,
-    },
-    /// The mass matrix is not positive definite.
-    #[error("the link inertias ({values}) do not make a positive mass matrix{pose}")]
-    MassMatrix {
-        /// Link inertial parameters, or nothing said of them.
-        values: String,
-        /// Where it is not.
-        pose: String,
-    },
-    /// The tree of joints is not one.
-    #[error("{0}")]
-    Chain(ChainError),
-    /// Memory does not fit the robot.
-    #[error("{0}")]
-    Length(LengthError),
-}
-
-impl ModelError {
-    fn unknown<'a>(name: &str, names: impl Iterator<Item = &'a String>) -> Self {
-        let nearest = names.min_by_key(|known| strsim::damerau_levenshtein(name, known));
-        Self::UnknownParameter {
-            name: name.to_owned(),
-            hint: nearest.map_or_else(String::new, |known| format!("; did you mean \"{known}\"?")),
-        }
-    }
-}
 
 #[derive(Clone, Debug)]
 struct JointInfo {
@@ -496,185 +394,10 @@ impl Model {
         }
         changed
     }
-
-    /// Returns the vector theta of named values.
-    ///
-    /// Values of single inertial parameters of the links are lumped as the
-    /// model needs them.
-    ///
-    /// # Errors
-    ///
-    /// [`ModelError::UnknownParameter`] for a strange name,
-    /// [`ModelError::Missing`] if a parameter has no value.
-    pub fn theta(&self, values: &BTreeMap<String, f64>) -> Result<Theta, ModelError> {
-        self.check_names(values)?;
-        let links = self.fixed.links.as_ref();
-        self.collect(|at, parameter| {
-            let own = values.get(&parameter.name).copied().or(parameter.fixed);
-            own.or_else(|| {
-                let links = links?;
-                let n = self.joint_count();
-                let index = match parameter.joint {
-                    None => links.selected[at],
-                    Some((JointParameter::RotorInertia, joint)) => n * BODY + joint,
-                    Some(_) => return None,
-                };
-                links.lumped(index, |k| {
-                    (values.get(links.name(k)).copied()).or(links.known.get(&k).copied())
-                })
-            })
-        })
-    }
-
-    /// Checks that all names are those of parameters.
-    ///
-    /// # Errors
-    ///
-    /// [`ModelError::UnknownParameter`] for the first that is not.
-    pub fn check_names(&self, values: &BTreeMap<String, f64>) -> Result<(), ModelError> {
-        for name in values.keys() {
-            let links = self.fixed.links.as_ref();
-            let standard = links.is_some_and(|links| links.index_of(name).is_some());
-            let shape = self
-                .joints()
-                .iter()
-                .any(|joint| *name == stribeck_name(joint));
-            if !standard && !shape {
-                self.index_of(name)?;
-            }
-        }
-        Ok(())
-    }
-
-    /// Returns the vector theta of the nominal values; friction that the file
-    /// does not give is taken to be zero.
-    ///
-    /// # Errors
-    ///
-    /// [`ModelError::Missing`] if an inertia or a stiffness has no value.
-    pub fn nominal(&self) -> Result<Theta, ModelError> {
-        self.collect(|_, parameter| (parameter.nominal).or(parameter.may_be_zero().then_some(0.0)))
-    }
-
-    fn collect(
-        &self,
-        value: impl Fn(usize, &Parameter) -> Option<f64>,
-    ) -> Result<Theta, ModelError> {
-        let mut theta = Vec::with_capacity(self.parameters().len());
-        let mut names = Vec::new();
-        for (at, parameter) in self.parameters().iter().enumerate() {
-            theta.push(value(at, parameter).unwrap_or_else(|| {
-                names.push(parameter.short().into_owned());
-                f64::NAN
-            }));
-        }
-        if names.is_empty() {
-            Ok(theta)
-        } else {
-            Err(ModelError::Missing { names })
-        }
-    }
-
-    /// Checks that a feedforward can divide by the stiffnesses.
-    ///
-    /// # Errors
-    ///
-    /// [`ModelError::NotPositive`] if a stiffness is zero or below.
-    pub fn check_stiffness(&self, theta: &[f64]) -> Result<(), ModelError> {
-        self.check_positive(JointParameter::Stiffness, theta)
-    }
-
-    fn check_positive(&self, kind: JointParameter, theta: &[f64]) -> Result<(), ModelError> {
-        for (value, parameter) in theta.iter().zip(self.parameters()) {
-            let wanted =
-                (parameter.joint).is_some_and(|(own, i)| own == kind && self.is_flexible(i));
-            if wanted && (value.is_nan() || *value <= 0.0) {
-                return Err(ModelError::NotPositive {
-                    name: parameter.name.clone(),
-                    value: *value,
-                    unit: parameter.unit,
-                });
-            }
-        }
-        Ok(())
-    }
-
-    /// Checks that a simulation with these values means something.
-    ///
-    /// # Errors
-    ///
-    /// [`ModelError::NotPositive`] or [`ModelError::MassMatrix`] if an inertia
-    /// is not one of a body.
-    pub fn check_inertias(&self, theta: &[f64]) -> Result<(), ModelError> {
-        self.check_positive(JointParameter::RotorInertia, theta)?;
-        let n = self.joint_count();
-        let (robot, bodies) = (self.robot(), self.bodies(theta));
-        let values = Values {
-            theta,
-            bodies: &bodies,
-        };
-        let mut scratch = Scratch::new(n);
-        let mut matrix = vec![0.0; n * n];
-        for pose in poses(n) {
-            let mut workspace = scratch.workspace();
-            robot
-                .mass_matrix(&values, &pose, &mut workspace, &mut matrix)
-                .map_err(ModelError::Length)?;
-            robot.add_motors(theta, false, &mut matrix);
-            let mut column = vec![1.0; n];
-            sprung_core::dynamics::solve_positive(&mut matrix, &mut column);
-            if column.iter().any(|x| !x.is_finite()) {
-                return Err(self.mass_matrix_error(theta, &pose));
-            }
-        }
-        Ok(())
-    }
-
-    fn mass_matrix_error(&self, theta: &[f64], pose: &[f64]) -> ModelError {
-        let shown: Vec<String> = (theta.iter().zip(self.parameters()))
-            .filter(|(_, p)| p.joint.is_none())
-            .take(INERTIAL)
-            .map(|(value, p)| format!("{} = {value:.4e} {}", p.short(), p.unit))
-            .collect();
-        let shown = match &shown[..] {
-            [] => "all zero".to_owned(),
-            shown => shown.join(", "),
-        };
-        let more = match &self.fixed.links {
-            Some(links) if links.selected.len() > INERTIAL => ", …",
-            _ => "",
-        };
-        let angles: Vec<String> = pose.iter().map(|q| format!("{q:.2}")).collect();
-        ModelError::MassMatrix {
-            values: shown + more,
-            pose: format!(" at q = [{}]", angles.join(", ")),
-        }
-    }
 }
 
 /// Returns the name of a joint's Stribeck velocity in files of values.
 #[must_use]
 pub fn stribeck_name(joint: &str) -> String {
     format!("{joint}.stribeck_velocity")
-}
-
-/// Poses at which a mass matrix is looked at: each joint stretched and folded,
-/// and many between.
-fn poses(n: usize) -> impl Iterator<Item = Vec<f64>> {
-    const BETWEEN: usize = 64;
-    let turned = (0..n).map(move |i| {
-        let mut pose = vec![0.0; n];
-        pose[i] = std::f64::consts::PI;
-        pose
-    });
-    // The golden ratio spreads each joint's angles evenly and out of step.
-    let spread = (1..=BETWEEN).map(move |k| {
-        (0..n)
-            .map(|i| {
-                let part = (k as f64 * 0.618_033_988_749_895 * (1.0 + i as f64 * 0.37)).fract();
-                std::f64::consts::TAU * part
-            })
-            .collect()
-    });
-    std::iter::once(vec![0.0; n]).chain(turned).chain(spread)
 }

@@ -1,0 +1,172 @@
+//! What single parameters of a result mean: weak, collinear, impossible friction.
+
+use super::result::{EstimateResult, ParameterEstimate};
+use crate::finding::{Finding, Severity};
+use crate::model::{Model, short};
+
+/// Relative standard error above which a parameter counts as weak.
+const WEAK: f64 = 0.15;
+
+/// Torque of a parameter over the residual of its row below which errors that
+/// no stretch shows may be as large as the value.
+const LITTLE: f64 = 3.0;
+
+/// Condition number, columns scaled, above which directions are named.
+const COLLINEAR: f64 = 100.0;
+
+/// Parameters that a message lists, at most.
+const LISTED: usize = 8;
+
+pub(super) fn negative(estimate: &ParameterEstimate) -> bool {
+    estimate.value.is_some_and(|value| value < 0.0)
+}
+
+pub(super) fn negative_friction(
+    model: &Model,
+    result: &EstimateResult,
+    findings: &mut Vec<Finding>,
+) {
+    let (lost, wrong): (Vec<_>, Vec<_>) = (model.parameters().iter())
+        .zip(&result.parameters)
+        .filter(|(parameter, _)| parameter.is_friction())
+        .map(|(_, estimate)| estimate)
+        .filter(|estimate| negative(estimate))
+        .partition(|p| -p.value.unwrap_or(0.0) < 2.0 * p.standard_error.unwrap_or(0.0));
+    for (group, meaning) in [
+        (
+            wrong,
+            "friction that feeds energy in makes a simulation unstable; quantisation of the \
+             positions and smoothing through the Coulomb transition cause it",
+        ),
+        (
+            lost,
+            "within two standard errors, so it cannot be told from zero",
+        ),
+    ] {
+        if group.is_empty() {
+            continue;
+        }
+        let list = list(&group, |p| {
+            format!("{:.4} {}", p.value.unwrap_or(0.0), p.unit)
+        });
+        findings.push(
+            Finding::new(
+                Severity::Warning,
+                "negative-friction",
+                format!("friction comes out negative, {list}: {meaning}"),
+                "excite the joint at low and at high speed; until then simulate with zero",
+            )
+            .about(group.iter().map(|p| p.name.clone())),
+        );
+    }
+}
+
+pub(super) fn weak(model: &Model, result: &EstimateResult, findings: &mut Vec<Finding>) {
+    let share = |p: &ParameterEstimate| Some(p.standard_error? / p.value?.abs());
+    let weak: Vec<&ParameterEstimate> = (result.parameters.iter())
+        .zip(model.parameters())
+        // Friction below zero has a finding of its own; an offset or a preload
+        // of zero is a good one.
+        .filter(|(p, known)| match known.joint {
+            Some((kind, _)) if kind.is_friction() => !negative(p),
+            Some((kind, _)) => kind.is_vital(),
+            None => true,
+        })
+        .map(|(p, _)| p)
+        .filter(|p| share(p).is_some_and(|share| share > WEAK))
+        .collect();
+    if weak.is_empty() {
+        return;
+    }
+    let list = list(&weak, |p| {
+        format!("{:.0} %", 100.0 * share(p).unwrap_or(0.0))
+    });
+    findings.push(
+        Finding::new(
+            Severity::Warning,
+            "weakly-excited",
+            format!("the log says little about some parameters; their standard errors: {list}"),
+            "larger amplitudes, or a longer log, with motion in which these parameters matter",
+        )
+        .about(weak.iter().map(|p| p.name.clone())),
+    );
+}
+
+/// Names parameters whose torque drowns in what the model leaves unexplained.
+pub(super) fn little_torque(model: &Model, result: &EstimateResult, findings: &mut Vec<Finding>) {
+    let little: Vec<&ParameterEstimate> = (result.parameters.iter())
+        .zip(model.parameters())
+        .filter(|(p, known)| {
+            // An offset or a preload of zero is a good one.
+            let counts = known
+                .joint
+                .is_none_or(|(kind, _)| kind.is_vital() || kind.is_friction());
+            counts && p.torque_over_residual.is_some_and(|ratio| ratio < LITTLE)
+        })
+        .map(|(p, _)| p)
+        .collect();
+    if little.is_empty() || result.motor_rows.is_empty() && model.tree().is_none() {
+        return;
+    }
+    let list = list(&little, |p| {
+        format!("{:.1} times", p.torque_over_residual.unwrap_or(0.0))
+    });
+    findings.push(
+        Finding::new(
+            Severity::Info,
+            "little-torque",
+            format!(
+                "some parameters stand for hardly more torque than their rows leave unexplained \
+                 ({list}): a bias that no standard error shows may be as large as the value"
+            ),
+            "higher accelerations or velocities of these joints; finer encoders",
+        )
+        .about(little.iter().map(|p| p.name.clone())),
+    );
+}
+
+/// Returns `name value, name value, …`.
+fn list(parameters: &[&ParameterEstimate], value: impl Fn(&ParameterEstimate) -> String) -> String {
+    listed((parameters.iter()).map(|p| format!("{} {}", short(&p.name), value(p))))
+}
+
+/// Returns the first of many words, and how many there are more.
+pub(super) fn listed(words: impl ExactSizeIterator<Item = String>) -> String {
+    let more = words.len().saturating_sub(LISTED);
+    let mut shown = words.take(LISTED).collect::<Vec<String>>().join(", ");
+    if more > 0 {
+        shown = format!("{shown} and {more} more");
+    }
+    shown
+}
+
+pub(super) fn collinear(
+    model: &Model,
+    result: &EstimateResult,
+    weakest: &[f64],
+    findings: &mut Vec<Finding>,
+) {
+    let Some(condition) = result.condition_number_scaled.filter(|c| *c > COLLINEAR) else {
+        return;
+    };
+    if result.rank < result.unknowns {
+        return;
+    }
+    let names: Vec<String> = (model.parameters().iter().zip(weakest))
+        .filter(|(_, part)| **part > 0.2)
+        .map(|(parameter, _)| parameter.name.clone())
+        .collect();
+    findings.push(
+        Finding::new(
+            Severity::Warning,
+            "collinear",
+            format!(
+                "{} act alike in this log (condition number {condition:.0} after scaling): their \
+                 separate values are far less sure than a combination of them",
+                listed(names.iter().map(|name| short(name).into_owned()))
+            ),
+            "a trajectory with more frequencies and with the joints out of step",
+        )
+        .about(names),
+    );
+}

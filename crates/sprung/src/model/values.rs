@@ -1,0 +1,189 @@
+//! From values by name to the parameter vector, and whether it is one of a robot.
+
+use std::collections::BTreeMap;
+
+use sprung_core::parameters::JointParameter;
+use sprung_core::planar_2r::INERTIAL;
+use sprung_core::regressor::Values;
+use sprung_core::spatial::BODY;
+
+use super::parameter::{ModelError, Parameter};
+use super::scratch::Scratch;
+use super::{Model, Theta, stribeck_name};
+
+impl Model {
+    /// Returns the vector theta of named values.
+    ///
+    /// Values of single inertial parameters of the links are lumped as the
+    /// model needs them.
+    ///
+    /// # Errors
+    ///
+    /// [`ModelError::UnknownParameter`] for a strange name,
+    /// [`ModelError::Missing`] if a parameter has no value.
+    pub fn theta(&self, values: &BTreeMap<String, f64>) -> Result<Theta, ModelError> {
+        self.check_names(values)?;
+        let links = self.fixed.links.as_ref();
+        self.collect(|at, parameter| {
+            let own = values.get(&parameter.name).copied().or(parameter.fixed);
+            own.or_else(|| {
+                let links = links?;
+                let n = self.joint_count();
+                let index = match parameter.joint {
+                    None => links.selected[at],
+                    Some((JointParameter::RotorInertia, joint)) => n * BODY + joint,
+                    Some(_) => return None,
+                };
+                links.lumped(index, |k| {
+                    (values.get(links.name(k)).copied()).or(links.known.get(&k).copied())
+                })
+            })
+        })
+    }
+
+    /// Checks that all names are those of parameters.
+    ///
+    /// # Errors
+    ///
+    /// [`ModelError::UnknownParameter`] for the first that is not.
+    pub fn check_names(&self, values: &BTreeMap<String, f64>) -> Result<(), ModelError> {
+        for name in values.keys() {
+            let links = self.fixed.links.as_ref();
+            let standard = links.is_some_and(|links| links.index_of(name).is_some());
+            let shape = self
+                .joints()
+                .iter()
+                .any(|joint| *name == stribeck_name(joint));
+            if !standard && !shape {
+                self.index_of(name)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns the vector theta of the nominal values; friction that the file
+    /// does not give is taken to be zero.
+    ///
+    /// # Errors
+    ///
+    /// [`ModelError::Missing`] if an inertia or a stiffness has no value.
+    pub fn nominal(&self) -> Result<Theta, ModelError> {
+        self.collect(|_, parameter| (parameter.nominal).or(parameter.may_be_zero().then_some(0.0)))
+    }
+
+    fn collect(
+        &self,
+        value: impl Fn(usize, &Parameter) -> Option<f64>,
+    ) -> Result<Theta, ModelError> {
+        let mut theta = Vec::with_capacity(self.parameters().len());
+        let mut names = Vec::new();
+        for (at, parameter) in self.parameters().iter().enumerate() {
+            theta.push(value(at, parameter).unwrap_or_else(|| {
+                names.push(parameter.short().into_owned());
+                f64::NAN
+            }));
+        }
+        if names.is_empty() {
+            Ok(theta)
+        } else {
+            Err(ModelError::Missing { names })
+        }
+    }
+
+    /// Checks that a feedforward can divide by the stiffnesses.
+    ///
+    /// # Errors
+    ///
+    /// [`ModelError::NotPositive`] if a stiffness is zero or below.
+    pub fn check_stiffness(&self, theta: &[f64]) -> Result<(), ModelError> {
+        self.check_positive(JointParameter::Stiffness, theta)
+    }
+
+    fn check_positive(&self, kind: JointParameter, theta: &[f64]) -> Result<(), ModelError> {
+        for (value, parameter) in theta.iter().zip(self.parameters()) {
+            let wanted =
+                (parameter.joint).is_some_and(|(own, i)| own == kind && self.is_flexible(i));
+            if wanted && (value.is_nan() || *value <= 0.0) {
+                return Err(ModelError::NotPositive {
+                    name: parameter.name.clone(),
+                    value: *value,
+                    unit: parameter.unit,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks that a simulation with these values means something.
+    ///
+    /// # Errors
+    ///
+    /// [`ModelError::NotPositive`] or [`ModelError::MassMatrix`] if an inertia
+    /// is not one of a body.
+    pub fn check_inertias(&self, theta: &[f64]) -> Result<(), ModelError> {
+        self.check_positive(JointParameter::RotorInertia, theta)?;
+        let n = self.joint_count();
+        let (robot, bodies) = (self.robot(), self.bodies(theta));
+        let values = Values {
+            theta,
+            bodies: &bodies,
+        };
+        let mut scratch = Scratch::new(n);
+        let mut matrix = vec![0.0; n * n];
+        for pose in poses(n) {
+            let mut workspace = scratch.workspace();
+            robot
+                .mass_matrix(&values, &pose, &mut workspace, &mut matrix)
+                .map_err(ModelError::Length)?;
+            robot.add_motors(theta, false, &mut matrix);
+            let mut column = vec![1.0; n];
+            sprung_core::dynamics::solve_positive(&mut matrix, &mut column);
+            if column.iter().any(|x| !x.is_finite()) {
+                return Err(self.mass_matrix_error(theta, &pose));
+            }
+        }
+        Ok(())
+    }
+
+    fn mass_matrix_error(&self, theta: &[f64], pose: &[f64]) -> ModelError {
+        let shown: Vec<String> = (theta.iter().zip(self.parameters()))
+            .filter(|(_, p)| p.joint.is_none())
+            .take(INERTIAL)
+            .map(|(value, p)| format!("{} = {value:.4e} {}", p.short(), p.unit))
+            .collect();
+        let shown = match &shown[..] {
+            [] => "all zero".to_owned(),
+            shown => shown.join(", "),
+        };
+        let more = match &self.fixed.links {
+            Some(links) if links.selected.len() > INERTIAL => ", …",
+            _ => "",
+        };
+        let angles: Vec<String> = pose.iter().map(|q| format!("{q:.2}")).collect();
+        ModelError::MassMatrix {
+            values: shown + more,
+            pose: format!(" at q = [{}]", angles.join(", ")),
+        }
+    }
+}
+
+/// Poses at which a mass matrix is looked at: each joint stretched and folded,
+/// and many between.
+fn poses(n: usize) -> impl Iterator<Item = Vec<f64>> {
+    const BETWEEN: usize = 64;
+    let turned = (0..n).map(move |i| {
+        let mut pose = vec![0.0; n];
+        pose[i] = std::f64::consts::PI;
+        pose
+    });
+    // The golden ratio spreads each joint's angles evenly and out of step.
+    let spread = (1..=BETWEEN).map(move |k| {
+        (0..n)
+            .map(|i| {
+                let part = (k as f64 * 0.618_033_988_749_895 * (1.0 + i as f64 * 0.37)).fract();
+                std::f64::consts::TAU * part
+            })
+            .collect()
+    });
+    std::iter::once(vec![0.0; n]).chain(turned).chain(spread)
+}
