@@ -292,8 +292,8 @@ pub struct LogFigures {
 
 /// Reads logs of one robot once, block by block, and reduces them together.
 ///
-/// The next block is read and smoothed while the last one is reduced, if there
-/// is a thread for it.
+/// The next block, of this log or the next, is read and smoothed while the last
+/// one is reduced, if there is a thread for it.
 ///
 /// - `progress`: called with the number of samples read so far.
 ///
@@ -309,15 +309,20 @@ pub fn read_through(
     let mut reduction = Reduction::new(reading.model);
     let mut logs = Vec::new();
     let mut before = 0;
+    let mut ready: Vec<Piece> = Vec::new();
     for source in sources {
         let mut log = source.open(reading.channels)?;
         let mut block = LogBlock::new(reading.channels.all.len());
-        log.read(&mut block)?;
+        let mut begin = || log.read(&mut block);
+        let mut fold = || reduce(&mut reduction, reading.settings, &ready);
+        let (begun, folded) = rayon::join(&mut begin, &mut fold);
+        folded?;
+        begun?;
+        ready.clear();
         let period = log.clock().period().unwrap_or_default();
         let mut preparation = Preparation::new(reading, period)?;
         let mut summary = Summary::new(reading.channels);
         observer.restart(Restart::Begin);
-        let mut ready: Vec<Piece> = Vec::new();
         while !block.is_empty() {
             let mut next = Vec::new();
             let mut prepare = || -> Result<(), PassError> {
@@ -334,7 +339,6 @@ pub fn read_through(
             ready = next;
         }
         preparation.end(&mut ready);
-        reduce(&mut reduction, reading.settings, &ready)?;
         if preparation.used == 0 {
             return Err(too_short(source, reading, &preparation, &log).into());
         }
@@ -348,6 +352,7 @@ pub fn read_through(
             lost: preparation.lost,
         });
     }
+    reduce(&mut reduction, reading.settings, &ready)?;
     Ok(Passed {
         system: reduction.finish(),
         logs,
