@@ -59,6 +59,7 @@ fn whole_step(bencher: Bencher) {
         let position = vec![vec![(7.0 * time).sin()], vec![(3.0 * time).cos()]];
         lsff.process(black_box(&RawBlock {
             time: vec![time],
+            later: 0.0,
             q: position.clone(),
             phi: position.clone(),
             tau: position,

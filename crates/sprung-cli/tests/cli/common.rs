@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
 
+use serde_json::Value;
 use tempfile::TempDir;
 
 /// Runs the program.
@@ -37,7 +38,7 @@ pub(crate) fn demo() -> &'static Path {
     .path()
 }
 
-/// A copy of the demo's experiment, to be damaged.
+/// An experiment, as a copy of the demo's, to be damaged.
 pub(crate) struct Case {
     folder: TempDir,
 }
@@ -51,16 +52,30 @@ impl Case {
         Self { folder }
     }
 
+    /// An experiment of some files and their texts.
+    pub(crate) fn of(files: &[(&str, &str)]) -> Self {
+        let folder = TempDir::new().unwrap();
+        for (file, text) in files {
+            std::fs::write(folder.path().join(file), text).unwrap();
+        }
+        Self { folder }
+    }
+
     pub(crate) fn path(&self, file: &str) -> PathBuf {
         self.folder.path().join(file)
     }
 
     /// Replaces text in the experiment file.
     pub(crate) fn replace(self, from: &str, to: &str) -> Self {
-        let file = self.path("experiment.toml");
-        let text = std::fs::read_to_string(&file).unwrap();
-        assert!(text.contains(from), "the experiment does not hold {from:?}");
-        std::fs::write(file, text.replace(from, to)).unwrap();
+        self.replace_in("experiment.toml", from, to)
+    }
+
+    /// Replaces text in a file.
+    pub(crate) fn replace_in(self, file: &str, from: &str, to: &str) -> Self {
+        let path = self.path(file);
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert!(text.contains(from), "{file} does not hold {from:?}");
+        std::fs::write(path, text.replace(from, to)).unwrap();
         self
     }
 
@@ -98,6 +113,30 @@ impl Case {
         sprung(&args)
     }
 
+    /// Records a log of the twin as `file`.
+    pub(crate) fn record(&self, file: &str, more: &[&str]) {
+        let (experiment, out) = (self.path("experiment.toml"), self.path("twin"));
+        let (experiment, out) = (experiment.to_str().unwrap(), out.to_str().unwrap());
+        let name = format!("log.file={file}");
+        let mut args = vec!["simulate", experiment, "-q", "--out", out, "--set", &name];
+        args.extend(more);
+        let output = sprung(&args);
+        assert!(output.status.success(), "{}", stderr(&output));
+        std::fs::rename(self.path("twin").join(file), self.path(file)).unwrap();
+    }
+
+    /// Identifies and returns the exit code and the results.
+    pub(crate) fn results(&self, more: &[&str]) -> (i32, Value) {
+        let mut args = vec!["--json"];
+        args.extend(more);
+        let output = self.identify(&args);
+        let json = serde_json::from_slice(&output.stdout);
+        (
+            output.status.code().unwrap(),
+            json.unwrap_or_else(|_| panic!("{}", stderr(&output))),
+        )
+    }
+
     /// Checks that identification fails with a code and a message.
     pub(crate) fn fails(&self, code: i32, fragments: &[&str]) {
         let output = self.identify(&[]);
@@ -124,4 +163,24 @@ impl Case {
         }
         assert!(self.path("sprung-out/report.html").exists());
     }
+}
+
+/// A parameter of the first result.
+pub(crate) fn parameter<'a>(json: &'a Value, name: &str) -> &'a Value {
+    let all = json["results"][0]["parameters"].as_array().unwrap();
+    (all.iter().find(|p| p["name"] == name)).unwrap_or_else(|| panic!("no {name} in {json:#}"))
+}
+
+/// The value of a parameter of the first result.
+pub(crate) fn value(json: &Value, name: &str) -> f64 {
+    parameter(json, name)["value"].as_f64().unwrap()
+}
+
+/// The text of a finding about the log, or about the first result.
+pub(crate) fn finding<'a>(json: &'a Value, code: &str) -> Option<&'a str> {
+    [&json["findings"], &json["results"][0]["warnings"]]
+        .into_iter()
+        .flat_map(|list| list.as_array().unwrap())
+        .find(|finding| finding["code"] == code)
+        .map(|finding| finding["text"].as_str().unwrap())
 }

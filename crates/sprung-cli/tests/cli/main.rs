@@ -7,12 +7,16 @@
     reason = "these are tests"
 )]
 
+mod arm;
 mod bad_experiment;
+mod bad_joints;
 mod bad_log;
+mod bad_robot;
 mod browser;
 mod common;
 mod new;
 mod outputs;
 mod readme;
 mod real_machine;
+mod robots;
 mod trust;

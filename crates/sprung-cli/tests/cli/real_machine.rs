@@ -1,38 +1,42 @@
-//! The example of a real machine, on the log that its maker's users recorded.
+//! The examples of real machines, on logs that others recorded.
 
 use std::path::PathBuf;
 
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::common::{sprung, stderr};
+use crate::common::{sprung, stderr, value};
 
-/// The log, or nothing where it is not on this machine.
-fn log() -> Option<PathBuf> {
+/// A file of a real machine, or nothing where it is not on this computer.
+fn data(file: &str) -> Option<String> {
     let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../../..");
-    let log = PathBuf::from(root).join("shared/data/quanser_2dsfl/quanser_2dsfl_psf.csv");
-    if log.exists() {
-        return Some(log.canonicalize().unwrap());
+    let path = PathBuf::from(root).join("shared/data").join(file);
+    if path.exists() {
+        return Some(path.canonicalize().unwrap().display().to_string());
     }
-    eprintln!("skipped: no log of the real machine at {}", log.display());
+    eprintln!("skipped: no file of the real machine at {}", path.display());
     None
 }
 
-fn identify(more: &[&str]) -> Option<(i32, Value)> {
-    let set_log = format!("log.file={}", log()?.display());
+/// Runs a verb on an example; returns the exit code and what it says.
+fn run(verb: &str, example: &str, more: &[&str]) -> (i32, Value) {
     let out = TempDir::new().unwrap();
-    let example = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/quanser-2dsfl");
+    let example = format!("{}/../../examples/{example}", env!("CARGO_MANIFEST_DIR"));
     let out = out.path().to_str().unwrap();
-    let mut args = vec![
-        "identify", example, "--json", "--out", out, "--set", &set_log,
-    ];
+    let mut args = vec![verb, &example, "--json", "--out", out];
     args.extend(more);
     let output = sprung(&args);
     let json = serde_json::from_slice(&output.stdout);
-    Some((
+    (
         output.status.code().unwrap(),
         json.unwrap_or_else(|_| panic!("{}", stderr(&output))),
-    ))
+    )
+}
+
+fn identify(more: &[&str]) -> Option<(i32, Value)> {
+    let log = format!("log.file={}", data("quanser_2dsfl/quanser_2dsfl_psf.csv")?);
+    let more = [&["--set", &log], more].concat();
+    Some(run("identify", "quanser-2dsfl", &more))
 }
 
 fn stiffness(json: &Value) -> (f64, f64) {
@@ -109,4 +113,146 @@ fn delay_is_found() {
     assert!((value - 0.150).abs() < 0.02, "{value}");
     assert!(error < 0.02, "{error}");
     assert!((29.0..32.0).contains(&stiffness(&json).0));
+}
+
+/// Residual over torque of a joint's row.
+fn relative(json: &Value, row: &str) -> f64 {
+    let residual = &json["results"][0]["relative_residual"][row];
+    residual.as_f64().unwrap()
+}
+
+/// Checks the parameters of the positioning system against published ones.
+fn near_published(json: &Value, tolerances: [f64; 4]) {
+    let published = [
+        ("link1.m + carriage.rotor_inertia", 95.1089),
+        ("carriage.motor_viscous", 203.5034),
+        ("carriage.motor_coulomb", 20.3935),
+        ("carriage.motor_offset", -3.1648),
+    ];
+    for ((name, published), tolerance) in published.into_iter().zip(tolerances) {
+        let found = value(json, name);
+        let off = found / published - 1.0;
+        println!(
+            "{name}: {found:.4}, published {published} ({:+.2} %)",
+            100.0 * off
+        );
+        assert!(
+            off.abs() < tolerance,
+            "{name}: {found}, published {published}"
+        );
+    }
+}
+
+#[test]
+fn positioning_system_comes_out_as_published() {
+    let Some(log) = data("emps/emps_estimation.csv") else {
+        return;
+    };
+    let (code, json) = run("identify", "emps", &["--set", &format!("log.file={log}")]);
+    assert_eq!(code, 0);
+    assert_eq!(json["results"][0]["verdict"], "good");
+    near_published(&json, [0.01; 4]);
+    let left = relative(&json, "carriage.motor_n");
+    println!("relative error {:.2} %", 100.0 * left);
+    assert!(left <= 0.036, "{left}");
+}
+
+#[test]
+fn positioning_system_on_its_other_log() {
+    let (Some(first), Some(pulses)) = (
+        data("emps/emps_estimation.csv"),
+        data("emps/emps_validation_pulses.csv"),
+    ) else {
+        return;
+    };
+    // By itself it gives other values: the mass 1.4 %, friction up to 3.8 % off.
+    let (code, json) = run(
+        "identify",
+        "emps",
+        &["--set", &format!("log.file={pulses}")],
+    );
+    assert_eq!(code, 0);
+    near_published(&json, [0.016, 0.045, 0.03, 0.03]);
+    let left = relative(&json, "carriage.motor_n");
+    assert!(left <= 0.04, "{left}");
+    // What the first log gave predicts its force nearly as well.
+    let out = TempDir::new().unwrap();
+    let example = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/emps");
+    let folder = out.path().to_str().unwrap();
+    let set = format!("log.file={first}");
+    let output = sprung(&["identify", example, "-q", "--out", folder, "--set", &set]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let parameters = out.path().join("identification.json");
+    let (code, json) = run(
+        "validate",
+        "emps",
+        &[
+            "--parameters",
+            parameters.to_str().unwrap(),
+            "--set",
+            &set,
+            "--set",
+            &format!("validate.pulses.log.file={pulses}"),
+        ],
+    );
+    assert_eq!(code, 0);
+    let share = |run: usize| {
+        let set = &json["runs"][run]["sets"][0];
+        set["torque_relative_residual"]["carriage"]
+            .as_f64()
+            .unwrap()
+    };
+    println!(
+        "prediction: {:.2} % and {:.2} %",
+        100.0 * share(0),
+        100.0 * share(1)
+    );
+    assert!(share(0) <= 0.036, "{}", share(0));
+    assert!(share(1) <= 0.045, "{}", share(1));
+}
+
+#[test]
+fn industrial_arm_with_a_coupled_wrist() {
+    let (Some(log), Some(urdf)) = (
+        data("staubli_tx40/staubli_tx40_1kHz.csv"),
+        data("staubli_tx40/tx40.urdf"),
+    ) else {
+        return;
+    };
+    let (log, urdf) = (format!("log.file={log}"), format!("robot.urdf={urdf}"));
+    let (code, json) = run("identify", "staubli-tx40", &["--set", &log, "--set", &urdf]);
+    assert_eq!(code, 0);
+    let motor = |i: usize| value(&json, &format!("joint_{i}.motor_viscous"));
+    // Motor 6 turns with joints 5 and 6: what is published for them includes it.
+    for (what, found, published) in [
+        ("joint 1", motor(1), 8.05),
+        ("joint 2", motor(2), 5.53),
+        ("joint 3", motor(3), 1.97),
+        ("joint 4", motor(4), 1.11),
+        ("joint 5", motor(5) + motor(6), 1.86),
+        (
+            "joint 6",
+            value(&json, "joint_6.link_viscous") + motor(6),
+            0.65,
+        ),
+        ("motor 6", motor(6), 0.616),
+    ] {
+        let off = found / published - 1.0;
+        println!(
+            "{what}: {found:.4}, published {published} ({:+.1} %)",
+            100.0 * off
+        );
+        assert!(off.abs() < 0.08, "{what}: {found}, published {published}");
+    }
+    let result = &json["results"][0];
+    let (mut residuals, mut torques) = (0.0, 0.0);
+    for (row, rms) in result["residual_rms"].as_object().unwrap() {
+        let rms = rms.as_f64().unwrap();
+        residuals += rms * rms;
+        torques += (rms / relative(&json, row)).powi(2);
+    }
+    let overall = f64::sqrt(residuals / torques);
+    println!("torque error overall: {:.2} %", 100.0 * overall);
+    assert!(overall <= 0.082, "{overall}");
+    assert_eq!(result["rank"], 60);
 }

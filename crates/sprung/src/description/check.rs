@@ -1,10 +1,13 @@
 //! What types cannot say: lengths, signs, names that must exist.
 
+use sprung_core::chain::JointKind;
+
 use super::check_log::check_log;
 use super::check_robot::robot;
 use super::choice::{nearest, quoted};
 use super::identify::Cutoff;
-use super::run::{Controller, ControllerKind, Simulate};
+use super::robot::Robot;
+use super::run::{Controller, ControllerKind, Reference, Simulate};
 use super::types::ExperimentFile;
 
 /// A fault and the path of keys to it.
@@ -56,7 +59,7 @@ pub(super) fn check(file: &ExperimentFile) -> Result<(), Fault> {
         }
     }
     if let Some(controller) = &file.controller {
-        check_controller(controller, &["controller"], &joints)?;
+        check_controller(controller, &["controller"], &file.robot)?;
     }
     for (i, run) in file.validate.iter().enumerate() {
         let i = i.to_string();
@@ -68,7 +71,7 @@ pub(super) fn check(file: &ExperimentFile) -> Result<(), Fault> {
             check_log(&log, &["validate", &i, "log"], &file.robot)?;
         }
         if let Some(controller) = &run.controller {
-            check_controller(controller, &["validate", &i, "controller"], &joints)?;
+            check_controller(controller, &["validate", &i, "controller"], &file.robot)?;
         }
     }
     if let Some(twin) = &file.simulate {
@@ -155,7 +158,8 @@ fn check_window(window: [usize; 2], path: &[&str]) -> Result<(), Fault> {
     }
 }
 
-fn check_controller(controller: &Controller, path: &[&str], joints: &[&str]) -> Result<(), Fault> {
+fn check_controller(controller: &Controller, path: &[&str], robot: &Robot) -> Result<(), Fault> {
+    let joints: Vec<&str> = robot.joint.iter().map(|j| j.name.as_str()).collect();
     let at = |key| [path, &[key]].concat();
     let n = joints.len();
     match controller.kind {
@@ -205,19 +209,33 @@ fn check_controller(controller: &Controller, path: &[&str], joints: &[&str]) -> 
         ));
     }
     check_window(controller.velocity_window, &at("velocity_window"))?;
-    let centre = &controller.reference.centre_deg;
+    check_reference(&controller.reference, &at("reference"), robot)
+}
+
+fn check_reference(reference: &Reference, path: &[&str], robot: &Robot) -> Result<(), Fault> {
+    let joints: Vec<&str> = robot.joint.iter().map(|j| j.name.as_str()).collect();
+    let n = joints.len();
+    let centre = &reference.centre_deg;
+    let at_centre = [path, &["centre_deg"]].concat();
     if !(centre.is_empty() || centre.len() == n) || centre.iter().any(|c| !c.is_finite()) {
         return Err(fault(
-            &[path, &["reference", "centre_deg"]].concat(),
+            &at_centre,
             format!("centre_deg needs {n} finite numbers, one per joint"),
         ));
     }
-    for (i, sine) in controller.reference.sines.iter().enumerate() {
-        let i = i.to_string();
-        let at = |key| [path, &["reference", "sines", &i, key]].concat();
-        if !joints.contains(&sine.joint.as_str()) {
+    let slides = |i: usize| robot.kind(i) == JointKind::Prismatic;
+    if let Some(i) = (0..n).find(|&i| slides(i) && centre.get(i).is_some_and(|c| *c != 0.0)) {
+        return Err(fault(
+            &at_centre,
+            format!("{} slides; its number in centre_deg must be 0", joints[i]),
+        ));
+    }
+    for (k, sine) in reference.sines.iter().enumerate() {
+        let k = k.to_string();
+        let at = |key| [path, &["sines", &k, key]].concat();
+        let Some(joint) = joints.iter().position(|name| *name == sine.joint) else {
             let hint = nearest(&sine.joint, joints.iter().copied())
-                .map_or_else(|| quoted(joints), |known| format!("\"{known}\""));
+                .map_or_else(|| quoted(&joints), |known| format!("\"{known}\""));
             return Err(fault(
                 &at("joint"),
                 format!(
@@ -225,7 +243,7 @@ fn check_controller(controller: &Controller, path: &[&str], joints: &[&str]) -> 
                     sine.joint
                 ),
             ));
-        }
+        };
         for (key, value) in [
             ("amplitude_deg", sine.amplitude_deg),
             ("amplitude_m", sine.amplitude_m),
@@ -235,6 +253,17 @@ fn check_controller(controller: &Controller, path: &[&str], joints: &[&str]) -> 
             if !value.is_finite() {
                 return Err(fault(&at(key), format!("{key} must be finite")));
             }
+        }
+        let (moves, strange, value, right) = if slides(joint) {
+            ("slides", "amplitude_deg", sine.amplitude_deg, "amplitude_m")
+        } else {
+            ("turns", "amplitude_m", sine.amplitude_m, "amplitude_deg")
+        };
+        if value != 0.0 {
+            return Err(fault(
+                &at(strange),
+                format!("{} {moves}; give {right} instead of {strange}", sine.joint),
+            ));
         }
     }
     Ok(())
@@ -285,6 +314,12 @@ fn check_twin(twin: &Simulate, joints: &[&str]) -> Result<(), Fault> {
                 ),
             ));
         }
+    }
+    if let Some(value) = (twin.motor_encoder_offset_rad.iter()).find(|v| !v.is_finite()) {
+        return Err(fault(
+            &["simulate", "motor_encoder_offset_rad"],
+            format!("motor_encoder_offset_rad holds {value}; every number must be finite"),
+        ));
     }
     for (key, list) in [
         ("torque_noise_nm", &twin.torque_noise_nm),

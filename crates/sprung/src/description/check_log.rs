@@ -74,10 +74,14 @@ fn lists(log: &Log) -> [List<'_>; 12] {
 }
 
 /// Checks that a list has a column for each of its joints.
+///
+/// - `lone`: whether these are the only positions of a rigid robot, which may
+///   call them those of its links.
 fn check_length(
     key: &str,
     list: &[String],
     of: Of,
+    lone: bool,
     path: &[&str],
     robot: &Robot,
 ) -> Result<(), Fault> {
@@ -90,11 +94,11 @@ fn check_length(
     let (joints, what) = match of {
         Of::All => (pick(&|_, _| true), ""),
         Of::Kind(kind) => (pick(&|i, _| robot.kind(i) == kind), turning(robot, kind)),
+        Of::Flexible(kind) if lone => (pick(&|i, _| robot.kind(i) == kind), turning(robot, kind)),
         Of::Flexible(kind) => {
             let all = pick(&|i, _| robot.kind(i) == kind);
             let flexible = pick(&|i, joint| robot.kind(i) == kind && joint.is_flexible());
-            let says_motor = log_says_motor(key);
-            if flexible.len() < all.len() && list.len() == all.len() && says_motor {
+            if flexible.len() < all.len() && list.len() == all.len() {
                 let rigid = all.iter().find(|name| !flexible.contains(name));
                 return Err(fault(
                     path,
@@ -105,9 +109,7 @@ fn check_length(
                     ),
                 ));
             }
-            if flexible.is_empty() {
-                (all, turning(robot, kind))
-            } else if flexible.len() < robot.joint.len() {
+            if flexible.len() < robot.joint.len() {
                 (flexible, "flexible ")
             } else {
                 (flexible, "")
@@ -117,14 +119,13 @@ fn check_length(
     if list.len() == joints.len() {
         return Ok(());
     }
+    let has = match &joints[..] {
+        [] => format!("no {what}joints"),
+        joints => format!("{} {what}joints ({})", joints.len(), joints.join(", ")),
+    };
     Err(fault(
         path,
-        format!(
-            "{key} names {} columns, the robot has {} {what}joints ({})",
-            list.len(),
-            joints.len(),
-            joints.join(", ")
-        ),
+        format!("{key} names {} columns, the robot has {has}", list.len()),
     ))
 }
 
@@ -138,17 +139,27 @@ fn turning(robot: &Robot, kind: JointKind) -> &'static str {
     }
 }
 
-fn log_says_motor(key: &str) -> bool {
-    key.starts_with("link_")
-}
-
 pub(super) fn check_log(log: &Log, path: &[&str], robot: &Robot) -> Result<(), Fault> {
     let lists = lists(log);
     let at = |key| [path, &[key]].concat();
+    let rigid = !robot.joint.iter().any(Joint::is_flexible);
+    let lone = rigid && lists[5..8].iter().all(|(_, list, _)| list.is_none());
     for (key, list, of) in &lists {
         if let Some(list) = list {
-            check_length(key, list, *of, &at(key), robot)?;
+            let lone = lone && key.starts_with("link_position");
+            check_length(key, list, *of, lone, &at(key), robot)?;
         }
+    }
+    if let Some(files) = &log.file
+        && let Some(twice) = (1..files.len()).find(|&i| files[..i].contains(&files[i]))
+    {
+        return Err(fault(
+            &at("file"),
+            format!(
+                "{} is listed twice; its samples would count as if they were others",
+                files[twice].display()
+            ),
+        ));
     }
     if log.time_s.is_some() && log.time_ms.is_some() {
         return Err(fault(

@@ -1,10 +1,15 @@
 //! What types cannot say of a robot: which keys go together.
 
 use sprung_core::chain::JointKind;
+use sprung_core::spatial::BODY_NAMES;
 
 use super::check::{Fault, check_name, fault};
+use super::choice::nearest;
 use super::robot::{FrictionLaw, Joint, Robot, SpringTerm};
 use super::types::ExperimentFile;
+
+/// Longest length of a table, m.
+const LONGEST_LINK: f64 = 100.0;
 
 pub(super) fn robot(file: &ExperimentFile) -> Result<(), Fault> {
     let robot = &file.robot;
@@ -48,10 +53,13 @@ pub(super) fn robot(file: &ExperimentFile) -> Result<(), Fault> {
             ("amplifier_gain_a_per_v", joint.amplifier_gain_a_per_v),
         ];
         for (key, value) in numbers {
-            if value.is_some_and(|v| !v.is_finite() || v == 0.0) {
+            if let Some(value) = value.filter(|v| !v.is_finite() || *v == 0.0) {
                 return Err(Fault {
                     path: path(key),
-                    message: format!("{}: {key} must be finite and not zero", joint.name),
+                    message: format!(
+                        "{}: {key} = {value} must be finite and not zero",
+                        joint.name
+                    ),
                 });
             }
         }
@@ -65,7 +73,7 @@ pub(super) fn robot(file: &ExperimentFile) -> Result<(), Fault> {
             return Err(Fault {
                 path: path("position_offset_deg"),
                 message: format!(
-                    "{} slides, its position is no angle: remove position_offset_deg",
+                    "{} slides, and position_offset_deg is for joints that turn; remove it",
                     joint.name
                 ),
             });
@@ -91,15 +99,44 @@ pub(super) fn robot(file: &ExperimentFile) -> Result<(), Fault> {
             ),
         ];
         for (key, value) in positive {
-            if value.is_some_and(|v| !(v.is_finite() && v > 0.0)) {
+            if let Some(value) = value.filter(|v| !(v.is_finite() && *v > 0.0)) {
                 return Err(Fault {
                     path: path(key),
-                    message: format!("{}: {key} must be positive", joint.name),
+                    message: format!("{}: {key} = {value} must be positive", joint.name),
                 });
             }
         }
     }
+    zeros(robot)?;
     transmission(robot)
+}
+
+/// Checks that what is assumed zero are inertial parameters of links.
+fn zeros(robot: &Robot) -> Result<(), Fault> {
+    let links = robot.tree.iter().flat_map(|tree| &tree.links);
+    let known: Vec<String> = links
+        .flat_map(|link| BODY_NAMES.map(|name| format!("{link}.{name}")))
+        .collect();
+    for name in &robot.assume_zero {
+        if !known.contains(name) {
+            let near = nearest(name, known.iter().map(String::as_str));
+            let hint = near.map_or_else(
+                || format!("they are called {} and so on", known[..3].join(", ")),
+                |near| format!("did you mean \"{near}\"?"),
+            );
+            return Err(fault(
+                &["robot", "assume_zero"],
+                format!("no link has the inertial parameter \"{name}\" to assume zero; {hint}"),
+            ));
+        }
+        if let Some(value) = robot.fixed.get(name) {
+            return Err(fault(
+                &["robot", "fixed", name],
+                format!("{name} is fixed to {value} and assumed zero; keep one"),
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// Checks that one thing says how the links hang together.
@@ -158,11 +195,35 @@ pub(super) fn kinematics(robot: &Robot) -> Result<(), Fault> {
             ));
         }
     }
+    tables(robot)?;
+    match robot.gravity_m_per_s2 {
+        Some(gravity) if !gravity.iter().all(|g| g.is_finite() && g.abs() < 1e3) => Err(fault(
+            &["robot", "gravity_m_per_s2"],
+            format!(
+                "gravity_m_per_s2 = {gravity:?} must be three numbers below 1000 m/s², as in [0.0, \
+                 0.0, -9.81]"
+            ),
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// Checks the Denavit-Hartenberg tables.
+fn tables(robot: &Robot) -> Result<(), Fault> {
+    let joints = robot.joint.len();
     for (key, table) in [
         ("dh_modified", &robot.dh_modified),
         ("dh_classic", &robot.dh_classic),
     ] {
         let Some(table) = table else { continue };
+        if table.is_empty() {
+            return Err(fault(
+                &["robot", key],
+                format!(
+                    "{key} has no rows; write one, and a [[robot.joint]] block, for each joint"
+                ),
+            ));
+        }
         if table.len() != joints {
             return Err(fault(
                 &["robot", key],
@@ -181,15 +242,20 @@ pub(super) fn kinematics(robot: &Robot) -> Result<(), Fault> {
                     format!("every number of row {} of {key} must be finite", i + 1),
                 ));
             }
+            let lengths = [("a_m", row.a_m), ("d_m", row.d_m)];
+            if let Some((name, length)) = lengths.iter().find(|(_, x)| x.abs() > LONGEST_LINK) {
+                return Err(fault(
+                    &["robot", key, &i.to_string(), name],
+                    format!(
+                        "row {} of {key}: {name} = {length:?} is longer than {LONGEST_LINK} m; lengths \
+                         are in metres",
+                        i + 1
+                    ),
+                ));
+            }
         }
     }
-    match robot.gravity_m_per_s2 {
-        Some(gravity) if !gravity.iter().all(|g| g.is_finite() && g.abs() < 1e3) => Err(fault(
-            &["robot", "gravity_m_per_s2"],
-            "gravity_m_per_s2 needs three finite numbers, as in [0.0, 0.0, -9.81]",
-        )),
-        _ => Ok(()),
-    }
+    Ok(())
 }
 
 /// Checks that no two laws of a joint say the same.
@@ -282,7 +348,7 @@ fn transmission(robot: &Robot) -> Result<(), Fault> {
             ),
         ));
     }
-    if determinant(matrix).abs() < 1e-12 * scale(matrix) {
+    if determinant(matrix).abs() < 1e-12 {
         return Err(fault(
             &path,
             "transmission_matrix is singular: some motion of the joints turns no motor; check its \
@@ -316,14 +382,14 @@ fn transmission(robot: &Robot) -> Result<(), Fault> {
     Ok(())
 }
 
-fn scale(matrix: &[Vec<f64>]) -> f64 {
-    let lengths = (matrix.iter()).map(|row| row.iter().map(|x| x * x).sum::<f64>().sqrt());
-    lengths.product()
-}
-
-/// Gauss elimination with row pivots.
+/// Returns the determinant of the rows over their largest numbers, by Gauss
+/// elimination with row pivots.
 fn determinant(matrix: &[Vec<f64>]) -> f64 {
-    let mut rows = matrix.to_vec();
+    let scaled = |row: &Vec<f64>| -> Vec<f64> {
+        let largest = row.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        row.iter().map(|x| x / largest).collect()
+    };
+    let mut rows: Vec<Vec<f64>> = matrix.iter().map(scaled).collect();
     let mut product = 1.0;
     for k in 0..rows.len() {
         let pivot = (k..rows.len())

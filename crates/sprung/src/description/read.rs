@@ -189,7 +189,7 @@ fn interpret(
     check_format(&read)
         .and_then(|()| kinematics(&read.robot))
         .map_err(located)?;
-    read.robot.tree = tree(&read.robot, open).map_err(|error| match error {
+    read.robot.tree = tree(file, &read.robot, open).map_err(|error| match error {
         TreeError::Fault(fault) => located(fault),
         TreeError::Unreadable(message) => DescriptionError::Unreadable { message },
         TreeError::Urdf(message) => DescriptionError::Urdf { message },

@@ -6,7 +6,7 @@ use sprung_core::chain::{ChainJoint, JointKind};
 
 use super::check::{Fault, fault};
 use super::robot::{Robot, Tree};
-use super::urdf::Urdf;
+use super::urdf::{Urdf, UrdfError};
 
 /// Opens the files that an experiment names beside its logs.
 pub type Open<'a> = &'a mut dyn FnMut(&Path) -> std::io::Result<String>;
@@ -23,9 +23,11 @@ pub(super) enum TreeError {
 }
 
 /// Returns the tree that a robot names; nothing for one in closed form.
-pub(super) fn tree(robot: &Robot, open: Open<'_>) -> Result<Option<Tree>, TreeError> {
+///
+/// - `file`: the experiment file, beside which others are found.
+pub(super) fn tree(file: &str, robot: &Robot, open: Open<'_>) -> Result<Option<Tree>, TreeError> {
     if let Some(path) = &robot.urdf {
-        return from_urdf(robot, path, open).map(Some);
+        return from_urdf(file, robot, path, open).map(Some);
     }
     let named = (0..robot.joint.len()).map(|i| format!("link{}", i + 1));
     let of = |joints: Vec<ChainJoint>| Tree {
@@ -61,10 +63,14 @@ pub(super) fn tree(robot: &Robot, open: Open<'_>) -> Result<Option<Tree>, TreeEr
     Ok(None)
 }
 
-fn from_urdf(robot: &Robot, path: &Path, open: Open<'_>) -> Result<Tree, TreeError> {
-    let name = path.display().to_string();
-    let text = open(path)
-        .map_err(|error| TreeError::Unreadable(format!("cannot read {name}: {error}")))?;
+fn from_urdf(file: &str, robot: &Robot, path: &Path, open: Open<'_>) -> Result<Tree, TreeError> {
+    let folder = Path::new(file).parent().unwrap_or(Path::new(""));
+    let name = folder.join(path).display().to_string();
+    let text = open(path).map_err(|error| {
+        TreeError::Unreadable(format!(
+            "cannot read {name}, the urdf of [robot]: {error}; its path begins at the experiment file"
+        ))
+    })?;
     let urdf = Urdf::parse(&name, &text).map_err(|error| TreeError::Urdf(error.to_string()))?;
     if robot.joint.is_empty() {
         let movable: Vec<&str> = urdf.movable().iter().map(|j| j.name.as_str()).collect();
@@ -80,10 +86,26 @@ fn from_urdf(robot: &Robot, path: &Path, open: Open<'_>) -> Result<Tree, TreeErr
     let moving: Vec<&str> = robot.joint.iter().map(|j| j.name.as_str()).collect();
     let joints = urdf
         .tree(&moving)
-        .map_err(|error| TreeError::Urdf(error.to_string()))?;
+        .map_err(|error| listed(&error, &moving))?;
     Ok(Tree {
         links: joints.iter().map(|joint| joint.link.clone()).collect(),
         inertial: joints.iter().map(|joint| joint.inertial).collect(),
         joints: joints.into_iter().map(|joint| joint.joint).collect(),
     })
+}
+
+/// Returns an error of the list of joints where it stands in the experiment
+/// file, another as it is.
+fn listed(error: &UrdfError, moving: &[&str]) -> TreeError {
+    let name = match error {
+        UrdfError::UnknownJoint { name, .. } | UrdfError::ListedTwice { name, .. } => name,
+        UrdfError::Order { carrier, .. } => carrier,
+        _ => return TreeError::Urdf(error.to_string()),
+    };
+    let index = moving.iter().rposition(|joint| joint == name);
+    let index = index.unwrap_or_default().to_string();
+    TreeError::Fault(fault(
+        &["robot", "joint", &index, "name"],
+        error.to_string(),
+    ))
 }

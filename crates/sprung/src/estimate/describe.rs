@@ -39,9 +39,10 @@ pub(super) fn describe(
                 },
             );
             if known {
-                let (torque, share) = torques[i];
-                estimate.torque_rms_nm = finite(torque);
-                estimate.torque_share = finite(share);
+                let torque = torques[i];
+                estimate.torque_rms_nm = finite(torque.rms);
+                estimate.torque_share = finite(torque.share);
+                estimate.torque_over_residual = finite(torque.over_residual);
             }
             estimate
         })
@@ -148,6 +149,7 @@ fn estimate(
         fixed: parameter.fixed.is_some(),
         torque_rms_nm: None,
         torque_share: None,
+        torque_over_residual: None,
     }
 }
 

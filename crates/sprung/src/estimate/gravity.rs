@@ -11,7 +11,7 @@ use crate::regression::Reading;
 const CLEARLY: f64 = 0.7;
 
 /// Residual of a torque's row from which gravity is looked at, as a part of it.
-const WORTH_A_LOOK: f64 = 0.05;
+const WORTH_A_LOOK: f64 = 0.01;
 
 /// Samples that are looked at, to the end of their block.
 const LOOKED_AT: usize = 4096;

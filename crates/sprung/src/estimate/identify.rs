@@ -378,8 +378,11 @@ impl Observer for Watch<'_> {
         let lsff = self
             .lsff
             .get_or_insert_with(|| Lsff::new(model, settings, period));
-        if let Ok(lsff) = lsff {
-            lsff.process(samples);
+        if let Ok(running) = lsff {
+            match running.check_period(period) {
+                Ok(()) => running.process(samples),
+                Err(error) => *lsff = Err(error),
+            }
         }
         self.elapsed += start.elapsed().as_secs_f64();
     }

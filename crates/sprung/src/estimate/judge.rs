@@ -11,6 +11,10 @@ use crate::model::{Model, ModelError, short};
 /// Relative standard error above which a parameter counts as weak.
 const WEAK: f64 = 0.15;
 
+/// Torque of a parameter over the residual of its row below which errors that
+/// no stretch shows may be as large as the value.
+const LITTLE: f64 = 3.0;
+
 /// Condition number, columns scaled, above which directions are named.
 const COLLINEAR: f64 = 100.0;
 
@@ -144,6 +148,7 @@ pub fn judge(
     mass_matrix(model, result, &mut findings);
     negative_friction(model, result, &mut findings);
     weak(model, result, &mut findings);
+    little_torque(model, result, &mut findings);
     collinear(model, result, weakest, &mut findings);
     findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
     findings
@@ -500,6 +505,39 @@ fn weak(model: &Model, result: &EstimateResult, findings: &mut Vec<Finding>) {
             "larger amplitudes, or a longer log, with motion in which these parameters matter",
         )
         .about(weak.iter().map(|p| p.name.clone())),
+    );
+}
+
+/// Names parameters whose torque drowns in what the model leaves unexplained.
+fn little_torque(model: &Model, result: &EstimateResult, findings: &mut Vec<Finding>) {
+    let little: Vec<&ParameterEstimate> = (result.parameters.iter())
+        .zip(model.parameters())
+        .filter(|(p, known)| {
+            // An offset or a preload of zero is a good one.
+            let counts = known
+                .joint
+                .is_none_or(|(kind, _)| kind.is_vital() || kind.is_friction());
+            counts && p.torque_over_residual.is_some_and(|ratio| ratio < LITTLE)
+        })
+        .map(|(p, _)| p)
+        .collect();
+    if little.is_empty() || result.motor_rows.is_empty() && model.tree().is_none() {
+        return;
+    }
+    let list = list(&little, |p| {
+        format!("{:.1} times", p.torque_over_residual.unwrap_or(0.0))
+    });
+    findings.push(
+        Finding::new(
+            Severity::Info,
+            "little-torque",
+            format!(
+                "some parameters stand for hardly more torque than their rows leave unexplained \
+                 ({list}): a bias that no standard error shows may be as large as the value"
+            ),
+            "higher accelerations or velocities of these joints; finer encoders",
+        )
+        .about(little.iter().map(|p| p.name.clone())),
     );
 }
 

@@ -251,22 +251,36 @@ pub fn residual(model: &Model, system: &System, theta: &[f64]) -> Vec<(f64, f64)
         .collect()
 }
 
-/// Returns the torque that each parameter stands for in the log: the root mean
-/// square of its column times its value, N·m, and its share of the largest such
-/// torque of the row; for a parameter of two rows, where the torque is larger.
+/// The torque that a parameter stands for in a log.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TorqueOf {
+    /// Root mean square of its column times its value, N·m (N); of a parameter
+    /// of two rows, where it is larger.
+    pub rms: f64,
+    /// Its share of the largest such torque of that row.
+    pub share: f64,
+    /// The same over the residual of a row, in the row where that is most.
+    pub over_residual: f64,
+}
+
+/// Returns what each parameter stands for in the log.
 #[must_use]
-pub fn torques(model: &Model, system: &System, theta: &[f64]) -> Vec<(f64, f64)> {
+pub fn torques(model: &Model, system: &System, theta: &[f64]) -> Vec<TorqueOf> {
     let scale = 1.0 / (system.samples().max(1) as f64).sqrt();
-    let mut torques = vec![(0.0, 0.0); theta.len()];
+    let residuals = residual(model, system, theta);
+    let mut torques = vec![TorqueOf::default(); theta.len()];
     for (row, factor) in system.whole().unwrap_or_default().iter().enumerate() {
         let columns = model.row_columns(row);
         let own: Vec<f64> = (columns.iter().enumerate())
             .map(|(j, &column)| scale * factor.column_norm(j) * theta[column].abs())
             .collect();
         let largest = own.iter().copied().fold(0.0, f64::max);
-        for (&column, torque) in columns.iter().zip(own) {
-            if torque > torques[column].0 {
-                torques[column] = (torque, torque / largest);
+        for (&column, rms) in columns.iter().zip(own) {
+            let torque = &mut torques[column];
+            torque.over_residual = torque.over_residual.max(rms / residuals[row].0);
+            if rms > torque.rms {
+                torque.rms = rms;
+                torque.share = rms / largest;
             }
         }
     }

@@ -21,8 +21,11 @@ const TRACE: usize = 512;
 /// excitation.
 const GAIN_LIMIT: f64 = 1e8;
 
-/// What keeps the recursion from starting.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+/// Part by which the periods of logs may differ.
+const SAME_PERIOD: f64 = 0.01;
+
+/// What keeps the recursion from running.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LsffError {
     /// The filter pair cannot be built.
@@ -34,6 +37,17 @@ pub enum LsffError {
     /// The recursion cannot be built.
     #[error("{0}")]
     Recursive(RecursiveError),
+    /// Logs of different periods.
+    #[error(
+        "estimator \"lsff\" runs at one sampling period, the logs have {first:.6} s and {other:.6} s; \
+         identify them one by one, or by \"least-squares\" alone"
+    )]
+    Periods {
+        /// Period of the first log, s.
+        first: f64,
+        /// Period of another, s.
+        other: f64,
+    },
 }
 
 /// The on-line estimator, fed with raw samples.
@@ -49,6 +63,7 @@ pub struct Lsff {
     mean: Theta,
     variance: Theta,
     averaging: f64,
+    period: f64,
     samples: u64,
 }
 
@@ -94,7 +109,25 @@ impl Lsff {
             mean: vec![0.0; p],
             variance: vec![0.0; p],
             averaging: 1.0 - (-settings.lsff_forgetting_per_s * period).exp(),
+            period,
             samples: 0,
+        })
+    }
+
+    /// Checks that samples come at the period that the filters are made for.
+    ///
+    /// - `period`: T, s.
+    ///
+    /// # Errors
+    ///
+    /// [`LsffError::Periods`] if it differs by more than a hundredth.
+    pub fn check_period(&self, period: f64) -> Result<(), LsffError> {
+        if (period / self.period - 1.0).abs() < SAME_PERIOD {
+            return Ok(());
+        }
+        Err(LsffError::Periods {
+            first: self.period,
+            other: period,
         })
     }
 
@@ -143,7 +176,7 @@ impl Lsff {
                 }
                 self.recursion.update(&self.row, rhs);
             }
-            self.wander(time);
+            self.wander(time + samples.later);
         }
     }
 

@@ -18,7 +18,7 @@ pub use delay::{DelayEstimate, Excerpt, MotorRowFit, estimate_delays, fit_motor_
 pub use gravity::tilted;
 pub use identify::{Identified, IdentifyError, identify};
 pub use judge::{Suspicion, UNEXPLAINED, Verdict, judge, suspect};
-pub use least_squares::{Fitted, MotorRow, fit, fit_quickly, residual, torques, trace};
+pub use least_squares::{Fitted, MotorRow, TorqueOf, fit, fit_quickly, residual, torques, trace};
 pub use lsff::{Lsff, LsffError};
 pub use result::{
     CutoffChoice, CutoffPoint, DelayUsed, Determined, EncoderOffsetResult, EstimateResult,

@@ -1,7 +1,6 @@
 //! The contents of `identification.json` and `parameters.csv`.
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 
 use serde::{Deserialize, Serialize};
 
@@ -24,7 +23,7 @@ pub struct Identification {
     pub robot: String,
     /// The log, or the first of several.
     pub log: LogInfo,
-    /// Further logs.
+    /// Further logs, in their order; in curves each follows the one before.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub further_logs: Vec<LogInfo>,
     /// The settings that were used.
@@ -33,6 +32,20 @@ pub struct Identification {
     pub findings: Vec<Finding>,
     /// One result per estimator.
     pub results: Vec<EstimateResult>,
+}
+
+impl Identification {
+    /// Returns the logs, in their order.
+    pub fn logs(&self) -> impl Iterator<Item = &LogInfo> {
+        std::iter::once(&self.log).chain(&self.further_logs)
+    }
+
+    /// Returns the names of the logs in words.
+    #[must_use]
+    pub fn files(&self) -> String {
+        let files: Vec<&str> = self.logs().map(|log| log.file.as_str()).collect();
+        files.join(", ")
+    }
 }
 
 /// What is known of a log.
@@ -210,6 +223,10 @@ pub struct ParameterEstimate {
     /// The same over the largest of that row.
     #[serde(default)]
     pub torque_share: Option<f64>,
+    /// The same over what the model leaves unexplained of a row, in the row
+    /// where that is most.
+    #[serde(default)]
+    pub torque_over_residual: Option<f64>,
 }
 
 /// A motor row fitted alone.
@@ -247,29 +264,42 @@ impl EstimateResult {
 /// estimator.
 #[must_use]
 pub fn parameters_csv(identification: &Identification) -> String {
-    let mut text =
-        "estimator,name,symbol,unit,value,standard_error,ci95_low,ci95_high,nominal,identifiable,\
-         torque_rms_nm\n"
-            .to_owned();
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let mut write = |row: &[&str]| {
+        // A vector takes every write.
+        let _ = writer.write_record(row);
+    };
+    write(&[
+        "estimator",
+        "name",
+        "symbol",
+        "unit",
+        "value",
+        "standard_error",
+        "ci95_low",
+        "ci95_high",
+        "nominal",
+        "identifiable",
+        "torque_rms_nm",
+    ]);
     let cell = |value: Option<f64>| value.map_or_else(String::new, |v| v.to_string());
     for result in &identification.results {
         for p in &result.parameters {
-            let _ = writeln!(
-                text,
-                "{},{},{},{},{},{},{},{},{},{},{}",
-                result.estimator,
-                p.name,
-                p.symbol,
-                p.unit,
-                cell(p.value),
-                cell(p.standard_error),
-                cell(p.ci95.map(|c| c[0])),
-                cell(p.ci95.map(|c| c[1])),
-                cell(p.nominal),
-                p.identifiable,
-                cell(p.torque_rms_nm)
-            );
+            write(&[
+                &result.estimator,
+                &p.name,
+                &p.symbol,
+                &p.unit,
+                &cell(p.value),
+                &cell(p.standard_error),
+                &cell(p.ci95.map(|c| c[0])),
+                &cell(p.ci95.map(|c| c[1])),
+                &cell(p.nominal),
+                &p.identifiable.to_string(),
+                &cell(p.torque_rms_nm),
+            ]);
         }
     }
-    text
+    let bytes = writer.into_inner().unwrap_or_default();
+    String::from_utf8_lossy(&bytes).into_owned()
 }

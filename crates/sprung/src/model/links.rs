@@ -24,7 +24,7 @@ pub struct TreeLinks {
     pub kinds: Vec<usize>,
     /// Where each link's parameters begin in theta, and where the last end.
     pub first: Vec<usize>,
-    /// Known values by standard index; zeros stand in no column.
+    /// Known values by standard index; zeros of links stand in no column.
     pub known: BTreeMap<usize, f64>,
     names: Vec<String>,
     nominal: Vec<Option<f64>>,
@@ -55,7 +55,8 @@ impl TreeLinks {
             known.insert(index, 0.0);
         }
         for (name, value) in &robot.fixed {
-            if let Some(index) = names[..n * BODY].iter().position(|known| known == name) {
+            // A rotor that is known is lumped with no link.
+            if let Some(index) = names.iter().position(|known| known == name) {
                 known.insert(index, *value);
             }
         }
@@ -69,8 +70,8 @@ impl TreeLinks {
         };
         let base = BaseParameters::new(&candidates).map_err(ModelError::Length)?;
         let mut selected: Vec<usize> = (base.independent.iter().copied())
-            .filter(|index| *index < n * BODY)
             .chain(known.iter().filter(|(_, v)| **v != 0.0).map(|(k, _)| *k))
+            .filter(|index| *index < n * BODY)
             .collect();
         selected.sort_unstable();
         let first = (0..=n)
@@ -115,8 +116,8 @@ impl TreeLinks {
 
     /// Returns the rotors that show by themselves.
     pub(super) fn has_rotor(&self, joint: usize) -> bool {
-        self.base_of(self.tree.joints.len() * BODY + joint)
-            .is_some()
+        let index = self.tree.joints.len() * BODY + joint;
+        self.base_of(index).is_some() || self.known.contains_key(&index)
     }
 
     /// Returns the name of a standard parameter.

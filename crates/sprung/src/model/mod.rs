@@ -206,12 +206,12 @@ impl Model {
             let of = &robot.joint[joint];
             let mut name = format!("{}.{}", of.name, kind.name());
             let nominal = of.nominal.get(kind.name());
-            let fixed = robot.fixed.get(&name).copied();
             if let (Some(links), JointParameter::RotorInertia, false) =
                 (&links, kind, of.is_flexible())
             {
                 name = links.words_of(robot.joint.len() * BODY + joint);
             }
+            let fixed = robot.fixed.get(&name).copied();
             parameters.push(Parameter {
                 name,
                 symbol: format!("theta{}", parameters.len() + 1),
@@ -271,6 +271,21 @@ impl Model {
         }
         for name in robot.fixed.keys().filter(|name| !standard(name)) {
             self.index_of(name)?;
+        }
+        for parameter in self.parameters() {
+            let Some((kind, joint)) = parameter.joint.filter(|(kind, _)| kind.is_vital()) else {
+                continue;
+            };
+            // The link of a rigid joint may hold its rotor.
+            let may_be_zero = kind == JointParameter::RotorInertia && !self.is_flexible(joint);
+            let wrong = |value: &f64| *value < 0.0 || *value == 0.0 && !may_be_zero;
+            if let Some(value) = parameter.fixed.filter(wrong) {
+                return Err(ModelError::NotPositive {
+                    name: format!("the fixed {}", parameter.name),
+                    value,
+                    unit: parameter.unit,
+                });
+            }
         }
         Ok(())
     }
@@ -621,13 +636,17 @@ impl Model {
             .take(INERTIAL)
             .map(|(value, p)| format!("{} = {value:.4e} {}", p.short(), p.unit))
             .collect();
+        let shown = match &shown[..] {
+            [] => "all zero".to_owned(),
+            shown => shown.join(", "),
+        };
         let more = match &self.fixed.links {
             Some(links) if links.selected.len() > INERTIAL => ", …",
             _ => "",
         };
         let angles: Vec<String> = pose.iter().map(|q| format!("{q:.2}")).collect();
         ModelError::MassMatrix {
-            values: shown.join(", ") + more,
+            values: shown + more,
             pose: format!(" at q = [{}]", angles.join(", ")),
         }
     }

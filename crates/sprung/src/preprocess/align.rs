@@ -7,6 +7,8 @@ use crate::log::{Channels, LogBlock, Mix, Quantity};
 pub struct RawBlock {
     /// Time, s.
     pub time: Vec<f64>,
+    /// What is added to the time where several logs follow one another, s.
+    pub later: f64,
     /// Link positions, rad (m), \[n\] vectors; a rigid joint's is its motor's.
     pub q: Vec<Vec<f64>>,
     /// Motor positions after gear and coupling, rad (m), \[n\] vectors.
@@ -21,6 +23,7 @@ impl RawBlock {
     pub fn new(joints: usize) -> Self {
         Self {
             time: Vec::new(),
+            later: 0.0,
             q: vec![Vec::new(); joints],
             phi: vec![Vec::new(); joints],
             tau: vec![Vec::new(); joints],

@@ -127,7 +127,7 @@ impl Smoother {
 
     /// Takes samples and appends those that are ready to `out`.
     pub fn push(&mut self, samples: &RawBlock, out: &mut SignalBlock) {
-        self.time.extend_from_slice(&samples.time);
+        (self.time).extend(samples.time.iter().map(|time| time + samples.later));
         for (own, tau) in self.tau.iter_mut().zip(&samples.tau) {
             own.extend_from_slice(tau);
         }

@@ -100,7 +100,8 @@ struct Preparation<'a> {
 
 impl<'a> Preparation<'a> {
     /// - `period`: T of the log, s.
-    fn new(reading: &Reading<'a>, period: f64) -> Result<Self, PassError> {
+    /// - `later`: what is added to its time, s.
+    fn new(reading: &Reading<'a>, period: f64, later: f64) -> Result<Self, PassError> {
         let settings = reading.settings;
         let filter = Butterworth::new(
             settings.position_filter_order,
@@ -123,7 +124,10 @@ impl<'a> Preparation<'a> {
             aligner,
             smoother: smoother(reading.model, &filter, period),
             filter,
-            raw: RawBlock::new(reading.model.joint_count()),
+            raw: RawBlock {
+                later,
+                ..RawBlock::new(reading.model.joint_count())
+            },
             part: LogBlock::new(reading.channels.all.len()),
             begins: true,
             in_segment: 0,
@@ -246,7 +250,7 @@ pub fn reduce_blocks(
     blocks: &[LogBlock],
     rows: &[usize],
 ) -> Result<Option<System>, PassError> {
-    let mut preparation = Preparation::new(reading, period)?;
+    let mut preparation = Preparation::new(reading, period, 0.0)?;
     let mut reduction = Reduction::of_rows(reading.model, rows);
     let mut pieces = Vec::new();
     for block in blocks {
@@ -292,6 +296,8 @@ pub struct LogFigures {
 
 /// Reads logs of one robot once, block by block, and reduces them together.
 ///
+/// On the time axis of the system the logs follow one another.
+///
 /// The next block, of this log or the next, is read and smoothed while the last
 /// one is reduced, if there is a thread for it.
 ///
@@ -310,6 +316,7 @@ pub fn read_through(
     let mut logs = Vec::new();
     let mut before = 0;
     let mut ready: Vec<Piece> = Vec::new();
+    let mut ended: Option<f64> = None;
     for source in sources {
         let mut log = source.open(reading.channels)?;
         let mut block = LogBlock::new(reading.channels.all.len());
@@ -320,7 +327,10 @@ pub fn read_through(
         begun?;
         ready.clear();
         let period = log.clock().period().unwrap_or_default();
-        let mut preparation = Preparation::new(reading, period)?;
+        // A log goes on where the one before it ended, whatever its clock says.
+        let first = block.time.first().copied().unwrap_or_default();
+        let later = ended.map_or(0.0, |end| end + period - first);
+        let mut preparation = Preparation::new(reading, period, later)?;
         let mut summary = Summary::new(reading.channels);
         observer.restart(Restart::Begin);
         while !block.is_empty() {
@@ -343,6 +353,7 @@ pub fn read_through(
             return Err(too_short(source, reading, &preparation, &log).into());
         }
         before += log.clock().samples();
+        ended = Some(first + later + log.clock().duration());
         logs.push(LogFigures {
             summary,
             period,

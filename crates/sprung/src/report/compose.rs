@@ -37,11 +37,12 @@ pub fn compose(contents: &Contents<'_>) -> Document {
     if let Some(identification) = contents.identification {
         document.generator.clone_from(&identification.generator);
         document.title.clone_from(&identification.robot);
+        let logs = || identification.logs();
         document.subtitle = format!(
             "Parameters identified from {} ({} samples, {} s)",
-            identification.log.file,
-            identification.log.samples,
-            significant(identification.log.duration_s, 4)
+            identification.files(),
+            logs().map(|log| log.samples).sum::<u64>(),
+            significant(logs().map(|log| log.duration_s).sum(), 4)
         );
         document.verdict = identification.results.first().map(badge);
         sections.push(parameters(identification, contents));

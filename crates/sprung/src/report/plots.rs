@@ -171,7 +171,7 @@ pub(super) fn fit(identification: &Identification, fit: &Curves) -> Figure {
     };
     Figure {
         id: "fit".to_owned(),
-        caption: format!("Filtered motor torques of {}.", identification.log.file),
+        caption: format!("Filtered motor torques of {}.", identification.files()),
         x_label: "time [s]".to_owned(),
         layout: Layout::Stack,
         panels,

@@ -126,11 +126,26 @@ pub(super) fn motor_rows(identification: &Identification) -> Option<Table> {
     })
 }
 
+/// Returns the unit of the rows: of joints that turn, that slide, or of both.
+fn torque_unit(identification: &Identification) -> &'static str {
+    let rows = || {
+        let first = identification.results.first().into_iter();
+        first.flat_map(|result| result.residual_rms.iter())
+    };
+    let sliding = rows().filter(|(name, _)| name.ends_with("_n")).count();
+    match sliding {
+        0 => "N·m",
+        all if all == rows().count() => "N",
+        _ => "N·m (N)",
+    }
+}
+
 /// Residuals of every row.
 pub(super) fn residuals(identification: &Identification) -> Table {
+    let unit = torque_unit(identification);
     let mut columns = vec![text("Row")];
     for result in &identification.results {
-        columns.push(number(format!("{} [N·m]", result.estimator)));
+        columns.push(number(format!("{} [{unit}]", result.estimator)));
         columns.push(number("% of torque"));
     }
     let rows = identification
@@ -194,7 +209,7 @@ pub(super) fn excitation(identification: &Identification) -> Option<Table> {
         ),
         columns: vec![
             text("Parameter"),
-            number("Torque [N·m]"),
+            number(format!("Torque [{}]", torque_unit(identification))),
             number("% of the largest"),
         ],
         rows,

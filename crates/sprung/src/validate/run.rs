@@ -303,7 +303,7 @@ impl Observer for Comparison<'_> {
                 .map(|candidate| candidate.compare(samples, k))
                 .collect();
             self.points.push(|| Point {
-                time: samples.time[k],
+                time: samples.time[k] + samples.later,
                 measured: [&samples.q, &samples.phi, &samples.tau]
                     .into_iter()
                     .flat_map(|columns| RawBlock::at(columns, k))

@@ -1,0 +1,443 @@
+//! What the pipeline makes of small robots: gravity, friction, what is given,
+//! several logs.
+
+use std::fmt::Write as _;
+
+use serde_json::Value;
+
+use crate::arm::{EXPERIMENT, URDF, described, read, recorded};
+use crate::common::{Case, finding, parameter, sprung, stderr, value};
+
+/// An arm with a vertical and two level axes, as a table, with a log.
+fn turret() -> Case {
+    let mut nominal = String::new();
+    for (link, given) in [
+        (1, &[("izz", 0.02)][..]),
+        (
+            2,
+            &[
+                ("m", 3.0),
+                ("mx", 0.6),
+                ("ixx", 0.01),
+                ("iyy", 0.17),
+                ("izz", 0.17),
+            ],
+        ),
+        (
+            3,
+            &[
+                ("m", 1.5),
+                ("mx", 0.2),
+                ("ixx", 0.005),
+                ("iyy", 0.05),
+                ("izz", 0.05),
+            ],
+        ),
+    ] {
+        for name in [
+            "m", "mx", "my", "mz", "ixx", "ixy", "iyy", "ixz", "iyz", "izz",
+        ] {
+            let own = given.iter().find(|(known, _)| *known == name);
+            let number = own.map_or(0.0, |(_, number)| *number);
+            writeln!(nominal, "\"link{link}.{name}\" = {number:?}").unwrap();
+        }
+    }
+    let shoulder = EXPERIMENT.find("[[robot.joint]]").unwrap();
+    let text = format!(
+        "format = 1
+[robot]
+name = \"turret\"
+dh_modified = [{{}}, {{ alpha_deg = 90.0 }}, {{ a_m = 0.4 }}]
+[robot.nominal]
+{nominal}
+[[robot.joint]]
+name = \"pan\"
+transmission = \"rigid\"
+nominal = {{ rotor_inertia = 0.2, motor_viscous = 1.0, motor_coulomb = 0.5, motor_offset = 0.1 }}
+{}",
+        &EXPERIMENT[shoulder..]
+    );
+    let case = Case::of(&[("experiment.toml", &text)])
+        .replace("[\"phi1\", \"phi2\"]", "[\"phi0\", \"phi1\", \"phi2\"]")
+        .replace("[\"tau1\", \"tau2\"]", "[\"tau0\", \"tau1\", \"tau2\"]")
+        .replace("[300.0, 100.0]", "[100.0, 300.0, 100.0]")
+        .replace("[10.0, 5.0]", "[5.0, 10.0, 5.0]")
+        .replace("[0.02, 0.01]", "[0.01, 0.02, 0.01]")
+        .replace(
+            "sines = [",
+            "sines = [
+  { joint = \"pan\", amplitude_deg = 20.0, frequency_hz = 0.4, phase_deg = 90.0 },
+  { joint = \"pan\", amplitude_deg = 20.0, frequency_hz = 1.1, phase_deg = -90.0 },",
+        );
+    case.record("run.csv", &[]);
+    case
+}
+
+#[test]
+fn gravity_in_a_wrong_frame_is_found_and_named() {
+    let case = turret();
+    let (_, json) = case.results(&[]);
+    assert_eq!(finding(&json, "gravity-tilted"), None);
+    for (gravity, angle) in [
+        ("[0.0, 0.0, 9.81]", "turned by 180°"),
+        ("[0.0, 9.81, 0.0]", "turned by 90°"),
+        ("[3.355, 0.0, -9.218]", "turned by 20°"),
+    ] {
+        let set = format!("robot.gravity_m_per_s2={gravity}");
+        let (code, json) = case.results(&["--set", &set]);
+        let text = finding(&json, "gravity-tilted").unwrap_or_else(|| panic!("{gravity}"));
+        println!("{text}");
+        assert_eq!(code, 0);
+        assert!(text.contains(angle), "{gravity}: {text}");
+        assert!(
+            text.contains("the base is mounted otherwise than the file says"),
+            "{text}"
+        );
+        // The remedy is a direction within two degrees of the true one.
+        let remedy = json["findings"][0]["remedy"].as_str().unwrap();
+        let (_, list) = remedy.split_once("gravity_m_per_s2 = [").unwrap();
+        let named: Vec<f64> = (list.split(']').next().unwrap().split(','))
+            .map(|x| x.trim().parse().unwrap())
+            .collect();
+        assert!(named[2] < -9.8, "{remedy}");
+        let (_, json) = case.results(&["--set", &format!("robot.gravity_m_per_s2={named:?}")]);
+        assert_eq!(finding(&json, "gravity-tilted"), None, "{remedy}");
+    }
+}
+
+#[test]
+fn twin_of_a_table_comes_back() {
+    let (code, json) = turret().results(&[]);
+    assert_eq!(code, 0);
+    for (name, truth) in [
+        ("link2.mx + 0.4*link3.m", 1.2),
+        ("link2.izz + 0.16*link3.m", 0.41),
+        ("shoulder.stiffness", 400.0),
+        ("shoulder.rotor_inertia", 0.3),
+        ("elbow.motor_viscous", 1.0),
+        ("pan.motor_coulomb", 0.5),
+    ] {
+        let found = value(&json, name);
+        println!("{name}: {found:.4}");
+        assert!(
+            (found / truth - 1.0).abs() < 0.02,
+            "{name}: {found} {truth}"
+        );
+    }
+}
+
+/// A wheel with Stribeck friction, its log without noise.
+fn wheel(laws: &str, velocity: f64) -> Case {
+    let text = format!(
+        "format = 1
+[robot]
+name = \"wheel\"
+dh_modified = [{{}}]
+[robot.nominal]
+\"link1.izz\" = 0.5
+[[robot.joint]]
+name = \"wheel\"
+transmission = \"rigid\"
+motor_friction = [{laws}]
+nominal = {{ rotor_inertia = 0.1, motor_viscous = 1.0, motor_coulomb = 1.0, motor_coulomb_positive = 1.0, motor_coulomb_negative = 0.6, motor_stribeck = 1.0 }}
+[log]
+file = \"run.csv\"
+time_s = \"t\"
+motor_position_rad = [\"phi\"]
+motor_torque_nm = [\"tau\"]
+[identify]
+position_cutoff_hz = 40.0
+[controller]
+kind = \"pd\"
+kp_nm_per_rad = [100.0]
+kd_nms_per_rad = [5.0]
+[controller.reference]
+sines = [
+  {{ joint = \"wheel\", amplitude_deg = 20.0, frequency_hz = 0.4, phase_deg = 90.0 }},
+  {{ joint = \"wheel\", amplitude_deg = 20.0, frequency_hz = 0.1, phase_deg = -90.0 }},
+]
+[simulate]
+"
+    );
+    let case = Case::of(&[("experiment.toml", &text)]);
+    let set = format!("robot.joint.wheel.stribeck_velocity_rad_per_s={velocity}");
+    case.record("run.csv", &["--set", &set]);
+    case
+}
+
+#[test]
+fn stribeck_velocity_is_found() {
+    for truth in [0.03, 0.1, 0.3] {
+        let case = wheel("\"viscous\", \"coulomb\", \"stribeck\"", truth);
+        let (_, json) = case.results(&["-v"]);
+        let found = json["results"][0]["stribeck_velocity"]["wheel"]
+            .as_f64()
+            .unwrap();
+        println!("{truth} rad/s: found {found:.4}");
+        assert!((found / truth - 1.0).abs() < 0.2, "{found} {truth}");
+        let text = finding(&json, "stribeck-velocity").unwrap();
+        assert!(text.contains("was found by a search"), "{text}");
+        let stribeck = value(&json, "wheel.motor_stribeck");
+        assert!((stribeck - 1.0).abs() < 0.05, "{stribeck}");
+        // Given, it is not searched.
+        let set = format!("robot.joint.wheel.stribeck_velocity_rad_per_s={truth}");
+        let (_, json) = case.results(&["-v", "--set", &set]);
+        assert_eq!(finding(&json, "stribeck-velocity"), None);
+        assert_eq!(json["results"][0]["stribeck_velocity"]["wheel"], truth);
+    }
+}
+
+#[test]
+fn stribeck_friction_that_is_not_there_comes_out_small() {
+    let case = wheel("\"viscous\", \"coulomb\"", 0.1);
+    let laws = "[\"viscous\", \"coulomb\", \"stribeck\"]";
+    let set = format!("robot.joint.wheel.motor_friction={laws}");
+    let (_, json) = case.results(&["--set", &set]);
+    let stribeck = value(&json, "wheel.motor_stribeck");
+    assert!(stribeck.abs() < 0.01, "{stribeck}");
+    assert!((value(&json, "wheel.motor_coulomb") - 1.0).abs() < 0.01);
+}
+
+#[test]
+fn friction_of_each_direction() {
+    let case = wheel("\"viscous\", \"coulomb-asymmetric\"", 0.1);
+    let (_, json) = case.results(&[]);
+    for (name, truth) in [("coulomb_positive", 1.0), ("coulomb_negative", 0.6)] {
+        let found = value(&json, &format!("wheel.motor_{name}"));
+        assert!((found - truth).abs() < 0.02, "{name}: {found}");
+    }
+}
+
+#[test]
+fn urdf_without_inertias() {
+    let case = recorded();
+    let start = URDF.find("<inertial>").unwrap();
+    let end = URDF.rfind("</inertial>").unwrap() + "</inertial>".len();
+    let bare: String = URDF[start..end]
+        .split_inclusive("</inertial>")
+        .map(|part| part.split("<inertial>").next().unwrap())
+        .collect();
+    let bare = [&URDF[..start], &bare, &URDF[end..]].concat();
+    assert!(!bare.contains("inertial"));
+    std::fs::write(case.path("arm.urdf"), bare).unwrap();
+    let (code, json) = case.results(&[]);
+    assert_eq!(code, 0);
+    let mass = parameter(&json, "upper.mx + 0.4*fore.m");
+    assert_eq!(mass["nominal"], Value::Null);
+    assert!(
+        (mass["value"].as_f64().unwrap() / 1.2 - 1.0).abs() < 0.02,
+        "{mass}"
+    );
+    // Without them there is nothing to simulate.
+    let output = sprung(&["simulate", case.path("").to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("no value for upper.mx + 0.4*fore.m"));
+}
+
+#[test]
+fn what_is_given_comes_out_as_given() {
+    let fixed = "robot.fixed={\"shoulder.stiffness\"=401.5,\"elbow.rotor_inertia\"=0.05,\
+                 \"fore.mx\"=0.2251}";
+    let (code, json) = recorded().results(&["--set", fixed]);
+    assert_eq!(code, 0);
+    for (name, given) in [
+        ("shoulder.stiffness", 401.5),
+        ("elbow.rotor_inertia", 0.05),
+        ("fore.mx", 0.2251),
+    ] {
+        let p = parameter(&json, name);
+        assert_eq!(p["value"], given, "{p}");
+        assert_eq!(p["standard_error"], 0.0, "{p}");
+        assert_eq!(p["fixed"], true, "{p}");
+    }
+    assert_eq!(parameter(&json, "shoulder.rotor_inertia")["fixed"], false);
+    let unknowns = json["results"][0]["unknowns"].as_u64().unwrap();
+    let all = json["results"][0]["parameters"].as_array().unwrap().len() as u64;
+    assert_eq!(unknowns, all - 3);
+    // A rotor that would be lumped with its link stands alone once it is known.
+    let lumped = "link1.izz + wheel.rotor_inertia";
+    let case = wheel("\"viscous\", \"coulomb\"", 0.1);
+    let (_, json) = case.results(&[]);
+    assert!((value(&json, lumped) - 0.6).abs() < 0.003);
+    let (_, json) = case.results(&["--set", "robot.fixed={\"wheel.rotor_inertia\"=0.1}"]);
+    assert_eq!(parameter(&json, "wheel.rotor_inertia")["fixed"], true);
+    assert!((value(&json, "link1.izz") - 0.5).abs() < 0.003);
+}
+
+#[test]
+fn what_is_assumed_zero_is_gone() {
+    let zero = "robot.assume_zero=[\"upper.mz\",\"fore.mz\"]";
+    let (code, json) = recorded().results(&["--set", zero]);
+    assert_eq!(code, 0);
+    let text = json["results"][0]["parameters"].to_string();
+    assert!(!text.contains("mz"), "{text}");
+}
+
+#[test]
+fn several_logs_count_together() {
+    let case = recorded();
+    case.record("second.csv", &["--set", "simulate.seed=2"]);
+    let both = "log.file=[\"run.csv\",\"second.csv\"]";
+    let (code, json) = case.results(&["--set", both]);
+    assert_eq!(code, 0);
+    assert_eq!(json["log"]["samples"], 3000);
+    assert_eq!(json["further_logs"][0]["samples"], 3000);
+    assert_eq!(json["further_logs"][0]["file"], "second.csv");
+    let stiffness = value(&json, "shoulder.stiffness");
+    assert!((stiffness / 400.0 - 1.0).abs() < 0.005, "{stiffness}");
+    let report = read(&case.path("sprung-out/report.html"));
+    assert!(report.contains("run.csv, second.csv (6000 samples, 12.00 s)"));
+    // In the curves one log follows the other.
+    for file in ["trace.csv", "fit.csv"] {
+        let text = read(&case.path("sprung-out").join(file));
+        let rows = text
+            .lines()
+            .skip(1)
+            .map(|line| line.split(',').collect::<Vec<_>>());
+        let times: Vec<(&str, f64)> = rows.map(|row| (row[0], row[1].parse().unwrap())).collect();
+        let rises = |w: &[(&str, f64)]| w[0].0 != w[1].0 || w[0].1 < w[1].1;
+        assert!(times.windows(2).all(rises), "{file}");
+        let last = times.last().unwrap().1;
+        assert!((11.0..=12.0).contains(&last), "{file} ends at {last} s");
+    }
+    // Each is checked by itself.
+    let broken = read(&case.path("second.csv")).replacen("0.002,", "0.000,", 1);
+    std::fs::write(case.path("second.csv"), broken).unwrap();
+    let output = case.identify(&["--set", both]);
+    assert_eq!(output.status.code(), Some(3));
+    assert!(
+        stderr(&output).contains("second.csv: time goes from"),
+        "{}",
+        stderr(&output)
+    );
+}
+
+#[test]
+fn a_log_in_two_files_is_the_whole() {
+    let case = recorded();
+    let text = read(&case.path("run.csv"));
+    let lines: Vec<&str> = text.lines().collect();
+    let (head, rows) = lines.split_first().unwrap();
+    for (file, part) in [("a.csv", &rows[..1400]), ("b.csv", &rows[1400..])] {
+        std::fs::write(case.path(file), [&[*head], part].concat().join("\n")).unwrap();
+    }
+    // At a low cut-off the zero-phase filter smears both sides of the cut.
+    let fast = "identify.position_cutoff_hz=100";
+    let (_, whole) = case.results(&["--set", fast]);
+    let files = "log.file=[\"a.csv\",\"b.csv\"]";
+    let (_, parts) = case.results(&["--set", fast, "--set", files]);
+    for p in whole["results"][0]["parameters"].as_array().unwrap() {
+        let name = p["name"].as_str().unwrap();
+        let (a, b) = (p["value"].as_f64().unwrap(), value(&parts, name));
+        println!("{name}: {a:.5}, in two files {b:.5}");
+        assert!((a - b).abs() < 0.002 * a.abs() + 0.001, "{name}: {a} {b}");
+    }
+}
+
+#[test]
+fn lsff_needs_logs_of_one_period() {
+    let case = recorded();
+    case.record("second.csv", &["--set", "simulate.period_s=0.001"]);
+    let both = "log.file=[\"run.csv\",\"second.csv\"]";
+    let output = case.identify(&["--set", both, "--set", "identify.estimator=lsff"]);
+    let message = stderr(&output);
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    assert!(
+        message.contains("runs at one sampling period, the logs have 0.002000 s and 0.001000 s"),
+        "{message}"
+    );
+    // Least squares takes both.
+    let (code, json) = case.results(&["--set", both]);
+    assert_eq!(code, 0);
+    assert!((value(&json, "shoulder.stiffness") / 400.0 - 1.0).abs() < 0.005);
+}
+
+#[test]
+fn a_rigid_robot_may_call_its_positions_those_of_its_links() {
+    let case = wheel("\"viscous\", \"coulomb\"", 0.1);
+    let (_, motor) = case.results(&[]);
+    let case = case.replace("motor_position_rad", "link_position_rad");
+    let (code, link) = case.results(&[]);
+    assert_eq!(code, 0);
+    assert_eq!(
+        motor["results"][0]["parameters"],
+        link["results"][0]["parameters"]
+    );
+    // Not beside those of its motors.
+    let output = case.identify(&["--set", "log.motor_position_rad=[\"phi\"]"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("wheel is rigid, so motor and link have one position"));
+}
+
+#[test]
+fn names_with_dots_and_commas() {
+    let case = recorded()
+        .replace("\"elbow\"", "\"el.bow 1\"")
+        .replace_in("arm.urdf", "name=\"elbow\"", "name=\"el.bow 1\"")
+        .replace_in("arm.urdf", "\"fore\"", "\"fore, &lt;b&gt;left&lt;/b&gt;\"");
+    let (code, json) = case.results(&[]);
+    assert_eq!(code, 0);
+    assert!(value(&json, "el.bow 1.motor_viscous") > 0.9);
+    assert!(value(&json, "fore, <b>left</b>.mx") > 0.2);
+    let table = read(&case.path("sprung-out/parameters.csv"));
+    assert!(table.contains(",\"fore, <b>left</b>.mx\","), "{table}");
+    let report = read(&case.path("sprung-out/report.html"));
+    assert!(!report.contains("<b>left"), "a name became markup");
+    let output = case.identify(&["--set", "robot.joint.\"el.bow 1\".gear_ratio=0"]);
+    assert!(
+        stderr(&output).contains("el.bow 1: gear_ratio = 0"),
+        "{}",
+        stderr(&output)
+    );
+    described()
+        .replace("\"elbow\"", "\"el,bow\"")
+        .replace_in("arm.urdf", "name=\"elbow\"", "name=\"el,bow\"")
+        .fails(2, &["line 12 of", "\"el,bow\" must consist of letters"]);
+}
+
+#[test]
+fn many_joints() {
+    let case = |n: usize, more: &str| {
+        let names = |letter| {
+            (1..=n)
+                .map(move |i| format!("\"{letter}{i}\""))
+                .collect::<Vec<_>>()
+        };
+        let joint = |i| format!("[[robot.joint]]\nname = \"j{i}\"\ntransmission = \"rigid\"\n");
+        let rows: Vec<String> = (0..n)
+            .map(|i| format!("{{ alpha_deg = {:?}, a_m = 0.1 }}", [0.0, 90.0][i % 2]))
+            .collect();
+        let text = format!(
+            "format = 1\n[robot]\ndh_modified = [{}]\n{}[log]\nfile = \"run.csv\"\ntime_s = \"t\"\n\
+             motor_position_rad = [{}]\nmotor_torque_nm = [{}{more}]\n[identify]\n\
+             position_cutoff_hz = 20.0\n",
+            rows.join(", "),
+            (1..=n).map(joint).collect::<String>(),
+            names('p').join(", "),
+            names('u').join(", ")
+        );
+        let mut log = format!("t,{},{}\n", names('p').join(","), names('u').join(","));
+        for k in 0..600 {
+            let t = f64::from(k) * 0.004;
+            let wave = |i: usize| (t * (1.0 + 0.37 * i as f64) + i as f64).sin();
+            let cells = (0..n).map(wave).chain((0..n).map(|i| 3.0 * wave(i + 1)));
+            let cells: Vec<String> = cells.map(|x| x.to_string()).collect();
+            writeln!(log, "{t},{}", cells.join(",")).unwrap();
+        }
+        Case::of(&[
+            ("experiment.toml", &text),
+            ("run.csv", &log.replace('"', "")),
+        ])
+    };
+    let (_, json) = case(8, "").results(&[]);
+    let parameters = json["results"][0]["parameters"].as_array().unwrap();
+    assert_eq!(parameters.len(), 80);
+    case(40, ", \"one\"").fails(
+        2,
+        &["motor_torque_nm names 41 columns, the robot has 40 joints (j1, j2, j3"],
+    );
+    // The model of forty joints can be built.
+    let forty = case(40, "");
+    std::fs::remove_file(forty.path("run.csv")).unwrap();
+    forty.fails(4, &["cannot read", "run.csv"]);
+}
