@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
-# Times target/release/sprung against NumPy and Numba on the same logs.
+# Times target/release/sprung against NumPy, Numba, Pinocchio and MuJoCo.
 #
 #   cargo build --release && benches/peers/run.sh [FOLDER]
 #
+# A peer that does not install is skipped.
 # FOLDER keeps the virtual environment and the logs; it is temporary by default.
 set -euo pipefail
 
@@ -22,15 +23,42 @@ if [ ! -x "$work/venv/bin/python" ]; then
     "$work/venv/bin/pip" install --quiet -r "$here/requirements.txt"
 fi
 python=$work/venv/bin/python
+for peer in pinocchio mujoco; do
+    [ -e "$work/venv/has-$peer" ] && continue
+    if "$work/venv/bin/pip" install --quiet -r "$here/requirements-$peer.txt"; then
+        touch "$work/venv/has-$peer"
+    else
+        echo "$peer does not install: what needs it is skipped"
+    fi
+done
 
-# sprung computes on one thread; so do its peers.
+# Says whether a peer is there.
+has() {
+    [ -e "$work/venv/has-$1" ] || { echo "skipped: $1 is not installed"; false; }
+}
+
+# How many times the first number holds the second.
+ratio() {
+    awk "BEGIN { printf \"%.1f\", $1 / $2 }"
+}
+
+# The fastest run of a benchmark of sprung in microseconds, or nothing.
+bench() {
+    cargo bench --quiet -p sprung --bench "$1" -- "$2" 2>/dev/null | awk -v name="$3" '
+        $2 == name {
+            scale = $4 == "ns" ? 1e-3 : $4 == "ms" ? 1e3 : $4 == "s" ? 1e6 : 1
+            print $3 * scale
+        }'
+}
+
+# The peers compute on one thread; sprung where it says so.
 export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 
-# Runs a command and sets `seconds` (the best of three) and `mebibytes`.
+# Runs a command and sets `seconds` (the best of `runs`, three) and `mebibytes`.
 measure() {
     local start end kibibytes status
     seconds=""
-    for _ in 1 2 3; do
+    for _ in $(seq "${runs:-3}"); do
         status=0
         start=$EPOCHREALTIME
         /usr/bin/time -q -f %M -o "$work/time" "$@" >"$work/output" || status=$?
@@ -73,7 +101,7 @@ for log in "10 s:$work/demo" "1000 s:$work/long"; do
     printf '%-10s %-8s %9s %9s\n' "$name" NumPy "$seconds" "$mebibytes"
     printf '%-10s %s in the process\n' "" "$(tail -1 "$work/output")"
     printf '%-10s its process takes %s times as long; parameters differ by %s\n' "" \
-        "$(awk "BEGIN { printf \"%.1f\", $seconds / $ours }")" \
+        "$(ratio "$seconds" "$ours")" \
         "$(compare "$work/found/identification.json" "$work/output")"
 done
 
@@ -83,3 +111,60 @@ measure "$sprung" simulate "$work/demo/experiment.toml" --quiet \
     --set simulate.duration_s=1000 --out "$work/long"
 echo "sprung     seconds $seconds, encoders, noise and CSV included"
 echo "Numba      $("$python" "$here/simulate_numba.py" 1000 | tr '\n' ';'), the loop alone"
+
+echo
+echo "arm with seven flexible joints:"
+seven=$here/../../examples/seven-joint-twin
+
+if has pinocchio; then
+    ours=$(bench regressor regressor_of_a_sample panda)
+    "$python" "$here/regressor_pinocchio.py" >"$work/output"
+    theirs=$(awk '/^microseconds/ { print $2 }' "$work/output")
+    binding=$(awk '/^binding/ { print $2 }' "$work/output")
+    echo "regressor  sprung $ours µs; Pinocchio $theirs µs, about $binding of them its Python" \
+        "binding: $(ratio "$theirs" "$ours") times as long"
+fi
+
+"$sprung" simulate "$seven" --quiet --out "$work/seven"
+log=$work/seven/identification.csv
+logs() { # an hour is this log 240 times: each is read, filtered and reduced anew
+    local list
+    list=$(printf "\"$log\",%.0s" $(seq "$1"))
+    echo "[${list%,}]"
+}
+identify=("$sprung" identify "$seven" --quiet --set identify.position_cutoff_hz=40)
+for size in 1 240; do
+    for threads in 1 2; do
+        measure "${identify[@]}" --threads "$threads" --set "log.file=$(logs $size)" \
+            --out "$work/found-$size"
+        echo "identify   sprung, $((15 * size)) s log, threads $threads: $seconds s, $mebibytes MiB"
+        declare "ours_${size}_$threads=$seconds"
+    done
+done
+if has pinocchio; then
+    measure "$python" "$here/identify_pinocchio.py" "$log"
+    # shellcheck disable=SC2154
+    echo "identify   Pinocchio and NumPy, 15 s log: $seconds s, $mebibytes MiB:" \
+        "$(ratio "$seconds" "$ours_1_1") times as long"
+    hour=$(sed -n 's/^an hour, extrapolated: seconds \([0-9]*\),.*/\1/p' "$work/output")
+    # shellcheck disable=SC2154
+    echo "           $(tail -1 "$work/output"):" \
+        "$(ratio "$hour" "$ours_240_1") times as long as on one thread"
+fi
+
+if has mujoco; then
+    sed -e '/encoder_counts_per_turn/d' -e '/^torque_noise_nm/d' -e '/^motor_encoder_offset/d' \
+        -e 's/^duration_s = .*/duration_s = 10.0/' "$seven/experiment.toml" >"$work/seven/exact.toml"
+    cp "$seven/truth.toml" "$work/seven/"
+    "$sprung" simulate "$work/seven/exact.toml" --quiet --out "$work/exact"
+    ours=$(bench simulate closed_loop_of_seven_joints 1e-7)
+    echo "simulate   sprung, 10 s: $(awk "BEGIN { printf \"%.3f\", $ours / 1e6 }") s"
+    # Steps of 0.25 ms are about as accurate as sprung at its tolerance.
+    for substeps in 4 10; do
+        "$python" "$here/simulate_mujoco.py" "$work/exact/identification.csv" $substeps \
+            >"$work/output"
+        theirs=$(awk '/^seconds/ { print $2 }' "$work/output")
+        echo "simulate   MuJoCo, 10 s: $(tr '\n' ';' <"$work/output")" \
+            "$(ratio "$(awk "BEGIN { print 1e6 * $theirs }")" "$ours") times as long"
+    done
+fi

@@ -303,8 +303,8 @@ pub struct LogFigures {
 ///
 /// On the time axis of the system the logs follow one another.
 ///
-/// The next block is read and smoothed while the last one is reduced, if there
-/// is a thread for it.
+/// The next block, of this log or the next, is read and smoothed while the last
+/// one is reduced, if there is a thread for it.
 ///
 /// - `progress`: called with the number of samples read so far.
 ///
@@ -320,11 +320,17 @@ pub fn read_through(
     let mut reduction = Reduction::new(reading.model);
     let mut logs = Vec::new();
     let mut before = 0;
+    let mut ready: Vec<Piece> = Vec::new();
     let mut ended: Option<f64> = None;
     for source in sources {
         let mut log = source.open(reading.channels)?;
         let mut block = LogBlock::new(reading.channels.all.len());
-        log.read(&mut block)?;
+        let mut begin = || log.read(&mut block);
+        let mut fold = || reduce(&mut reduction, reading.settings, &ready);
+        let (begun, folded) = rayon::join(&mut begin, &mut fold);
+        folded?;
+        begun?;
+        ready.clear();
         let period = log.clock().period().unwrap_or_default();
         // A log goes on where the one before it ended, whatever its clock says.
         let first = block.time.first().copied().unwrap_or_default();
@@ -332,7 +338,6 @@ pub fn read_through(
         let mut preparation = Preparation::new(reading, period, later)?;
         let mut summary = Summary::new(reading.channels);
         observer.restart(Restart::Begin);
-        let mut ready: Vec<Piece> = Vec::new();
         while !block.is_empty() {
             let mut next = Vec::new();
             let mut prepare = || -> Result<(), PassError> {
@@ -349,7 +354,6 @@ pub fn read_through(
             ready = next;
         }
         preparation.end(Restart::Begin, &mut ready);
-        reduce(&mut reduction, reading.settings, &ready)?;
         if preparation.used == 0 {
             return Err(too_short(source, reading, &preparation, &log).into());
         }
@@ -364,6 +368,7 @@ pub fn read_through(
             lost: preparation.lost,
         });
     }
+    reduce(&mut reduction, reading.settings, &ready)?;
     Ok(Passed {
         system: reduction.finish(),
         logs,

@@ -96,25 +96,17 @@ impl RowReduction {
     }
 
     /// Filters and folds samples.
-    ///
-    /// - `momentum`, `rest`: entries of all rows, sample after sample.
-    fn take(
-        &mut self,
-        pairs: &Pairs,
-        momentum: &[f64],
-        rest: &[f64],
-        all: usize,
-        tau: &[Vec<f64>],
-    ) {
+    fn take(&mut self, pairs: &Pairs, batch: &Batch) {
         let width = self.entries.len();
-        let samples = momentum.chunks(all).zip(rest.chunks(all));
+        let all = batch.entries;
+        let samples = batch.momentum.chunks(all).zip(batch.rest.chunks(all));
         let mut in_tile = 0;
         for (k, (momentum, rest)) in samples.enumerate() {
             let own = self.entries.clone();
             let filtered = (self.bank).process(&pairs.entries, &momentum[own.clone()], &rest[own]);
             let rhs = self.torque.map_or(0.0, |joint| {
                 let memory = &mut self.torque_memory;
-                pairs.torque.process(memory, 0.0, tau[joint][k])
+                pairs.torque.process(memory, 0.0, batch.tau[joint][k])
             });
             let row = &mut self.tile[in_tile * (width + 1)..][..=width];
             row[..width].copy_from_slice(filtered);
@@ -186,20 +178,86 @@ fn halved<T: Clone>(all: &[T], join: impl Fn(&T, &T) -> T) -> Vec<T> {
         .collect()
 }
 
+/// The regressor of some samples.
+#[derive(Clone, Debug)]
+struct Batch {
+    evaluators: Vec<Evaluator>,
+    entries: usize,
+    // [samples × entries], sample after sample.
+    momentum: Vec<f64>,
+    rest: Vec<f64>,
+    // Motor torques, [n × samples].
+    tau: Vec<Vec<f64>>,
+}
+
+impl Batch {
+    fn new(model: &Model, rows: &[usize]) -> Self {
+        let entries = model.entries();
+        Self {
+            evaluators: vec![Evaluator::of_rows(model, rows); BATCH / PORTION],
+            entries,
+            momentum: Vec::new(),
+            rest: Vec::new(),
+            tau: vec![Vec::new(); model.joint_count()],
+        }
+    }
+
+    /// Forms the regressor of the samples from `first` on, as many as it holds;
+    /// of none beyond the last.
+    fn form(&mut self, signals: &SignalBlock, first: usize) {
+        let count = BATCH.min(signals.len().saturating_sub(first));
+        self.momentum.resize(count * self.entries, 0.0);
+        self.rest.resize(count * self.entries, 0.0);
+        if count == 0 {
+            return;
+        }
+        for (own, tau) in self.tau.iter_mut().zip(&signals.tau) {
+            own.clear();
+            own.extend_from_slice(&tau[first..first + count]);
+        }
+        let part = PORTION * self.entries;
+        let momentum = self.momentum.par_chunks_mut(part);
+        let rest = self.rest.par_chunks_mut(part);
+        (momentum.zip(rest).zip(&mut self.evaluators).enumerate()).for_each(
+            |(portion, ((momentum, rest), evaluator))| {
+                let n = signals.q.len();
+                let mut state = vec![0.0; 4 * n];
+                let from = first + portion * PORTION;
+                let until = (first + count).min(from + PORTION);
+                let rows = (momentum.chunks_mut(self.entries)).zip(rest.chunks_mut(self.entries));
+                for (k, (momentum, rest)) in (from..until).zip(rows) {
+                    for joint in 0..n {
+                        state[joint] = signals.q[joint][k];
+                        state[n + joint] = signals.dq[joint][k];
+                        state[2 * n + joint] = signals.phi[joint][k];
+                        state[3 * n + joint] = signals.dphi[joint][k];
+                    }
+                    let (link, motor) = state.split_at(2 * n);
+                    let state = State {
+                        q: &link[..n],
+                        dq: &link[n..],
+                        phi: &motor[..n],
+                        dphi: &motor[n..],
+                    };
+                    evaluator.entries(&state, momentum, rest);
+                }
+            },
+        );
+    }
+}
+
 /// Forms, filters and folds the regression of samples as they come.
 ///
 /// Each row of the regressor touches few parameters, so each is reduced by
 /// itself in its own columns; the factors are put side by side when the system
 /// is solved. Samples are shared among threads while the regressor is formed,
 /// rows while it is filtered and folded, so that the result does not depend on
-/// the number of threads.
+/// the number of threads. One batch is formed while the one before is folded.
 #[derive(Clone, Debug)]
 pub struct Reduction {
-    evaluators: Vec<Evaluator>,
+    batch: Batch,
+    next: Batch,
     rows: Vec<RowReduction>,
-    momentum: Vec<f64>,
-    rest: Vec<f64>,
-    entries: usize,
     // Ends of the stretches, s, kept as the rows keep their factors.
     ends: Vec<f64>,
     in_current: u64,
@@ -221,15 +279,12 @@ impl Reduction {
     /// Returns a reduction of some rows only.
     #[must_use]
     pub fn of_rows(model: &Model, rows: &[usize]) -> Self {
-        let entries = model.entries();
         Self {
-            evaluators: vec![Evaluator::of_rows(model, rows); BATCH / PORTION],
+            batch: Batch::new(model, rows),
+            next: Batch::new(model, rows),
             rows: (rows.iter())
                 .map(|&row| RowReduction::new(model, row))
                 .collect(),
-            momentum: vec![0.0; BATCH * entries],
-            rest: vec![0.0; BATCH * entries],
-            entries,
             ends: Vec::new(),
             in_current: 0,
             stretches: Stretches::of(model),
@@ -260,55 +315,23 @@ impl Reduction {
         discretization: DiscretizationName,
     ) -> Result<(), FilterError> {
         let pairs = Pairs::new(cutoff, period, discretization)?;
+        self.batch.form(signals, 0);
         for first in (0..signals.len()).step_by(BATCH) {
-            let count = BATCH.min(signals.len() - first);
-            self.form(signals, first, count);
-            let (momentum, rest) = (
-                &self.momentum[..count * self.entries],
-                &self.rest[..count * self.entries],
+            let (batch, next, rows) = (&self.batch, &mut self.next, &mut self.rows);
+            rayon::join(
+                || next.form(signals, first + BATCH),
+                // Rows differ much in width: one at a time shares them best.
+                || {
+                    (rows.par_iter_mut().with_max_len(1)).for_each(|row| row.take(&pairs, batch));
+                },
             );
-            let tau: Vec<Vec<f64>> = (signals.tau.iter())
-                .map(|tau| tau[first..first + count].to_vec())
-                .collect();
-            (self.rows.par_iter_mut())
-                .for_each(|row| row.take(&pairs, momentum, rest, self.entries, &tau));
-            for &time in &signals.time[first..first + count] {
+            std::mem::swap(&mut self.batch, &mut self.next);
+            let until = signals.len().min(first + BATCH);
+            for &time in &signals.time[first..until] {
                 self.tick(time);
             }
         }
         Ok(())
-    }
-
-    /// Forms the regressor of some samples.
-    fn form(&mut self, signals: &SignalBlock, first: usize, count: usize) {
-        let part = PORTION * self.entries;
-        let momentum = self.momentum.par_chunks_mut(part);
-        let rest = self.rest.par_chunks_mut(part);
-        (momentum.zip(rest).zip(&mut self.evaluators).enumerate()).for_each(
-            |(portion, ((momentum, rest), evaluator))| {
-                let n = signals.q.len();
-                let mut state = vec![0.0; 4 * n];
-                let from = first + portion * PORTION;
-                let until = (first + count).min(from + PORTION);
-                let rows = (momentum.chunks_mut(self.entries)).zip(rest.chunks_mut(self.entries));
-                for (k, (momentum, rest)) in (from..until).zip(rows) {
-                    for joint in 0..n {
-                        state[joint] = signals.q[joint][k];
-                        state[n + joint] = signals.dq[joint][k];
-                        state[2 * n + joint] = signals.phi[joint][k];
-                        state[3 * n + joint] = signals.dphi[joint][k];
-                    }
-                    let (link, motor) = state.split_at(2 * n);
-                    let state = State {
-                        q: &link[..n],
-                        dq: &link[n..],
-                        phi: &motor[..n],
-                        dphi: &motor[n..],
-                    };
-                    evaluator.entries(&state, momentum, rest);
-                }
-            },
-        );
     }
 
     fn tick(&mut self, time: f64) {
@@ -337,16 +360,18 @@ impl Reduction {
             self.close();
             self.rows.iter_mut().for_each(RowReduction::close);
         }
+        let (rows, kept) = (self.rows.into_iter())
+            .map(|row| (row.done, row.kept.into_items()))
+            .unzip();
         System {
+            rows,
             ends: self.ends,
             kept: Kept {
                 time: self.kept.into_items(),
-                rows: Vec::new(),
+                rows: kept,
             },
             samples: self.samples,
-            rows: Vec::new(),
         }
-        .with_rows(self.rows)
     }
 }
 
@@ -370,14 +395,6 @@ pub struct System {
 }
 
 impl System {
-    fn with_rows(mut self, rows: Vec<RowReduction>) -> Self {
-        for row in rows {
-            self.rows.push(row.done);
-            self.kept.rows.push(row.kept.into_items());
-        }
-        self
-    }
-
     /// Returns the number of samples.
     #[must_use]
     pub fn samples(&self) -> u64 {
