@@ -66,6 +66,15 @@ pub struct Accelerations<'o> {
     pub ddphi: &'o mut [f64],
 }
 
+/// Rotors that a mass matrix takes in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rotors {
+    /// Those that move with their links.
+    OfRigidJoints,
+    /// All, as if no joint had a spring.
+    All,
+}
+
 /// Inertial parameters of a robot's links, as its dynamics need them.
 #[derive(Clone, Copy, Debug)]
 pub struct Values<'a> {
@@ -109,10 +118,7 @@ impl Robot<'_> {
         rest: &mut [f64],
     ) -> Result<(), LengthError> {
         self.check(state, workspace)?;
-        lengths(
-            &[("momentum", momentum.len()), ("rest", rest.len())],
-            self.entries,
-        )?;
+        self.check_entries(momentum, rest)?;
         match self.links {
             Links::Planar2R { entries } => {
                 let pose = Pose::new(&pair(state.q));
@@ -163,10 +169,7 @@ impl Robot<'_> {
         rest: &mut [f64],
     ) -> Result<(), LengthError> {
         self.check(state, workspace)?;
-        lengths(
-            &[("momentum", momentum.len()), ("rest", rest.len())],
-            self.entries,
-        )?;
+        self.check_entries(momentum, rest)?;
         let n = self.joints();
         let motor_velocity = &mut workspace.numbers[..n];
         self.motor_velocities(state.dphi, motor_velocity);
@@ -238,7 +241,7 @@ impl Robot<'_> {
         let (matrix, vectors) = numbers.split_at_mut(n * n);
         let link_masses = self.mass_matrix(values, state.q, workspace, matrix);
         if link_masses.is_ok() {
-            self.add_motors(values.theta, false, matrix);
+            self.add_motors(values.theta, Rotors::OfRigidJoints, matrix);
             solve_positive(matrix, ddq);
             self.solve_motors(values.theta, matrix, &mut vectors[..n], ddq, ddphi);
         }
@@ -276,14 +279,14 @@ impl Robot<'_> {
     }
 
     /// Adds what the rotors of rigid joints, or of all, add to a mass matrix.
-    pub fn add_motors(&self, theta: &[f64], all: bool, matrix: &mut [f64]) {
+    pub fn add_motors(&self, theta: &[f64], of: Rotors, matrix: &mut [f64]) {
         let n = self.joints();
         for term in self.terms {
             if term.what != JointParameter::RotorInertia {
                 continue;
             }
             let joint = self.joint_of(term.row);
-            if !all && self.motor_rows[joint].is_some() {
+            if of == Rotors::OfRigidJoints && self.motor_rows[joint].is_some() {
                 continue;
             }
             for k in 0..n {
@@ -391,7 +394,7 @@ impl Robot<'_> {
             // Rigid joints do not couple to flexible ones: a one on their
             // diagonal leaves the others alone.
             matrix.fill(0.0);
-            self.add_motors(theta, true, matrix);
+            self.add_motors(theta, Rotors::All, matrix);
             for i in (0..n).filter(|i| self.motor_rows[*i].is_none()) {
                 for k in 0..n {
                     matrix[i * n + k] = 0.0;
@@ -408,6 +411,11 @@ impl Robot<'_> {
                 *ddphi = *ddq;
             }
         }
+    }
+
+    fn check_entries(&self, momentum: &[f64], rest: &[f64]) -> Result<(), LengthError> {
+        let given = [("momentum", momentum.len()), ("rest", rest.len())];
+        lengths(&given, self.entries)
     }
 
     fn check(&self, state: &State<'_>, workspace: &Workspace<'_>) -> Result<(), LengthError> {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use sprung_core::parameters::JointParameter;
 use sprung_core::planar_2r::INERTIAL;
-use sprung_core::regressor::Values;
+use sprung_core::regressor::{Rotors, Values};
 use sprung_core::spatial::BODY;
 
 use super::parameter::{ModelError, Parameter};
@@ -135,7 +135,7 @@ impl Model {
             robot
                 .mass_matrix(&values, &pose, &mut workspace, &mut matrix)
                 .map_err(ModelError::Length)?;
-            robot.add_motors(theta, false, &mut matrix);
+            robot.add_motors(theta, Rotors::OfRigidJoints, &mut matrix);
             let mut column = vec![1.0; n];
             sprung_core::dynamics::solve_positive(&mut matrix, &mut column);
             if column.iter().any(|x| !x.is_finite()) {
