@@ -22,7 +22,7 @@ pub use summary::Summary;
 pub use write::LogWriter;
 
 /// Samples in a block, at most.
-pub const BLOCK: usize = 4096;
+pub const BLOCK: usize = 2048;
 
 /// Consecutive samples of a log; channels in the order of [`Channels::all`].
 #[derive(Clone, Debug, Default)]

@@ -39,10 +39,10 @@ impl Stretches {
 const GATHER: usize = 2048;
 
 /// Samples whose regressor is formed at a time: it fits a processor's cache.
-const BATCH: usize = 256;
+const BATCH: usize = 64;
 
 /// Samples that one thread forms at a time.
-const PORTION: usize = 32;
+const PORTION: usize = 8;
 
 /// Rows that are turned into columns at a time.
 const TILE: usize = 16;
