@@ -22,22 +22,25 @@ const PROMISING: f64 = 0.9;
 /// Angles by which the best direction is turned, one after the other, degrees.
 const TURNS: [f64; 5] = [20.0, 10.0, 5.0, 2.5, 1.25];
 
-/// Says which direction of gravity explains the motor torques far better than
-/// the one of the file, if there is one.
+/// Returns whether a tilt of gravity is worth looking for.
 ///
 /// - `worst`: largest residual of a torque's row, as a part of its torque.
+#[must_use]
+pub fn worth_a_look(experiment: &Experiment, worst: f64) -> bool {
+    let robot = &experiment.robot;
+    robot.tree.is_some() && robot.gravity().iter().any(|g| *g != 0.0) && worst >= WORTH_A_LOOK
+}
+
+/// Says which direction of gravity explains the motor torques far better than
+/// the one of the file, if there is one; see [`worth_a_look`] before.
 #[must_use]
 pub fn tilted(
     experiment: &Experiment,
     reading: &Reading<'_>,
     excerpt: &Excerpt,
-    worst: f64,
 ) -> Option<Finding> {
     let given = experiment.robot.gravity();
     let size = given.iter().map(|g| g * g).sum::<f64>().sqrt();
-    if reading.model.tree().is_none() || size == 0.0 || worst < WORTH_A_LOOK {
-        return None;
-    }
     let excerpt = excerpt.first(LOOKED_AT);
     let cost = |direction: [f64; 3]| unexplained(experiment, reading, &excerpt, direction);
     let now = cost(given)?;

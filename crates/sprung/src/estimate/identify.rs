@@ -6,7 +6,7 @@ use std::time::Instant;
 use super::cutoff::{choose_cutoff, sweep};
 use super::delay::Excerpt;
 use super::describe::{describe, fit_curves, trace_of};
-use super::gravity::tilted;
+use super::gravity::{tilted, worth_a_look};
 use super::judge::{Verdict, judge};
 use super::least_squares::{Fitted, fit, residual, trace};
 use super::lsff::{Lsff, LsffError};
@@ -208,12 +208,10 @@ pub fn identify(
         traces.push(trace_of(model, estimator, of_estimator.points));
         thetas.push((estimator, of_estimator.theta));
     }
-    let worst = worst_residual(&results);
-    if model.tree().is_some()
-        && worst > 0.0
+    if worth_a_look(experiment, worst_residual(&results))
         && let Some(excerpt) = beginning.get(&channels).map_err(PassError::from)?
     {
-        findings.extend(tilted(experiment, &reading, excerpt, worst));
+        findings.extend(tilted(experiment, &reading, excerpt));
     }
     for result in &mut results {
         result.verdict = Verdict::of(findings.iter().chain(&result.warnings));

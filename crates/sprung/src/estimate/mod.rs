@@ -16,7 +16,7 @@ mod stribeck;
 
 pub use cutoff::{choose_cutoff, position_cutoff, sweep};
 pub use delay::{DelayEstimate, Excerpt, MotorRowFit, estimate_delays, fit_motor_rows};
-pub use gravity::tilted;
+pub use gravity::{tilted, worth_a_look};
 pub use identify::{Identified, IdentifyError, identify};
 pub use judge::{Suspicion, UNEXPLAINED, Verdict, judge, suspect};
 pub use least_squares::{Fitted, MotorRow, TorqueOf, fit, fit_quickly, residual, torques, trace};

@@ -185,7 +185,8 @@ pub(super) fn suspicions<'e>(
     let better = |joint: usize, fit: &MotorRowFit| {
         fit.plausible && fit.relative_residual < CLEARLY * now[joint].relative_residual
     };
-    // The rows of different joints do not disturb each other: all at once.
+    // The rows of flexible joints without coupling do not disturb each other; of
+    // others this is a first look, at channels that are wrong in the same way.
     let exchanged = suspects.iter().fold(channels.clone(), |channels, &joint| {
         channels.exchanged(joint).unwrap_or(channels)
     });
