@@ -54,6 +54,42 @@ impl Law {
     }
 }
 
+impl Law {
+    /// Returns the column of the law and its derivative with respect to the
+    /// velocity.
+    ///
+    /// - `velocity`: rad/s or m/s.
+    ///
+    /// At zero, where a half begins, the derivative is that of the side where it
+    /// acts.
+    #[must_use]
+    pub fn column_and_slope(self, velocity: f64, shape: &Shape) -> (f64, f64) {
+        let transition = || {
+            let tanh = coulomb(velocity, shape.sharpness);
+            (tanh, shape.sharpness * (1.0 - tanh * tanh))
+        };
+        let half = |(column, slope): (f64, f64), acts: bool| {
+            if acts { (column, slope) } else { (0.0, 0.0) }
+        };
+        match self {
+            Self::Viscous => (velocity, 1.0),
+            Self::Coulomb => transition(),
+            Self::Offset => (1.0, 0.0),
+            Self::ViscousPositive => half((velocity, 1.0), velocity >= 0.0),
+            Self::ViscousNegative => half((velocity, 1.0), velocity <= 0.0),
+            Self::CoulombPositive => half(transition(), velocity >= 0.0),
+            Self::CoulombNegative => half(transition(), velocity <= 0.0),
+            Self::Stribeck => {
+                let (tanh, slope) = transition();
+                let part = velocity / shape.stribeck_velocity;
+                let bell = libm::exp(-part * part);
+                let falling = -2.0 * part / shape.stribeck_velocity;
+                (tanh * bell, bell * (slope + tanh * falling))
+            }
+        }
+    }
+}
+
 /// Returns the column of viscous friction at `velocity`, in rad/s.
 ///
 /// # Source
@@ -120,6 +156,21 @@ mod tests {
                 assert!(velocity * law.column(velocity, &SHAPE) >= 0.0, "{law:?}");
             }
             assert!(coulomb(velocity, 100.0).abs() <= 1.0);
+        }
+    }
+
+    #[test]
+    fn slopes_are_those_of_the_columns() {
+        let h = 1e-6;
+        for velocity in [-0.7, -0.02, 0.003, 0.05, 0.4] {
+            for law in ALL {
+                let (column, slope) = law.column_and_slope(velocity, &SHAPE);
+                assert_eq!(column, law.column(velocity, &SHAPE), "{law:?}");
+                let ahead = law.column(velocity + h, &SHAPE);
+                let behind = law.column(velocity - h, &SHAPE);
+                let difference = (ahead - behind) / (2.0 * h);
+                assert!((slope - difference).abs() < 1e-5, "{law:?} at {velocity}");
+            }
         }
     }
 

@@ -18,6 +18,7 @@
 //! - [`planar_2r`]: link columns of the planar arm with two joints, in closed form,
 //! - [`drives`]: rotor inertia, spring and friction columns of a joint,
 //! - [`regressor`]: one sample's `[Y_a | Y_b]`, and the same as dynamics,
+//! - [`linearized`]: accelerations and their derivatives,
 //! - [`filter`]: the filter pair `f_D`, `g_D`,
 //! - [`velocity`]: on-line averaged velocity,
 //! - [`controller`]: PD, and feedforward with state feedback,
@@ -33,6 +34,7 @@ pub mod drives;
 pub mod dynamics;
 pub mod filter;
 pub mod friction;
+pub mod linearized;
 pub mod links;
 pub mod parameters;
 pub mod planar_2r;

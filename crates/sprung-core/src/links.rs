@@ -174,18 +174,41 @@ pub fn torque(
     torque: &mut [f64],
 ) -> Result<(), LengthError> {
     let n = chain.joints().len();
+    lengths(&[("torque", torque.len())], n * n * BODY)?;
+    torque.fill(0.0);
+    torque_columns(chain, [q, dq, ddq], workspace, |i, j, columns| {
+        let at = (i * n + j) * BODY;
+        torque[at..at + BODY].copy_from_slice(columns);
+    })
+}
+
+/// Visits the columns of the joint torque at given accelerations, joint by
+/// joint and link by link, those that are zero by construction left out.
+///
+/// - `motion`: link positions, velocities and accelerations, \[n\] each.
+/// - `visit`: takes joint `i`, a link `j` that it carries, and a row of \[10\].
+///
+/// # Errors
+///
+/// [`LengthError`] if a slice does not fit the chain.
+pub fn torque_columns(
+    chain: &Chain<'_>,
+    motion: [&[f64]; 3],
+    workspace: &mut Workspace<'_>,
+    mut visit: impl FnMut(usize, usize, &[f64; BODY]),
+) -> Result<(), LengthError> {
+    let n = chain.joints().len();
+    let [q, dq, ddq] = motion;
     let given = [("q", q.len()), ("dq", dq.len()), ("ddq", ddq.len())];
     check(n, &given, workspace)?;
-    lengths(&[("torque", torque.len())], n * n * BODY)?;
     move_all(chain, q, dq, Some(ddq), workspace);
-    torque.fill(0.0);
     for_pairs(chain, workspace, |i, j, pair, link| {
-        let at = (i * n + j) * BODY;
-        let inertial = kernel(&pair.axis, &link.acceleration);
+        let mut columns = kernel(&pair.axis, &link.acceleration);
         let turning = kernel(&link.velocity.cross(&pair.axis), &link.velocity);
-        for k in 0..BODY {
-            torque[at + k] = inertial[k] - turning[k];
+        for (column, turning) in columns.iter_mut().zip(turning) {
+            *column -= turning;
         }
+        visit(i, j, &columns);
     });
     Ok(())
 }

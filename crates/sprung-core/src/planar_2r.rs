@@ -83,13 +83,40 @@ impl<S: Scalar> Pose<S> {
     }
 }
 
+/// Returns the columns of the joint torques at given accelerations.
+///
+/// - `q`, `dq`, `ddq`: link positions, velocities and accelerations, \[2\].
+///
+/// They are the time derivative of the momentum columns, which are linear in
+/// the velocities, plus what stands beside it.
+#[must_use]
+pub fn torque_columns<S: Scalar>(
+    q: &[S; JOINTS],
+    dq: &[S; JOINTS],
+    ddq: &[S; JOINTS],
+) -> LinkColumns<S> {
+    let pose = Pose::new(q);
+    let mut columns = pose.momentum(ddq);
+    // The rate of cos q2 along the motion.
+    let turning = Pose {
+        sin: S::ZERO,
+        cos: -(pose.sin * dq[1]),
+    };
+    let (turned, rest) = (turning.momentum(dq), pose.rest(dq));
+    for (i, row) in columns.iter_mut().enumerate() {
+        for (column, rate) in row.iter_mut().enumerate() {
+            *rate = *rate + rest[i][column];
+        }
+        // The only momentum column that depends on the pose.
+        row[1] = row[1] + turned[i][1];
+    }
+    columns
+}
+
 /// Returns the joint torques that a motion of the links takes, \[2\], N·m.
 ///
 /// - `theta`: parameters, the three inertial ones first.
 /// - `q`, `dq`, `ddq`: link positions, velocities and accelerations, \[2\].
-///
-/// It is the time derivative of the momentum columns, which are linear in the
-/// velocities, plus what stands beside it.
 #[must_use]
 pub fn torque<S: Scalar>(
     theta: &[f64],
@@ -97,26 +124,9 @@ pub fn torque<S: Scalar>(
     dq: &[S; JOINTS],
     ddq: &[S; JOINTS],
 ) -> [S; JOINTS] {
-    let pose = Pose::new(q);
-    let accelerated = pose.momentum(ddq);
-    // The rate of cos q2 along the motion.
-    let turning = Pose {
-        sin: S::ZERO,
-        cos: -(pose.sin * dq[1]),
-    };
-    let turned = turning.momentum(dq);
-    let rest = pose.rest(dq);
-    core::array::from_fn(|i| {
-        let mut sum = S::ZERO;
-        for (column, value) in theta.iter().take(INERTIAL).enumerate() {
-            let mut rate = accelerated[i][column] + rest[i][column];
-            if column == 1 {
-                // The only momentum column that depends on the pose.
-                rate = rate + turned[i][column];
-            }
-            sum = sum + rate * *value;
-        }
-        sum
+    torque_columns(q, dq, ddq).map(|row| {
+        let products = row.into_iter().zip(theta);
+        products.fold(S::ZERO, |sum, (column, value)| sum + column * *value)
     })
 }
 

@@ -355,7 +355,7 @@ impl Robot<'_> {
         }
     }
 
-    fn motor_velocities(&self, dphi: &[f64], out: &mut [f64]) {
+    pub(crate) fn motor_velocities(&self, dphi: &[f64], out: &mut [f64]) {
         match self.coupling {
             None => out.copy_from_slice(dphi),
             Some(ratios) => {
@@ -418,7 +418,11 @@ impl Robot<'_> {
         lengths(&given, self.entries)
     }
 
-    fn check(&self, state: &State<'_>, workspace: &Workspace<'_>) -> Result<(), LengthError> {
+    pub(crate) fn check(
+        &self,
+        state: &State<'_>,
+        workspace: &Workspace<'_>,
+    ) -> Result<(), LengthError> {
         let given = [
             ("q", state.q.len()),
             ("dq", state.dq.len()),
@@ -430,7 +434,7 @@ impl Robot<'_> {
 }
 
 /// Returns the first two of a slice that was checked to have them.
-fn pair<S: Scalar>(values: &[S]) -> [S; 2] {
+pub(crate) fn pair<S: Scalar>(values: &[S]) -> [S; 2] {
     core::array::from_fn(|i| values.get(i).copied().unwrap_or(S::ZERO))
 }
 

@@ -1,7 +1,8 @@
-//! Numbers that the columns are written over: plain values and Taylor series.
+//! Numbers that the columns are written over: plain values, Taylor series, and
+//! values with partial derivatives.
 //!
 //! A column written once over [`Scalar`] gives its value with `f64` and its
-//! exact time derivatives with [`Jet`].
+//! exact time derivatives with [`Jet`], its partial derivatives with [`Dual`].
 
 use core::ops::{Add, Mul, Neg, Sub};
 
@@ -146,9 +147,124 @@ impl<const N: usize> Scalar for Jet<N> {
     }
 }
 
+/// A value with its partial derivatives with respect to `N` variables.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dual<const N: usize> {
+    /// The value.
+    pub value: f64,
+    /// Its partial derivatives.
+    pub partials: [f64; N],
+}
+
+impl<const N: usize> Dual<N> {
+    /// Returns the `i`-th variable at a value.
+    #[must_use]
+    pub fn variable(value: f64, i: usize) -> Self {
+        let mut dual = Self::constant(value);
+        dual.partials[i] = 1.0;
+        dual
+    }
+}
+
+impl<const N: usize> Add for Dual<N> {
+    type Output = Self;
+
+    fn add(mut self, other: Self) -> Self {
+        self.value += other.value;
+        for (a, b) in self.partials.iter_mut().zip(other.partials) {
+            *a += b;
+        }
+        self
+    }
+}
+
+impl<const N: usize> Sub for Dual<N> {
+    type Output = Self;
+
+    fn sub(mut self, other: Self) -> Self {
+        self.value -= other.value;
+        for (a, b) in self.partials.iter_mut().zip(other.partials) {
+            *a -= b;
+        }
+        self
+    }
+}
+
+impl<const N: usize> Neg for Dual<N> {
+    type Output = Self;
+
+    fn neg(self) -> Self {
+        self * -1.0
+    }
+}
+
+impl<const N: usize> Mul<f64> for Dual<N> {
+    type Output = Self;
+
+    fn mul(mut self, factor: f64) -> Self {
+        self.value *= factor;
+        for a in &mut self.partials {
+            *a *= factor;
+        }
+        self
+    }
+}
+
+impl<const N: usize> Mul for Dual<N> {
+    type Output = Self;
+
+    fn mul(mut self, other: Self) -> Self {
+        for (a, b) in self.partials.iter_mut().zip(other.partials) {
+            *a = *a * other.value + b * self.value;
+        }
+        self.value *= other.value;
+        self
+    }
+}
+
+impl<const N: usize> Scalar for Dual<N> {
+    const ZERO: Self = Self {
+        value: 0.0,
+        partials: [0.0; N],
+    };
+
+    fn constant(value: f64) -> Self {
+        Self {
+            value,
+            partials: [0.0; N],
+        }
+    }
+
+    fn sin_cos(self) -> (Self, Self) {
+        let (sin, cos) = libm::sincos(self.value);
+        let with = |value: f64, slope: f64| Self {
+            value,
+            partials: self.partials.map(|p| p * slope),
+        };
+        (with(sin, cos), with(cos, -sin))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn partials_follow_the_rules() {
+        // f = x sin(y) - 2 x²: df/dx = sin y - 4 x, df/dy = x cos y.
+        let (x, y) = (1.3, 0.4);
+        let [dx, dy] = [Dual::<2>::variable(x, 0), Dual::variable(y, 1)];
+        let f = dx * dy.sin_cos().0 - dx * dx * 2.0;
+        let (s, c) = libm::sincos(y);
+        for (found, expected) in [
+            (f.value, x * s - 2.0 * x * x),
+            (f.partials[0], s - 4.0 * x),
+            (f.partials[1], x * c),
+            ((-dy.sin_cos().1).partials[1], s),
+        ] {
+            assert!((found - expected).abs() < 1e-15);
+        }
+    }
 
     #[test]
     fn jet_of_sine_matches_its_derivatives() {

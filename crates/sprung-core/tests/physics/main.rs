@@ -10,6 +10,7 @@ mod bodies;
 mod chains;
 mod controllers;
 mod laws;
+mod linearized;
 mod mixed;
 mod support;
 mod tables;

@@ -20,7 +20,7 @@ use crate::support::{
 /// Step of the differences, s.
 const H: f64 = 1e-4;
 
-struct Mixed {
+pub(crate) struct Mixed {
     tree: Tree,
     bodies: Vec<[f64; BODY]>,
     theta: Vec<f64>,
@@ -141,7 +141,7 @@ impl Mixed {
         self.theta.push(random.between(low, high));
     }
 
-    fn with<T>(&self, use_robot: impl FnOnce(&Robot<'_>, &Values<'_>) -> T) -> T {
+    pub(crate) fn with<T>(&self, use_robot: impl FnOnce(&Robot<'_>, &Values<'_>) -> T) -> T {
         let robot = Robot {
             links: Links::Tree {
                 chain: self.tree.chain(),
@@ -160,6 +160,11 @@ impl Mixed {
             bodies: &self.bodies,
         };
         use_robot(&robot, &values)
+    }
+
+    /// Row and column of every entry.
+    pub(crate) fn places(&self) -> &[(usize, usize)] {
+        &self.places
     }
 
     fn acceleration(&self, state: &JointState, tau: &[f64]) -> [Vec<f64>; 2] {
@@ -181,7 +186,7 @@ impl Mixed {
     }
 
     /// A state; a rigid joint's motor moves with its link.
-    fn draw_state(&self, random: &mut Random) -> JointState {
+    pub(crate) fn draw_state(&self, random: &mut Random) -> JointState {
         let n = self.shapes.len();
         let [q, dq] = [2.0, 1.5].map(|limit| random.list(n, limit));
         let mut beside = |link: &[f64], limit: f64| {
@@ -255,7 +260,7 @@ impl Mixed {
     }
 }
 
-fn for_random_robots(mut law: impl FnMut(&mut Mixed, &mut Random)) {
+pub(crate) fn for_random_robots(mut law: impl FnMut(&mut Mixed, &mut Random)) {
     let mut random = Random::new(21);
     for n in 1..=8 {
         for coupled in [false, true] {
