@@ -54,8 +54,11 @@ impl Default for Identify {
 /// An estimator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(try_from = "String")]
-#[schemars(extend("enum" = ["least-squares", "lsff"]))]
+#[schemars(extend("enum" = ["prediction-error", "least-squares", "lsff"]))]
 pub enum Estimator {
+    /// Maximum likelihood on the innovations of a Kalman filter, started from
+    /// least squares.
+    PredictionError,
     /// Least squares on the filtered regression.
     LeastSquares,
     /// Recursive least squares with forgetting factor, sample by sample.
@@ -67,6 +70,7 @@ impl Estimator {
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
+            Self::PredictionError => "prediction-error",
             Self::LeastSquares => "least-squares",
             Self::Lsff => "lsff",
         }
@@ -77,10 +81,10 @@ impl TryFrom<String> for Estimator {
     type Error = String;
 
     fn try_from(word: String) -> Result<Self, String> {
-        let available = ["least-squares", "lsff"];
-        let later = ["prediction-error", "output-error"];
-        let index = choose("estimator", &word, &available, &later)?;
-        Ok([Self::LeastSquares, Self::Lsff][index])
+        let all = [Self::PredictionError, Self::LeastSquares, Self::Lsff];
+        let available = all.map(Self::name);
+        let index = choose("estimator", &word, &available, &["output-error"])?;
+        Ok(all[index])
     }
 }
 

@@ -99,7 +99,7 @@ pub fn position_cutoff(
 
 /// Returns the standard deviation of a channel's noise, and the step between
 /// its values if it is quantised; nothing if it stands still.
-fn noise(excerpt: &Excerpt, channel: usize) -> Option<(f64, Option<f64>)> {
+pub(super) fn noise(excerpt: &Excerpt, channel: usize) -> Option<(f64, Option<f64>)> {
     let values: Vec<f64> = (excerpt.blocks().iter())
         .flat_map(|block| &block.values[channel])
         .copied()

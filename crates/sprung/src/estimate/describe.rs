@@ -13,11 +13,13 @@ use crate::named::Named;
 use crate::regression::System;
 
 /// Returns the result of an estimator, without its warnings.
+///
+/// - The values, their standard errors, and half the width of a 95 % interval in
+///   standard errors; infinite if they make none.
 pub(super) fn describe(
     model: &Model,
     estimator: Estimator,
-    theta: &Theta,
-    errors: &[f64],
+    (theta, errors, interval): (&Theta, &[f64], f64),
     fitted: &Fitted,
     system: &System,
 ) -> EstimateResult {
@@ -32,11 +34,7 @@ pub(super) fn describe(
                 parameter,
                 known.then_some(theta[i]),
                 Some(errors[i]).filter(|e| known && e.is_finite()),
-                match estimator {
-                    Estimator::LeastSquares => fitted.interval,
-                    // How far a running estimate wandered makes no interval.
-                    Estimator::Lsff => f64::INFINITY,
-                },
+                interval,
             );
             if known {
                 let torque = torques[i];
@@ -65,7 +63,7 @@ pub(super) fn describe(
             Estimator::LeastSquares => (fitted.motor_rows.iter())
                 .map(|row| describe_motor_row(model, row, fitted.interval))
                 .collect(),
-            Estimator::Lsff => Vec::new(),
+            Estimator::PredictionError | Estimator::Lsff => Vec::new(),
         },
         residual_rms: (rows.iter().enumerate())
             .map(|(i, (rms, _))| (named(i), *rms))

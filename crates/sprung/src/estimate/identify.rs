@@ -10,6 +10,7 @@ use super::gravity::{tilted, worth_a_look};
 use super::judge::{Verdict, judge};
 use super::least_squares::{Fitted, fit, residual, trace};
 use super::lsff::{Lsff, LsffError};
+use super::refine::{Refined, refine};
 use super::result::{DelayUsed, EstimateResult, GENERATOR, Identification, LogInfo, SettingsUsed};
 use super::second_look::{Delays, excerpt, suspicions};
 use super::standard::standard_parameters;
@@ -21,6 +22,9 @@ use crate::log::{ChannelError, Channels, LogError, LogSource, check};
 use crate::model::{Model, Theta};
 use crate::preprocess::RawBlock;
 use crate::regression::{LogFigures, Observer, PassError, Reading, Restart, System, read_through};
+
+/// The 97.5 % quantile of the normal distribution.
+const NORMAL_95: f64 = 1.959_964;
 
 /// What an identification leaves.
 #[derive(Clone, Debug)]
@@ -187,17 +191,28 @@ pub fn identify(
     let mut traces = Vec::new();
     let mut thetas = Vec::new();
     for &estimator in &settings.estimator {
+        let linear = || OfEstimator {
+            theta: fitted.theta.clone(),
+            errors: fitted.standard_error.clone(),
+            interval: fitted.interval,
+            elapsed: start.elapsed().as_secs_f64() - watch.elapsed,
+            points: trace(model, &passed.system).collect(),
+            refined: None,
+        };
         let of_estimator = match (estimator, &lsff) {
             (Estimator::Lsff, Some(lsff)) => of_lsff(lsff, watch.elapsed),
-            _ => OfEstimator {
-                theta: fitted.theta.clone(),
-                errors: fitted.standard_error.clone(),
-                elapsed: start.elapsed().as_secs_f64() - watch.elapsed,
-                points: trace(model, &passed.system).collect(),
-            },
+            (Estimator::PredictionError, _) => {
+                refined(&reading, &mut beginning, &fitted)?.unwrap_or_else(linear)
+            }
+            _ => linear(),
         };
-        let OfEstimator { theta, errors, .. } = &of_estimator;
-        let mut result = describe(model, estimator, theta, errors, &fitted, &passed.system);
+        let values = (
+            &of_estimator.theta,
+            &of_estimator.errors[..],
+            of_estimator.interval,
+        );
+        let mut result = describe(model, estimator, values, &fitted, &passed.system);
+        let theta = &of_estimator.theta;
         result.elapsed_s = of_estimator.elapsed;
         result.standard_parameters = standard_parameters(model, theta, &fitted.identifiable);
         let suspicions =
@@ -276,8 +291,48 @@ fn log_infos(
 struct OfEstimator {
     theta: Theta,
     errors: Vec<f64>,
+    /// Half the width of a 95 % interval in standard errors.
+    interval: f64,
     elapsed: f64,
     points: Vec<(f64, Option<Theta>)>,
+    refined: Option<Refined>,
+}
+
+/// Refines what least squares found.
+fn refined(
+    reading: &Reading<'_>,
+    beginning: &mut Beginning<'_, '_>,
+    fitted: &Fitted,
+) -> Result<Option<OfEstimator>, PassError> {
+    let start = Instant::now();
+    beginning.get(reading.channels)?;
+    let Some(excerpt) = &beginning.excerpt else {
+        return Ok(None);
+    };
+    let parameters = reading.model.parameters().iter();
+    let free: Vec<usize> = (parameters.zip(&fitted.identifiable).enumerate())
+        .filter(|(_, (parameter, known))| **known && parameter.fixed.is_none())
+        .map(|(i, _)| i)
+        .collect();
+    let found = refine(
+        reading,
+        beginning.sources,
+        excerpt,
+        &fitted.theta,
+        &free,
+        false,
+        &mut |_| (),
+    )?;
+    Ok(found.map(|refined| OfEstimator {
+        theta: refined.theta.clone(),
+        errors: refined.standard_error.clone(),
+        interval: NORMAL_95,
+        elapsed: start.elapsed().as_secs_f64(),
+        points: (refined.trace.iter())
+            .map(|(time, theta)| (*time, Some(theta.clone())))
+            .collect(),
+        refined: Some(refined),
+    }))
 }
 
 fn of_lsff(lsff: &Lsff, elapsed: f64) -> OfEstimator {
@@ -285,6 +340,9 @@ fn of_lsff(lsff: &Lsff, elapsed: f64) -> OfEstimator {
     OfEstimator {
         theta: lsff.theta(),
         errors: lsff.wandering(),
+        // How far a running estimate wandered makes no interval.
+        interval: f64::INFINITY,
+        refined: None,
         elapsed,
         points: points.map(|(t, x)| (*t, Some(x.clone()))).collect(),
     }
@@ -389,6 +447,7 @@ impl Observer for Watch<'_> {
 /// Says what the standard errors of an estimator are worth.
 fn notes(estimator: Estimator, lsff: Option<&Lsff>) -> Vec<Finding> {
     let mut notes = vec![match estimator {
+        Estimator::PredictionError => return Vec::new(),
         Estimator::LeastSquares => Finding::new(
             Severity::Info,
             "standard-error-of-stretches",

@@ -9,6 +9,7 @@ mod judge;
 mod judge_parameters;
 mod least_squares;
 mod lsff;
+mod refine;
 mod result;
 mod second_look;
 mod standard;
@@ -21,6 +22,7 @@ pub use identify::{Identified, IdentifyError, identify};
 pub use judge::{Suspicion, UNEXPLAINED, Verdict, judge, suspect};
 pub use least_squares::{Fitted, MotorRow, TorqueOf, fit, fit_quickly, residual, torques, trace};
 pub use lsff::{Lsff, LsffError};
+pub use refine::{ChannelDelay, Refined, RowLevel, refine};
 pub use result::{
     CutoffChoice, CutoffPoint, DelayUsed, Determined, EncoderOffsetResult, EstimateResult,
     GENERATOR, Identification, LogInfo, MotorRowResult, ParameterEstimate, SettingsUsed,

@@ -9,6 +9,7 @@
 mod golden;
 mod ladder;
 mod paper;
+mod refined;
 mod report;
 mod robots;
 mod seven;

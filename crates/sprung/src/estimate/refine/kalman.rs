@@ -1,0 +1,503 @@
+//! The extended Kalman filter of a robot whose torques are disturbed, and the
+//! derivatives of its innovations.
+//!
+//! State: coordinates, their velocities, and one disturbance per row, \[3 rows\]. A
+//! disturbance is a torque with a first-order spectrum; motor torques are noisy
+//! besides. Measurements are taken one by one, which needs no matrix to be
+//! inverted.
+
+use super::dynamics::{Dynamics, Tangent, add};
+use super::record::{Record, Stretch};
+use super::unknowns::Unknowns;
+
+/// Corner of the disturbances' spectrum, Hz. It is not tuned: at 0.3 Hz to 10 Hz
+/// the estimate hardly changes, and a low corner errs to wide intervals.
+const CORNER: f64 = 1.5;
+
+/// Levels of the disturbances, standard deviations in N·m (N), \[rows\].
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Levels {
+    /// White noise of the torque, held for a period.
+    pub(super) white: Vec<f64>,
+    /// Disturbance with a first-order spectrum.
+    pub(super) drift: Vec<f64>,
+}
+
+/// Returns what is left of a disturbance after a period.
+pub(super) fn decay(period: f64) -> f64 {
+    (-std::f64::consts::TAU * CORNER * period).exp()
+}
+
+/// What a filter run leaves for others that follow its gains.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Schedule {
+    /// Gains of each measurement, \[measurements × 3 rows\], stretch after stretch.
+    gains: Vec<f64>,
+    /// One over the standard deviation of each innovation.
+    whitening: Vec<f64>,
+    /// Innovations themselves.
+    innovations: Vec<f64>,
+    /// Steps of the integration in each period.
+    steps: Vec<u8>,
+    /// Derivatives of the state at the end of each period, of the first stretches:
+    /// \[samples × 2 rows × 3 rows\].
+    pub(super) transitions: Vec<f64>,
+}
+
+impl Schedule {
+    /// Returns gains and innovation of each measurement.
+    ///
+    /// - `states`: \[3 rows\].
+    pub(super) fn measured(&self, states: usize) -> impl Iterator<Item = (&[f64], f64)> {
+        self.gains
+            .chunks(states)
+            .zip(self.innovations.iter().copied())
+    }
+}
+
+/// Normal equations of the unknowns.
+#[derive(Clone, Debug)]
+pub(super) struct Normal {
+    /// Number of unknowns.
+    pub(super) count: usize,
+    /// Information, \[count × count\]; the lower triangle is filled.
+    pub(super) information: Vec<f64>,
+    /// Gradient of half the cost, \[count\].
+    pub(super) gradient: Vec<f64>,
+}
+
+impl Normal {
+    pub(super) fn new(count: usize) -> Self {
+        Self {
+            count,
+            information: vec![0.0; count * count],
+            gradient: vec![0.0; count],
+        }
+    }
+
+    /// Returns those of the first unknowns.
+    pub(super) fn first(&self, count: usize) -> Self {
+        let rows = self.information.chunks(self.count.max(1)).take(count);
+        Self {
+            count,
+            information: rows.flat_map(|row| &row[..count]).copied().collect(),
+            gradient: self.gradient[..count].to_vec(),
+        }
+    }
+
+    /// Takes an innovation with its derivatives.
+    ///
+    /// - `weight`: one over its variance.
+    fn take(&mut self, innovation: f64, row: &[f64], weight: f64) {
+        for (i, x) in row.iter().enumerate() {
+            let x = weight * x;
+            if x != 0.0 {
+                self.gradient[i] += x * innovation;
+                let own = &mut self.information[i * self.count..=i * self.count + i];
+                add(own, x, &row[..=i]);
+            }
+        }
+    }
+}
+
+/// What a run of the filter says.
+#[derive(Clone, Debug)]
+pub(super) struct Outcome {
+    /// Sum of the squared whitened innovations.
+    pub(super) cost: f64,
+    /// Minus the logarithm of the likelihood, without its constant.
+    pub(super) loss: f64,
+    /// Number of measurements.
+    pub(super) measurements: u64,
+    pub(super) normal: Normal,
+    /// The normal equations after parts of the samples: time, s, and sums so far.
+    pub(super) growing: Vec<(f64, Normal)>,
+}
+
+/// What a run is to leave besides its cost.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Wanted {
+    /// Samples whose transitions are kept.
+    pub(super) transitions: usize,
+    /// Copies of the normal equations over time.
+    pub(super) growing: usize,
+}
+
+/// Innovations whose whitened size is beyond this are as this: one bad sample
+/// shall not decide.
+const OUTLIER: f64 = 1e4;
+
+/// Runs the filter over a record, with derivatives.
+///
+/// Derivatives are those of the filter with its gains held, so that they are exact
+/// for [`replay`].
+///
+/// Returns nothing if a number is not finite.
+pub(super) fn run(
+    record: &Record,
+    dynamics: &mut Dynamics<'_>,
+    unknowns: &Unknowns,
+    z: &[f64],
+    levels: &Levels,
+    wanted: Wanted,
+) -> Option<(Outcome, Schedule)> {
+    let rows = dynamics.rows();
+    let count = unknowns.columns();
+    dynamics.set(&unknowns.theta(z));
+    let mut outcome = Outcome {
+        cost: 0.0,
+        loss: 0.0,
+        measurements: 0,
+        normal: Normal::new(count),
+        growing: Vec::new(),
+    };
+    let mut schedule = Schedule::default();
+    let every = record.samples().div_ceil(wanted.growing.max(1)).max(1);
+    let mut tangent = Tangent::new(rows, 3 * rows + count, unknowns.places(3 * rows));
+    let mut before = 0;
+    let mut time = 0.0;
+    for stretch in &record.stretches {
+        let mut filter = Filter::new(rows, stretch, unknowns, z, levels);
+        let mut sensitivity = unknowns.start(record, rows);
+        for k in 0..stretch.samples() {
+            for event in &stretch.events[stretch.first[k]..stretch.first[k + 1]] {
+                let sensor = &record.sensors[event.sensor];
+                let innovation =
+                    event.value - unknowns.offset(z, event.sensor) - filter.measured(&sensor.of);
+                filter.gain(&sensor.of, event.variance);
+                let whitened = (innovation / filter.deviation).clamp(-OUTLIER, OUTLIER);
+                outcome.cost += whitened * whitened;
+                outcome.loss += 0.5 * whitened * whitened + filter.deviation.ln();
+                outcome.measurements += 1;
+                let row = unknowns.innovation(
+                    &mut filter.row,
+                    event.sensor,
+                    |coordinate| &sensitivity[coordinate * count..(coordinate + 1) * count],
+                    &sensor.of,
+                    &filter.x[rows..2 * rows],
+                );
+                let variance = filter.deviation * filter.deviation;
+                outcome.normal.take(innovation, row, 1.0 / variance);
+                schedule.gains.extend_from_slice(&filter.gains);
+                schedule.innovations.push(innovation);
+                schedule.whitening.push(1.0 / filter.deviation);
+                for (gain, own) in filter
+                    .gains
+                    .iter()
+                    .zip(sensitivity.chunks_mut(count.max(1)))
+                {
+                    if *gain != 0.0 {
+                        add(own, *gain, row);
+                    }
+                }
+                filter.correct(innovation);
+            }
+            if !filter.x.iter().all(|x| x.is_finite()) || !outcome.loss.is_finite() {
+                return None;
+            }
+            let keep = before + k < wanted.transitions;
+            let stored = keep.then_some(&mut schedule.transitions);
+            let steps = filter.predict(
+                dynamics,
+                stretch,
+                k,
+                (&mut tangent, &mut sensitivity),
+                unknowns,
+                stored,
+            );
+            schedule.steps.push(steps as u8);
+            if (before + k + 1).is_multiple_of(every) {
+                let at = time + (k + 1) as f64 * stretch.period;
+                outcome.growing.push((at, outcome.normal.clone()));
+            }
+        }
+        before += stretch.samples();
+        time += stretch.period * stretch.samples() as f64;
+    }
+    Some((outcome, schedule))
+}
+
+/// Returns the cost at other values of the unknowns, with gains and steps held;
+/// infinite if a number is not finite.
+pub(super) fn replay(
+    record: &Record,
+    dynamics: &mut Dynamics<'_>,
+    unknowns: &Unknowns,
+    z: &[f64],
+    schedule: &Schedule,
+) -> f64 {
+    let rows = dynamics.rows();
+    dynamics.set(&unknowns.theta(z));
+    let mut gains = schedule.gains.chunks(3 * rows);
+    let mut whitening = schedule.whitening.iter();
+    let mut steps = schedule.steps.iter();
+    let mut cost = 0.0;
+    let mut torque = vec![0.0; rows];
+    for stretch in &record.stretches {
+        let left = decay(stretch.period);
+        let mut x = start(rows, stretch, unknowns, z);
+        for k in 0..stretch.samples() {
+            for event in &stretch.events[stretch.first[k]..stretch.first[k + 1]] {
+                let (Some(gains), Some(whitening)) = (gains.next(), whitening.next()) else {
+                    return f64::INFINITY;
+                };
+                let sensor = &record.sensors[event.sensor];
+                let innovation =
+                    event.value - unknowns.offset(z, event.sensor) - measured(&x, &sensor.of);
+                let whitened = (innovation * whitening).clamp(-OUTLIER, OUTLIER);
+                cost += whitened * whitened;
+                add(&mut x, innovation, gains);
+            }
+            if !cost.is_finite() || !x.iter().all(|x| x.is_finite()) {
+                return f64::INFINITY;
+            }
+            let (state, drift) = x.split_at_mut(2 * rows);
+            disturbed(stretch, k, drift, &mut torque);
+            let steps = steps.next().copied().unwrap_or(1);
+            dynamics.advance(state, &torque, stretch.period, usize::from(steps));
+            drift.iter_mut().for_each(|d| *d *= left);
+        }
+    }
+    cost
+}
+
+/// Returns the state at the start of a stretch, \[3 rows\].
+fn start(rows: usize, stretch: &Stretch, unknowns: &Unknowns, z: &[f64]) -> Vec<f64> {
+    let mut x = stretch.start.clone();
+    unknowns.shift_start(z, &mut x);
+    x.resize(3 * rows, 0.0);
+    x
+}
+
+fn measured(x: &[f64], of: &[(usize, f64)]) -> f64 {
+    of.iter()
+        .map(|&(coordinate, weight)| weight * x[coordinate])
+        .sum()
+}
+
+/// Writes the torque of a sample with its disturbance.
+fn disturbed(stretch: &Stretch, k: usize, drift: &[f64], torque: &mut [f64]) {
+    let rows = drift.len();
+    let own = &stretch.torque[k * rows..(k + 1) * rows];
+    for (sum, (tau, drift)) in torque.iter_mut().zip(own.iter().zip(drift)) {
+        *sum = tau + drift;
+    }
+}
+
+/// State and covariance on their way.
+struct Filter<'a> {
+    rows: usize,
+    levels: &'a Levels,
+    x: Vec<f64>,
+    // Covariance, [3 rows × 3 rows], symmetric.
+    covariance: Vec<f64>,
+    // Of the last measurement.
+    column: Vec<f64>,
+    gains: Vec<f64>,
+    deviation: f64,
+    row: Vec<f64>,
+    product: Vec<f64>,
+    torque: Vec<f64>,
+}
+
+impl<'a> Filter<'a> {
+    fn new(
+        rows: usize,
+        stretch: &Stretch,
+        unknowns: &Unknowns,
+        z: &[f64],
+        levels: &'a Levels,
+    ) -> Self {
+        let states = 3 * rows;
+        Self {
+            rows,
+            x: start(rows, stretch, unknowns, z),
+            covariance: start_covariance(rows, stretch, levels),
+            levels,
+            column: vec![0.0; states],
+            gains: vec![0.0; states],
+            deviation: 1.0,
+            row: vec![0.0; unknowns.columns()],
+            product: vec![0.0; 2 * rows * states],
+            torque: vec![0.0; rows],
+        }
+    }
+
+    fn measured(&self, of: &[(usize, f64)]) -> f64 {
+        measured(&self.x, of)
+    }
+
+    /// Writes the gains of a measurement and takes it into the covariance.
+    fn gain(&mut self, of: &[(usize, f64)], variance: f64) {
+        let variance = update(&mut self.covariance, of, variance, &mut self.column);
+        self.deviation = variance.sqrt();
+        for (gain, column) in self.gains.iter_mut().zip(&self.column) {
+            *gain = column / variance;
+        }
+    }
+
+    fn correct(&mut self, innovation: f64) {
+        add(&mut self.x, innovation, &self.gains);
+    }
+
+    /// Moves on by a period; returns the steps of the integration.
+    fn predict(
+        &mut self,
+        dynamics: &mut Dynamics<'_>,
+        stretch: &Stretch,
+        k: usize,
+        (tangent, sensitivity): (&mut Tangent, &mut [f64]),
+        unknowns: &Unknowns,
+        stored: Option<&mut Vec<f64>>,
+    ) -> usize {
+        let (rows, count) = (self.rows, unknowns.columns());
+        let (period, left) = (stretch.period, decay(stretch.period));
+        let (state, drift) = self.x.split_at_mut(2 * rows);
+        disturbed(stretch, k, drift, &mut self.torque);
+        let steps = dynamics.steps(state, &self.torque, period);
+        let width = tangent.columns;
+        let own = 3 * rows;
+        for (i, row) in tangent.state.chunks_mut(width).enumerate() {
+            row[..own].fill(0.0);
+            row[i] = 1.0;
+            row[own..].copy_from_slice(&sensitivity[i * count..(i + 1) * count]);
+        }
+        for (i, row) in tangent.torque.chunks_mut(width).enumerate() {
+            row[..own].fill(0.0);
+            row[2 * rows + i] = 1.0;
+            let at = (2 * rows + i) * count;
+            row[own..].copy_from_slice(&sensitivity[at..at + count]);
+            unknowns.torque(&mut row[own..], stretch, k, i);
+        }
+        dynamics.advance_tangent(state, &self.torque, period, steps, tangent);
+        drift.iter_mut().for_each(|d| *d *= left);
+        for (i, row) in tangent.state.chunks(width).enumerate() {
+            sensitivity[i * count..(i + 1) * count].copy_from_slice(&row[own..]);
+        }
+        sensitivity[2 * rows * count..]
+            .iter_mut()
+            .for_each(|s| *s *= left);
+        let transition = tangent.state.chunks(width).map(|row| &row[..own]);
+        propagate(
+            &mut self.covariance,
+            transition.clone(),
+            &mut self.product,
+            left,
+        );
+        disturb(&mut self.covariance, transition.clone(), self.levels, left);
+        if let Some(stored) = stored {
+            transition.for_each(|row| stored.extend_from_slice(row));
+        }
+        steps
+    }
+}
+
+/// Returns the covariance at the start of a stretch, \[3 rows × 3 rows\].
+pub(super) fn start_covariance(rows: usize, stretch: &Stretch, levels: &Levels) -> Vec<f64> {
+    let states = 3 * rows;
+    let mut covariance = vec![0.0; states * states];
+    let deviations = stretch.start_deviation.iter().chain(&levels.drift);
+    for (i, deviation) in deviations.enumerate() {
+        covariance[i * states + i] = deviation * deviation;
+    }
+    covariance
+}
+
+/// Takes a measurement into a covariance; writes the covariance of the state with
+/// it and returns its variance.
+pub(super) fn update(
+    covariance: &mut [f64],
+    of: &[(usize, f64)],
+    variance: f64,
+    column: &mut [f64],
+) -> f64 {
+    let states = column.len();
+    column.fill(0.0);
+    for &(coordinate, weight) in of {
+        let row = &covariance[coordinate * states..(coordinate + 1) * states];
+        add(column, weight, row);
+    }
+    let variance = variance + measured(column, of);
+    for (row, own) in covariance.chunks_mut(states).zip(&*column) {
+        if *own != 0.0 {
+            add(row, -own / variance, column);
+        }
+    }
+    variance
+}
+
+/// Carries a covariance over a period: `F P F^T`, where the disturbances decay.
+///
+/// - `transition`: rows of \[2 rows × 3 rows\].
+/// - `product`: memory, \[2 rows × 3 rows\].
+pub(super) fn propagate<'t>(
+    covariance: &mut [f64],
+    transition: impl Iterator<Item = &'t [f64]> + Clone,
+    product: &mut [f64],
+    left: f64,
+) {
+    let moving = transition.clone().count();
+    let states = moving + moving / 2;
+    product.fill(0.0);
+    for (out, row) in product.chunks_mut(states).zip(transition.clone()) {
+        for (factor, row) in row.iter().zip(covariance.chunks(states)) {
+            if *factor != 0.0 {
+                add(out, *factor, row);
+            }
+        }
+    }
+    for i in 0..moving {
+        let own = &product[i * states..(i + 1) * states];
+        for (j, row) in transition.clone().take(i + 1).enumerate() {
+            let entry: f64 = own.iter().zip(row).map(|(a, b)| a * b).sum();
+            covariance[i * states + j] = entry;
+            covariance[j * states + i] = entry;
+        }
+        for j in moving..states {
+            let entry = left * own[j];
+            covariance[i * states + j] = entry;
+            covariance[j * states + i] = entry;
+        }
+    }
+    for row in covariance[moving * states..].chunks_mut(states) {
+        row[moving..].iter_mut().for_each(|x| *x *= left * left);
+    }
+}
+
+/// Adds what the disturbances of a period add to a covariance.
+pub(super) fn disturb<'t>(
+    covariance: &mut [f64],
+    transition: impl Iterator<Item = &'t [f64]> + Clone,
+    levels: &Levels,
+    left: f64,
+) {
+    let moving = transition.clone().count();
+    let states = moving + moving / 2;
+    for (source, white) in levels.white.iter().enumerate() {
+        if *white > 0.0 {
+            add_white(covariance, transition.clone(), source, white * white);
+        }
+    }
+    for (i, drift) in levels.drift.iter().enumerate() {
+        covariance[(moving + i) * (states + 1)] += drift * drift * (1.0 - left * left);
+    }
+}
+
+/// Adds the variance of one row's held torque to a covariance.
+pub(super) fn add_white<'t>(
+    covariance: &mut [f64],
+    transition: impl Iterator<Item = &'t [f64]> + Clone,
+    source: usize,
+    variance: f64,
+) {
+    let moving = transition.clone().count();
+    let states = moving + moving / 2;
+    for (i, a) in transition.clone().enumerate() {
+        let scaled = variance * a[moving + source];
+        if scaled != 0.0 {
+            for (j, b) in transition.clone().enumerate() {
+                covariance[i * states + j] += scaled * b[moving + source];
+            }
+        }
+    }
+}

@@ -1,0 +1,210 @@
+//! From a start to the parameters of the greatest likelihood.
+//!
+//! A Gauss-Newton step holds the filter's gains; the next run makes them anew, and
+//! the levels of the disturbances with them. For any gains the innovations at the
+//! true parameters do not correlate with their derivatives, so gains decide how
+//! precise the estimate is, not whether it is right.
+
+use sprung_core::parameters::JointParameter;
+
+use super::dynamics::Dynamics;
+use super::kalman::{Levels, Normal, Outcome, Schedule, Wanted, replay, run};
+use super::noise::{About, Search, search};
+use super::record::Record;
+use super::solve::{damped_step, length};
+use super::unknowns::Unknowns;
+use crate::model::Model;
+
+/// Runs of the filter, at most.
+const RUNS: usize = 30;
+
+/// Runs before levels are searched: innovations of a poor start are not noise.
+const FIRST: usize = 2;
+
+/// A step is small if it is this long in standard errors per square root of the
+/// number of unknowns, or saves less than this of the cost.
+const SHORT: f64 = 0.02;
+const SAVED: f64 = 1e-3;
+
+/// A search of the levels that gains less than this has ended.
+const SETTLED: f64 = 0.5;
+
+/// Dampings that are tried before a step is given up.
+const TRIES: usize = 8;
+
+/// Memory that transitions take at most, in numbers.
+const KEPT: usize = 6_000_000;
+
+/// What there is to find.
+pub(super) struct Problem<'a> {
+    pub(super) model: &'a Model,
+    pub(super) record: &'a Record,
+    pub(super) unknowns: &'a Unknowns,
+    pub(super) search: &'a Search,
+}
+
+/// Where a descent ended.
+#[derive(Clone, Debug)]
+pub(super) struct Descent {
+    pub(super) z: Vec<f64>,
+    pub(super) levels: Levels,
+    pub(super) outcome: Outcome,
+    pub(super) runs: usize,
+    pub(super) converged: bool,
+    /// Part of its standard error by which each unknown moved last.
+    pub(super) moved: Vec<f64>,
+}
+
+impl Problem<'_> {
+    /// Adds what is known of the offsets before, and returns its cost.
+    pub(super) fn with_prior(&self, z: &[f64], normal: &mut Normal) -> f64 {
+        let first = self.unknowns.free.len();
+        let mut cost = 0.0;
+        for (i, offset) in self.unknowns.offsets.iter().enumerate() {
+            let weight = offset.deviation.powi(-2);
+            let at = first + i;
+            normal.information[at * (normal.count + 1)] += weight;
+            normal.gradient[at] += weight * z[at];
+            cost += weight * z[at] * z[at];
+        }
+        cost
+    }
+
+    fn prior_cost(&self, z: &[f64]) -> f64 {
+        let values = &z[self.unknowns.free.len()..];
+        let offsets = self.unknowns.offsets.iter().zip(values);
+        offsets
+            .map(|(offset, value)| (value / offset.deviation).powi(2))
+            .sum()
+    }
+
+    /// Returns whether the parameters are those of a robot, as far as can be said
+    /// without moving it.
+    fn feasible(&self, z: &[f64]) -> bool {
+        let parameters = self.model.parameters();
+        self.unknowns.free.iter().zip(z).all(|(&index, value)| {
+            let vital = parameters[index].joint.is_some_and(|(kind, joint)| {
+                kind.is_vital()
+                    && !(kind == JointParameter::RotorInertia && !self.model.is_flexible(joint))
+            });
+            value.is_finite() && (!vital || *value > 0.0)
+        })
+    }
+
+    /// Goes down from a start.
+    ///
+    /// - `progress`: called with the number of runs so far.
+    ///
+    /// Returns nothing if the filter does not follow the log from there.
+    pub(super) fn descend(
+        &self,
+        z: &[f64],
+        levels: &Levels,
+        progress: &mut dyn FnMut(usize),
+    ) -> Option<Descent> {
+        let Self {
+            model,
+            record,
+            unknowns,
+            search: levels_of,
+        } = self;
+        let mut dynamics = Dynamics::new(model, &unknowns.theta(z));
+        let rows = model.rows();
+        let wanted = Wanted {
+            transitions: KEPT / (6 * rows * rows),
+            growing: 0,
+        };
+        let (mut z, mut levels) = (z.to_vec(), levels.clone());
+        let mut damping = 1e-3;
+        let mut settled = false;
+        let mut moved = vec![0.0; z.len()];
+        for runs in 1..=RUNS {
+            progress(runs);
+            let (mut outcome, schedule) =
+                run(record, &mut dynamics, unknowns, &z, &levels, wanted)?;
+            let cost = outcome.cost + self.with_prior(&z, &mut outcome.normal);
+            let step = self.step(
+                &mut dynamics,
+                &z,
+                &outcome.normal,
+                cost,
+                &schedule,
+                &mut damping,
+            );
+            let short = match &step {
+                None => true,
+                Some((step, saved)) => {
+                    let information = &outcome.normal.information;
+                    for (i, (moved, step)) in moved.iter_mut().zip(step).enumerate() {
+                        let diagonal = information[i * (outcome.normal.count + 1)];
+                        *moved = step * diagonal.sqrt();
+                    }
+                    length(information, step) < SHORT * (z.len() as f64).sqrt() || *saved < SAVED
+                }
+            };
+            if short && settled {
+                return Some(Descent {
+                    z,
+                    levels,
+                    outcome,
+                    runs,
+                    converged: true,
+                    moved,
+                });
+            }
+            if runs == RUNS {
+                return Some(Descent {
+                    z,
+                    levels,
+                    outcome,
+                    runs,
+                    converged: false,
+                    moved,
+                });
+            }
+            if let Some((step, _)) = step {
+                super::dynamics::add(&mut z, 1.0, &step);
+            }
+            if runs >= FIRST || short {
+                let about = About {
+                    record,
+                    schedule: &schedule,
+                    samples: wanted.transitions,
+                };
+                let (found, gain) = search(&about, levels_of, &levels);
+                settled = gain < SETTLED;
+                levels = found;
+            }
+        }
+        None
+    }
+
+    /// Returns a step that lowers the cost with the gains held, and by how much;
+    /// nothing if there is none.
+    fn step(
+        &self,
+        dynamics: &mut Dynamics<'_>,
+        z: &[f64],
+        normal: &Normal,
+        cost: f64,
+        schedule: &Schedule,
+        damping: &mut f64,
+    ) -> Option<(Vec<f64>, f64)> {
+        for _ in 0..TRIES {
+            let step = damped_step(&normal.information, &normal.gradient, *damping);
+            if let Some(step) = step {
+                let at: Vec<f64> = z.iter().zip(&step).map(|(x, d)| x + d).collect();
+                if self.feasible(&at) {
+                    let there = replay(self.record, dynamics, self.unknowns, &at, schedule)
+                        + self.prior_cost(&at);
+                    if there < cost {
+                        *damping = (*damping / 10.0).max(1e-9);
+                        return Some((step, cost - there));
+                    }
+                }
+            }
+            *damping = (*damping * 8.0).max(1e-4);
+        }
+        None
+    }
+}

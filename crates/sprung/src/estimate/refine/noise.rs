@@ -1,0 +1,369 @@
+//! The levels of the disturbances, found by maximum likelihood.
+//!
+//! The filter is linear about the last trajectory, so its likelihood and the exact
+//! derivatives of it with respect to the levels follow from recursions for the
+//! state, the covariance and their derivatives. A step is one of Fisher scoring.
+
+use rayon::prelude::*;
+
+use super::dynamics::add;
+use super::kalman::{Levels, Schedule, add_white, decay, propagate, start_covariance, update};
+use super::record::Record;
+use super::solve::damped_step;
+
+/// Bounds of a level, as parts of the torque's standard deviation: more than the
+/// upper one is not a disturbance but a torque that the model does not explain.
+pub(super) const LOWEST: f64 = 1e-4;
+pub(super) const HIGHEST: f64 = 0.1;
+
+/// Steps of scoring, and the largest change of a logarithm in one.
+const STEPS: usize = 6;
+const STRIDE: f64 = 1.5;
+
+/// A step that promises less than this of the likelihood's logarithm ends the
+/// search: the estimate does not feel it.
+const ENOUGH: f64 = 0.1;
+
+/// Levels that one thread differentiates by.
+const SHARE: usize = 4;
+
+/// A level: white noise or drift of a row.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Level {
+    White(usize),
+    Drift(usize),
+}
+
+/// Levels that are searched, and their bounds.
+#[derive(Clone, Debug)]
+pub(super) struct Search {
+    pub(super) all: Vec<Level>,
+    bounds: Vec<(f64, f64)>,
+}
+
+impl Search {
+    /// - `white`: whether each row has white noise that is unknown.
+    pub(super) fn new(record: &Record, white: &[bool]) -> Self {
+        let scales = &record.torque_scale;
+        let noisy = white.iter().enumerate().filter(|(_, white)| **white);
+        let all: Vec<Level> = noisy
+            .map(|(row, _)| Level::White(row))
+            .chain((0..scales.len()).map(Level::Drift))
+            .collect();
+        let bounds = all.iter().map(|level| {
+            let (Level::White(row) | Level::Drift(row)) = *level;
+            (LOWEST * scales[row], HIGHEST * scales[row])
+        });
+        Self {
+            bounds: bounds.collect(),
+            all,
+        }
+    }
+
+    fn logs(&self, levels: &Levels) -> Vec<f64> {
+        let of = |level: &Level| match *level {
+            Level::White(row) => levels.white[row],
+            Level::Drift(row) => levels.drift[row],
+        };
+        self.all.iter().map(|level| of(level).ln()).collect()
+    }
+
+    fn levels(&self, from: &Levels, logs: &[f64]) -> Levels {
+        let mut levels = from.clone();
+        for ((level, log), (low, high)) in self.all.iter().zip(logs).zip(&self.bounds) {
+            let value = log.exp().clamp(*low, *high);
+            match *level {
+                Level::White(row) => levels.white[row] = value,
+                Level::Drift(row) => levels.drift[row] = value,
+            }
+        }
+        levels
+    }
+
+    /// Returns the levels that ended at their upper bound.
+    pub(super) fn at_bound<'a>(&'a self, levels: &'a Levels) -> impl Iterator<Item = Level> + 'a {
+        let values = self.logs(levels);
+        (self.all.iter().zip(&self.bounds).zip(values))
+            .filter(|((_, (_, high)), log)| log.exp() > 0.99 * high)
+            .map(|((level, _), _)| *level)
+    }
+}
+
+/// What all levels of a group say of each measurement.
+struct Group {
+    /// Variance and value of each innovation.
+    innovations: Vec<(f64, f64)>,
+    /// Their derivatives with respect to the logarithms of the levels,
+    /// \[measurements × levels\].
+    derivatives: Vec<(f64, f64)>,
+}
+
+/// A covariance's derivative and that of the state's deviation.
+struct Derivative {
+    level: Level,
+    /// Twice the variance: the derivative of a square by a logarithm.
+    strength: f64,
+    covariance: Vec<f64>,
+    deviation: Vec<f64>,
+    column: Vec<f64>,
+}
+
+/// The innovations of a run about which the likelihood is linear.
+#[derive(Clone, Copy)]
+pub(super) struct About<'a> {
+    pub(super) record: &'a Record,
+    pub(super) schedule: &'a Schedule,
+    /// Samples whose transitions are kept.
+    pub(super) samples: usize,
+}
+
+impl About<'_> {
+    /// Returns minus the logarithm of the likelihood at some levels, its gradient
+    /// and its expected curvature.
+    fn likelihood(&self, search: &Search, levels: &Levels) -> (f64, Vec<f64>, Vec<f64>) {
+        let groups: Vec<Group> = (search.all.par_chunks(SHARE))
+            .map(|share| self.group(share, levels))
+            .collect();
+        let count = search.all.len();
+        let mut loss = 0.0;
+        let mut gradient = vec![0.0; count];
+        let mut curvature = vec![0.0; count * count];
+        let measurements = groups.first().map_or(0, |group| group.innovations.len());
+        let mut all = Vec::with_capacity(count);
+        for at in 0..measurements {
+            let (variance, innovation) = groups[0].innovations[at];
+            loss += 0.5 * (innovation * innovation / variance + variance.ln());
+            all.clear();
+            for group in &groups {
+                let own = group.derivatives.len() / measurements;
+                all.extend_from_slice(&group.derivatives[at * own..(at + 1) * own]);
+            }
+            let square = innovation * innovation / variance;
+            for (i, (ds, de)) in all.iter().enumerate() {
+                gradient[i] += innovation * de / variance + 0.5 * ds / variance * (1.0 - square);
+                for (j, (other_ds, other_de)) in all[..=i].iter().enumerate() {
+                    curvature[i * count + j] +=
+                        0.5 * ds * other_ds / (variance * variance) + de * other_de / variance;
+                }
+            }
+        }
+        (loss, gradient, curvature)
+    }
+
+    fn group(&self, share: &[Level], levels: &Levels) -> Group {
+        let rows = levels.drift.len();
+        let states = 3 * rows;
+        let mut group = Group {
+            innovations: Vec::new(),
+            derivatives: Vec::new(),
+        };
+        let mut product = vec![0.0; 2 * rows * states];
+        let mut column = vec![0.0; states];
+        let mut transitions = self.schedule.transitions.chunks(2 * rows * states);
+        let mut measured = self.schedule.measured(states);
+        let mut left = self.samples;
+        for stretch in &self.record.stretches {
+            if left == 0 {
+                break;
+            }
+            let decay = decay(stretch.period);
+            let mut covariance = start_covariance(rows, stretch, levels);
+            let mut deviation = vec![0.0; states];
+            let mut derivatives: Vec<Derivative> = (share.iter())
+                .map(|level| Derivative::new(*level, levels, states))
+                .collect();
+            for k in 0..stretch.samples().min(left) {
+                for event in &stretch.events[stretch.first[k]..stretch.first[k + 1]] {
+                    let Some((gains, before)) = measured.next() else {
+                        return group;
+                    };
+                    let of = &self.record.sensors[event.sensor].of;
+                    let innovation = before - of_state(&deviation, of);
+                    let variance = update(&mut covariance, of, event.variance, &mut column);
+                    group.innovations.push((variance, innovation));
+                    for derivative in &mut derivatives {
+                        let both = derivative.measure(of, &column, variance, innovation);
+                        group.derivatives.push(both);
+                    }
+                    // The state moves by its own gain; the run moved by its.
+                    add(&mut deviation, innovation / variance, &column);
+                    add(&mut deviation, -before, gains);
+                }
+                let Some(transition) = transitions.next() else {
+                    return group;
+                };
+                let transition = transition.chunks(states);
+                propagate(&mut covariance, transition.clone(), &mut product, decay);
+                super::kalman::disturb(&mut covariance, transition.clone(), levels, decay);
+                carry(&mut deviation, transition.clone(), decay);
+                for derivative in &mut derivatives {
+                    derivative.predict(transition.clone(), &mut product, decay);
+                }
+            }
+            left -= stretch.samples().min(left);
+        }
+        group
+    }
+}
+
+fn of_state(x: &[f64], of: &[(usize, f64)]) -> f64 {
+    of.iter()
+        .map(|&(coordinate, weight)| weight * x[coordinate])
+        .sum()
+}
+
+/// Carries a deviation of the state over a period.
+fn carry<'t>(x: &mut [f64], transition: impl Iterator<Item = &'t [f64]>, decay: f64) {
+    let moved: Vec<f64> = transition
+        .map(|row| row.iter().zip(&*x).map(|(a, b)| a * b).sum())
+        .collect();
+    let (moving, drift) = x.split_at_mut(moved.len());
+    moving.copy_from_slice(&moved);
+    drift.iter_mut().for_each(|d| *d *= decay);
+}
+
+impl Derivative {
+    fn new(level: Level, levels: &Levels, states: usize) -> Self {
+        let rows = states / 3;
+        let mut covariance = vec![0.0; states * states];
+        let strength = match level {
+            Level::White(row) => 2.0 * levels.white[row].powi(2),
+            Level::Drift(row) => {
+                let strength = 2.0 * levels.drift[row].powi(2);
+                covariance[(2 * rows + row) * (states + 1)] = strength;
+                strength
+            }
+        };
+        Self {
+            level,
+            strength,
+            covariance,
+            deviation: vec![0.0; states],
+            column: vec![0.0; states],
+        }
+    }
+
+    /// Takes a measurement; returns the derivatives of the innovation's variance
+    /// and of itself.
+    ///
+    /// - `column`: covariance of the state with the measurement.
+    fn measure(
+        &mut self,
+        of: &[(usize, f64)],
+        column: &[f64],
+        variance: f64,
+        innovation: f64,
+    ) -> (f64, f64) {
+        let states = column.len();
+        self.column.fill(0.0);
+        for &(coordinate, weight) in of {
+            let row = &self.covariance[coordinate * states..(coordinate + 1) * states];
+            add(&mut self.column, weight, row);
+        }
+        let of_variance = of_state(&self.column, of);
+        let of_innovation = -of_state(&self.deviation, of);
+        // P - c c^T / s: its derivative is that of the product.
+        let part = of_variance / variance;
+        for (i, row) in self.covariance.chunks_mut(states).enumerate() {
+            let (own, of_own) = (column[i] / variance, self.column[i] / variance);
+            add(row, part * own - of_own, column);
+            add(row, -own, &self.column);
+        }
+        // x + c e / s, likewise.
+        let of_factor = (of_innovation - part * innovation) / variance;
+        add(&mut self.deviation, of_factor, column);
+        add(&mut self.deviation, innovation / variance, &self.column);
+        (of_variance, of_innovation)
+    }
+
+    fn predict<'t>(
+        &mut self,
+        transition: impl Iterator<Item = &'t [f64]> + Clone,
+        product: &mut [f64],
+        decay: f64,
+    ) {
+        propagate(&mut self.covariance, transition.clone(), product, decay);
+        match self.level {
+            Level::White(row) => {
+                add_white(&mut self.covariance, transition.clone(), row, self.strength);
+            }
+            Level::Drift(row) => {
+                let states = self.column.len();
+                let own = 2 * states / 3 + row;
+                self.covariance[own * (states + 1)] += self.strength * (1.0 - decay * decay);
+            }
+        }
+        carry(&mut self.deviation, transition, decay);
+    }
+}
+
+/// Searches the levels of the greatest likelihood; returns them, and by how much
+/// its logarithm grew.
+pub(super) fn search(about: &About<'_>, search: &Search, from: &Levels) -> (Levels, f64) {
+    let mut logs = search.logs(from);
+    let mut levels = search.levels(from, &logs);
+    let (mut loss, mut gradient, mut curvature) = about.likelihood(search, &levels);
+    let first = loss;
+    for _ in 0..STEPS {
+        let Some((step, promised)) = search.step(&logs, &gradient, &curvature) else {
+            break;
+        };
+        if promised < ENOUGH {
+            break;
+        }
+        let mut part = 1.0;
+        let better = loop {
+            let at: Vec<f64> = logs.iter().zip(&step).map(|(x, d)| x + part * d).collect();
+            let there = search.levels(from, &at);
+            let found = about.likelihood(search, &there);
+            if found.0 < loss {
+                break Some((there, found));
+            }
+            part *= 0.25;
+            if part < 0.01 {
+                break None;
+            }
+        };
+        let Some((there, found)) = better else { break };
+        levels = there;
+        logs = search.logs(&levels);
+        (loss, gradient, curvature) = found;
+    }
+    (levels, first - loss)
+}
+
+impl Search {
+    /// Returns the step of scoring within the bounds, and what it promises.
+    fn step(&self, logs: &[f64], gradient: &[f64], curvature: &[f64]) -> Option<(Vec<f64>, f64)> {
+        let count = logs.len();
+        let mut held = vec![false; count];
+        loop {
+            let free: Vec<usize> = (0..count).filter(|i| !held[*i]).collect();
+            let part: Vec<f64> = (free.iter())
+                .flat_map(|&i| free.iter().map(move |&j| (i, j)))
+                .map(|(i, j)| curvature[i.max(j) * count + i.min(j)])
+                .collect();
+            let own: Vec<f64> = free.iter().map(|&i| gradient[i]).collect();
+            let step = damped_step(&part, &own, 1e-3)?;
+            let mut all = vec![0.0; count];
+            let mut hit = false;
+            for (&i, step) in free.iter().zip(&step) {
+                let (low, high) = self.bounds[i];
+                let target = logs[i] + step.clamp(-STRIDE, STRIDE);
+                let inside = target.clamp(low.ln(), high.ln());
+                all[i] = inside - logs[i];
+                // A level that stands at a bound and pulls outward is none.
+                let at_bound =
+                    (logs[i] - low.ln()).abs() < 1e-9 || (logs[i] - high.ln()).abs() < 1e-9;
+                if at_bound && all[i].abs() < 1e-9 && step.abs() > 1e-9 {
+                    held[i] = true;
+                    hit = true;
+                }
+            }
+            if !hit {
+                let promised: f64 = -all.iter().zip(gradient).map(|(d, g)| d * g).sum::<f64>();
+                return Some((all, 0.5 * promised));
+            }
+        }
+    }
+}

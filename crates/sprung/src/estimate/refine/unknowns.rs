@@ -1,0 +1,225 @@
+//! What the refinement estimates: parameters, offsets between encoders, delays.
+
+use super::record::{Record, Stretch};
+use crate::log::{Channels, Quantity};
+use crate::model::{Model, Theta};
+use sprung_core::parameters::JointParameter;
+
+/// A constant that one sensor reads too much.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Offset {
+    pub(super) sensor: usize,
+    /// Coordinate that starts where the sensor says.
+    coordinate: usize,
+    /// Standard deviation that is known before, rad (m).
+    pub(super) deviation: f64,
+}
+
+/// A delay whose effect is looked at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Late {
+    /// Of a sensor of positions.
+    Sensor(usize),
+    /// Of the torque on a row.
+    Torque(usize),
+}
+
+/// The unknowns: parameters that are not known, offsets, and delays.
+///
+/// Delays have columns but no values: what they do is linear only nearby, so that a
+/// record is made anew with every delay.
+#[derive(Clone, Debug)]
+pub(super) struct Unknowns {
+    /// Parameter vector with the known values.
+    known: Theta,
+    /// Index in theta of each unknown parameter.
+    pub(super) free: Vec<usize>,
+    pub(super) offsets: Vec<Offset>,
+    /// Channel of each delay, and what it does.
+    delays: Vec<(usize, Late)>,
+}
+
+impl Unknowns {
+    /// - `theta`: known values, and any for the others.
+    /// - `free`: indices of the others.
+    ///
+    /// A flexible joint without a preload of its own may have encoders that were
+    /// switched on anywhere within a count.
+    pub(super) fn new(
+        model: &Model,
+        channels: &Channels,
+        record: &Record,
+        theta: &[f64],
+        free: Vec<usize>,
+    ) -> Self {
+        let variance = |quantities: &[Quantity], joint: usize| -> f64 {
+            let own = |channel: usize| {
+                let channel = &channels.all[channel];
+                channel.joint == joint && quantities.contains(&channel.quantity)
+            };
+            let sensors = record.sensors.iter().filter(|s| own(s.channel));
+            sensors.map(|s| s.noise.variance()).sum()
+        };
+        let motors = |joint: usize| model.robot().motor_coordinate(joint);
+        let offsets = (0..model.joint_count())
+            .filter(|&joint| model.is_flexible(joint))
+            .filter(|&joint| model.index(JointParameter::Preload, joint).is_none())
+            .filter_map(|joint| {
+                // The sensor that stands for the difference of the two.
+                let of = |quantity: Quantity| {
+                    let index = channels.index(quantity, joint)?;
+                    record.sensors.iter().position(|s| s.channel == index)
+                };
+                let link = of(Quantity::LinkPosition);
+                let sensor = of(Quantity::LinkDeflection).or(link)?;
+                let both = [
+                    Quantity::LinkPosition,
+                    Quantity::LinkDeflection,
+                    Quantity::MotorPosition,
+                ];
+                Some(match link {
+                    Some(_) if record.sensors[sensor].of == [(joint, 1.0)] => Offset {
+                        sensor: of(Quantity::MotorPosition).unwrap_or(sensor),
+                        coordinate: motors(joint),
+                        deviation: variance(&both, joint).sqrt(),
+                    },
+                    _ => Offset {
+                        sensor,
+                        coordinate: joint,
+                        deviation: variance(&both, joint).sqrt(),
+                    },
+                })
+            })
+            .collect();
+        Self {
+            known: theta.to_vec(),
+            free,
+            offsets,
+            delays: Vec::new(),
+        }
+    }
+
+    /// Returns the same with a column for the delay of each channel.
+    pub(super) fn with_delays(
+        mut self,
+        model: &Model,
+        channels: &Channels,
+        record: &Record,
+    ) -> Self {
+        self.delays = (channels.all.iter().enumerate())
+            .filter_map(|(i, channel)| {
+                if channel.quantity == Quantity::MotorTorque {
+                    return Some((i, Late::Torque(model.torque_row(channel.joint))));
+                }
+                let sensor = record.sensors.iter().position(|s| s.channel == i)?;
+                Some((i, Late::Sensor(sensor)))
+            })
+            .collect();
+        self
+    }
+
+    /// Returns the channels whose delays have columns.
+    pub(super) fn delayed(&self) -> impl Iterator<Item = usize> {
+        self.delays.iter().map(|(channel, _)| *channel)
+    }
+
+    /// Returns the number of unknowns with values.
+    pub(super) fn values(&self) -> usize {
+        self.free.len() + self.offsets.len()
+    }
+
+    /// Returns the number of columns.
+    pub(super) fn columns(&self) -> usize {
+        self.values() + self.delays.len()
+    }
+
+    /// Returns the values that a parameter vector has, offsets zero.
+    pub(super) fn point(&self, theta: &[f64]) -> Vec<f64> {
+        let free = self.free.iter().map(|&i| theta[i]);
+        free.chain(self.offsets.iter().map(|_| 0.0)).collect()
+    }
+
+    /// Returns the parameter vector, \[p\].
+    pub(super) fn theta(&self, z: &[f64]) -> Theta {
+        let mut theta = self.known.clone();
+        for (&index, value) in self.free.iter().zip(z) {
+            theta[index] = *value;
+        }
+        theta
+    }
+
+    /// Returns the column of each parameter of theta, behind `before` others.
+    pub(super) fn places(&self, before: usize) -> Vec<Option<usize>> {
+        let mut places = vec![None; self.known.len()];
+        for (place, &index) in self.free.iter().enumerate() {
+            places[index] = Some(before + place);
+        }
+        places
+    }
+
+    /// Returns what a sensor reads too much, rad (m).
+    pub(super) fn offset(&self, z: &[f64], sensor: usize) -> f64 {
+        let own = self.offsets.iter().position(|o| o.sensor == sensor);
+        own.map_or(0.0, |i| z[self.free.len() + i])
+    }
+
+    /// Moves a start to where its sensors without their offsets say.
+    pub(super) fn shift_start(&self, z: &[f64], x: &mut [f64]) {
+        for (offset, value) in self.offsets.iter().zip(&z[self.free.len()..]) {
+            x[offset.coordinate] -= value;
+        }
+    }
+
+    /// Returns the derivatives of a start, \[3 rows × columns\].
+    pub(super) fn start(&self, _: &Record, rows: usize) -> Vec<f64> {
+        let count = self.columns();
+        let mut derivatives = vec![0.0; 3 * rows * count];
+        for (i, offset) in self.offsets.iter().enumerate() {
+            derivatives[offset.coordinate * count + self.free.len() + i] = -1.0;
+        }
+        derivatives
+    }
+
+    /// Writes the derivatives of an innovation.
+    ///
+    /// - `of_state`: the derivatives of a coordinate, \[columns\].
+    /// - `sums`: coordinates that the sensor measures.
+    /// - `velocity`: of the coordinates.
+    pub(super) fn innovation<'r, 's>(
+        &self,
+        row: &'r mut [f64],
+        sensor: usize,
+        of_state: impl Fn(usize) -> &'s [f64],
+        sums: &[(usize, f64)],
+        velocity: &[f64],
+    ) -> &'r [f64] {
+        row.fill(0.0);
+        for &(coordinate, weight) in sums {
+            super::dynamics::add(row, -weight, of_state(coordinate));
+        }
+        if let Some(i) = self.offsets.iter().position(|o| o.sensor == sensor) {
+            row[self.free.len() + i] -= 1.0;
+        }
+        for (i, (_, late)) in self.delays.iter().enumerate() {
+            if *late == Late::Sensor(sensor) {
+                let speed: f64 = sums.iter().map(|&(c, weight)| weight * velocity[c]).sum();
+                row[self.values() + i] += speed;
+            }
+        }
+        row
+    }
+
+    /// Adds the derivatives of the torque on a row with respect to delays.
+    pub(super) fn torque(&self, columns: &mut [f64], stretch: &Stretch, k: usize, row: usize) {
+        for (i, (_, late)) in self.delays.iter().enumerate() {
+            if *late == Late::Torque(row) {
+                let rows = stretch.torque.len() / stretch.samples();
+                let at = |k: usize| stretch.torque[k * rows + row];
+                let (before, after) = (k.saturating_sub(1), (k + 1).min(stretch.samples() - 1));
+                // A torque that was recorded late is that of a later sample.
+                let rate = (at(after) - at(before)) / ((after - before) as f64 * stretch.period);
+                columns[self.values() + i] += rate;
+            }
+        }
+    }
+}
