@@ -72,22 +72,26 @@ fn summary(runs: &[Vec<EstimateResult>], estimator: usize) -> Summary {
     }
 }
 
+fn env(name: &str, default: f64) -> f64 {
+    std::env::var(name).ok().and_then(|x| x.parse().ok()).unwrap_or(default)
+}
+
 #[test]
 fn refined_twin() {
+    let seeds = env("SEEDS", 4.0) as u64;
     for counts in [16384, 4096] {
         for motor in [0.0, 0.05] {
+            if env("COUNTS", f64::from(counts)) != f64::from(counts) || env("MOTOR", motor) != motor {
+                continue;
+            }
             let start = std::time::Instant::now();
-            let runs = runs(counts, motor, 0..4);
-            let elapsed = start.elapsed().as_secs_f64() / 4.0;
-            for estimator in 0..2 {
+            let runs = runs(counts, motor, 0..seeds);
+            let elapsed = start.elapsed().as_secs_f64() / seeds as f64;
+            for estimator in 1..2 {
                 let s = summary(&runs, estimator);
                 println!(
                     "{counts} counts, motor {motor} N·m, {}: median {:.3} %, worst {:.1} %, inside {:.0} %, {elapsed:.2} s, took {:.2}",
-                    runs[0][estimator].estimator,
-                    s.median,
-                    s.worst,
-                    s.coverage,
-                    runs[0][estimator].elapsed_s
+                    runs[0][estimator].estimator, s.median, s.worst, s.coverage, runs[0][estimator].elapsed_s
                 );
             }
         }

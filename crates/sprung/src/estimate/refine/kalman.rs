@@ -7,7 +7,7 @@
 //! inverted.
 
 use super::dynamics::{Dynamics, Tangent, add};
-use super::record::{Record, Stretch};
+use super::record::{Event, Record, Sensor, Stretch};
 use super::unknowns::Unknowns;
 
 /// Corner of the disturbances' spectrum, Hz. It is not tuned: at 0.3 Hz to 10 Hz
@@ -162,30 +162,29 @@ pub(super) fn run(
         for k in 0..stretch.samples() {
             for event in &stretch.events[stretch.first[k]..stretch.first[k + 1]] {
                 let sensor = &record.sensors[event.sensor];
-                let innovation =
-                    event.value - unknowns.offset(z, event.sensor) - filter.measured(&sensor.of);
-                filter.gain(&sensor.of, event.variance);
+                let of = seen(sensor, event, rows);
+                let expected = unknowns.offset(z, event.sensor) + measured(&filter.x, of.clone());
+                let innovation = event.value - expected;
+                filter.gain(of.clone(), event.variance);
                 let whitened = (innovation / filter.deviation).clamp(-OUTLIER, OUTLIER);
                 outcome.cost += whitened * whitened;
                 outcome.loss += 0.5 * whitened * whitened + filter.deviation.ln();
                 outcome.measurements += 1;
-                let row = unknowns.innovation(
-                    &mut filter.row,
-                    event.sensor,
-                    |coordinate| &sensitivity[coordinate * count..(coordinate + 1) * count],
-                    &sensor.of,
-                    &filter.x[rows..2 * rows],
-                );
+                filter.row.fill(0.0);
+                for (state, weight) in of {
+                    let own = &sensitivity[state * count..(state + 1) * count];
+                    add(&mut filter.row, -weight, own);
+                }
+                let velocity = &filter.x[rows..2 * rows];
+                unknowns.innovation(&mut filter.row, event.sensor, &sensor.of, velocity);
+                let row = &filter.row;
                 let variance = filter.deviation * filter.deviation;
                 outcome.normal.take(innovation, row, 1.0 / variance);
                 schedule.gains.extend_from_slice(&filter.gains);
                 schedule.innovations.push(innovation);
                 schedule.whitening.push(1.0 / filter.deviation);
-                for (gain, own) in filter
-                    .gains
-                    .iter()
-                    .zip(sensitivity.chunks_mut(count.max(1)))
-                {
+                let by_state = sensitivity.chunks_mut(count.max(1));
+                for (gain, own) in filter.gains.iter().zip(by_state) {
                     if *gain != 0.0 {
                         add(own, *gain, row);
                     }
@@ -242,8 +241,9 @@ pub(super) fn replay(
                     return f64::INFINITY;
                 };
                 let sensor = &record.sensors[event.sensor];
+                let of = seen(sensor, event, rows);
                 let innovation =
-                    event.value - unknowns.offset(z, event.sensor) - measured(&x, &sensor.of);
+                    event.value - unknowns.offset(z, event.sensor) - measured(&x, of);
                 let whitened = (innovation * whitening).clamp(-OUTLIER, OUTLIER);
                 cost += whitened * whitened;
                 add(&mut x, innovation, gains);
@@ -269,10 +269,22 @@ fn start(rows: usize, stretch: &Stretch, unknowns: &Unknowns, z: &[f64]) -> Vec<
     x
 }
 
-fn measured(x: &[f64], of: &[(usize, f64)]) -> f64 {
-    of.iter()
-        .map(|&(coordinate, weight)| weight * x[coordinate])
-        .sum()
+/// Returns the states that a measurement sees, and how much of each: coordinates,
+/// and their velocities since it was taken.
+pub(super) fn seen(
+    sensor: &Sensor,
+    event: &Event,
+    rows: usize,
+) -> impl Iterator<Item = (usize, f64)> + Clone {
+    let before = event.before;
+    let moved = move |&(coordinate, weight): &(usize, f64)| (rows + coordinate, -weight * before);
+    let velocities = sensor.of.iter().filter(move |_| before > 0.0).map(moved);
+    sensor.of.iter().copied().chain(velocities)
+}
+
+/// Returns the sum that a measurement sees.
+pub(super) fn measured(x: &[f64], of: impl Iterator<Item = (usize, f64)>) -> f64 {
+    of.map(|(state, weight)| weight * x[state]).sum()
 }
 
 /// Writes the torque of a sample with its disturbance.
@@ -323,12 +335,8 @@ impl<'a> Filter<'a> {
         }
     }
 
-    fn measured(&self, of: &[(usize, f64)]) -> f64 {
-        measured(&self.x, of)
-    }
-
     /// Writes the gains of a measurement and takes it into the covariance.
-    fn gain(&mut self, of: &[(usize, f64)], variance: f64) {
+    fn gain(&mut self, of: impl Iterator<Item = (usize, f64)> + Clone, variance: f64) {
         let variance = update(&mut self.covariance, of, variance, &mut self.column);
         self.deviation = variance.sqrt();
         for (gain, column) in self.gains.iter_mut().zip(&self.column) {
@@ -407,15 +415,14 @@ pub(super) fn start_covariance(rows: usize, stretch: &Stretch, levels: &Levels) 
 /// it and returns its variance.
 pub(super) fn update(
     covariance: &mut [f64],
-    of: &[(usize, f64)],
+    of: impl Iterator<Item = (usize, f64)> + Clone,
     variance: f64,
     column: &mut [f64],
 ) -> f64 {
     let states = column.len();
     column.fill(0.0);
-    for &(coordinate, weight) in of {
-        let row = &covariance[coordinate * states..(coordinate + 1) * states];
-        add(column, weight, row);
+    for (state, weight) in of.clone() {
+        add(column, weight, &covariance[state * states..(state + 1) * states]);
     }
     let variance = variance + measured(column, of);
     for (row, own) in covariance.chunks_mut(states).zip(&*column) {

@@ -7,7 +7,9 @@
 use rayon::prelude::*;
 
 use super::dynamics::add;
-use super::kalman::{Levels, Schedule, add_white, decay, propagate, start_covariance, update};
+use super::kalman::{
+    Levels, Schedule, add_white, decay, disturb, measured, propagate, seen, start_covariance, update,
+};
 use super::record::Record;
 use super::solve::damped_step;
 
@@ -160,7 +162,7 @@ impl About<'_> {
         let mut product = vec![0.0; 2 * rows * states];
         let mut column = vec![0.0; states];
         let mut transitions = self.schedule.transitions.chunks(2 * rows * states);
-        let mut measured = self.schedule.measured(states);
+        let mut events = self.schedule.measured(states);
         let mut left = self.samples;
         for stretch in &self.record.stretches {
             if left == 0 {
@@ -174,15 +176,15 @@ impl About<'_> {
                 .collect();
             for k in 0..stretch.samples().min(left) {
                 for event in &stretch.events[stretch.first[k]..stretch.first[k + 1]] {
-                    let Some((gains, before)) = measured.next() else {
+                    let Some((gains, before)) = events.next() else {
                         return group;
                     };
-                    let of = &self.record.sensors[event.sensor].of;
-                    let innovation = before - of_state(&deviation, of);
-                    let variance = update(&mut covariance, of, event.variance, &mut column);
+                    let of = seen(&self.record.sensors[event.sensor], event, rows);
+                    let innovation = before - measured(&deviation, of.clone());
+                    let variance = update(&mut covariance, of.clone(), event.variance, &mut column);
                     group.innovations.push((variance, innovation));
                     for derivative in &mut derivatives {
-                        let both = derivative.measure(of, &column, variance, innovation);
+                        let both = derivative.measure(of.clone(), &column, variance, innovation);
                         group.derivatives.push(both);
                     }
                     // The state moves by its own gain; the run moved by its.
@@ -194,7 +196,7 @@ impl About<'_> {
                 };
                 let transition = transition.chunks(states);
                 propagate(&mut covariance, transition.clone(), &mut product, decay);
-                super::kalman::disturb(&mut covariance, transition.clone(), levels, decay);
+                disturb(&mut covariance, transition.clone(), levels, decay);
                 carry(&mut deviation, transition.clone(), decay);
                 for derivative in &mut derivatives {
                     derivative.predict(transition.clone(), &mut product, decay);
@@ -204,12 +206,6 @@ impl About<'_> {
         }
         group
     }
-}
-
-fn of_state(x: &[f64], of: &[(usize, f64)]) -> f64 {
-    of.iter()
-        .map(|&(coordinate, weight)| weight * x[coordinate])
-        .sum()
 }
 
 /// Carries a deviation of the state over a period.
@@ -249,19 +245,19 @@ impl Derivative {
     /// - `column`: covariance of the state with the measurement.
     fn measure(
         &mut self,
-        of: &[(usize, f64)],
+        of: impl Iterator<Item = (usize, f64)> + Clone,
         column: &[f64],
         variance: f64,
         innovation: f64,
     ) -> (f64, f64) {
         let states = column.len();
         self.column.fill(0.0);
-        for &(coordinate, weight) in of {
-            let row = &self.covariance[coordinate * states..(coordinate + 1) * states];
+        for (state, weight) in of.clone() {
+            let row = &self.covariance[state * states..(state + 1) * states];
             add(&mut self.column, weight, row);
         }
-        let of_variance = of_state(&self.column, of);
-        let of_innovation = -of_state(&self.deviation, of);
+        let of_variance = measured(&self.column, of.clone());
+        let of_innovation = -measured(&self.deviation, of);
         // P - c c^T / s: its derivative is that of the product.
         let part = of_variance / variance;
         for (i, row) in self.covariance.chunks_mut(states).enumerate() {

@@ -61,6 +61,8 @@ pub(super) struct Event {
     pub(super) sensor: usize,
     pub(super) value: f64,
     pub(super) variance: f64,
+    /// How long before its sample it was taken, s.
+    pub(super) before: f64,
 }
 
 /// Consecutive samples.
@@ -261,29 +263,28 @@ pub(super) fn stretch(
         let velocity = velocity(cells, filter, period)?;
         // Where a sample of the channel stands among those of the stretch.
         let place = |k: f64| k - shift(delays[sensor.channel]) - begin as f64;
-        let mut put = |at: f64, value: f64, velocity: f64, variance: f64| {
+        let mut put = |at: f64, value: f64, variance: f64| {
             let sample = (at - 1e-9).ceil();
             if sample >= 0.0 && sample < samples as f64 {
-                let ahead = (sample - at) * period;
-                let value = value + velocity * ahead + sensor.offset;
                 found.push((
                     sample as usize,
                     Event {
                         sensor: index,
-                        value,
+                        value: value + sensor.offset,
                         variance,
+                        before: (sample - at).max(0.0) * period,
                     },
                 ));
             }
         };
         match sensor.noise {
             Noise::White(deviation) => {
-                for (k, (value, velocity)) in cells.iter().zip(&velocity).enumerate() {
-                    put(place(k as f64), *value, *velocity, deviation * deviation);
+                for (k, value) in cells.iter().enumerate() {
+                    put(place(k as f64), *value, deviation * deviation);
                 }
             }
-            Noise::Counts(step) => edges(cells, &velocity, step, period, |at, value, v, r| {
-                put(place(at), value, v, r);
+            Noise::Counts(step) => edges(cells, &velocity, step, period, |at, value, r| {
+                put(place(at), value, r);
             }),
         }
         let first = (begin as f64 + shift(delays[sensor.channel]))
@@ -330,40 +331,42 @@ fn velocity(cells: &[f64], filter: &Butterworth, period: f64) -> Option<Vec<f64>
     )
 }
 
-/// Visits what a counter says: place among the samples, position, velocity and
-/// variance there.
+/// Visits what a counter says: place among the samples, position and its
+/// variance.
+///
+/// Where the counter changes, the position halfway between two samples is the mean
+/// of both, whatever the number of counts between them: of all positions that lead
+/// to so many counts at this velocity it is the centre, and they span one count
+/// less the part by which the number differs from what the velocity says. Taking
+/// the later cell instead is wrong by up to half a count towards the motion, which
+/// looks like friction.
 fn edges(
     cells: &[f64],
     velocity: &[f64],
     step: f64,
     period: f64,
-    mut visit: impl FnMut(f64, f64, f64, f64),
+    mut visit: impl FnMut(f64, f64, f64),
 ) {
-    let whole = step * step / 12.0;
     let mut since = 0;
-    for k in 1..=cells.len() {
-        let change = cells.get(k).map_or(0.0, |cell| (cell - cells[k - 1]).abs());
-        let ends = k == cells.len();
-        if change < 0.5 * step && !ends {
+    for k in 0..cells.len() {
+        let counts = match cells.get(k + 1) {
+            Some(next) => (next - cells[k]) / step,
+            None => f64::INFINITY,
+        };
+        if counts.abs() < 0.5 {
             continue;
         }
         // A rest says once where the joint was, however long it was.
-        if k - since > RESTS {
-            let middle = usize::midpoint(since, k - 1);
-            visit(middle as f64, cells[middle], 0.0, whole);
+        if k - since >= RESTS {
+            let middle = usize::midpoint(since, k);
+            visit(middle as f64, cells[middle], step * step / 12.0);
         }
-        since = k;
-        if ends {
-            break;
-        }
-        if change < 1.5 * step {
-            // Within the period that ends with sample k.
-            let v = velocity[k];
-            let variance = (v * period).powi(2) / 12.0 + (EDGE * step).powi(2);
-            let edge = 0.5 * (cells[k] + cells[k - 1]);
-            visit(k as f64 - 0.5, edge, v, variance.min(whole));
-        } else {
-            visit(k as f64, cells[k], velocity[k], whole);
+        since = k + 1;
+        if let (Some(next), Some(ahead)) = (cells.get(k + 1), velocity.get(k + 1)) {
+            let moved = 0.5 * (velocity[k] + ahead) * period / step;
+            let width = (1.0 - (counts - moved).abs()).max(0.0);
+            let variance = (width * width / 12.0 + EDGE * EDGE) * step * step;
+            visit(k as f64 + 0.5, 0.5 * (cells[k] + next), variance);
         }
     }
 }

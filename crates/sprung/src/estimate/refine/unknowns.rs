@@ -180,33 +180,26 @@ impl Unknowns {
         derivatives
     }
 
-    /// Writes the derivatives of an innovation.
+    /// Adds to the derivatives of an innovation what offset and delay of its sensor
+    /// do.
     ///
-    /// - `of_state`: the derivatives of a coordinate, \[columns\].
-    /// - `sums`: coordinates that the sensor measures.
-    /// - `velocity`: of the coordinates.
-    pub(super) fn innovation<'r, 's>(
+    /// - `of`: coordinates that the sensor measures; `velocity`: of all.
+    pub(super) fn innovation(
         &self,
-        row: &'r mut [f64],
+        row: &mut [f64],
         sensor: usize,
-        of_state: impl Fn(usize) -> &'s [f64],
-        sums: &[(usize, f64)],
+        of: &[(usize, f64)],
         velocity: &[f64],
-    ) -> &'r [f64] {
-        row.fill(0.0);
-        for &(coordinate, weight) in sums {
-            super::dynamics::add(row, -weight, of_state(coordinate));
-        }
+    ) {
         if let Some(i) = self.offsets.iter().position(|o| o.sensor == sensor) {
             row[self.free.len() + i] -= 1.0;
         }
         for (i, (_, late)) in self.delays.iter().enumerate() {
             if *late == Late::Sensor(sensor) {
-                let speed: f64 = sums.iter().map(|&(c, weight)| weight * velocity[c]).sum();
+                let speed: f64 = of.iter().map(|&(c, weight)| weight * velocity[c]).sum();
                 row[self.values() + i] += speed;
             }
         }
-        row
     }
 
     /// Adds the derivatives of the torque on a row with respect to delays.
