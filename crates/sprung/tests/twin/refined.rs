@@ -9,7 +9,12 @@ use sprung::estimate::{EstimateResult, identify};
 use crate::support::{Twin, with_source};
 
 /// Results of both stages for some seeds.
-fn runs(counts: u32, motor: f64, seeds: std::ops::Range<u64>) -> Vec<Vec<EstimateResult>> {
+fn runs(
+    counts: u32,
+    motor: f64,
+    link: f64,
+    seeds: std::ops::Range<u64>,
+) -> Vec<Vec<EstimateResult>> {
     let mut twin = Twin::new();
     twin.experiment.identify.estimator = vec![Estimator::LeastSquares, Estimator::PredictionError];
     let run = |seed| {
@@ -18,6 +23,7 @@ fn runs(counts: u32, motor: f64, seeds: std::ops::Range<u64>) -> Vec<Vec<Estimat
         settings.link_encoder_counts_per_turn = vec![counts; 2];
         settings.motor_encoder_counts_per_turn = vec![counts; 2];
         settings.torque_disturbance_nm = vec![motor, motor / 5.0];
+        settings.link_torque_disturbance_nm = vec![link; 2];
         with_source(&twin.log(&settings), |source| {
             identify(&twin.experiment, &twin.model, &mut [source], &mut |_| ())
                 .unwrap()
@@ -73,25 +79,35 @@ fn summary(runs: &[Vec<EstimateResult>], estimator: usize) -> Summary {
 }
 
 fn env(name: &str, default: f64) -> f64 {
-    std::env::var(name).ok().and_then(|x| x.parse().ok()).unwrap_or(default)
+    std::env::var(name)
+        .ok()
+        .and_then(|x| x.parse().ok())
+        .unwrap_or(default)
 }
 
 #[test]
 fn refined_twin() {
     let seeds = env("SEEDS", 4.0) as u64;
     for counts in [16384, 4096] {
-        for motor in [0.0, 0.05] {
-            if env("COUNTS", f64::from(counts)) != f64::from(counts) || env("MOTOR", motor) != motor {
+        for (motor, link) in [(0.0, 0.0), (0.05, 0.0), (0.0, 0.01)] {
+            if env("COUNTS", f64::from(counts)) != f64::from(counts)
+                || env("MOTOR", motor) != motor
+                || env("LINK", link) != link
+            {
                 continue;
             }
             let start = std::time::Instant::now();
-            let runs = runs(counts, motor, 0..seeds);
+            let runs = runs(counts, motor, link, 0..seeds);
             let elapsed = start.elapsed().as_secs_f64() / seeds as f64;
             for estimator in 1..2 {
                 let s = summary(&runs, estimator);
                 println!(
-                    "{counts} counts, motor {motor} N·m, {}: median {:.3} %, worst {:.1} %, inside {:.0} %, {elapsed:.2} s, took {:.2}",
-                    runs[0][estimator].estimator, s.median, s.worst, s.coverage, runs[0][estimator].elapsed_s
+                    "{counts} counts, motor {motor} link {link} N·m, {}: median {:.3} %, worst {:.1} %, inside {:.0} %, {elapsed:.2} s, took {:.2}",
+                    runs[0][estimator].estimator,
+                    s.median,
+                    s.worst,
+                    s.coverage,
+                    runs[0][estimator].elapsed_s
                 );
             }
         }

@@ -10,22 +10,28 @@ use super::dynamics::{Dynamics, Tangent, add};
 use super::record::{Event, Record, Sensor, Stretch};
 use super::unknowns::Unknowns;
 
-/// Corner of the disturbances' spectrum, Hz. It is not tuned: at 0.3 Hz to 10 Hz
-/// the estimate hardly changes, and a low corner errs to wide intervals.
-const CORNER: f64 = 1.5;
-
-/// Levels of the disturbances, standard deviations in N·m (N), \[rows\].
+/// Levels of the disturbances.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Levels {
-    /// White noise of the torque, held for a period.
+    /// White noise of the torque, held for a period: standard deviation, N·m (N),
+    /// \[rows\].
     pub(super) white: Vec<f64>,
-    /// Disturbance with a first-order spectrum.
+    /// Disturbance with a first-order spectrum, likewise.
     pub(super) drift: Vec<f64>,
+    /// Corner of that spectrum, Hz.
+    pub(super) corner: f64,
 }
 
-/// Returns what is left of a disturbance after a period.
-pub(super) fn decay(period: f64) -> f64 {
-    (-std::f64::consts::TAU * CORNER * period).exp()
+impl Levels {
+    /// Returns what is left of a disturbance after a period, s.
+    pub(super) fn left_after(&self, period: f64) -> f64 {
+        Self::left(self.corner, period)
+    }
+
+    /// - `corner`: Hz.
+    pub(super) fn left(corner: f64, period: f64) -> f64 {
+        (-std::f64::consts::TAU * corner * period).exp()
+    }
 }
 
 /// What a filter run leaves for others that follow its gains.
@@ -39,6 +45,10 @@ pub(super) struct Schedule {
     innovations: Vec<f64>,
     /// Steps of the integration in each period.
     steps: Vec<u8>,
+    /// Corner of the disturbances, Hz, and what they were after each sample's
+    /// measurements, \[samples × rows\].
+    pub(super) corner: f64,
+    pub(super) drift: Vec<f64>,
     /// Derivatives of the state at the end of each period, of the first stretches:
     /// \[samples × 2 rows × 3 rows\].
     pub(super) transitions: Vec<f64>,
@@ -151,7 +161,10 @@ pub(super) fn run(
         normal: Normal::new(count),
         growing: Vec::new(),
     };
-    let mut schedule = Schedule::default();
+    let mut schedule = Schedule {
+        corner: levels.corner,
+        ..Schedule::default()
+    };
     let every = record.samples().div_ceil(wanted.growing.max(1)).max(1);
     let mut tangent = Tangent::new(rows, 3 * rows + count, unknowns.places(3 * rows));
     let mut before = 0;
@@ -195,6 +208,9 @@ pub(super) fn run(
                 return None;
             }
             let keep = before + k < wanted.transitions;
+            if keep {
+                schedule.drift.extend_from_slice(&filter.x[2 * rows..]);
+            }
             let stored = keep.then_some(&mut schedule.transitions);
             let steps = filter.predict(
                 dynamics,
@@ -233,7 +249,7 @@ pub(super) fn replay(
     let mut cost = 0.0;
     let mut torque = vec![0.0; rows];
     for stretch in &record.stretches {
-        let left = decay(stretch.period);
+        let left = Levels::left(schedule.corner, stretch.period);
         let mut x = start(rows, stretch, unknowns, z);
         for k in 0..stretch.samples() {
             for event in &stretch.events[stretch.first[k]..stretch.first[k + 1]] {
@@ -242,8 +258,7 @@ pub(super) fn replay(
                 };
                 let sensor = &record.sensors[event.sensor];
                 let of = seen(sensor, event, rows);
-                let innovation =
-                    event.value - unknowns.offset(z, event.sensor) - measured(&x, of);
+                let innovation = event.value - unknowns.offset(z, event.sensor) - measured(&x, of);
                 let whitened = (innovation * whitening).clamp(-OUTLIER, OUTLIER);
                 cost += whitened * whitened;
                 add(&mut x, innovation, gains);
@@ -359,7 +374,7 @@ impl<'a> Filter<'a> {
         stored: Option<&mut Vec<f64>>,
     ) -> usize {
         let (rows, count) = (self.rows, unknowns.columns());
-        let (period, left) = (stretch.period, decay(stretch.period));
+        let (period, left) = (stretch.period, self.levels.left_after(stretch.period));
         let (state, drift) = self.x.split_at_mut(2 * rows);
         disturbed(stretch, k, drift, &mut self.torque);
         let steps = dynamics.steps(state, &self.torque, period);
@@ -422,7 +437,11 @@ pub(super) fn update(
     let states = column.len();
     column.fill(0.0);
     for (state, weight) in of.clone() {
-        add(column, weight, &covariance[state * states..(state + 1) * states]);
+        add(
+            column,
+            weight,
+            &covariance[state * states..(state + 1) * states],
+        );
     }
     let variance = variance + measured(column, of);
     for (row, own) in covariance.chunks_mut(states).zip(&*column) {

@@ -15,6 +15,8 @@ mod newton;
 mod noise;
 mod record;
 mod solve;
+#[cfg(test)]
+mod tests;
 mod unknowns;
 
 use sprung_core::parameters::JointParameter;
@@ -233,6 +235,7 @@ fn first_levels(model: &Model, record: &Record, exact_torque: bool) -> Levels {
     Levels {
         white: of(if exact_torque { EXACT } else { START_MOTOR }, 0.0),
         drift: of(START_MOTOR, START_LINK),
+        corner: noise::CORNER,
     }
 }
 

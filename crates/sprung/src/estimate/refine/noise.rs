@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::dynamics::add;
 use super::kalman::{
-    Levels, Schedule, add_white, decay, disturb, measured, propagate, seen, start_covariance, update,
+    Levels, Schedule, add_white, disturb, measured, propagate, seen, start_covariance, update,
 };
 use super::record::Record;
 use super::solve::damped_step;
@@ -26,14 +26,21 @@ const STRIDE: f64 = 1.5;
 /// search: the estimate does not feel it.
 const ENOUGH: f64 = 0.1;
 
+/// Corner of the disturbances' spectrum that is expected, Hz, by which factor it may
+/// well differ, and its bounds: a log with little disturbance says nothing of it.
+pub(super) const CORNER: f64 = 1.5;
+const FACTOR: f64 = 3.0;
+const CORNERS: (f64, f64) = (0.2, 10.0);
+
 /// Levels that one thread differentiates by.
 const SHARE: usize = 4;
 
-/// A level: white noise or drift of a row.
+/// A level: white noise or drift of a row, or the corner of all drifts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Level {
     White(usize),
     Drift(usize),
+    Corner,
 }
 
 /// Levels that are searched, and their bounds.
@@ -51,10 +58,11 @@ impl Search {
         let all: Vec<Level> = noisy
             .map(|(row, _)| Level::White(row))
             .chain((0..scales.len()).map(Level::Drift))
+            .chain([Level::Corner])
             .collect();
-        let bounds = all.iter().map(|level| {
-            let (Level::White(row) | Level::Drift(row)) = *level;
-            (LOWEST * scales[row], HIGHEST * scales[row])
+        let bounds = all.iter().map(|level| match *level {
+            Level::White(row) | Level::Drift(row) => (LOWEST * scales[row], HIGHEST * scales[row]),
+            Level::Corner => CORNERS,
         });
         Self {
             bounds: bounds.collect(),
@@ -62,21 +70,23 @@ impl Search {
         }
     }
 
-    fn logs(&self, levels: &Levels) -> Vec<f64> {
+    pub(super) fn logs(&self, levels: &Levels) -> Vec<f64> {
         let of = |level: &Level| match *level {
             Level::White(row) => levels.white[row],
             Level::Drift(row) => levels.drift[row],
+            Level::Corner => levels.corner,
         };
         self.all.iter().map(|level| of(level).ln()).collect()
     }
 
-    fn levels(&self, from: &Levels, logs: &[f64]) -> Levels {
+    pub(super) fn levels(&self, from: &Levels, logs: &[f64]) -> Levels {
         let mut levels = from.clone();
         for ((level, log), (low, high)) in self.all.iter().zip(logs).zip(&self.bounds) {
             let value = log.exp().clamp(*low, *high);
             match *level {
                 Level::White(row) => levels.white[row] = value,
                 Level::Drift(row) => levels.drift[row] = value,
+                Level::Corner => levels.corner = value,
             }
         }
         levels
@@ -86,7 +96,7 @@ impl Search {
     pub(super) fn at_bound<'a>(&'a self, levels: &'a Levels) -> impl Iterator<Item = Level> + 'a {
         let values = self.logs(levels);
         (self.all.iter().zip(&self.bounds).zip(values))
-            .filter(|((_, (_, high)), log)| log.exp() > 0.99 * high)
+            .filter(|((level, (_, high)), log)| **level != Level::Corner && log.exp() > 0.99 * high)
             .map(|((level, _), _)| *level)
     }
 }
@@ -120,9 +130,9 @@ pub(super) struct About<'a> {
 }
 
 impl About<'_> {
-    /// Returns minus the logarithm of the likelihood at some levels, its gradient
-    /// and its expected curvature.
-    fn likelihood(&self, search: &Search, levels: &Levels) -> (f64, Vec<f64>, Vec<f64>) {
+    /// Returns minus the logarithm of the likelihood at some levels, that of what is
+    /// known of the corner included, its gradient and its expected curvature.
+    pub(super) fn likelihood(&self, search: &Search, levels: &Levels) -> (f64, Vec<f64>, Vec<f64>) {
         let groups: Vec<Group> = (search.all.par_chunks(SHARE))
             .map(|share| self.group(share, levels))
             .collect();
@@ -130,6 +140,12 @@ impl About<'_> {
         let mut loss = 0.0;
         let mut gradient = vec![0.0; count];
         let mut curvature = vec![0.0; count * count];
+        if let Some(at) = search.all.iter().position(|level| *level == Level::Corner) {
+            let (away, width) = ((levels.corner / CORNER).ln(), FACTOR.ln());
+            loss += 0.5 * (away / width).powi(2);
+            gradient[at] += away / width.powi(2);
+            curvature[at * (count + 1)] += width.powi(-2);
+        }
         let measurements = groups.first().map_or(0, |group| group.innovations.len());
         let mut all = Vec::with_capacity(count);
         for at in 0..measurements {
@@ -163,12 +179,16 @@ impl About<'_> {
         let mut column = vec![0.0; states];
         let mut transitions = self.schedule.transitions.chunks(2 * rows * states);
         let mut events = self.schedule.measured(states);
+        let mut drifts = self.schedule.drift.chunks(rows);
         let mut left = self.samples;
         for stretch in &self.record.stretches {
             if left == 0 {
                 break;
             }
-            let decay = decay(stretch.period);
+            let left_after = levels.left_after(stretch.period);
+            let change = left_after - Levels::left(self.schedule.corner, stretch.period);
+            // By the logarithm of the corner.
+            let slope = left_after * left_after.ln();
             let mut covariance = start_covariance(rows, stretch, levels);
             let mut deviation = vec![0.0; states];
             let mut derivatives: Vec<Derivative> = (share.iter())
@@ -195,11 +215,31 @@ impl About<'_> {
                     return group;
                 };
                 let transition = transition.chunks(states);
-                propagate(&mut covariance, transition.clone(), &mut product, decay);
-                disturb(&mut covariance, transition.clone(), levels, decay);
-                carry(&mut deviation, transition.clone(), decay);
+                let Some(drift) = drifts.next() else {
+                    return group;
+                };
+                let period = Period {
+                    transition: transition.clone(),
+                    left: left_after,
+                    slope,
+                    drift,
+                };
                 for derivative in &mut derivatives {
-                    derivative.predict(transition.clone(), &mut product, decay);
+                    derivative.predict(&period, &deviation, &mut product);
+                }
+                propagate(
+                    &mut covariance,
+                    transition.clone(),
+                    &mut product,
+                    left_after,
+                );
+                for derivative in &mut derivatives {
+                    derivative.follow(&covariance, levels, &period);
+                }
+                disturb(&mut covariance, transition.clone(), levels, left_after);
+                carry(&mut deviation, transition, left_after);
+                for (own, drift) in deviation[2 * rows..].iter_mut().zip(drift) {
+                    *own += change * drift;
                 }
             }
             left -= stretch.samples().min(left);
@@ -223,6 +263,7 @@ impl Derivative {
         let rows = states / 3;
         let mut covariance = vec![0.0; states * states];
         let strength = match level {
+            Level::Corner => 0.0,
             Level::White(row) => 2.0 * levels.white[row].powi(2),
             Level::Drift(row) => {
                 let strength = 2.0 * levels.drift[row].powi(2);
@@ -272,25 +313,80 @@ impl Derivative {
         (of_variance, of_innovation)
     }
 
-    fn predict<'t>(
+    /// Carries the derivatives over a period.
+    ///
+    /// - `deviation`: of the state before it.
+    fn predict<'t, T: Iterator<Item = &'t [f64]> + Clone>(
         &mut self,
-        transition: impl Iterator<Item = &'t [f64]> + Clone,
+        period: &Period<'_, T>,
+        deviation: &[f64],
         product: &mut [f64],
-        decay: f64,
     ) {
-        propagate(&mut self.covariance, transition.clone(), product, decay);
-        match self.level {
-            Level::White(row) => {
-                add_white(&mut self.covariance, transition.clone(), row, self.strength);
-            }
-            Level::Drift(row) => {
-                let states = self.column.len();
-                let own = 2 * states / 3 + row;
-                self.covariance[own * (states + 1)] += self.strength * (1.0 - decay * decay);
+        let rows = period.drift.len();
+        propagate(
+            &mut self.covariance,
+            period.transition.clone(),
+            product,
+            period.left,
+        );
+        carry(&mut self.deviation, period.transition.clone(), period.left);
+        if self.level == Level::Corner {
+            let all = deviation[2 * rows..].iter().zip(period.drift);
+            for (own, (away, drift)) in self.deviation[2 * rows..].iter_mut().zip(all) {
+                *own += period.slope * (away + drift);
             }
         }
-        carry(&mut self.deviation, transition, decay);
     }
+
+    /// Adds what the level itself does to the covariance.
+    ///
+    /// - `covariance`: after the period, before it was disturbed.
+    fn follow<'t, T: Iterator<Item = &'t [f64]> + Clone>(
+        &mut self,
+        covariance: &[f64],
+        levels: &Levels,
+        period: &Period<'_, T>,
+    ) {
+        let rows = period.drift.len();
+        let states = 3 * rows;
+        match self.level {
+            Level::White(row) => {
+                let transition = period.transition.clone();
+                add_white(&mut self.covariance, transition, row, self.strength);
+            }
+            Level::Drift(row) => {
+                let own = (2 * rows + row) * (states + 1);
+                self.covariance[own] += self.strength * (1.0 - period.left * period.left);
+            }
+            Level::Corner => {
+                // Rows and columns of the drifts hold the factor once, their own block
+                // twice.
+                let part = period.slope / period.left;
+                for i in 0..states {
+                    for j in 0..states {
+                        let times = u8::from(i >= 2 * rows) + u8::from(j >= 2 * rows);
+                        let at = i * states + j;
+                        self.covariance[at] += f64::from(times) * part * covariance[at];
+                    }
+                }
+                for (i, drift) in levels.drift.iter().enumerate() {
+                    let own = (2 * rows + i) * (states + 1);
+                    self.covariance[own] -= 2.0 * period.left * period.slope * drift * drift;
+                }
+            }
+        }
+    }
+}
+
+/// What a period does to state and covariance.
+struct Period<'p, T> {
+    transition: T,
+    /// What is left of a disturbance, and its derivative by the logarithm of the
+    /// corner.
+    left: f64,
+    slope: f64,
+    /// Disturbances of the run before the period.
+    drift: &'p [f64],
 }
 
 /// Searches the levels of the greatest likelihood; returns them, and by how much

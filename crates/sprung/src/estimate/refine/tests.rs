@@ -1,0 +1,245 @@
+//! The filter's derivatives against differences, on a short log of the demo's robot.
+
+use super::dynamics::{Dynamics, Tangent};
+use super::kalman::{Levels, Wanted, replay, run};
+use super::noise::{About, Search};
+use super::record::{Event, Noise, Record, Sensor, Stretch};
+use super::unknowns::Unknowns;
+use crate::demo;
+use crate::description::{self, no_files};
+use crate::log::Channels;
+use crate::model::{Model, Theta};
+
+struct Case {
+    model: Model,
+    channels: Channels,
+    record: Record,
+    theta: Theta,
+    levels: Levels,
+}
+
+impl Case {
+    /// Two stretches of a motion that torques push about, its positions measured a
+    /// little wrong.
+    fn new() -> Self {
+        let experiment =
+            description::read("experiment.toml", demo::EXPERIMENT, &[], &mut no_files).unwrap();
+        let model = Model::new(&experiment).unwrap();
+        let log = experiment.log.as_ref().unwrap();
+        let channels = Channels::new(&experiment.robot, log).unwrap();
+        let theta = model.theta(&toml::from_str(demo::TRUTH).unwrap()).unwrap();
+        let mut dynamics = Dynamics::new(&model, &theta);
+        let sensors = (0..4)
+            .map(|row| Sensor {
+                channel: row,
+                of: vec![(row, 1.0)],
+                offset: 0.0,
+                noise: Noise::Counts(1e-3),
+            })
+            .collect();
+        let period = 1e-3;
+        let mut stretches = Vec::new();
+        for part in 0..2 {
+            let mut x = vec![0.0, 0.1, 0.02, 0.1, 0.3, 0.0, 0.1, -0.1];
+            let start = x.clone();
+            let (mut torque, mut events, mut first) = (Vec::new(), Vec::new(), vec![0]);
+            for k in 0..300 {
+                let t = f64::from(k) * period + f64::from(part);
+                let tau = [0.0, 0.0, 3.0 * (9.0 * t).sin(), 0.2 * (14.0 * t).cos()];
+                for row in 0..4 {
+                    if (k + row) % 3 == 0 {
+                        let wrong = 1e-4 * f64::from((7 * k + 3 * row) % 5 - 2);
+                        events.push(Event {
+                            sensor: row as usize,
+                            value: x[row as usize] + wrong,
+                            variance: 1e-8,
+                            before: 0.0,
+                        });
+                    }
+                }
+                first.push(events.len());
+                torque.extend(tau);
+                let steps = dynamics.steps(&x, &tau, period);
+                dynamics.advance(&mut x, &tau, period, steps);
+            }
+            stretches.push(Stretch {
+                period,
+                torque,
+                events,
+                first,
+                start,
+                start_deviation: vec![1e-3, 1e-3, 1e-3, 1e-3, 0.1, 0.1, 0.1, 0.1],
+            });
+        }
+        Self {
+            model,
+            channels,
+            record: Record {
+                sensors,
+                stretches,
+                torque_scale: vec![2.0, 0.2, 2.0, 0.2],
+                left_out: false,
+            },
+            theta,
+            levels: Levels {
+                white: vec![0.0, 0.0, 0.02, 0.005],
+                drift: vec![0.004, 0.002, 0.03, 0.01],
+                corner: 2.0,
+            },
+        }
+    }
+
+    fn unknowns(&self) -> Unknowns {
+        let free = (0..self.theta.len()).collect();
+        Unknowns::new(&self.model, &self.channels, &self.record, &self.theta, free)
+    }
+}
+
+fn agree(found: f64, expected: f64, scale: f64, tolerance: f64, what: &str) {
+    assert!(
+        (found - expected).abs() < tolerance * scale.max(expected.abs()),
+        "{what}: {found} against {expected}"
+    );
+}
+
+#[test]
+fn tangent_is_the_limit_of_differences() {
+    let case = Case::new();
+    let rows = 4;
+    let mut dynamics = Dynamics::new(&case.model, &case.theta);
+    let places: Vec<Option<usize>> = (0..15).map(|i| Some(3 * rows + i)).collect();
+    let mut tangent = Tangent::new(rows, 3 * rows + 15, places);
+    let columns = tangent.columns;
+    for i in 0..2 * rows {
+        tangent.state[i * columns + i] = 1.0;
+    }
+    for i in 0..rows {
+        tangent.torque[i * columns + 2 * rows + i] = 1.0;
+    }
+    // One motor is within its Coulomb transition.
+    let x = [0.1, 0.4, 0.12, 0.43, 0.5, -0.3, 0.4, 0.004];
+    let torque = [0.01, -0.02, 1.0, 0.1];
+    let (period, steps) = (1e-3, 3);
+    let mut moved = x.to_vec();
+    dynamics.advance_tangent(&mut moved, &torque, period, steps, &mut tangent);
+    for column in 0..columns {
+        let mut at = |by: f64| {
+            let (mut x, mut torque, mut theta) = (x.to_vec(), torque, case.theta.clone());
+            let mut by = by;
+            if column < 2 * rows {
+                x[column] += by;
+            } else if column < 3 * rows {
+                torque[column - 2 * rows] += by;
+            } else {
+                by *= theta[column - 3 * rows];
+                theta[column - 3 * rows] += by;
+            }
+            dynamics.set(&theta);
+            dynamics.advance(&mut x, &torque, period, steps);
+            (x, by)
+        };
+        let ((after, up), (before, down)) = (at(1e-5), at(-1e-5));
+        for i in 0..2 * rows {
+            let difference = (after[i] - before[i]) / (up - down);
+            let found = tangent.state[i * columns + column];
+            agree(
+                found,
+                difference,
+                1e-3,
+                1e-5,
+                &format!("column {column} of state {i}"),
+            );
+        }
+    }
+}
+
+#[test]
+fn gradient_is_that_of_the_replayed_cost() {
+    let case = Case::new();
+    let unknowns = case.unknowns();
+    let mut dynamics = Dynamics::new(&case.model, &case.theta);
+    let mut z = unknowns.point(&case.theta);
+    for (i, z) in z.iter_mut().enumerate().take(15) {
+        *z *= 1.0 + 0.01 * (i as f64).sin();
+    }
+    z[15] = 2e-4;
+    let run = run(
+        &case.record,
+        &mut dynamics,
+        &unknowns,
+        &z,
+        &case.levels,
+        Wanted::default(),
+    );
+    let (outcome, schedule) = run.unwrap();
+    let mut cost = |z: &[f64]| replay(&case.record, &mut dynamics, &unknowns, z, &schedule);
+    agree(cost(&z), outcome.cost, 1.0, 1e-9, "cost");
+    for i in 0..z.len() {
+        let by = if i < 15 { 1e-5 * z[i].abs() } else { 1e-7 };
+        let mut at = |by: f64| {
+            let mut there = z.clone();
+            there[i] += by;
+            cost(&there)
+        };
+        let difference = 0.5 * (at(by) - at(-by)) / (2.0 * by);
+        let own = outcome.normal.information[i * (z.len() + 1)].sqrt();
+        agree(
+            outcome.normal.gradient[i],
+            difference,
+            own,
+            1e-4,
+            &format!("unknown {i}"),
+        );
+    }
+}
+
+#[test]
+fn levels_have_the_gradient_of_the_likelihood() {
+    let case = Case::new();
+    let unknowns = case.unknowns();
+    let mut dynamics = Dynamics::new(&case.model, &case.theta);
+    let z = unknowns.point(&case.theta);
+    let wanted = Wanted {
+        transitions: 500,
+        growing: 0,
+    };
+    let run = run(
+        &case.record,
+        &mut dynamics,
+        &unknowns,
+        &z,
+        &case.levels,
+        wanted,
+    );
+    let (_, schedule) = run.unwrap();
+    let about = About {
+        record: &case.record,
+        schedule: &schedule,
+        samples: 500,
+    };
+    let search = Search::new(&case.record, &[false, false, true, true]);
+    // Away from the levels of the run, too.
+    for factor in [1.0, 1.3] {
+        let logs: Vec<f64> = (search.logs(&case.levels).iter())
+            .enumerate()
+            .map(|(i, log)| log + f64::ln(factor) * (i as f64 - 2.5))
+            .collect();
+        let at = |i: usize, by: f64| {
+            let mut logs = logs.clone();
+            logs[i] += by;
+            about.likelihood(&search, &search.levels(&case.levels, &logs))
+        };
+        let (_, gradient, curvature) = at(0, 0.0);
+        for (i, found) in gradient.iter().enumerate() {
+            let difference = (at(i, 1e-4).0 - at(i, -1e-4).0) / 2e-4;
+            let own = curvature[i * (gradient.len() + 1)].sqrt();
+            agree(
+                *found,
+                difference,
+                own.max(1.0),
+                1e-4,
+                &format!("level {i} at {factor}"),
+            );
+        }
+    }
+}
