@@ -54,12 +54,14 @@ impl Default for Identify {
 /// An estimator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(try_from = "String")]
-#[schemars(extend("enum" = ["least-squares", "lsff"]))]
+#[schemars(extend("enum" = ["least-squares", "lsff", "output-error"]))]
 pub enum Estimator {
     /// Least squares on the filtered regression.
     LeastSquares,
     /// Recursive least squares with forgetting factor, sample by sample.
     Lsff,
+    /// The closed loop, simulated with the controller of the file.
+    OutputError,
 }
 
 impl Estimator {
@@ -69,6 +71,7 @@ impl Estimator {
         match self {
             Self::LeastSquares => "least-squares",
             Self::Lsff => "lsff",
+            Self::OutputError => "output-error",
         }
     }
 }
@@ -77,10 +80,10 @@ impl TryFrom<String> for Estimator {
     type Error = String;
 
     fn try_from(word: String) -> Result<Self, String> {
-        let available = ["least-squares", "lsff"];
-        let later = ["prediction-error", "output-error"];
+        let available = ["least-squares", "lsff", "output-error"];
+        let later = ["prediction-error"];
         let index = choose("estimator", &word, &available, &later)?;
-        Ok([Self::LeastSquares, Self::Lsff][index])
+        Ok([Self::LeastSquares, Self::Lsff, Self::OutputError][index])
     }
 }
 

@@ -12,12 +12,16 @@ use crate::model::{Model, Parameter, Theta};
 use crate::named::Named;
 use crate::regression::System;
 
+/// Half width of a 95 % interval of a normal error, in standard errors.
+const NORMAL_95: f64 = 1.96;
+
 /// Returns the result of an estimator, without its warnings.
 pub(super) fn describe(
     model: &Model,
     estimator: Estimator,
     theta: &Theta,
     errors: &[f64],
+    seen: &[bool],
     fitted: &Fitted,
     system: &System,
 ) -> EstimateResult {
@@ -27,7 +31,7 @@ pub(super) fn describe(
         .iter()
         .enumerate()
         .map(|(i, parameter)| {
-            let known = fitted.identifiable[i];
+            let known = seen[i];
             let mut estimate = estimate(
                 parameter,
                 known.then_some(theta[i]),
@@ -36,6 +40,7 @@ pub(super) fn describe(
                     Estimator::LeastSquares => fitted.interval,
                     // How far a running estimate wandered makes no interval.
                     Estimator::Lsff => f64::INFINITY,
+                    Estimator::OutputError => NORMAL_95,
                 },
             );
             if known {
@@ -65,8 +70,9 @@ pub(super) fn describe(
             Estimator::LeastSquares => (fitted.motor_rows.iter())
                 .map(|row| describe_motor_row(model, row, fitted.interval))
                 .collect(),
-            Estimator::Lsff => Vec::new(),
+            Estimator::Lsff | Estimator::OutputError => Vec::new(),
         },
+        simulation: None,
         residual_rms: (rows.iter().enumerate())
             .map(|(i, (rms, _))| (named(i), *rms))
             .collect(),

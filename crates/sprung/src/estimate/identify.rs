@@ -10,12 +10,15 @@ use super::gravity::{tilted, worth_a_look};
 use super::judge::{Verdict, judge};
 use super::least_squares::{Fitted, fit, residual, trace};
 use super::lsff::{Lsff, LsffError};
+use super::output_error::{OutputError, output_error};
 use super::result::{DelayUsed, EstimateResult, GENERATOR, Identification, LogInfo, SettingsUsed};
 use super::second_look::{Delays, excerpt, suspicions};
 use super::standard::standard_parameters;
 use super::stribeck::find_stribeck;
 use crate::curves::Curves;
-use crate::description::{Cutoff, Delay, Estimator, Experiment, Identify, Log};
+use crate::description::{
+    Controller, ControllerKind, Cutoff, Delay, Estimator, Experiment, Feedforward, Identify, Log,
+};
 use crate::finding::{Finding, Severity};
 use crate::log::{ChannelError, Channels, LogError, LogSource, check};
 use crate::model::{Model, Theta};
@@ -43,6 +46,12 @@ pub enum IdentifyError {
     /// The description of the log is not complete.
     #[error(transparent)]
     Channel(#[from] ChannelError),
+    /// Output error has no controller to simulate.
+    #[error(
+        "estimator \"output-error\" simulates the closed loop, and {0}; or use \"least-squares\", which \
+         needs no controller"
+    )]
+    Controller(&'static str),
     /// LSFF cannot be built.
     #[error(transparent)]
     Lsff(#[from] LsffError),
@@ -151,6 +160,7 @@ pub fn identify(
     let start = Instant::now();
     let log = experiment.log.as_ref().ok_or(IdentifyError::NoLog)?;
     let settings = &experiment.identify;
+    let controller = loop_controller(experiment)?;
     let channels = Channels::new(&experiment.robot, log)?;
     let names: Vec<String> = sources.iter().map(|source| source.name.clone()).collect();
     let file = names.join(", ");
@@ -187,8 +197,15 @@ pub fn identify(
     let mut traces = Vec::new();
     let mut thetas = Vec::new();
     for &estimator in &settings.estimator {
-        let of_estimator = match (estimator, &lsff) {
-            (Estimator::Lsff, Some(lsff)) => of_lsff(lsff, watch.elapsed),
+        let mut simulated = None;
+        if let (Estimator::OutputError, Some(controller)) = (estimator, controller) {
+            let excerpt = beginning.get(&channels).map_err(PassError::from)?;
+            let excerpt = excerpt.ok_or(IdentifyError::NoLog)?;
+            simulated = Some(output_error(&reading, controller, excerpt, &fitted));
+        }
+        let of_estimator = match (&simulated, estimator, &lsff) {
+            (Some(found), ..) => of_output_error(found),
+            (_, Estimator::Lsff, Some(lsff)) => of_lsff(lsff, watch.elapsed),
             _ => OfEstimator {
                 theta: fitted.theta.clone(),
                 errors: fitted.standard_error.clone(),
@@ -197,16 +214,38 @@ pub fn identify(
             },
         };
         let OfEstimator { theta, errors, .. } = &of_estimator;
-        let mut result = describe(model, estimator, theta, errors, &fitted, &passed.system);
+        let seen = simulated.as_ref().map_or(&fitted.identifiable, |s| &s.seen);
+        let mut result = describe(
+            model,
+            estimator,
+            theta,
+            errors,
+            seen,
+            &fitted,
+            &passed.system,
+        );
         result.elapsed_s = of_estimator.elapsed;
-        result.standard_parameters = standard_parameters(model, theta, &fitted.identifiable);
+        result.standard_parameters = standard_parameters(model, theta, seen);
         let suspicions =
             suspicions(&reading, &result, || beginning.get(&channels)).map_err(PassError::from)?;
         result.warnings = judge(model, &result, &fitted.weakest_direction, &suspicions);
         result.warnings.extend(notes(estimator, lsff.as_ref()));
+        if let Some(simulated) = simulated {
+            result.simulation = simulated.simulation;
+            result.warnings.extend(simulated.findings);
+        }
+        result
+            .warnings
+            .sort_by_key(|finding| std::cmp::Reverse(finding.severity));
         results.push(result);
-        traces.push(trace_of(model, estimator, of_estimator.points));
+        if estimator != Estimator::OutputError {
+            traces.push(trace_of(model, estimator, of_estimator.points));
+        }
         thetas.push((estimator, of_estimator.theta));
+    }
+    if traces.is_empty() {
+        let points = trace(model, &passed.system).collect();
+        traces.push(trace_of(model, Estimator::LeastSquares, points));
     }
     if worth_a_look(experiment, worst_residual(&results))
         && let Some(excerpt) = beginning.get(&channels).map_err(PassError::from)?
@@ -245,6 +284,26 @@ pub fn identify(
     })
 }
 
+/// Returns the controller that output error simulates, if it is asked for.
+fn loop_controller(experiment: &Experiment) -> Result<Option<&Controller>, IdentifyError> {
+    if !(experiment.identify.estimator).contains(&Estimator::OutputError) {
+        return Ok(None);
+    }
+    let controller = experiment.controller.as_ref();
+    let controller = controller.ok_or(IdentifyError::Controller(
+        "the experiment has no [controller]; give gains and reference of what ran during the log",
+    ))?;
+    if controller.kind == ControllerKind::StateFeedback
+        && controller.feedforward == Feedforward::Identified
+    {
+        return Err(IdentifyError::Controller(
+            "the feedforward of a controller that ran before cannot have used the parameters to be \
+             identified; set feedforward = \"nominal\" in [controller]",
+        ));
+    }
+    Ok(Some(controller))
+}
+
 /// Returns what there is to know about the logs as they are.
 fn about_logs(
     model: &Model,
@@ -278,6 +337,16 @@ struct OfEstimator {
     errors: Vec<f64>,
     elapsed: f64,
     points: Vec<(f64, Option<Theta>)>,
+}
+
+fn of_output_error(found: &OutputError) -> OfEstimator {
+    OfEstimator {
+        theta: found.theta.clone(),
+        errors: found.errors.clone(),
+        elapsed: found.elapsed,
+        // Simulated from beginning to end, it has no course over time.
+        points: Vec::new(),
+    }
 }
 
 fn of_lsff(lsff: &Lsff, elapsed: f64) -> OfEstimator {
@@ -406,6 +475,7 @@ fn notes(estimator: Estimator, lsff: Option<&Lsff>) -> Vec<Finding> {
                 .to_owned(),
             "prefer least squares on filtered positions where the log is at hand",
         ),
+        Estimator::OutputError => return Vec::new(),
     }];
     if let (Estimator::Lsff, Some(lsff)) = (estimator, lsff)
         && lsff.paused() > 0.0

@@ -9,6 +9,7 @@ mod judge;
 mod judge_parameters;
 mod least_squares;
 mod lsff;
+mod output_error;
 mod result;
 mod second_look;
 mod standard;
@@ -24,7 +25,7 @@ pub use lsff::{Lsff, LsffError};
 pub use result::{
     CutoffChoice, CutoffPoint, DelayUsed, Determined, EncoderOffsetResult, EstimateResult,
     GENERATOR, Identification, LogInfo, MotorRowResult, ParameterEstimate, SettingsUsed,
-    StandardParameter, parameters_csv,
+    SimulationFit, StandardParameter, parameters_csv,
 };
 pub use standard::standard_parameters;
 pub use stribeck::find_stribeck;

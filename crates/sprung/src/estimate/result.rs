@@ -184,6 +184,9 @@ pub struct EstimateResult {
     /// What the motor rows say by themselves; least squares only.
     #[serde(default)]
     pub motor_rows: Vec<MotorRowResult>,
+    /// How the simulated loop fits; output error only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub simulation: Option<SimulationFit>,
     /// Residual of each row, root mean square, N·m.
     pub residual_rms: Named,
     /// Residual over torque of each motor row.
@@ -192,6 +195,25 @@ pub struct EstimateResult {
     pub warnings: Vec<Finding>,
     /// Time that the estimate took, s.
     pub elapsed_s: f64,
+}
+
+/// How a simulated closed loop fits the positions of a log.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SimulationFit {
+    /// Samples that were simulated, from the beginning of the first log.
+    pub samples: u64,
+    /// Squared error of a position over the variance of its sensor, mean over
+    /// all; about 1 where the loop is exactly known.
+    pub cost_per_sample: f64,
+    /// Iterations of the search.
+    pub iterations: usize,
+    /// Root mean square error over the noise of the sensor, by column.
+    pub position_rms_over_noise: Named,
+    /// What each position reads too much, rad (m), by column.
+    pub offset_rad: Named,
+    /// Difference of the controller's torque from the logged one beyond white
+    /// noise, over the torque, by joint.
+    pub torque_mismatch: Named,
 }
 
 /// One parameter.

@@ -83,7 +83,7 @@ fn badge(result: &EstimateResult) -> Badge {
     }
 }
 
-fn section(id: &str, heading: &str, lead: &str, blocks: Vec<Block>) -> Section {
+pub(super) fn section(id: &str, heading: &str, lead: &str, blocks: Vec<Block>) -> Section {
     Section {
         id: id.to_owned(),
         heading: heading.to_owned(),
@@ -114,7 +114,7 @@ fn parameters(identification: &Identification, contents: &Contents<'_>) -> Secti
     )
 }
 
-fn shown(finding: &Finding) -> Shown {
+pub(super) fn shown(finding: &Finding) -> Shown {
     Shown {
         severity: match finding.severity {
             Severity::Info => Tone::Neutral,

@@ -1,0 +1,152 @@
+//! Output error: the closed loop is simulated with the controller of the file,
+//! and the parameters are those whose motion is nearest to the measured one.
+//!
+//! Exact where controller and reference are known exactly and nothing else
+//! drives the plant: simulation studies. The positions are compared with the
+//! sensors' own noise for a scale, so the cost per sample says whether that is
+//! so.
+
+mod controller;
+mod covariance;
+mod findings;
+mod levenberg;
+mod record;
+mod simulated;
+mod start;
+
+use std::time::Instant;
+
+use crate::description::Controller;
+use crate::estimate::delay::Excerpt;
+use crate::estimate::least_squares::Fitted;
+use crate::estimate::result::SimulationFit;
+use crate::finding::Finding;
+use crate::model::Theta;
+use crate::named::Named;
+use crate::regression::Reading;
+
+use controller::compare_torques;
+use covariance::standard_errors;
+use levenberg::{Ending, minimise};
+use record::Record;
+use simulated::Loop;
+use start::feasible;
+
+/// What output error leaves before it is judged.
+pub(super) struct OutputError {
+    /// Parameters, \[p\]: the linear ones where the search failed.
+    pub(super) theta: Theta,
+    /// Standard errors, \[p\].
+    pub(super) errors: Vec<f64>,
+    /// Whether the simulated motion shows each parameter, \[p\].
+    pub(super) seen: Vec<bool>,
+    /// How the simulation fits, if there was one.
+    pub(super) simulation: Option<SimulationFit>,
+    /// What to know before using the numbers.
+    pub(super) findings: Vec<Finding>,
+    /// Time that it took, s.
+    pub(super) elapsed: f64,
+}
+
+/// Fits the simulated closed loop to the beginning of a log.
+///
+/// - `excerpt`: the beginning of the log; what is in memory bounds the work:
+///   the first samples up to its end or the first gap.
+/// - `linear`: where the search starts, and what stands if it fails.
+///
+/// Minimises the squared errors of all positions over their noise. Unknowns are
+/// the parameters that the log determines and an offset of each position, with
+/// a prior of the sensor's resolution. Derivatives are forward differences.
+///
+/// # Source
+///
+/// Levenberg-Marquardt; standard errors: the larger of those of the
+/// linearisation and of a sandwich over overlapping blocks, since quantisation
+/// is no white noise.
+pub(super) fn output_error(
+    reading: &Reading<'_>,
+    controller: &Controller,
+    excerpt: &Excerpt,
+    linear: &Fitted,
+) -> OutputError {
+    let begun = Instant::now();
+    let mut found = simulate_and_fit(reading, controller, excerpt, linear);
+    found.elapsed = begun.elapsed().as_secs_f64();
+    found
+}
+
+fn simulate_and_fit(
+    reading: &Reading<'_>,
+    controller: &Controller,
+    excerpt: &Excerpt,
+    linear: &Fitted,
+) -> OutputError {
+    let model = reading.model;
+    let mut failed = OutputError {
+        theta: linear.theta.clone(),
+        errors: linear.standard_error.clone(),
+        seen: linear.identifiable.clone(),
+        simulation: None,
+        findings: findings::standing(),
+        elapsed: 0.0,
+    };
+    let Some(record) = Record::new(reading, excerpt) else {
+        failed.findings.push(findings::no_record());
+        return failed;
+    };
+    failed.findings.push(findings::samples(&record));
+    let (start, changed) = match feasible(model, linear) {
+        Ok(found) => found,
+        Err(error) => {
+            failed.findings.push(findings::no_start(&error.to_string()));
+            return failed;
+        }
+    };
+    failed
+        .findings
+        .extend(findings::start_changed(model, &changed));
+    let torques = compare_torques(model, &start, controller, &record);
+    failed
+        .findings
+        .extend(findings::controller(model, &torques));
+
+    let plant = Loop::new(model, controller, &record, start, &linear.identifiable);
+    let problem = plant.problem(&linear.standard_error);
+    let Ok(found) = minimise(&problem) else {
+        let why = "its simulated loop runs away";
+        failed.findings.push(findings::no_start(why));
+        return failed;
+    };
+    let simulation = SimulationFit {
+        samples: record.len() as u64,
+        cost_per_sample: found.cost / found.residuals.len().max(1) as f64,
+        iterations: found.iterations,
+        position_rms_over_noise: plant.rms(&found.residuals),
+        offset_rad: plant.offsets(&found.x),
+        torque_mismatch: (model.joints().iter().zip(&torques))
+            .filter_map(|(name, torque)| Some((name.clone(), torque.as_ref()?.relative)))
+            .collect::<Named>(),
+    };
+    if found.ending != Ending::Converged {
+        let last = plant.name(found.moved);
+        let finding = findings::not_converged(found.ending, &last, &simulation);
+        failed.findings.push(finding);
+        failed.simulation = Some(simulation);
+        return failed;
+    }
+    let errors = standard_errors(&found, record.len());
+    let mut findings = failed.findings;
+    findings.extend(findings::cost(&simulation));
+    OutputError {
+        theta: plant.theta(&found.x),
+        seen: plant.spread(&errors, |error| error.is_some(), &linear.identifiable),
+        errors: plant.spread(
+            &errors,
+            |error| error.unwrap_or(f64::INFINITY),
+            &vec![0.0; linear.theta.len()],
+        ),
+        simulation: Some(simulation),
+        findings,
+        elapsed: 0.0,
+    }
+}
