@@ -16,6 +16,7 @@ mod browser;
 mod common;
 mod compare;
 mod new;
+mod output_error;
 mod outputs;
 mod readme;
 mod real_machine;

@@ -5,9 +5,13 @@ use sprung_core::parameters::{JointParameter, Side};
 
 use super::judge::Verdict;
 use super::least_squares::{Fitted, MotorRow, residual, torques};
-use super::result::{EncoderOffsetResult, EstimateResult, MotorRowResult, ParameterEstimate};
+use super::result::{
+    EncoderOffsetResult, EstimateResult, MotorRowResult, ParameterEstimate, SimulationFit,
+};
+use super::standard::standard_parameters;
 use crate::curves::{CurveSet, Curves};
 use crate::description::Estimator;
+use crate::finding::Finding;
 use crate::model::{Model, Parameter, Theta};
 use crate::named::Named;
 use crate::regression::System;
@@ -15,16 +19,38 @@ use crate::regression::System;
 /// Half width of a 95 % interval of a normal error, in standard errors.
 const NORMAL_95: f64 = 1.96;
 
+/// What an estimator leaves before it is judged.
+pub(super) struct OfEstimator {
+    /// Parameters, \[p\].
+    pub(super) theta: Theta,
+    /// Standard errors, \[p\].
+    pub(super) errors: Vec<f64>,
+    /// Whether each parameter is determined, \[p\].
+    pub(super) seen: Vec<bool>,
+    /// Time that it took, s.
+    pub(super) elapsed: f64,
+    /// Its estimates over time, s; none if it takes the log as a whole.
+    pub(super) points: Vec<(f64, Option<Theta>)>,
+    /// How the simulated loop fits, if one was simulated.
+    pub(super) simulation: Option<SimulationFit>,
+    /// What it says of itself.
+    pub(super) findings: Vec<Finding>,
+}
+
 /// Returns the result of an estimator, without its warnings.
 pub(super) fn describe(
     model: &Model,
     estimator: Estimator,
-    theta: &Theta,
-    errors: &[f64],
-    seen: &[bool],
+    found: &OfEstimator,
     fitted: &Fitted,
     system: &System,
 ) -> EstimateResult {
+    let OfEstimator {
+        theta,
+        errors,
+        seen,
+        ..
+    } = found;
     let torques = torques(model, system, theta);
     let parameters: Vec<ParameterEstimate> = model
         .parameters()
@@ -65,14 +91,14 @@ pub(super) fn describe(
         parameters,
         encoder_offsets,
         stribeck_velocity: stribeck_velocities(model),
-        standard_parameters: Vec::new(),
+        standard_parameters: standard_parameters(model, theta, seen),
         motor_rows: match estimator {
             Estimator::LeastSquares => (fitted.motor_rows.iter())
                 .map(|row| describe_motor_row(model, row, fitted.interval))
                 .collect(),
             Estimator::Lsff | Estimator::OutputError => Vec::new(),
         },
-        simulation: None,
+        simulation: found.simulation.clone(),
         residual_rms: (rows.iter().enumerate())
             .map(|(i, (rms, _))| (named(i), *rms))
             .collect(),
@@ -81,7 +107,7 @@ pub(super) fn describe(
             .map(|(i, (rms, rhs))| (named(i), rms / rhs))
             .collect(),
         warnings: Vec::new(),
-        elapsed_s: 0.0,
+        elapsed_s: found.elapsed,
     }
 }
 

@@ -5,15 +5,16 @@ use std::time::Instant;
 
 use super::cutoff::{choose_cutoff, sweep};
 use super::delay::Excerpt;
-use super::describe::{describe, fit_curves, trace_of};
+use super::describe::{OfEstimator, describe, fit_curves, trace_of};
 use super::gravity::{tilted, worth_a_look};
 use super::judge::{Verdict, judge};
 use super::least_squares::{Fitted, fit, residual, trace};
 use super::lsff::{Lsff, LsffError};
-use super::output_error::{OutputError, output_error};
-use super::result::{DelayUsed, EstimateResult, GENERATOR, Identification, LogInfo, SettingsUsed};
+use super::output_error::output_error;
+use super::result::{
+    CutoffChoice, DelayUsed, EstimateResult, GENERATOR, Identification, LogInfo, SettingsUsed,
+};
 use super::second_look::{Delays, excerpt, suspicions};
-use super::standard::standard_parameters;
 use super::stribeck::find_stribeck;
 use crate::curves::Curves;
 use crate::description::{
@@ -21,7 +22,7 @@ use crate::description::{
 };
 use crate::finding::{Finding, Severity};
 use crate::log::{ChannelError, Channels, LogError, LogSource, check};
-use crate::model::{Model, Theta};
+use crate::model::Model;
 use crate::preprocess::RawBlock;
 use crate::regression::{LogFigures, Observer, PassError, Reading, Restart, System, read_through};
 
@@ -197,48 +198,28 @@ pub fn identify(
     let mut traces = Vec::new();
     let mut thetas = Vec::new();
     for &estimator in &settings.estimator {
-        let mut simulated = None;
-        if let (Estimator::OutputError, Some(controller)) = (estimator, controller) {
-            let excerpt = beginning.get(&channels).map_err(PassError::from)?;
-            let excerpt = excerpt.ok_or(IdentifyError::NoLog)?;
-            simulated = Some(output_error(&reading, controller, excerpt, &fitted));
-        }
-        let of_estimator = match (&simulated, estimator, &lsff) {
-            (Some(found), ..) => of_output_error(found),
-            (_, Estimator::Lsff, Some(lsff)) => of_lsff(lsff, watch.elapsed),
-            _ => OfEstimator {
-                theta: fitted.theta.clone(),
-                errors: fitted.standard_error.clone(),
-                elapsed: start.elapsed().as_secs_f64() - watch.elapsed,
-                points: trace(model, &passed.system).collect(),
-            },
+        let of_estimator = match (estimator, &lsff, controller) {
+            (Estimator::Lsff, Some(lsff), _) => of_lsff(lsff, &fitted, watch.elapsed),
+            (Estimator::OutputError, _, Some(controller)) => {
+                let excerpt = beginning.get(&channels).map_err(PassError::from)?;
+                let excerpt = excerpt.ok_or(IdentifyError::NoLog)?;
+                output_error(&reading, controller, excerpt, &fitted)
+            }
+            _ => {
+                let elapsed = start.elapsed().as_secs_f64() - watch.elapsed;
+                of_least_squares(model, &passed.system, &fitted, elapsed)
+            }
         };
-        let OfEstimator { theta, errors, .. } = &of_estimator;
-        let seen = simulated.as_ref().map_or(&fitted.identifiable, |s| &s.seen);
-        let mut result = describe(
-            model,
-            estimator,
-            theta,
-            errors,
-            seen,
-            &fitted,
-            &passed.system,
-        );
-        result.elapsed_s = of_estimator.elapsed;
-        result.standard_parameters = standard_parameters(model, theta, seen);
+        let mut result = describe(model, estimator, &of_estimator, &fitted, &passed.system);
         let suspicions =
             suspicions(&reading, &result, || beginning.get(&channels)).map_err(PassError::from)?;
         result.warnings = judge(model, &result, &fitted.weakest_direction, &suspicions);
-        result.warnings.extend(notes(estimator, lsff.as_ref()));
-        if let Some(simulated) = simulated {
-            result.simulation = simulated.simulation;
-            result.warnings.extend(simulated.findings);
-        }
+        result.warnings.extend(of_estimator.findings);
         result
             .warnings
             .sort_by_key(|finding| std::cmp::Reverse(finding.severity));
         results.push(result);
-        if estimator != Estimator::OutputError {
+        if !of_estimator.points.is_empty() {
             traces.push(trace_of(model, estimator, of_estimator.points));
         }
         thetas.push((estimator, of_estimator.theta));
@@ -271,17 +252,22 @@ pub fn identify(
             robot: experiment.robot.name.clone(),
             log: infos.next().ok_or(IdentifyError::NoLog)?,
             further_logs: infos.collect(),
-            settings: SettingsUsed {
-                filter_cutoff_rad_per_s: settings.filter_cutoff_rad_per_s,
-                discretization: settings.discretization.name().to_owned(),
-                position_cutoff_hz: reading.position_cutoff_hz,
-                position_cutoff_choice,
-                position_filter_order: settings.position_filter_order,
-            },
+            settings: settings_used(&reading, position_cutoff_choice),
             findings,
             results,
         },
     })
+}
+
+fn settings_used(reading: &Reading<'_>, choice: Option<CutoffChoice>) -> SettingsUsed {
+    let settings = reading.settings;
+    SettingsUsed {
+        filter_cutoff_rad_per_s: settings.filter_cutoff_rad_per_s,
+        discretization: settings.discretization.name().to_owned(),
+        position_cutoff_hz: reading.position_cutoff_hz,
+        position_cutoff_choice: choice,
+        position_filter_order: settings.position_filter_order,
+    }
 }
 
 /// Returns the controller that output error simulates, if it is asked for.
@@ -331,31 +317,28 @@ fn log_infos(
         .collect()
 }
 
-/// What an estimator leaves before it is judged.
-struct OfEstimator {
-    theta: Theta,
-    errors: Vec<f64>,
-    elapsed: f64,
-    points: Vec<(f64, Option<Theta>)>,
-}
-
-fn of_output_error(found: &OutputError) -> OfEstimator {
+fn of_least_squares(model: &Model, system: &System, fitted: &Fitted, elapsed: f64) -> OfEstimator {
     OfEstimator {
-        theta: found.theta.clone(),
-        errors: found.errors.clone(),
-        elapsed: found.elapsed,
-        // Simulated from beginning to end, it has no course over time.
-        points: Vec::new(),
+        theta: fitted.theta.clone(),
+        errors: fitted.standard_error.clone(),
+        seen: fitted.identifiable.clone(),
+        elapsed,
+        points: trace(model, system).collect(),
+        simulation: None,
+        findings: vec![standard_error_of_stretches()],
     }
 }
 
-fn of_lsff(lsff: &Lsff, elapsed: f64) -> OfEstimator {
+fn of_lsff(lsff: &Lsff, fitted: &Fitted, elapsed: f64) -> OfEstimator {
     let points = lsff.trace().iter();
     OfEstimator {
         theta: lsff.theta(),
         errors: lsff.wandering(),
+        seen: fitted.identifiable.clone(),
         elapsed,
         points: points.map(|(t, x)| (*t, Some(x.clone()))).collect(),
+        simulation: None,
+        findings: about_lsff(lsff),
     }
 }
 
@@ -455,31 +438,28 @@ impl Observer for Watch<'_> {
     }
 }
 
-/// Says what the standard errors of an estimator are worth.
-fn notes(estimator: Estimator, lsff: Option<&Lsff>) -> Vec<Finding> {
-    let mut notes = vec![match estimator {
-        Estimator::LeastSquares => Finding::new(
-            Severity::Info,
-            "standard-error-of-stretches",
-            "the standard errors say how much stretches of this log disagree; repeated runs scatter \
-             less, and a bias that all stretches share, as by quantised positions through the \
-             Coulomb transition, is not in them: on the digital twin it reaches three of them"
-                .to_owned(),
-            "compare cut-offs and repeated experiments",
-        ),
-        Estimator::Lsff => Finding::new(
-            Severity::Info,
-            "standard-error-is-wandering",
-            "the standard errors of LSFF are how far the running estimate wandered over its last \
-             memory; bias by the noise of on-line velocities is not in them"
-                .to_owned(),
-            "prefer least squares on filtered positions where the log is at hand",
-        ),
-        Estimator::OutputError => return Vec::new(),
-    }];
-    if let (Estimator::Lsff, Some(lsff)) = (estimator, lsff)
-        && lsff.paused() > 0.0
-    {
+fn standard_error_of_stretches() -> Finding {
+    Finding::new(
+        Severity::Info,
+        "standard-error-of-stretches",
+        "the standard errors say how much stretches of this log disagree; repeated runs scatter \
+         less, and a bias that all stretches share, as by quantised positions through the \
+         Coulomb transition, is not in them: on the digital twin it reaches three of them"
+            .to_owned(),
+        "compare cut-offs and repeated experiments",
+    )
+}
+
+fn about_lsff(lsff: &Lsff) -> Vec<Finding> {
+    let mut notes = vec![Finding::new(
+        Severity::Info,
+        "standard-error-is-wandering",
+        "the standard errors of LSFF are how far the running estimate wandered over its last \
+         memory; bias by the noise of on-line velocities is not in them"
+            .to_owned(),
+        "prefer least squares on filtered positions where the log is at hand",
+    )];
+    if lsff.paused() > 0.0 {
         notes.push(Finding::new(
             Severity::Warning,
             "wind-up",

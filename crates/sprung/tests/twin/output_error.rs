@@ -4,7 +4,8 @@
 //! prints a table; `SPRUNG_SEEDS=10` makes it longer.
 
 use sprung::description::{Controller, Estimator, Simulate};
-use sprung::estimate::{EstimateResult, identify};
+use sprung::estimate::{EstimateResult, ParameterEstimate, Verdict, identify};
+use sprung::finding::Severity;
 
 use crate::support::{Twin, with_source};
 
@@ -36,15 +37,15 @@ fn errors(result: &EstimateResult) -> Vec<f64> {
         .collect()
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
-    values.iter_mut().for_each(|v| *v = v.abs());
+fn median(values: Vec<f64>) -> f64 {
+    let mut values: Vec<f64> = values.into_iter().map(f64::abs).collect();
     values.sort_by(f64::total_cmp);
     values[values.len() / 2]
 }
 
 fn inside(result: &EstimateResult) -> usize {
     let truth = Twin::new().truth;
-    let within = |(p, t): &(&sprung::estimate::ParameterEstimate, &f64)| {
+    let within = |(p, t): &(&ParameterEstimate, &f64)| {
         let [low, high] = p.ci95.unwrap();
         (low..=high).contains(*t)
     };
@@ -54,10 +55,6 @@ fn inside(result: &EstimateResult) -> usize {
 fn seeds() -> u64 {
     let seeds = std::env::var("SPRUNG_SEEDS").ok();
     seeds.and_then(|seeds| seeds.parse().ok()).unwrap_or(2)
-}
-
-fn has(result: &EstimateResult, code: &str) -> bool {
-    result.warnings.iter().any(|finding| finding.code == code)
 }
 
 #[test]
@@ -77,7 +74,7 @@ fn exact_controller_reaches_the_noise_of_the_encoders() {
                 result.elapsed_s
             );
             assert!((0.9..1.1).contains(&fit.cost_per_sample), "{fit:?}");
-            assert!(!has(&result, "controller-does-not-match"));
+            assert_eq!(result.verdict, Verdict::Good, "{:?}", result.warnings);
             covered += inside(&result);
             all.extend(errors);
         }
@@ -89,34 +86,64 @@ fn exact_controller_reaches_the_noise_of_the_encoders() {
     }
 }
 
-#[test]
-fn what_is_wrong_with_the_loop_is_said() {
-    let show = |what: &str, result: &EstimateResult| {
+fn severity(result: &EstimateResult, code: &str) -> Option<Severity> {
+    let found = result.warnings.iter().find(|finding| finding.code == code);
+    found.map(|finding| finding.severity)
+}
+
+/// Prints a result and its findings, and returns the median error, percent.
+fn show(what: &str, result: &EstimateResult) -> f64 {
+    let error = median(errors(result));
+    let cost = result.simulation.as_ref().unwrap().cost_per_sample;
+    println!("{what}: median {error:.3} %, cost per sample {cost:.2}");
+    for finding in &result.warnings {
         println!(
-            "{what}: median {:.3} %, {:?}",
-            median(errors(result)),
-            result.simulation
+            "  {:?} {}: {}",
+            finding.severity, finding.code, finding.text
         );
-        for finding in &result.warnings {
-            println!(
-                "  {:?} {}: {}",
-                finding.severity, finding.code, finding.text
-            );
-        }
-    };
-    let exact = settings(3, 16384);
-    let gain = run(&exact, |c| {
-        c.kp_nm_per_rad.iter_mut().for_each(|k| *k *= 1.02)
+    }
+    error
+}
+
+#[test]
+fn a_wrong_scale_of_the_gains_makes_all_wrong_and_is_said() {
+    let result = run(&settings(3, 16384), |c| {
+        c.kp_nm_per_rad.iter_mut().for_each(|k| *k *= 1.02);
     });
-    show("position gains 2 % wrong", &gain);
-    let damping = run(&exact, |c| {
-        c.kd_nms_per_rad.iter_mut().for_each(|k| *k *= 1.1)
-    });
-    show("velocity gains 10 % wrong", &damping);
-    let half = run(&exact, |c| c.kp_nm_per_rad[0] *= 0.5);
-    show("first position gain halved", &half);
-    let mut disturbed = exact.clone();
+    let error = show("position gains 2 % wrong", &result);
+    assert!((error - 2.0).abs() < 0.1, "{error}");
+    // The motion fits all the same.
+    assert!(result.simulation.as_ref().unwrap().cost_per_sample < 1.1);
+    assert_eq!(severity(&result, "simulated-loop-differs"), None);
+    // What is logged of the torque gives it away.
+    let severity = severity(&result, "controller-torque-scale");
+    assert_eq!(severity, Some(Severity::Warning));
+}
+
+#[test]
+fn another_controller_is_said() {
+    let result = run(&settings(3, 16384), |c| c.kp_nm_per_rad[0] *= 0.5);
+    show("first position gain halved", &result);
+    let found = severity(&result, "controller-does-not-match");
+    assert_eq!(found, Some(Severity::Serious));
+    let text = &result.warnings[0].text;
+    assert!(
+        text.starts_with("joint1: ") && text.contains("50 %"),
+        "{text}"
+    );
+    assert_eq!(result.verdict, Verdict::Unusable);
+}
+
+#[test]
+fn a_disturbance_shows_in_the_cost() {
+    let mut disturbed = settings(3, 16384);
     disturbed.torque_disturbance_nm = vec![0.05, 0.01];
-    let disturbed = run(&disturbed, |_| ());
-    show("disturbed motors", &disturbed);
+    let result = run(&disturbed, |_| ());
+    let error = show("disturbed motors", &result);
+    // As bad as it is said to be.
+    assert!((0.5..10.0).contains(&error), "{error}");
+    assert!(inside(&result) <= 13, "{}", inside(&result));
+    assert_eq!(severity(&result, "controller-does-not-match"), None);
+    let found = severity(&result, "simulated-loop-differs");
+    assert_eq!(found, Some(Severity::Serious));
 }

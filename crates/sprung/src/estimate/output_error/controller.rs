@@ -10,6 +10,9 @@ use crate::simulate::ClosedLoop;
 /// Samples by which a torque may be logged late or early, at most.
 const SHIFT: usize = 2;
 
+/// Standard errors that a shift must stand out of the noise.
+const CLEAR: f64 = 5.0;
+
 /// Logged torque of a joint beside that of the controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct TorqueMatch {
@@ -81,22 +84,85 @@ fn compare(logged: &[f64], commanded: &[f64]) -> Option<TorqueMatch> {
         relative: ((square - noise * noise).max(0.0) * samples / torque).sqrt(),
         gain: sum(&|t, c| t * c) / power,
         gain_error: noise / power.sqrt(),
-        late: lateness(logged, commanded),
+        late: lateness(logged, commanded, noise),
     })
 }
 
-/// Returns the shift that leaves less than half of the squares of the
-/// difference, or 0.
-fn lateness(logged: &[f64], commanded: &[f64]) -> i32 {
-    let inner = SHIFT..logged.len() - SHIFT;
-    let squares = |late: i32| -> f64 {
-        inner
-            .clone()
-            .map(|k| (logged[k] - commanded[(k as i64 - i64::from(late)) as usize]).powi(2))
-            .sum()
+/// Returns the shift that makes the difference smaller by more than half of
+/// what it changes itself, if that stands out of the noise, or 0.
+fn lateness(logged: &[f64], commanded: &[f64], noise: f64) -> i32 {
+    let shifted = |k: usize, late: i32| commanded[(k as i64 - i64::from(late)) as usize];
+    let sum = |of: &dyn Fn(usize) -> f64| -> f64 {
+        let inner = SHIFT..logged.len().saturating_sub(SHIFT).max(SHIFT);
+        inner.map(|k| of(k).powi(2)).sum()
     };
+    let squares = |late: i32| sum(&|k| logged[k] - shifted(k, late));
+    let change = |late: i32| sum(&|k| commanded[k] - shifted(k, late));
     let reach = SHIFT as i32;
     let best = (-reach..=reach).min_by(|a, b| squares(*a).total_cmp(&squares(*b)));
-    best.filter(|late| squares(*late) < 0.5 * squares(0))
-        .unwrap_or(0)
+    let clear = |late: &i32| {
+        let change = change(*late);
+        squares(0) - squares(*late) > 0.5 * change && change > (CLEAR * noise).powi(2)
+    };
+    best.filter(clear).unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::StandardNormal;
+
+    use super::*;
+
+    /// Two torques: the controller's, and another made of it, with 1 % of white
+    /// noise.
+    fn torques(logged: impl Fn(&dyn Fn(f64) -> f64, f64) -> f64) -> TorqueMatch {
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let torque = |t: f64| (7.0 * t).sin() + 0.5 * (23.0 * t).cos();
+        let time = || (0..5000).map(|k| f64::from(k) * 1e-3);
+        let commanded: Vec<f64> = time().map(torque).collect();
+        let logged: Vec<f64> = time()
+            .map(|t| logged(&torque, t) + 0.01 * rng.sample::<f64, _>(StandardNormal))
+            .collect();
+        compare(&logged, &commanded).unwrap()
+    }
+
+    #[test]
+    fn the_same_controller_matches() {
+        let found = torques(|torque, t| torque(t));
+        assert!(found.relative < 0.003, "{found:?}");
+        assert!(
+            (found.gain - 1.0).abs() < 4.0 * found.gain_error,
+            "{found:?}"
+        );
+        assert_eq!(found.late, 0);
+    }
+
+    #[test]
+    fn another_scale_is_measured() {
+        let found = torques(|torque, t| 0.98 * torque(t));
+        assert!(
+            (found.gain - 0.98).abs() < 4.0 * found.gain_error,
+            "{found:?}"
+        );
+        assert!(found.gain_error < 5e-4, "{found:?}");
+        assert!((found.relative - 0.02).abs() < 0.003, "{found:?}");
+    }
+
+    #[test]
+    fn a_late_torque_is_seen() {
+        for late in [-1, 2] {
+            let found = torques(|torque, t| torque(t - 1e-3 * f64::from(late)));
+            assert_eq!(found.late, late, "{found:?}");
+        }
+    }
+
+    #[test]
+    fn another_torque_is_seen() {
+        // Saturated at a third of its peak.
+        let found = torques(|torque, t| torque(t).clamp(-0.5, 0.5));
+        assert!(found.relative > 0.3, "{found:?}");
+        assert_eq!(compare(&[1.0, 2.0, 3.0, 4.0, 5.0], &[0.0; 5]), None);
+    }
 }

@@ -98,3 +98,50 @@ fn inverse(normal: &Mat<f64>) -> Option<(Mat<f64>, Vec<bool>)> {
     }
     Some((inverse, seen))
 }
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::StandardNormal;
+
+    use super::super::levenberg::{Problem, minimise};
+    use super::*;
+
+    const SAMPLES: usize = 8000;
+
+    /// Standard errors of a constant and a parameter that nothing shows, from
+    /// noise that holds its value for so many samples.
+    fn errors(hold: usize) -> Vec<Option<f64>> {
+        let mut rng = ChaCha8Rng::seed_from_u64(4);
+        let mut value = 0.0;
+        let data: Vec<f64> = (0..SAMPLES)
+            .map(|k| {
+                if k.is_multiple_of(hold) {
+                    value = rng.sample::<f64, _>(StandardNormal);
+                }
+                value
+            })
+            .collect();
+        let problem = Problem {
+            residuals: Box::new(|x| Some(data.iter().map(|d| d - x[0]).collect())),
+            start: vec![0.5, 1.0],
+            first: vec![1e-3; 2],
+            largest: vec![1e-1; 2],
+            prior: vec![0.0; 2],
+        };
+        standard_errors(&minimise(&problem).unwrap(), SAMPLES)
+    }
+
+    #[test]
+    fn errors_of_a_mean_are_known() {
+        let white = (SAMPLES as f64).sqrt().recip();
+        let found = errors(1);
+        let ratio = found[0].unwrap() / white;
+        assert!((1.0..1.2).contains(&ratio), "{ratio}");
+        assert_eq!(found[1], None);
+        // As if there were one sample in fifty.
+        let ratio = errors(50)[0].unwrap() / (white * 50_f64.sqrt());
+        assert!((0.7..1.3).contains(&ratio), "{ratio}");
+    }
+}

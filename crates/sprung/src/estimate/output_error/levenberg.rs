@@ -230,3 +230,66 @@ fn damped(normal: &Mat<f64>, gradient: &[f64], damping: f64) -> Option<Vec<f64>>
     let step: Vec<f64> = (0..m).map(|i| step[(i, 0)] * scale[i]).collect();
     step.iter().all(|d| d.is_finite()).then_some(step)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn problem<'a>(
+        start: [f64; 2],
+        prior: f64,
+        residuals: impl Fn(&[f64]) -> Option<Vec<f64>> + Sync + 'a,
+    ) -> Problem<'a> {
+        Problem {
+            residuals: Box::new(residuals),
+            start: start.to_vec(),
+            first: vec![1e-6; 2],
+            largest: vec![1e-3; 2],
+            prior: vec![0.0, prior],
+        }
+    }
+
+    #[test]
+    fn a_curved_valley_is_followed() {
+        let valley = |x: &[f64]| Some(vec![10.0 * (x[1] - x[0] * x[0]), 1.0 - x[0]]);
+        let found = minimise(&problem([-1.2, 1.0], 0.0, valley)).unwrap();
+        assert_eq!(found.ending, Ending::Converged);
+        assert!((found.x[0] - 1.0).abs() < 1e-3 && (found.x[1] - 1.0).abs() < 1e-3);
+        assert!(found.cost < 1e-6);
+    }
+
+    #[test]
+    fn a_prior_pulls_to_zero() {
+        // One residual of level 1 and a prior of the same: the middle.
+        let found = minimise(&problem([0.0, 0.0], 1.0, |x| Some(vec![x[0], x[1] - 3.0])));
+        assert!((found.unwrap().x[1] - 1.5).abs() < 1e-6);
+    }
+
+    #[test]
+    fn steps_where_there_is_nothing_are_not_taken() {
+        // The root of 4 is wanted; below 1 and above 3 no robot can move.
+        let wall = |x: &[f64]| {
+            (1.0..3.0)
+                .contains(&x[0])
+                .then(|| vec![x[0] * x[0] - 4.0, x[1]])
+        };
+        let found = minimise(&problem([1.0, 0.0], 0.0, wall)).unwrap();
+        assert!((found.x[0] - 2.0).abs() < 1e-4, "{:?}", found.x);
+        assert!(minimise(&problem([5.0, 0.0], 0.0, wall)).is_err());
+    }
+
+    #[test]
+    fn no_way_down_is_said() {
+        // A slope downwards beside the start, and a wall behind it.
+        let trap = |x: &[f64]| {
+            let height = if x[0] > 1e-5 { 9.0 } else { 1.0 - 1e4 * x[0] };
+            Some(vec![height, x[1]])
+        };
+        let found = minimise(&problem([0.0, 0.0], 0.0, trap)).unwrap();
+        assert_eq!(found.ending, Ending::Stuck);
+        // A minimum at infinity.
+        let forever = |x: &[f64]| Some(vec![1e12 / (1.0 + x[0]), x[1]]);
+        let found = minimise(&problem([0.0, 0.0], 0.0, forever)).unwrap();
+        assert_eq!((found.ending, found.moved), (Ending::Limit, 0));
+    }
+}

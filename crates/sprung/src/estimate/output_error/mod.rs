@@ -18,10 +18,9 @@ use std::time::Instant;
 
 use crate::description::Controller;
 use crate::estimate::delay::Excerpt;
+use crate::estimate::describe::OfEstimator;
 use crate::estimate::least_squares::Fitted;
 use crate::estimate::result::SimulationFit;
-use crate::finding::Finding;
-use crate::model::Theta;
 use crate::named::Named;
 use crate::regression::Reading;
 
@@ -31,22 +30,6 @@ use levenberg::{Ending, minimise};
 use record::Record;
 use simulated::Loop;
 use start::feasible;
-
-/// What output error leaves before it is judged.
-pub(super) struct OutputError {
-    /// Parameters, \[p\]: the linear ones where the search failed.
-    pub(super) theta: Theta,
-    /// Standard errors, \[p\].
-    pub(super) errors: Vec<f64>,
-    /// Whether the simulated motion shows each parameter, \[p\].
-    pub(super) seen: Vec<bool>,
-    /// How the simulation fits, if there was one.
-    pub(super) simulation: Option<SimulationFit>,
-    /// What to know before using the numbers.
-    pub(super) findings: Vec<Finding>,
-    /// Time that it took, s.
-    pub(super) elapsed: f64,
-}
 
 /// Fits the simulated closed loop to the beginning of a log.
 ///
@@ -68,7 +51,7 @@ pub(super) fn output_error(
     controller: &Controller,
     excerpt: &Excerpt,
     linear: &Fitted,
-) -> OutputError {
+) -> OfEstimator {
     let begun = Instant::now();
     let mut found = simulate_and_fit(reading, controller, excerpt, linear);
     found.elapsed = begun.elapsed().as_secs_f64();
@@ -80,22 +63,24 @@ fn simulate_and_fit(
     controller: &Controller,
     excerpt: &Excerpt,
     linear: &Fitted,
-) -> OutputError {
+) -> OfEstimator {
     let model = reading.model;
-    let mut failed = OutputError {
+    let mut failed = OfEstimator {
         theta: linear.theta.clone(),
         errors: linear.standard_error.clone(),
         seen: linear.identifiable.clone(),
         simulation: None,
         findings: findings::standing(),
         elapsed: 0.0,
+        // Simulated from beginning to end, it has no course over time.
+        points: Vec::new(),
     };
     let Some(record) = Record::new(reading, excerpt) else {
         failed.findings.push(findings::no_record());
         return failed;
     };
     failed.findings.push(findings::samples(&record));
-    let (start, changed) = match feasible(model, linear) {
+    let (start, changed) = match feasible(model, &linear.theta) {
         Ok(found) => found,
         Err(error) => {
             failed.findings.push(findings::no_start(&error.to_string()));
@@ -137,7 +122,7 @@ fn simulate_and_fit(
     let errors = standard_errors(&found, record.len());
     let mut findings = failed.findings;
     findings.extend(findings::cost(&simulation));
-    OutputError {
+    OfEstimator {
         theta: plant.theta(&found.x),
         seen: plant.spread(&errors, |error| error.is_some(), &linear.identifiable),
         errors: plant.spread(
@@ -148,5 +133,6 @@ fn simulate_and_fit(
         simulation: Some(simulation),
         findings,
         elapsed: 0.0,
+        points: Vec::new(),
     }
 }

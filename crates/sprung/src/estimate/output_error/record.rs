@@ -13,6 +13,20 @@ const FEWEST: usize = 100;
 /// of the integration.
 const FINEST: f64 = 1e-8;
 
+/// Noise over that of an encoder's steps above which it is more than them.
+const BEYOND_STEPS: f64 = 2.0;
+
+/// Returns the standard deviation of a position, rad (m), of the noise that a
+/// search of the cut-off finds, and of its steps.
+///
+/// Differences of an encoder's steps look up to 1.2 times as noisy as they are.
+fn resolution((noise, step): (f64, Option<f64>)) -> f64 {
+    let of_steps = step.map(|step| step / 12_f64.sqrt());
+    of_steps
+        .filter(|of_steps| noise < BEYOND_STEPS * of_steps)
+        .unwrap_or(noise)
+}
+
 /// A measured position.
 #[derive(Clone, Debug)]
 pub(super) struct Position {
@@ -64,11 +78,11 @@ impl Record {
                     joint: channel.joint,
                     quantity: channel.quantity,
                     column: channel.column.clone(),
-                    noise: noise(excerpt, i)?.0.max(FINEST),
+                    noise: resolution(noise(excerpt, i)?).max(FINEST),
                 })
             })
             .collect();
-        (samples.len() >= FEWEST && !positions.is_empty()).then(|| Self {
+        (samples.len() >= FEWEST && !positions.is_empty()).then_some(Self {
             period,
             samples,
             positions,

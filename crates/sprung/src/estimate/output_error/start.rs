@@ -2,7 +2,6 @@
 
 use sprung_core::parameters::JointParameter;
 
-use crate::estimate::least_squares::Fitted;
 use crate::model::{Model, ModelError, Parameter, Theta};
 
 /// Part of the nominal value that stands for an impossible one.
@@ -26,8 +25,8 @@ const MOVES: usize = 12;
 /// # Errors
 ///
 /// [`ModelError::MassMatrix`] if none is found.
-pub(super) fn feasible(model: &Model, linear: &Fitted) -> Result<(Theta, Vec<usize>), ModelError> {
-    let mut theta = linear.theta.clone();
+pub(super) fn feasible(model: &Model, linear: &[f64]) -> Result<(Theta, Vec<usize>), ModelError> {
+    let mut theta = linear.to_vec();
     for (value, parameter) in theta.iter_mut().zip(model.parameters()) {
         if parameter.fixed.is_some() {
             continue;
@@ -49,7 +48,7 @@ pub(super) fn feasible(model: &Model, linear: &Fitted) -> Result<(Theta, Vec<usi
     }
     model.check_inertias(&theta)?;
     let changed = (0..theta.len())
-        .filter(|&i| (theta[i] - linear.theta[i]).abs() > 0.0)
+        .filter(|&i| (theta[i] - linear[i]).abs() > 0.0)
         .collect();
     Ok((theta, changed))
 }
@@ -78,5 +77,66 @@ fn towards(parameter: &Parameter, from: f64, now: f64) -> f64 {
         Some(nominal) => now + (nominal - from) / MOVES as f64,
         None if parameter.name.ends_with(".coupling") => 0.8 * now,
         None => now,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::description::{no_files, read};
+
+    const ROBOT: &str = r#"
+        format = 1
+        [robot]
+        name = "arm"
+        kinematics = "planar-2r"
+        [robot.nominal]
+        "link1.inertia_total" = 0.19
+        "link2.coupling" = 0.016
+        "link2.inertia" = 0.011
+        [[robot.joint]]
+        name = "a"
+        nominal = { stiffness = 9.0, rotor_inertia = 0.06 }
+        [[robot.joint]]
+        name = "b"
+    "#;
+
+    #[test]
+    fn impossible_values_are_replaced() {
+        let experiment = read("arm", ROBOT, &[], &mut no_files).unwrap();
+        let model = Model::new(&experiment).unwrap();
+        let at = |name: &str| model.index_of(name).unwrap();
+        let mut theta = vec![1.0; model.parameters().len()];
+        for (name, value) in [
+            ("link1.inertia_total", 0.2),
+            ("link2.coupling", 0.017),
+            ("link2.inertia", 0.013),
+        ] {
+            theta[at(name)] = value;
+        }
+        let (same, changed) = feasible(&model, &theta).unwrap();
+        assert_eq!((&same, changed), (&theta, vec![]));
+
+        for (name, value) in [
+            ("a.stiffness", -4.6),
+            ("b.stiffness", -1.0),
+            ("a.rotor_inertia", 0.0),
+            ("b.link_viscous", -0.1),
+            // No bodies are coupled that much.
+            ("link2.coupling", 0.4),
+        ] {
+            theta[at(name)] = value;
+        }
+        assert!(model.check_inertias(&theta).is_err());
+        let (found, changed) = feasible(&model, &theta).unwrap();
+        let value = |name: &str| found[at(name)];
+        assert!((value("a.stiffness") - 1.8).abs() < 1e-12);
+        assert!(value("b.stiffness") > 0.0);
+        assert!((value("a.rotor_inertia") - 0.012).abs() < 1e-12);
+        assert!(value("b.link_viscous").abs() < 1e-15);
+        assert!(model.check_inertias(&found).is_ok());
+        assert!(
+            changed.contains(&at("link2.coupling")) && !changed.contains(&at("a.link_coulomb"))
+        );
     }
 }
