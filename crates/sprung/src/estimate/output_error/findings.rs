@@ -139,7 +139,8 @@ pub(super) fn controller(model: &Model, torques: &[Option<TorqueMatch>]) -> Vec<
                 "controller-does-not-match",
                 format!(
                     "{name}: the controller, fed with the logged positions, gives no torque to \
-                     compare with the logged one"
+                     compare with the logged one. No loop was simulated; the values here are those \
+                     of least squares"
                 ),
                 "check the gains and the reference of [controller]",
             ));
@@ -153,12 +154,13 @@ pub(super) fn controller(model: &Model, torques: &[Option<TorqueMatch>]) -> Vec<
                 format!(
                     "{name}: the controller, fed with the logged positions, misses the logged torque \
                      by {:.0} % beyond its noise (root mean squares): another one ran, or its torque \
-                     did not pass (saturation)",
+                     did not pass (saturation). No loop was simulated; the values here are those of \
+                     least squares",
                     100.0 * torque.relative
                 ),
                 "give gains, velocity window, reference and limits in [controller] as they were, and \
-                 let time begin where the reference does; or use prediction-error or least-squares, \
-                 which need no controller",
+                 let time begin where the reference does; or use least-squares, which needs no \
+                 controller",
             ));
         } else if (torque.gain - 1.0).abs() > SCALE.max(CERTAIN * torque.gain_error) {
             findings.push(Finding::new(
@@ -218,6 +220,6 @@ pub(super) fn cost(simulation: &SimulationFit) -> Option<Finding> {
              model lacks. The parameters take it up, by percents, and the intervals do not show it",
             cost.sqrt()
         ),
-        "use prediction-error or least-squares, which need no controller",
+        "use least-squares, which needs no controller, or see what disturbs the loop",
     ))
 }

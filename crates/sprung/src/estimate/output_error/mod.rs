@@ -21,6 +21,7 @@ use crate::estimate::delay::Excerpt;
 use crate::estimate::describe::OfEstimator;
 use crate::estimate::least_squares::Fitted;
 use crate::estimate::result::SimulationFit;
+use crate::finding::Severity;
 use crate::named::Named;
 use crate::regression::Reading;
 
@@ -91,14 +92,18 @@ fn simulate_and_fit(
         .findings
         .extend(findings::start_changed(model, &changed));
     let torques = compare_torques(model, &start, controller, &record);
-    failed
-        .findings
-        .extend(findings::controller(model, &torques));
+    let about_controller = findings::controller(model, &torques);
+    let another = (about_controller.iter()).any(|finding| finding.severity == Severity::Serious);
+    failed.findings.extend(about_controller);
+    if another {
+        // A fit to another loop only costs time.
+        return failed;
+    }
 
     let plant = Loop::new(model, controller, &record, start, &linear.identifiable);
     let problem = plant.problem(&linear.standard_error);
     let Ok(found) = minimise(&problem) else {
-        let why = "its simulated loop runs away";
+        let why = "its simulated loop runs away, or is too stiff to be followed";
         failed.findings.push(findings::no_start(why));
         return failed;
     };

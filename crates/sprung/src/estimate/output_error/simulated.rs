@@ -14,6 +14,10 @@ use crate::simulate::ClosedLoop;
 /// error moves, where the encoder has 2e5 counts per turn.
 const TOLERANCE: f64 = 1e-8;
 
+/// Steps of the integration, at most, per sample and per millisecond: ten times
+/// what a robot takes. Parameters so stiff that they need more are no robot's.
+const STEPS: f64 = 15.0;
+
 /// First difference of a parameter, as a part of it or of its linear standard
 /// error.
 const FIRST: f64 = 1e-4;
@@ -136,7 +140,7 @@ impl<'a> Loop<'a> {
 
     /// Returns measured minus simulated positions over their noise, position
     /// after position; nothing if the parameters are not those of a robot or
-    /// the loop runs away.
+    /// the loop runs away or is too stiff to be followed.
     fn residuals(&self, x: &[f64]) -> Option<Vec<f64>> {
         let theta = self.theta(x);
         let Self { model, record, .. } = self;
@@ -148,6 +152,8 @@ impl<'a> Loop<'a> {
             .with_tolerance(TOLERANCE);
         let offsets = &x[self.free.len()..];
         let samples = record.len();
+        let per_sample = STEPS * (1.0 + 1e3 * record.period);
+        let budget = (per_sample * samples as f64) as u64;
         let mut residuals = vec![0.0; samples * record.positions.len()];
         for k in 0..samples {
             let state = plant.state();
@@ -161,6 +167,9 @@ impl<'a> Loop<'a> {
                 // The controller sees what the sensors show, without their steps.
                 let tau = plant.command(record.samples.time[k], &q, &phi);
                 plant.advance(&tau).ok()?;
+                if plant.steps() > budget {
+                    return None;
+                }
             }
         }
         residuals.iter().all(|r| r.is_finite()).then_some(residuals)
