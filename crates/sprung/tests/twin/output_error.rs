@@ -74,7 +74,15 @@ fn exact_controller_reaches_the_noise_of_the_encoders() {
                 result.elapsed_s
             );
             assert!((0.9..1.1).contains(&fit.cost_per_sample), "{fit:?}");
-            assert_eq!(result.verdict, Verdict::Good, "{:?}", result.warnings);
+            let own = result
+                .warnings
+                .iter()
+                .filter(|f| f.severity > Severity::Info);
+            let codes: Vec<&str> = own.map(|f| f.code.as_str()).collect();
+            assert!(
+                codes.iter().all(|code| *code == "weakly-excited"),
+                "{codes:?}"
+            );
             covered += inside(&result);
             all.extend(errors);
         }

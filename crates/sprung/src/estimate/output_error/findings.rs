@@ -19,7 +19,7 @@ const CERTAIN: f64 = 5.0;
 /// Cost per sample above which the loop is not the simulated one, and above
 /// which the intervals cover nothing. On the paper's twin it is 0.97 to 1.02
 /// for the exact loop, 1.02 with a velocity gain 10 % wrong, 1.6 with a delay of
-/// one sample, 106 with a disturbance of 2 % of the torque, 1300 with a torque
+/// one sample, 125 with a disturbance of 2 % of the torque, 1300 with a torque
 /// that saturates at 70 % of its peak.
 const COSTLY: f64 = 1.3;
 const HOPELESS: f64 = 25.0;

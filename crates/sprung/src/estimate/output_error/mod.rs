@@ -38,6 +38,9 @@ use start::feasible;
 ///   the first samples up to its end or the first gap.
 /// - `linear`: where the search starts, and what stands if it fails.
 ///
+/// Memory is that of the derivatives: samples times positions times unknowns,
+/// 18 MB for two joints, 80 MB for seven.
+///
 /// Minimises the squared errors of all positions over their noise. Unknowns are
 /// the parameters that the log determines and an offset of each position, with
 /// a prior of the sensor's resolution. Derivatives are forward differences.
