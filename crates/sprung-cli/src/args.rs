@@ -35,6 +35,11 @@ pub(crate) enum Verb {
         before_help = "Example: sprung validate experiment.toml --parameters sprung-out/identification.json"
     )]
     Validate(Validate),
+    /// Put results side by side: estimators, settings, runs, robots.
+    #[command(
+        before_help = "Example: sprung compare run1/sprung-out/identification.json run2/sprung-out/identification.json"
+    )]
+    Compare(Compare),
     /// Record a log of the digital twin that an experiment describes.
     #[command(before_help = "Example: sprung simulate experiment.toml --set simulate.seed=7")]
     Simulate(Simulate),
@@ -137,6 +142,22 @@ pub(crate) struct Validate {
     pub(crate) parameters: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) common: Common,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Compare {
+    /// Two or more identification.json, or their folders; one, if it holds several results. The
+    /// others are compared with the first.
+    #[arg(value_name = "FILE", required = true)]
+    pub(crate) files: Vec<PathBuf>,
+    /// Folder for comparison.json and report.html.
+    #[arg(long, value_name = "DIR", default_value = "sprung-comparison")]
+    pub(crate) out: PathBuf,
+    /// Print the comparison as JSON on stdout, and nothing else there.
+    #[arg(long)]
+    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) voice: Voice,
 }
 
 #[derive(Debug, Args)]

@@ -5,6 +5,7 @@ mod commands;
 mod exit_code;
 mod experiment;
 mod output;
+mod results;
 mod terminal;
 
 fn main() -> std::process::ExitCode {

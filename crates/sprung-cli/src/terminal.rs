@@ -116,7 +116,7 @@ impl Terminal {
     }
 
     /// Prints a warning, or a note if the user wants notes.
-    fn finding(self, about: &str, finding: &Finding) {
+    pub(crate) fn finding(self, about: &str, finding: &Finding) {
         let word = match finding.severity {
             Severity::Info if !self.voice.verbose => return,
             Severity::Info => "note",
@@ -188,11 +188,12 @@ fn print(text: &impl std::fmt::Display) {
     }
 }
 
-fn dash(value: Option<f64>, digits: usize) -> String {
+pub(crate) fn dash(value: Option<f64>, digits: usize) -> String {
     value.map_or_else(|| "-".to_owned(), |value| significant(value, digits))
 }
 
-fn plain(header: Vec<String>, left: usize) -> Table {
+/// Returns a table whose first `left` columns are text.
+pub(crate) fn plain(header: Vec<String>, left: usize) -> Table {
     let mut table = Table::new();
     table.load_style(presets::NOTHING);
     let width = header.len();

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Modules of `sprung`; each uses only those before it.
-const ORDER: [&str; 12] = [
+const ORDER: [&str; 13] = [
     "finding",
     "curves",
     "named",
@@ -18,6 +18,7 @@ const ORDER: [&str; 12] = [
     "regression",
     "estimate",
     "validate",
+    "compare",
     "report",
 ];
 

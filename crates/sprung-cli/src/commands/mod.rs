@@ -1,5 +1,6 @@
 //! One file per verb.
 
+mod compare;
 mod demo;
 mod identify;
 mod new;
@@ -31,6 +32,7 @@ pub(crate) fn run() -> std::process::ExitCode {
         Verb::New(args) => new::run(&args),
         Verb::Identify(args) => with_threads(args.common.work, || identify::run(&args)),
         Verb::Validate(args) => with_threads(args.common.work, || validate::run(&args)),
+        Verb::Compare(args) => compare::run(&args),
         Verb::Simulate(args) => with_threads(args.common.work, || simulate::run(&args)),
         Verb::Schema => {
             terminal::print_json(&sprung::description::schema());

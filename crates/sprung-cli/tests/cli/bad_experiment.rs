@@ -56,11 +56,6 @@ fn keys_of_later_versions_say_so() {
             "\"prediction-error\"",
         ),
         (
-            "[\"least-squares\", \"lsff\"]",
-            "\"output-error\"",
-            "\"output-error\"",
-        ),
-        (
             "position_filter_order = 2",
             "weights = \"transition\"",
             "\"transition\"",
@@ -137,7 +132,7 @@ fn overrides_are_checked_too() {
             vec!["--set", "must be positive"],
         ),
         (
-            "identify.estimator=output-error",
+            "identify.estimator=prediction-error",
             vec!["not available in this version"],
         ),
     ] {

@@ -68,7 +68,13 @@ mod tests {
             message.contains("use \"least-squares\" or \"lsff\""),
             "{message}"
         );
-        let message = choose("estimator", "output-error", &words, &["output-error"]).unwrap_err();
+        let message = choose(
+            "estimator",
+            "prediction-error",
+            &words,
+            &["prediction-error"],
+        )
+        .unwrap_err();
         assert!(
             message.contains("not available in this version"),
             "{message}"

@@ -37,7 +37,7 @@ pub struct Identify {
 impl Default for Identify {
     fn default() -> Self {
         Self {
-            estimator: vec![Estimator::LeastSquares],
+            estimator: vec![Estimator::PredictionError],
             filter_cutoff_rad_per_s: 30.0,
             discretization: DiscretizationName::Matched,
             position_cutoff_hz: Cutoff::Auto,
@@ -54,7 +54,7 @@ impl Default for Identify {
 /// An estimator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(try_from = "String")]
-#[schemars(extend("enum" = ["prediction-error", "least-squares", "lsff"]))]
+#[schemars(extend("enum" = ["prediction-error", "least-squares", "lsff", "output-error"]))]
 pub enum Estimator {
     /// Maximum likelihood on the innovations of a Kalman filter, started from
     /// least squares.
@@ -63,6 +63,8 @@ pub enum Estimator {
     LeastSquares,
     /// Recursive least squares with forgetting factor, sample by sample.
     Lsff,
+    /// The closed loop, simulated with the controller of the file.
+    OutputError,
 }
 
 impl Estimator {
@@ -73,6 +75,7 @@ impl Estimator {
             Self::PredictionError => "prediction-error",
             Self::LeastSquares => "least-squares",
             Self::Lsff => "lsff",
+            Self::OutputError => "output-error",
         }
     }
 }
@@ -81,9 +84,13 @@ impl TryFrom<String> for Estimator {
     type Error = String;
 
     fn try_from(word: String) -> Result<Self, String> {
-        let all = [Self::PredictionError, Self::LeastSquares, Self::Lsff];
-        let available = all.map(Self::name);
-        let index = choose("estimator", &word, &available, &["output-error"])?;
+        let all = [
+            Self::PredictionError,
+            Self::LeastSquares,
+            Self::Lsff,
+            Self::OutputError,
+        ];
+        let index = choose("estimator", &word, &all.map(Self::name), &[])?;
         Ok(all[index])
     }
 }

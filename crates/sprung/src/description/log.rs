@@ -44,6 +44,10 @@ pub struct Log {
     pub motor_torque_nm: Option<Vec<String>>,
     /// Columns of the motor forces of joints that slide, N.
     pub motor_force_n: Option<Vec<String>>,
+    /// Whether the torques are those that acted, as the commands of a drive are,
+    /// and not measured ones with noise of their own.
+    #[serde(default)]
+    pub motor_torque_exact: bool,
     /// Side of the gearbox on which the motor torques were recorded.
     pub motor_torque_side: Option<Side>,
     /// Columns of the motor currents, A.
@@ -114,6 +118,7 @@ impl Log {
         }
         log.motor_position_side = over.motor_position_side.or(log.motor_position_side);
         log.motor_torque_side = over.motor_torque_side.or(log.motor_torque_side);
+        log.motor_torque_exact |= over.motor_torque_exact;
         log.delay_s.extend(over.delay_s.clone());
         log.sign.extend(over.sign.clone());
         log

@@ -124,18 +124,24 @@ pub(super) fn noise(excerpt: &Excerpt, channel: usize) -> Option<(f64, Option<f6
     let few = steps.iter().filter(|step| **step < 1.5 * smallest).count();
     // Values between steps would not all be multiples of the smallest.
     let quantised = whole * 50 >= steps.len() * 49 && few * 100 >= steps.len();
+    let white = white_noise(&values);
+    let step = quantised.then_some(smallest);
+    Some((
+        step.map_or(0.0, |step| step / 12_f64.sqrt()).max(white),
+        step,
+    ))
+}
+
+/// Returns the standard deviation of the white noise on a signal; most of its
+/// samples must change little over three steps.
+pub(super) fn white_noise(values: &[f64]) -> f64 {
     let mut third: Vec<f64> = (values.windows(4))
         .map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs())
         .collect();
     third.sort_by(f64::total_cmp);
     let median = third.get(third.len() / 2).copied().unwrap_or(0.0);
     // A third difference of white noise has 20 times its variance.
-    let white = 1.4826 * median / 20_f64.sqrt();
-    let step = quantised.then_some(smallest);
-    Some((
-        step.map_or(0.0, |step| step / 12_f64.sqrt()).max(white),
-        step,
-    ))
+    1.4826 * median / 20_f64.sqrt()
 }
 
 /// Estimates with cut-offs around the chosen one, from the beginning of a log.

@@ -5,36 +5,75 @@ use sprung_core::parameters::{JointParameter, Side};
 
 use super::judge::Verdict;
 use super::least_squares::{Fitted, MotorRow, residual, torques};
-use super::result::{EncoderOffsetResult, EstimateResult, MotorRowResult, ParameterEstimate};
+use super::result::{
+    EncoderOffsetResult, EstimateResult, MotorRowResult, ParameterEstimate, Refinement, SimulationFit,
+};
+use super::standard::standard_parameters;
 use crate::curves::{CurveSet, Curves};
 use crate::description::Estimator;
+use crate::finding::Finding;
 use crate::model::{Model, Parameter, Theta};
 use crate::named::Named;
 use crate::regression::System;
 
+/// Half width of a 95 % interval of a normal error, in standard errors.
+const NORMAL_95: f64 = 1.96;
+
+/// What an estimator leaves before it is judged.
+pub(super) struct OfEstimator {
+    /// Parameters, \[p\].
+    pub(super) theta: Theta,
+    /// Standard errors, \[p\].
+    pub(super) errors: Vec<f64>,
+    /// Whether each parameter is determined, \[p\].
+    pub(super) seen: Vec<bool>,
+    /// Time that it took, s.
+    pub(super) elapsed: f64,
+    /// Its estimates over time, s; none if it takes the log as a whole.
+    pub(super) points: Vec<(f64, Option<Theta>)>,
+    /// How the simulated loop fits, if one was simulated.
+    pub(super) simulation: Option<SimulationFit>,
+    /// How the filter fits, if one was run.
+    pub(super) refinement: Option<Refinement>,
+    /// Whether the values are those of least squares, because a search failed.
+    pub(super) fallback: bool,
+    /// What it says of itself.
+    pub(super) findings: Vec<Finding>,
+}
+
 /// Returns the result of an estimator, without its warnings.
-///
-/// - The values, their standard errors, and half the width of a 95 % interval in
-///   standard errors; infinite if they make none.
 pub(super) fn describe(
     model: &Model,
     estimator: Estimator,
-    (theta, errors, interval): (&Theta, &[f64], f64),
+    found: &OfEstimator,
     fitted: &Fitted,
     system: &System,
 ) -> EstimateResult {
+    let OfEstimator {
+        theta,
+        errors,
+        seen,
+        ..
+    } = found;
     let torques = torques(model, system, theta);
     let parameters: Vec<ParameterEstimate> = model
         .parameters()
         .iter()
         .enumerate()
         .map(|(i, parameter)| {
-            let known = fitted.identifiable[i];
+            let known = seen[i];
             let mut estimate = estimate(
                 parameter,
                 known.then_some(theta[i]),
                 Some(errors[i]).filter(|e| known && e.is_finite()),
-                interval,
+                match estimator {
+                    Estimator::LeastSquares => fitted.interval,
+                    // How far a running estimate wandered makes no interval.
+                    Estimator::Lsff => f64::INFINITY,
+                    Estimator::PredictionError if !found.fallback => NORMAL_95,
+                    Estimator::PredictionError => fitted.interval,
+                    Estimator::OutputError => NORMAL_95,
+                },
             );
             if known {
                 let torque = torques[i];
@@ -58,13 +97,15 @@ pub(super) fn describe(
         parameters,
         encoder_offsets,
         stribeck_velocity: stribeck_velocities(model),
-        standard_parameters: Vec::new(),
+        standard_parameters: standard_parameters(model, theta, seen),
         motor_rows: match estimator {
-            Estimator::LeastSquares => (fitted.motor_rows.iter())
+            Estimator::LeastSquares | Estimator::PredictionError => (fitted.motor_rows.iter())
                 .map(|row| describe_motor_row(model, row, fitted.interval))
                 .collect(),
-            Estimator::PredictionError | Estimator::Lsff => Vec::new(),
+            Estimator::Lsff | Estimator::OutputError => Vec::new(),
         },
+        simulation: found.simulation.clone(),
+        refinement: found.refinement.clone(),
         residual_rms: (rows.iter().enumerate())
             .map(|(i, (rms, _))| (named(i), *rms))
             .collect(),
@@ -73,7 +114,7 @@ pub(super) fn describe(
             .map(|(i, (rms, rhs))| (named(i), rms / rhs))
             .collect(),
         warnings: Vec::new(),
-        elapsed_s: 0.0,
+        elapsed_s: found.elapsed,
     }
 }
 

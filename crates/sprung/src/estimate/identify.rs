@@ -5,26 +5,27 @@ use std::time::Instant;
 
 use super::cutoff::{choose_cutoff, sweep};
 use super::delay::Excerpt;
-use super::describe::{describe, fit_curves, trace_of};
+use super::describe::{OfEstimator, describe, fit_curves, trace_of};
 use super::gravity::{tilted, worth_a_look};
 use super::judge::{Verdict, judge};
 use super::least_squares::{Fitted, fit, residual, trace};
 use super::lsff::{Lsff, LsffError};
-use super::refine::{Refined, refine};
-use super::result::{DelayUsed, EstimateResult, GENERATOR, Identification, LogInfo, SettingsUsed};
+use super::output_error::output_error;
+use super::prediction_error::prediction_error;
+use super::result::{
+    CutoffChoice, DelayUsed, EstimateResult, GENERATOR, Identification, LogInfo, SettingsUsed,
+};
 use super::second_look::{Delays, excerpt, suspicions};
-use super::standard::standard_parameters;
 use super::stribeck::find_stribeck;
 use crate::curves::Curves;
-use crate::description::{Cutoff, Delay, Estimator, Experiment, Identify, Log};
+use crate::description::{
+    Controller, ControllerKind, Cutoff, Delay, Estimator, Experiment, Feedforward, Identify, Log,
+};
 use crate::finding::{Finding, Severity};
 use crate::log::{ChannelError, Channels, LogError, LogSource, check};
-use crate::model::{Model, Theta};
+use crate::model::Model;
 use crate::preprocess::RawBlock;
 use crate::regression::{LogFigures, Observer, PassError, Reading, Restart, System, read_through};
-
-/// The 97.5 % quantile of the normal distribution.
-const NORMAL_95: f64 = 1.959_964;
 
 /// What an identification leaves.
 #[derive(Clone, Debug)]
@@ -47,6 +48,12 @@ pub enum IdentifyError {
     /// The description of the log is not complete.
     #[error(transparent)]
     Channel(#[from] ChannelError),
+    /// Output error has no controller to simulate.
+    #[error(
+        "estimator \"output-error\" simulates the closed loop, and {0}; or use \"least-squares\", which \
+         needs no controller"
+    )]
+    Controller(&'static str),
     /// LSFF cannot be built.
     #[error(transparent)]
     Lsff(#[from] LsffError),
@@ -155,6 +162,7 @@ pub fn identify(
     let start = Instant::now();
     let log = experiment.log.as_ref().ok_or(IdentifyError::NoLog)?;
     let settings = &experiment.identify;
+    let controller = loop_controller(experiment)?;
     let channels = Channels::new(&experiment.robot, log)?;
     let names: Vec<String> = sources.iter().map(|source| source.name.clone()).collect();
     let file = names.join(", ");
@@ -191,37 +199,40 @@ pub fn identify(
     let mut traces = Vec::new();
     let mut thetas = Vec::new();
     for &estimator in &settings.estimator {
-        let linear = || OfEstimator {
-            theta: fitted.theta.clone(),
-            errors: fitted.standard_error.clone(),
-            interval: fitted.interval,
-            elapsed: start.elapsed().as_secs_f64() - watch.elapsed,
-            points: trace(model, &passed.system).collect(),
-            refined: None,
-        };
-        let of_estimator = match (estimator, &lsff) {
-            (Estimator::Lsff, Some(lsff)) => of_lsff(lsff, watch.elapsed),
-            (Estimator::PredictionError, _) => {
-                refined(&reading, &mut beginning, &fitted)?.unwrap_or_else(linear)
+        let of_estimator = match (estimator, &lsff, controller) {
+            (Estimator::Lsff, Some(lsff), _) => of_lsff(lsff, &fitted, watch.elapsed),
+            (Estimator::OutputError, _, Some(controller)) => {
+                let excerpt = beginning.get(&channels).map_err(PassError::from)?;
+                let excerpt = excerpt.ok_or(IdentifyError::NoLog)?;
+                output_error(&reading, controller, excerpt, &fitted)
             }
-            _ => linear(),
+            (Estimator::PredictionError, ..) => {
+                beginning.get(&channels).map_err(PassError::from)?;
+                let excerpt = beginning.excerpt.as_ref().ok_or(IdentifyError::NoLog)?;
+                prediction_error(&reading, beginning.sources, excerpt, &passed.system, &fitted)?
+            }
+            _ => {
+                let elapsed = start.elapsed().as_secs_f64() - watch.elapsed;
+                of_least_squares(model, &passed.system, &fitted, elapsed)
+            }
         };
-        let values = (
-            &of_estimator.theta,
-            &of_estimator.errors[..],
-            of_estimator.interval,
-        );
-        let mut result = describe(model, estimator, values, &fitted, &passed.system);
-        let theta = &of_estimator.theta;
-        result.elapsed_s = of_estimator.elapsed;
-        result.standard_parameters = standard_parameters(model, theta, &fitted.identifiable);
+        let mut result = describe(model, estimator, &of_estimator, &fitted, &passed.system);
         let suspicions =
             suspicions(&reading, &result, || beginning.get(&channels)).map_err(PassError::from)?;
         result.warnings = judge(model, &result, &fitted.weakest_direction, &suspicions);
-        result.warnings.extend(notes(estimator, lsff.as_ref()));
+        result.warnings.extend(of_estimator.findings);
+        result
+            .warnings
+            .sort_by_key(|finding| std::cmp::Reverse(finding.severity));
         results.push(result);
-        traces.push(trace_of(model, estimator, of_estimator.points));
+        if !of_estimator.points.is_empty() {
+            traces.push(trace_of(model, estimator, of_estimator.points));
+        }
         thetas.push((estimator, of_estimator.theta));
+    }
+    if traces.is_empty() {
+        let points = trace(model, &passed.system).collect();
+        traces.push(trace_of(model, Estimator::LeastSquares, points));
     }
     if worth_a_look(experiment, worst_residual(&results))
         && let Some(excerpt) = beginning.get(&channels).map_err(PassError::from)?
@@ -247,17 +258,42 @@ pub fn identify(
             robot: experiment.robot.name.clone(),
             log: infos.next().ok_or(IdentifyError::NoLog)?,
             further_logs: infos.collect(),
-            settings: SettingsUsed {
-                filter_cutoff_rad_per_s: settings.filter_cutoff_rad_per_s,
-                discretization: settings.discretization.name().to_owned(),
-                position_cutoff_hz: reading.position_cutoff_hz,
-                position_cutoff_choice,
-                position_filter_order: settings.position_filter_order,
-            },
+            settings: settings_used(&reading, position_cutoff_choice),
             findings,
             results,
         },
     })
+}
+
+fn settings_used(reading: &Reading<'_>, choice: Option<CutoffChoice>) -> SettingsUsed {
+    let settings = reading.settings;
+    SettingsUsed {
+        filter_cutoff_rad_per_s: settings.filter_cutoff_rad_per_s,
+        discretization: settings.discretization.name().to_owned(),
+        position_cutoff_hz: reading.position_cutoff_hz,
+        position_cutoff_choice: choice,
+        position_filter_order: settings.position_filter_order,
+    }
+}
+
+/// Returns the controller that output error simulates, if it is asked for.
+fn loop_controller(experiment: &Experiment) -> Result<Option<&Controller>, IdentifyError> {
+    if !(experiment.identify.estimator).contains(&Estimator::OutputError) {
+        return Ok(None);
+    }
+    let controller = experiment.controller.as_ref();
+    let controller = controller.ok_or(IdentifyError::Controller(
+        "the experiment has no [controller]; give gains and reference of what ran during the log",
+    ))?;
+    if controller.kind == ControllerKind::StateFeedback
+        && controller.feedforward == Feedforward::Identified
+    {
+        return Err(IdentifyError::Controller(
+            "the feedforward of a controller that ran before cannot have used the parameters to be \
+             identified; set feedforward = \"nominal\" in [controller]",
+        ));
+    }
+    Ok(Some(controller))
 }
 
 /// Returns what there is to know about the logs as they are.
@@ -287,64 +323,32 @@ fn log_infos(
         .collect()
 }
 
-/// What an estimator leaves before it is judged.
-struct OfEstimator {
-    theta: Theta,
-    errors: Vec<f64>,
-    /// Half the width of a 95 % interval in standard errors.
-    interval: f64,
-    elapsed: f64,
-    points: Vec<(f64, Option<Theta>)>,
-    refined: Option<Refined>,
+fn of_least_squares(model: &Model, system: &System, fitted: &Fitted, elapsed: f64) -> OfEstimator {
+    OfEstimator {
+        theta: fitted.theta.clone(),
+        errors: fitted.standard_error.clone(),
+        seen: fitted.identifiable.clone(),
+        elapsed,
+        points: trace(model, system).collect(),
+        simulation: None,
+        refinement: None,
+        fallback: false,
+        findings: vec![standard_error_of_stretches()],
+    }
 }
 
-/// Refines what least squares found.
-fn refined(
-    reading: &Reading<'_>,
-    beginning: &mut Beginning<'_, '_>,
-    fitted: &Fitted,
-) -> Result<Option<OfEstimator>, PassError> {
-    let start = Instant::now();
-    beginning.get(reading.channels)?;
-    let Some(excerpt) = &beginning.excerpt else {
-        return Ok(None);
-    };
-    let parameters = reading.model.parameters().iter();
-    let free: Vec<usize> = (parameters.zip(&fitted.identifiable).enumerate())
-        .filter(|(_, (parameter, known))| **known && parameter.fixed.is_none())
-        .map(|(i, _)| i)
-        .collect();
-    let found = refine(
-        reading,
-        beginning.sources,
-        excerpt,
-        &fitted.theta,
-        &free,
-        false,
-        &mut |_| (),
-    )?;
-    Ok(found.map(|refined| OfEstimator {
-        theta: refined.theta.clone(),
-        errors: refined.standard_error.clone(),
-        interval: NORMAL_95,
-        elapsed: start.elapsed().as_secs_f64(),
-        points: (refined.trace.iter())
-            .map(|(time, theta)| (*time, Some(theta.clone())))
-            .collect(),
-        refined: Some(refined),
-    }))
-}
-
-fn of_lsff(lsff: &Lsff, elapsed: f64) -> OfEstimator {
+fn of_lsff(lsff: &Lsff, fitted: &Fitted, elapsed: f64) -> OfEstimator {
     let points = lsff.trace().iter();
     OfEstimator {
         theta: lsff.theta(),
         errors: lsff.wandering(),
-        // How far a running estimate wandered makes no interval.
-        interval: f64::INFINITY,
-        refined: None,
+        seen: fitted.identifiable.clone(),
         elapsed,
         points: points.map(|(t, x)| (*t, Some(x.clone()))).collect(),
+        simulation: None,
+        refinement: None,
+        fallback: false,
+        findings: about_lsff(lsff),
     }
 }
 
@@ -444,31 +448,28 @@ impl Observer for Watch<'_> {
     }
 }
 
-/// Says what the standard errors of an estimator are worth.
-fn notes(estimator: Estimator, lsff: Option<&Lsff>) -> Vec<Finding> {
-    let mut notes = vec![match estimator {
-        Estimator::PredictionError => return Vec::new(),
-        Estimator::LeastSquares => Finding::new(
-            Severity::Info,
-            "standard-error-of-stretches",
-            "the standard errors say how much stretches of this log disagree; repeated runs scatter \
-             less, and a bias that all stretches share, as by quantised positions through the \
-             Coulomb transition, is not in them: on the digital twin it reaches three of them"
-                .to_owned(),
-            "compare cut-offs and repeated experiments",
-        ),
-        Estimator::Lsff => Finding::new(
-            Severity::Info,
-            "standard-error-is-wandering",
-            "the standard errors of LSFF are how far the running estimate wandered over its last \
-             memory; bias by the noise of on-line velocities is not in them"
-                .to_owned(),
-            "prefer least squares on filtered positions where the log is at hand",
-        ),
-    }];
-    if let (Estimator::Lsff, Some(lsff)) = (estimator, lsff)
-        && lsff.paused() > 0.0
-    {
+fn standard_error_of_stretches() -> Finding {
+    Finding::new(
+        Severity::Info,
+        "standard-error-of-stretches",
+        "the standard errors say how much stretches of this log disagree; repeated runs scatter \
+         less, and a bias that all stretches share, as by quantised positions through the \
+         Coulomb transition, is not in them: on the digital twin it reaches three of them"
+            .to_owned(),
+        "compare cut-offs and repeated experiments",
+    )
+}
+
+fn about_lsff(lsff: &Lsff) -> Vec<Finding> {
+    let mut notes = vec![Finding::new(
+        Severity::Info,
+        "standard-error-is-wandering",
+        "the standard errors of LSFF are how far the running estimate wandered over its last \
+         memory; bias by the noise of on-line velocities is not in them"
+            .to_owned(),
+        "prefer least squares on filtered positions where the log is at hand",
+    )];
+    if lsff.paused() > 0.0 {
         notes.push(Finding::new(
             Severity::Warning,
             "wind-up",

@@ -408,6 +408,10 @@ fn unexplained(
     name: &str,
     findings: &mut Vec<Finding>,
 ) {
+    if result.simulation.is_some() {
+        // Its cost says how it fits; the filtered rows hold the encoders' steps.
+        return;
+    }
     let row = model.row_name(model.torque_row(joint));
     let Some(relative) = result.relative_residual.get(&row) else {
         return;

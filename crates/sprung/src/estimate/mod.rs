@@ -1,5 +1,6 @@
 //! From a system to parameters, and how far to trust them.
 
+mod chi_square;
 mod cutoff;
 mod delay;
 mod describe;
@@ -9,12 +10,15 @@ mod judge;
 mod judge_parameters;
 mod least_squares;
 mod lsff;
+mod output_error;
+mod prediction_error;
 mod refine;
 mod result;
 mod second_look;
 mod standard;
 mod stribeck;
 
+pub use chi_square::upper_tail;
 pub use cutoff::{choose_cutoff, position_cutoff, sweep};
 pub use delay::{DelayEstimate, Excerpt, MotorRowFit, estimate_delays, fit_motor_rows};
 pub use gravity::{tilted, worth_a_look};
@@ -22,11 +26,10 @@ pub use identify::{Identified, IdentifyError, identify};
 pub use judge::{Suspicion, UNEXPLAINED, Verdict, judge, suspect};
 pub use least_squares::{Fitted, MotorRow, TorqueOf, fit, fit_quickly, residual, torques, trace};
 pub use lsff::{Lsff, LsffError};
-pub use refine::{ChannelDelay, Refined, RowLevel, refine};
 pub use result::{
     CutoffChoice, CutoffPoint, DelayUsed, Determined, EncoderOffsetResult, EstimateResult,
-    GENERATOR, Identification, LogInfo, MotorRowResult, ParameterEstimate, SettingsUsed,
-    StandardParameter, parameters_csv,
+    GENERATOR, Identification, LogInfo, MotorRowResult, ParameterEstimate, Refinement, RefinedDelay, RefinedOffset, RowDisturbance, SettingsUsed,
+    SimulationFit, StandardParameter, parameters_csv,
 };
 pub use standard::standard_parameters;
 pub use stribeck::find_stribeck;

@@ -184,6 +184,12 @@ pub struct EstimateResult {
     /// What the motor rows say by themselves; least squares only.
     #[serde(default)]
     pub motor_rows: Vec<MotorRowResult>,
+    /// How the simulated loop fits; output error only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub simulation: Option<SimulationFit>,
+    /// How the filter fits; the prediction error only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub refinement: Option<Refinement>,
     /// Residual of each row, root mean square, N·m.
     pub residual_rms: Named,
     /// Residual over torque of each motor row.
@@ -192,6 +198,97 @@ pub struct EstimateResult {
     pub warnings: Vec<Finding>,
     /// Time that the estimate took, s.
     pub elapsed_s: f64,
+}
+
+/// How a simulated closed loop fits the positions of a log.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SimulationFit {
+    /// Samples that were simulated, from the beginning of the first log.
+    pub samples: u64,
+    /// Squared error of a position over the variance of its sensor, mean over
+    /// all; about 1 where the loop is exactly known.
+    pub cost_per_sample: f64,
+    /// Iterations of the search.
+    pub iterations: usize,
+    /// Root mean square error over the noise of the sensor, by column.
+    pub position_rms_over_noise: Named,
+    /// What each position reads too much, rad (m), by column.
+    pub offset_rad: Named,
+    /// Difference of the controller's torque from the logged one beyond white
+    /// noise, over the torque, by joint.
+    pub torque_mismatch: Named,
+}
+
+/// What a prediction-error refinement says besides the parameters.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Refinement {
+    /// Whether the search ended by itself.
+    pub converged: bool,
+    /// Runs of the filter.
+    pub runs: usize,
+    /// Samples that were used.
+    pub samples: usize,
+    /// Time that they span, s.
+    pub duration_s: f64,
+    /// Measurements of positions that were used: of a counter, its edges.
+    pub measurements: u64,
+    /// Minus the logarithm of the likelihood, without its constant.
+    pub minus_log_likelihood: f64,
+    /// Noise and disturbances, by row of the regressor.
+    pub disturbances: Vec<RowDisturbance>,
+    /// Corner of the disturbances' spectrum, Hz.
+    pub disturbance_corner_hz: f64,
+    /// Constants that sensors read too much.
+    pub encoder_offsets: Vec<RefinedOffset>,
+    /// What the likelihood says of delays.
+    pub delays: Vec<RefinedDelay>,
+    /// Pairs of parameters whose errors are most alike, with their correlation.
+    pub correlations: Vec<(String, String, f64)>,
+    /// What each of several logs says alone: value and standard error, in the
+    /// order of `parameters`; nothing for one that was not refined.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub each_log: Vec<Vec<Option<(f64, f64)>>>,
+}
+
+/// Noise and disturbance of a row of the regressor.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RowDisturbance {
+    /// Name of the row, as in `joint1.motor_nm`.
+    pub row: String,
+    /// White noise of the torque, standard deviation, N·m (N).
+    pub torque_noise_nm: f64,
+    /// Disturbance, standard deviation, N·m (N).
+    pub disturbance_nm: f64,
+    /// Standard deviation of the joint's motor torque, N·m (N).
+    pub torque_nm: f64,
+    /// Whether a level ended at its upper bound.
+    pub at_bound: bool,
+}
+
+/// What a sensor of positions reads too much.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RefinedOffset {
+    /// Name of the joint.
+    pub joint: String,
+    /// The column.
+    pub column: String,
+    /// Value, rad (m).
+    pub offset_rad: f64,
+    /// Its standard error, rad (m).
+    pub standard_error_rad: f64,
+}
+
+/// What the likelihood says of the delay of a column against the others.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RefinedDelay {
+    /// The column.
+    pub column: String,
+    /// How much later than its event it was recorded, s.
+    pub delay_s: f64,
+    /// Its standard error, s; absent if the log says nothing.
+    pub standard_error_s: Option<f64>,
+    /// Part of it that the values of the parameters take into account, s.
+    pub used_s: f64,
 }
 
 /// One parameter.

@@ -41,6 +41,8 @@ pub struct Channels {
     pub time_factor: f64,
     /// Link, motor and torque channels.
     pub all: Vec<Channel>,
+    /// Whether the torques are those that acted, as commands are, without noise.
+    pub exact_torque: bool,
     /// Whether each joint is rigid: its motor's position is its link's.
     pub rigid: Vec<bool>,
     /// Whether each joint turns; otherwise it slides.
@@ -130,6 +132,7 @@ impl Channels {
             time,
             time_factor,
             all,
+            exact_torque: log.motor_torque_exact,
             rigid: robot
                 .joint
                 .iter()

@@ -249,6 +249,7 @@ mod tests {
             time: "t".to_owned(),
             time_factor: 1.0,
             all,
+            exact_torque: false,
             rigid: vec![false; JOINTS],
             turns: vec![true; JOINTS],
             offsets: vec![0.0, 0.3],

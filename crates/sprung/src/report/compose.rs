@@ -83,7 +83,7 @@ fn badge(result: &EstimateResult) -> Badge {
     }
 }
 
-fn section(id: &str, heading: &str, lead: &str, blocks: Vec<Block>) -> Section {
+pub(super) fn section(id: &str, heading: &str, lead: &str, blocks: Vec<Block>) -> Section {
     Section {
         id: id.to_owned(),
         heading: heading.to_owned(),
@@ -114,7 +114,7 @@ fn parameters(identification: &Identification, contents: &Contents<'_>) -> Secti
     )
 }
 
-fn shown(finding: &Finding) -> Shown {
+pub(super) fn shown(finding: &Finding) -> Shown {
     Shown {
         severity: match finding.severity {
             Severity::Info => Tone::Neutral,
@@ -224,6 +224,19 @@ fn conditioning(identification: &Identification) -> Section {
             pairs.push((
                 format!("Condition number of {}'s motor row", row.joint),
                 or_dash(row.condition_number, 4),
+            ));
+        }
+    }
+    for result in &identification.results {
+        if let Some(fit) = &result.simulation {
+            pairs.push((
+                format!("Cost per sample of {}", result.estimator),
+                format!(
+                    "{} over {} samples, after {} iterations (about 1 where the loop is exactly known)",
+                    significant(fit.cost_per_sample, 4),
+                    fit.samples,
+                    fit.iterations
+                ),
             ));
         }
     }

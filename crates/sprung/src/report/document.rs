@@ -66,6 +66,8 @@ pub enum Block {
     Table(Table),
     /// A figure of one or more panels.
     Figure(Figure),
+    /// Values with their intervals, side by side.
+    Intervals(Intervals),
     /// Remarks of a check, each with its remedy.
     Findings(Vec<Finding>),
     /// Text to be shown as typed.
@@ -114,6 +116,38 @@ pub struct Finding {
     pub text: String,
     /// What to do about it, which may be empty.
     pub remedy: String,
+}
+
+/// Values with their intervals: one row per quantity on a scale of its own,
+/// one colour per origin.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Intervals {
+    /// What is shown.
+    pub caption: String,
+    /// Where the values come from, one name per mark of a row.
+    pub names: Vec<String>,
+    /// The rows from top to bottom.
+    pub rows: Vec<IntervalRow>,
+}
+
+/// One quantity of several origins.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct IntervalRow {
+    /// Name of the quantity.
+    pub label: String,
+    /// What half the width of the row stands for.
+    pub scale: String,
+    /// One mark per origin, if it has a value.
+    pub marks: Vec<Option<Mark>>,
+}
+
+/// A value in its interval; -1 is the left end of a row, 1 its right end.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct Mark {
+    /// The value.
+    pub at: f64,
+    /// The ends of its interval.
+    pub interval: Option<[f64; 2]>,
 }
 
 /// A figure whose panels share the horizontal axis, the cursor and the zoom.

@@ -91,7 +91,8 @@ pub fn render(document: &Document) -> Result<String, ReportError> {
 mod tests {
     use super::*;
     use crate::report::document::{
-        Badge, Block, Column, Figure, Finding, Panel, Row, Section, Series, Style, Table, Tone,
+        Badge, Block, Column, Figure, Finding, IntervalRow, Intervals, Mark, Panel, Row, Section,
+        Series, Style, Table, Tone,
     };
 
     const HOSTILE: &str = "<b>x</b></script><script>alert(1)</script>";
@@ -125,6 +126,15 @@ mod tests {
             }],
             ..Figure::default()
         };
+        let intervals = Intervals {
+            caption: text(),
+            names: vec![text()],
+            rows: vec![IntervalRow {
+                label: text(),
+                scale: text(),
+                marks: vec![None],
+            }],
+        };
         let finding = Finding {
             severity: Tone::Doubtful,
             code: text(),
@@ -150,6 +160,7 @@ mod tests {
                     Block::KeyValues(vec![(text(), text())]),
                     Block::Table(table),
                     Block::Figure(figure),
+                    Block::Intervals(intervals),
                     Block::Findings(vec![finding]),
                 ],
             }],
@@ -182,6 +193,34 @@ mod tests {
                 .skip(1)
                 .all(|rest| rest.starts_with('#'))
         );
+    }
+
+    #[test]
+    fn marks_stand_where_their_values_do() {
+        let mark = Mark {
+            at: 0.5,
+            interval: Some([0.25, 0.75]),
+        };
+        let intervals = Intervals {
+            names: vec!["a".into(), "b".into()],
+            rows: vec![IntervalRow {
+                marks: vec![Some(mark), None],
+                ..IntervalRow::default()
+            }],
+            ..Intervals::default()
+        };
+        let document = Document {
+            sections: vec![Section {
+                blocks: vec![Block::Intervals(intervals)],
+                ..Section::default()
+            }],
+            ..Document::default()
+        };
+        let page = render(&document).unwrap();
+        // Left and right ends are measured from their own sides.
+        assert!(page.contains("class=\"bar c0\" style=\"left:62.50%;right:12.50%\""));
+        assert!(page.contains("class=\"mark c0 m0\" style=\"left:75.00%\""));
+        assert!(!page.contains("class=\"bar c1\""));
     }
 
     #[test]

@@ -2,6 +2,7 @@
 //!
 //! [`compose`] says what a report contains, [`render`] how it looks.
 
+mod comparison;
 mod compose;
 mod document;
 mod html;
@@ -11,6 +12,7 @@ mod robot_tables;
 mod tables;
 mod validation_tables;
 
+pub use comparison::compose_comparison;
 pub use compose::{Contents, compose};
 pub use document::*;
 pub use html::{ReportError, render};

@@ -193,6 +193,13 @@ impl ClosedLoop {
         self
     }
 
+    /// Returns how many steps the integration has tried: what the simulation
+    /// costs.
+    #[must_use]
+    pub fn steps(&self) -> u64 {
+        self.integrator.steps()
+    }
+
     /// Returns the period of controller and log, s.
     #[must_use]
     pub fn period(&self) -> f64 {

@@ -63,6 +63,8 @@ pub struct Integrator {
     // One vector per stage, and two states.
     slopes: [Vec<f64>; STAGES],
     y: Vec<f64>,
+    // Tried so far.
+    steps: u64,
 }
 
 impl Integrator {
@@ -75,9 +77,16 @@ impl Integrator {
         Self {
             tolerance,
             step: f64::INFINITY,
+            steps: 0,
             slopes: std::array::from_fn(|_| vec![0.0; states]),
             y: vec![0.0; states],
         }
+    }
+
+    /// Returns how many steps were tried so far.
+    #[must_use]
+    pub fn steps(&self) -> u64 {
+        self.steps
     }
 
     /// Moves the state `x` forward by `duration`, in s.
@@ -97,6 +106,7 @@ impl Integrator {
         let mut left = duration;
         rate(x, &mut self.slopes[0]);
         for _ in 0..10_000 {
+            self.steps += 1;
             // Equal steps: a last sliver would waste one.
             let count = (left / self.step).ceil().max(1.0);
             let h = left / count;

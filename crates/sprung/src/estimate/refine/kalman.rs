@@ -85,6 +85,16 @@ impl Normal {
         }
     }
 
+    /// Returns what came since others.
+    fn without(&self, before: &Self) -> Self {
+        let minus = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect();
+        Self {
+            count: self.count,
+            information: minus(&self.information, &before.information),
+            gradient: minus(&self.gradient, &before.gradient),
+        }
+    }
+
     /// Returns those of the first unknowns.
     pub(super) fn first(&self, count: usize) -> Self {
         let rows = self.information.chunks(self.count.max(1)).take(count);
@@ -122,6 +132,8 @@ pub(super) struct Outcome {
     pub(super) normal: Normal,
     /// The normal equations after parts of the samples: time, s, and sums so far.
     pub(super) growing: Vec<(f64, Normal)>,
+    /// Those of each log alone, if there are several.
+    pub(super) logs: Vec<Normal>,
 }
 
 /// What a run is to leave besides its cost.
@@ -160,7 +172,10 @@ pub(super) fn run(
         measurements: 0,
         normal: Normal::new(count),
         growing: Vec::new(),
+        logs: Vec::new(),
     };
+    let logs = record.stretches.last().map_or(0, |stretch| stretch.log + 1);
+    let mut before_log = Normal::new(count);
     let mut schedule = Schedule {
         corner: levels.corner,
         ..Schedule::default()
@@ -169,7 +184,7 @@ pub(super) fn run(
     let mut tangent = Tangent::new(rows, 3 * rows + count, unknowns.places(3 * rows));
     let mut before = 0;
     let mut time = 0.0;
-    for stretch in &record.stretches {
+    for (part, stretch) in record.stretches.iter().enumerate() {
         let mut filter = Filter::new(rows, stretch, unknowns, z, levels);
         let mut sensitivity = unknowns.start(record, rows);
         for k in 0..stretch.samples() {
@@ -225,6 +240,11 @@ pub(super) fn run(
                 let at = time + (k + 1) as f64 * stretch.period;
                 outcome.growing.push((at, outcome.normal.clone()));
             }
+        }
+        let next = record.stretches.get(part + 1);
+        if logs > 1 && next.is_none_or(|next| next.log != stretch.log) {
+            outcome.logs.push(outcome.normal.without(&before_log));
+            before_log = outcome.normal.clone();
         }
         before += stretch.samples();
         time += stretch.period * stretch.samples() as f64;

@@ -23,7 +23,7 @@ use sprung_core::parameters::JointParameter;
 
 use super::cutoff::noise;
 use super::delay::Excerpt;
-use crate::log::{Channels, LogSource};
+use crate::log::LogSource;
 use crate::model::{Model, Theta};
 use crate::preprocess::Butterworth;
 use crate::regression::{PassError, Reading};
@@ -49,76 +49,104 @@ const EXACT: f64 = 1e-3;
 /// Noise of positions that show none, rad (m).
 const FINEST: f64 = 1e-9;
 
+/// Rounds in which delays are found, the part of its standard error that a delay
+/// may be off after the last, and how far it may move in one, in samples or
+/// standard errors.
+const ROUNDS: usize = 6;
+const CLOSE: f64 = 0.1;
+const REACH: f64 = 10.0;
+
 /// Points of a trace, at most.
 const TRACE: usize = 60;
 
 /// What a refinement finds.
 #[derive(Clone, Debug)]
-pub struct Refined {
+pub(super) struct Refined {
     /// The parameter vector, known values included, \[p\].
-    pub theta: Theta,
+    pub(super) theta: Theta,
     /// Standard error of each parameter; zero for known ones, infinite where the
     /// log says nothing.
-    pub standard_error: Vec<f64>,
+    pub(super) standard_error: Vec<f64>,
     /// Indices in theta of the parameters that were refined.
-    pub free: Vec<usize>,
+    pub(super) free: Vec<usize>,
     /// Covariance of these, \[free × free\].
-    pub covariance: Vec<f64>,
+    pub(super) covariance: Vec<f64>,
     /// Whether the search ended by itself.
-    pub converged: bool,
+    pub(super) converged: bool,
     /// Runs of the filter.
-    pub runs: usize,
-    /// Parameters that moved last, index in theta and part of the standard error,
-    /// the largest first.
-    pub moved: Vec<(usize, f64)>,
+    pub(super) runs: usize,
+    /// The parameters, index in theta, that moved last, and by how many standard
+    /// errors, the largest first.
+    pub(super) moved: Vec<(usize, f64)>,
     /// Minus the logarithm of the likelihood, without its constant.
-    pub loss: f64,
+    pub(super) loss: f64,
     /// Measurements that were used.
-    pub measurements: u64,
+    pub(super) measurements: u64,
     /// Samples that were used.
-    pub samples: usize,
+    pub(super) samples: usize,
     /// Time that they span, s.
-    pub duration: f64,
+    pub(super) duration: f64,
     /// Whether the logs hold more.
-    pub left_out: bool,
+    pub(super) left_out: bool,
     /// Levels of noise and disturbances, one per row of the regressor.
-    pub levels: Vec<RowLevel>,
+    pub(super) levels: Vec<RowLevel>,
+    /// Corner of the disturbances' spectrum, Hz.
+    pub(super) corner: f64,
+    /// By how much a sensor reads too much: joint, channel, value and standard
+    /// error, rad (m).
+    pub(super) offsets: Vec<(usize, usize, f64, f64)>,
     /// What the log says of delays, one per channel.
-    pub delays: Vec<ChannelDelay>,
+    pub(super) delays: Vec<ChannelDelay>,
     /// Parameter vectors of growing parts of the log, by their end in s.
-    pub trace: Vec<(f64, Theta)>,
+    pub(super) trace: Vec<(f64, Theta)>,
+    /// What each of several logs says alone: value and standard error of each
+    /// refined parameter.
+    pub(super) logs: Vec<Vec<(f64, f64)>>,
 }
 
 /// Noise and disturbance of a row.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RowLevel {
+pub(super) struct RowLevel {
     /// Standard deviation of white torque noise, N·m (N); zero in link rows.
-    pub white: f64,
+    pub(super) white: f64,
     /// Standard deviation of the disturbance, N·m (N).
-    pub drift: f64,
+    pub(super) drift: f64,
     /// Standard deviation of the torque of the row's joint, N·m (N).
-    pub torque: f64,
+    pub(super) torque: f64,
     /// Whether one of them ended at its upper bound.
-    pub at_bound: bool,
+    pub(super) at_bound: bool,
 }
 
 /// What the likelihood says of the delay of a channel against the others.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ChannelDelay {
+pub(super) struct ChannelDelay {
     /// Index in [`Channels::all`].
-    pub channel: usize,
-    /// How much later than assumed it was recorded, s.
-    pub delay: f64,
+    pub(super) channel: usize,
+    /// What was assumed, s.
+    pub(super) assumed: f64,
+    /// How much later than that it was recorded, s.
+    pub(super) beyond: f64,
     /// Its standard error, s.
-    pub standard_error: f64,
+    pub(super) standard_error: f64,
+    /// Whether it was to be estimated.
+    pub(super) wanted: bool,
+}
+
+/// What there is to refine from.
+pub(super) struct Start<'a> {
+    /// A parameter vector, \[p\].
+    pub(super) theta: &'a [f64],
+    /// Indices of the parameters to refine.
+    pub(super) free: Vec<usize>,
+    /// Whether the logged torque is what acted.
+    pub(super) exact_torque: bool,
+    /// Channels whose delays are to be found.
+    pub(super) delays: Vec<usize>,
 }
 
 /// Refines parameters from a start.
 ///
 /// - `excerpt`: the beginning of the first log, for the noise of its channels.
-/// - `start`: a parameter vector, \[p\].
-/// - `free`: indices of the parameters to refine.
-/// - `exact_torque`: whether the logged torque is what acted.
 /// - `progress`: called with the number of filter runs so far.
 ///
 /// Returns nothing if the logs are too short, or the filter does not follow them
@@ -127,42 +155,61 @@ pub struct ChannelDelay {
 /// # Errors
 ///
 /// [`PassError`] if a log cannot be read, or the filter does not fit it.
-#[expect(
-    clippy::too_many_arguments,
-    reason = "a log, a start, and what is known"
-)]
-pub fn refine(
+pub(super) fn refine(
     reading: &Reading<'_>,
     sources: &mut [LogSource<'_>],
     excerpt: &Excerpt,
-    start: &[f64],
-    free: &[usize],
-    exact_torque: bool,
+    start: &Start<'_>,
     progress: &mut dyn FnMut(usize),
 ) -> Result<Option<Refined>, PassError> {
     let (model, channels) = (reading.model, reading.channels);
     let limit = MOST / model.rows().max(1);
     let (raw, left_out) = record::read(channels, sources, limit)?;
-    let Some(record) = build(reading, excerpt, &raw, left_out)? else {
-        return Ok(None);
-    };
-    let start = lifted(model, start);
-    let unknowns = Unknowns::new(model, channels, &record, &start, free.to_vec());
-    let noisy: Vec<bool> = (0..model.rows())
-        .map(|row| model.is_torque_row(row) && !exact_torque)
-        .collect();
-    let search = Search::new(&record, &noisy);
-    let problem = Problem {
-        model,
-        record: &record,
-        unknowns: &unknowns,
-        search: &search,
-    };
-    let levels = first_levels(model, &record, exact_torque);
-    let Some(descent) = problem.descend(&unknowns.point(&start), &levels, progress) else {
-        return Ok(None);
-    };
-    Ok(finish(&problem, channels, &descent))
+    let theta = lifted(model, start.theta);
+    let mut delays = reading.delays.to_vec();
+    let mut before: Option<Descent> = None;
+    for round in 1.. {
+        let reading = Reading {
+            delays: &delays,
+            ..*reading
+        };
+        let Some(record) = build(&reading, excerpt, &raw, left_out)? else {
+            return Ok(None);
+        };
+        let unknowns = Unknowns::new(model, channels, &record, &theta, start.free.clone());
+        let noisy: Vec<bool> = (0..model.rows())
+            .map(|row| model.is_torque_row(row) && !start.exact_torque)
+            .collect();
+        let problem = Problem {
+            model,
+            record: &record,
+            unknowns: &unknowns,
+            search: &Search::new(&record, &noisy),
+        };
+        let (z, levels) = match &before {
+            None => (
+                unknowns.point(&theta),
+                first_levels(model, &record, start.exact_torque),
+            ),
+            Some(descent) => (descent.z.clone(), descent.levels.clone()),
+        };
+        let Some(descent) = problem.descend(&z, &levels, progress) else {
+            return Ok(None);
+        };
+        let found = finish(&problem, &reading, start, &descent);
+        let Some(found) = found else { return Ok(None) };
+        // What a delay does is linear nearby only.
+        let far = |d: &&ChannelDelay| d.wanted && d.beyond.abs() > CLOSE * d.standard_error;
+        if round == ROUNDS || !found.delays.iter().any(|d| far(&d)) {
+            return Ok(Some(found));
+        }
+        for delay in found.delays.iter().filter(|d| d.wanted) {
+            let reach = REACH * excerpt.period().max(delay.standard_error);
+            delays[delay.channel] += delay.beyond.clamp(-reach, reach);
+        }
+        before = Some(descent);
+    }
+    Ok(None)
 }
 
 fn build(
@@ -240,27 +287,29 @@ fn first_levels(model: &Model, record: &Record, exact_torque: bool) -> Levels {
 }
 
 /// Turns the end of a descent into a result.
-fn finish(problem: &Problem<'_>, channels: &Channels, descent: &Descent) -> Option<Refined> {
+fn finish(
+    problem: &Problem<'_>,
+    reading: &Reading<'_>,
+    start: &Start<'_>,
+    descent: &Descent,
+) -> Option<Refined> {
     let (model, record) = (problem.model, problem.record);
-    let all = problem
-        .unknowns
-        .clone()
-        .with_delays(model, channels, record);
+    let all = (problem.unknowns.clone()).with_delays(
+        model,
+        reading.channels,
+        record,
+        &start.delays,
+    );
     let mut dynamics = Dynamics::new(model, &all.theta(&descent.z));
     let wanted = Wanted {
         transitions: 0,
         growing: TRACE,
     };
-    let (mut outcome, _) = run(
-        record,
-        &mut dynamics,
-        &all,
-        &descent.z,
-        &descent.levels,
-        wanted,
-    )?;
+    let (mut outcome, _) = run(record, &mut dynamics, &all, &descent.z, &descent.levels, wanted)?;
     problem.with_prior(&descent.z, &mut outcome.normal);
-    let count = all.values();
+    // Delays that were found cost the others precision.
+    let values = all.values();
+    let count = values + start.delays.len();
     let normal = outcome.normal.first(count);
     let covariance = solve::covariance(&normal.information, count)?;
     let free = all.free.clone();
@@ -271,16 +320,18 @@ fn finish(problem: &Problem<'_>, channels: &Channels, descent: &Descent) -> Opti
             standard_error[index] = 0.0;
         }
     }
+    let error = |place: usize| covariance[place * (count + 1)].sqrt();
     for (place, &index) in free.iter().enumerate() {
-        standard_error[index] = covariance[place * (count + 1)].sqrt();
+        standard_error[index] = error(place);
     }
     let trace = (outcome.growing.iter())
-        .filter_map(|(time, so_far)| {
-            let mut so_far = so_far.first(count);
-            problem.with_prior(&descent.z, &mut so_far);
-            let step = solve::damped_step(&so_far.information, &so_far.gradient, 0.0)?;
-            let z: Vec<f64> = descent.z.iter().zip(&step).map(|(x, d)| x + d).collect();
-            Some((*time, all.theta(&z)))
+        .filter_map(|(time, so_far)| Some((*time, all.theta(&alone(problem, descent, so_far)?.0))))
+        .collect();
+    let logs = (outcome.logs.iter())
+        .filter_map(|own| {
+            let (z, covariance) = alone(problem, descent, own)?;
+            let error = |i: usize| covariance[i * (values + 1)].sqrt();
+            Some((0..free.len()).map(|i| (z[i], error(i))).collect())
         })
         .collect();
     let mut moved: Vec<(usize, f64)> = free.iter().copied().zip(descent.moved.clone()).collect();
@@ -292,7 +343,6 @@ fn finish(problem: &Problem<'_>, channels: &Channels, descent: &Descent) -> Opti
             .collect(),
         theta,
         standard_error,
-        free,
         converged: descent.converged,
         runs: descent.runs,
         moved,
@@ -302,9 +352,34 @@ fn finish(problem: &Problem<'_>, channels: &Channels, descent: &Descent) -> Opti
         duration: record.duration(),
         left_out: record.left_out,
         levels: row_levels(problem, &descent.levels),
-        delays: delays(&all, &outcome.normal, &covariance, count),
+        corner: descent.levels.corner,
+        offsets: (all.offsets.iter().enumerate())
+            .map(|(i, offset)| {
+                let channel = record.sensors[offset.sensor].channel;
+                let at = width + i;
+                (offset.joint, channel, descent.z[at], error(at))
+            })
+            .collect(),
+        delays: delays(&all, &outcome.normal, &covariance, count, reading.delays),
         trace,
+        logs,
+        free,
     })
+}
+
+/// Returns what part of the measurements says: one step from where all lead, and
+/// its covariance.
+fn alone(
+    problem: &Problem<'_>,
+    descent: &Descent,
+    part: &kalman::Normal,
+) -> Option<(Vec<f64>, Vec<f64>)> {
+    let values = problem.unknowns.values();
+    let mut part = part.first(values);
+    problem.with_prior(&descent.z, &mut part);
+    let step = solve::damped_step(&part.information, &part.gradient, 0.0)?;
+    let z = descent.z.iter().zip(&step).map(|(x, d)| x + d).collect();
+    Some((z, solve::covariance(&part.information, values)?))
 }
 
 fn row_levels(problem: &Problem<'_>, levels: &Levels) -> Vec<RowLevel> {
@@ -320,31 +395,44 @@ fn row_levels(problem: &Problem<'_>, levels: &Levels) -> Vec<RowLevel> {
         .collect()
 }
 
-/// Returns what one step of Gauss-Newton says of each delay alone, the other
-/// unknowns following.
+/// Returns what one step of Gauss-Newton says of each delay, the other unknowns
+/// following; of those that were not wanted, each alone.
 fn delays(
     unknowns: &Unknowns,
     normal: &kalman::Normal,
     covariance: &[f64],
     count: usize,
+    assumed: &[f64],
 ) -> Vec<ChannelDelay> {
+    let values = unknowns.values();
     (unknowns.delayed().enumerate())
         .map(|(i, channel)| {
-            let at = count + i;
-            let cross = &normal.information[at * normal.count..at * normal.count + count];
+            let at = values + i;
+            let wanted = at < count;
+            // Those that follow: all but itself.
             let mut information = normal.information[at * (normal.count + 1)];
             let mut gradient = normal.gradient[at];
-            for (j, a) in cross.iter().enumerate() {
-                let row = &covariance[j * count..(j + 1) * count];
-                for (k, factor) in row.iter().enumerate() {
-                    information -= a * factor * cross[k];
-                    gradient -= a * factor * normal.gradient[k];
+            if wanted {
+                let row = &covariance[at * count..(at + 1) * count];
+                let step: f64 = row.iter().zip(&normal.gradient).map(|(c, g)| c * g).sum();
+                information = covariance[at * (count + 1)].recip();
+                gradient = step * information;
+            } else {
+                let cross = &normal.information[at * normal.count..at * normal.count + count];
+                for (j, a) in cross.iter().enumerate() {
+                    let row = &covariance[j * count..(j + 1) * count];
+                    for (k, factor) in row.iter().enumerate() {
+                        information -= a * factor * cross[k];
+                        gradient -= a * factor * normal.gradient[k];
+                    }
                 }
             }
             ChannelDelay {
                 channel,
-                delay: -gradient / information,
+                assumed: assumed[channel],
+                beyond: -gradient / information,
                 standard_error: information.max(0.0).sqrt().recip(),
+                wanted,
             }
         })
         .collect()

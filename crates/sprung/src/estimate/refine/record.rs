@@ -68,6 +68,8 @@ pub(super) struct Event {
 /// Consecutive samples.
 #[derive(Clone, Debug)]
 pub(super) struct Stretch {
+    /// The log it is of.
+    pub(super) log: usize,
     pub(super) period: f64,
     /// Torque on each row, \[samples × rows\].
     pub(super) torque: Vec<f64>,
@@ -111,6 +113,7 @@ impl Record {
 /// Raw samples of one stretch: channels in SI units.
 #[derive(Clone, Debug)]
 pub(super) struct Raw {
+    log: usize,
     period: f64,
     values: Vec<Vec<f64>>,
 }
@@ -159,7 +162,7 @@ pub(super) fn read(
     let mut all = Vec::new();
     let mut more = false;
     let share = limit / sources.len().max(1);
-    for source in sources {
+    for (log_index, source) in sources.iter_mut().enumerate() {
         let mut log = source.open(channels)?;
         let mut block = LogBlock::new(count);
         let mut values = vec![Vec::new(); count];
@@ -172,7 +175,11 @@ pub(super) fn read(
             for k in 0..left {
                 if block.gaps.contains(&k) {
                     let values = std::mem::replace(&mut values, vec![Vec::new(); count]);
-                    all.push(Raw { period, values });
+                    all.push(Raw {
+                        log: log_index,
+                        period,
+                        values,
+                    });
                 }
                 for (own, column) in values.iter_mut().zip(&block.values) {
                     own.push(column[k]);
@@ -185,7 +192,11 @@ pub(super) fn read(
                 break;
             }
         }
-        all.push(Raw { period, values });
+        all.push(Raw {
+                        log: log_index,
+                        period,
+                        values,
+                    });
     }
     Ok((all, more))
 }
@@ -303,6 +314,7 @@ pub(super) fn stretch(
     }
     let (start, start_deviation) = start(rows, sensors, &begins)?;
     Some(Stretch {
+        log: raw.log,
         period,
         torque: torques(raw, model, channels, delays, begin, samples),
         events: found.into_iter().map(|(_, event)| event).collect(),

@@ -63,6 +63,7 @@ impl Case {
                 dynamics.advance(&mut x, &tau, period, steps);
             }
             stretches.push(Stretch {
+                log: 0,
                 period,
                 torque,
                 events,

@@ -8,6 +8,7 @@ use sprung_core::parameters::JointParameter;
 /// A constant that one sensor reads too much.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Offset {
+    pub(super) joint: usize,
     pub(super) sensor: usize,
     /// Coordinate that starts where the sensor says.
     coordinate: usize,
@@ -79,11 +80,13 @@ impl Unknowns {
                 ];
                 Some(match link {
                     Some(_) if record.sensors[sensor].of == [(joint, 1.0)] => Offset {
+                        joint,
                         sensor: of(Quantity::MotorPosition).unwrap_or(sensor),
                         coordinate: motors(joint),
                         deviation: variance(&both, joint).sqrt(),
                     },
                     _ => Offset {
+                        joint,
                         sensor,
                         coordinate: joint,
                         deviation: variance(&both, joint).sqrt(),
@@ -99,15 +102,19 @@ impl Unknowns {
         }
     }
 
-    /// Returns the same with a column for the delay of each channel.
+    /// Returns the same with a column for the delay of each channel, those that are
+    /// wanted first.
     pub(super) fn with_delays(
         mut self,
         model: &Model,
         channels: &Channels,
         record: &Record,
+        wanted: &[usize],
     ) -> Self {
-        self.delays = (channels.all.iter().enumerate())
-            .filter_map(|(i, channel)| {
+        let others = (0..channels.all.len()).filter(|i| !wanted.contains(i));
+        self.delays = (wanted.iter().copied().chain(others))
+            .filter_map(|i| {
+                let channel = &channels.all[i];
                 if channel.quantity == Quantity::MotorTorque {
                     return Some((i, Late::Torque(model.torque_row(channel.joint))));
                 }

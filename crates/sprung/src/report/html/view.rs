@@ -2,7 +2,9 @@
 
 use minijinja::{Value, context};
 
-use super::super::document::{Block, Document, Finding, Layout, Row, Section, Table, Tone};
+use super::super::document::{
+    Block, Document, Finding, IntervalRow, Layout, Row, Section, Table, Tone,
+};
 
 /// Builds the template values of everything but the numbers of the figures.
 pub(super) fn sections(document: &Document) -> Value {
@@ -54,12 +56,39 @@ fn block_view(block: &Block, figures: &mut usize) -> Value {
             };
             context! { kind => "figure", id => figure.id.as_str(), caption => figure.caption.as_str(), layout, index }
         }
+        Block::Intervals(shown) => {
+            let rows: Value = shown.rows.iter().map(interval_row_view).collect();
+            context! { kind => "intervals", caption => shown.caption.as_str(), names => &shown.names, rows }
+        }
         Block::Findings(findings) => {
             let findings: Value = findings.iter().map(finding_view).collect();
             context! { kind => "findings", findings }
         }
     }
 }
+
+/// Places in percent of the width of a row.
+fn interval_row_view(row: &IntervalRow) -> Value {
+    let percent = |x: f64| format!("{:.2}", 50.0 + 50.0 * x.clamp(-1.0, 1.0));
+    let marks: Value = (row.marks.iter().enumerate())
+        .map(|(lane, mark)| {
+            let at = mark.map(|mark| percent(mark.at));
+            let ends = mark.and_then(|mark| mark.interval);
+            context! {
+                color => lane % COLORS,
+                shape => lane % SHAPES,
+                at,
+                low => ends.map(|ends| percent(ends[0])),
+                high => ends.map(|ends| percent(-ends[1])),
+            }
+        })
+        .collect();
+    context! { label => row.label.as_str(), scale => row.scale.as_str(), marks }
+}
+
+/// Colours and shapes of marks in the style sheet.
+const COLORS: usize = 7;
+const SHAPES: usize = 3;
 
 fn finding_view(finding: &Finding) -> Value {
     let label = match finding.severity {

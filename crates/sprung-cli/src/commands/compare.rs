@@ -1,0 +1,171 @@
+//! `sprung compare`: results side by side.
+
+use comfy_table::Table;
+use sprung::compare::{Compared, ComparedParameter, Comparison, compare};
+use sprung::model::short;
+use sprung::report::{compose_comparison, render, significant};
+
+use crate::args::Compare;
+use crate::exit_code::{ExitCode, Failure};
+use crate::output::Output;
+use crate::results::{Identified, read_identification};
+use crate::terminal::{Terminal, dash, plain};
+
+pub(crate) fn run(args: &Compare) -> Result<ExitCode, Failure> {
+    let terminal = Terminal::new(args.voice, args.json);
+    let read = (args.files.iter())
+        .map(|file| read_identification(file))
+        .collect::<Result<Vec<Identified>, Failure>>()?;
+    check_twice(&read)?;
+    let names: Vec<String> = (read.iter())
+        .map(|one| one.path.display().to_string())
+        .collect();
+    let files: Vec<Compared<'_>> = (names.iter().zip(&read))
+        .map(|(file, one)| Compared {
+            file,
+            identification: &one.identification,
+        })
+        .collect();
+    let comparison = compare(&files).map_err(|error| Failure::new(ExitCode::Usage, error))?;
+
+    let mut output = Output::new(&args.out)?.keeping(read.into_iter().map(|one| one.path));
+    output.write("comparison.json", |write| {
+        serde_json::to_writer_pretty(&mut *write, &comparison)?;
+        writeln!(write)
+    })?;
+    let document = compose_comparison(&comparison, &super::command_line());
+    let html = render(&document).map_err(|error| {
+        Failure::new(ExitCode::File, format!("cannot make the report: {error}"))
+    })?;
+    let report = output.text("report.html", &html)?;
+    output.commit()?;
+
+    terminal.json(&comparison);
+    say(terminal, &comparison);
+    terminal.say(format!("\nreport: {}", report.display()));
+    Ok(ExitCode::Done)
+}
+
+/// A file beside itself agrees with anything.
+fn check_twice(read: &[Identified]) -> Result<(), Failure> {
+    for (i, one) in read.iter().enumerate() {
+        let same = |other: &&Identified| {
+            let (a, b) = (one.path.canonicalize(), other.path.canonicalize());
+            matches!((a, b), (Ok(a), Ok(b)) if a == b)
+        };
+        if read[..i].iter().any(|other| same(&other)) {
+            return Err(Failure::new(
+                ExitCode::Usage,
+                format!("{} is given twice; give each file once", one.path.display()),
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn say(terminal: Terminal, comparison: &Comparison) {
+    terminal.say(header_table(comparison));
+    terminal.say("");
+    terminal.say(residual_table(comparison));
+    terminal.say("");
+    terminal.say(parameter_table(comparison));
+    for finding in &comparison.findings {
+        terminal.finding("comparison", finding);
+    }
+}
+
+fn header_table(comparison: &Comparison) -> Table {
+    let header = ["result", "verdict", "estimator", "settings", "log", "file"];
+    let mut table = plain(header.map(str::to_owned).to_vec(), header.len());
+    for result in &comparison.compared {
+        let settings = &result.settings;
+        table.add_row([
+            result.label.clone(),
+            result.verdict.word().to_owned(),
+            result.estimator.clone(),
+            format!(
+                "λ {} rad/s {} {} Hz",
+                significant(settings.filter_cutoff_rad_per_s, 3),
+                settings.discretization,
+                significant(settings.position_cutoff_hz, 3)
+            ),
+            format!("{}, {} s", result.log, significant(result.duration_s, 3)),
+            result.file.clone(),
+        ]);
+    }
+    table
+}
+
+/// Root mean squares of the residuals, and their parts of the torque.
+fn residual_table(comparison: &Comparison) -> Table {
+    let compared = &comparison.compared;
+    let mut names: Vec<&str> = Vec::new();
+    for (name, _) in compared
+        .iter()
+        .flat_map(|result| result.residual_rms.iter())
+    {
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    let mut header = vec!["residual".to_owned()];
+    for result in compared {
+        header.push(result.label.clone());
+        header.push("% of torque".to_owned());
+    }
+    let mut table = plain(header, 1);
+    for name in names {
+        let mut row = vec![name.to_owned()];
+        for result in compared {
+            row.push(dash(result.residual_rms.get(name), 3));
+            let share = result.relative_residual.get(name);
+            row.push(share.map_or_else(|| "-".to_owned(), |r| format!("{:.1}", 100.0 * r)));
+        }
+        table.add_row(row);
+    }
+    table
+}
+
+fn parameter_table(comparison: &Comparison) -> Table {
+    let mut header = vec!["parameter".to_owned(), "unit".to_owned()];
+    for (i, result) in comparison.compared.iter().enumerate() {
+        header.push(result.label.clone());
+        header.push("± s.e.".to_owned());
+        if i > 0 {
+            header.push("diff. %".to_owned());
+            header.push("in s.e.".to_owned());
+        }
+    }
+    let mut table = plain(header, 2);
+    for parameter in &comparison.parameters {
+        table.add_row(parameter_row(parameter));
+    }
+    table
+}
+
+fn parameter_row(parameter: &ComparedParameter) -> Vec<String> {
+    let mut row = vec![short(&parameter.name).into_owned(), parameter.unit.clone()];
+    for (i, value) in parameter.values.iter().enumerate() {
+        let Some(value) = value else {
+            row.extend(["absent".to_owned(), "-".to_owned()]);
+            if i > 0 {
+                row.extend(["-".to_owned(), "-".to_owned()]);
+            }
+            continue;
+        };
+        row.push(dash(value.value, 5));
+        row.push(if value.fixed {
+            "given".to_owned()
+        } else {
+            dash(value.standard_error, 2)
+        });
+        if i > 0 {
+            let signed = |x: Option<f64>, digits: usize| {
+                x.map_or_else(|| "-".to_owned(), |x| format!("{x:+.digits$}"))
+            };
+            row.push(signed(value.difference_percent, 2));
+            row.push(signed(value.difference_standard_errors, 1));
+        }
+    }
+    row
+}

@@ -1,0 +1,280 @@
+//! `sprung compare`: results side by side.
+
+use std::path::Path;
+use std::process::Output;
+
+use serde_json::Value;
+
+use crate::common::{Case, demo, sprung, stderr, stdout};
+
+/// Runs `sprung compare` on files, with results in `out`.
+fn compare(files: &[&Path], out: &Path, more: &[&str]) -> Output {
+    let mut args = vec!["compare", "--out", out.to_str().unwrap()];
+    args.extend(files.iter().map(|file| file.to_str().unwrap()));
+    args.extend(more);
+    sprung(&args)
+}
+
+/// An experiment that was identified from a log of its own.
+fn identified(simulate: &[&str], identify: &[&str]) -> Case {
+    let case = Case::new();
+    case.record("own.csv", simulate);
+    let mut args = vec!["-q", "--set", "log.file=own.csv"];
+    args.extend(identify);
+    let output = case.identify(&args);
+    assert!(output.status.success(), "{}", stderr(&output));
+    case
+}
+
+fn json(output: &Output) -> Value {
+    let json = serde_json::from_slice(&output.stdout);
+    json.unwrap_or_else(|_| panic!("{}", stderr(output)))
+}
+
+/// The text of a finding.
+fn finding<'a>(json: &'a Value, code: &str) -> Option<&'a str> {
+    let all = json["findings"].as_array().unwrap();
+    let found = all.iter().find(|finding| finding["code"] == code);
+    found.map(|finding| finding["text"].as_str().unwrap())
+}
+
+#[test]
+fn methods_of_one_file_stand_side_by_side() {
+    let folder = tempfile::TempDir::new().unwrap();
+    let output = compare(&[demo()], folder.path(), &[]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let text = stdout(&output);
+    for word in [
+        "least-squares",
+        "lsff",
+        "joint1.stiffness",
+        "in s.e.",
+        "report.html",
+    ] {
+        assert!(text.contains(word), "no {word} in {text}");
+    }
+    let file = std::fs::read_to_string(folder.path().join("comparison.json")).unwrap();
+    let json: Value = serde_json::from_str(&file).unwrap();
+    assert_eq!(json["format"], 1);
+    let stiffness = &json["parameters"][9];
+    assert_eq!(stiffness["name"], "joint1.stiffness");
+    let [first, second] = [0, 1].map(|i| &stiffness["values"][i]);
+    let of = |value: &Value, key: &str| value[key].as_f64().unwrap();
+    let difference = of(second, "value") - of(first, "value");
+    let percent = 100.0 * difference / of(first, "value");
+    assert!((of(second, "difference_percent") - percent).abs() < 1e-9);
+    let both = of(first, "standard_error").hypot(of(second, "standard_error"));
+    assert!((of(second, "difference_standard_errors") - difference / both).abs() < 1e-9);
+    assert!(first["difference_percent"].is_null());
+    let left = std::fs::read_dir(folder.path()).unwrap().count();
+    assert_eq!(left, 2);
+}
+
+#[test]
+fn json_is_all_that_is_printed() {
+    let folder = tempfile::TempDir::new().unwrap();
+    let output = compare(&[demo()], folder.path(), &["--json"]);
+    let file = std::fs::read(folder.path().join("comparison.json")).unwrap();
+    assert_eq!(
+        json(&output),
+        serde_json::from_slice::<Value>(&file).unwrap()
+    );
+    let output = compare(&[demo()], folder.path(), &["-q"]);
+    assert!(output.stdout.is_empty() && output.stderr.is_empty());
+}
+
+#[test]
+fn runs_of_one_robot_agree() {
+    let runs = ["2", "3", "4"].map(|seed| {
+        let seed = format!("simulate.seed={seed}");
+        identified(
+            &["--set", &seed],
+            &["--set", "identify.estimator=least-squares"],
+        )
+    });
+    let folders = runs.each_ref().map(|run| run.path(""));
+    let files = folders.each_ref().map(std::path::PathBuf::as_path);
+    let out = runs[0].path("compared");
+    let json = json(&compare(&files, &out, &["--json"]));
+    assert_eq!(json["compared"].as_array().unwrap().len(), 3);
+    assert_eq!(finding(&json, "runs-disagree"), None);
+    // What tells the files apart is the folder.
+    let label = json["compared"][1]["label"].as_str().unwrap();
+    assert!(files[1].to_str().unwrap().contains(label), "{label}");
+}
+
+#[test]
+fn runs_of_a_robot_that_changed_disagree() {
+    let estimator = ["--set", "identify.estimator=least-squares"];
+    let before = identified(&[], &estimator);
+    let changed = Case::new().replace_in("truth.toml", "= 9.358730", "= 9.9");
+    changed.record("own.csv", &["--set", "simulate.seed=5"]);
+    changed.identify(&[
+        "-q",
+        "--set",
+        "log.file=own.csv",
+        estimator[0],
+        estimator[1],
+    ]);
+    let out = before.path("compared");
+    let output = compare(&[&before.path(""), &changed.path("")], &out, &[]);
+    assert_eq!(output.status.code(), Some(0));
+    let message = stderr(&output);
+    println!("{message}");
+    assert!(message.contains("runs-disagree"), "{message}");
+    assert!(message.contains("joint1.stiffness from 9.3"), "{message}");
+    assert!(message.contains("gains"), "{message}");
+    assert!(!message.contains("joint2"), "{message}");
+    let report = std::fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(report.contains("runs disagree") && report.contains("class=\"bar c1\""));
+}
+
+#[test]
+fn parameters_that_only_one_has_are_shown_as_such() {
+    let plain = Case::new();
+    plain.identify(&["-q"]);
+    let offset = Case::new().replace(
+        "position_filter_order = 2",
+        "position_filter_order = 2\nencoder_offset = \"estimate\"",
+    );
+    offset.identify(&["-q"]);
+    let out = plain.path("compared");
+    let output = compare(&[&plain.path(""), &offset.path("")], &out, &["-v"]);
+    let message = stderr(&output);
+    assert!(message.contains("2 of 17 parameters"), "{message}");
+    assert!(stdout(&output).contains("absent"), "{}", stdout(&output));
+}
+
+#[test]
+fn robots_that_share_nothing_are_refused() {
+    let case = Case::new();
+    case.identify(&["-q"]);
+    let other = Case::new()
+        .replace("\"joint1\"", "\"shoulder\"")
+        .replace("\"joint2\"", "\"elbow\"");
+    other.identify(&["-q"]);
+    let out = case.path("compared");
+    let files = [&*case.path(""), &*other.path("")];
+    // The links have the same names, the joints have not.
+    let output = compare(&files, &out, &["-v"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert!(stderr(&output).contains("different-parameters"));
+
+    let file = "sprung-out/identification.json";
+    let other = other
+        .replace_in(file, "link1.", "upper.")
+        .replace_in(file, "link2.", "lower.")
+        .replace_in(file, "Quanser 2-DOF serial flexible joint", "another arm");
+    let output = compare(&[&case.path(""), &other.path("")], &out, &[]);
+    assert_eq!(output.status.code(), Some(2));
+    let message = stderr(&output);
+    for word in [
+        "no parameter in common",
+        "another arm",
+        "upper.inertia_total",
+        "Quanser",
+    ] {
+        assert!(message.contains(word), "{message}");
+    }
+}
+
+#[test]
+fn robots_of_other_names_are_told() {
+    let case = Case::new();
+    case.identify(&["-q"]);
+    let other = Case::new().replace("name = \"Quanser", "name = \"My Quanser");
+    other.identify(&["-q"]);
+    let output = compare(
+        &[&case.path(""), &other.path("")],
+        &case.path("compared"),
+        &[],
+    );
+    assert_eq!(output.status.code(), Some(0));
+    let message = stderr(&output);
+    assert!(
+        message.contains("different-robots") && message.contains("My Quanser"),
+        "{message}"
+    );
+}
+
+#[test]
+fn files_that_are_no_identification_are_named() {
+    let case = Case::new();
+    case.identify(&["-q"]);
+    let good = case.path("sprung-out/identification.json");
+    let text = std::fs::read_to_string(&good).unwrap();
+    let write = |name: &str, text: &str| std::fs::write(case.path(name), text).unwrap();
+    write("empty.json", " ");
+    write("cut.json", &text[..text.len() / 2]);
+    write(
+        "newer.json",
+        &text.replacen("\"format\": 1", "\"format\": 7", 1),
+    );
+    write("list.json", "[1, 2]");
+    write("schema.json", &stdout(&sprung(&["schema"])));
+    write(
+        "noresults.json",
+        r#"{"format": 1, "results": [], "log": {}}"#,
+    );
+    std::fs::write(case.path("binary.json"), [0xff, 0xfe, 0x00]).unwrap();
+    std::fs::create_dir(case.path("folder")).unwrap();
+    std::fs::copy(
+        demo().join("sprung-out/validation.json"),
+        case.path("validation.json"),
+    )
+    .unwrap();
+    for (name, code, fragment) in [
+        ("empty.json", 2, "it is empty"),
+        ("cut.json", 2, "if it was cut off"),
+        ("newer.json", 2, "has format 7"),
+        ("list.json", 2, "JSON of another program"),
+        ("schema.json", 2, "a JSON schema"),
+        ("noresults.json", 2, "missing field"),
+        ("binary.json", 2, "it is not text"),
+        ("validation.json", 2, "a validation.json"),
+        ("experiment.toml", 2, "an experiment file"),
+        ("truth.toml", 2, "no standard errors"),
+        ("identification.csv", 2, "a log or a table in CSV"),
+        ("sprung-out/parameters.csv", 2, "a parameters.csv"),
+        ("sprung-out/report.html", 2, "a report"),
+        ("absent.json", 4, "cannot read"),
+        ("folder", 4, "run sprung identify first"),
+    ] {
+        let out = case.path("compared");
+        let output = compare(&[&good, &case.path(name)], &out, &[]);
+        let message = stderr(&output);
+        assert_eq!(output.status.code(), Some(code), "{name}: {message}");
+        assert!(message.contains(fragment), "{name}: {message}");
+        assert!(message.contains(name), "{name}: {message}");
+        assert_eq!(message.trim().lines().count(), 1, "{message}");
+        assert!(!out.exists(), "{name}: a failed run left results");
+    }
+}
+
+#[test]
+fn one_result_is_not_enough() {
+    let case = Case::new();
+    case.identify(&["-q", "--set", "identify.estimator=least-squares"]);
+    let file = case.path("sprung-out/identification.json");
+    let output = compare(&[&file], &case.path("compared"), &[]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(
+        stderr(&output).contains("only one result"),
+        "{}",
+        stderr(&output)
+    );
+    let output = compare(&[&file, &case.path("")], &case.path("compared"), &[]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(
+        stderr(&output).contains("given twice"),
+        "{}",
+        stderr(&output)
+    );
+    assert_eq!(sprung(&["compare"]).status.code(), Some(2));
+}
+
+#[test]
+fn help_shows_an_example_first() {
+    let text = stdout(&sprung(&["help", "compare"]));
+    assert!(text.starts_with("Example: sprung compare run1/"), "{text}");
+}

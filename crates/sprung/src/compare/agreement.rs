@@ -1,0 +1,228 @@
+//! Do repeated estimates differ by more than their intervals allow?
+
+use crate::estimate::upper_tail;
+use super::result::{ComparedParameter, ComparedResult, ComparedValue};
+use crate::finding::{Finding, Severity};
+use crate::model::short;
+
+/// Probability of a false alarm for all parameters of one estimator together,
+/// if the intervals are those of independent, normal errors.
+pub const SURE: f64 = 0.01;
+
+/// Code of the finding that says so.
+pub const RUNS_DISAGREE: &str = "runs-disagree";
+
+/// Half width of a 95 % interval of a normal error, in standard errors.
+const NORMAL_95: f64 = 1.959_964;
+
+/// Parameters that a finding tells of, at most.
+const TOLD: usize = 5;
+
+/// A parameter whose estimates do not agree.
+struct Apart<'a> {
+    parameter: &'a ComparedParameter,
+    low: f64,
+    high: f64,
+    // Root mean square distance from the mean over what the intervals allow.
+    excess: f64,
+    probability: f64,
+}
+
+/// Returns how many parameters were tested, and for each estimator which of
+/// them disagree between its results.
+///
+/// For each parameter with an interval in K results the statistic is
+/// `Σ (x_i − x̄)²/s_i²`, x̄ the mean weighted by 1/s², s the half width of the
+/// 95 % interval over 1.96: chi-square with K − 1 degrees of freedom for
+/// independent errors. It counts if its probability is below [`SURE`] over the
+/// number of parameters tested (Bonferroni). Results of one log share its
+/// errors, so they differ less than that: no false alarm, less power.
+pub(super) fn runs_disagree(
+    compared: &[ComparedResult],
+    parameters: &[ComparedParameter],
+) -> (usize, Vec<Finding>) {
+    let (mut tested, mut findings) = (0, Vec::new());
+    let mut done: Vec<&str> = Vec::new();
+    for result in compared {
+        let estimator = result.estimator.as_str();
+        if done.contains(&estimator) {
+            continue;
+        }
+        done.push(estimator);
+        let own: Vec<usize> = (0..compared.len())
+            .filter(|&i| compared[i].estimator == estimator)
+            .collect();
+        let tests: Vec<Apart<'_>> = (parameters.iter())
+            .filter_map(|parameter| test(parameter, &own))
+            .collect();
+        tested += tests.len();
+        findings.extend(of_estimator(estimator, &own, compared, &tests));
+    }
+    (tested, findings)
+}
+
+fn of_estimator(
+    estimator: &str,
+    own: &[usize],
+    compared: &[ComparedResult],
+    tests: &[Apart<'_>],
+) -> Option<Finding> {
+    let limit = SURE / tests.len().max(1) as f64;
+    let mut apart: Vec<&Apart> = tests.iter().filter(|t| t.probability < limit).collect();
+    if apart.is_empty() {
+        return None;
+    }
+    apart.sort_by(|a, b| b.excess.total_cmp(&a.excess));
+    let mut told: Vec<String> = (apart.iter().take(TOLD)).map(|apart| tell(apart)).collect();
+    if apart.len() > TOLD {
+        told.push(format!("and {} more", apart.len() - TOLD));
+    }
+    let same_settings = own
+        .iter()
+        .all(|&i| compared[i].settings == compared[own[0]].settings);
+    let remedy = if same_settings {
+        "parameters that move with the gains of the controller, the speed or the load mean an effect \
+         that the model lacks (a torque delay, a friction law, play, another inertia); look at \
+         validations on each other's logs"
+    } else {
+        "the settings differ too: identify all logs with the same ones first; what still differs \
+         then means an effect that the model lacks"
+    };
+    Some(
+        Finding::new(
+            Severity::Warning,
+            RUNS_DISAGREE,
+            format!(
+                "{} results of {estimator} differ by more than their intervals allow in {} of {} \
+                 parameters: {}",
+                own.len(),
+                apart.len(),
+                tests.len(),
+                told.join("; ")
+            ),
+            remedy,
+        )
+        .about(apart.iter().map(|apart| apart.parameter.name.clone())),
+    )
+}
+
+fn tell(apart: &Apart<'_>) -> String {
+    let Apart {
+        parameter,
+        low,
+        high,
+        excess,
+        ..
+    } = apart;
+    let middle = 0.5 * (low + high);
+    format!(
+        "{} from {low:.5} to {high:.5} {} ({:.2} %, {excess:.1} times their standard errors)",
+        short(&parameter.name),
+        parameter.unit,
+        100.0 * (high - low) / middle.abs(),
+    )
+}
+
+fn test<'a>(parameter: &'a ComparedParameter, own: &[usize]) -> Option<Apart<'a>> {
+    let values: Vec<(f64, f64)> = (own.iter())
+        .filter_map(|&i| estimate(parameter.values[i].as_ref()?))
+        .collect();
+    let freedom = values.len().checked_sub(1).filter(|&f| f > 0)?;
+    let weight = |s: f64| (s * s).recip();
+    let total: f64 = values.iter().map(|(_, s)| weight(*s)).sum();
+    let mean = values.iter().map(|(x, s)| x * weight(*s)).sum::<f64>() / total;
+    let statistic: f64 = (values.iter()).map(|(x, s)| ((x - mean) / s).powi(2)).sum();
+    let fold =
+        |start: f64, with: fn(f64, f64) -> f64| values.iter().map(|(x, _)| *x).fold(start, with);
+    Some(Apart {
+        parameter,
+        low: fold(f64::INFINITY, f64::min),
+        high: fold(f64::NEG_INFINITY, f64::max),
+        excess: (statistic / freedom as f64).sqrt(),
+        probability: upper_tail(statistic, freedom),
+    })
+}
+
+/// Returns a value and its standard error, as wide as the interval says.
+fn estimate(value: &ComparedValue) -> Option<(f64, f64)> {
+    if value.fixed {
+        return None;
+    }
+    let [low, high] = value.ci95?;
+    let error = (high - low) / (2.0 * NORMAL_95);
+    Some((value.value?, error)).filter(|(x, s)| x.is_finite() && s.is_finite() && *s > 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::StandardNormal;
+
+    use super::*;
+
+    /// A parameter with normal errors, about values of its own in each run.
+    fn parameter(rng: &mut ChaCha8Rng, name: usize, truth: &[f64]) -> ComparedParameter {
+        let values = truth.iter().enumerate().map(|(run, truth)| {
+            let error = 0.1 * (1 + run) as f64;
+            let value = truth + error * rng.sample::<f64, _>(StandardNormal);
+            Some(ComparedValue {
+                value: Some(value),
+                standard_error: Some(error),
+                ci95: Some([value - NORMAL_95 * error, value + NORMAL_95 * error]),
+                fixed: false,
+                difference_percent: None,
+                difference_standard_errors: None,
+            })
+        });
+        ComparedParameter {
+            name: name.to_string(),
+            symbol: String::new(),
+            unit: String::new(),
+            values: values.collect(),
+        }
+    }
+
+    /// Part of many comparisons in which some parameter is apart.
+    fn alarms(truth: &[f64]) -> f64 {
+        const COMPARISONS: usize = 4000;
+        const PARAMETERS: usize = 15;
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let own: Vec<usize> = (0..truth.len()).collect();
+        let alarms = (0..COMPARISONS).filter(|_| {
+            (0..PARAMETERS).any(|name| {
+                let parameter = parameter(&mut rng, name, truth);
+                let apart = test(&parameter, &own).unwrap();
+                apart.probability < SURE / PARAMETERS as f64
+            })
+        });
+        alarms.count() as f64 / COMPARISONS as f64
+    }
+
+    #[test]
+    fn false_alarms_are_as_rare_as_promised() {
+        for runs in [2, 3, 6] {
+            let share = alarms(&vec![5.0; runs]);
+            assert!((0.005..0.016).contains(&share), "{runs} runs: {share}");
+        }
+    }
+
+    #[test]
+    fn true_differences_are_found() {
+        // Six combined standard errors.
+        let share = alarms(&[5.0, 5.0 + 6.0 * 0.1 * 5_f64.sqrt()]);
+        assert!(share > 0.99, "{share}");
+    }
+
+    #[test]
+    fn what_has_no_interval_is_not_tested() {
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let mut parameter = parameter(&mut rng, 0, &[1.0, 9.0]);
+        assert!(test(&parameter, &[0, 1]).is_some());
+        assert!(test(&parameter, &[1]).is_none());
+        if let Some(value) = &mut parameter.values[1] {
+            value.ci95 = None;
+        }
+        assert!(test(&parameter, &[0, 1]).is_none());
+    }
+}

@@ -1,0 +1,10 @@
+//! Results side by side: estimators, settings, runs, robots.
+
+mod agreement;
+mod labels;
+mod result;
+mod table;
+
+pub use agreement::{RUNS_DISAGREE, SURE};
+pub use result::{ComparedParameter, ComparedResult, ComparedValue, Comparison};
+pub use table::{CompareError, Compared, compare};

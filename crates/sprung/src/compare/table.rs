@@ -1,0 +1,233 @@
+//! From identifications to a table.
+
+use super::agreement::runs_disagree;
+use super::labels::labels;
+use super::result::{ComparedParameter, ComparedResult, ComparedValue, Comparison};
+use crate::estimate::{EstimateResult, GENERATOR, Identification, ParameterEstimate};
+use crate::finding::{Finding, Severity};
+use crate::model::short;
+
+/// One file of results.
+#[derive(Clone, Copy, Debug)]
+pub struct Compared<'a> {
+    /// Name of the file.
+    pub file: &'a str,
+    /// What it holds.
+    pub identification: &'a Identification,
+}
+
+/// What keeps results from being compared.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum CompareError {
+    /// There is one result only, or none.
+    #[error("{found} in {}; give another file to compare it with", files.join(", "))]
+    TooFew {
+        /// How many results there are, in words.
+        found: String,
+        /// The files.
+        files: Vec<String>,
+    },
+    /// Robots without a parameter in common.
+    #[error(
+        "{file} has no parameter in common with {other}; compare results of one robot, or of robots \
+         with joints of the same names"
+    )]
+    NothingInCommon {
+        /// The file, its robot, its first parameters.
+        file: String,
+        /// The first of the other files, likewise.
+        other: String,
+    },
+}
+
+/// Puts the results of several files side by side; differences are those from
+/// the first result of the first file.
+///
+/// - `files`: one or more, two results together at least.
+///
+/// # Errors
+///
+/// [`CompareError`] if there are fewer than two results, or a file has no
+/// parameter (name and unit) in common with any other.
+pub fn compare(files: &[Compared<'_>]) -> Result<Comparison, CompareError> {
+    let results: Vec<(&Compared<'_>, &EstimateResult)> = (files.iter())
+        .flat_map(|file| file.identification.results.iter().map(move |r| (file, r)))
+        .collect();
+    if results.len() < 2 {
+        return Err(CompareError::TooFew {
+            found: match results.len() {
+                0 => "there is no result".to_owned(),
+                _ => "there is only one result".to_owned(),
+            },
+            files: files.iter().map(|file| file.file.to_owned()).collect(),
+        });
+    }
+    check_common(files)?;
+    let names: Vec<(&str, &str)> = (results.iter())
+        .map(|(file, result)| (file.file, result.estimator.as_str()))
+        .collect();
+    let compared: Vec<ComparedResult> = (results.iter().zip(labels(&names)))
+        .map(|((file, result), label)| describe(file, result, label))
+        .collect();
+    let parameters = parameters(&results);
+    let mut findings = Vec::from_iter(different_robots(&compared));
+    findings.extend(missing(&compared, &parameters));
+    let (tested, disagreements) = runs_disagree(&compared, &parameters);
+    findings.extend(disagreements);
+    findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
+    Ok(Comparison {
+        format: 1,
+        generator: GENERATOR.to_owned(),
+        compared,
+        parameters,
+        tested,
+        findings,
+    })
+}
+
+fn all<'a>(file: &Compared<'a>) -> impl Iterator<Item = &'a ParameterEstimate> {
+    let results = file.identification.results.iter();
+    results.flat_map(|result| &result.parameters)
+}
+
+fn check_common(files: &[Compared<'_>]) -> Result<(), CompareError> {
+    let common = |a: &Compared<'_>, b: &Compared<'_>| {
+        all(a).any(|p| all(b).any(|q| q.name == p.name && q.unit == p.unit))
+    };
+    let described = |file: &Compared<'_>| {
+        let names: Vec<_> = all(file).take(3).map(|p| short(&p.name)).collect();
+        format!(
+            "{} (robot \"{}\", parameters {}, …)",
+            file.file,
+            file.identification.robot,
+            names.join(", ")
+        )
+    };
+    for (i, file) in files.iter().enumerate() {
+        let mut others = (files.iter().enumerate()).filter(|(j, _)| *j != i);
+        if files.len() == 1 || others.clone().any(|(_, other)| common(file, other)) {
+            continue;
+        }
+        if let Some((_, other)) = others.next() {
+            return Err(CompareError::NothingInCommon {
+                file: described(file),
+                other: described(other),
+            });
+        }
+    }
+    Ok(())
+}
+
+fn describe(file: &Compared<'_>, result: &EstimateResult, label: String) -> ComparedResult {
+    let identification = file.identification;
+    let findings = identification.findings.iter().chain(&result.warnings);
+    let mut codes: Vec<String> = findings
+        .filter(|finding| finding.severity != Severity::Info)
+        .map(|finding| finding.code.clone())
+        .collect();
+    codes.sort_unstable();
+    codes.dedup();
+    ComparedResult {
+        label,
+        file: file.file.to_owned(),
+        robot: identification.robot.clone(),
+        log: identification.files(),
+        samples: identification.logs().map(|log| log.samples).sum(),
+        duration_s: identification.logs().map(|log| log.duration_s).sum(),
+        generator: identification.generator.clone(),
+        settings: identification.settings.clone(),
+        estimator: result.estimator.clone(),
+        verdict: result.verdict,
+        condition_number_scaled: result.condition_number_scaled,
+        residual_rms: result.residual_rms.clone(),
+        relative_residual: result.relative_residual.clone(),
+        findings: codes,
+        elapsed_s: result.elapsed_s,
+    }
+}
+
+fn parameters(results: &[(&Compared<'_>, &EstimateResult)]) -> Vec<ComparedParameter> {
+    let mut rows: Vec<ComparedParameter> = Vec::new();
+    for (column, (_, result)) in results.iter().enumerate() {
+        for p in &result.parameters {
+            let at = (rows.iter()).position(|row| row.name == p.name && row.unit == p.unit);
+            let at = at.unwrap_or_else(|| {
+                rows.push(ComparedParameter {
+                    name: p.name.clone(),
+                    symbol: p.symbol.clone(),
+                    unit: p.unit.clone(),
+                    values: vec![None; results.len()],
+                });
+                rows.len() - 1
+            });
+            let first = rows[at].values[0].filter(|_| column > 0);
+            rows[at].values[column] = Some(value(p, first));
+        }
+    }
+    rows
+}
+
+fn value(p: &ParameterEstimate, first: Option<ComparedValue>) -> ComparedValue {
+    let difference = p.value.zip(first.and_then(|f| f.value)).map(|(v, f)| v - f);
+    let reference = first.and_then(|f| f.value);
+    // A value that was given has no error.
+    let error = |fixed: bool, error: Option<f64>| if fixed { Some(0.0) } else { error };
+    let errors =
+        first.and_then(|f| error(f.fixed, f.standard_error).zip(error(p.fixed, p.standard_error)));
+    let finite = |x: &f64| x.is_finite();
+    ComparedValue {
+        value: p.value,
+        standard_error: p.standard_error,
+        ci95: p.ci95,
+        fixed: p.fixed,
+        difference_percent: (difference.zip(reference))
+            .map(|(d, r)| 100.0 * d / r.abs())
+            .filter(finite),
+        difference_standard_errors: (difference.zip(errors))
+            .map(|(d, (a, b))| d / a.hypot(b))
+            .filter(finite),
+    }
+}
+
+fn different_robots(compared: &[ComparedResult]) -> Option<Finding> {
+    let first = &compared[0];
+    let other = compared.iter().find(|other| other.robot != first.robot)?;
+    Some(Finding::new(
+        Severity::Warning,
+        "different-robots",
+        format!(
+            "\"{}\" ({}) and \"{}\" ({}) are robots of different names; parameters are compared by \
+             name and unit",
+            first.robot, first.file, other.robot, other.file
+        ),
+        "see that joints of the same name mean the same joint",
+    ))
+}
+
+fn missing(compared: &[ComparedResult], parameters: &[ComparedParameter]) -> Option<Finding> {
+    let lacking: Vec<&ComparedParameter> = (parameters.iter())
+        .filter(|row| row.values.iter().any(Option::is_none))
+        .collect();
+    let row = lacking.first()?;
+    let label = |has: bool| {
+        let at = row.values.iter().position(|value| value.is_some() == has);
+        at.map_or("", |at| compared[at].label.as_str())
+    };
+    Some(
+        Finding::new(
+            Severity::Info,
+            "different-parameters",
+            format!(
+                "{} of {} parameters are not in all results, as {}, which {} has and {} has not",
+                lacking.len(),
+                parameters.len(),
+                short(&row.name),
+                label(true),
+                label(false)
+            ),
+            "compare models of the same friction laws and springs where a difference matters",
+        )
+        .about(lacking.iter().map(|row| row.name.clone())),
+    )
+}

@@ -1,0 +1,225 @@
+//! What to know before using the numbers of output error.
+
+use super::controller::TorqueMatch;
+use super::levenberg::Ending;
+use super::record::Record;
+use crate::estimate::result::SimulationFit;
+use crate::finding::{Finding, Severity};
+use crate::model::{Model, short};
+
+/// Difference of the controller's torque from the logged one, beyond white
+/// noise and over the torque, from which on another controller ran.
+const ANOTHER: f64 = 0.1;
+
+/// Part by which the logged torque may differ in scale, and standard errors
+/// that make it certain.
+const SCALE: f64 = 0.005;
+const CERTAIN: f64 = 5.0;
+
+/// Cost per sample above which the loop is not the simulated one, and above
+/// which the intervals cover nothing. On the paper's twin it is 0.97 to 1.02
+/// for the exact loop, 1.02 with a velocity gain 10 % wrong, 1.6 with a delay of
+/// one sample, 125 with a disturbance of 2 % of the torque, 1300 with a torque
+/// that saturates at 70 % of its peak.
+const COSTLY: f64 = 1.3;
+const HOPELESS: f64 = 25.0;
+
+/// What holds for every result.
+pub(super) fn standing() -> Vec<Finding> {
+    vec![
+        Finding::new(
+            Severity::Info,
+            "controller-taken-as-exact",
+            "output error takes the controller and its reference for exactly known: with gains that \
+             are 2 % wrong every parameter is 2 % wrong, the motion fits all the same, and the \
+             standard errors do not show it"
+                .to_owned(),
+            "take the gains from the code that ran, and compare with least-squares, which uses the \
+             logged torque instead",
+        ),
+        Finding::new(
+            Severity::Info,
+            "disturbances-not-modelled",
+            "output error knows of no torque but the controller's: a real one of 2 % of the motor's \
+             makes the parameters 3 to 4 % wrong, friction of links much more, and the intervals \
+             cover nothing; the cost per sample shows it"
+                .to_owned(),
+            "use it for simulation studies and for loops that are known exactly",
+        ),
+    ]
+}
+
+pub(super) fn no_record() -> Finding {
+    failed("the beginning of the log has too few samples without a gap, or nothing moves in it")
+}
+
+/// The search cannot begin.
+pub(super) fn no_start(why: &str) -> Finding {
+    failed(&format!("the linear result cannot be simulated: {why}"))
+}
+
+fn failed(why: &str) -> Finding {
+    Finding::new(
+        Severity::Serious,
+        "output-error-failed",
+        format!("output error found nothing: {why}. The values here are those of least squares"),
+        "look at the warnings of least-squares and at the gains of [controller]; use the result of \
+         least-squares",
+    )
+}
+
+pub(super) fn not_converged(ending: Ending, last: &str, simulation: &SimulationFit) -> Finding {
+    let how = match ending {
+        Ending::Stuck => "no further step made the cost smaller, though its slope promises it",
+        _ => "the limit of iterations was reached",
+    };
+    Finding::new(
+        Severity::Serious,
+        "output-error-not-converged",
+        format!(
+            "output error did not converge: after {} iterations {how} (cost per sample {:.3}); what \
+             moved last is {}. The values here are those of least squares",
+            simulation.iterations,
+            simulation.cost_per_sample,
+            short(last)
+        ),
+        "leave out what the log does not determine (assume_zero, fixed), or use the result of \
+         least-squares",
+    )
+    .about([last.to_owned()])
+}
+
+/// How much of the log was used.
+pub(super) fn samples(record: &Record) -> Finding {
+    let end = if record.at_gap {
+        "up to its first gap"
+    } else {
+        "or all of them, if it has no more"
+    };
+    Finding::new(
+        Severity::Info,
+        "output-error-samples",
+        format!(
+            "output error simulates the first {} samples ({:.3} s) of the first log, {end}, from \
+             rest",
+            record.len(),
+            record.len() as f64 * record.period
+        ),
+        "cut the log so that it begins at rest and holds the motion first",
+    )
+}
+
+pub(super) fn start_changed(model: &Model, changed: &[usize]) -> Option<Finding> {
+    if changed.is_empty() {
+        return None;
+    }
+    let names = || changed.iter().map(|&i| &model.parameters()[i]);
+    let shown: Vec<_> = names().map(|p| p.short()).collect();
+    Some(
+        Finding::new(
+            Severity::Info,
+            "output-error-start-changed",
+            format!(
+                "no robot has the linear values of {}; the search started from others",
+                shown.join(", ")
+            ),
+            "compare with the result of least-squares",
+        )
+        .about(names().map(|p| p.name.clone())),
+    )
+}
+
+/// Says where the controller is not the one that ran.
+pub(super) fn controller(model: &Model, torques: &[Option<TorqueMatch>]) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for (name, torque) in model.joints().iter().zip(torques) {
+        let Some(torque) = torque else {
+            findings.push(Finding::new(
+                Severity::Serious,
+                "controller-does-not-match",
+                format!(
+                    "{name}: the controller, fed with the logged positions, gives no torque to \
+                     compare with the logged one. No loop was simulated; the values here are those \
+                     of least squares"
+                ),
+                "check the gains and the reference of [controller]",
+            ));
+            continue;
+        };
+        findings.extend(late(name, torque));
+        if torque.relative > ANOTHER {
+            findings.push(Finding::new(
+                Severity::Serious,
+                "controller-does-not-match",
+                format!(
+                    "{name}: the controller, fed with the logged positions, misses the logged torque \
+                     by {:.0} % beyond its noise (root mean squares): another one ran, or its torque \
+                     did not pass (saturation). No loop was simulated; the values here are those of \
+                     least squares",
+                    100.0 * torque.relative
+                ),
+                "give gains, velocity window, reference and limits in [controller] as they were, and \
+                 let time begin where the reference does; or use least-squares, which needs no \
+                 controller",
+            ));
+        } else if (torque.gain - 1.0).abs() > SCALE.max(CERTAIN * torque.gain_error) {
+            findings.push(Finding::new(
+                Severity::Warning,
+                "controller-torque-scale",
+                format!(
+                    "{name}: the logged torque is {:.4} ± {:.4} times what the controller gives for \
+                     the logged positions; output error uses the controller's, so every parameter \
+                     shares this factor, and the motion fits all the same",
+                    torque.gain, torque.gain_error
+                ),
+                "check the gains of [controller] against the code that ran, and the torque constant",
+            ));
+        }
+    }
+    findings
+}
+
+fn late(name: &str, torque: &TorqueMatch) -> Option<Finding> {
+    (torque.late != 0).then(|| {
+        Finding::new(
+            Severity::Warning,
+            "controller-torque-late",
+            format!(
+                "{name}: the logged torque is that of the controller {} sample(s) {}: the loop has a \
+                 delay that is not simulated, or the log has one",
+                torque.late.abs(),
+                if torque.late > 0 { "later" } else { "earlier" }
+            ),
+            "log position and torque of one sample in one line; a true delay of the loop makes rotor \
+             inertias wrong by several percent: use least-squares",
+        )
+    })
+}
+
+/// Says what the cost per sample means where it is not about 1.
+pub(super) fn cost(simulation: &SimulationFit) -> Option<Finding> {
+    let cost = simulation.cost_per_sample;
+    if cost <= COSTLY {
+        return None;
+    }
+    let worst = (simulation.position_rms_over_noise.iter()).max_by(|a, b| a.1.total_cmp(&b.1));
+    let worst = worst.map_or_else(String::new, |(column, rms)| {
+        format!(", most in \"{column}\" ({rms:.1} times its noise)")
+    });
+    Some(Finding::new(
+        if cost > HOPELESS {
+            Severity::Serious
+        } else {
+            Severity::Warning
+        },
+        "simulated-loop-differs",
+        format!(
+            "the simulated positions miss the measured ones by {:.2} times the noise of the sensors \
+             (root mean squares; cost per sample {cost:.2}, 1 where the loop is exactly known){worst}: \
+             a disturbance, a delay or a limit of the loop, a start in motion, or an effect that the \
+             model lacks. The parameters take it up, by percents, and the intervals do not show it",
+            cost.sqrt()
+        ),
+        "use least-squares, which needs no controller, or see what disturbs the loop",
+    ))
+}

@@ -1,0 +1,295 @@
+//! Levenberg-Marquardt with forward differences.
+
+use faer::linalg::solvers::Solve;
+use faer::{Mat, Side};
+use rayon::prelude::*;
+
+/// Iterations, at most.
+const ITERATIONS: usize = 30;
+
+/// Steps that are tried in one iteration, at most.
+const TRIES: usize = 10;
+
+/// A step is the last if it is shorter than this part of the standard errors,
+/// or the cost falls by less than this many units of noise.
+const SHORT: f64 = 0.02;
+const FLAT: f64 = 1e-3;
+
+/// A difference moves the cost by this part of a standard error.
+const PART_OF_ERROR: f64 = 0.5;
+
+/// Residuals of unknowns; nothing where there are none.
+type Residuals<'a> = Box<dyn Fn(&[f64]) -> Option<Vec<f64>> + Sync + 'a>;
+
+/// Squares to be made small.
+pub(super) struct Problem<'a> {
+    /// Residuals over their noise.
+    pub(super) residuals: Residuals<'a>,
+    /// Where the search starts, \[m\].
+    pub(super) start: Vec<f64>,
+    /// Differences of the first derivatives, \[m\].
+    pub(super) first: Vec<f64>,
+    /// Largest differences, \[m\].
+    pub(super) largest: Vec<f64>,
+    /// One over the standard deviation of each unknown about zero; 0 for one
+    /// of which nothing is known, \[m\].
+    pub(super) prior: Vec<f64>,
+}
+
+/// How a search ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Ending {
+    /// At a minimum.
+    Converged,
+    /// After the last iteration that is allowed.
+    Limit,
+    /// Where no step made the cost smaller, though the derivatives promise it.
+    Stuck,
+}
+
+/// What a search found.
+pub(super) struct Found {
+    /// The unknowns, \[m\].
+    pub(super) x: Vec<f64>,
+    /// Residuals there.
+    pub(super) residuals: Vec<f64>,
+    /// Their derivatives, one column per unknown, from the last iteration.
+    pub(super) jacobian: Vec<Vec<f64>>,
+    /// `JᵀJ` and the prior, \[m × m\].
+    pub(super) normal: Mat<f64>,
+    /// Sum of squares of the residuals.
+    pub(super) cost: f64,
+    /// Number of iterations.
+    pub(super) iterations: usize,
+    /// How it ended.
+    pub(super) ending: Ending,
+    /// The unknown that moved most in the last step, in standard errors.
+    pub(super) moved: usize,
+}
+
+/// There are no residuals at the start, or none beside it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct NoStart;
+
+/// Minimises the squares of residuals and prior.
+///
+/// Columns of the derivatives are shared among threads; who does which changes
+/// no bit.
+pub(super) fn minimise(problem: &Problem<'_>) -> Result<Found, NoStart> {
+    let mut x = problem.start.clone();
+    let mut residuals = (problem.residuals)(&x).ok_or(NoStart)?;
+    let mut steps = problem.first.clone();
+    let mut damping = 1e-3;
+    let (mut moved, mut ending) = (0, Ending::Limit);
+    for iteration in 1.. {
+        let jacobian = differences(problem, &x, &residuals, &steps).ok_or(NoStart)?;
+        let (normal, gradient) = normal_equations(problem, &jacobian, &residuals, &x);
+        let cost = total(problem, &residuals, &x);
+        let unit = (cost / residuals.len() as f64).max(f64::MIN_POSITIVE);
+        let mut accepted = None;
+        for _ in 0..TRIES {
+            if let Some(step) = damped(&normal, &gradient, damping) {
+                let next: Vec<f64> = x.iter().zip(&step).map(|(x, d)| x + d).collect();
+                let found = (problem.residuals)(&next);
+                if let Some(r) = found.filter(|r| total(problem, r, &next) < cost) {
+                    accepted = Some((next, r, step));
+                    break;
+                }
+            }
+            damping = f64::max(8.0 * damping, 1e-4);
+        }
+        match accepted {
+            None => {
+                // Rounding and the tolerance of the simulation hide the rest.
+                let promised = damped(&normal, &gradient, 0.0)
+                    .map_or(f64::INFINITY, |step| -dot(&step, &gradient));
+                ending = if promised < FLAT.sqrt() * unit * x.len() as f64 {
+                    Ending::Converged
+                } else {
+                    Ending::Stuck
+                };
+            }
+            Some((next, r, step)) => {
+                let errors = |i: usize| step[i].abs() * normal[(i, i)].sqrt();
+                moved = (0..x.len())
+                    .max_by(|&a, &b| errors(a).total_cmp(&errors(b)))
+                    .unwrap_or(0);
+                let fallen = (cost - total(problem, &r, &next)) / unit.max(1.0);
+                let length = quadratic(&normal, &step).max(0.0).sqrt() / unit.sqrt();
+                if length < SHORT * (x.len() as f64).sqrt() || fallen < FLAT {
+                    ending = Ending::Converged;
+                }
+                (x, residuals) = (next, r);
+                damping = f64::max(damping / 10.0, 1e-9);
+            }
+        }
+        if ending != Ending::Limit || iteration == ITERATIONS {
+            return Ok(Found {
+                cost: dot(&residuals, &residuals),
+                x,
+                residuals,
+                jacobian,
+                normal,
+                iterations: iteration,
+                ending,
+                moved,
+            });
+        }
+        for (i, step) in steps.iter_mut().enumerate() {
+            let error = PART_OF_ERROR / normal[(i, i)].sqrt();
+            *step = error.clamp(problem.first[i].min(problem.largest[i]), problem.largest[i]);
+        }
+    }
+    Err(NoStart)
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn quadratic(matrix: &Mat<f64>, x: &[f64]) -> f64 {
+    (0..x.len())
+        .map(|i| x[i] * (0..x.len()).map(|j| matrix[(i, j)] * x[j]).sum::<f64>())
+        .sum()
+}
+
+/// Sum of squares of residuals and prior.
+fn total(problem: &Problem<'_>, residuals: &[f64], x: &[f64]) -> f64 {
+    let prior: f64 = (x.iter().zip(&problem.prior))
+        .map(|(x, p)| (x * p).powi(2))
+        .sum();
+    dot(residuals, residuals) + prior
+}
+
+fn differences(
+    problem: &Problem<'_>,
+    x: &[f64],
+    residuals: &[f64],
+    steps: &[f64],
+) -> Option<Vec<Vec<f64>>> {
+    (0..x.len())
+        .into_par_iter()
+        .map(|i| {
+            // Behind the start where there is nothing before it.
+            [steps[i], -steps[i]].into_iter().find_map(|step| {
+                let mut beside = x.to_vec();
+                beside[i] += step;
+                let step = beside[i] - x[i];
+                let mut column = (problem.residuals)(&beside)?;
+                for (moved, r) in column.iter_mut().zip(residuals) {
+                    *moved = (*moved - r) / step;
+                }
+                Some(column)
+            })
+        })
+        .collect()
+}
+
+fn normal_equations(
+    problem: &Problem<'_>,
+    jacobian: &[Vec<f64>],
+    residuals: &[f64],
+    x: &[f64],
+) -> (Mat<f64>, Vec<f64>) {
+    let m = x.len();
+    let rows: Vec<Vec<f64>> = (0..m)
+        .into_par_iter()
+        .map(|i| (0..=i).map(|j| dot(&jacobian[i], &jacobian[j])).collect())
+        .collect();
+    let mut normal = Mat::from_fn(m, m, |i, j| rows[i.max(j)][i.min(j)]);
+    let mut gradient: Vec<f64> = jacobian
+        .iter()
+        .map(|column| dot(column, residuals))
+        .collect();
+    for i in 0..m {
+        let weight = problem.prior[i].powi(2);
+        normal[(i, i)] += weight;
+        gradient[i] += weight * x[i];
+    }
+    (normal, gradient)
+}
+
+/// Solves `(H + damping diag(H)) step = -gradient`, unknowns scaled to unit
+/// diagonal.
+fn damped(normal: &Mat<f64>, gradient: &[f64], damping: f64) -> Option<Vec<f64>> {
+    let m = gradient.len();
+    let scale: Vec<f64> = (0..m)
+        .map(|i| match normal[(i, i)].sqrt() {
+            norm if norm > 0.0 => norm.recip(),
+            // Nothing moves with it: it stays.
+            _ => 0.0,
+        })
+        .collect();
+    let matrix = Mat::from_fn(m, m, |i, j| {
+        let own = if i == j { damping + 1e-12 } else { 0.0 };
+        let unseen = i == j && scale[i] == 0.0;
+        normal[(i, j)] * scale[i] * scale[j] + own + f64::from(u8::from(unseen))
+    });
+    let right = Mat::from_fn(m, 1, |i, _| -gradient[i] * scale[i]);
+    let step = matrix.llt(Side::Lower).ok()?.solve(&right);
+    let step: Vec<f64> = (0..m).map(|i| step[(i, 0)] * scale[i]).collect();
+    step.iter().all(|d| d.is_finite()).then_some(step)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn problem<'a>(
+        start: [f64; 2],
+        prior: f64,
+        residuals: impl Fn(&[f64]) -> Option<Vec<f64>> + Sync + 'a,
+    ) -> Problem<'a> {
+        Problem {
+            residuals: Box::new(residuals),
+            start: start.to_vec(),
+            first: vec![1e-6; 2],
+            largest: vec![1e-3; 2],
+            prior: vec![0.0, prior],
+        }
+    }
+
+    #[test]
+    fn a_curved_valley_is_followed() {
+        let valley = |x: &[f64]| Some(vec![10.0 * (x[1] - x[0] * x[0]), 1.0 - x[0]]);
+        let found = minimise(&problem([-1.2, 1.0], 0.0, valley)).unwrap();
+        assert_eq!(found.ending, Ending::Converged);
+        assert!((found.x[0] - 1.0).abs() < 1e-3 && (found.x[1] - 1.0).abs() < 1e-3);
+        assert!(found.cost < 1e-6);
+    }
+
+    #[test]
+    fn a_prior_pulls_to_zero() {
+        // One residual of level 1 and a prior of the same: the middle.
+        let found = minimise(&problem([0.0, 0.0], 1.0, |x| Some(vec![x[0], x[1] - 3.0])));
+        assert!((found.unwrap().x[1] - 1.5).abs() < 1e-6);
+    }
+
+    #[test]
+    fn steps_where_there_is_nothing_are_not_taken() {
+        // The root of 4 is wanted; below 1 and above 3 no robot can move.
+        let wall = |x: &[f64]| {
+            (1.0..3.0)
+                .contains(&x[0])
+                .then(|| vec![x[0] * x[0] - 4.0, x[1]])
+        };
+        let found = minimise(&problem([1.0, 0.0], 0.0, wall)).unwrap();
+        assert!((found.x[0] - 2.0).abs() < 1e-4, "{:?}", found.x);
+        assert!(minimise(&problem([5.0, 0.0], 0.0, wall)).is_err());
+    }
+
+    #[test]
+    fn no_way_down_is_said() {
+        // A slope downwards beside the start, and a wall behind it.
+        let trap = |x: &[f64]| {
+            let height = if x[0] > 1e-5 { 9.0 } else { 1.0 - 1e4 * x[0] };
+            Some(vec![height, x[1]])
+        };
+        let found = minimise(&problem([0.0, 0.0], 0.0, trap)).unwrap();
+        assert_eq!(found.ending, Ending::Stuck);
+        // A minimum at infinity.
+        let forever = |x: &[f64]| Some(vec![1e12 / (1.0 + x[0]), x[1]]);
+        let found = minimise(&problem([0.0, 0.0], 0.0, forever)).unwrap();
+        assert_eq!((found.ending, found.moved), (Ending::Limit, 0));
+    }
+}

@@ -1,0 +1,214 @@
+//! The simulated loop as a function of its unknowns.
+
+use super::levenberg::Problem;
+use super::record::{Position, Record};
+use crate::description::Controller;
+use crate::log::Quantity;
+use crate::model::{Model, Theta};
+use crate::named::Named;
+use crate::preprocess::RawBlock;
+use crate::simulate::ClosedLoop;
+
+/// Tolerance of the integration, rad and rad/s: its error, 2e-10 rad over the
+/// 10 s experiment, is a thousandth of what a difference of half a standard
+/// error moves, where the encoder has 2e5 counts per turn.
+const TOLERANCE: f64 = 1e-8;
+
+/// Steps of the integration, at most, per sample and per millisecond: ten times
+/// what a robot takes. Parameters so stiff that they need more are no robot's.
+const STEPS: f64 = 15.0;
+
+/// First difference of a parameter, as a part of it or of its linear standard
+/// error.
+const FIRST: f64 = 1e-4;
+
+/// Largest difference, likewise.
+const LARGEST: f64 = 1e-2;
+
+/// A closed loop with unknown parameters, and offsets of its sensors.
+pub(super) struct Loop<'a> {
+    model: &'a Model,
+    controller: &'a Controller,
+    record: &'a Record,
+    base: Theta,
+    // Index in theta of each unknown parameter; offsets of the positions follow.
+    free: Vec<usize>,
+}
+
+impl<'a> Loop<'a> {
+    /// - `base`: where the search starts, \[p\].
+    /// - `determined`: whether a parameter is to be found, unless it is known,
+    ///   \[p\].
+    pub(super) fn new(
+        model: &'a Model,
+        controller: &'a Controller,
+        record: &'a Record,
+        base: Theta,
+        determined: &[bool],
+    ) -> Self {
+        let free = (model.parameters().iter().enumerate())
+            .filter(|(i, parameter)| parameter.fixed.is_none() && determined[*i])
+            .map(|(i, _)| i)
+            .collect();
+        Self {
+            model,
+            controller,
+            record,
+            base,
+            free,
+        }
+    }
+
+    /// Returns the search for the unknowns.
+    ///
+    /// - `errors`: linear standard errors, \[p\].
+    pub(super) fn problem<'b>(&'b self, errors: &[f64]) -> Problem<'b> {
+        let own = self.free.iter().map(|&i| {
+            let error = Some(errors[i]).filter(|e| e.is_finite()).unwrap_or(0.0);
+            self.base[i].abs().max(error).max(f64::MIN_POSITIVE.sqrt())
+        });
+        let offsets = || self.record.positions.iter().map(|p| p.noise);
+        let scale: Vec<f64> = own.chain(offsets()).collect();
+        let parameters = self.free.len();
+        Problem {
+            residuals: Box::new(|x| self.residuals(x)),
+            start: (self.free.iter().map(|&i| self.base[i]))
+                .chain(offsets().map(|_| 0.0))
+                .collect(),
+            first: (scale.iter().enumerate())
+                .map(|(i, s)| if i < parameters { FIRST * s } else { 0.1 * s })
+                .collect(),
+            largest: (scale.iter().enumerate())
+                .map(|(i, s)| if i < parameters { LARGEST * s } else { *s })
+                .collect(),
+            prior: (self.free.iter().map(|_| 0.0))
+                .chain(offsets().map(f64::recip))
+                .collect(),
+        }
+    }
+
+    /// Returns the parameter vector of unknowns.
+    pub(super) fn theta(&self, x: &[f64]) -> Theta {
+        let mut theta = self.base.clone();
+        for (&i, value) in self.free.iter().zip(x) {
+            theta[i] = *value;
+        }
+        theta
+    }
+
+    /// Puts values of the unknowns among those of all parameters.
+    pub(super) fn spread<T: Clone>(
+        &self,
+        of: &[Option<f64>],
+        value: impl Fn(Option<f64>) -> T,
+        others: &[T],
+    ) -> Vec<T> {
+        let mut all = others.to_vec();
+        for (&i, own) in self.free.iter().zip(of) {
+            all[i] = value(*own);
+        }
+        all
+    }
+
+    /// Returns what an unknown is called.
+    pub(super) fn name(&self, unknown: usize) -> String {
+        if let Some(&i) = self.free.get(unknown) {
+            return self.model.parameters()[i].name.clone();
+        }
+        let position = self.record.positions.get(unknown - self.free.len());
+        let column = position.map_or("", |position| &position.column);
+        format!("the offset of \"{column}\"")
+    }
+
+    /// Returns the offsets of the positions, rad (m), by column.
+    pub(super) fn offsets(&self, x: &[f64]) -> Named {
+        (self.record.positions.iter().zip(&x[self.free.len()..]))
+            .map(|(position, value)| (position.column.clone(), *value))
+            .collect()
+    }
+
+    /// Returns root mean squares of the residuals of each position, by column.
+    pub(super) fn rms(&self, residuals: &[f64]) -> Named {
+        let columns = residuals.chunks(self.record.len());
+        (self.record.positions.iter().zip(columns))
+            .map(|(position, r)| {
+                let squares: f64 = r.iter().map(|r| r * r).sum();
+                (position.column.clone(), (squares / r.len() as f64).sqrt())
+            })
+            .collect()
+    }
+
+    /// Returns measured minus simulated positions over their noise, position
+    /// after position; nothing if the parameters are not those of a robot or
+    /// the loop runs away or is too stiff to be followed.
+    fn residuals(&self, x: &[f64]) -> Option<Vec<f64>> {
+        let theta = self.theta(x);
+        let Self { model, record, .. } = self;
+        model.check_stiffness(&theta).ok()?;
+        let (q, phi) = record.start();
+        let start = Some((&q[..], &phi[..]));
+        let mut plant = ClosedLoop::new(model, &theta, self.controller, record.period, start)
+            .ok()?
+            .with_tolerance(TOLERANCE);
+        let offsets = &x[self.free.len()..];
+        let samples = record.len();
+        let per_sample = STEPS * (1.0 + 1e3 * record.period);
+        let budget = (per_sample * samples as f64) as u64;
+        let mut residuals = vec![0.0; samples * record.positions.len()];
+        for k in 0..samples {
+            let state = plant.state();
+            let (mut q, mut phi) = (state.q, state.phi);
+            self.measure(offsets, &mut q, &mut phi);
+            for (c, position) in record.positions.iter().enumerate() {
+                let error = read(position, &record.samples, k) - shown(position, &q, &phi);
+                residuals[c * samples + k] = error / position.noise;
+            }
+            if k + 1 < samples {
+                // The controller sees what the sensors show, without their steps.
+                let tau = plant.command(record.samples.time[k], &q, &phi);
+                plant.advance(&tau).ok()?;
+                if plant.steps() > budget {
+                    return None;
+                }
+            }
+        }
+        residuals.iter().all(|r| r.is_finite()).then_some(residuals)
+    }
+
+    /// Adds the offsets of the sensors to true positions.
+    fn measure(&self, offsets: &[f64], q: &mut [f64], phi: &mut [f64]) {
+        for (position, offset) in self.record.positions.iter().zip(offsets) {
+            let joint = position.joint;
+            match position.quantity {
+                Quantity::LinkPosition | Quantity::LinkDeflection => q[joint] += offset,
+                Quantity::MotorPosition => {
+                    phi[joint] += offset;
+                    if !self.model.is_flexible(joint) {
+                        q[joint] += offset;
+                    }
+                }
+                Quantity::MotorTorque => {}
+            }
+        }
+    }
+}
+
+/// Returns what a position's sensor shows, rad (m).
+fn shown(position: &Position, q: &[f64], phi: &[f64]) -> f64 {
+    let joint = position.joint;
+    match position.quantity {
+        Quantity::LinkDeflection => q[joint] - phi[joint],
+        Quantity::LinkPosition => q[joint],
+        Quantity::MotorPosition | Quantity::MotorTorque => phi[joint],
+    }
+}
+
+/// Returns what it showed in a sample.
+fn read(position: &Position, samples: &RawBlock, k: usize) -> f64 {
+    let joint = position.joint;
+    match position.quantity {
+        Quantity::LinkDeflection => samples.q[joint][k] - samples.phi[joint][k],
+        Quantity::LinkPosition => samples.q[joint][k],
+        Quantity::MotorPosition | Quantity::MotorTorque => samples.phi[joint][k],
+    }
+}

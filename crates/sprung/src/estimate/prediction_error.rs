@@ -1,0 +1,373 @@
+//! The prediction-error estimator: a refinement of least squares, and what there is
+//! to know of it.
+
+use std::time::Instant;
+
+use super::chi_square::upper_tail;
+use super::delay::Excerpt;
+use super::describe::OfEstimator;
+use super::least_squares::{Fitted, trace};
+use super::refine::{ChannelDelay, Refined, Start, refine};
+use super::result::{RefinedDelay, RefinedOffset, Refinement, RowDisturbance};
+use crate::description::Delay;
+use crate::finding::{Finding, Severity};
+use crate::log::{Channels, LogSource};
+use crate::model::Model;
+use crate::regression::{PassError, Reading, System};
+
+/// Pairs of parameters that are listed, and the correlation from which on they are.
+const PAIRS: usize = 5;
+const ALIKE: f64 = 0.5;
+
+/// Correlation from which on two parameters are known together only.
+const TOGETHER: f64 = 0.98;
+
+/// Standard errors from which on a delay counts, and the part of a sample that it
+/// must be: less does no harm.
+const CERTAIN: f64 = 4.0;
+const PART: f64 = 0.1;
+
+/// Probability of a false alarm when logs are compared.
+const ALARM: f64 = 0.01;
+
+/// Part of a motor's torque that disturbances may have before they are mentioned.
+const LOUD: f64 = 0.05;
+
+/// Refines what least squares found.
+///
+/// Where that fails, the linear values stand and a finding says why.
+///
+/// # Errors
+///
+/// [`PassError`] if a log cannot be read again.
+pub(super) fn prediction_error(
+    reading: &Reading<'_>,
+    sources: &mut [LogSource<'_>],
+    excerpt: &Excerpt,
+    system: &System,
+    fitted: &Fitted,
+) -> Result<OfEstimator, PassError> {
+    let begin = Instant::now();
+    let (model, channels) = (reading.model, reading.channels);
+    let parameters = model.parameters().iter();
+    let free: Vec<usize> = (parameters.zip(&fitted.identifiable).enumerate())
+        .filter(|(_, (parameter, known))| **known && parameter.fixed.is_none())
+        .map(|(i, _)| i)
+        .collect();
+    let start = Start {
+        theta: &fitted.theta,
+        free,
+        exact_torque: channels.exact_torque,
+        delays: (0..channels.all.len())
+            .filter(|&i| channels.all[i].delay == Some(Delay::Estimate))
+            .collect(),
+    };
+    let refined = refine(reading, sources, excerpt, &start, &mut |_| ())?;
+    let mut findings = Vec::new();
+    let failure = match &refined {
+        None => Some(
+            "the filter does not follow the log from the linear values, or the log is too short"
+                .to_owned(),
+        ),
+        Some(refined) => failure(model, refined),
+    };
+    if let Some(refined) = &refined {
+        findings.extend(about(reading, excerpt.period(), refined));
+    }
+    let refinement = refined.as_ref().map(|r| describe(model, channels, r));
+    Ok(match (refined, failure) {
+        (Some(refined), None) => OfEstimator {
+            theta: refined.theta,
+            errors: refined.standard_error,
+            seen: fitted.identifiable.clone(),
+            elapsed: begin.elapsed().as_secs_f64(),
+            points: (refined.trace.into_iter())
+                .map(|(time, theta)| (time, Some(theta)))
+                .collect(),
+            simulation: None,
+            refinement,
+            fallback: false,
+            findings,
+        },
+        (_, failure) => {
+            findings.insert(0, stands_back(&failure.unwrap_or_default()));
+            OfEstimator {
+                theta: fitted.theta.clone(),
+                errors: fitted.standard_error.clone(),
+                seen: fitted.identifiable.clone(),
+                elapsed: begin.elapsed().as_secs_f64(),
+                points: trace(model, system).collect(),
+                simulation: None,
+                refinement,
+                fallback: true,
+                findings,
+            }
+        }
+    })
+}
+
+fn stands_back(why: &str) -> Finding {
+    Finding::new(
+        Severity::Warning,
+        "refinement-failed",
+        format!(
+            "the refinement is not used: {why}. The values here are those of least squares, and \
+             their intervals are lower bounds"
+        ),
+        "look at signs, units and delays of the columns, at missing friction laws, and at the other \
+         warnings",
+    )
+}
+
+/// Says why a refinement is not to be used.
+fn failure(model: &Model, refined: &Refined) -> Option<String> {
+    let bound: Vec<String> = (refined.levels.iter().enumerate())
+        .filter(|(_, level)| level.at_bound)
+        .map(|(row, _)| model.row_name(row))
+        .collect();
+    if !bound.is_empty() {
+        return Some(format!(
+            "in {} the torque that the model does not explain is a tenth of the motor's or more, which \
+             is not a disturbance but an effect that the model lacks",
+            bound.join(", ")
+        ));
+    }
+    if refined.converged {
+        return None;
+    }
+    let moved = refined.moved.iter().take(3).map(|(index, by)| {
+        format!("{} by {by:+.2}", model.parameters()[*index].short())
+    });
+    Some(format!(
+        "it did not converge in {} runs of the filter; last moved, in standard errors, {}",
+        refined.runs,
+        moved.collect::<Vec<_>>().join(", ")
+    ))
+}
+
+/// Returns what there is to know of a refinement.
+fn about(reading: &Reading<'_>, period: f64, refined: &Refined) -> Vec<Finding> {
+    let model = reading.model;
+    let mut findings = Vec::new();
+    if refined.left_out {
+        findings.push(Finding::new(
+            Severity::Info,
+            "refined-on-part",
+            format!(
+                "the refinement used the first {:.1} s ({} samples) of the logs; more would take long \
+                 and tell little",
+                refined.duration, refined.samples
+            ),
+            "put the most exciting part first, or cut the log",
+        ));
+    }
+    findings.extend(late(reading.channels, period, &refined.delays));
+    findings.extend(together(model, refined));
+    findings.extend(disagree(model, refined));
+    let loud: Vec<String> = (refined.levels.iter().enumerate())
+        .filter(|(_, level)| level.drift > LOUD * level.torque)
+        .map(|(row, level)| {
+            let part = 100.0 * level.drift / level.torque;
+            format!("{} {:.3} N·m ({part:.0} %)", model.row_name(row), level.drift)
+        })
+        .collect();
+    if !loud.is_empty() {
+        findings.push(Finding::new(
+            Severity::Warning,
+            "unexplained-torque",
+            format!(
+                "slow torques that the model does not explain, standard deviation and part of the \
+                 motor's: {}. The intervals take them for random disturbances; an effect that \
+                 repeats with the motion, as another friction law, may hide in them",
+                loud.join(", ")
+            ),
+            "look at the fit over time; try further friction laws, and a second experiment with \
+             another motion",
+        ));
+    }
+    findings
+}
+
+/// Says which channels were recorded late: of each joint, the one that it shows best.
+fn late(channels: &Channels, period: f64, delays: &[ChannelDelay]) -> Vec<Finding> {
+    let joints = channels.rigid.len();
+    let mut findings = Vec::new();
+    for delay in delays.iter().filter(|d| d.wanted) {
+        findings.push(Finding::new(
+            Severity::Info,
+            "delay-refined",
+            format!(
+                "\"{}\" was recorded {:.5} s late, by likelihood (standard error {:.5} s)",
+                channels.all[delay.channel].column,
+                delay.assumed + delay.beyond,
+                delay.standard_error
+            ),
+            "give the delay as a number to keep it fixed",
+        ));
+    }
+    for joint in 0..joints {
+        let own = |d: &&ChannelDelay| channels.all[d.channel].joint == joint;
+        if delays.iter().filter(own).any(|d| d.wanted) {
+            continue;
+        }
+        let size = |d: &ChannelDelay| d.beyond.abs() / d.standard_error;
+        let best = delays
+            .iter()
+            .filter(own)
+            .filter(|d| size(d) > CERTAIN && d.beyond.abs() > PART * period)
+            .max_by(|a, b| size(a).total_cmp(&size(b)));
+        let Some(delay) = best else { continue };
+        let column = &channels.all[delay.channel].column;
+        let total = delay.assumed + delay.beyond;
+        findings.push(Finding::new(
+            Severity::Warning,
+            "late-channel",
+            format!(
+                "the likelihood says that \"{column}\" was recorded {total:.5} s late instead of \
+                 {:.5} s (standard error {:.5} s, log-likelihood +{:.0}); a sample of torque delay \
+                 alone moves a rotor inertia by several per cent",
+                delay.assumed,
+                delay.standard_error,
+                0.5 * size(delay).powi(2)
+            ),
+            &format!("set delay_s = {{ \"{column}\" = \"estimate\" }} in [log]"),
+        ));
+    }
+    findings
+}
+
+/// Names pairs of parameters of which only a combination is known.
+fn together(model: &Model, refined: &Refined) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for (a, b, correlation) in correlations(refined) {
+        if correlation.abs() < TOGETHER {
+            continue;
+        }
+        let (first, second) = (&model.parameters()[a], &model.parameters()[b]);
+        let known = if correlation < 0.0 { "sum" } else { "difference" };
+        let (own, other) = (refined.standard_error[a], refined.standard_error[b]);
+        let both = (2.0 * own * own * (1.0 - correlation.abs())).sqrt();
+        findings.push(
+            Finding::new(
+                Severity::Info,
+                "known-together",
+                format!(
+                    "of {} and {} only a {known} is known well (correlation {correlation:.3}): with \
+                     the second times {:.3}, to {both:.2e} {}, the first alone to {own:.2e}",
+                    first.short(),
+                    second.short(),
+                    own / other,
+                    first.unit
+                ),
+                "use both together, or excite them apart",
+            )
+            .about([first.name.clone(), second.name.clone()]),
+        );
+    }
+    findings
+}
+
+/// Returns pairs of parameters, indices in theta, whose errors are most alike.
+fn correlations(refined: &Refined) -> Vec<(usize, usize, f64)> {
+    let width = refined.free.len();
+    let at = |i: usize, j: usize| refined.covariance[i * width + j];
+    let mut pairs: Vec<(usize, usize, f64)> = (0..width)
+        .flat_map(|i| (0..i).map(move |j| (j, i)))
+        .map(|(i, j)| {
+            let correlation = at(i, j) / (at(i, i) * at(j, j)).sqrt();
+            (refined.free[i], refined.free[j], correlation)
+        })
+        .filter(|pair| pair.2.abs() > ALIKE)
+        .collect();
+    pairs.sort_by(|a, b| b.2.abs().total_cmp(&a.2.abs()));
+    pairs.truncate(PAIRS);
+    pairs
+}
+
+/// Says which parameters several logs disagree about.
+fn disagree(model: &Model, refined: &Refined) -> Option<Finding> {
+    if refined.logs.len() < 2 {
+        return None;
+    }
+    let freedom = refined.logs.len() - 1;
+    let mut apart = Vec::new();
+    let mut names = Vec::new();
+    for (place, &index) in refined.free.iter().enumerate() {
+        let values = refined.logs.iter().map(|log| log[place]);
+        let weights: f64 = values.clone().map(|(_, error)| error.powi(-2)).sum();
+        let mean = values.clone().map(|(x, error)| x * error.powi(-2)).sum::<f64>() / weights;
+        let spread: f64 = (values.clone())
+            .map(|(x, error)| ((x - mean) / error).powi(2))
+            .sum();
+        if upper_tail(spread, freedom) < ALARM / refined.free.len() as f64 {
+            let parameter = &model.parameters()[index];
+            let each: Vec<String> = values.map(|(x, e)| format!("{x:.4} ± {e:.4}")).collect();
+            apart.push(format!("{} ({})", parameter.short(), each.join(", ")));
+            names.push(parameter.name.clone());
+        }
+    }
+    (!apart.is_empty()).then(|| {
+        Finding::new(
+            Severity::Warning,
+            "logs-disagree",
+            format!(
+                "the logs disagree by more than their intervals allow about {}; they are not of one \
+                 robot as it is modelled",
+                apart.join("; ")
+            ),
+            "see that all logs are of one robot in one state; parameters that move with the motion or \
+             with the controller's gains mean a missing effect",
+        )
+        .about(names)
+    })
+}
+
+fn describe(model: &Model, channels: &Channels, refined: &Refined) -> Refinement {
+    let name = |index: usize| model.parameters()[index].name.clone();
+    let column = |channel: usize| channels.all[channel].column.clone();
+    Refinement {
+        converged: refined.converged,
+        runs: refined.runs,
+        samples: refined.samples,
+        duration_s: refined.duration,
+        measurements: refined.measurements,
+        minus_log_likelihood: refined.loss,
+        disturbances: (refined.levels.iter().enumerate())
+            .map(|(row, level)| RowDisturbance {
+                row: model.row_name(row),
+                torque_noise_nm: level.white,
+                disturbance_nm: level.drift,
+                torque_nm: level.torque,
+                at_bound: level.at_bound,
+            })
+            .collect(),
+        disturbance_corner_hz: refined.corner,
+        encoder_offsets: (refined.offsets.iter())
+            .map(|&(joint, channel, offset, error)| RefinedOffset {
+                joint: model.joints()[joint].clone(),
+                column: column(channel),
+                offset_rad: offset,
+                standard_error_rad: error,
+            })
+            .collect(),
+        delays: (refined.delays.iter())
+            .map(|delay| RefinedDelay {
+                column: column(delay.channel),
+                delay_s: delay.assumed + delay.beyond,
+                standard_error_s: Some(delay.standard_error).filter(|e| e.is_finite()),
+                used_s: delay.assumed,
+            })
+            .collect(),
+        correlations: (correlations(refined).into_iter())
+            .map(|(a, b, correlation)| (name(a), name(b), correlation))
+            .collect(),
+        each_log: (refined.logs.iter())
+            .map(|log| {
+                let own = |index| refined.free.iter().position(|free| *free == index);
+                (0..model.parameters().len())
+                    .map(|index| own(index).map(|place| log[place]))
+                    .collect()
+            })
+            .collect(),
+    }
+}

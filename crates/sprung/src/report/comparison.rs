@@ -1,0 +1,287 @@
+//! The report of a comparison.
+
+use super::compose::{section, shown};
+use super::document::{Badge, Block, Document, IntervalRow, Intervals, Mark, Row, Table, Tone};
+use super::numbers::{or_dash, significant};
+use super::tables::{number, text};
+use crate::compare::{
+    ComparedParameter, ComparedResult, ComparedValue, Comparison, RUNS_DISAGREE, SURE,
+};
+use crate::estimate::Verdict;
+use crate::finding::Severity;
+use crate::model::short;
+
+/// Composes the report of a comparison.
+///
+/// - `command`: the command that made it.
+#[must_use]
+pub fn compose_comparison(comparison: &Comparison, command: &str) -> Document {
+    let compared = &comparison.compared;
+    let mut robots: Vec<&str> = compared.iter().map(|r| r.robot.as_str()).collect();
+    robots.dedup();
+    let mut sections = vec![
+        section(
+            "results",
+            "What is compared",
+            "",
+            vec![Block::Table(headers(compared))],
+        ),
+        section(
+            "agreement",
+            "What agrees",
+            "Values with their 95 % intervals, as differences from the first result. Every row has \
+             a scale of its own: where intervals overlap, results agree, however small they are.",
+            vec![Block::Intervals(intervals(comparison))],
+        ),
+        section(
+            "parameters",
+            "Parameters",
+            "Differences from the first result, in percent and in combined standard errors (the root \
+             of the sum of both squares, which takes the errors for independent; results of one log \
+             share theirs).",
+            vec![Block::Table(parameters(comparison))],
+        ),
+    ];
+    if !comparison.findings.is_empty() {
+        let findings = comparison.findings.iter().map(shown).collect();
+        sections.insert(
+            1,
+            section(
+                "findings",
+                "What to know",
+                &format!(
+                    "Repeated results of one estimator disagree if chance makes such differences in \
+                     less than {} % of all comparisons.",
+                    100.0 * SURE
+                ),
+                vec![Block::Findings(findings)],
+            ),
+        );
+    }
+    sections.push(section(
+        "residuals",
+        "Residuals",
+        "What each result leaves unexplained of its own log.",
+        vec![Block::Table(residuals(compared))],
+    ));
+    sections.push(section(
+        "settings",
+        "Settings",
+        "The command that made this report.",
+        vec![Block::Code(command.to_owned())],
+    ));
+    Document {
+        title: robots.join(" and "),
+        subtitle: format!("{} results side by side", compared.len()),
+        generator: comparison.generator.clone(),
+        verdict: badge(comparison),
+        sections,
+    }
+}
+
+fn badge(comparison: &Comparison) -> Option<Badge> {
+    let disagree = (comparison.findings.iter()).any(|f| f.code == RUNS_DISAGREE);
+    (comparison.tested > 0).then(|| Badge {
+        tone: if disagree { Tone::Doubtful } else { Tone::Good },
+        text: if disagree {
+            "repeated results disagree".to_owned()
+        } else {
+            "repeated results agree".to_owned()
+        },
+    })
+}
+
+fn headers(compared: &[ComparedResult]) -> Table {
+    let row = |result: &ComparedResult| {
+        let settings = &result.settings;
+        Row {
+            cells: vec![
+                result.label.clone(),
+                result.estimator.clone(),
+                result.verdict.word().to_owned(),
+                result.file.clone(),
+                format!(
+                    "{} ({} samples, {} s)",
+                    result.log,
+                    result.samples,
+                    significant(result.duration_s, 4)
+                ),
+                format!(
+                    "λ = {} rad/s, {}, {} Hz",
+                    significant(settings.filter_cutoff_rad_per_s, 3),
+                    settings.discretization,
+                    significant(settings.position_cutoff_hz, 3)
+                ),
+                or_dash(result.condition_number_scaled, 3),
+                if result.findings.is_empty() {
+                    "none".to_owned()
+                } else {
+                    result.findings.join(", ")
+                },
+            ],
+            tone: match result.verdict {
+                Verdict::Good => Tone::Good,
+                Verdict::Doubtful => Tone::Doubtful,
+                Verdict::Unusable => Tone::Bad,
+            },
+        }
+    };
+    Table {
+        caption: String::new(),
+        columns: vec![
+            text("Result"),
+            text("Estimator"),
+            text("Verdict"),
+            text("File"),
+            text("Log"),
+            text("Settings"),
+            number("Condition, scaled"),
+            text("Warnings"),
+        ],
+        rows: compared.iter().map(row).collect(),
+    }
+}
+
+fn cell(value: Option<&ComparedValue>) -> String {
+    let Some(value) = value else {
+        return "not in the model".to_owned();
+    };
+    match (value.value, value.standard_error) {
+        (None, _) => "not determined".to_owned(),
+        (Some(v), _) if value.fixed => format!("{} given", significant(v, 5)),
+        (Some(v), None) => significant(v, 5),
+        (Some(v), Some(error)) => format!("{} ± {}", significant(v, 5), significant(error, 2)),
+    }
+}
+
+fn parameters(comparison: &Comparison) -> Table {
+    let mut columns = vec![text("Parameter"), text("Unit")];
+    for (i, result) in comparison.compared.iter().enumerate() {
+        columns.push(number(format!("{} ± s.e.", result.label)));
+        if i > 0 {
+            columns.push(number("%"));
+            columns.push(number("in s.e."));
+        }
+    }
+    let disagreeing = |name: &String| {
+        (comparison.findings.iter())
+            .any(|f| f.severity != Severity::Info && f.parameters.contains(name))
+    };
+    let rows = comparison.parameters.iter().map(|parameter| {
+        let symbol = parameter.symbol.replace("theta", "θ");
+        let mut cells = vec![
+            format!("{symbol}\u{a0}{}", short(&parameter.name)),
+            parameter.unit.clone(),
+        ];
+        for (i, value) in parameter.values.iter().enumerate() {
+            cells.push(cell(value.as_ref()));
+            if i > 0 {
+                let of = |of: fn(&ComparedValue) -> Option<f64>, digits: usize| {
+                    let value = value.as_ref().and_then(of);
+                    value.map_or_else(|| "–".to_owned(), |x| format!("{x:+.digits$}"))
+                };
+                cells.push(of(|v| v.difference_percent, 2));
+                cells.push(of(|v| v.difference_standard_errors, 1));
+            }
+        }
+        Row {
+            cells,
+            tone: if disagreeing(&parameter.name) {
+                Tone::Doubtful
+            } else {
+                Tone::Neutral
+            },
+        }
+    });
+    Table {
+        caption: "Marked rows disagree.".to_owned(),
+        rows: rows.collect(),
+        columns,
+    }
+}
+
+/// The values of a row about the first of them, as parts of the largest
+/// distance.
+fn intervals(comparison: &Comparison) -> Intervals {
+    let rows = comparison.parameters.iter().filter_map(row).collect();
+    Intervals {
+        caption: "Differences from the first result, or from the first that has a value; the \
+                  number at the right is what half the width stands for."
+            .to_owned(),
+        names: comparison
+            .compared
+            .iter()
+            .map(|result| result.label.clone())
+            .collect(),
+        rows,
+    }
+}
+
+fn row(parameter: &ComparedParameter) -> Option<IntervalRow> {
+    let estimates = || parameter.values.iter().flatten();
+    let centre = estimates().find_map(|value| value.value)?;
+    let farthest = estimates()
+        .flat_map(|value| {
+            value
+                .value
+                .into_iter()
+                .chain(value.ci95.into_iter().flatten())
+        })
+        .map(|x| (x - centre).abs())
+        .filter(|x| x.is_finite())
+        .fold(0.0, f64::max);
+    let half = if farthest > 0.0 { farthest } else { 1.0 };
+    let place = |x: f64| (x - centre) / half;
+    Some(IntervalRow {
+        label: short(&parameter.name).into_owned(),
+        scale: if farthest <= 0.0 {
+            "equal".to_owned()
+        } else if centre == 0.0 {
+            format!("± {} {}", significant(half, 2), parameter.unit)
+        } else {
+            format!("± {} %", significant(100.0 * half / centre.abs(), 2))
+        },
+        marks: (parameter.values.iter())
+            .map(|value| {
+                let value = value.as_ref()?;
+                Some(Mark {
+                    at: place(value.value?),
+                    interval: value.ci95.map(|ends| ends.map(place)),
+                })
+            })
+            .collect(),
+    })
+}
+
+fn residuals(compared: &[ComparedResult]) -> Table {
+    let mut names: Vec<&str> = Vec::new();
+    for result in compared {
+        for (name, _) in result.residual_rms.iter() {
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+    }
+    let mut columns = vec![text("Row")];
+    for result in compared {
+        columns.push(number(format!("{} [N·m or N]", result.label)));
+        columns.push(number("% of torque"));
+    }
+    let rows = names.iter().map(|name| {
+        let mut cells = vec![(name.trim_end_matches("_nm").trim_end_matches("_n")).to_owned()];
+        for result in compared {
+            cells.push(or_dash(result.residual_rms.get(name), 3));
+            let share = result.relative_residual.get(name);
+            cells.push(share.map_or_else(|| "–".to_owned(), |r| format!("{:.1}", 100.0 * r)));
+        }
+        Row {
+            cells,
+            tone: Tone::Neutral,
+        }
+    });
+    Table {
+        caption: "Root mean square residuals of the filtered regression.".to_owned(),
+        rows: rows.collect(),
+        columns,
+    }
+}
