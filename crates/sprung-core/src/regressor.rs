@@ -66,6 +66,15 @@ pub struct Accelerations<'o> {
     pub ddphi: &'o mut [f64],
 }
 
+/// Torques on a robot from outside its equations.
+#[derive(Clone, Copy, Debug)]
+pub struct Torques<'t> {
+    /// Of the motors, after gear and coupling, \[n\], N·m (N).
+    pub motor: &'t [f64],
+    /// On the links, \[n\], N·m (N); none if nothing touches them.
+    pub link: Option<&'t [f64]>,
+}
+
 /// Rotors that a mass matrix takes in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rotors {
@@ -181,9 +190,31 @@ impl Robot<'_> {
         Ok(())
     }
 
-    /// Writes the accelerations that motor torques cause.
+    /// Writes the accelerations that motor torques cause, as
+    /// [`Robot::forced_acceleration`] with nothing on the links.
     ///
     /// - `tau`: motor torques after gear and coupling, \[n\], N·m (N).
+    ///
+    /// # Errors
+    ///
+    /// [`LengthError`] if a slice does not fit the robot.
+    pub fn acceleration(
+        &self,
+        values: &Values<'_>,
+        state: &State<'_>,
+        tau: &[f64],
+        workspace: &mut Workspace<'_>,
+        out: &mut Accelerations<'_>,
+    ) -> Result<(), LengthError> {
+        let torques = Torques {
+            motor: tau,
+            link: None,
+        };
+        self.forced_acceleration(values, state, &torques, workspace, out)
+    }
+
+    /// Writes the accelerations that torques on motors and links cause.
+    ///
     /// - `out`: NaN if the mass matrix is not positive.
     ///
     /// The drives' torques are the columns of [`Robot::regressor`] times theta.
@@ -195,16 +226,20 @@ impl Robot<'_> {
     /// # Source
     ///
     /// Eq. (1).
-    pub fn acceleration(
+    pub fn forced_acceleration(
         &self,
         values: &Values<'_>,
         state: &State<'_>,
-        tau: &[f64],
+        torques: &Torques<'_>,
         workspace: &mut Workspace<'_>,
         out: &mut Accelerations<'_>,
     ) -> Result<(), LengthError> {
         self.check(state, workspace)?;
         let n = self.joints();
+        let tau = torques.motor;
+        if let Some(link) = torques.link {
+            lengths(&[("link torques", link.len())], n)?;
+        }
         let Accelerations { ddq, ddphi } = out;
         lengths(
             &[
@@ -226,6 +261,9 @@ impl Robot<'_> {
             } else {
                 tau[i] - *ddq
             };
+        }
+        for (ddq, torque) in ddq.iter_mut().zip(torques.link.unwrap_or_default()) {
+            *ddq += torque;
         }
         let motor_velocity = &mut workspace.numbers[..n];
         self.motor_velocities(state.dphi, motor_velocity);

@@ -9,12 +9,13 @@ use sprung_core::friction::{Law, Shape};
 use sprung_core::links::LengthError;
 use sprung_core::parameters::JointParameter::{self, Friction};
 use sprung_core::parameters::Side;
-use sprung_core::regressor::{Accelerations, Links, Robot, Values};
+use sprung_core::regressor::{Accelerations, Links, Robot, Torques, Values};
 use sprung_core::spatial::BODY;
 
 use crate::bodies::Tree;
 use crate::support::{
-    JointState, Memory, Random, Waves, Worst, acceleration, entries, feedforward, products, slope,
+    JointState, Memory, Random, Waves, Worst, acceleration, entries, feedforward,
+    forced_acceleration, products, slope,
 };
 
 /// Step of the differences, s.
@@ -284,6 +285,32 @@ fn acceleration_solves_every_row() {
         for (i, row) in robot.motor_rows.iter().enumerate() {
             let together = found[0][i].to_bits() == found[1][i].to_bits();
             assert_eq!(together, row.is_none(), "joint {i}");
+        }
+    });
+    worst.assert_below(1e-9, "rows");
+}
+
+#[test]
+fn torques_on_links_stand_beside_those_of_their_rows() {
+    let mut worst = Worst::default();
+    for_random_robots(|robot, random| {
+        let n = robot.shapes.len();
+        let (state, tau) = (robot.draw_state(random), random.list(n, 20.0));
+        let link = random.list(n, 10.0);
+        let torques = Torques {
+            motor: &tau,
+            link: Some(&link),
+        };
+        let found =
+            robot.with(|robot, values| forced_acceleration(robot, values, &state, &torques));
+        let [_, rest] = robot.products(&state);
+        for (row, rest) in rest.iter().enumerate() {
+            let momentum = |t: f64| robot.products(&state.moved(&found, t))[0][row];
+            let joint = robot.with(|robot, _| robot.joint_of(row));
+            let driven = row >= n || robot.motor_rows[row].is_none();
+            let mut wanted = if driven { tau[joint] } else { 0.0 };
+            wanted += if row < n { link[joint] } else { 0.0 };
+            worst.see(slope(H, momentum) + rest - wanted, *rest);
         }
     });
     worst.assert_below(1e-9, "rows");

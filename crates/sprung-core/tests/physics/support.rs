@@ -2,7 +2,7 @@
 use sprung_core::controller::{Feedforward, FeedforwardScratch};
 use sprung_core::drives::State;
 use sprung_core::links::{JointScratch, PairScratch, Step, Workspace, numbers_len};
-use sprung_core::regressor::{Accelerations, Robot, TorqueSeries, Values};
+use sprung_core::regressor::{Accelerations, Robot, TorqueSeries, Torques, Values};
 use sprung_core::scalar::Scalar;
 
 /// The generator `SplitMix64`: the same numbers on every machine.
@@ -98,6 +98,20 @@ pub(crate) fn acceleration(
     state: &JointState,
     tau: &[f64],
 ) -> [Vec<f64>; 2] {
+    let torques = Torques {
+        motor: tau,
+        link: None,
+    };
+    forced_acceleration(robot, values, state, &torques)
+}
+
+/// Accelerations of links and motors under torques on both.
+pub(crate) fn forced_acceleration(
+    robot: &Robot<'_>,
+    values: &Values<'_>,
+    state: &JointState,
+    torques: &Torques<'_>,
+) -> [Vec<f64>; 2] {
     let n = robot.joints();
     let [mut ddq, mut ddphi] = [(); 2].map(|()| vec![f64::NAN; n]);
     let mut out = Accelerations {
@@ -106,10 +120,10 @@ pub(crate) fn acceleration(
     };
     let mut memory = Memory::new(n);
     robot
-        .acceleration(
+        .forced_acceleration(
             values,
             &state.view(),
-            tau,
+            torques,
             &mut memory.workspace(),
             &mut out,
         )

@@ -303,6 +303,10 @@ fn check_twin(twin: &Simulate, joints: &[&str]) -> Result<(), Fault> {
         ),
         ("torque_noise_nm", twin.torque_noise_nm.len()),
         ("torque_disturbance_nm", twin.torque_disturbance_nm.len()),
+        (
+            "link_torque_disturbance_nm",
+            twin.link_torque_disturbance_nm.len(),
+        ),
     ];
     for (key, length) in lengths {
         if length != 0 && length != joints.len() {
@@ -324,6 +328,10 @@ fn check_twin(twin: &Simulate, joints: &[&str]) -> Result<(), Fault> {
     for (key, list) in [
         ("torque_noise_nm", &twin.torque_noise_nm),
         ("torque_disturbance_nm", &twin.torque_disturbance_nm),
+        (
+            "link_torque_disturbance_nm",
+            &twin.link_torque_disturbance_nm,
+        ),
     ] {
         if let Some(value) = list.iter().find(|v| !(v.is_finite() && **v >= 0.0)) {
             return Err(fault(

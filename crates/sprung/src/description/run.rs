@@ -149,7 +149,10 @@ pub struct Simulate {
     /// Standard deviation of a real disturbance on the motor, N·m.
     #[serde(default)]
     pub torque_disturbance_nm: Vec<f64>,
-    /// Corner of that disturbance's spectrum, Hz.
+    /// Standard deviation of a real disturbance on the link, N·m (N).
+    #[serde(default)]
+    pub link_torque_disturbance_nm: Vec<f64>,
+    /// Corner of both disturbances' spectrum, Hz.
     #[serde(default = "default_disturbance_corner")]
     pub torque_disturbance_hz: f64,
 }

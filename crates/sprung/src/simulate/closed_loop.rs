@@ -3,7 +3,7 @@
 use sprung_core::controller::{Feedforward, FeedforwardScratch, pd, state_feedback};
 use sprung_core::drives::State;
 use sprung_core::links::Step;
-use sprung_core::regressor::{TorqueSeries, Values};
+use sprung_core::regressor::{TorqueSeries, Torques, Values};
 use sprung_core::scalar::Scalar;
 use sprung_core::spatial::BODY;
 use sprung_core::velocity::{AveragedVelocity, VelocityError};
@@ -276,9 +276,21 @@ impl ClosedLoop {
     ///
     /// [`Diverged`] if the motion cannot be followed or leaves all bounds.
     pub fn advance(&mut self, tau: &[f64]) -> Result<(), Diverged> {
+        self.advance_disturbed(&Torques {
+            motor: tau,
+            link: None,
+        })
+    }
+
+    /// Holds torques on motors and links for one period.
+    ///
+    /// # Errors
+    ///
+    /// [`Diverged`] as for [`ClosedLoop::advance`].
+    pub fn advance_disturbed(&mut self, torques: &Torques<'_>) -> Result<(), Diverged> {
         let diverged = Diverged { time: self.time() };
         self.plant
-            .advance(&mut self.integrator, tau, self.period)
+            .advance(&mut self.integrator, torques, self.period)
             .map_err(|_| diverged)?;
         self.samples += 1;
         if self.plant.positions().iter().all(|x| x.abs() < RUNAWAY) {

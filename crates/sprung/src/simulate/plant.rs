@@ -1,7 +1,7 @@
 //! A robot that moves: its equations integrated over time.
 
 use sprung_core::drives::State;
-use sprung_core::regressor::{Accelerations, Values};
+use sprung_core::regressor::{Accelerations, Torques, Values};
 use sprung_core::spatial::BODY;
 
 use super::integrator::{Integrator, StepsExhausted};
@@ -101,11 +101,11 @@ impl Plant {
         }
     }
 
-    /// Moves on under constant motor torques.
+    /// Moves on under constant torques.
     pub(super) fn advance(
         &mut self,
         integrator: &mut Integrator,
-        tau: &[f64],
+        torques: &Torques<'_>,
         duration: f64,
     ) -> Result<(), StepsExhausted> {
         let Self {
@@ -117,7 +117,7 @@ impl Plant {
             scratch,
             numbers,
         } = self;
-        let (robot, n) = (model.robot(), tau.len());
+        let (robot, n) = (model.robot(), torques.motor.len());
         let values = Values { theta, bodies };
         integrator.advance(x, duration, |x, rate| {
             let (all, accelerations) = numbers.split_at_mut(4 * n);
@@ -132,7 +132,8 @@ impl Plant {
             let (ddq, ddphi) = accelerations.split_at_mut(n);
             let mut out = Accelerations { ddq, ddphi };
             let mut workspace = scratch.workspace();
-            let solved = robot.acceleration(&values, &state, tau, &mut workspace, &mut out);
+            let solved =
+                robot.forced_acceleration(&values, &state, torques, &mut workspace, &mut out);
             if solved.is_err() {
                 // The memory is made to fit, so there is no other outcome.
                 rate.fill(f64::NAN);

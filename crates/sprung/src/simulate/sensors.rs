@@ -1,4 +1,4 @@
-//! What sensors do to a signal, and what disturbs the motors.
+//! What sensors do to a signal, and what disturbs the robot.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;

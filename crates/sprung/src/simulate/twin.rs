@@ -4,6 +4,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use sprung_core::chain::JointKind;
+use sprung_core::regressor::Torques;
 
 use super::closed_loop::{ClosedLoop, Diverged, LoopError};
 use super::sensors::{Disturbance, Encoder};
@@ -46,6 +47,8 @@ pub struct Twin {
     offset: Vec<f64>,
     noise: Vec<f64>,
     disturbance: Vec<Disturbance>,
+    // None where no link is disturbed: the random numbers are those without.
+    link_disturbance: Option<Vec<Disturbance>>,
 }
 
 impl Twin {
@@ -81,16 +84,16 @@ impl Twin {
         };
         let link = encoders(&settings.link_encoder_counts_per_turn, &start.q);
         let motor = encoders(&settings.motor_encoder_counts_per_turn, &start.phi);
-        let disturbance = (0..n)
-            .map(|i| {
-                Disturbance::new(
-                    level(&settings.torque_disturbance_nm, i),
-                    settings.torque_disturbance_hz,
-                    settings.period_s,
-                    &mut rng,
-                )
-            })
-            .collect();
+        let mut disturbances = |levels: &[f64]| -> Vec<Disturbance> {
+            let corner = settings.torque_disturbance_hz;
+            (0..n)
+                .map(|i| Disturbance::new(level(levels, i), corner, settings.period_s, &mut rng))
+                .collect()
+        };
+        let disturbance = disturbances(&settings.torque_disturbance_nm);
+        let on_links = &settings.link_torque_disturbance_nm;
+        let link_disturbance =
+            (on_links.iter().any(|level| *level > 0.0)).then(|| disturbances(on_links));
         let levels = |list: &[f64]| (0..n).map(|i| level(list, i)).collect();
         Ok(Self {
             plant,
@@ -99,6 +102,7 @@ impl Twin {
             offset: levels(&settings.motor_encoder_offset_rad),
             noise: levels(&settings.torque_noise_nm),
             disturbance,
+            link_disturbance,
             rng,
         })
     }
@@ -140,7 +144,13 @@ impl Twin {
             applied[i] += self.disturbance[i].next(&mut self.rng);
             logged[i] += self.noise[i] * self.rng.sample::<f64, _>(StandardNormal);
         }
-        self.plant.advance(&applied)?;
+        let rng = &mut self.rng;
+        let on_links: Option<Vec<f64>> = (self.link_disturbance.as_mut())
+            .map(|all| all.iter_mut().map(|d| d.next(rng)).collect());
+        self.plant.advance_disturbed(&Torques {
+            motor: &applied,
+            link: on_links.as_deref(),
+        })?;
         Ok(TwinSample {
             time,
             q,

@@ -153,3 +153,25 @@ fn simulation_error(tolerance: f64) -> f64 {
     }
     worst
 }
+
+#[test]
+fn torques_on_the_links_disturb_the_motion_and_nothing_else() {
+    let twin = Twin::new();
+    let mut settings = twin.experiment.simulate.clone().unwrap();
+    settings.duration_s = 0.5;
+    settings.link_encoder_counts_per_turn.clear();
+    let undisturbed = twin.log(&settings);
+    settings.link_torque_disturbance_nm = vec![0.0, 0.0];
+    assert_eq!(undisturbed, twin.log(&settings));
+    settings.link_torque_disturbance_nm = vec![0.0, 0.01];
+    let disturbed = twin.log(&settings);
+    let last = |log: &[u8]| -> Vec<f64> {
+        let text = String::from_utf8(log.to_vec()).unwrap();
+        let line = text.lines().last().unwrap().to_owned();
+        line.split(',').map(|cell| cell.parse().unwrap()).collect()
+    };
+    let [before, after] = [last(&undisturbed), last(&disturbed)];
+    let moved = (before[2] - after[2]).abs();
+    // 0.01 N·m on a spring of 4.2 N·m/rad.
+    assert!((1e-5..1e-2).contains(&moved), "{moved}");
+}
