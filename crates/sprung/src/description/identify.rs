@@ -22,7 +22,7 @@ pub struct Identify {
     /// Order of that filter.
     pub position_filter_order: usize,
     /// Weights of the samples; least squares only.
-    pub(super) weights: Weights,
+    pub weights: Weights,
     /// Constant offset between the two encoders of a joint; `none` for
     /// `planar-2r` if absent, `estimate` otherwise.
     pub encoder_offset: Option<EncoderOffset>,
@@ -42,7 +42,7 @@ impl Default for Identify {
             discretization: DiscretizationName::Matched,
             position_cutoff_hz: Cutoff::Auto,
             position_filter_order: 2,
-            weights: Weights::None,
+            weights: Weights::Transition,
             encoder_offset: None,
             lsff_forgetting_per_s: 1.0,
             lsff_initial_gain: 10.0,
@@ -207,17 +207,31 @@ impl TryFrom<String> for DiscretizationName {
 /// Weights of the samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(try_from = "String")]
-#[schemars(extend("enum" = ["none"]))]
-pub(super) enum Weights {
-    /// All samples alike.
+#[schemars(extend("enum" = ["transition", "none"]))]
+pub enum Weights {
+    /// Less where noise moves a velocity through the Coulomb transition.
+    Transition,
+    /// All samples alike, as in the paper.
     None,
+}
+
+impl Weights {
+    /// Returns the name in files and tables.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Transition => "transition",
+            Self::None => "none",
+        }
+    }
 }
 
 impl TryFrom<String> for Weights {
     type Error = String;
 
     fn try_from(word: String) -> Result<Self, String> {
-        choose("weights", &word, &["none"], &["transition"]).map(|_| Self::None)
+        let index = choose("weights", &word, &["transition", "none"], &[])?;
+        Ok([Self::Transition, Self::None][index])
     }
 }
 

@@ -4,7 +4,7 @@ use super::delay::Excerpt;
 use super::least_squares::fit_quickly;
 use super::result::{CutoffChoice, CutoffPoint};
 use super::second_look::excerpt;
-use crate::description::{Cutoff, Identify};
+use crate::description::{Cutoff, Identify, Weights};
 use crate::log::{Channels, LogError, LogSource, Quantity};
 use crate::model::Model;
 use crate::regression::Reading;
@@ -13,13 +13,16 @@ use crate::regression::Reading;
 /// direction, above the second it passes what no arm does.
 const LOWEST: f64 = 10.0;
 const HIGHEST: f64 = 40.0;
+const WEIGHTED_HIGHEST: f64 = 28.0;
 
 /// Part of the sampling rate that the cut-off stays below.
 const PART_OF_RATE: f64 = 0.2;
 
-/// How far noise may move through the Coulomb transition: beta times the
-/// standard deviation of the velocity.
+/// How far noise may move through the Coulomb transition, beta times the
+/// standard deviation of the velocity: where all samples count alike, and where
+/// those in the transition count less.
 const TRANSITION: f64 = 0.08;
+const WEIGHTED_TRANSITION: f64 = 0.4;
 
 /// Cut-offs that are tried around the chosen one, as parts of it.
 const AROUND: [f64; 5] = [0.5, 0.7, 1.0, 1.4, 2.0];
@@ -32,14 +35,19 @@ const LOOKED_AT: usize = 20_000;
 ///
 /// Returns it in Hz, and why.
 ///
-/// # Source
-///
-/// Noise of standard deviation s, filtered twice at `f` and differentiated, has
-/// the standard deviation `s √(2 f T) 2π f / √3`.
 #[must_use]
-pub fn choose_cutoff(model: &Model, channels: &Channels, excerpt: &Excerpt) -> (f64, String) {
+pub fn choose_cutoff(
+    model: &Model,
+    channels: &Channels,
+    weights: Weights,
+    excerpt: &Excerpt,
+) -> (f64, String) {
     let period = excerpt.period();
-    let highest = HIGHEST.min(PART_OF_RATE / period);
+    let (highest, transition) = match weights {
+        Weights::None => (HIGHEST, TRANSITION),
+        Weights::Transition => (WEIGHTED_HIGHEST, WEIGHTED_TRANSITION),
+    };
+    let highest = highest.min(PART_OF_RATE / period);
     let mut best = (highest, None);
     for (i, channel) in channels.all.iter().enumerate() {
         if channel.quantity == Quantity::MotorTorque {
@@ -49,8 +57,8 @@ pub fn choose_cutoff(model: &Model, channels: &Channels, excerpt: &Excerpt) -> (
             continue;
         };
         let beta = model.sharpness(channel.joint);
-        let per_hertz = beta * noise * (2.0 * period).sqrt() * std::f64::consts::TAU / 3_f64.sqrt();
-        let cutoff = (TRANSITION / per_hertz).powf(2.0 / 3.0);
+        let per_hertz = beta * noise * velocity_per_position(1.0, period);
+        let cutoff = (transition / per_hertz).powf(2.0 / 3.0);
         if cutoff < best.0 {
             best = (cutoff, Some((&channel.column, noise, step)));
         }
@@ -80,6 +88,19 @@ pub fn choose_cutoff(model: &Model, channels: &Channels, excerpt: &Excerpt) -> (
     (best.0.max(LOWEST.min(highest)), reason)
 }
 
+/// Returns the standard deviation of a filtered velocity over that of the
+/// position's white noise, 1/s.
+///
+/// - `cutoff`: f, Hz; `period`: T, s.
+///
+/// # Source
+///
+/// Noise of standard deviation s, filtered twice at `f` and differentiated, has
+/// the standard deviation `s √(2 f T) 2π f / √3`.
+pub(super) fn velocity_per_position(cutoff: f64, period: f64) -> f64 {
+    (2.0 * cutoff * period).sqrt() * std::f64::consts::TAU * cutoff / 3_f64.sqrt()
+}
+
 /// Returns the cut-off that settings give, or the one that a log asks for, Hz.
 ///
 /// # Errors
@@ -93,13 +114,16 @@ pub fn position_cutoff(
 ) -> Result<f64, LogError> {
     match settings.position_cutoff_hz {
         Cutoff::Fixed(cutoff) => Ok(cutoff),
-        Cutoff::Auto => Ok(choose_cutoff(model, channels, &excerpt(channels, source)?).0),
+        Cutoff::Auto => {
+            let excerpt = excerpt(channels, source)?;
+            Ok(choose_cutoff(model, channels, settings.weights, &excerpt).0)
+        }
     }
 }
 
 /// Returns the standard deviation of a channel's noise, and the step between
 /// its values if it is quantised; nothing if it stands still.
-fn noise(excerpt: &Excerpt, channel: usize) -> Option<(f64, Option<f64>)> {
+pub(super) fn noise(excerpt: &Excerpt, channel: usize) -> Option<(f64, Option<f64>)> {
     let values: Vec<f64> = (excerpt.blocks().iter())
         .flat_map(|block| &block.values[channel])
         .copied()
@@ -143,8 +167,11 @@ fn noise(excerpt: &Excerpt, channel: usize) -> Option<(f64, Option<f64>)> {
 pub fn sweep(reading: &Reading<'_>, excerpt: &Excerpt, reason: String) -> CutoffChoice {
     let chosen = reading.position_cutoff_hz;
     let points = AROUND.iter().filter_map(|part| {
+        // The noise of a velocity grows so with the cut-off.
+        let weights = (reading.weights).map(|w| w.clone().with_noise(part.powf(1.5)));
         let reading = Reading {
             position_cutoff_hz: part * chosen,
+            weights: weights.as_ref(),
             ..*reading
         };
         let system = excerpt.reduce(&reading)?;

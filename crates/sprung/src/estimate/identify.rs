@@ -14,13 +14,16 @@ use super::result::{DelayUsed, EstimateResult, GENERATOR, Identification, LogInf
 use super::second_look::{Delays, excerpt, suspicions};
 use super::standard::standard_parameters;
 use super::stribeck::find_stribeck;
+use super::weigh::find_weights;
 use crate::curves::Curves;
-use crate::description::{Cutoff, Delay, Estimator, Experiment, Identify, Log};
+use crate::description::{Cutoff, Delay, Estimator, Experiment, Identify, Log, Weights};
 use crate::finding::{Finding, Severity};
 use crate::log::{ChannelError, Channels, LogError, LogSource, check};
 use crate::model::{Model, Theta};
 use crate::preprocess::RawBlock;
-use crate::regression::{LogFigures, Observer, PassError, Reading, Restart, System, read_through};
+use crate::regression::{
+    LogFigures, Observer, PassError, Reading, Restart, System, TransitionWeights, read_through,
+};
 
 /// What an identification leaves.
 #[derive(Clone, Debug)]
@@ -121,10 +124,29 @@ fn choose(
             Ok(None)
         }
         Cutoff::Auto => Ok(beginning.get(reading.channels)?.map(|excerpt| {
-            let (cutoff, reason) = choose_cutoff(reading.model, reading.channels, excerpt);
+            let (cutoff, reason) = choose_cutoff(
+                reading.model,
+                reading.channels,
+                reading.settings.weights,
+                excerpt,
+            );
             reading.position_cutoff_hz = cutoff;
             reason
         })),
+    }
+}
+
+/// Returns the weights of the samples; nothing if all count alike.
+fn weights(
+    reading: &Reading<'_>,
+    beginning: &mut Beginning<'_, '_>,
+) -> Result<Option<TransitionWeights>, PassError> {
+    match reading.settings.weights {
+        Weights::None => Ok(None),
+        Weights::Transition => {
+            Ok((beginning.get(reading.channels)?)
+                .and_then(|excerpt| find_weights(reading, excerpt)))
+        }
     }
 }
 
@@ -165,6 +187,7 @@ pub fn identify(
         position_cutoff_hz: 0.0,
         channels: &channels,
         delays: &none,
+        weights: None,
     };
     let chosen = choose(&mut reading, &mut beginning)?;
     let mut findings = Vec::new();
@@ -173,6 +196,8 @@ pub fn identify(
     let shaped = shape(&reading, &mut beginning, &mut findings)?;
     reading.model = &shaped;
     let model = &shaped;
+    let weights = weights(&reading, &mut beginning)?;
+    reading.weights = weights.as_ref();
 
     let mut watch = Watch::new(model, settings);
     let passed = read_through(&reading, beginning.sources, &mut watch, progress)?;
@@ -235,6 +260,7 @@ pub fn identify(
             settings: SettingsUsed {
                 filter_cutoff_rad_per_s: settings.filter_cutoff_rad_per_s,
                 discretization: settings.discretization.name().to_owned(),
+                weights: settings.weights.name().to_owned(),
                 position_cutoff_hz: reading.position_cutoff_hz,
                 position_cutoff_choice,
                 position_filter_order: settings.position_filter_order,

@@ -193,6 +193,16 @@ pub fn fit_quickly(model: &Model, system: &System) -> Option<Theta> {
     Some(free.whole(&x, |value| value))
 }
 
+/// Returns the parameter vector alone, \[p\]: the shortest that fits if the data
+/// do not determine it, columns scaled.
+#[must_use]
+pub(super) fn fit_values(model: &Model, system: &System) -> Option<Theta> {
+    let free = Free::new(model);
+    let whole = free.factors(system.whole()?);
+    let solution = solve(&free.parts(&whole), free.unknowns.len())?;
+    Some(free.whole(&solution.x, |value| value))
+}
+
 fn length(v: &[f64]) -> f64 {
     v.iter().map(|r| r * r).sum::<f64>().sqrt()
 }
@@ -234,16 +244,16 @@ pub fn trace<'a>(
 }
 
 /// Returns root mean squares of the residual and of the right-hand side of
-/// each row, N·m.
+/// each row, N·m; of weighted samples if they are.
 #[must_use]
 pub fn residual(model: &Model, system: &System, theta: &[f64]) -> Vec<(f64, f64)> {
-    let scale = 1.0 / (system.samples().max(1) as f64).sqrt();
     system
         .whole()
         .unwrap_or_default()
         .iter()
         .enumerate()
         .map(|(row, factor)| {
+            let scale = 1.0 / system.weight(row).max(1.0).sqrt();
             let x: Vec<f64> = model.row_columns(row).iter().map(|&c| theta[c]).collect();
             let squares: f64 = factor.residual(&x).iter().map(|r| r * r).sum();
             (scale * squares.sqrt(), scale * factor.rhs_norm())
@@ -266,11 +276,11 @@ pub struct TorqueOf {
 /// Returns what each parameter stands for in the log.
 #[must_use]
 pub fn torques(model: &Model, system: &System, theta: &[f64]) -> Vec<TorqueOf> {
-    let scale = 1.0 / (system.samples().max(1) as f64).sqrt();
     let residuals = residual(model, system, theta);
     let mut torques = vec![TorqueOf::default(); theta.len()];
     for (row, factor) in system.whole().unwrap_or_default().iter().enumerate() {
         let columns = model.row_columns(row);
+        let scale = 1.0 / system.weight(row).max(1.0).sqrt();
         let own: Vec<f64> = (columns.iter().enumerate())
             .map(|(j, &column)| scale * factor.column_norm(j) * theta[column].abs())
             .collect();

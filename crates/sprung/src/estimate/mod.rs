@@ -13,6 +13,7 @@ mod result;
 mod second_look;
 mod standard;
 mod stribeck;
+mod weigh;
 
 pub use cutoff::{choose_cutoff, position_cutoff, sweep};
 pub use delay::{DelayEstimate, Excerpt, MotorRowFit, estimate_delays, fit_motor_rows};
@@ -28,3 +29,4 @@ pub use result::{
 };
 pub use standard::standard_parameters;
 pub use stribeck::find_stribeck;
+pub use weigh::find_weights;

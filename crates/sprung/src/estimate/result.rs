@@ -85,6 +85,9 @@ pub struct SettingsUsed {
     pub filter_cutoff_rad_per_s: f64,
     /// How the filter pair is made discrete.
     pub discretization: String,
+    /// Weights of the samples.
+    #[serde(default)]
+    pub weights: String,
     /// Cut-off of the zero-phase filter.
     pub position_cutoff_hz: f64,
     /// How that was chosen, if it was.

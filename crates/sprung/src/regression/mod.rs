@@ -10,6 +10,7 @@ mod pass;
 mod reduction;
 mod solution;
 mod triangle;
+mod weights;
 
 pub use filtered::FilteredRegression;
 pub use pass::{
@@ -18,3 +19,4 @@ pub use pass::{
 pub use reduction::{Kept, Reduction, System};
 pub use solution::{Solution, SystemPart, solve, solve_quickly};
 pub use triangle::Triangle;
+pub use weights::{TransitionWeights, VelocityNoise};

@@ -3,6 +3,7 @@
 use sprung_core::filter::FilterError;
 
 use super::reduction::{Reduction, System};
+use super::weights::TransitionWeights;
 use crate::description::Identify;
 use crate::log::{Channels, CsvLog, Gaps, LogBlock, LogError, LogSource, Summary};
 use crate::model::Model;
@@ -47,6 +48,8 @@ pub struct Reading<'a> {
     pub channels: &'a Channels,
     /// Delays to undo, s, one per channel.
     pub delays: &'a [f64],
+    /// Weights of the samples; all 1 if absent.
+    pub weights: Option<&'a TransitionWeights>,
 }
 
 /// Why filters start anew.
@@ -256,7 +259,7 @@ pub fn reduce_blocks(
     rows: &[usize],
 ) -> Result<Option<System>, PassError> {
     let mut preparation = Preparation::new(reading, period, 0.0)?;
-    let mut reduction = Reduction::of_rows(reading.model, rows);
+    let mut reduction = Reduction::of_rows(reading.model, rows).weighted(reading.weights);
     let mut pieces = Vec::new();
     for block in blocks {
         preparation.push(block, &mut (), &mut pieces);
@@ -317,7 +320,7 @@ pub fn read_through(
     observer: &mut impl Observer,
     progress: &mut (dyn FnMut(u64) + Send),
 ) -> Result<Passed, PassError> {
-    let mut reduction = Reduction::new(reading.model);
+    let mut reduction = Reduction::new(reading.model).weighted(reading.weights);
     let mut logs = Vec::new();
     let mut before = 0;
     let mut ready: Vec<Piece> = Vec::new();

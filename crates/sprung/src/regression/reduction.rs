@@ -1,5 +1,7 @@
 //! Rows of any number of samples, folded into a bounded number of factors.
 
+use std::sync::Arc;
+
 use faer::Mat;
 use rayon::prelude::*;
 use sprung_core::drives::State;
@@ -7,6 +9,7 @@ use sprung_core::filter::{FilterBank, FilterError, FilterState, bank_len};
 
 use super::filtered::{Evaluator, Pairs};
 use super::triangle::Triangle;
+use super::weights::TransitionWeights;
 use crate::description::DiscretizationName;
 use crate::model::Model;
 use crate::preprocess::{Decimator, SignalBlock};
@@ -53,11 +56,16 @@ const KEPT: usize = 2048;
 /// One row of the regressor on its way from samples to factors.
 #[derive(Clone, Debug)]
 struct RowReduction {
+    row: usize,
     entries: std::ops::Range<usize>,
     // Joint whose torque is the right-hand side; none in a link row.
     torque: Option<usize>,
     bank: FilterBank<Vec<f64>>,
     torque_memory: FilterState,
+    weights: Option<Arc<TransitionWeights>>,
+    weight_memory: FilterState,
+    // Sum of the squared weights.
+    weight: f64,
     tile: Vec<f64>,
     gathered: Mat<f64>,
     rows: usize,
@@ -67,6 +75,7 @@ struct RowReduction {
     current: Option<Triangle>,
     done: Vec<Triangle>,
     kept: Decimator<Vec<f64>>,
+    kept_variance: Decimator<f64>,
 }
 
 impl RowReduction {
@@ -77,6 +86,9 @@ impl RowReduction {
             torque: model.is_torque_row(row).then(|| model.joint_of(row)),
             bank: FilterBank::new(vec![0.0; bank_len(width)]),
             torque_memory: FilterState::default(),
+            weights: None,
+            weight_memory: FilterState::default(),
+            weight: 0.0,
             tile: vec![0.0; TILE * (width + 1)],
             gathered: Mat::zeros(GATHER, width + 1),
             rows: 0,
@@ -86,6 +98,8 @@ impl RowReduction {
             current: None,
             done: Vec::new(),
             kept: Decimator::new(KEPT),
+            kept_variance: Decimator::new(KEPT),
+            row,
             entries,
         }
     }
@@ -93,6 +107,19 @@ impl RowReduction {
     fn restart(&mut self) {
         self.bank.restart();
         self.torque_memory = FilterState::default();
+        self.weight_memory = FilterState::default();
+    }
+
+    /// Returns the weight of the next sample.
+    fn weigh(&mut self, pairs: &Pairs, batch: &Batch, k: usize) -> f64 {
+        let Some(weights) = &self.weights else {
+            return 1.0;
+        };
+        let variance = batch.variance[k * batch.rows + self.row];
+        let memory = &mut self.weight_memory;
+        let variance = pairs.entries.process(memory, 0.0, variance);
+        self.kept_variance.push(|| variance);
+        weights.weight(self.row, variance)
     }
 
     /// Filters and folds samples.
@@ -102,6 +129,8 @@ impl RowReduction {
         let samples = batch.momentum.chunks(all).zip(batch.rest.chunks(all));
         let mut in_tile = 0;
         for (k, (momentum, rest)) in samples.enumerate() {
+            let weight = self.weigh(pairs, batch, k);
+            self.weight += weight * weight;
             let own = self.entries.clone();
             let filtered = (self.bank).process(&pairs.entries, &momentum[own.clone()], &rest[own]);
             let rhs = self.torque.map_or(0.0, |joint| {
@@ -111,8 +140,10 @@ impl RowReduction {
             let row = &mut self.tile[in_tile * (width + 1)..][..=width];
             row[..width].copy_from_slice(filtered);
             row[width] = rhs;
-            let row = &*row;
             self.kept.push(|| row.to_vec());
+            if self.weights.is_some() {
+                row.iter_mut().for_each(|entry| *entry *= weight);
+            }
             in_tile += 1;
             self.in_current += 1;
             let full = self.rows + in_tile == GATHER;
@@ -188,6 +219,10 @@ struct Batch {
     rest: Vec<f64>,
     // Motor torques, [n × samples].
     tau: Vec<Vec<f64>>,
+    weights: Option<Arc<TransitionWeights>>,
+    rows: usize,
+    // What transitions add to the rows, [samples × rows]; empty without weights.
+    variance: Vec<f64>,
 }
 
 impl Batch {
@@ -199,6 +234,9 @@ impl Batch {
             momentum: Vec::new(),
             rest: Vec::new(),
             tau: vec![Vec::new(); model.joint_count()],
+            weights: None,
+            rows: model.rows(),
+            variance: Vec::new(),
         }
     }
 
@@ -208,6 +246,9 @@ impl Batch {
         let count = BATCH.min(signals.len().saturating_sub(first));
         self.momentum.resize(count * self.entries, 0.0);
         self.rest.resize(count * self.entries, 0.0);
+        // A portion without room for variances takes none.
+        let per_sample = self.weights.as_ref().map_or(0, |_| self.rows);
+        self.variance.resize(BATCH * per_sample.max(1), 0.0);
         if count == 0 {
             return;
         }
@@ -218,31 +259,40 @@ impl Batch {
         let part = PORTION * self.entries;
         let momentum = self.momentum.par_chunks_mut(part);
         let rest = self.rest.par_chunks_mut(part);
-        (momentum.zip(rest).zip(&mut self.evaluators).enumerate()).for_each(
-            |(portion, ((momentum, rest), evaluator))| {
-                let n = signals.q.len();
-                let mut state = vec![0.0; 4 * n];
-                let from = first + portion * PORTION;
-                let until = (first + count).min(from + PORTION);
-                let rows = (momentum.chunks_mut(self.entries)).zip(rest.chunks_mut(self.entries));
-                for (k, (momentum, rest)) in (from..until).zip(rows) {
-                    for joint in 0..n {
-                        state[joint] = signals.q[joint][k];
-                        state[n + joint] = signals.dq[joint][k];
-                        state[2 * n + joint] = signals.phi[joint][k];
-                        state[3 * n + joint] = signals.dphi[joint][k];
-                    }
-                    let (link, motor) = state.split_at(2 * n);
-                    let state = State {
-                        q: &link[..n],
-                        dq: &link[n..],
-                        phi: &motor[..n],
-                        dphi: &motor[n..],
-                    };
-                    evaluator.entries(&state, momentum, rest);
+        let variance = (self.variance).par_chunks_mut(PORTION * per_sample.max(1));
+        let weights = self.weights.as_deref();
+        (momentum
+            .zip(rest)
+            .zip(variance)
+            .zip(&mut self.evaluators)
+            .enumerate())
+        .for_each(|(portion, (((momentum, rest), variance), evaluator))| {
+            let n = signals.q.len();
+            let mut state = vec![0.0; 4 * n];
+            let from = first + portion * PORTION;
+            let until = (first + count).min(from + PORTION);
+            let rows = (momentum.chunks_mut(self.entries)).zip(rest.chunks_mut(self.entries));
+            let variances = variance.chunks_mut(per_sample.max(1));
+            for ((k, (momentum, rest)), variance) in (from..until).zip(rows).zip(variances) {
+                for joint in 0..n {
+                    state[joint] = signals.q[joint][k];
+                    state[n + joint] = signals.dq[joint][k];
+                    state[2 * n + joint] = signals.phi[joint][k];
+                    state[3 * n + joint] = signals.dphi[joint][k];
                 }
-            },
-        );
+                let (link, motor) = state.split_at(2 * n);
+                let state = State {
+                    q: &link[..n],
+                    dq: &link[n..],
+                    phi: &motor[..n],
+                    dphi: &motor[n..],
+                };
+                evaluator.entries(&state, momentum, rest);
+                if let Some(weights) = weights {
+                    weights.variances(&evaluator.model, &state, variance);
+                }
+            }
+        });
     }
 }
 
@@ -293,6 +343,21 @@ impl Reduction {
             kept: Decimator::new(KEPT),
             samples: 0,
         }
+    }
+
+    /// Returns the reduction of weighted samples.
+    ///
+    /// Weights are applied to filtered rows and their right-hand sides; samples
+    /// that are kept for plots have none.
+    #[must_use]
+    pub fn weighted(mut self, weights: Option<&TransitionWeights>) -> Self {
+        let weights = weights.cloned().map(Arc::new);
+        for row in &mut self.rows {
+            row.weights.clone_from(&weights);
+        }
+        self.next.weights.clone_from(&weights);
+        self.batch.weights = weights;
+        self
     }
 
     /// Begins another log, or goes on after a gap: the filters start at rest.
@@ -360,15 +425,22 @@ impl Reduction {
             self.close();
             self.rows.iter_mut().for_each(RowReduction::close);
         }
+        let weights = self.rows.iter().map(|row| row.weight).collect();
+        let variance = (self.rows.iter_mut())
+            .map(|row| std::mem::replace(&mut row.kept_variance, Decimator::new(KEPT)))
+            .map(Decimator::into_items)
+            .collect();
         let (rows, kept) = (self.rows.into_iter())
             .map(|row| (row.done, row.kept.into_items()))
             .unzip();
         System {
             rows,
+            weights,
             ends: self.ends,
             kept: Kept {
                 time: self.kept.into_items(),
                 rows: kept,
+                variance,
             },
             samples: self.samples,
         }
@@ -382,6 +454,9 @@ pub struct Kept {
     pub time: Vec<f64>,
     /// Entries of each row and its right-hand side, one vector per sample.
     pub rows: Vec<Vec<Vec<f64>>>,
+    /// What transitions add to the variance of each row, (N·m)²; empty without
+    /// weights.
+    pub variance: Vec<Vec<f64>>,
 }
 
 /// The stacked filtered regression of all logs, reduced.
@@ -389,6 +464,8 @@ pub struct Kept {
 pub struct System {
     // Factors of each row, stretch by stretch.
     rows: Vec<Vec<Triangle>>,
+    // Sum of the squared weights of each row.
+    weights: Vec<f64>,
     ends: Vec<f64>,
     kept: Kept,
     samples: u64,
@@ -399,6 +476,13 @@ impl System {
     #[must_use]
     pub fn samples(&self) -> u64 {
         self.samples
+    }
+
+    /// Returns the sum of the squared weights of a row: the number of samples
+    /// that count.
+    #[must_use]
+    pub fn weight(&self, row: usize) -> f64 {
+        self.weights[row]
     }
 
     /// Returns samples for plots.
