@@ -13,7 +13,7 @@ use crate::regression::Reading;
 /// direction, above the second it passes what no arm does.
 const LOWEST: f64 = 10.0;
 const HIGHEST: f64 = 40.0;
-const WEIGHTED_HIGHEST: f64 = 28.0;
+const WEIGHTED_HIGHEST: f64 = 25.0;
 
 /// Part of the sampling rate that the cut-off stays below.
 const PART_OF_RATE: f64 = 0.2;

@@ -3,9 +3,12 @@
 use sprung_core::friction::Law;
 use sprung_core::parameters::{JointParameter, Side};
 
+use super::cross_check::cross_checks;
 use super::judge::Verdict;
 use super::least_squares::{Fitted, MotorRow, residual, torques};
-use super::result::{EncoderOffsetResult, EstimateResult, MotorRowResult, ParameterEstimate};
+use super::result::{
+    CrossCheckResult, EncoderOffsetResult, EstimateResult, MotorRowResult, ParameterEstimate,
+};
 use crate::curves::{CurveSet, Curves};
 use crate::description::Estimator;
 use crate::model::{Model, Parameter, Theta};
@@ -64,6 +67,17 @@ pub(super) fn describe(
         motor_rows: match estimator {
             Estimator::LeastSquares => (fitted.motor_rows.iter())
                 .map(|row| describe_motor_row(model, row, fitted.interval))
+                .collect(),
+            Estimator::Lsff => Vec::new(),
+        },
+        cross_checks: match estimator {
+            Estimator::LeastSquares => (cross_checks(model, system).into_iter())
+                .map(|(route, theta)| CrossCheckResult {
+                    method: route.name().to_owned(),
+                    values: (model.parameters().iter().zip(theta))
+                        .map(|(parameter, value)| (parameter.name.clone(), value))
+                        .collect(),
+                })
                 .collect(),
             Estimator::Lsff => Vec::new(),
         },
@@ -127,6 +141,12 @@ fn describe_motor_row(model: &Model, row: &MotorRow, interval: f64) -> MotorRowR
             .collect(),
         condition_number: finite(row.condition_number),
         relative_residual: finite(row.relative_residual),
+        scale_number: row.scale_number.and_then(finite),
+        stiffness_difference_standard_error: (row.columns.iter())
+            .position(|&column| {
+                model.parameters()[column].joint == Some((JointParameter::Stiffness, row.joint))
+            })
+            .and_then(|at| finite(row.difference_error[at])),
     }
 }
 

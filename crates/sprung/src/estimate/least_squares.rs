@@ -1,6 +1,7 @@
 //! Least squares on the filtered regression.
 
 use faer::Mat;
+use sprung_core::parameters::JointParameter;
 
 use crate::model::{Model, Theta};
 use crate::regression::{Solution, System, SystemPart, Triangle, solve, solve_quickly};
@@ -50,6 +51,11 @@ pub struct MotorRow {
     pub values: Vec<f64>,
     /// Their standard errors.
     pub standard_error: Vec<f64>,
+    /// Standard errors of what the stacked estimate has more.
+    pub difference_error: Vec<f64>,
+    /// Part of the spring torque that no other column of the row explains over
+    /// the row's residual, squared; none without an unknown spring.
+    pub scale_number: Option<f64>,
     /// Whether the row determines them.
     pub identifiable: Vec<bool>,
     /// Condition number, columns as they stand.
@@ -59,19 +65,19 @@ pub struct MotorRow {
 }
 
 /// Rows of a system without the parameters that are known.
-struct Free {
+pub(super) struct Free {
     /// Index in theta of each unknown.
-    unknowns: Vec<usize>,
+    pub(super) unknowns: Vec<usize>,
     /// Value of each known parameter.
     known: Vec<Option<f64>>,
     /// Unknowns that each row touches, by their place among the unknowns.
-    columns: Vec<Vec<usize>>,
+    pub(super) columns: Vec<Vec<usize>>,
     /// Columns of theta that each row touches.
     touched: Vec<Vec<usize>>,
 }
 
 impl Free {
-    fn new(model: &Model) -> Self {
+    pub(super) fn new(model: &Model) -> Self {
         let known: Vec<Option<f64>> = model.parameters().iter().map(|p| p.fixed).collect();
         let unknowns: Vec<usize> = (0..known.len()).filter(|&i| known[i].is_none()).collect();
         let place = |column: &usize| unknowns.binary_search(column).ok();
@@ -89,7 +95,7 @@ impl Free {
     }
 
     /// Moves known parameters to the right-hand side.
-    fn factors(&self, factors: Vec<Triangle>) -> Vec<Triangle> {
+    pub(super) fn factors(&self, factors: Vec<Triangle>) -> Vec<Triangle> {
         if self.unknowns.len() == self.known.len() {
             return factors;
         }
@@ -108,7 +114,7 @@ impl Free {
     }
 
     /// Puts values of the unknowns among all parameters.
-    fn whole<T: Copy>(&self, of_unknowns: &[T], of_known: impl Fn(f64) -> T) -> Vec<T> {
+    pub(super) fn whole<T: Copy>(&self, of_unknowns: &[T], of_known: impl Fn(f64) -> T) -> Vec<T> {
         let mut next = of_unknowns.iter();
         (self.known.iter())
             .filter_map(|known| match known {
@@ -140,7 +146,8 @@ pub fn fit(model: &Model, system: &System) -> Option<Fitted> {
         .map(|group| free.factors(group))
         .collect();
     let solution = solve(&free.parts(&whole), free.unknowns.len())?;
-    let errors = scatter(&solution, &free.columns, &groups);
+    let stacked = influences(&solution, &free.columns, &groups);
+    let errors = scatter(&stacked);
 
     let motor_rows = (0..model.joint_count())
         .filter(|&joint| model.is_flexible(joint))
@@ -154,15 +161,26 @@ pub fn fit(model: &Model, system: &System) -> Option<Fitted> {
             };
             let solution = solve(&[part], count)?;
             let own: Vec<Vec<Triangle>> = groups.iter().map(|g| vec![g[row].clone()]).collect();
-            let standard_error = scatter(&solution, &[local], &own);
+            let alone = influences(&solution, &[local], &own);
+            let more = Mat::from_fn(count, groups.len(), |i, g| {
+                stacked[(free.columns[row][i], g)] - alone[(i, g)]
+            });
+            let residual = length(&whole[row].residual(&solution.x));
+            let spring = (free.columns[row].iter()).position(|&unknown| {
+                let of = model.parameters()[free.unknowns[unknown]].joint;
+                of == Some((JointParameter::Stiffness, joint))
+            });
             Some(MotorRow {
                 joint,
+                difference_error: scatter(&more),
+                scale_number: spring.map(|at| {
+                    solution.x[at].powi(2) / (solution.inverse[(at, at)] * residual.powi(2))
+                }),
                 columns: (free.columns[row].iter())
                     .map(|&unknown| free.unknowns[unknown])
                     .collect(),
-                standard_error,
-                relative_residual: length(&whole[row].residual(&solution.x))
-                    / whole[row].rhs_norm(),
+                standard_error: scatter(&alone),
+                relative_residual: residual / whole[row].rhs_norm(),
                 values: solution.x,
                 identifiable: solution.identifiable,
                 condition_number: solution.condition_number,
@@ -297,8 +315,8 @@ pub fn torques(model: &Model, system: &System, theta: &[f64]) -> Vec<TorqueOf> {
     torques
 }
 
-/// Standard errors from the scatter of the gradients of the groups.
-fn scatter(solution: &Solution, columns: &[Vec<usize>], groups: &[Vec<Triangle>]) -> Vec<f64> {
+/// What each group moves each unknown by, \[p × groups\].
+fn influences(solution: &Solution, columns: &[Vec<usize>], groups: &[Vec<Triangle>]) -> Mat<f64> {
     let p = solution.x.len();
     let mut gradients = Mat::<f64>::zeros(p, groups.len());
     for (g, factors) in groups.iter().enumerate() {
@@ -309,16 +327,21 @@ fn scatter(solution: &Solution, columns: &[Vec<usize>], groups: &[Vec<Triangle>]
             }
         }
     }
-    let spread = &solution.inverse * &gradients;
-    let count = groups.len() as f64;
+    &solution.inverse * &gradients
+}
+
+/// Standard errors from the scatter of what the groups do.
+fn scatter(spread: &Mat<f64>) -> Vec<f64> {
+    let groups = spread.ncols();
+    let count = groups as f64;
     let correction = if count > 1.0 {
         count / (count - 1.0)
     } else {
         f64::INFINITY
     };
-    (0..p)
+    (0..spread.nrows())
         .map(|i| {
-            let squares: f64 = (0..groups.len()).map(|g| spread[(i, g)].powi(2)).sum();
+            let squares: f64 = (0..groups).map(|g| spread[(i, g)].powi(2)).sum();
             (correction * squares).sqrt()
         })
         .collect()

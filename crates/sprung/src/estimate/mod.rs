@@ -1,5 +1,6 @@
 //! From a system to parameters, and how far to trust them.
 
+mod cross_check;
 mod cutoff;
 mod delay;
 mod describe;
@@ -7,6 +8,7 @@ mod gravity;
 mod identify;
 mod judge;
 mod judge_parameters;
+mod judge_scale;
 mod least_squares;
 mod lsff;
 mod result;
@@ -15,6 +17,7 @@ mod standard;
 mod stribeck;
 mod weigh;
 
+pub use cross_check::{Route, cross_checks};
 pub use cutoff::{choose_cutoff, position_cutoff, sweep};
 pub use delay::{DelayEstimate, Excerpt, MotorRowFit, estimate_delays, fit_motor_rows};
 pub use gravity::{tilted, worth_a_look};
@@ -23,9 +26,9 @@ pub use judge::{Suspicion, UNEXPLAINED, Verdict, judge, suspect};
 pub use least_squares::{Fitted, MotorRow, TorqueOf, fit, fit_quickly, residual, torques, trace};
 pub use lsff::{Lsff, LsffError};
 pub use result::{
-    CutoffChoice, CutoffPoint, DelayUsed, Determined, EncoderOffsetResult, EstimateResult,
-    GENERATOR, Identification, LogInfo, MotorRowResult, ParameterEstimate, SettingsUsed,
-    StandardParameter, parameters_csv,
+    CrossCheckResult, CutoffChoice, CutoffPoint, DelayUsed, Determined, EncoderOffsetResult,
+    EstimateResult, GENERATOR, Identification, LogInfo, MotorRowResult, ParameterEstimate,
+    SettingsUsed, StandardParameter, parameters_csv,
 };
 pub use standard::standard_parameters;
 pub use stribeck::find_stribeck;

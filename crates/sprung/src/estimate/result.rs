@@ -187,6 +187,9 @@ pub struct EstimateResult {
     /// What the motor rows say by themselves; least squares only.
     #[serde(default)]
     pub motor_rows: Vec<MotorRowResult>,
+    /// The parameters by other routes; least squares only.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub cross_checks: Vec<CrossCheckResult>,
     /// Residual of each row, root mean square, N·m.
     pub residual_rms: Named,
     /// Residual over torque of each motor row.
@@ -243,6 +246,22 @@ pub struct MotorRowResult {
     pub condition_number: Option<f64>,
     /// Residual over torque; absent if there was no torque.
     pub relative_residual: Option<f64>,
+    /// Square of the spring torque that only the spring explains over that of
+    /// the residual; absent if the stiffness was given.
+    #[serde(default)]
+    pub scale_number: Option<f64>,
+    /// Standard error of what the stacked stiffness has more, N·m/rad (N/m).
+    #[serde(default)]
+    pub stiffness_difference_standard_error: Option<f64>,
+}
+
+/// The parameters by another route.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CrossCheckResult {
+    /// `two-stage` or `scale-invariant`.
+    pub method: String,
+    /// Values by name.
+    pub values: Named,
 }
 
 impl EstimateResult {
