@@ -60,11 +60,6 @@ fn keys_of_later_versions_say_so() {
             "\"output-error\"",
             "\"output-error\"",
         ),
-        (
-            "position_filter_order = 2",
-            "weights = \"transition\"",
-            "\"transition\"",
-        ),
     ] {
         Case::new().replace(from, to).fails(
             2,

@@ -26,6 +26,8 @@ pub struct Identify {
     /// Constant offset between the two encoders of a joint; `none` for
     /// `planar-2r` if absent, `estimate` otherwise.
     pub encoder_offset: Option<EncoderOffset>,
+    /// Momentum at the start of a log and behind each gap.
+    pub initial_momentum: InitialMomentum,
     /// Forgetting rate δ of LSFF, 1/s.
     pub lsff_forgetting_per_s: f64,
     /// Diagonal of the initial gain matrix of LSFF.
@@ -44,6 +46,7 @@ impl Default for Identify {
             position_filter_order: 2,
             weights: Weights::Transition,
             encoder_offset: None,
+            initial_momentum: InitialMomentum::Measured,
             lsff_forgetting_per_s: 1.0,
             lsff_initial_gain: 10.0,
             lsff_velocity_window: [4, 4],
@@ -252,5 +255,25 @@ impl TryFrom<String> for EncoderOffset {
     fn try_from(word: String) -> Result<Self, String> {
         let index = choose("encoder_offset", &word, &["none", "estimate"], &[])?;
         Ok([Self::None, Self::Estimate][index])
+    }
+}
+
+/// Momentum at the start of a log and behind each gap.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(try_from = "String")]
+#[schemars(extend("enum" = ["measured", "estimate"]))]
+pub enum InitialMomentum {
+    /// That of the first sample.
+    Measured,
+    /// Found with the parameters: the velocity of the first sample may be wrong.
+    Estimate,
+}
+
+impl TryFrom<String> for InitialMomentum {
+    type Error = String;
+
+    fn try_from(word: String) -> Result<Self, String> {
+        let index = choose("initial_momentum", &word, &["measured", "estimate"], &[])?;
+        Ok([Self::Measured, Self::Estimate][index])
     }
 }

@@ -418,9 +418,9 @@ fn notes(estimator: Estimator, lsff: Option<&Lsff>) -> Vec<Finding> {
         Estimator::LeastSquares => Finding::new(
             Severity::Info,
             "standard-error-of-stretches",
-            "the standard errors say how much stretches of this log disagree; repeated runs scatter \
-             less, and a bias that all stretches share, as by quantised positions through the \
-             Coulomb transition, is not in them: on the digital twin it reaches three of them"
+            "the standard errors say how much stretches of this log disagree; a bias that all \
+             stretches share, as by quantised positions through the Coulomb transition or by a \
+             disturbance, is not in them: ci95 is a lower bound of the interval"
                 .to_owned(),
             "compare cut-offs and repeated experiments",
         ),

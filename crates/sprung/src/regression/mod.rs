@@ -5,10 +5,12 @@
 //! of the logs, and [`Solution`] solves it. [`FilteredRegression`] is the same
 //! regression one sample at a time.
 
+mod batch;
 mod filtered;
 mod pass;
 mod reduction;
 mod solution;
+mod start;
 mod triangle;
 mod weights;
 

@@ -259,7 +259,9 @@ pub fn reduce_blocks(
     rows: &[usize],
 ) -> Result<Option<System>, PassError> {
     let mut preparation = Preparation::new(reading, period, 0.0)?;
-    let mut reduction = Reduction::of_rows(reading.model, rows).weighted(reading.weights);
+    let mut reduction = Reduction::of_rows(reading.model, rows)
+        .weighted(reading.weights)
+        .with_start(reading.settings.initial_momentum);
     let mut pieces = Vec::new();
     for block in blocks {
         preparation.push(block, &mut (), &mut pieces);
@@ -320,7 +322,9 @@ pub fn read_through(
     observer: &mut impl Observer,
     progress: &mut (dyn FnMut(u64) + Send),
 ) -> Result<Passed, PassError> {
-    let mut reduction = Reduction::new(reading.model).weighted(reading.weights);
+    let mut reduction = Reduction::new(reading.model)
+        .weighted(reading.weights)
+        .with_start(reading.settings.initial_momentum);
     let mut logs = Vec::new();
     let mut before = 0;
     let mut ready: Vec<Piece> = Vec::new();

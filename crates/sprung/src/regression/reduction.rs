@@ -4,13 +4,14 @@ use std::sync::Arc;
 
 use faer::Mat;
 use rayon::prelude::*;
-use sprung_core::drives::State;
 use sprung_core::filter::{FilterBank, FilterError, FilterState, bank_len};
 
-use super::filtered::{Evaluator, Pairs};
+use super::batch::{BATCH, Batch};
+use super::filtered::Pairs;
+use super::start::Start;
 use super::triangle::Triangle;
 use super::weights::TransitionWeights;
-use crate::description::DiscretizationName;
+use crate::description::{DiscretizationName, InitialMomentum};
 use crate::model::Model;
 use crate::preprocess::{Decimator, SignalBlock};
 
@@ -41,12 +42,6 @@ impl Stretches {
 /// Rows gathered before they are factored, at most.
 const GATHER: usize = 2048;
 
-/// Samples whose regressor is formed at a time: it fits a processor's cache.
-const BATCH: usize = 64;
-
-/// Samples that one thread forms at a time.
-const PORTION: usize = 8;
-
 /// Rows that are turned into columns at a time.
 const TILE: usize = 16;
 
@@ -66,7 +61,10 @@ struct RowReduction {
     weight_memory: FilterState,
     // Sum of the squared weights.
     weight: f64,
+    // The first rows after a start, if its momentum is to be estimated.
+    start: Option<Start>,
     tile: Vec<f64>,
+    in_tile: usize,
     gathered: Mat<f64>,
     rows: usize,
     in_current: u64,
@@ -89,6 +87,8 @@ impl RowReduction {
             weights: None,
             weight_memory: FilterState::default(),
             weight: 0.0,
+            start: None,
+            in_tile: 0,
             tile: vec![0.0; TILE * (width + 1)],
             gathered: Mat::zeros(GATHER, width + 1),
             rows: 0,
@@ -105,6 +105,8 @@ impl RowReduction {
     }
 
     fn restart(&mut self) {
+        self.release();
+        self.start = self.start.take().map(|_| Start::default());
         self.bank.restart();
         self.torque_memory = FilterState::default();
         self.weight_memory = FilterState::default();
@@ -127,7 +129,6 @@ impl RowReduction {
         let width = self.entries.len();
         let all = batch.entries;
         let samples = batch.momentum.chunks(all).zip(batch.rest.chunks(all));
-        let mut in_tile = 0;
         for (k, (momentum, rest)) in samples.enumerate() {
             let weight = self.weigh(pairs, batch, k);
             self.weight += weight * weight;
@@ -137,32 +138,58 @@ impl RowReduction {
                 let memory = &mut self.torque_memory;
                 pairs.torque.process(memory, 0.0, batch.tau[joint][k])
             });
-            let row = &mut self.tile[in_tile * (width + 1)..][..=width];
+            let row = &mut self.tile[self.in_tile * (width + 1)..][..=width];
             row[..width].copy_from_slice(filtered);
             row[width] = rhs;
             self.kept.push(|| row.to_vec());
             if self.weights.is_some() {
                 row.iter_mut().for_each(|entry| *entry *= weight);
             }
-            in_tile += 1;
-            self.in_current += 1;
-            let full = self.rows + in_tile == GATHER;
-            let ended = self.in_current == self.stretch;
-            if in_tile == TILE || full || ended {
-                self.untile(in_tile);
-                in_tile = 0;
-            }
-            if ended {
-                self.close();
-            } else if full {
-                self.factor();
+            let pole = pairs.entries.pole();
+            let held = (self.start.as_mut()).is_some_and(|start| start.hold(row, pole, weight));
+            if !held {
+                self.release();
+                self.advance();
             }
         }
-        self.untile(in_tile);
+        self.untile();
+    }
+
+    /// Counts the row that was put into the tile.
+    fn advance(&mut self) {
+        self.in_tile += 1;
+        self.in_current += 1;
+        let full = self.rows + self.in_tile == GATHER;
+        let ended = self.in_current == self.stretch;
+        if self.in_tile == TILE || full || ended {
+            self.untile();
+        }
+        if ended {
+            self.close();
+        } else if full {
+            self.factor();
+        }
+    }
+
+    /// Lets the rows go that were held back behind a start.
+    fn release(&mut self) {
+        let width = self.entries.len() + 1;
+        let held = self.start.as_mut().map(Start::release).unwrap_or_default();
+        if held.is_empty() {
+            return;
+        }
+        // The row that comes next stands in the tile already.
+        let next = self.tile[self.in_tile * width..][..width].to_vec();
+        for row in held {
+            self.tile[self.in_tile * width..][..width].copy_from_slice(&row);
+            self.advance();
+        }
+        self.tile[self.in_tile * width..][..width].copy_from_slice(&next);
     }
 
     /// Moves the tile's rows into the columns of the gathered rows.
-    fn untile(&mut self, count: usize) {
+    fn untile(&mut self) {
+        let count = std::mem::take(&mut self.in_tile);
         let width = self.entries.len() + 1;
         for column in 0..width {
             let gathered = self.gathered.col_as_slice_mut(column);
@@ -207,93 +234,6 @@ fn halved<T: Clone>(all: &[T], join: impl Fn(&T, &T) -> T) -> Vec<T> {
             _ => pair[0].clone(),
         })
         .collect()
-}
-
-/// The regressor of some samples.
-#[derive(Clone, Debug)]
-struct Batch {
-    evaluators: Vec<Evaluator>,
-    entries: usize,
-    // [samples × entries], sample after sample.
-    momentum: Vec<f64>,
-    rest: Vec<f64>,
-    // Motor torques, [n × samples].
-    tau: Vec<Vec<f64>>,
-    weights: Option<Arc<TransitionWeights>>,
-    rows: usize,
-    // What transitions add to the rows, [samples × rows]; empty without weights.
-    variance: Vec<f64>,
-}
-
-impl Batch {
-    fn new(model: &Model, rows: &[usize]) -> Self {
-        let entries = model.entries();
-        Self {
-            evaluators: vec![Evaluator::of_rows(model, rows); BATCH / PORTION],
-            entries,
-            momentum: Vec::new(),
-            rest: Vec::new(),
-            tau: vec![Vec::new(); model.joint_count()],
-            weights: None,
-            rows: model.rows(),
-            variance: Vec::new(),
-        }
-    }
-
-    /// Forms the regressor of the samples from `first` on, as many as it holds;
-    /// of none beyond the last.
-    fn form(&mut self, signals: &SignalBlock, first: usize) {
-        let count = BATCH.min(signals.len().saturating_sub(first));
-        self.momentum.resize(count * self.entries, 0.0);
-        self.rest.resize(count * self.entries, 0.0);
-        // A portion without room for variances takes none.
-        let per_sample = self.weights.as_ref().map_or(0, |_| self.rows);
-        self.variance.resize(BATCH * per_sample.max(1), 0.0);
-        if count == 0 {
-            return;
-        }
-        for (own, tau) in self.tau.iter_mut().zip(&signals.tau) {
-            own.clear();
-            own.extend_from_slice(&tau[first..first + count]);
-        }
-        let part = PORTION * self.entries;
-        let momentum = self.momentum.par_chunks_mut(part);
-        let rest = self.rest.par_chunks_mut(part);
-        let variance = (self.variance).par_chunks_mut(PORTION * per_sample.max(1));
-        let weights = self.weights.as_deref();
-        (momentum
-            .zip(rest)
-            .zip(variance)
-            .zip(&mut self.evaluators)
-            .enumerate())
-        .for_each(|(portion, (((momentum, rest), variance), evaluator))| {
-            let n = signals.q.len();
-            let mut state = vec![0.0; 4 * n];
-            let from = first + portion * PORTION;
-            let until = (first + count).min(from + PORTION);
-            let rows = (momentum.chunks_mut(self.entries)).zip(rest.chunks_mut(self.entries));
-            let variances = variance.chunks_mut(per_sample.max(1));
-            for ((k, (momentum, rest)), variance) in (from..until).zip(rows).zip(variances) {
-                for joint in 0..n {
-                    state[joint] = signals.q[joint][k];
-                    state[n + joint] = signals.dq[joint][k];
-                    state[2 * n + joint] = signals.phi[joint][k];
-                    state[3 * n + joint] = signals.dphi[joint][k];
-                }
-                let (link, motor) = state.split_at(2 * n);
-                let state = State {
-                    q: &link[..n],
-                    dq: &link[n..],
-                    phi: &motor[..n],
-                    dphi: &motor[n..],
-                };
-                evaluator.entries(&state, momentum, rest);
-                if let Some(weights) = weights {
-                    weights.variances(&evaluator.model, &state, variance);
-                }
-            }
-        });
-    }
 }
 
 /// Forms, filters and folds the regression of samples as they come.
@@ -360,6 +300,19 @@ impl Reduction {
         self
     }
 
+    /// Returns the reduction of filters that start in a given way.
+    #[must_use]
+    pub fn with_start(mut self, momentum: InitialMomentum) -> Self {
+        let start = match momentum {
+            InitialMomentum::Measured => None,
+            InitialMomentum::Estimate => Some(Start::default()),
+        };
+        for row in &mut self.rows {
+            row.start.clone_from(&start);
+        }
+        self
+    }
+
     /// Begins another log, or goes on after a gap: the filters start at rest.
     pub fn restart(&mut self) {
         self.rows.iter_mut().for_each(RowReduction::restart);
@@ -421,6 +374,10 @@ impl Reduction {
     /// Returns what remains of the samples.
     #[must_use]
     pub fn finish(mut self) -> System {
+        for row in &mut self.rows {
+            row.release();
+            row.untile();
+        }
         if self.in_current > 0 {
             self.close();
             self.rows.iter_mut().for_each(RowReduction::close);

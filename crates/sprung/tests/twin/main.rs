@@ -8,6 +8,7 @@
 
 mod golden;
 mod ladder;
+mod linear;
 mod paper;
 mod report;
 mod robots;
