@@ -174,3 +174,55 @@ impl TransitionWeights {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PLAIN: Transition = Transition {
+        row: 0,
+        side: Side::Motor,
+        joint: 0,
+        noise: 0.3,
+        sharpness: 100.0,
+        stribeck_velocity: 0.1,
+        positive: 2.0,
+        negative: 1.0,
+        bell: 0.0,
+    };
+
+    #[test]
+    fn variance_is_that_of_the_friction_under_small_noise() {
+        let bent = Transition { bell: 0.5, ..PLAIN };
+        for (transition, size) in [
+            (PLAIN, [1.0, 2.0]),
+            // At 0.02 rad/s the bell has fallen to exp(-0.04).
+            (bent, [1.0 + 0.480_394_7, 2.0 + 0.480_394_7]),
+        ] {
+            for (velocity, size) in [(-0.02, size[0]), (0.02, size[1])] {
+                // tanh(100 v) under noise of 0.003 rad/s.
+                let h = 1e-6;
+                let slope =
+                    ((100.0 * (velocity + h)).tanh() - (100.0 * (velocity - h)).tanh()) / (2.0 * h);
+                let expected = (size * slope * 0.003).powi(2);
+                let found = transition.variance(velocity);
+                assert!((found / expected - 1.0).abs() < 1e-6, "{found} {expected}");
+            }
+        }
+        assert!(PLAIN.variance(1.0) < f64::MIN_POSITIVE);
+    }
+
+    #[test]
+    fn weights_are_at_most_one_and_rows_without_scale_have_none() {
+        let weights = TransitionWeights {
+            transitions: vec![PLAIN],
+            slip: vec![4.0, 0.0, f64::INFINITY],
+        };
+        assert!((weights.weight(0, 0.0) - 1.0).abs() < 1e-15);
+        assert!((weights.weight(0, 12.0) - 0.5).abs() < 1e-15);
+        // A filter may swing a little below zero.
+        assert!((weights.weight(0, -1.0) - 1.0).abs() < 1e-15);
+        assert!((weights.weight(1, 12.0) - 1.0).abs() < 1e-15);
+        assert!((weights.weight(2, 12.0) - 1.0).abs() < 1e-15);
+    }
+}

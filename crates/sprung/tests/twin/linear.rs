@@ -3,8 +3,9 @@
 //! `cargo test --release --package sprung --test twin -- linear --nocapture`
 //! prints the table.
 
-use sprung::description::{Cutoff, Estimator, Weights};
+use sprung::description::{Cutoff, Estimator, InitialMomentum, Weights};
 use sprung::estimate::{EstimateResult, identify};
+use sprung::finding::Severity;
 
 use crate::support::{Twin, with_source};
 
@@ -172,4 +173,62 @@ fn exact_positions_need_no_weights() {
     for (a, b) in with.iter().zip(without) {
         assert!((a / b - 1.0).abs() < 1e-3, "{a} {b}");
     }
+}
+
+#[test]
+fn wrong_velocity_at_the_start_is_estimated_away() {
+    // The log begins in motion, and a position of its first samples is wrong.
+    let twin = twin(Weights::None);
+    let mut settings = twin.experiment.simulate.clone().unwrap();
+    settings.link_encoder_counts_per_turn.clear();
+    settings.motor_encoder_counts_per_turn.clear();
+    settings.torque_noise_nm.clear();
+    settings.duration_s = 6.0;
+    let text = String::from_utf8(twin.log(&settings)).unwrap();
+    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    lines.drain(1..1001);
+    for line in &mut lines[1..3] {
+        let mut cells: Vec<f64> = line.split(',').map(|c| c.parse().unwrap()).collect();
+        cells[1] += 2e-3;
+        let words: Vec<String> = cells.iter().map(f64::to_string).collect();
+        *line = words.join(",");
+    }
+    let log = lines.join("\n") + "\n";
+    let worst = |momentum| {
+        let mut experiment = twin.experiment.clone();
+        experiment.identify.position_cutoff_hz = Cutoff::Fixed(400.0);
+        experiment.identify.initial_momentum = momentum;
+        let result = with_source(log.as_bytes(), |source| {
+            let found = identify(&experiment, &twin.model, &mut [source], &mut |_| ());
+            found.unwrap().identification.results.remove(0)
+        });
+        // What the first samples do beyond the start stays.
+        let stiffness = &result.parameters[9];
+        100.0 * (stiffness.value.unwrap() / twin.truth[9] - 1.0).abs()
+    };
+    let [measured, estimated] = [InitialMomentum::Measured, InitialMomentum::Estimate].map(worst);
+    println!("stiffness: measured start {measured:.2} %, estimated {estimated:.2} %");
+    assert!(
+        measured > 1.0 && estimated < 0.2 * measured,
+        "{measured} {estimated}"
+    );
+}
+
+#[test]
+fn encoders_that_disagree_split_stacked_and_motor_row_stiffness() {
+    let twin = twin(Weights::Transition);
+    let disagreeing = |offset: f64| -> Vec<String> {
+        let mut settings = twin.experiment.simulate.clone().unwrap();
+        settings.motor_encoder_offset_rad = vec![0.0, offset];
+        let result = with_source(&twin.log(&settings), |source| {
+            let found = identify(&twin.experiment, &twin.model, &mut [source], &mut |_| ());
+            found.unwrap().identification.results.remove(0)
+        });
+        (result.warnings.iter())
+            .filter(|f| f.code == "stiffness-disagrees" && f.severity == Severity::Warning)
+            .flat_map(|f| f.parameters.clone())
+            .collect()
+    };
+    assert_eq!(disagreeing(0.01), ["joint2.stiffness"]);
+    assert!(disagreeing(0.0).is_empty());
 }
