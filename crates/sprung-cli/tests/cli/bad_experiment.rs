@@ -105,7 +105,10 @@ fn gains_have_the_right_shape() {
 #[test]
 fn cut_off_above_nyquist() {
     Case::new()
-        .replace("position_cutoff_hz = 10.0", "position_cutoff_hz = 600.0")
+        .replace(
+            "position_cutoff_hz = \"auto\"",
+            "position_cutoff_hz = 600.0",
+        )
         .fails(
             2,
             &[

@@ -3,8 +3,9 @@
 use faer::Mat;
 use sprung_core::parameters::JointParameter;
 
+use super::jackknife::{influences, scatter};
 use crate::model::{Model, Theta};
-use crate::regression::{Solution, System, SystemPart, Triangle, solve, solve_quickly};
+use crate::regression::{System, SystemPart, Triangle, solve, solve_quickly};
 
 /// Stretches of the log whose scatter gives the standard errors, at most.
 const GROUPS: usize = 32;
@@ -313,38 +314,6 @@ pub fn torques(model: &Model, system: &System, theta: &[f64]) -> Vec<TorqueOf> {
         }
     }
     torques
-}
-
-/// What each group moves each unknown by, \[p × groups\].
-fn influences(solution: &Solution, columns: &[Vec<usize>], groups: &[Vec<Triangle>]) -> Mat<f64> {
-    let p = solution.x.len();
-    let mut gradients = Mat::<f64>::zeros(p, groups.len());
-    for (g, factors) in groups.iter().enumerate() {
-        for (columns, factor) in columns.iter().zip(factors) {
-            let x: Vec<f64> = columns.iter().map(|&c| solution.x[c]).collect();
-            for (&c, value) in columns.iter().zip(factor.gradient(&x)) {
-                gradients[(c, g)] += value;
-            }
-        }
-    }
-    &solution.inverse * &gradients
-}
-
-/// Standard errors from the scatter of what the groups do.
-fn scatter(spread: &Mat<f64>) -> Vec<f64> {
-    let groups = spread.ncols();
-    let count = groups as f64;
-    let correction = if count > 1.0 {
-        count / (count - 1.0)
-    } else {
-        f64::INFINITY
-    };
-    (0..spread.nrows())
-        .map(|i| {
-            let squares: f64 = (0..groups).map(|g| spread[(i, g)].powi(2)).sum();
-            (correction * squares).sqrt()
-        })
-        .collect()
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ mod delay;
 mod describe;
 mod gravity;
 mod identify;
+mod jackknife;
 mod judge;
 mod judge_parameters;
 mod judge_scale;

@@ -40,6 +40,12 @@ impl Triangle {
         Self { r }
     }
 
+    /// Returns the factor of rows `[A | b]`.
+    #[must_use]
+    pub fn of<const W: usize>(rows: &[[f64; W]]) -> Self {
+        Self::of_rows(Mat::from_fn(rows.len(), W, |i, j| rows[i][j]).as_mut())
+    }
+
     /// Returns the factor of the rows of several factors together.
     pub(super) fn merge<'a>(parts: impl IntoIterator<Item = &'a Self>) -> Option<Self> {
         let parts: Vec<&Self> = parts.into_iter().collect();

@@ -3,7 +3,7 @@
 //! `cargo test --release --package sprung --test twin -- paper --nocapture`
 //! prints them.
 
-use sprung::description::{DiscretizationName, Weights};
+use sprung::description::{Cutoff, DiscretizationName, Weights};
 use sprung::estimate::{EstimateResult, identify};
 
 use crate::support::{Twin, step, with_source};
@@ -52,6 +52,7 @@ fn quantised(discretization: DiscretizationName) -> Vec<Vec<EstimateResult>> {
     let mut twin = Twin::new();
     twin.experiment.identify.discretization = discretization;
     twin.experiment.identify.weights = Weights::None;
+    twin.experiment.identify.position_cutoff_hz = Cutoff::Fixed(10.0);
     let run = |seed| {
         let mut settings = twin.experiment.simulate.clone().unwrap();
         settings.seed = seed;
