@@ -130,11 +130,10 @@ impl Free {
 ///
 /// Returns nothing if there are no samples or a number is not finite.
 ///
-/// Standard errors come from the scatter of the normal equations between up to
-/// 32 stretches of the log, so they hold for residuals of any colour and level.
-/// They say how much the stretches disagree, which is more than repeated runs
-/// scatter; a bias that all stretches share, as by quantised positions through
-/// the Coulomb transition, is not in them.
+/// Standard errors come from up to 32 stretches of the log that are left out in
+/// turn, so they hold for residuals of any colour and level. They say how much
+/// the stretches disagree; a bias that all stretches share, as by quantised
+/// positions through the Coulomb transition, is not in them.
 ///
 /// # Source
 ///

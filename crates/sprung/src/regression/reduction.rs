@@ -143,7 +143,9 @@ impl RowReduction {
             row[width] = rhs;
             self.kept.push(|| row.to_vec());
             if self.weights.is_some() {
-                row.iter_mut().for_each(|entry| *entry *= weight);
+                for entry in &mut *row {
+                    *entry *= weight;
+                }
             }
             let pole = pairs.entries.pole();
             let held = (self.start.as_mut()).is_some_and(|start| start.hold(row, pole, weight));

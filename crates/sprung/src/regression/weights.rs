@@ -195,16 +195,16 @@ mod tests {
     fn variance_is_that_of_the_friction_under_small_noise() {
         let bent = Transition { bell: 0.5, ..PLAIN };
         for (transition, size) in [
-            (PLAIN, [1.0, 2.0]),
+            (PLAIN, [1.0_f64, 2.0]),
             // At 0.02 rad/s the bell has fallen to exp(-0.04).
             (bent, [1.0 + 0.480_394_7, 2.0 + 0.480_394_7]),
         ] {
-            for (velocity, size) in [(-0.02, size[0]), (0.02, size[1])] {
+            for (velocity, size) in [(-0.02_f64, size[0]), (0.02, size[1])] {
                 // tanh(100 v) under noise of 0.003 rad/s.
-                let h = 1e-6;
+                let h: f64 = 1e-6;
                 let slope =
                     ((100.0 * (velocity + h)).tanh() - (100.0 * (velocity - h)).tanh()) / (2.0 * h);
-                let expected = (size * slope * 0.003).powi(2);
+                let expected: f64 = (size * slope * 0.003_f64).powi(2);
                 let found = transition.variance(velocity);
                 assert!((found / expected - 1.0).abs() < 1e-6, "{found} {expected}");
             }
