@@ -5,7 +5,7 @@ use sprung_core::parameters::{JointParameter, Side};
 
 use super::cross_check::cross_checks;
 use super::judge::Verdict;
-use super::least_squares::{Fitted, MotorRow, residual, torques};
+use super::least_squares::{Fitted, MotorRow, residual, torques, unweighted};
 use super::result::{
     CrossCheckResult, EncoderOffsetResult, EstimateResult, MotorRowResult, ParameterEstimate,
 };
@@ -86,7 +86,14 @@ pub(super) fn describe(
             .collect(),
         relative_residual: (rows.iter().enumerate())
             .filter(|(_, (_, rhs))| *rhs > 0.0)
-            .map(|(i, (rms, rhs))| (named(i), rms / rhs))
+            .map(|(i, (rms, rhs))| {
+                let columns = model.row_columns(i).iter();
+                let values: Vec<f64> = columns.map(|&c| theta[c]).collect();
+                (
+                    named(i),
+                    unweighted(system, i, &values).unwrap_or(rms / rhs),
+                )
+            })
             .collect(),
         warnings: Vec::new(),
         elapsed_s: 0.0,

@@ -180,7 +180,21 @@ pub fn fit(model: &Model, system: &System) -> Option<Fitted> {
                     .map(|&unknown| free.unknowns[unknown])
                     .collect(),
                 standard_error: scatter(&alone),
-                relative_residual: residual / whole[row].rhs_norm(),
+                relative_residual: {
+                    let known = model.row_columns(row).iter().map(|&c| {
+                        let at = free.unknowns.binary_search(&c).ok()?;
+                        let own = free.columns[row]
+                            .iter()
+                            .position(|&unknown| unknown == at)?;
+                        Some(solution.x[own])
+                    });
+                    let fixed = model.row_columns(row).iter().map(|&c| free.known[c]);
+                    let values: Vec<f64> = (known.zip(fixed))
+                        .map(|(found, fixed)| found.or(fixed).unwrap_or(0.0))
+                        .collect();
+                    unweighted(system, row, &values)
+                        .unwrap_or_else(|| residual / whole[row].rhs_norm())
+                },
                 values: solution.x,
                 identifiable: solution.identifiable,
                 condition_number: solution.condition_number,
@@ -259,6 +273,26 @@ pub fn trace<'a>(
         let x = solve_quickly(&free.parts(&factors), free.unknowns.len());
         (time, x.map(|x| free.whole(&x, |value| value)))
     })
+}
+
+/// Returns the residual of a row over its right-hand side, root mean squares of
+/// the samples that are kept, which have no weights: a model that does not
+/// explain its log must not hide behind them. Nothing if all count alike.
+///
+/// - `values`: parameters of the row's entries.
+pub(super) fn unweighted(system: &System, row: usize, values: &[f64]) -> Option<f64> {
+    let kept = system.kept();
+    if kept.variance.get(row)?.is_empty() {
+        return None;
+    }
+    let (mut left, mut all) = (0.0, 0.0);
+    for sample in &kept.rows[row] {
+        let rhs = sample.last()?;
+        let fitted: f64 = sample.iter().zip(values).map(|(y, x)| y * x).sum();
+        left += (fitted - rhs).powi(2);
+        all += rhs.powi(2);
+    }
+    (all > 0.0).then(|| (left / all).sqrt())
 }
 
 /// Returns root mean squares of the residual and of the right-hand side of

@@ -19,7 +19,8 @@ pub enum PassError {
     /// The filter pair is too fast for the log.
     #[error(
         "filter_cutoff_rad_per_s = {cutoff} is too fast for {rate:.6} samples per second; choose it \
-         below the rate, 5 to 100 suits most robots"
+         below the rate, 5 to 100 suits most robots{}",
+        if *rate < 10.0 { ", or name the column under time_ms if it holds milliseconds" } else { "" }
     )]
     TooFast {
         /// λ, rad/s.
