@@ -144,6 +144,13 @@ impl FilterPair {
         })
     }
 
+    /// Returns the pole of both filters: an error of their start is multiplied by
+    /// it from sample to sample.
+    #[must_use]
+    pub fn pole(&self) -> f64 {
+        -self.a
+    }
+
     /// Filters one entry of the regressor: returns `g_D momentum + f_D rest`.
     ///
     /// The recursion starts at rest: the first output is zero, which removes

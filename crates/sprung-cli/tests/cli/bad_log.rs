@@ -301,6 +301,7 @@ fn late_link_channel() {
 #[test]
 fn too_short_for_the_filter() {
     Case::new()
+        .replace("position_cutoff_hz = \"auto\"", "position_cutoff_hz = 10.0")
         .log(|row, cells| {
             if row > 200 {
                 cells.clear();

@@ -53,7 +53,7 @@ fn no_command_writes_over_what_it_reads() {
 
 #[test]
 fn demo_keeps_an_edited_experiment() {
-    let case = Case::new().replace("position_cutoff_hz = 10.0", "position_cutoff_hz = 12.0");
+    let case = Case::new().replace("position_cutoff_hz = \"auto\"", "position_cutoff_hz = 12.0");
     let out = case.path("");
     let output = sprung(&["demo", "-q", "--out", out.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(2));

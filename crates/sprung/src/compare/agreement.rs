@@ -1,7 +1,7 @@
 //! Do repeated estimates differ by more than their intervals allow?
 
-use crate::estimate::upper_tail;
 use super::result::{ComparedParameter, ComparedResult, ComparedValue};
+use crate::estimate::upper_tail;
 use crate::finding::{Finding, Severity};
 use crate::model::short;
 

@@ -16,22 +16,12 @@ pub(crate) fn nearest<'a>(
 }
 
 /// Returns the index of `word` in `available`, or a message that offers the
-/// nearest word; words in `later` are known but not available yet.
-pub(crate) fn choose(
-    what: &str,
-    word: &str,
-    available: &[&str],
-    later: &[&str],
-) -> Result<usize, String> {
+/// nearest word.
+pub(crate) fn choose(what: &str, word: &str, available: &[&str]) -> Result<usize, String> {
     if let Some(index) = available.iter().position(|&candidate| candidate == word) {
         return Ok(index);
     }
     let list = quoted(available);
-    if later.contains(&word) {
-        return Err(format!(
-            "{what} \"{word}\" is not available in this version of sprung; use {list}"
-        ));
-    }
     Err(match nearest(word, available.iter().copied()) {
         Some(candidate) => format!("unknown {what} \"{word}\"; did you mean \"{candidate}\"?"),
         None => format!("unknown {what} \"{word}\"; use {list}"),
@@ -57,26 +47,15 @@ mod tests {
     #[test]
     fn words_are_found_offered_or_listed() {
         let words = ["least-squares", "lsff"];
-        assert_eq!(choose("estimator", "lsff", &words, &[]), Ok(1));
-        let message = choose("estimator", "least-square", &words, &[]).unwrap_err();
+        assert_eq!(choose("estimator", "lsff", &words), Ok(1));
+        let message = choose("estimator", "least-square", &words).unwrap_err();
         assert!(
             message.contains("did you mean \"least-squares\""),
             "{message}"
         );
-        let message = choose("estimator", "magic", &words, &[]).unwrap_err();
+        let message = choose("estimator", "magic", &words).unwrap_err();
         assert!(
             message.contains("use \"least-squares\" or \"lsff\""),
-            "{message}"
-        );
-        let message = choose(
-            "estimator",
-            "prediction-error",
-            &words,
-            &["prediction-error"],
-        )
-        .unwrap_err();
-        assert!(
-            message.contains("not available in this version"),
             "{message}"
         );
     }

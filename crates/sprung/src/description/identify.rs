@@ -22,10 +22,12 @@ pub struct Identify {
     /// Order of that filter.
     pub position_filter_order: usize,
     /// Weights of the samples; least squares only.
-    pub(super) weights: Weights,
+    pub weights: Weights,
     /// Constant offset between the two encoders of a joint; `none` for
     /// `planar-2r` if absent, `estimate` otherwise.
     pub encoder_offset: Option<EncoderOffset>,
+    /// Momentum at the start of a log and behind each gap.
+    pub initial_momentum: InitialMomentum,
     /// Forgetting rate δ of LSFF, 1/s.
     pub lsff_forgetting_per_s: f64,
     /// Diagonal of the initial gain matrix of LSFF.
@@ -42,8 +44,9 @@ impl Default for Identify {
             discretization: DiscretizationName::Matched,
             position_cutoff_hz: Cutoff::Auto,
             position_filter_order: 2,
-            weights: Weights::None,
+            weights: Weights::Transition,
             encoder_offset: None,
+            initial_momentum: InitialMomentum::Measured,
             lsff_forgetting_per_s: 1.0,
             lsff_initial_gain: 10.0,
             lsff_velocity_window: [4, 4],
@@ -90,7 +93,7 @@ impl TryFrom<String> for Estimator {
             Self::Lsff,
             Self::OutputError,
         ];
-        let index = choose("estimator", &word, &all.map(Self::name), &[])?;
+        let index = choose("estimator", &word, &all.map(Self::name))?;
         Ok(all[index])
     }
 }
@@ -162,7 +165,7 @@ impl<'de> Deserialize<'de> for Cutoff {
             }
 
             fn visit_str<E: serde::de::Error>(self, word: &str) -> Result<Cutoff, E> {
-                choose("position cut-off", word, &["auto"], &[])
+                choose("position cut-off", word, &["auto"])
                     .map(|_| Cutoff::Auto)
                     .map_err(E::custom)
             }
@@ -210,7 +213,7 @@ impl TryFrom<String> for DiscretizationName {
     type Error = String;
 
     fn try_from(word: String) -> Result<Self, String> {
-        let index = choose("discretization", &word, &["matched", "paper"], &[])?;
+        let index = choose("discretization", &word, &["matched", "paper"])?;
         Ok([Self::Matched, Self::Paper][index])
     }
 }
@@ -218,17 +221,31 @@ impl TryFrom<String> for DiscretizationName {
 /// Weights of the samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(try_from = "String")]
-#[schemars(extend("enum" = ["none"]))]
-pub(super) enum Weights {
-    /// All samples alike.
+#[schemars(extend("enum" = ["transition", "none"]))]
+pub enum Weights {
+    /// Less where noise moves a velocity through the Coulomb transition.
+    Transition,
+    /// All samples alike, as in the paper.
     None,
+}
+
+impl Weights {
+    /// Returns the name in files and tables.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Transition => "transition",
+            Self::None => "none",
+        }
+    }
 }
 
 impl TryFrom<String> for Weights {
     type Error = String;
 
     fn try_from(word: String) -> Result<Self, String> {
-        choose("weights", &word, &["none"], &["transition"]).map(|_| Self::None)
+        let index = choose("weights", &word, &["transition", "none"])?;
+        Ok([Self::Transition, Self::None][index])
     }
 }
 
@@ -247,7 +264,27 @@ impl TryFrom<String> for EncoderOffset {
     type Error = String;
 
     fn try_from(word: String) -> Result<Self, String> {
-        let index = choose("encoder_offset", &word, &["none", "estimate"], &[])?;
+        let index = choose("encoder_offset", &word, &["none", "estimate"])?;
         Ok([Self::None, Self::Estimate][index])
+    }
+}
+
+/// Momentum at the start of a log and behind each gap.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(try_from = "String")]
+#[schemars(extend("enum" = ["measured", "estimate"]))]
+pub enum InitialMomentum {
+    /// That of the first sample.
+    Measured,
+    /// Found with the parameters: the velocity of the first sample may be wrong.
+    Estimate,
+}
+
+impl TryFrom<String> for InitialMomentum {
+    type Error = String;
+
+    fn try_from(word: String) -> Result<Self, String> {
+        let index = choose("initial_momentum", &word, &["measured", "estimate"])?;
+        Ok([Self::Measured, Self::Estimate][index])
     }
 }

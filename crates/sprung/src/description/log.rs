@@ -193,7 +193,7 @@ impl<'de> Deserialize<'de> for Delay {
             }
 
             fn visit_str<E: serde::de::Error>(self, word: &str) -> Result<Delay, E> {
-                choose("delay", word, &["estimate"], &[])
+                choose("delay", word, &["estimate"])
                     .map(|_| Delay::Estimate)
                     .map_err(E::custom)
             }

@@ -19,7 +19,9 @@ mod tree;
 mod types;
 mod urdf;
 
-pub use identify::{Cutoff, DiscretizationName, EncoderOffset, Estimator, Identify};
+pub use identify::{
+    Cutoff, DiscretizationName, EncoderOffset, Estimator, Identify, InitialMomentum, Weights,
+};
 pub use log::{Delay, Log};
 pub use read::{DescriptionError, Experiment, no_files, read, schema};
 pub use robot::{

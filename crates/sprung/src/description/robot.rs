@@ -127,7 +127,7 @@ impl TryFrom<String> for Kinematics {
     type Error = String;
 
     fn try_from(word: String) -> Result<Self, String> {
-        choose("kinematics", &word, &["planar-2r"], &[]).map(|_| Self::Planar2R)
+        choose("kinematics", &word, &["planar-2r"]).map(|_| Self::Planar2R)
     }
 }
 
@@ -237,7 +237,7 @@ impl TryFrom<String> for Side {
     type Error = String;
 
     fn try_from(word: String) -> Result<Self, String> {
-        let index = choose("side", &word, &["output", "motor"], &[])?;
+        let index = choose("side", &word, &["output", "motor"])?;
         Ok([Self::Output, Self::Motor][index])
     }
 }
@@ -258,7 +258,7 @@ impl TryFrom<String> for Transmission {
     type Error = String;
 
     fn try_from(word: String) -> Result<Self, String> {
-        let index = choose("transmission", &word, &["flexible", "rigid"], &[])?;
+        let index = choose("transmission", &word, &["flexible", "rigid"])?;
         Ok([Self::Flexible, Self::Rigid][index])
     }
 }
@@ -280,7 +280,7 @@ impl TryFrom<String> for SpringTerm {
     type Error = String;
 
     fn try_from(word: String) -> Result<Self, String> {
-        let index = choose("spring term", &word, &["linear", "cubic", "damping"], &[])?;
+        let index = choose("spring term", &word, &["linear", "cubic", "damping"])?;
         Ok([Self::Linear, Self::Cubic, Self::Damping][index])
     }
 }
@@ -342,7 +342,7 @@ impl TryFrom<String> for FrictionLaw {
 
     fn try_from(word: String) -> Result<Self, String> {
         let names = Self::ALL.map(|(name, _)| name);
-        let index = choose("friction law", &word, &names, &[])?;
+        let index = choose("friction law", &word, &names)?;
         Ok(Self::ALL[index].1)
     }
 }

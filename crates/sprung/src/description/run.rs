@@ -53,7 +53,7 @@ impl TryFrom<String> for ControllerKind {
     type Error = String;
 
     fn try_from(word: String) -> Result<Self, String> {
-        let index = choose("controller", &word, &["pd", "state-feedback"], &[])?;
+        let index = choose("controller", &word, &["pd", "state-feedback"])?;
         Ok([Self::Pd, Self::StateFeedback][index])
     }
 }
@@ -74,7 +74,7 @@ impl TryFrom<String> for Feedforward {
     type Error = String;
 
     fn try_from(word: String) -> Result<Self, String> {
-        let index = choose("feedforward", &word, &["nominal", "identified"], &[])?;
+        let index = choose("feedforward", &word, &["nominal", "identified"])?;
         Ok([Self::Nominal, Self::Identified][index])
     }
 }

@@ -3,10 +3,12 @@
 use sprung_core::friction::Law;
 use sprung_core::parameters::{JointParameter, Side};
 
+use super::cross_check::cross_checks;
 use super::judge::Verdict;
-use super::least_squares::{Fitted, MotorRow, residual, torques};
+use super::least_squares::{Fitted, MotorRow, residual, torques, unweighted};
 use super::result::{
-    EncoderOffsetResult, EstimateResult, MotorRowResult, ParameterEstimate, Refinement, SimulationFit,
+    CrossCheckResult, EncoderOffsetResult, EstimateResult, MotorRowResult, ParameterEstimate,
+    Refinement, SimulationFit,
 };
 use super::standard::standard_parameters;
 use crate::curves::{CurveSet, Curves};
@@ -67,11 +69,10 @@ pub(super) fn describe(
                 known.then_some(theta[i]),
                 Some(errors[i]).filter(|e| known && e.is_finite()),
                 match estimator {
-                    Estimator::LeastSquares => fitted.interval,
                     // How far a running estimate wandered makes no interval.
                     Estimator::Lsff => f64::INFINITY,
                     Estimator::PredictionError if !found.fallback => NORMAL_95,
-                    Estimator::PredictionError => fitted.interval,
+                    Estimator::LeastSquares | Estimator::PredictionError => fitted.interval,
                     Estimator::OutputError => NORMAL_95,
                 },
             );
@@ -106,12 +107,31 @@ pub(super) fn describe(
         },
         simulation: found.simulation.clone(),
         refinement: found.refinement.clone(),
+        cross_checks: match estimator {
+            Estimator::LeastSquares | Estimator::PredictionError => (cross_checks(model, system)
+                .into_iter())
+            .map(|(route, theta)| CrossCheckResult {
+                method: route.name().to_owned(),
+                values: (model.parameters().iter().zip(theta))
+                    .map(|(parameter, value)| (parameter.name.clone(), value))
+                    .collect(),
+            })
+            .collect(),
+            Estimator::Lsff | Estimator::OutputError => Vec::new(),
+        },
         residual_rms: (rows.iter().enumerate())
             .map(|(i, (rms, _))| (named(i), *rms))
             .collect(),
         relative_residual: (rows.iter().enumerate())
             .filter(|(_, (_, rhs))| *rhs > 0.0)
-            .map(|(i, (rms, rhs))| (named(i), rms / rhs))
+            .map(|(i, (rms, rhs))| {
+                let columns = model.row_columns(i).iter();
+                let values: Vec<f64> = columns.map(|&c| theta[c]).collect();
+                (
+                    named(i),
+                    unweighted(system, i, &values).unwrap_or(rms / rhs),
+                )
+            })
             .collect(),
         warnings: Vec::new(),
         elapsed_s: found.elapsed,
@@ -166,6 +186,12 @@ fn describe_motor_row(model: &Model, row: &MotorRow, interval: f64) -> MotorRowR
             .collect(),
         condition_number: finite(row.condition_number),
         relative_residual: finite(row.relative_residual),
+        scale_number: row.scale_number.and_then(finite),
+        stiffness_difference_standard_error: (row.columns.iter())
+            .position(|&column| {
+                model.parameters()[column].joint == Some((JointParameter::Stiffness, row.joint))
+            })
+            .and_then(|at| finite(row.difference_error[at])),
     }
 }
 

@@ -17,15 +17,19 @@ use super::result::{
 };
 use super::second_look::{Delays, excerpt, suspicions};
 use super::stribeck::find_stribeck;
+use super::weigh::find_weights;
 use crate::curves::Curves;
 use crate::description::{
     Controller, ControllerKind, Cutoff, Delay, Estimator, Experiment, Feedforward, Identify, Log,
+    Weights,
 };
 use crate::finding::{Finding, Severity};
 use crate::log::{ChannelError, Channels, LogError, LogSource, check};
 use crate::model::Model;
 use crate::preprocess::RawBlock;
-use crate::regression::{LogFigures, Observer, PassError, Reading, Restart, System, read_through};
+use crate::regression::{
+    LogFigures, Observer, PassError, Reading, Restart, System, TransitionWeights, read_through,
+};
 
 /// What an identification leaves.
 #[derive(Clone, Debug)]
@@ -132,10 +136,29 @@ fn choose(
             Ok(None)
         }
         Cutoff::Auto => Ok(beginning.get(reading.channels)?.map(|excerpt| {
-            let (cutoff, reason) = choose_cutoff(reading.model, reading.channels, excerpt);
+            let (cutoff, reason) = choose_cutoff(
+                reading.model,
+                reading.channels,
+                reading.settings.weights,
+                excerpt,
+            );
             reading.position_cutoff_hz = cutoff;
             reason
         })),
+    }
+}
+
+/// Returns the weights of the samples; nothing if all count alike.
+fn weights(
+    reading: &Reading<'_>,
+    beginning: &mut Beginning<'_, '_>,
+) -> Result<Option<TransitionWeights>, PassError> {
+    match reading.settings.weights {
+        Weights::None => Ok(None),
+        Weights::Transition => {
+            Ok((beginning.get(reading.channels)?)
+                .and_then(|excerpt| find_weights(reading, excerpt)))
+        }
     }
 }
 
@@ -177,6 +200,7 @@ pub fn identify(
         position_cutoff_hz: 0.0,
         channels: &channels,
         delays: &none,
+        weights: None,
     };
     let chosen = choose(&mut reading, &mut beginning)?;
     let mut findings = Vec::new();
@@ -185,6 +209,8 @@ pub fn identify(
     let shaped = shape(&reading, &mut beginning, &mut findings)?;
     reading.model = &shaped;
     let model = &shaped;
+    let weights = weights(&reading, &mut beginning)?;
+    reading.weights = weights.as_ref();
 
     let mut watch = Watch::new(model, settings);
     let passed = read_through(&reading, beginning.sources, &mut watch, progress)?;
@@ -209,7 +235,13 @@ pub fn identify(
             (Estimator::PredictionError, ..) => {
                 beginning.get(&channels).map_err(PassError::from)?;
                 let excerpt = beginning.excerpt.as_ref().ok_or(IdentifyError::NoLog)?;
-                prediction_error(&reading, beginning.sources, excerpt, &passed.system, &fitted)?
+                prediction_error(
+                    &reading,
+                    beginning.sources,
+                    excerpt,
+                    &passed.system,
+                    &fitted,
+                )?
             }
             _ => {
                 let elapsed = start.elapsed().as_secs_f64() - watch.elapsed;
@@ -270,6 +302,7 @@ fn settings_used(reading: &Reading<'_>, choice: Option<CutoffChoice>) -> Setting
     SettingsUsed {
         filter_cutoff_rad_per_s: settings.filter_cutoff_rad_per_s,
         discretization: settings.discretization.name().to_owned(),
+        weights: settings.weights.name().to_owned(),
         position_cutoff_hz: reading.position_cutoff_hz,
         position_cutoff_choice: choice,
         position_filter_order: settings.position_filter_order,
@@ -452,9 +485,9 @@ fn standard_error_of_stretches() -> Finding {
     Finding::new(
         Severity::Info,
         "standard-error-of-stretches",
-        "the standard errors say how much stretches of this log disagree; repeated runs scatter \
-         less, and a bias that all stretches share, as by quantised positions through the \
-         Coulomb transition, is not in them: on the digital twin it reaches three of them"
+        "the standard errors say how much stretches of this log disagree; a bias that all \
+         stretches share, as by quantised positions through the Coulomb transition or by a \
+         disturbance, is not in them: ci95 is a lower bound of the interval"
             .to_owned(),
         "compare cut-offs and repeated experiments",
     )

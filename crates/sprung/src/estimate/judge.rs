@@ -7,6 +7,7 @@ use super::delay::{DelayEstimate, MotorRowFit};
 use super::judge_parameters::{
     collinear, listed, little_torque, negative, negative_friction, weak,
 };
+use super::judge_scale::{scale_collapse, stiffness_disagrees};
 use super::result::{EstimateResult, MotorRowResult, ParameterEstimate};
 use crate::finding::{Finding, Severity};
 use crate::model::{Model, ModelError, short};
@@ -134,6 +135,8 @@ pub fn judge(
         scale(model, result, joint, name, &mut findings);
         unexplained(model, result, joint, name, &mut findings);
     }
+    scale_collapse(model, result, &mut findings);
+    stiffness_disagrees(model, result, &mut findings);
     negative_links(model, result, &mut findings);
     mass_matrix(model, result, &mut findings);
     negative_friction(model, result, &mut findings);

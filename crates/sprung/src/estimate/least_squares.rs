@@ -1,9 +1,11 @@
 //! Least squares on the filtered regression.
 
 use faer::Mat;
+use sprung_core::parameters::JointParameter;
 
+use super::jackknife::{influences, scatter};
 use crate::model::{Model, Theta};
-use crate::regression::{Solution, System, SystemPart, Triangle, solve, solve_quickly};
+use crate::regression::{System, SystemPart, Triangle, solve, solve_quickly};
 
 /// Stretches of the log whose scatter gives the standard errors, at most.
 const GROUPS: usize = 32;
@@ -50,6 +52,11 @@ pub struct MotorRow {
     pub values: Vec<f64>,
     /// Their standard errors.
     pub standard_error: Vec<f64>,
+    /// Standard errors of what the stacked estimate has more.
+    pub difference_error: Vec<f64>,
+    /// Part of the spring torque that no other column of the row explains over
+    /// the row's residual, squared; none without an unknown spring.
+    pub scale_number: Option<f64>,
     /// Whether the row determines them.
     pub identifiable: Vec<bool>,
     /// Condition number, columns as they stand.
@@ -59,19 +66,19 @@ pub struct MotorRow {
 }
 
 /// Rows of a system without the parameters that are known.
-struct Free {
+pub(super) struct Free {
     /// Index in theta of each unknown.
-    unknowns: Vec<usize>,
+    pub(super) unknowns: Vec<usize>,
     /// Value of each known parameter.
     known: Vec<Option<f64>>,
     /// Unknowns that each row touches, by their place among the unknowns.
-    columns: Vec<Vec<usize>>,
+    pub(super) columns: Vec<Vec<usize>>,
     /// Columns of theta that each row touches.
     touched: Vec<Vec<usize>>,
 }
 
 impl Free {
-    fn new(model: &Model) -> Self {
+    pub(super) fn new(model: &Model) -> Self {
         let known: Vec<Option<f64>> = model.parameters().iter().map(|p| p.fixed).collect();
         let unknowns: Vec<usize> = (0..known.len()).filter(|&i| known[i].is_none()).collect();
         let place = |column: &usize| unknowns.binary_search(column).ok();
@@ -89,7 +96,7 @@ impl Free {
     }
 
     /// Moves known parameters to the right-hand side.
-    fn factors(&self, factors: Vec<Triangle>) -> Vec<Triangle> {
+    pub(super) fn factors(&self, factors: Vec<Triangle>) -> Vec<Triangle> {
         if self.unknowns.len() == self.known.len() {
             return factors;
         }
@@ -108,7 +115,7 @@ impl Free {
     }
 
     /// Puts values of the unknowns among all parameters.
-    fn whole<T: Copy>(&self, of_unknowns: &[T], of_known: impl Fn(f64) -> T) -> Vec<T> {
+    pub(super) fn whole<T: Copy>(&self, of_unknowns: &[T], of_known: impl Fn(f64) -> T) -> Vec<T> {
         let mut next = of_unknowns.iter();
         (self.known.iter())
             .filter_map(|known| match known {
@@ -123,11 +130,10 @@ impl Free {
 ///
 /// Returns nothing if there are no samples or a number is not finite.
 ///
-/// Standard errors come from the scatter of the normal equations between up to
-/// 32 stretches of the log, so they hold for residuals of any colour and level.
-/// They say how much the stretches disagree, which is more than repeated runs
-/// scatter; a bias that all stretches share, as by quantised positions through
-/// the Coulomb transition, is not in them.
+/// Standard errors come from up to 32 stretches of the log that are left out in
+/// turn, so they hold for residuals of any colour and level. They say how much
+/// the stretches disagree; a bias that all stretches share, as by quantised
+/// positions through the Coulomb transition, is not in them.
 ///
 /// # Source
 ///
@@ -140,7 +146,8 @@ pub fn fit(model: &Model, system: &System) -> Option<Fitted> {
         .map(|group| free.factors(group))
         .collect();
     let solution = solve(&free.parts(&whole), free.unknowns.len())?;
-    let errors = scatter(&solution, &free.columns, &groups);
+    let stacked = influences(&solution, &free.columns, &groups);
+    let errors = scatter(&stacked);
 
     let motor_rows = (0..model.joint_count())
         .filter(|&joint| model.is_flexible(joint))
@@ -154,15 +161,40 @@ pub fn fit(model: &Model, system: &System) -> Option<Fitted> {
             };
             let solution = solve(&[part], count)?;
             let own: Vec<Vec<Triangle>> = groups.iter().map(|g| vec![g[row].clone()]).collect();
-            let standard_error = scatter(&solution, &[local], &own);
+            let alone = influences(&solution, &[local], &own);
+            let more = Mat::from_fn(count, groups.len(), |i, g| {
+                stacked[(free.columns[row][i], g)] - alone[(i, g)]
+            });
+            let residual = length(&whole[row].residual(&solution.x));
+            let spring = (free.columns[row].iter()).position(|&unknown| {
+                let of = model.parameters()[free.unknowns[unknown]].joint;
+                of == Some((JointParameter::Stiffness, joint))
+            });
             Some(MotorRow {
                 joint,
+                difference_error: scatter(&more),
+                scale_number: spring.map(|at| {
+                    solution.x[at].powi(2) / (solution.inverse[(at, at)] * residual.powi(2))
+                }),
                 columns: (free.columns[row].iter())
                     .map(|&unknown| free.unknowns[unknown])
                     .collect(),
-                standard_error,
-                relative_residual: length(&whole[row].residual(&solution.x))
-                    / whole[row].rhs_norm(),
+                standard_error: scatter(&alone),
+                relative_residual: {
+                    let known = model.row_columns(row).iter().map(|&c| {
+                        let at = free.unknowns.binary_search(&c).ok()?;
+                        let own = free.columns[row]
+                            .iter()
+                            .position(|&unknown| unknown == at)?;
+                        Some(solution.x[own])
+                    });
+                    let fixed = model.row_columns(row).iter().map(|&c| free.known[c]);
+                    let values: Vec<f64> = (known.zip(fixed))
+                        .map(|(found, fixed)| found.or(fixed).unwrap_or(0.0))
+                        .collect();
+                    unweighted(system, row, &values)
+                        .unwrap_or_else(|| residual / whole[row].rhs_norm())
+                },
                 values: solution.x,
                 identifiable: solution.identifiable,
                 condition_number: solution.condition_number,
@@ -191,6 +223,16 @@ pub fn fit_quickly(model: &Model, system: &System) -> Option<Theta> {
     let whole = free.factors(system.whole()?);
     let x = solve_quickly(&free.parts(&whole), free.unknowns.len())?;
     Some(free.whole(&x, |value| value))
+}
+
+/// Returns the parameter vector alone, \[p\]: the shortest that fits if the data
+/// do not determine it, columns scaled.
+#[must_use]
+pub(super) fn fit_values(model: &Model, system: &System) -> Option<Theta> {
+    let free = Free::new(model);
+    let whole = free.factors(system.whole()?);
+    let solution = solve(&free.parts(&whole), free.unknowns.len())?;
+    Some(free.whole(&solution.x, |value| value))
 }
 
 fn length(v: &[f64]) -> f64 {
@@ -233,17 +275,37 @@ pub fn trace<'a>(
     })
 }
 
+/// Returns the residual of a row over its right-hand side, root mean squares of
+/// the samples that are kept, which have no weights: a model that does not
+/// explain its log must not hide behind them. Nothing if all count alike.
+///
+/// - `values`: parameters of the row's entries.
+pub(super) fn unweighted(system: &System, row: usize, values: &[f64]) -> Option<f64> {
+    let kept = system.kept();
+    if kept.variance.get(row)?.is_empty() {
+        return None;
+    }
+    let (mut left, mut all) = (0.0, 0.0);
+    for sample in &kept.rows[row] {
+        let rhs = sample.last()?;
+        let fitted: f64 = sample.iter().zip(values).map(|(y, x)| y * x).sum();
+        left += (fitted - rhs).powi(2);
+        all += rhs.powi(2);
+    }
+    (all > 0.0).then(|| (left / all).sqrt())
+}
+
 /// Returns root mean squares of the residual and of the right-hand side of
-/// each row, N·m.
+/// each row, N·m; of weighted samples if they are.
 #[must_use]
 pub fn residual(model: &Model, system: &System, theta: &[f64]) -> Vec<(f64, f64)> {
-    let scale = 1.0 / (system.samples().max(1) as f64).sqrt();
     system
         .whole()
         .unwrap_or_default()
         .iter()
         .enumerate()
         .map(|(row, factor)| {
+            let scale = 1.0 / system.weight(row).max(1.0).sqrt();
             let x: Vec<f64> = model.row_columns(row).iter().map(|&c| theta[c]).collect();
             let squares: f64 = factor.residual(&x).iter().map(|r| r * r).sum();
             (scale * squares.sqrt(), scale * factor.rhs_norm())
@@ -266,11 +328,11 @@ pub struct TorqueOf {
 /// Returns what each parameter stands for in the log.
 #[must_use]
 pub fn torques(model: &Model, system: &System, theta: &[f64]) -> Vec<TorqueOf> {
-    let scale = 1.0 / (system.samples().max(1) as f64).sqrt();
     let residuals = residual(model, system, theta);
     let mut torques = vec![TorqueOf::default(); theta.len()];
     for (row, factor) in system.whole().unwrap_or_default().iter().enumerate() {
         let columns = model.row_columns(row);
+        let scale = 1.0 / system.weight(row).max(1.0).sqrt();
         let own: Vec<f64> = (columns.iter().enumerate())
             .map(|(j, &column)| scale * factor.column_norm(j) * theta[column].abs())
             .collect();
@@ -285,33 +347,6 @@ pub fn torques(model: &Model, system: &System, theta: &[f64]) -> Vec<TorqueOf> {
         }
     }
     torques
-}
-
-/// Standard errors from the scatter of the gradients of the groups.
-fn scatter(solution: &Solution, columns: &[Vec<usize>], groups: &[Vec<Triangle>]) -> Vec<f64> {
-    let p = solution.x.len();
-    let mut gradients = Mat::<f64>::zeros(p, groups.len());
-    for (g, factors) in groups.iter().enumerate() {
-        for (columns, factor) in columns.iter().zip(factors) {
-            let x: Vec<f64> = columns.iter().map(|&c| solution.x[c]).collect();
-            for (&c, value) in columns.iter().zip(factor.gradient(&x)) {
-                gradients[(c, g)] += value;
-            }
-        }
-    }
-    let spread = &solution.inverse * &gradients;
-    let count = groups.len() as f64;
-    let correction = if count > 1.0 {
-        count / (count - 1.0)
-    } else {
-        f64::INFINITY
-    };
-    (0..p)
-        .map(|i| {
-            let squares: f64 = (0..groups.len()).map(|g| spread[(i, g)].powi(2)).sum();
-            (correction * squares).sqrt()
-        })
-        .collect()
 }
 
 #[cfg(test)]

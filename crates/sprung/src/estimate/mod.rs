@@ -1,13 +1,16 @@
 //! From a system to parameters, and how far to trust them.
 
 mod chi_square;
+mod cross_check;
 mod cutoff;
 mod delay;
 mod describe;
 mod gravity;
 mod identify;
+mod jackknife;
 mod judge;
 mod judge_parameters;
+mod judge_scale;
 mod least_squares;
 mod lsff;
 mod output_error;
@@ -17,8 +20,10 @@ mod result;
 mod second_look;
 mod standard;
 mod stribeck;
+mod weigh;
 
 pub use chi_square::upper_tail;
+pub use cross_check::{Route, cross_checks};
 pub use cutoff::{choose_cutoff, position_cutoff, sweep};
 pub use delay::{DelayEstimate, Excerpt, MotorRowFit, estimate_delays, fit_motor_rows};
 pub use gravity::{tilted, worth_a_look};
@@ -27,9 +32,11 @@ pub use judge::{Suspicion, UNEXPLAINED, Verdict, judge, suspect};
 pub use least_squares::{Fitted, MotorRow, TorqueOf, fit, fit_quickly, residual, torques, trace};
 pub use lsff::{Lsff, LsffError};
 pub use result::{
-    CutoffChoice, CutoffPoint, DelayUsed, Determined, EncoderOffsetResult, EstimateResult,
-    GENERATOR, Identification, LogInfo, MotorRowResult, ParameterEstimate, Refinement, RefinedDelay, RefinedOffset, RowDisturbance, SettingsUsed,
-    SimulationFit, StandardParameter, parameters_csv,
+    CrossCheckResult, CutoffChoice, CutoffPoint, DelayUsed, Determined, EncoderOffsetResult,
+    EstimateResult, GENERATOR, Identification, LogInfo, MotorRowResult, ParameterEstimate,
+    RefinedDelay, RefinedOffset, Refinement, RowDisturbance, SettingsUsed, SimulationFit,
+    StandardParameter, parameters_csv,
 };
 pub use standard::standard_parameters;
 pub use stribeck::find_stribeck;
+pub use weigh::find_weights;

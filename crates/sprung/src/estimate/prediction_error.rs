@@ -135,9 +135,11 @@ fn failure(model: &Model, refined: &Refined) -> Option<String> {
     if refined.converged {
         return None;
     }
-    let moved = refined.moved.iter().take(3).map(|(index, by)| {
-        format!("{} by {by:+.2}", model.parameters()[*index].short())
-    });
+    let moved = refined
+        .moved
+        .iter()
+        .take(3)
+        .map(|(index, by)| format!("{} by {by:+.2}", model.parameters()[*index].short()));
     Some(format!(
         "it did not converge in {} runs of the filter; last moved, in standard errors, {}",
         refined.runs,
@@ -168,7 +170,11 @@ fn about(reading: &Reading<'_>, period: f64, refined: &Refined) -> Vec<Finding> 
         .filter(|(_, level)| level.drift > LOUD * level.torque)
         .map(|(row, level)| {
             let part = 100.0 * level.drift / level.torque;
-            format!("{} {:.3} N·m ({part:.0} %)", model.row_name(row), level.drift)
+            format!(
+                "{} {:.3} N·m ({part:.0} %)",
+                model.row_name(row),
+                level.drift
+            )
         })
         .collect();
     if !loud.is_empty() {
@@ -244,7 +250,11 @@ fn together(model: &Model, refined: &Refined) -> Vec<Finding> {
             continue;
         }
         let (first, second) = (&model.parameters()[a], &model.parameters()[b]);
-        let known = if correlation < 0.0 { "sum" } else { "difference" };
+        let known = if correlation < 0.0 {
+            "sum"
+        } else {
+            "difference"
+        };
         let (own, other) = (refined.standard_error[a], refined.standard_error[b]);
         let both = (2.0 * own * own * (1.0 - correlation.abs())).sqrt();
         findings.push(
@@ -295,7 +305,11 @@ fn disagree(model: &Model, refined: &Refined) -> Option<Finding> {
     for (place, &index) in refined.free.iter().enumerate() {
         let values = refined.logs.iter().map(|log| log[place]);
         let weights: f64 = values.clone().map(|(_, error)| error.powi(-2)).sum();
-        let mean = values.clone().map(|(x, error)| x * error.powi(-2)).sum::<f64>() / weights;
+        let mean = values
+            .clone()
+            .map(|(x, error)| x * error.powi(-2))
+            .sum::<f64>()
+            / weights;
         let spread: f64 = (values.clone())
             .map(|(x, error)| ((x - mean) / error).powi(2))
             .sum();

@@ -85,6 +85,9 @@ pub struct SettingsUsed {
     pub filter_cutoff_rad_per_s: f64,
     /// How the filter pair is made discrete.
     pub discretization: String,
+    /// Weights of the samples.
+    #[serde(default)]
+    pub weights: String,
     /// Cut-off of the zero-phase filter.
     pub position_cutoff_hz: f64,
     /// How that was chosen, if it was.
@@ -190,6 +193,9 @@ pub struct EstimateResult {
     /// How the filter fits; the prediction error only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub refinement: Option<Refinement>,
+    /// The parameters by other routes; least squares only.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub cross_checks: Vec<CrossCheckResult>,
     /// Residual of each row, root mean square, N·m.
     pub residual_rms: Named,
     /// Residual over torque of each motor row.
@@ -337,6 +343,22 @@ pub struct MotorRowResult {
     pub condition_number: Option<f64>,
     /// Residual over torque; absent if there was no torque.
     pub relative_residual: Option<f64>,
+    /// Square of the spring torque that only the spring explains over that of
+    /// the residual; absent if the stiffness was given.
+    #[serde(default)]
+    pub scale_number: Option<f64>,
+    /// Standard error of what the stacked stiffness has more, N·m/rad (N/m).
+    #[serde(default)]
+    pub stiffness_difference_standard_error: Option<f64>,
+}
+
+/// The parameters by another route.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CrossCheckResult {
+    /// `two-stage` or `scale-invariant`.
+    pub method: String,
+    /// Values by name.
+    pub values: Named,
 }
 
 impl EstimateResult {

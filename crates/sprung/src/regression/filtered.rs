@@ -39,7 +39,7 @@ impl Pairs {
 /// Forms the regressor of a sample.
 #[derive(Clone, Debug)]
 pub(super) struct Evaluator {
-    model: Model,
+    pub(super) model: Model,
     scratch: Scratch,
     // Whether the entries of the links are wanted.
     links: bool,

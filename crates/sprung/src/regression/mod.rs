@@ -5,11 +5,14 @@
 //! of the logs, and [`Solution`] solves it. [`FilteredRegression`] is the same
 //! regression one sample at a time.
 
+mod batch;
 mod filtered;
 mod pass;
 mod reduction;
 mod solution;
+mod start;
 mod triangle;
+mod weights;
 
 pub use filtered::FilteredRegression;
 pub use pass::{
@@ -18,3 +21,4 @@ pub use pass::{
 pub use reduction::{Kept, Reduction, System};
 pub use solution::{Solution, SystemPart, solve, solve_quickly};
 pub use triangle::Triangle;
+pub use weights::{TransitionWeights, VelocityNoise};

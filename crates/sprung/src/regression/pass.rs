@@ -3,6 +3,7 @@
 use sprung_core::filter::FilterError;
 
 use super::reduction::{Reduction, System};
+use super::weights::TransitionWeights;
 use crate::description::Identify;
 use crate::log::{Channels, CsvLog, Gaps, LogBlock, LogError, LogSource, Summary};
 use crate::model::Model;
@@ -18,7 +19,8 @@ pub enum PassError {
     /// The filter pair is too fast for the log.
     #[error(
         "filter_cutoff_rad_per_s = {cutoff} is too fast for {rate:.6} samples per second; choose it \
-         below the rate, 5 to 100 suits most robots"
+         below the rate, 5 to 100 suits most robots{}",
+        if *rate < 10.0 { ", or name the column under time_ms if it holds milliseconds" } else { "" }
     )]
     TooFast {
         /// λ, rad/s.
@@ -47,6 +49,8 @@ pub struct Reading<'a> {
     pub channels: &'a Channels,
     /// Delays to undo, s, one per channel.
     pub delays: &'a [f64],
+    /// Weights of the samples; all 1 if absent.
+    pub weights: Option<&'a TransitionWeights>,
 }
 
 /// Why filters start anew.
@@ -256,7 +260,9 @@ pub fn reduce_blocks(
     rows: &[usize],
 ) -> Result<Option<System>, PassError> {
     let mut preparation = Preparation::new(reading, period, 0.0)?;
-    let mut reduction = Reduction::of_rows(reading.model, rows);
+    let mut reduction = Reduction::of_rows(reading.model, rows)
+        .weighted(reading.weights)
+        .with_start(reading.settings.initial_momentum);
     let mut pieces = Vec::new();
     for block in blocks {
         preparation.push(block, &mut (), &mut pieces);
@@ -317,7 +323,9 @@ pub fn read_through(
     observer: &mut impl Observer,
     progress: &mut (dyn FnMut(u64) + Send),
 ) -> Result<Passed, PassError> {
-    let mut reduction = Reduction::new(reading.model);
+    let mut reduction = Reduction::new(reading.model)
+        .weighted(reading.weights)
+        .with_start(reading.settings.initial_momentum);
     let mut logs = Vec::new();
     let mut before = 0;
     let mut ready: Vec<Piece> = Vec::new();

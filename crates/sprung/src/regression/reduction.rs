@@ -1,13 +1,17 @@
 //! Rows of any number of samples, folded into a bounded number of factors.
 
+use std::sync::Arc;
+
 use faer::Mat;
 use rayon::prelude::*;
-use sprung_core::drives::State;
 use sprung_core::filter::{FilterBank, FilterError, FilterState, bank_len};
 
-use super::filtered::{Evaluator, Pairs};
+use super::batch::{BATCH, Batch};
+use super::filtered::Pairs;
+use super::start::Start;
 use super::triangle::Triangle;
-use crate::description::DiscretizationName;
+use super::weights::TransitionWeights;
+use crate::description::{DiscretizationName, InitialMomentum};
 use crate::model::Model;
 use crate::preprocess::{Decimator, SignalBlock};
 
@@ -38,12 +42,6 @@ impl Stretches {
 /// Rows gathered before they are factored, at most.
 const GATHER: usize = 2048;
 
-/// Samples whose regressor is formed at a time: it fits a processor's cache.
-const BATCH: usize = 64;
-
-/// Samples that one thread forms at a time.
-const PORTION: usize = 8;
-
 /// Rows that are turned into columns at a time.
 const TILE: usize = 16;
 
@@ -53,12 +51,20 @@ const KEPT: usize = 2048;
 /// One row of the regressor on its way from samples to factors.
 #[derive(Clone, Debug)]
 struct RowReduction {
+    row: usize,
     entries: std::ops::Range<usize>,
     // Joint whose torque is the right-hand side; none in a link row.
     torque: Option<usize>,
     bank: FilterBank<Vec<f64>>,
     torque_memory: FilterState,
+    weights: Option<Arc<TransitionWeights>>,
+    weight_memory: FilterState,
+    // Sum of the squared weights.
+    weight: f64,
+    // The first rows after a start, if its momentum is to be estimated.
+    start: Option<Start>,
     tile: Vec<f64>,
+    in_tile: usize,
     gathered: Mat<f64>,
     rows: usize,
     in_current: u64,
@@ -67,6 +73,7 @@ struct RowReduction {
     current: Option<Triangle>,
     done: Vec<Triangle>,
     kept: Decimator<Vec<f64>>,
+    kept_variance: Decimator<f64>,
 }
 
 impl RowReduction {
@@ -77,6 +84,11 @@ impl RowReduction {
             torque: model.is_torque_row(row).then(|| model.joint_of(row)),
             bank: FilterBank::new(vec![0.0; bank_len(width)]),
             torque_memory: FilterState::default(),
+            weights: None,
+            weight_memory: FilterState::default(),
+            weight: 0.0,
+            start: None,
+            in_tile: 0,
             tile: vec![0.0; TILE * (width + 1)],
             gathered: Mat::zeros(GATHER, width + 1),
             rows: 0,
@@ -86,13 +98,30 @@ impl RowReduction {
             current: None,
             done: Vec::new(),
             kept: Decimator::new(KEPT),
+            kept_variance: Decimator::new(KEPT),
+            row,
             entries,
         }
     }
 
     fn restart(&mut self) {
+        self.release();
+        self.start = self.start.take().map(|_| Start::default());
         self.bank.restart();
         self.torque_memory = FilterState::default();
+        self.weight_memory = FilterState::default();
+    }
+
+    /// Returns the weight of the next sample.
+    fn weigh(&mut self, pairs: &Pairs, batch: &Batch, k: usize) -> f64 {
+        let Some(weights) = &self.weights else {
+            return 1.0;
+        };
+        let variance = batch.variance[k * batch.rows + self.row];
+        let memory = &mut self.weight_memory;
+        let variance = pairs.entries.process(memory, 0.0, variance);
+        self.kept_variance.push(|| variance);
+        weights.weight(self.row, variance)
     }
 
     /// Filters and folds samples.
@@ -100,38 +129,69 @@ impl RowReduction {
         let width = self.entries.len();
         let all = batch.entries;
         let samples = batch.momentum.chunks(all).zip(batch.rest.chunks(all));
-        let mut in_tile = 0;
         for (k, (momentum, rest)) in samples.enumerate() {
+            let weight = self.weigh(pairs, batch, k);
+            self.weight += weight * weight;
             let own = self.entries.clone();
             let filtered = (self.bank).process(&pairs.entries, &momentum[own.clone()], &rest[own]);
             let rhs = self.torque.map_or(0.0, |joint| {
                 let memory = &mut self.torque_memory;
                 pairs.torque.process(memory, 0.0, batch.tau[joint][k])
             });
-            let row = &mut self.tile[in_tile * (width + 1)..][..=width];
+            let row = &mut self.tile[self.in_tile * (width + 1)..][..=width];
             row[..width].copy_from_slice(filtered);
             row[width] = rhs;
-            let row = &*row;
             self.kept.push(|| row.to_vec());
-            in_tile += 1;
-            self.in_current += 1;
-            let full = self.rows + in_tile == GATHER;
-            let ended = self.in_current == self.stretch;
-            if in_tile == TILE || full || ended {
-                self.untile(in_tile);
-                in_tile = 0;
+            if self.weights.is_some() {
+                for entry in &mut *row {
+                    *entry *= weight;
+                }
             }
-            if ended {
-                self.close();
-            } else if full {
-                self.factor();
+            let pole = pairs.entries.pole();
+            let held = (self.start.as_mut()).is_some_and(|start| start.hold(row, pole, weight));
+            if !held {
+                self.release();
+                self.advance();
             }
         }
-        self.untile(in_tile);
+        self.untile();
+    }
+
+    /// Counts the row that was put into the tile.
+    fn advance(&mut self) {
+        self.in_tile += 1;
+        self.in_current += 1;
+        let full = self.rows + self.in_tile == GATHER;
+        let ended = self.in_current == self.stretch;
+        if self.in_tile == TILE || full || ended {
+            self.untile();
+        }
+        if ended {
+            self.close();
+        } else if full {
+            self.factor();
+        }
+    }
+
+    /// Lets the rows go that were held back behind a start.
+    fn release(&mut self) {
+        let width = self.entries.len() + 1;
+        let held = self.start.as_mut().map(Start::release).unwrap_or_default();
+        if held.is_empty() {
+            return;
+        }
+        // The row that comes next stands in the tile already.
+        let next = self.tile[self.in_tile * width..][..width].to_vec();
+        for row in held {
+            self.tile[self.in_tile * width..][..width].copy_from_slice(&row);
+            self.advance();
+        }
+        self.tile[self.in_tile * width..][..width].copy_from_slice(&next);
     }
 
     /// Moves the tile's rows into the columns of the gathered rows.
-    fn untile(&mut self, count: usize) {
+    fn untile(&mut self) {
+        let count = std::mem::take(&mut self.in_tile);
         let width = self.entries.len() + 1;
         for column in 0..width {
             let gathered = self.gathered.col_as_slice_mut(column);
@@ -176,74 +236,6 @@ fn halved<T: Clone>(all: &[T], join: impl Fn(&T, &T) -> T) -> Vec<T> {
             _ => pair[0].clone(),
         })
         .collect()
-}
-
-/// The regressor of some samples.
-#[derive(Clone, Debug)]
-struct Batch {
-    evaluators: Vec<Evaluator>,
-    entries: usize,
-    // [samples × entries], sample after sample.
-    momentum: Vec<f64>,
-    rest: Vec<f64>,
-    // Motor torques, [n × samples].
-    tau: Vec<Vec<f64>>,
-}
-
-impl Batch {
-    fn new(model: &Model, rows: &[usize]) -> Self {
-        let entries = model.entries();
-        Self {
-            evaluators: vec![Evaluator::of_rows(model, rows); BATCH / PORTION],
-            entries,
-            momentum: Vec::new(),
-            rest: Vec::new(),
-            tau: vec![Vec::new(); model.joint_count()],
-        }
-    }
-
-    /// Forms the regressor of the samples from `first` on, as many as it holds;
-    /// of none beyond the last.
-    fn form(&mut self, signals: &SignalBlock, first: usize) {
-        let count = BATCH.min(signals.len().saturating_sub(first));
-        self.momentum.resize(count * self.entries, 0.0);
-        self.rest.resize(count * self.entries, 0.0);
-        if count == 0 {
-            return;
-        }
-        for (own, tau) in self.tau.iter_mut().zip(&signals.tau) {
-            own.clear();
-            own.extend_from_slice(&tau[first..first + count]);
-        }
-        let part = PORTION * self.entries;
-        let momentum = self.momentum.par_chunks_mut(part);
-        let rest = self.rest.par_chunks_mut(part);
-        (momentum.zip(rest).zip(&mut self.evaluators).enumerate()).for_each(
-            |(portion, ((momentum, rest), evaluator))| {
-                let n = signals.q.len();
-                let mut state = vec![0.0; 4 * n];
-                let from = first + portion * PORTION;
-                let until = (first + count).min(from + PORTION);
-                let rows = (momentum.chunks_mut(self.entries)).zip(rest.chunks_mut(self.entries));
-                for (k, (momentum, rest)) in (from..until).zip(rows) {
-                    for joint in 0..n {
-                        state[joint] = signals.q[joint][k];
-                        state[n + joint] = signals.dq[joint][k];
-                        state[2 * n + joint] = signals.phi[joint][k];
-                        state[3 * n + joint] = signals.dphi[joint][k];
-                    }
-                    let (link, motor) = state.split_at(2 * n);
-                    let state = State {
-                        q: &link[..n],
-                        dq: &link[n..],
-                        phi: &motor[..n],
-                        dphi: &motor[n..],
-                    };
-                    evaluator.entries(&state, momentum, rest);
-                }
-            },
-        );
-    }
 }
 
 /// Forms, filters and folds the regression of samples as they come.
@@ -293,6 +285,34 @@ impl Reduction {
             kept: Decimator::new(KEPT),
             samples: 0,
         }
+    }
+
+    /// Returns the reduction of weighted samples.
+    ///
+    /// Weights are applied to filtered rows and their right-hand sides; samples
+    /// that are kept for plots have none.
+    #[must_use]
+    pub fn weighted(mut self, weights: Option<&TransitionWeights>) -> Self {
+        let weights = weights.cloned().map(Arc::new);
+        for row in &mut self.rows {
+            row.weights.clone_from(&weights);
+        }
+        self.next.weights.clone_from(&weights);
+        self.batch.weights = weights;
+        self
+    }
+
+    /// Returns the reduction of filters that start in a given way.
+    #[must_use]
+    pub fn with_start(mut self, momentum: InitialMomentum) -> Self {
+        let start = match momentum {
+            InitialMomentum::Measured => None,
+            InitialMomentum::Estimate => Some(Start::default()),
+        };
+        for row in &mut self.rows {
+            row.start.clone_from(&start);
+        }
+        self
     }
 
     /// Begins another log, or goes on after a gap: the filters start at rest.
@@ -356,19 +376,30 @@ impl Reduction {
     /// Returns what remains of the samples.
     #[must_use]
     pub fn finish(mut self) -> System {
+        for row in &mut self.rows {
+            row.release();
+            row.untile();
+        }
         if self.in_current > 0 {
             self.close();
             self.rows.iter_mut().for_each(RowReduction::close);
         }
+        let weights = self.rows.iter().map(|row| row.weight).collect();
+        let variance = (self.rows.iter_mut())
+            .map(|row| std::mem::replace(&mut row.kept_variance, Decimator::new(KEPT)))
+            .map(Decimator::into_items)
+            .collect();
         let (rows, kept) = (self.rows.into_iter())
             .map(|row| (row.done, row.kept.into_items()))
             .unzip();
         System {
             rows,
+            weights,
             ends: self.ends,
             kept: Kept {
                 time: self.kept.into_items(),
                 rows: kept,
+                variance,
             },
             samples: self.samples,
         }
@@ -382,6 +413,9 @@ pub struct Kept {
     pub time: Vec<f64>,
     /// Entries of each row and its right-hand side, one vector per sample.
     pub rows: Vec<Vec<Vec<f64>>>,
+    /// What transitions add to the variance of each row, (N·m)²; empty without
+    /// weights.
+    pub variance: Vec<Vec<f64>>,
 }
 
 /// The stacked filtered regression of all logs, reduced.
@@ -389,6 +423,8 @@ pub struct Kept {
 pub struct System {
     // Factors of each row, stretch by stretch.
     rows: Vec<Vec<Triangle>>,
+    // Sum of the squared weights of each row.
+    weights: Vec<f64>,
     ends: Vec<f64>,
     kept: Kept,
     samples: u64,
@@ -399,6 +435,13 @@ impl System {
     #[must_use]
     pub fn samples(&self) -> u64 {
         self.samples
+    }
+
+    /// Returns the sum of the squared weights of a row: the number of samples
+    /// that count.
+    #[must_use]
+    pub fn weight(&self, row: usize) -> f64 {
+        self.weights[row]
     }
 
     /// Returns samples for plots.

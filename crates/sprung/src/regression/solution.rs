@@ -170,7 +170,7 @@ mod tests {
     use super::*;
 
     fn factor(rows: &[[f64; 4]]) -> Triangle {
-        Triangle::of_rows(Mat::from_fn(rows.len(), 4, |i, j| rows[i][j]).as_mut())
+        Triangle::of(rows)
     }
 
     fn rows(columns: impl Fn(f64) -> [f64; 3]) -> Vec<[f64; 4]> {

@@ -40,6 +40,12 @@ impl Triangle {
         Self { r }
     }
 
+    /// Returns the factor of rows `[A | b]`.
+    #[must_use]
+    pub fn of<const W: usize>(rows: &[[f64; W]]) -> Self {
+        Self::of_rows(Mat::from_fn(rows.len(), W, |i, j| rows[i][j]).as_mut())
+    }
+
     /// Returns the factor of the rows of several factors together.
     pub(super) fn merge<'a>(parts: impl IntoIterator<Item = &'a Self>) -> Option<Self> {
         let parts: Vec<&Self> = parts.into_iter().collect();
@@ -66,6 +72,42 @@ impl Triangle {
         };
         let mut rows = Mat::from_fn(m + 1, free.len() + 1, |i, j| {
             (free.get(j)).map_or_else(|| rhs(i), |&column| self.r[(i, column)])
+        });
+        Self::of_rows(rows.as_mut())
+    }
+
+    /// Returns the factor of the same rows times a number.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        let r = &self.r;
+        Self {
+            r: Mat::from_fn(r.nrows(), r.ncols(), |i, j| factor * r[(i, j)]),
+        }
+    }
+
+    /// Returns the factor of the rows `(A x - b) / x_k`, linear about an `x`:
+    /// its least-squares solution is the next step of Gauss and Newton.
+    ///
+    /// - `x`: \[m\]; `unknown`: k, of which the value is not zero.
+    #[must_use]
+    pub fn over_unknown(&self, x: &[f64], unknown: usize) -> Self {
+        let m = self.unknowns();
+        let residual = self.residual(x);
+        let value = x[unknown];
+        let slope = |i: usize, j: usize| {
+            let own = if j == unknown {
+                residual[i] / value
+            } else {
+                0.0
+            };
+            (self.r[(i, j)] - own) / value
+        };
+        let mut rows = Mat::from_fn(m + 1, m + 1, |i, j| {
+            if j < m {
+                return slope(i, j);
+            }
+            let fitted: f64 = (0..m).map(|j| slope(i, j) * x[j]).sum();
+            fitted - residual[i] / value
         });
         Self::of_rows(rows.as_mut())
     }
@@ -156,6 +198,32 @@ mod tests {
         let (long, short) = (all.residual(&x), reduced.residual(&[x[0], x[2]]));
         assert!((squared(long) - squared(short)).abs() < 1e-12);
         assert_eq!(reduced.unknowns(), 2);
+    }
+
+    #[test]
+    fn steps_over_an_unknown_are_those_of_gauss_and_newton() {
+        let a = rows(60, 3);
+        let triangle = Triangle::of_rows(a.clone().as_mut());
+        let x = [0.3, 0.7, -1.1];
+        let of = |x: &[f64; 3], i: usize| {
+            ((0..3).map(|j| a[(i, j)] * x[j]).sum::<f64>() - a[(i, 3)]) / x[1]
+        };
+        let step = 1e-6;
+        let mut linear = Mat::from_fn(60, 4, |i, j| {
+            let slope = |j: usize| {
+                let moved = |by: f64| std::array::from_fn(|k| x[k] + if k == j { by } else { 0.0 });
+                (of(&moved(step), i) - of(&moved(-step), i)) / (2.0 * step)
+            };
+            if j < 3 {
+                slope(j)
+            } else {
+                (0..3).map(|j| slope(j) * x[j]).sum::<f64>() - of(&x, i)
+            }
+        });
+        let expected = Triangle::of_rows(linear.as_mut());
+        let found = triangle.over_unknown(&x, 1);
+        let difference = gram(&expected.r) - gram(&found.r);
+        assert!(difference.norm_max() < 1e-6 * gram(&found.r).norm_max());
     }
 
     #[test]

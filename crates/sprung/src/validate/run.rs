@@ -207,6 +207,7 @@ impl Run<'_> {
             position_cutoff_hz,
             channels: self.channels,
             delays: self.delays,
+            weights: None,
         };
         let mut comparison = Comparison {
             controller: self.controller,

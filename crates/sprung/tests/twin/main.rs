@@ -8,6 +8,7 @@
 
 mod golden;
 mod ladder;
+mod linear;
 mod output_error;
 mod paper;
 mod refined;

@@ -3,7 +3,7 @@
 //! `cargo test --release --package sprung --test twin -- paper --nocapture`
 //! prints them.
 
-use sprung::description::DiscretizationName;
+use sprung::description::{Cutoff, DiscretizationName, Weights};
 use sprung::estimate::{EstimateResult, identify};
 
 use crate::support::{Twin, step, with_source};
@@ -46,10 +46,13 @@ fn held_filters_have_the_bias_of_the_paper() {
     }
 }
 
-/// Results of ten seeds of the twin with its encoders and noise.
+/// Results of ten seeds of the twin with its encoders and noise, all samples
+/// alike.
 fn quantised(discretization: DiscretizationName) -> Vec<Vec<EstimateResult>> {
     let mut twin = Twin::new();
     twin.experiment.identify.discretization = discretization;
+    twin.experiment.identify.weights = Weights::None;
+    twin.experiment.identify.position_cutoff_hz = Cutoff::Fixed(10.0);
     let run = |seed| {
         let mut settings = twin.experiment.simulate.clone().unwrap();
         settings.seed = seed;

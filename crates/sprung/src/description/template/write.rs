@@ -35,7 +35,9 @@ const IDENTIFY: &str = "
 estimator = \"least-squares\"                 # or several: [\"least-squares\", \"lsff\"]
 filter_cutoff_rad_per_s = 30.0              # lambda: above the motion, below its noise
 position_cutoff_hz = \"auto\"                 # zero-phase, for positions; a number if you know better
+#weights = \"none\"                           # all samples alike, as in the paper
 #encoder_offset = \"none\"                    # link and motor agree at rest; \"estimate\" if absent
+#initial_momentum = \"estimate\"              # if the log begins with a wrong velocity
 ";
 
 const VALIDATE: &str = "

@@ -30,6 +30,13 @@ pub(super) fn add(sum: &mut [f64], factor: f64, row: &[f64]) {
     }
 }
 
+/// Multiplies a row.
+pub(super) fn scale(row: &mut [f64], factor: f64) {
+    for x in row {
+        *x *= factor;
+    }
+}
+
 /// Derivatives that travel with the state: those of the state \[2 rows × columns\]
 /// and those of the torques \[rows × columns\], row by row.
 ///

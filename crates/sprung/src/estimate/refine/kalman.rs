@@ -6,7 +6,7 @@
 //! besides. Measurements are taken one by one, which needs no matrix to be
 //! inverted.
 
-use super::dynamics::{Dynamics, Tangent, add};
+use super::dynamics::{Dynamics, Tangent, add, scale};
 use super::record::{Event, Record, Sensor, Stretch};
 use super::unknowns::Unknowns;
 
@@ -290,7 +290,7 @@ pub(super) fn replay(
             disturbed(stretch, k, drift, &mut torque);
             let steps = steps.next().copied().unwrap_or(1);
             dynamics.advance(state, &torque, stretch.period, usize::from(steps));
-            drift.iter_mut().for_each(|d| *d *= left);
+            scale(drift, left);
         }
     }
     cost
@@ -343,6 +343,7 @@ struct Filter<'a> {
     gains: Vec<f64>,
     deviation: f64,
     row: Vec<f64>,
+    transition: Vec<f64>,
     product: Vec<f64>,
     torque: Vec<f64>,
 }
@@ -365,6 +366,7 @@ impl<'a> Filter<'a> {
             gains: vec![0.0; states],
             deviation: 1.0,
             row: vec![0.0; unknowns.columns()],
+            transition: vec![0.0; 2 * rows * states],
             product: vec![0.0; 2 * rows * states],
             torque: vec![0.0; rows],
         }
@@ -413,23 +415,29 @@ impl<'a> Filter<'a> {
             unknowns.torque(&mut row[own..], stretch, k, i);
         }
         dynamics.advance_tangent(state, &self.torque, period, steps, tangent);
-        drift.iter_mut().for_each(|d| *d *= left);
+        scale(drift, left);
         for (i, row) in tangent.state.chunks(width).enumerate() {
             sensitivity[i * count..(i + 1) * count].copy_from_slice(&row[own..]);
         }
         sensitivity[2 * rows * count..]
             .iter_mut()
             .for_each(|s| *s *= left);
-        let transition = tangent.state.chunks(width).map(|row| &row[..own]);
+        for (out, row) in self
+            .transition
+            .chunks_mut(own)
+            .zip(tangent.state.chunks(width))
+        {
+            out.copy_from_slice(&row[..own]);
+        }
         propagate(
             &mut self.covariance,
-            transition.clone(),
+            &self.transition,
             &mut self.product,
             left,
         );
-        disturb(&mut self.covariance, transition.clone(), self.levels, left);
+        disturb(&mut self.covariance, &self.transition, self.levels, left);
         if let Some(stored) = stored {
-            transition.for_each(|row| stored.extend_from_slice(row));
+            stored.extend_from_slice(&self.transition);
         }
         steps
     }
@@ -474,27 +482,26 @@ pub(super) fn update(
 
 /// Carries a covariance over a period: `F P F^T`, where the disturbances decay.
 ///
-/// - `transition`: rows of \[2 rows × 3 rows\].
-/// - `product`: memory, \[2 rows × 3 rows\].
-pub(super) fn propagate<'t>(
+/// - `transition`: \[2 rows × 3 rows\].
+/// - `product`: memory for as much.
+pub(super) fn propagate(
     covariance: &mut [f64],
-    transition: impl Iterator<Item = &'t [f64]> + Clone,
+    transition: &[f64],
     product: &mut [f64],
     left: f64,
 ) {
-    let moving = transition.clone().count();
-    let states = moving + moving / 2;
+    let states = states_of(transition);
+    let moving = transition.len() / states;
     product.fill(0.0);
-    for (out, row) in product.chunks_mut(states).zip(transition.clone()) {
+    for (out, row) in product.chunks_mut(states).zip(transition.chunks(states)) {
         for (factor, row) in row.iter().zip(covariance.chunks(states)) {
             if *factor != 0.0 {
                 add(out, *factor, row);
             }
         }
     }
-    for i in 0..moving {
-        let own = &product[i * states..(i + 1) * states];
-        for (j, row) in transition.clone().take(i + 1).enumerate() {
+    for (i, own) in product.chunks(states).enumerate() {
+        for (j, row) in transition.chunks(states).take(i + 1).enumerate() {
             let entry: f64 = own.iter().zip(row).map(|(a, b)| a * b).sum();
             covariance[i * states + j] = entry;
             covariance[j * states + i] = entry;
@@ -506,43 +513,38 @@ pub(super) fn propagate<'t>(
         }
     }
     for row in covariance[moving * states..].chunks_mut(states) {
-        row[moving..].iter_mut().for_each(|x| *x *= left * left);
+        scale(&mut row[moving..], left * left);
     }
 }
 
+/// Returns the number of states, \[3 rows\], of a transition, \[2 rows × 3 rows\].
+fn states_of(transition: &[f64]) -> usize {
+    3 * (transition.len() / 6).isqrt()
+}
+
 /// Adds what the disturbances of a period add to a covariance.
-pub(super) fn disturb<'t>(
-    covariance: &mut [f64],
-    transition: impl Iterator<Item = &'t [f64]> + Clone,
-    levels: &Levels,
-    left: f64,
-) {
-    let moving = transition.clone().count();
-    let states = moving + moving / 2;
+pub(super) fn disturb(covariance: &mut [f64], transition: &[f64], levels: &Levels, left: f64) {
+    let states = states_of(transition);
     for (source, white) in levels.white.iter().enumerate() {
         if *white > 0.0 {
-            add_white(covariance, transition.clone(), source, white * white);
+            add_white(covariance, transition, source, white * white);
         }
     }
+    let moving = transition.len() / states;
     for (i, drift) in levels.drift.iter().enumerate() {
         covariance[(moving + i) * (states + 1)] += drift * drift * (1.0 - left * left);
     }
 }
 
 /// Adds the variance of one row's held torque to a covariance.
-pub(super) fn add_white<'t>(
-    covariance: &mut [f64],
-    transition: impl Iterator<Item = &'t [f64]> + Clone,
-    source: usize,
-    variance: f64,
-) {
-    let moving = transition.clone().count();
-    let states = moving + moving / 2;
-    for (i, a) in transition.clone().enumerate() {
-        let scaled = variance * a[moving + source];
+pub(super) fn add_white(covariance: &mut [f64], transition: &[f64], source: usize, variance: f64) {
+    let states = states_of(transition);
+    let column = 2 * states / 3 + source;
+    for (i, a) in transition.chunks(states).enumerate() {
+        let scaled = variance * a[column];
         if scaled != 0.0 {
-            for (j, b) in transition.clone().enumerate() {
-                covariance[i * states + j] += scaled * b[moving + source];
+            for (j, b) in transition.chunks(states).enumerate() {
+                covariance[i * states + j] += scaled * b[column];
             }
         }
     }

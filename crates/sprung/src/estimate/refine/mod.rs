@@ -294,18 +294,21 @@ fn finish(
     descent: &Descent,
 ) -> Option<Refined> {
     let (model, record) = (problem.model, problem.record);
-    let all = (problem.unknowns.clone()).with_delays(
-        model,
-        reading.channels,
-        record,
-        &start.delays,
-    );
+    let all =
+        (problem.unknowns.clone()).with_delays(model, reading.channels, record, &start.delays);
     let mut dynamics = Dynamics::new(model, &all.theta(&descent.z));
     let wanted = Wanted {
         transitions: 0,
         growing: TRACE,
     };
-    let (mut outcome, _) = run(record, &mut dynamics, &all, &descent.z, &descent.levels, wanted)?;
+    let (mut outcome, _) = run(
+        record,
+        &mut dynamics,
+        &all,
+        &descent.z,
+        &descent.levels,
+        wanted,
+    )?;
     problem.with_prior(&descent.z, &mut outcome.normal);
     // Delays that were found cost the others precision.
     let values = all.values();

@@ -5,10 +5,8 @@
 //! true parameters do not correlate with their derivatives, so gains decide how
 //! precise the estimate is, not whether it is right.
 
-use sprung_core::parameters::JointParameter;
-
 use super::dynamics::Dynamics;
-use super::kalman::{Levels, Normal, Outcome, Schedule, Wanted, replay, run};
+use super::kalman::{Levels, Normal, Schedule, Wanted, replay, run};
 use super::noise::{About, Search, search};
 use super::record::Record;
 use super::solve::{damped_step, length};
@@ -48,7 +46,6 @@ pub(super) struct Problem<'a> {
 pub(super) struct Descent {
     pub(super) z: Vec<f64>,
     pub(super) levels: Levels,
-    pub(super) outcome: Outcome,
     pub(super) runs: usize,
     pub(super) converged: bool,
     /// Part of its standard error by which each unknown moved last.
@@ -84,8 +81,8 @@ impl Problem<'_> {
         let parameters = self.model.parameters();
         self.unknowns.free.iter().zip(z).all(|(&index, value)| {
             let vital = parameters[index].joint.is_some_and(|(kind, joint)| {
-                kind.is_vital()
-                    && !(kind == JointParameter::RotorInertia && !self.model.is_flexible(joint))
+                // The link of a rigid joint may hold its rotor.
+                kind.is_vital() && self.model.is_flexible(joint)
             });
             value.is_finite() && (!vital || *value > 0.0)
         })
@@ -146,7 +143,6 @@ impl Problem<'_> {
                 return Some(Descent {
                     z,
                     levels,
-                    outcome,
                     runs,
                     converged: true,
                     moved,
@@ -156,7 +152,6 @@ impl Problem<'_> {
                 return Some(Descent {
                     z,
                     levels,
-                    outcome,
                     runs,
                     converged: false,
                     moved,

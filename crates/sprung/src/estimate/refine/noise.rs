@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 
-use super::dynamics::add;
+use super::dynamics::{add, scale};
 use super::kalman::{
     Levels, Schedule, add_white, disturb, measured, propagate, seen, start_covariance, update,
 };
@@ -214,12 +214,11 @@ impl About<'_> {
                 let Some(transition) = transitions.next() else {
                     return group;
                 };
-                let transition = transition.chunks(states);
                 let Some(drift) = drifts.next() else {
                     return group;
                 };
                 let period = Period {
-                    transition: transition.clone(),
+                    transition: transition,
                     left: left_after,
                     slope,
                     drift,
@@ -227,16 +226,11 @@ impl About<'_> {
                 for derivative in &mut derivatives {
                     derivative.predict(&period, &deviation, &mut product);
                 }
-                propagate(
-                    &mut covariance,
-                    transition.clone(),
-                    &mut product,
-                    left_after,
-                );
+                propagate(&mut covariance, transition, &mut product, left_after);
                 for derivative in &mut derivatives {
                     derivative.follow(&covariance, levels, &period);
                 }
-                disturb(&mut covariance, transition.clone(), levels, left_after);
+                disturb(&mut covariance, transition, levels, left_after);
                 carry(&mut deviation, transition, left_after);
                 for (own, drift) in deviation[2 * rows..].iter_mut().zip(drift) {
                     *own += change * drift;
@@ -249,13 +243,13 @@ impl About<'_> {
 }
 
 /// Carries a deviation of the state over a period.
-fn carry<'t>(x: &mut [f64], transition: impl Iterator<Item = &'t [f64]>, decay: f64) {
-    let moved: Vec<f64> = transition
+fn carry(x: &mut [f64], transition: &[f64], decay: f64) {
+    let moved: Vec<f64> = (transition.chunks(x.len()))
         .map(|row| row.iter().zip(&*x).map(|(a, b)| a * b).sum())
         .collect();
     let (moving, drift) = x.split_at_mut(moved.len());
     moving.copy_from_slice(&moved);
-    drift.iter_mut().for_each(|d| *d *= decay);
+    scale(drift, decay);
 }
 
 impl Derivative {
@@ -316,20 +310,15 @@ impl Derivative {
     /// Carries the derivatives over a period.
     ///
     /// - `deviation`: of the state before it.
-    fn predict<'t, T: Iterator<Item = &'t [f64]> + Clone>(
-        &mut self,
-        period: &Period<'_, T>,
-        deviation: &[f64],
-        product: &mut [f64],
-    ) {
+    fn predict(&mut self, period: &Period<'_>, deviation: &[f64], product: &mut [f64]) {
         let rows = period.drift.len();
         propagate(
             &mut self.covariance,
-            period.transition.clone(),
+            period.transition,
             product,
             period.left,
         );
-        carry(&mut self.deviation, period.transition.clone(), period.left);
+        carry(&mut self.deviation, period.transition, period.left);
         if self.level == Level::Corner {
             let all = deviation[2 * rows..].iter().zip(period.drift);
             for (own, (away, drift)) in self.deviation[2 * rows..].iter_mut().zip(all) {
@@ -341,18 +330,12 @@ impl Derivative {
     /// Adds what the level itself does to the covariance.
     ///
     /// - `covariance`: after the period, before it was disturbed.
-    fn follow<'t, T: Iterator<Item = &'t [f64]> + Clone>(
-        &mut self,
-        covariance: &[f64],
-        levels: &Levels,
-        period: &Period<'_, T>,
-    ) {
+    fn follow(&mut self, covariance: &[f64], levels: &Levels, period: &Period<'_>) {
         let rows = period.drift.len();
         let states = 3 * rows;
         match self.level {
             Level::White(row) => {
-                let transition = period.transition.clone();
-                add_white(&mut self.covariance, transition, row, self.strength);
+                add_white(&mut self.covariance, period.transition, row, self.strength);
             }
             Level::Drift(row) => {
                 let own = (2 * rows + row) * (states + 1);
@@ -379,8 +362,9 @@ impl Derivative {
 }
 
 /// What a period does to state and covariance.
-struct Period<'p, T> {
-    transition: T,
+struct Period<'p> {
+    /// Derivatives of the state, \[2 rows × 3 rows\].
+    transition: &'p [f64],
     /// What is left of a disturbance, and its derivative by the logarithm of the
     /// corner.
     left: f64,

@@ -193,10 +193,10 @@ pub(super) fn read(
             }
         }
         all.push(Raw {
-                        log: log_index,
-                        period,
-                        values,
-                    });
+            log: log_index,
+            period,
+            values,
+        });
     }
     Ok((all, more))
 }

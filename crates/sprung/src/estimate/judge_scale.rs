@@ -1,0 +1,108 @@
+//! Whether the scale of links and springs is to be trusted.
+
+use sprung_core::parameters::JointParameter;
+
+use super::result::EstimateResult;
+use crate::finding::{Finding, Severity};
+use crate::model::Model;
+
+/// Scale number below which noise of the link rows may shrink links and springs
+/// together. Row weights that follow their residuals shrink them to nothing
+/// below 8, and by a part of 1 / ρ above.
+const SAFE_SCALE: f64 = 20.0;
+
+/// Standard errors by which stacked and motor row's stiffness may differ.
+const CERTAIN: f64 = 3.0;
+
+/// Part of the stiffness from which on a certain difference is a warning.
+const MATTERS: f64 = 0.05;
+
+/// Says which joints' torque shows too little of their spring.
+pub(super) fn scale_collapse(model: &Model, result: &EstimateResult, findings: &mut Vec<Finding>) {
+    for row in &result.motor_rows {
+        let Some(number) = row.scale_number.filter(|number| *number < SAFE_SCALE) else {
+            continue;
+        };
+        findings.push(
+            Finding::new(
+                Severity::Warning,
+                "scale-collapse",
+                format!(
+                    "{}: the spring torque that only the spring explains is {:.1} times the \
+                     residual of the motor row (squares: {number:.1}, {SAFE_SCALE} is safe). Link \
+                     rows have no right-hand side, so noise shrinks links and springs together \
+                     while the residuals look perfect",
+                    row.joint,
+                    number.sqrt()
+                ),
+                "compare with motor_rows and cross_checks; record finer positions, or a motion \
+                 that bends the spring more",
+            )
+            .about(stiffness(model, &row.joint)),
+        );
+    }
+}
+
+/// Says where the stacked stiffness and that of the motor row alone, which is
+/// the first stage of two, cannot both be right.
+pub(super) fn stiffness_disagrees(
+    model: &Model,
+    result: &EstimateResult,
+    findings: &mut Vec<Finding>,
+) {
+    for row in &result.motor_rows {
+        let Some(name) = stiffness(model, &row.joint) else {
+            continue;
+        };
+        let below =
+            |f: &Finding| f.code == "stacked-below-motor-rows" && f.parameters.contains(&name);
+        if findings.iter().any(below) {
+            continue;
+        }
+        let stacked = result.parameter(&name);
+        let alone = row.parameters.iter().find(|p| p.name == name);
+        let (Some(stacked), Some(alone)) = (stacked, alone) else {
+            continue;
+        };
+        let (Some(x), Some(reference)) = (stacked.value, alone.value) else {
+            continue;
+        };
+        let Some(error) = row.stiffness_difference_standard_error else {
+            continue;
+        };
+        let gap = x - reference;
+        if gap.abs() <= CERTAIN * error || gap == 0.0 {
+            continue;
+        }
+        let severity = if gap.abs() > MATTERS * reference.abs() {
+            Severity::Warning
+        } else {
+            Severity::Info
+        };
+        findings.push(
+            Finding::new(
+                severity,
+                "stiffness-disagrees",
+                format!(
+                    "{}: the stiffness of all rows together is {x:.4} {}, that of the motor row \
+                     alone {reference:.4}: they differ by {:.1} %, {:.1} standard errors of the \
+                     difference. The model, or the noise of a position, bends one of them",
+                    row.joint,
+                    stacked.unit,
+                    100.0 * gap / reference,
+                    gap.abs() / error
+                ),
+                "compare with cross_checks; a delay, a missing friction law or an offset of an \
+                 encoder moves one more than the other",
+            )
+            .about([name]),
+        );
+    }
+}
+
+/// Returns the name of a joint's stiffness.
+fn stiffness(model: &Model, joint: &str) -> Option<String> {
+    let at = model.joints().iter().position(|name| name == joint)?;
+    let index = model.index(JointParameter::Stiffness, at)?;
+    Some(model.parameters()[index].name.clone())
+}

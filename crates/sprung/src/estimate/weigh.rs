@@ -1,0 +1,94 @@
+//! Weights of the samples, found on the beginning of a log.
+
+use super::cutoff::{noise, velocity_per_position};
+use super::delay::Excerpt;
+use super::least_squares::fit_values;
+use crate::log::{Channels, Quantity};
+use crate::model::Model;
+use crate::regression::{Reading, System, TransitionWeights, VelocityNoise};
+
+/// Estimates that the weights are taken from, one after the other.
+const PASSES: usize = 3;
+
+/// From the median of a normal variable's size to its standard deviation.
+const MEDIAN_TO_DEVIATION: f64 = 1.4826;
+
+/// Returns the weights that the beginning of a log asks for; nothing if it is
+/// too short for the filters.
+///
+/// Coulomb friction comes from the estimate before, at first with all samples
+/// alike; the scale of a row is that of its residual in the half of the samples
+/// that transitions touch least.
+#[must_use]
+pub fn find_weights(reading: &Reading<'_>, excerpt: &Excerpt) -> Option<TransitionWeights> {
+    let model = reading.model;
+    let noise = velocity_noise(model, reading.channels, excerpt, reading.position_cutoff_hz);
+    let mut weights = TransitionWeights::unknown(model, &noise);
+    for _ in 0..PASSES {
+        let reading = Reading {
+            weights: Some(&weights),
+            ..*reading
+        };
+        let system = excerpt.reduce(&reading)?;
+        let theta = fit_values(model, &system)?;
+        let slip = (0..model.rows())
+            .map(|row| slip_scale(model, &system, &theta, row))
+            .collect();
+        weights = TransitionWeights::new(model, &noise, &theta, slip);
+    }
+    Some(weights)
+}
+
+/// Returns the noise of the filtered velocities, as far as the positions show
+/// it.
+fn velocity_noise(
+    model: &Model,
+    channels: &Channels,
+    excerpt: &Excerpt,
+    cutoff: f64,
+) -> VelocityNoise {
+    let n = model.joint_count();
+    let scale = velocity_per_position(cutoff, excerpt.period());
+    let (mut link, mut motor) = (vec![0.0_f64; n], vec![0.0_f64; n]);
+    let mut from_motor: Vec<bool> = (0..n).map(|joint| !model.is_flexible(joint)).collect();
+    for (i, channel) in channels.all.iter().enumerate() {
+        let level = || scale * noise(excerpt, i).map_or(0.0, |(noise, _)| noise);
+        match channel.quantity {
+            Quantity::MotorTorque => {}
+            Quantity::MotorPosition => motor[channel.joint] = level(),
+            Quantity::LinkPosition => link[channel.joint] = level(),
+            Quantity::LinkDeflection => {
+                link[channel.joint] = level();
+                from_motor[channel.joint] = true;
+            }
+        }
+    }
+    // What is measured from the motor carries its noise.
+    for joint in (0..n).filter(|&joint| from_motor[joint]) {
+        link[joint] = link[joint].hypot(motor[joint]);
+    }
+    VelocityNoise { link, motor }
+}
+
+/// Returns the scale of a row's residual while its joints slip, N·m (N).
+fn slip_scale(model: &Model, system: &System, theta: &[f64], row: usize) -> f64 {
+    let kept = system.kept();
+    let columns = model.row_columns(row);
+    let mut samples: Vec<(f64, f64)> = (kept.rows[row].iter().zip(&kept.variance[row]))
+        .map(|(sample, variance)| {
+            let fitted: f64 = (columns.iter().zip(sample))
+                .map(|(&column, entry)| theta[column] * entry)
+                .sum();
+            let measured = sample.last().copied().unwrap_or_default();
+            (*variance, (fitted - measured).abs())
+        })
+        .collect();
+    samples.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut slipping: Vec<f64> = samples[..samples.len().div_ceil(2)]
+        .iter()
+        .map(|(_, residual)| *residual)
+        .collect();
+    slipping.sort_by(f64::total_cmp);
+    let median = slipping.get(slipping.len() / 2).copied().unwrap_or(0.0);
+    MEDIAN_TO_DEVIATION * median
+}

@@ -1,0 +1,104 @@
+//! The regressor of some samples at a time.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+use sprung_core::drives::State;
+
+use super::filtered::Evaluator;
+use super::weights::TransitionWeights;
+use crate::model::Model;
+use crate::preprocess::SignalBlock;
+
+/// Samples whose regressor is formed at a time: it fits a processor's cache.
+pub(super) const BATCH: usize = 64;
+
+/// Samples that one thread forms at a time.
+const PORTION: usize = 8;
+
+/// The regressor of some samples.
+#[derive(Clone, Debug)]
+pub(super) struct Batch {
+    evaluators: Vec<Evaluator>,
+    pub(super) entries: usize,
+    // [samples × entries], sample after sample.
+    pub(super) momentum: Vec<f64>,
+    pub(super) rest: Vec<f64>,
+    // Motor torques, [n × samples].
+    pub(super) tau: Vec<Vec<f64>>,
+    pub(super) weights: Option<Arc<TransitionWeights>>,
+    pub(super) rows: usize,
+    // What transitions add to the rows, [samples × rows]; empty without weights.
+    pub(super) variance: Vec<f64>,
+}
+
+impl Batch {
+    pub(super) fn new(model: &Model, rows: &[usize]) -> Self {
+        let entries = model.entries();
+        Self {
+            evaluators: vec![Evaluator::of_rows(model, rows); BATCH / PORTION],
+            entries,
+            momentum: Vec::new(),
+            rest: Vec::new(),
+            tau: vec![Vec::new(); model.joint_count()],
+            weights: None,
+            rows: model.rows(),
+            variance: Vec::new(),
+        }
+    }
+
+    /// Forms the regressor of the samples from `first` on, as many as it holds;
+    /// of none beyond the last.
+    pub(super) fn form(&mut self, signals: &SignalBlock, first: usize) {
+        let count = BATCH.min(signals.len().saturating_sub(first));
+        self.momentum.resize(count * self.entries, 0.0);
+        self.rest.resize(count * self.entries, 0.0);
+        // A portion without room for variances takes none.
+        let per_sample = self.weights.as_ref().map_or(0, |_| self.rows);
+        self.variance.resize(BATCH * per_sample.max(1), 0.0);
+        if count == 0 {
+            return;
+        }
+        for (own, tau) in self.tau.iter_mut().zip(&signals.tau) {
+            own.clear();
+            own.extend_from_slice(&tau[first..first + count]);
+        }
+        let part = PORTION * self.entries;
+        let momentum = self.momentum.par_chunks_mut(part);
+        let rest = self.rest.par_chunks_mut(part);
+        let variance = (self.variance).par_chunks_mut(PORTION * per_sample.max(1));
+        let weights = self.weights.as_deref();
+        (momentum
+            .zip(rest)
+            .zip(variance)
+            .zip(&mut self.evaluators)
+            .enumerate())
+        .for_each(|(portion, (((momentum, rest), variance), evaluator))| {
+            let n = signals.q.len();
+            let mut state = vec![0.0; 4 * n];
+            let from = first + portion * PORTION;
+            let until = (first + count).min(from + PORTION);
+            let rows = (momentum.chunks_mut(self.entries)).zip(rest.chunks_mut(self.entries));
+            let variances = variance.chunks_mut(per_sample.max(1));
+            for ((k, (momentum, rest)), variance) in (from..until).zip(rows).zip(variances) {
+                for joint in 0..n {
+                    state[joint] = signals.q[joint][k];
+                    state[n + joint] = signals.dq[joint][k];
+                    state[2 * n + joint] = signals.phi[joint][k];
+                    state[3 * n + joint] = signals.dphi[joint][k];
+                }
+                let (link, motor) = state.split_at(2 * n);
+                let state = State {
+                    q: &link[..n],
+                    dq: &link[n..],
+                    phi: &motor[..n],
+                    dphi: &motor[n..],
+                };
+                evaluator.entries(&state, momentum, rest);
+                if let Some(weights) = weights {
+                    weights.variances(&evaluator.model, &state, variance);
+                }
+            }
+        });
+    }
+}

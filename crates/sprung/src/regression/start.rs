@@ -1,0 +1,92 @@
+//! The filter's start as a parameter that nobody asks for.
+
+/// Time constants of the filter after which its start is forgotten.
+const FORGOTTEN: f64 = 10.0;
+
+/// The first rows after a start, held back until what the momentum at the
+/// start adds to them is taken out.
+///
+/// An error of that momentum decays as the filter forgets: one column, `p^k`
+/// with the pole p, and one unknown per row of the regressor and start. The
+/// rows that leave are orthogonal to it, which is what least squares with that
+/// unknown would see.
+///
+/// # Source
+///
+/// Eq. (10) with the initial condition that eq. (23) takes to be zero.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Start {
+    rows: Vec<Vec<f64>>,
+    decay: Vec<f64>,
+    over: bool,
+}
+
+impl Start {
+    /// Holds a row back; returns false once the start is forgotten.
+    ///
+    /// - `pole`: p; `weight`: that of the row.
+    pub(super) fn hold(&mut self, row: &[f64], pole: f64, weight: f64) -> bool {
+        let at = self.rows.len() as f64;
+        if self.over || -at * pole.ln() >= FORGOTTEN {
+            return false;
+        }
+        self.rows.push(row.to_vec());
+        self.decay.push(weight * (at * pole.ln()).exp());
+        true
+    }
+
+    /// Returns the rows that were held back, without what the start adds.
+    pub(super) fn release(&mut self) -> Vec<Vec<f64>> {
+        self.over = true;
+        let mut rows = std::mem::take(&mut self.rows);
+        let decay = std::mem::take(&mut self.decay);
+        let squares: f64 = decay.iter().map(|d| d * d).sum();
+        let width = rows.first().map_or(0, Vec::len);
+        for column in 0..width {
+            let along: f64 = rows
+                .iter()
+                .zip(&decay)
+                .map(|(row, d)| row[column] * d)
+                .sum();
+            for (row, d) in rows.iter_mut().zip(&decay) {
+                row[column] -= d * along / squares;
+            }
+        }
+        rows
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_decays_with_the_filter_is_gone() {
+        let pole: f64 = 0.97;
+        let [mut plain, mut disturbed] = [Start::default(), Start::default()];
+        for k in 0..1000 {
+            let row = [f64::from(k).sin(), f64::from(k).cos()];
+            let start = 3.0 * pole.powi(k);
+            let held = plain.hold(&row, pole, 0.5);
+            let added = [row[0], row[1] + 0.5 * start];
+            assert_eq!(held, disturbed.hold(&added, pole, 0.5));
+            assert_eq!(held, k < 329, "{k}");
+        }
+        let [plain, disturbed] = [plain.release(), disturbed.release()];
+        assert_eq!(plain.len(), 329);
+        for (a, b) in plain.iter().zip(&disturbed) {
+            assert!((a[0] - b[0]).abs() < 1e-12 && (a[1] - b[1]).abs() < 1e-12);
+        }
+        assert!(plain.iter().any(|row| (row[0]).abs() > 0.5));
+    }
+
+    #[test]
+    fn an_end_before_the_start_is_forgotten_keeps_what_is_there() {
+        let mut start = Start::default();
+        assert!(start.hold(&[2.0], 0.9, 1.0));
+        // One row says nothing beyond the unknown.
+        assert!(start.release()[0][0].abs() < 1e-15);
+        assert!(start.release().is_empty());
+        assert!(!start.hold(&[1.0], 0.9, 1.0));
+    }
+}

@@ -1,0 +1,228 @@
+//! Weights of samples, from the noise that the Coulomb transition lets through.
+
+use sprung_core::drives::State;
+use sprung_core::friction::Law;
+use sprung_core::parameters::{JointParameter, Side};
+
+use crate::model::Model;
+
+/// Beyond this argument `sech²` is below 2e-17.
+const SATURATED: f64 = 20.0;
+
+/// Standard deviations of the noise of velocities, rad/s (m/s), each \[n\].
+#[derive(Clone, Debug, PartialEq)]
+pub struct VelocityNoise {
+    /// Of the links.
+    pub link: Vec<f64>,
+    /// Of the motors, before a coupling.
+    pub motor: Vec<f64>,
+}
+
+/// Coulomb-like friction of one velocity in one row.
+#[derive(Clone, Copy, Debug)]
+struct Transition {
+    row: usize,
+    side: Side,
+    joint: usize,
+    // Noise of the velocity times beta.
+    noise: f64,
+    sharpness: f64,
+    stribeck_velocity: f64,
+    // Friction on either side of the transition, N·m (N).
+    positive: f64,
+    negative: f64,
+    // What Stribeck friction adds at rest.
+    bell: f64,
+}
+
+impl Transition {
+    /// Returns the variance of the friction, (N·m)² ((N)²).
+    fn variance(&self, velocity: f64) -> f64 {
+        let x = self.sharpness * velocity;
+        if x.abs() > SATURATED {
+            return 0.0;
+        }
+        let slope = 1.0 - x.tanh().powi(2);
+        let side = if velocity > 0.0 {
+            self.positive
+        } else {
+            self.negative
+        };
+        let bell = if self.bell == 0.0 {
+            0.0
+        } else {
+            self.bell * (-(velocity / self.stribeck_velocity).powi(2)).exp()
+        };
+        (self.noise * slope * (side + bell)).powi(2)
+    }
+}
+
+/// How little each sample of each row counts.
+///
+/// Noise n of a velocity changes Coulomb friction by `f_c β sech²(β v) n`: a lot
+/// while the joint turns back, nothing while it slips. A row whose scale is `s0`
+/// then has the weight `s0 / √(s0² + f[(f_c β σ_v sech²(β v))²])`, where `f[.]`
+/// is the filter of the regression. It is at most 1, so that rows keep their
+/// weight against each other: weights that are estimated from stacked rows make
+/// those without right-hand side vanish.
+#[derive(Clone, Debug)]
+pub struct TransitionWeights {
+    transitions: Vec<Transition>,
+    // Variance of each row while its joints slip, (N·m)²; infinite until known.
+    slip: Vec<f64>,
+}
+
+impl TransitionWeights {
+    /// Returns weights that are all 1: friction of 1 N·m wherever there is
+    /// Coulomb friction, and rows of infinite scale.
+    ///
+    /// - `noise`: of the filtered velocities.
+    #[must_use]
+    pub fn unknown(model: &Model, noise: &VelocityNoise) -> Self {
+        let ones = vec![1.0; model.parameters().len()];
+        Self::new(model, noise, &ones, vec![f64::INFINITY; model.rows()])
+    }
+
+    /// Returns the weights for friction as in `theta`, \[p\].
+    ///
+    /// - `slip`: scale of each row's residual while its joints slip, \[rows\],
+    ///   N·m (N); a row of scale zero is not weighted.
+    #[must_use]
+    pub fn new(model: &Model, noise: &VelocityNoise, theta: &[f64], slip: Vec<f64>) -> Self {
+        let mut transitions: Vec<Transition> = Vec::new();
+        for term in model.robot().terms {
+            let JointParameter::Friction(side, law) = term.what else {
+                continue;
+            };
+            let size = (term.gain * theta[term.column]).abs();
+            let [positive, negative, bell] = match law {
+                Law::Coulomb => [size, size, 0.0],
+                Law::CoulombPositive => [size, 0.0, 0.0],
+                Law::CoulombNegative => [0.0, size, 0.0],
+                Law::Stribeck => [0.0, 0.0, size],
+                Law::Viscous | Law::ViscousPositive | Law::ViscousNegative | Law::Offset => {
+                    continue;
+                }
+            };
+            let same =
+                |t: &&mut Transition| (t.row, t.side, t.joint) == (term.row, side, term.joint);
+            if let Some(known) = transitions.iter_mut().find(same) {
+                known.positive += positive;
+                known.negative += negative;
+                known.bell += bell;
+                continue;
+            }
+            let sharpness = model.sharpness(term.joint);
+            let deviation = match side {
+                Side::Link => noise.link[term.joint],
+                Side::Motor => noise.motor[term.joint],
+            };
+            transitions.push(Transition {
+                row: term.row,
+                side,
+                joint: term.joint,
+                noise: sharpness * deviation,
+                sharpness,
+                stribeck_velocity: model.stribeck_velocity(term.joint),
+                positive,
+                negative,
+                bell,
+            });
+        }
+        Self {
+            transitions,
+            slip: slip.into_iter().map(|scale| scale * scale).collect(),
+        }
+    }
+
+    /// Returns the weights for velocities whose noise is `factor` times as large.
+    #[must_use]
+    pub fn with_noise(mut self, factor: f64) -> Self {
+        for transition in &mut self.transitions {
+            transition.noise *= factor;
+        }
+        self
+    }
+
+    /// Writes the variance that transitions add to each row of a sample before
+    /// it is filtered, \[rows\], (N·m)².
+    pub(super) fn variances(&self, model: &Model, state: &State<'_>, out: &mut [f64]) {
+        out.fill(0.0);
+        let robot = model.robot();
+        for transition in &self.transitions {
+            let joint = transition.joint;
+            let velocity = match (transition.side, robot.coupling) {
+                (Side::Link, _) => state.dq[joint],
+                (Side::Motor, None) => state.dphi[joint],
+                (Side::Motor, Some(_)) => (state.dphi.iter().enumerate())
+                    .map(|(k, dphi)| robot.ratio(joint, k) * dphi)
+                    .sum(),
+            };
+            out[transition.row] += transition.variance(velocity);
+        }
+    }
+
+    /// Returns the weight of a sample in a row.
+    ///
+    /// - `variance`: what transitions add, filtered, (N·m)².
+    pub(super) fn weight(&self, row: usize, variance: f64) -> f64 {
+        let slip = self.slip[row];
+        if slip > 0.0 && slip.is_finite() {
+            (slip / (slip + variance.max(0.0))).sqrt()
+        } else {
+            1.0
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PLAIN: Transition = Transition {
+        row: 0,
+        side: Side::Motor,
+        joint: 0,
+        noise: 0.3,
+        sharpness: 100.0,
+        stribeck_velocity: 0.1,
+        positive: 2.0,
+        negative: 1.0,
+        bell: 0.0,
+    };
+
+    #[test]
+    fn variance_is_that_of_the_friction_under_small_noise() {
+        let bent = Transition { bell: 0.5, ..PLAIN };
+        for (transition, size) in [
+            (PLAIN, [1.0_f64, 2.0]),
+            // At 0.02 rad/s the bell has fallen to exp(-0.04).
+            (bent, [1.0 + 0.480_394_7, 2.0 + 0.480_394_7]),
+        ] {
+            for (velocity, size) in [(-0.02_f64, size[0]), (0.02, size[1])] {
+                // tanh(100 v) under noise of 0.003 rad/s.
+                let h: f64 = 1e-6;
+                let slope =
+                    ((100.0 * (velocity + h)).tanh() - (100.0 * (velocity - h)).tanh()) / (2.0 * h);
+                let expected: f64 = (size * slope * 0.003_f64).powi(2);
+                let found = transition.variance(velocity);
+                assert!((found / expected - 1.0).abs() < 1e-6, "{found} {expected}");
+            }
+        }
+        assert!(PLAIN.variance(1.0) < f64::MIN_POSITIVE);
+    }
+
+    #[test]
+    fn weights_are_at_most_one_and_rows_without_scale_have_none() {
+        let weights = TransitionWeights {
+            transitions: vec![PLAIN],
+            slip: vec![4.0, 0.0, f64::INFINITY],
+        };
+        assert!((weights.weight(0, 0.0) - 1.0).abs() < 1e-15);
+        assert!((weights.weight(0, 12.0) - 0.5).abs() < 1e-15);
+        // A filter may swing a little below zero.
+        assert!((weights.weight(0, -1.0) - 1.0).abs() < 1e-15);
+        assert!((weights.weight(1, 12.0) - 1.0).abs() < 1e-15);
+        assert!((weights.weight(2, 12.0) - 1.0).abs() < 1e-15);
+    }
+}
