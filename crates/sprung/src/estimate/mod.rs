@@ -19,6 +19,7 @@ mod refine;
 mod result;
 mod second_look;
 mod standard;
+mod start;
 mod stribeck;
 mod weigh;
 
@@ -34,8 +35,8 @@ pub use lsff::{Lsff, LsffError};
 pub use result::{
     CrossCheckResult, CutoffChoice, CutoffPoint, DelayUsed, Determined, EncoderOffsetResult,
     EstimateResult, GENERATOR, Identification, LogInfo, MotorRowResult, ParameterEstimate,
-    RefinedDelay, RefinedOffset, Refinement, RowDisturbance, SettingsUsed, SimulationFit,
-    StandardParameter, parameters_csv,
+    RefinedDelay, RefinedOffset, Refinement, RowDisturbance, SensorNoise, SettingsUsed,
+    SimulationFit, StandardParameter, parameters_csv,
 };
 pub use standard::standard_parameters;
 pub use stribeck::find_stribeck;

@@ -8,7 +8,7 @@ use super::delay::Excerpt;
 use super::describe::OfEstimator;
 use super::least_squares::{Fitted, trace};
 use super::refine::{ChannelDelay, Refined, Start, refine};
-use super::result::{RefinedDelay, RefinedOffset, Refinement, RowDisturbance};
+use super::result::{RefinedDelay, RefinedOffset, Refinement, RowDisturbance, SensorNoise};
 use crate::description::Delay;
 use crate::finding::{Finding, Severity};
 use crate::log::{Channels, LogSource};
@@ -356,6 +356,14 @@ fn describe(model: &Model, channels: &Channels, refined: &Refined) -> Refinement
             })
             .collect(),
         disturbance_corner_hz: refined.corner,
+        cost_per_measurement: refined.cost,
+        sensor_noise: (refined.sensors.iter())
+            .map(|&(channel, noise, shown)| SensorNoise {
+                column: column(channel),
+                noise_rad: noise,
+                deviation_rad: shown,
+            })
+            .collect(),
         encoder_offsets: (refined.offsets.iter())
             .map(|&(joint, channel, offset, error)| RefinedOffset {
                 joint: model.joints()[joint].clone(),

@@ -244,6 +244,12 @@ pub struct Refinement {
     pub disturbances: Vec<RowDisturbance>,
     /// Corner of the disturbances' spectrum, Hz.
     pub disturbance_corner_hz: f64,
+    /// Whitened innovations squared, mean; well below 1 for counters, whose edges
+    /// lie within their bounds, and above 2 where the model does not follow.
+    pub cost_per_measurement: f64,
+    /// Noise of sensors beyond what their samples show, where it was looked for.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sensor_noise: Vec<SensorNoise>,
     /// Constants that sensors read too much.
     pub encoder_offsets: Vec<RefinedOffset>,
     /// What the likelihood says of delays.
@@ -269,6 +275,17 @@ pub struct RowDisturbance {
     pub torque_nm: f64,
     /// Whether a level ended at its upper bound.
     pub at_bound: bool,
+}
+
+/// Noise of a sensor of positions.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SensorNoise {
+    /// The column.
+    pub column: String,
+    /// Standard deviation of white noise, rad (m).
+    pub noise_rad: f64,
+    /// Standard deviation of what it shows, rad (m).
+    pub deviation_rad: f64,
 }
 
 /// What a sensor of positions reads too much.

@@ -12,7 +12,6 @@ mod findings;
 mod levenberg;
 mod record;
 mod simulated;
-mod start;
 
 use std::time::Instant;
 
@@ -25,12 +24,12 @@ use crate::finding::Severity;
 use crate::named::Named;
 use crate::regression::Reading;
 
+use crate::estimate::start::feasible;
 use controller::compare_torques;
 use covariance::standard_errors;
 use levenberg::{Ending, minimise};
 use record::Record;
 use simulated::Loop;
-use start::feasible;
 
 /// Fits the simulated closed loop to the beginning of a log.
 ///

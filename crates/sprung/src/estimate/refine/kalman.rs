@@ -20,9 +20,17 @@ pub(super) struct Levels {
     pub(super) drift: Vec<f64>,
     /// Corner of that spectrum, Hz.
     pub(super) corner: f64,
+    /// Noise of each sensor beyond what its samples show, standard deviation, rad
+    /// (m).
+    pub(super) sensor: Vec<f64>,
 }
 
 impl Levels {
+    /// Returns the variance of a measurement.
+    pub(super) fn variance(&self, event: &Event) -> f64 {
+        event.variance + self.sensor[event.sensor].powi(2)
+    }
+
     /// Returns what is left of a disturbance after a period, s.
     pub(super) fn left_after(&self, period: f64) -> f64 {
         Self::left(self.corner, period)
@@ -193,7 +201,7 @@ pub(super) fn run(
                 let of = seen(sensor, event, rows);
                 let expected = unknowns.offset(z, event.sensor) + measured(&filter.x, of.clone());
                 let innovation = event.value - expected;
-                filter.gain(of.clone(), event.variance);
+                filter.gain(of.clone(), levels.variance(event));
                 let whitened = (innovation / filter.deviation).clamp(-OUTLIER, OUTLIER);
                 outcome.cost += whitened * whitened;
                 outcome.loss += 0.5 * whitened * whitened + filter.deviation.ln();

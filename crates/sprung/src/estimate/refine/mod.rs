@@ -19,10 +19,9 @@ mod solve;
 mod tests;
 mod unknowns;
 
-use sprung_core::parameters::JointParameter;
-
 use super::cutoff::noise;
 use super::delay::Excerpt;
+use super::start::feasible;
 use crate::log::LogSource;
 use crate::model::{Model, Theta};
 use crate::preprocess::Butterworth;
@@ -42,6 +41,13 @@ const MOST: usize = 300_000;
 /// of motor torques, and of torques on links.
 const START_MOTOR: f64 = 0.01;
 const START_LINK: f64 = 0.003;
+
+/// Noise of a sensor without counts that the search starts from, as a part of what
+/// it shows, and innovations over their standard deviations (squares, mean) beyond
+/// which counters have noise as well: their lines are not even, or the joint is not
+/// where the model has it.
+const START_SENSOR: f64 = 1e-3;
+const ROUGH: f64 = 2.0;
 
 /// White noise of a torque that is said to be exact, likewise.
 const EXACT: f64 = 1e-3;
@@ -92,6 +98,11 @@ pub(super) struct Refined {
     pub(super) levels: Vec<RowLevel>,
     /// Corner of the disturbances' spectrum, Hz.
     pub(super) corner: f64,
+    /// Noise of sensors beyond what their samples show: channel, standard
+    /// deviation, and that of what they show, rad (m).
+    pub(super) sensors: Vec<(usize, f64, f64)>,
+    /// Whitened innovations squared, mean.
+    pub(super) cost: f64,
     /// By how much a sensor reads too much: joint, channel, value and standard
     /// error, rad (m).
     pub(super) offsets: Vec<(usize, usize, f64, f64)>,
@@ -165,7 +176,9 @@ pub(super) fn refine(
     let (model, channels) = (reading.model, reading.channels);
     let limit = MOST / model.rows().max(1);
     let (raw, left_out) = record::read(channels, sources, limit)?;
-    let theta = lifted(model, start.theta);
+    let Ok((theta, _)) = feasible(model, start.theta) else {
+        return Ok(None);
+    };
     let mut delays = reading.delays.to_vec();
     let mut before: Option<Descent> = None;
     for round in 1.. {
@@ -180,22 +193,44 @@ pub(super) fn refine(
         let noisy: Vec<bool> = (0..model.rows())
             .map(|row| model.is_torque_row(row) && !start.exact_torque)
             .collect();
-        let problem = Problem {
-            model,
-            record: &record,
-            unknowns: &unknowns,
-            search: &Search::new(&record, &noisy),
-        };
-        let (z, levels) = match &before {
+        let mut noisy_sensors: Vec<bool> = (record.sensors.iter())
+            .map(|sensor| matches!(sensor.noise, Noise::White(_)))
+            .collect();
+        let (mut z, mut levels) = match &before {
             None => (
                 unknowns.point(&theta),
                 first_levels(model, &record, start.exact_torque),
             ),
             Some(descent) => (descent.z.clone(), descent.levels.clone()),
         };
-        let Some(descent) = problem.descend(&z, &levels, progress) else {
+        for (noisy, level) in noisy_sensors.iter_mut().zip(&levels.sensor) {
+            *noisy |= *level > 0.0;
+        }
+        let some = Search::new(&record, &noisy, &noisy_sensors);
+        let every = Search::new(&record, &noisy, &vec![true; noisy_sensors.len()]);
+        let mut search = &some;
+        let problem = |search| Problem {
+            model,
+            record: &record,
+            unknowns: &unknowns,
+            search,
+        };
+        let mut descent = problem(search).descend(&z, &levels, progress);
+        let rough = |d: &Descent| d.cost > ROUGH * d.measurements as f64;
+        if descent.as_ref().is_none_or(rough) && noisy_sensors.contains(&false) {
+            if let Some(descent) = descent {
+                (z, levels) = (descent.z, descent.levels);
+            }
+            for (level, sensor) in levels.sensor.iter_mut().zip(&record.sensors) {
+                *level = level.max(START_SENSOR * sensor.scale);
+            }
+            search = &every;
+            descent = problem(search).descend(&z, &levels, progress);
+        }
+        let Some(descent) = descent else {
             return Ok(None);
         };
+        let problem = problem(search);
         let found = finish(&problem, &reading, start, &descent);
         let Some(found) = found else { return Ok(None) };
         // What a delay does is linear nearby only.
@@ -224,7 +259,7 @@ fn build(
         Some((deviation, None)) => Noise::White(deviation.max(FINEST)),
         None => Noise::White(FINEST),
     };
-    let sensors = record::sensors(model, channels, of_channel);
+    let sensors = record::sensors(model, channels, raw, of_channel);
     let order = reading.settings.position_filter_order;
     let mut stretches = Vec::new();
     for raw in raw {
@@ -246,25 +281,6 @@ fn build(
     }))
 }
 
-/// Returns a start that moves as a robot does: inertias and stiffnesses above zero,
-/// frictions not below.
-fn lifted(model: &Model, start: &[f64]) -> Theta {
-    let mut theta = start.to_vec();
-    for (parameter, value) in model.parameters().iter().zip(&mut theta) {
-        let Some((kind, joint)) = parameter.joint.filter(|_| parameter.fixed.is_none()) else {
-            continue;
-        };
-        let rotor_of_link = kind == JointParameter::RotorInertia && !model.is_flexible(joint);
-        if kind.is_vital() && !rotor_of_link && *value <= 0.0 {
-            let nominal = parameter.nominal.filter(|nominal| *nominal > 0.0);
-            *value = nominal.unwrap_or(value.abs()).max(f64::MIN_POSITIVE);
-        } else if kind.is_friction() {
-            *value = value.max(0.0);
-        }
-    }
-    theta
-}
-
 fn first_levels(model: &Model, record: &Record, exact_torque: bool) -> Levels {
     let scales = record.torque_scale.iter().enumerate();
     let of = |torque: f64, link: f64| -> Vec<f64> {
@@ -283,6 +299,12 @@ fn first_levels(model: &Model, record: &Record, exact_torque: bool) -> Levels {
         white: of(if exact_torque { EXACT } else { START_MOTOR }, 0.0),
         drift: of(START_MOTOR, START_LINK),
         corner: noise::CORNER,
+        sensor: (record.sensors.iter())
+            .map(|sensor| match sensor.noise {
+                Noise::Counts(_) => 0.0,
+                Noise::White(_) => START_SENSOR * sensor.scale,
+            })
+            .collect(),
     }
 }
 
@@ -356,6 +378,11 @@ fn finish(
         left_out: record.left_out,
         levels: row_levels(problem, &descent.levels),
         corner: descent.levels.corner,
+        sensors: (record.sensors.iter().zip(&descent.levels.sensor))
+            .filter(|(_, level)| **level > 0.0)
+            .map(|(sensor, level)| (sensor.channel, *level, sensor.scale))
+            .collect(),
+        cost: outcome.cost / outcome.measurements.max(1) as f64,
         offsets: (all.offsets.iter().enumerate())
             .map(|(i, offset)| {
                 let channel = record.sensors[offset.sensor].channel;

@@ -47,6 +47,9 @@ pub(super) struct Descent {
     pub(super) z: Vec<f64>,
     pub(super) levels: Levels,
     pub(super) runs: usize,
+    /// Sum of the squared whitened innovations, and their number.
+    pub(super) cost: f64,
+    pub(super) measurements: u64,
     pub(super) converged: bool,
     /// Part of its standard error by which each unknown moved last.
     pub(super) moved: Vec<f64>,
@@ -144,6 +147,8 @@ impl Problem<'_> {
                     z,
                     levels,
                     runs,
+                    cost: outcome.cost,
+                    measurements: outcome.measurements,
                     converged: true,
                     moved,
                 });
@@ -153,6 +158,8 @@ impl Problem<'_> {
                     z,
                     levels,
                     runs,
+                    cost: outcome.cost,
+                    measurements: outcome.measurements,
                     converged: false,
                     moved,
                 });

@@ -26,6 +26,10 @@ const STRIDE: f64 = 1.5;
 /// search: the estimate does not feel it.
 const ENOUGH: f64 = 0.1;
 
+/// Bounds of a sensor's noise, as parts of the standard deviation of what it shows.
+pub(super) const QUIET: f64 = 1e-6;
+const NOISY: f64 = 0.3;
+
 /// Corner of the disturbances' spectrum that is expected, Hz, by which factor it may
 /// well differ, and its bounds: a log with little disturbance says nothing of it.
 pub(super) const CORNER: f64 = 1.5;
@@ -35,11 +39,13 @@ const CORNERS: (f64, f64) = (0.2, 10.0);
 /// Levels that one thread differentiates by.
 const SHARE: usize = 4;
 
-/// A level: white noise or drift of a row, or the corner of all drifts.
+/// A level: white noise or drift of a row, noise of a sensor, or the corner of all
+/// drifts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Level {
     White(usize),
     Drift(usize),
+    Sensor(usize),
     Corner,
 }
 
@@ -51,17 +57,24 @@ pub(super) struct Search {
 }
 
 impl Search {
-    /// - `white`: whether each row has white noise that is unknown.
-    pub(super) fn new(record: &Record, white: &[bool]) -> Self {
+    /// - `white`: whether each row has white noise that is unknown; `sensors`:
+    ///   whether each sensor has noise beyond what its samples show.
+    pub(super) fn new(record: &Record, white: &[bool], sensors: &[bool]) -> Self {
         let scales = &record.torque_scale;
         let noisy = white.iter().enumerate().filter(|(_, white)| **white);
+        let noisy_sensors = sensors.iter().enumerate().filter(|(_, noisy)| **noisy);
         let all: Vec<Level> = noisy
             .map(|(row, _)| Level::White(row))
             .chain((0..scales.len()).map(Level::Drift))
             .chain([Level::Corner])
+            .chain(noisy_sensors.map(|(sensor, _)| Level::Sensor(sensor)))
             .collect();
         let bounds = all.iter().map(|level| match *level {
             Level::White(row) | Level::Drift(row) => (LOWEST * scales[row], HIGHEST * scales[row]),
+            Level::Sensor(sensor) => {
+                let scale = record.sensors[sensor].scale;
+                (QUIET * scale, NOISY * scale)
+            }
             Level::Corner => CORNERS,
         });
         Self {
@@ -74,6 +87,7 @@ impl Search {
         let of = |level: &Level| match *level {
             Level::White(row) => levels.white[row],
             Level::Drift(row) => levels.drift[row],
+            Level::Sensor(sensor) => levels.sensor[sensor],
             Level::Corner => levels.corner,
         };
         self.all.iter().map(|level| of(level).ln()).collect()
@@ -86,6 +100,7 @@ impl Search {
             match *level {
                 Level::White(row) => levels.white[row] = value,
                 Level::Drift(row) => levels.drift[row] = value,
+                Level::Sensor(sensor) => levels.sensor[sensor] = value,
                 Level::Corner => levels.corner = value,
             }
         }
@@ -201,10 +216,16 @@ impl About<'_> {
                     };
                     let of = seen(&self.record.sensors[event.sensor], event, rows);
                     let innovation = before - measured(&deviation, of.clone());
-                    let variance = update(&mut covariance, of.clone(), event.variance, &mut column);
+                    let noise = levels.variance(event);
+                    let variance = update(&mut covariance, of.clone(), noise, &mut column);
                     group.innovations.push((variance, innovation));
                     for derivative in &mut derivatives {
-                        let both = derivative.measure(of.clone(), &column, variance, innovation);
+                        let both = derivative.measure(
+                            event.sensor,
+                            of.clone(),
+                            &column,
+                            (variance, innovation),
+                        );
                         group.derivatives.push(both);
                     }
                     // The state moves by its own gain; the run moved by its.
@@ -258,6 +279,7 @@ impl Derivative {
         let mut covariance = vec![0.0; states * states];
         let strength = match level {
             Level::Corner => 0.0,
+            Level::Sensor(sensor) => 2.0 * levels.sensor[sensor].powi(2),
             Level::White(row) => 2.0 * levels.white[row].powi(2),
             Level::Drift(row) => {
                 let strength = 2.0 * levels.drift[row].powi(2);
@@ -277,13 +299,14 @@ impl Derivative {
     /// Takes a measurement; returns the derivatives of the innovation's variance
     /// and of itself.
     ///
+    /// - Variance and value of the innovation come last.
     /// - `column`: covariance of the state with the measurement.
     fn measure(
         &mut self,
+        sensor: usize,
         of: impl Iterator<Item = (usize, f64)> + Clone,
         column: &[f64],
-        variance: f64,
-        innovation: f64,
+        (variance, innovation): (f64, f64),
     ) -> (f64, f64) {
         let states = column.len();
         self.column.fill(0.0);
@@ -291,7 +314,10 @@ impl Derivative {
             let row = &self.covariance[state * states..(state + 1) * states];
             add(&mut self.column, weight, row);
         }
-        let of_variance = measured(&self.column, of.clone());
+        let mut of_variance = measured(&self.column, of.clone());
+        if self.level == Level::Sensor(sensor) {
+            of_variance += self.strength;
+        }
         let of_innovation = -measured(&self.deviation, of);
         // P - c c^T / s: its derivative is that of the product.
         let part = of_variance / variance;
@@ -341,6 +367,7 @@ impl Derivative {
                 let own = (2 * rows + row) * (states + 1);
                 self.covariance[own] += self.strength * (1.0 - period.left * period.left);
             }
+            Level::Sensor(_) => {}
             Level::Corner => {
                 // Rows and columns of the drifts hold the factor once, their own block
                 // twice.

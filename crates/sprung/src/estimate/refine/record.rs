@@ -52,6 +52,8 @@ pub(super) struct Sensor {
     /// What is added to a cell to measure them, rad (m).
     pub(super) offset: f64,
     pub(super) noise: Noise,
+    /// Standard deviation of what it shows, rad (m).
+    pub(super) scale: f64,
 }
 
 /// One measurement.
@@ -131,10 +133,8 @@ pub(super) fn torque_scale(model: &Model, stretches: &[Stretch]) -> Vec<f64> {
     let of = |row: usize| {
         let own = stretches
             .iter()
-            .flat_map(|s| s.torque.iter().skip(row).step_by(rows));
-        let count = own.clone().count().max(1) as f64;
-        let mean = own.clone().sum::<f64>() / count;
-        (own.map(|x| (x - mean).powi(2)).sum::<f64>() / count).sqrt()
+            .map(|s| s.torque.iter().skip(row).step_by(rows));
+        deviation(own.flatten().copied())
     };
     let scales: Vec<f64> = (0..rows)
         .map(|row| of(model.torque_row(model.joint_of(row))))
@@ -144,6 +144,13 @@ pub(super) fn torque_scale(model: &Model, stretches: &[Stretch]) -> Vec<f64> {
         .iter()
         .map(|scale| scale.max(LEAST * largest))
         .collect()
+}
+
+/// Returns the standard deviation of numbers.
+fn deviation(all: impl Iterator<Item = f64> + Clone) -> f64 {
+    let count = all.clone().count().max(1) as f64;
+    let mean = all.clone().sum::<f64>() / count;
+    (all.map(|x| (x - mean).powi(2)).sum::<f64>() / count).sqrt()
 }
 
 /// Reads the beginning of logs, at most `limit` samples together, cut at gaps.
@@ -203,10 +210,11 @@ pub(super) fn read(
 
 /// Returns what each channel of positions measures.
 ///
-/// - `noise`: of each channel.
+/// - `raw`: samples, for the scales; `noise`: of each channel.
 pub(super) fn sensors(
     model: &Model,
     channels: &Channels,
+    raw: &[Raw],
     noise: impl Fn(usize) -> Noise,
 ) -> Vec<Sensor> {
     let robot = model.robot();
@@ -232,6 +240,7 @@ pub(super) fn sensors(
                 of,
                 offset,
                 noise: noise(i),
+                scale: deviation(raw.iter().flat_map(|raw| raw.values[i].iter().copied())),
             }
         })
         .collect()

@@ -35,6 +35,7 @@ impl Case {
                 of: vec![(row, 1.0)],
                 offset: 0.0,
                 noise: Noise::Counts(1e-3),
+                scale: 0.1,
             })
             .collect();
         let period = 1e-3;
@@ -86,6 +87,7 @@ impl Case {
                 white: vec![0.0, 0.0, 0.02, 0.005],
                 drift: vec![0.004, 0.002, 0.03, 0.01],
                 corner: 2.0,
+                sensor: vec![0.0, 3e-5, 1e-5, 2e-5],
             },
         }
     }
@@ -218,7 +220,11 @@ fn levels_have_the_gradient_of_the_likelihood() {
         schedule: &schedule,
         samples: 500,
     };
-    let search = Search::new(&case.record, &[false, false, true, true]);
+    let search = Search::new(
+        &case.record,
+        &[false, false, true, true],
+        &[false, true, true, true],
+    );
     // Away from the levels of the run, too.
     for factor in [1.0, 1.3] {
         let logs: Vec<f64> = (search.logs(&case.levels).iter())
