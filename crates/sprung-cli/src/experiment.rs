@@ -2,12 +2,11 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use sprung::description::{self, DescriptionError, Experiment, Log};
 use sprung::estimate::Identification;
-use sprung::log::LogSource;
+use sprung::log::{Input, LogSource, Opener};
 use sprung::model::Model;
 use sprung::validate::ParameterSet;
 
@@ -70,8 +69,7 @@ impl Loaded {
         let logs = (experiment.validate.iter())
             .filter_map(|run| run.log.as_ref())
             .chain(&experiment.log)
-            .filter_map(|log| log.file.as_ref())
-            .flatten();
+            .flat_map(Log::files);
         let robot = experiment.robot.urdf.iter();
         let twin = experiment
             .simulate
@@ -109,28 +107,34 @@ impl Loaded {
     }
 }
 
-/// A function that opens a file as often as it is called.
-pub(crate) type Opener = Box<dyn FnMut() -> std::io::Result<Box<dyn Read + Send>> + Send>;
+/// A function that opens the files of a log as often as it is called.
+pub(crate) type Files = Box<Opener<'static>>;
 
-/// Returns functions that open logs.
-pub(crate) fn openers(paths: &[PathBuf]) -> Vec<Opener> {
-    (paths.iter().cloned())
-        .map(|path| Box::new(move || open(&path)) as Opener)
-        .collect()
+/// Returns functions that open logs, and other files in a folder.
+pub(crate) fn openers(folder: &Path, paths: &[PathBuf]) -> Vec<Files> {
+    let opener = |own: &PathBuf| {
+        let (own, folder) = (own.clone(), folder.to_owned());
+        let opener = move |other: Option<&Path>| match other {
+            None => open(&own),
+            Some(other) => open(&folder.join(other)),
+        };
+        Box::new(opener) as Files
+    };
+    paths.iter().map(opener).collect()
 }
 
 /// Returns logs that can be read any number of times.
-pub(crate) fn sources<'a>(paths: &[PathBuf], openers: &'a mut [Opener]) -> Vec<LogSource<'a>> {
+pub(crate) fn sources<'a>(paths: &[PathBuf], openers: &'a mut [Files]) -> Vec<LogSource<'a>> {
     (paths.iter().zip(openers))
         .map(|(path, reader)| LogSource {
             name: path.display().to_string(),
-            reader,
+            reader: &mut **reader,
         })
         .collect()
 }
 
 /// Opens a log for reading.
-fn open(path: &Path) -> std::io::Result<Box<dyn Read + Send>> {
+fn open(path: &Path) -> std::io::Result<Box<dyn Input>> {
     Ok(Box::new(File::open(path)?))
 }
 

@@ -2,7 +2,8 @@
 
 use sprung_core::chain::JointKind;
 
-use crate::description::{Delay, Joint, Log, Robot, Side};
+use super::origin::{Origin, Pick, Start, Stream, TimeOrigin};
+use crate::description::{Column, Columns, CsvForm, Delay, Joint, Log, PerJoint, Robot, Side, Unit};
 
 /// What a channel measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,13 +21,15 @@ pub enum Quantity {
 /// One column of a log.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
-    /// Name of the column.
+    /// Name of the column for messages, and as a key of `delay_s` and `sign`.
     pub column: String,
+    /// Where its readings come from.
+    pub origin: Origin,
     /// What it measures.
     pub quantity: Quantity,
     /// Joint, from 0.
     pub joint: usize,
-    /// The cell times this is the quantity in SI units.
+    /// The reading times this is the quantity in SI units.
     pub factor: f64,
     /// How much later than the others it was recorded.
     pub delay: Option<Delay>,
@@ -35,10 +38,16 @@ pub struct Channel {
 /// The channels of a log: links, motors and torques, joint by joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channels {
-    /// Name of the column of the time.
-    pub time: String,
-    /// The cell times this is the time in s.
+    /// Where the time comes from.
+    pub time: TimeOrigin,
+    /// The stream whose time it is, if that is said.
+    pub time_stream: Option<Stream>,
+    /// The reading times this is the time in s.
     pub time_factor: f64,
+    /// Whether times are dates.
+    pub dates: bool,
+    /// How CSV is written, where it does not show.
+    pub csv: CsvForm,
     /// Link, motor and torque channels.
     pub all: Vec<Channel>,
     /// Whether each joint is rigid: its motor's position is its link's.
@@ -103,32 +112,29 @@ impl Channels {
     ///
     /// [`ChannelError`] if a quantity is not named or not convertible.
     pub fn new(robot: &Robot, log: &Log) -> Result<Self, ChannelError> {
-        let (time, time_factor) = match (&log.time_s, &log.time_ms) {
-            (Some(column), _) => (column.clone(), 1.0),
-            (None, Some(column)) => (column.clone(), 1e-3),
-            (None, None) => {
+        let mut all = link(robot, log)?;
+        all.extend(motor(robot, log)?);
+        all.extend(torque(robot, log)?);
+        let timeless = |channel: &Channel| {
+            let stream = &channel.origin.stream;
+            stream.topic.is_none() && stream.time.is_none()
+        };
+        let (time, time_stream, time_factor) = match time(log) {
+            Some(time) => time,
+            None if !all.iter().any(timeless) => (TimeOrigin::Messages, None, 1.0),
+            None => {
                 return Err(ChannelError::NotSaid {
                     what: "the time",
-                    keys: "time_s or time_ms",
+                    keys: "time_s, time_ms, time_us, time_ns or period_s",
                 });
             }
         };
-        let mut all = Vec::new();
-        for columns in [link(robot, log)?, motor(robot, log)?, torque(robot, log)?] {
-            for (quantity, joint, column, factor) in columns {
-                let sign = log.sign.get(column).copied().unwrap_or(1.0);
-                all.push(Channel {
-                    column: column.clone(),
-                    quantity,
-                    joint,
-                    factor: factor * sign,
-                    delay: log.delay_s.get(column).copied(),
-                });
-            }
-        }
         Ok(Self {
             time,
+            time_stream,
             time_factor,
+            dates: (log.time.as_ref()).is_some_and(|time| time.unit.is_some_and(Unit::is_date)),
+            csv: log.csv.clone().unwrap_or_default(),
             all,
             rigid: robot
                 .joint
@@ -141,7 +147,7 @@ impl Channels {
             offsets: (robot.joint.iter())
                 .map(|joint| joint.position_offset_deg.to_radians())
                 .collect(),
-            position_mix: mixed(robot, log.motor_position_side).map(|(ratios, inverse)| Mix {
+            position_mix: mixed(robot, log.position_side()).map(|(ratios, inverse)| Mix {
                 forward: inverse,
                 back: ratios,
             }),
@@ -174,47 +180,158 @@ impl Channels {
     }
 }
 
-/// Quantity, joint, column and factor to SI units of each channel.
-type Columns<'a> = Vec<(Quantity, usize, &'a String, f64)>;
+/// Returns origin, stream and factor of the time.
+fn time(log: &Log) -> Option<(TimeOrigin, Option<Stream>, f64)> {
+    let named = [
+        (&log.time_s, 1.0),
+        (&log.time_ms, 1e-3),
+        (&log.time_us, 1e-6),
+        (&log.time_ns, 1e-9),
+    ];
+    if let Some((name, factor)) = (named.into_iter()).find_map(|(key, f)| Some((key.as_ref()?, f)))
+    {
+        return Some((TimeOrigin::Column(name.clone()), None, factor));
+    }
+    if let Some(period) = log.period_s {
+        return Some((TimeOrigin::Period(period), None, 1.0));
+    }
+    let column = log.time.as_ref()?;
+    let stream = stream(column);
+    let stream = (stream != Stream::default()).then_some(stream);
+    let factor = column.unit.map_or(1.0, Unit::size);
+    match column.column.as_ref().and_then(|column| column.get(0)) {
+        Some(name) => Some((TimeOrigin::Column(name), stream, factor)),
+        None => Some((TimeOrigin::Messages, stream, 1.0)),
+    }
+}
+
+fn stream(column: &Column) -> Stream {
+    Stream {
+        file: column.file.clone(),
+        topic: column.topic.clone(),
+        time: column.time.clone(),
+    }
+}
 
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
-/// Joins the columns of a list with the joints of a kind that they speak of.
-fn of_kind<'a>(
+use JointKind::{Prismatic, Revolute};
+
+/// Columns of a quantity: their key, the kind of joints that they speak of,
+/// and the unit in the key's name.
+type Key<'a> = (
+    &'static str,
+    &'a Option<Columns>,
+    Option<JointKind>,
+    Quantity,
+    f64,
+);
+
+/// Returns the channels of the joints of which some keys speak.
+///
+/// - `scale`: from what was recorded to what is on the output side.
+fn channels(
     robot: &Robot,
-    (kind, quantity): (JointKind, Quantity),
+    log: &Log,
+    keys: &[Key<'_>],
     wanted: impl Fn(&Joint) -> bool,
-    columns: Option<&'a [String]>,
-    factor: impl Fn(&Joint) -> f64,
-) -> Columns<'a> {
-    (robot.joint.iter().enumerate())
-        .filter(|(i, joint)| robot.kind(*i) == kind && wanted(joint))
-        .zip(columns.unwrap_or_default())
-        .map(|((i, joint), column)| (quantity, i, column, factor(joint)))
-        .collect()
+    scale: impl Fn(&Joint) -> Result<f64, ChannelError>,
+) -> Result<Vec<Channel>, ChannelError> {
+    let mut all = Vec::new();
+    for (key, columns, kind, quantity, unit) in keys {
+        let Some(columns) = columns else { continue };
+        let joints: Vec<usize> = (0..robot.joint.len())
+            .filter(|&i| wanted(&robot.joint[i]) && kind.is_none_or(|kind| robot.kind(i) == kind))
+            .collect();
+        for (k, &joint) in joints.iter().enumerate() {
+            let name = &robot.joint[joint].name;
+            let Some(mut channel) = channel(key, columns, (k, joints.len()), name, log) else {
+                continue;
+            };
+            channel.quantity = *quantity;
+            channel.joint = joint;
+            channel.factor *= unit * scale(&robot.joint[joint])?;
+            all.push(channel);
+        }
+    }
+    Ok(all)
 }
 
-fn link<'a>(robot: &Robot, log: &'a Log) -> Result<Columns<'a>, ChannelError> {
-    let turning = [
-        (&log.link_position_rad, Quantity::LinkPosition, 1.0),
-        (&log.link_position_deg, Quantity::LinkPosition, DEGREE),
-        (&log.link_deflection_rad, Quantity::LinkDeflection, 1.0),
-        (&log.link_deflection_deg, Quantity::LinkDeflection, DEGREE),
-    ]
-    .into_iter()
-    .find_map(|(columns, quantity, unit)| Some((Some(columns.as_deref()?), quantity, unit)));
-    let (columns, quantity, unit) = turning.unwrap_or((None, Quantity::LinkPosition, 1.0));
-    let sliding = log.link_position_m.as_deref();
+/// Returns the channel of the `k`th of `of` joints, as far as its column says.
+fn channel(
+    key: &str,
+    columns: &Columns,
+    (k, of): (usize, usize),
+    joint: &str,
+    log: &Log,
+) -> Option<Channel> {
+    let (column, place) = columns.of(k)?;
+    let spread = columns.spread().is_some();
+    let default = crate::description::default_field(key);
+    let common = columns.label(k, default);
+    let in_messages = (column.joint_names.as_ref())
+        .and_then(|names| names.get(place))
+        .map_or(joint, String::as_str);
+    let (pick, joint_in_label) = match (&column.topic, &column.column) {
+        (Some(_), _) => {
+            let field = (column.field.as_ref())
+                .and_then(|field| field.get(place))
+                .unwrap_or_else(|| default.to_owned());
+            let whole = field.contains('[');
+            let pick = Pick::Field {
+                field,
+                joint: in_messages.to_owned(),
+                index: k,
+                of,
+            };
+            (pick, (!whole).then_some(in_messages))
+        }
+        (None, name) => {
+            let name = name.as_ref()?.get(place)?;
+            let pattern = spread && name.is_pattern();
+            (Pick::named(&name, joint, k, of), pattern.then_some(joint))
+        }
+    };
+    let label = joint_in_label.map_or_else(|| common.clone(), |name| format!("{common}[{name}]"));
+    let number = |values: &Option<PerJoint<f64>>| values.as_ref().and_then(|v| v.get(place));
+    let unit = column.unit.map_or(1.0, Unit::size);
+    let sign_of_log = log.sign.get(&label).or_else(|| log.sign.get(&common));
+    let factor = unit / number(&column.counts_per_turn).unwrap_or(1.0)
+        * number(&column.gain).unwrap_or(1.0)
+        * number(&column.sign).unwrap_or(1.0)
+        * sign_of_log.copied().unwrap_or(1.0);
+    let delay = log.delay_s.get(&label).or_else(|| log.delay_s.get(&common));
+    Some(Channel {
+        origin: Origin {
+            stream: stream(column),
+            pick,
+            offset: number(&column.offset).unwrap_or(0.0),
+            wrap: number(&column.wrap),
+            start: (column.starts_at_rad.as_ref())
+                .and_then(|start| start.get(place))
+                .map(|start| Start::new(&start, joint, k, of)),
+        },
+        column: label,
+        quantity: Quantity::LinkPosition,
+        joint: 0,
+        factor,
+        delay: delay.copied(),
+    })
+}
+
+fn link(robot: &Robot, log: &Log) -> Result<Vec<Channel>, ChannelError> {
+    use Quantity::{LinkDeflection, LinkPosition};
+    let keys: [Key<'_>; 7] = [
+        ("link_position_rad", &log.link_position_rad, Some(Revolute), LinkPosition, 1.0),
+        ("link_position_deg", &log.link_position_deg, Some(Revolute), LinkPosition, DEGREE),
+        ("link_deflection_rad", &log.link_deflection_rad, Some(Revolute), LinkDeflection, 1.0),
+        ("link_deflection_deg", &log.link_deflection_deg, Some(Revolute), LinkDeflection, DEGREE),
+        ("link_position_m", &log.link_position_m, Some(Prismatic), LinkPosition, 1.0),
+        ("link_position", &log.link_position, None, LinkPosition, 1.0),
+        ("link_deflection", &log.link_deflection, None, LinkDeflection, 1.0),
+    ];
     let flexible = Joint::is_flexible;
-    let mut all = of_kind(
-        robot,
-        (JointKind::Revolute, quantity),
-        flexible,
-        columns,
-        |_| unit,
-    );
-    let of_sliding = (JointKind::Prismatic, Quantity::LinkPosition);
-    all.extend(of_kind(robot, of_sliding, flexible, sliding, |_| 1.0));
+    let all = channels(robot, log, &keys, flexible, |_| Ok(1.0))?;
     let keys = [
         "link_position_rad or link_deflection_rad",
         "link_position_m",
@@ -223,82 +340,73 @@ fn link<'a>(robot: &Robot, log: &'a Log) -> Result<Columns<'a>, ChannelError> {
     Ok(all)
 }
 
-fn motor<'a>(robot: &Robot, log: &'a Log) -> Result<Columns<'a>, ChannelError> {
-    let scale = |joint: &Joint| match log.motor_position_side.unwrap_or_default() {
-        Side::Output => 1.0,
-        Side::Motor => 1.0 / joint.ratio(),
+fn motor(robot: &Robot, log: &Log) -> Result<Vec<Channel>, ChannelError> {
+    use Quantity::MotorPosition;
+    let scale = |joint: &Joint| match log.position_side().unwrap_or_default() {
+        Side::Output => Ok(1.0),
+        Side::Motor => Ok(1.0 / joint.ratio()),
     };
-    let own = [
-        (&log.motor_position_rad, 1.0),
-        (&log.motor_position_deg, DEGREE),
-        // A rigid robot may call its only positions those of the links.
-        (&log.link_position_rad, 1.0),
-        (&log.link_position_deg, DEGREE),
-    ];
-    let rigid = robot.joint.iter().all(|joint| !joint.is_flexible());
-    let given = if rigid { &own[..] } else { &own[..2] };
-    let (columns, unit) = (given.iter())
-        .find_map(|(columns, unit)| Some((Some(columns.as_deref()?), *unit)))
-        .unwrap_or((None, 1.0));
-    let sliding =
-        (log.motor_position_m.as_deref()).or(log.link_position_m.as_deref().filter(|_| rigid));
     let every = |_: &Joint| true;
-    let of = |kind| (kind, Quantity::MotorPosition);
-    let mut all = of_kind(robot, of(JointKind::Revolute), every, columns, |joint| {
-        unit * scale(joint)
-    });
-    all.extend(of_kind(
-        robot,
-        of(JointKind::Prismatic),
-        every,
-        sliding,
-        scale,
-    ));
+    let keys: [Key<'_>; 4] = [
+        ("motor_position_rad", &log.motor_position_rad, Some(Revolute), MotorPosition, 1.0),
+        ("motor_position_deg", &log.motor_position_deg, Some(Revolute), MotorPosition, DEGREE),
+        ("motor_position_m", &log.motor_position_m, Some(Prismatic), MotorPosition, 1.0),
+        ("motor_position", &log.motor_position, None, MotorPosition, 1.0),
+    ];
+    let mut all = channels(robot, log, &keys, every, scale)?;
+    let rigid = robot.joint.iter().all(|joint| !joint.is_flexible());
+    if rigid && all.is_empty() {
+        // A rigid robot may call its only positions those of the links.
+        let keys: [Key<'_>; 4] = [
+            ("link_position_rad", &log.link_position_rad, Some(Revolute), MotorPosition, 1.0),
+            ("link_position_deg", &log.link_position_deg, Some(Revolute), MotorPosition, DEGREE),
+            ("link_position_m", &log.link_position_m, Some(Prismatic), MotorPosition, 1.0),
+            ("link_position", &log.link_position, None, MotorPosition, 1.0),
+        ];
+        all = channels(robot, log, &keys, every, scale)?;
+    }
     let keys = ["motor_position_rad", "motor_position_m"];
     complete(robot, every, &all, "the motor positions", keys)?;
     Ok(all)
 }
 
-fn torque<'a>(robot: &Robot, log: &'a Log) -> Result<Columns<'a>, ChannelError> {
-    let converted = |columns: &'a [String], unit, factor: fn(&Joint) -> Option<f64>| {
-        (robot.joint.iter().zip(columns).enumerate())
-            .map(|(i, (joint, column))| {
-                let factor = factor(joint).ok_or_else(|| ChannelError::NoConstant {
-                    joint: joint.name.clone(),
-                    key: match joint.torque_constant_nm_per_a {
-                        None => "torque_constant_nm_per_a",
-                        Some(_) => "amplifier_gain_a_per_v",
-                    },
-                    unit,
-                })?;
-                Ok((Quantity::MotorTorque, i, column, factor))
+fn torque(robot: &Robot, log: &Log) -> Result<Vec<Channel>, ChannelError> {
+    use Quantity::MotorTorque;
+    let converted = |unit, factor: fn(&Joint) -> Option<f64>| {
+        move |joint: &Joint| {
+            factor(joint).ok_or_else(|| ChannelError::NoConstant {
+                joint: joint.name.clone(),
+                key: match joint.torque_constant_nm_per_a {
+                    None => "torque_constant_nm_per_a",
+                    Some(_) => "amplifier_gain_a_per_v",
+                },
+                unit,
             })
-            .collect::<Result<Vec<_>, ChannelError>>()
+        }
     };
     let every = |_: &Joint| true;
-    let scale = |joint: &Joint| match log.motor_torque_side.unwrap_or_default() {
-        Side::Output => 1.0,
-        Side::Motor => joint.ratio(),
+    let scale = |joint: &Joint| match log.torque_side().unwrap_or_default() {
+        Side::Output => Ok(1.0),
+        Side::Motor => Ok(joint.ratio()),
     };
-    let (turning, sliding) = (log.motor_torque_nm.as_deref(), log.motor_force_n.as_deref());
-    let of = |kind| (kind, Quantity::MotorTorque);
-    let all = if turning.is_some() || sliding.is_some() {
-        let mut all = of_kind(robot, of(JointKind::Revolute), every, turning, scale);
-        all.extend(of_kind(
-            robot,
-            of(JointKind::Prismatic),
-            every,
-            sliding,
-            scale,
-        ));
-        all
-    } else if let Some(columns) = &log.motor_current_a {
-        converted(columns, "currents", Joint::torque_per_ampere)?
-    } else if let Some(columns) = &log.drive_voltage_v {
-        converted(columns, "voltages", Joint::torque_per_volt)?
-    } else {
-        Vec::new()
-    };
+    let torques: [Key<'_>; 3] = [
+        ("motor_torque_nm", &log.motor_torque_nm, Some(Revolute), MotorTorque, 1.0),
+        ("motor_force_n", &log.motor_force_n, Some(Prismatic), MotorTorque, 1.0),
+        ("motor_torque", &log.motor_torque, None, MotorTorque, 1.0),
+    ];
+    let currents: [Key<'_>; 2] = [
+        ("motor_current_a", &log.motor_current_a, None, MotorTorque, 1.0),
+        ("motor_current", &log.motor_current, None, MotorTorque, 1.0),
+    ];
+    let voltages: [Key<'_>; 2] = [
+        ("drive_voltage_v", &log.drive_voltage_v, None, MotorTorque, 1.0),
+        ("drive_voltage", &log.drive_voltage, None, MotorTorque, 1.0),
+    ];
+    let mut all = channels(robot, log, &torques, every, scale)?;
+    let of_ampere = converted("currents", Joint::torque_per_ampere);
+    all.extend(channels(robot, log, &currents, every, of_ampere)?);
+    let of_volt = converted("voltages", Joint::torque_per_volt);
+    all.extend(channels(robot, log, &voltages, every, of_volt)?);
     let keys = [
         "motor_torque_nm, motor_current_a or drive_voltage_v",
         "motor_force_n",
@@ -311,12 +419,12 @@ fn torque<'a>(robot: &Robot, log: &'a Log) -> Result<Columns<'a>, ChannelError> 
 fn complete(
     robot: &Robot,
     wanted: impl Fn(&Joint) -> bool,
-    all: &Columns<'_>,
+    all: &[Channel],
     what: &'static str,
     [turning, sliding]: [&'static str; 2],
 ) -> Result<(), ChannelError> {
     let missing = (robot.joint.iter().enumerate())
-        .find(|(i, joint)| wanted(joint) && !all.iter().any(|(_, own, ..)| own == i));
+        .find(|(i, joint)| wanted(joint) && !all.iter().any(|channel| channel.joint == *i));
     match missing {
         None => Ok(()),
         Some((i, _)) => Err(ChannelError::NotSaid {
@@ -332,8 +440,9 @@ fn complete(
 /// Returns the side on which torques were recorded, or that of the torque
 /// constants which make them of currents.
 fn torque_side(robot: &Robot, log: &Log) -> Option<Side> {
-    if log.motor_torque_nm.is_some() || log.motor_force_n.is_some() {
-        log.motor_torque_side
+    let as_torque = [&log.motor_torque_nm, &log.motor_force_n, &log.motor_torque];
+    if as_torque.into_iter().any(Option::is_some) {
+        log.torque_side()
     } else {
         robot.joint.first().map(|joint| joint.torque_constant_side)
     }
