@@ -4,11 +4,20 @@
 //! reads the wanted columns in blocks, and knows neither units nor joints.
 
 mod arrays;
+#[cfg(feature = "arrow")]
+mod arrow;
+mod bag;
+mod cdr;
 mod csv;
+mod db3;
+mod definition;
 mod delimited;
 mod mat;
 mod matlab;
+#[cfg(feature = "mcap")]
+mod mcap;
 mod npy;
+mod sqlite;
 mod strips;
 mod zip;
 
@@ -117,9 +126,23 @@ pub(super) fn open(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Opened, 
         Kind::Text | Kind::Empty => csv::open(request, "its text", &start, whole, Box::new(read)),
         Kind::Npy => arrays::open_npy(request, reopen),
         Kind::Zip => arrays::open_npz(request, reopen),
+        #[cfg(feature = "arrow")]
+        kind @ (Kind::Parquet | Kind::ArrowFile | Kind::ArrowStream) => {
+            arrow::open(request, kind, reopen)
+        }
+        #[cfg(feature = "mcap")]
+        Kind::Mcap => mcap::open(request, Box::new(read)),
+        Kind::Sqlite => db3::open(request, reopen()?),
         Kind::Mat5 => matlab::open(request, reopen),
         Kind::Other(what) => Err(LogError::format(file, format!(" {what}"))),
-        _ => Err(LogError::format(file, " is not read by this version")),
+        #[cfg(not(all(feature = "arrow", feature = "mcap")))]
+        kind => Err(LogError::format(
+            file,
+            format!(
+                " is {}, which this build of sprung does not read; build it with its default features",
+                kind.name()
+            ),
+        )),
     }
 }
 

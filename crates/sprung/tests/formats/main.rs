@@ -1,0 +1,8 @@
+//! Logs in every format, written by the programs that people use
+//! (`make_fixtures.py`), read back.
+#![expect(clippy::unwrap_used, reason = "a test may panic")]
+
+mod broken;
+mod same;
+mod support;
+mod units;
