@@ -278,10 +278,13 @@ fn channel(
                 .and_then(|field| field.get(place))
                 .unwrap_or_else(|| default.to_owned());
             let whole = field.contains('[');
+            // A field of its own for each joint holds one number.
+            let own = !spread || matches!(column.field, Some(PerJoint::Each(_)));
+            let (index, of) = if own { (0, 1) } else { (k, of) };
             let pick = Pick::Field {
                 field,
                 joint: in_messages.to_owned(),
-                index: k,
+                index,
                 of,
             };
             (pick, (!whole).then_some(in_messages))

@@ -26,6 +26,7 @@ pub use channels::{Channel, ChannelError, Channels, Mix, Quantity};
 pub use check::check;
 pub use clock::{Clock, Gaps, JITTER_LIMIT};
 pub use error::{LogError, Place};
+pub use formats::panics_are_caught;
 pub use input::Input;
 pub use origin::{Origin, Pick, Start, Stream, TimeOrigin};
 pub use reader::LogReader;

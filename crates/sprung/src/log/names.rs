@@ -88,6 +88,12 @@ impl Names<'_> {
         if found.is_empty() {
             return Err(self.no_column(pattern));
         }
+        let numbered: Vec<(usize, &str)> = (found.iter().copied())
+            .filter(|(_, star)| star.bytes().all(|byte| byte.is_ascii_digit()))
+            .collect();
+        if numbered.len() == of {
+            found = numbered;
+        }
         if found.len() != of {
             return Err(LogError::format(
                 self.file,

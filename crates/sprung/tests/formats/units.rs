@@ -164,7 +164,7 @@ fn keys_that_do_not_fit_are_refused_with_their_line() {
         let log = USUAL.replace("motor_torque_nm = \"tau*_nm\"", key);
         says(&experiment(&log).unwrap_err(), fragments);
     };
-    case("motor_torque = \"tau*\"", &["line 20", "does not say its unit", "\"N·m\""]);
+    case("motor_torque = \"tau*\"", &["line 19", "does not say its unit", "\"N·m\""]);
     case(
         "motor_torque = { column = \"tau*\", unit = \"rad\" }",
         &["cannot be measured in \"rad\""],

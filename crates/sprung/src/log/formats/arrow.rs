@@ -22,7 +22,7 @@ use super::super::input::{Input, Kind};
 use super::super::names::Names;
 use super::super::origin::Pick;
 use super::super::{BLOCK, LogError, Place};
-use super::{Opened, Readings, Reopen, Request, Table};
+use super::{Opened, Readings, Reopen, Request, Table, guarded};
 use crate::description::ColumnName;
 
 type Batches = Box<dyn Iterator<Item = Result<RecordBatch, ArrowError>> + Send>;
@@ -69,7 +69,7 @@ pub(super) fn open(
     let failed = |error: ArrowError| damaged(file, &error);
     let of_parquet = |error: ParquetError| damaged(file, &error);
     let input = reopen()?;
-    let (schema, batches, wanted): (Arc<Schema>, Batches, Vec<Wanted>) = match kind {
+    let (schema, batches, wanted) = guarded(file, || match kind {
         Kind::Parquet => {
             let shared = Shared::new(input).map_err(|error| LogError::read(file, "it", error))?;
             let builder = ParquetRecordBatchReaderBuilder::try_new(shared).map_err(of_parquet)?;
@@ -84,23 +84,24 @@ pub(super) fn open(
             }
             let mask = ProjectionMask::roots(builder.parquet_schema(), roots);
             let reader = builder.with_projection(mask).with_batch_size(BLOCK).build();
-            (schema, Box::new(reader.map_err(of_parquet)?), wanted)
+            let batches: Batches = Box::new(reader.map_err(of_parquet)?);
+            Ok((schema, batches, wanted))
         }
         Kind::ArrowFile => {
             let read = BufReader::new(input);
             let reader = arrow_ipc::reader::FileReader::try_new(read, None).map_err(failed)?;
             let schema = reader.schema();
             let wanted = find(request, &schema)?;
-            (schema, Box::new(reader), wanted)
+            Ok((schema, Box::new(reader), wanted))
         }
         _ => {
             let read = BufReader::new(input);
             let reader = arrow_ipc::reader::StreamReader::try_new(read, None).map_err(failed)?;
             let schema = reader.schema();
             let wanted = find(request, &schema)?;
-            (schema, Box::new(reader), wanted)
+            Ok((schema, Box::new(reader), wanted))
         }
-    };
+    })?;
     let time = request.time.map(|time| &wanted[time]);
     let time_unit = time
         .and_then(|time| schema.field_with_name(&time.name).ok())
@@ -223,13 +224,16 @@ impl Table for BatchTable {
         let batch = loop {
             match &self.batch {
                 Some(batch) if self.done < batch.num_rows() => break batch.clone(),
-                _ => match self.batches.next() {
-                    None => return Ok(0),
-                    Some(next) => {
-                        self.batch = Some(next.map_err(|error| damaged(&self.file, &error))?);
-                        self.done = 0;
-                    }
-                },
+                _ => {
+                    let (file, batches) = (&self.file, &mut self.batches);
+                    let next = guarded(file, || {
+                        let next = batches.next().transpose();
+                        next.map_err(|error| damaged(file, &error))
+                    })?;
+                    let Some(next) = next else { return Ok(0) };
+                    self.batch = Some(next);
+                    self.done = 0;
+                }
             }
         };
         let count = limit.min(batch.num_rows() - self.done);

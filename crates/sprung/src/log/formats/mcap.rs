@@ -10,7 +10,7 @@ use mcap::{McapError, parse_record};
 use super::super::LogError;
 use super::bag::{Message, Messages, Topic, absent, no_topic, table};
 use super::definition::Definition;
-use super::{Opened, Request};
+use super::{Opened, Request, guarded};
 
 type Source = Box<dyn Read + Send>;
 
@@ -85,8 +85,13 @@ impl Messages for Mcap {
 }
 
 impl Mcap {
-    /// Reads the next record.
     fn step(&mut self) -> Result<Step, LogError> {
+        let file = self.file.clone();
+        guarded(&file, || self.record())
+    }
+
+    /// Reads the next record.
+    fn record(&mut self) -> Result<Step, LogError> {
         if self.ended {
             return Ok(Step::Ended);
         }

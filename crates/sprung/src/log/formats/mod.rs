@@ -21,6 +21,7 @@ mod sqlite;
 mod strips;
 mod zip;
 
+use std::cell::Cell;
 use std::io::Read;
 
 use super::input::{Input, Kind, kind_of, peek};
@@ -104,6 +105,34 @@ pub(super) struct Opened {
 
 /// Opens a file again at its beginning.
 pub(super) type Reopen<'a> = &'a mut dyn FnMut() -> Result<Box<dyn Input>, LogError>;
+
+thread_local! {
+    static GUARDED: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Returns whether a panic of this thread will come out as an error: while a
+/// file is read by a crate that panics on some damaged ones.
+#[must_use]
+pub fn panics_are_caught() -> bool {
+    GUARDED.get()
+}
+
+/// Reads with a crate that panics on some damaged files.
+#[cfg(any(feature = "arrow", feature = "mcap"))]
+fn guarded<T>(
+    file: &str,
+    read: impl FnOnce() -> Result<T, LogError>,
+) -> Result<T, LogError> {
+    let before = GUARDED.replace(true);
+    let result = std::panic::catch_unwind(std::panic::AssertUnwindSafe(read));
+    GUARDED.set(before);
+    result.unwrap_or_else(|_| {
+        Err(LogError::format(
+            file,
+            " is damaged: what it says of itself does not hold; copy or write it again",
+        ))
+    })
+}
 
 /// Opens a file as what it is.
 ///
