@@ -22,6 +22,11 @@ pub(crate) struct Loaded {
     file: PathBuf,
 }
 
+/// What logs are called.
+const LOGS: [&str; 10] = [
+    "csv", "gz", "zst", "parquet", "arrow", "npy", "npz", "mat", "mcap", "db3",
+];
+
 /// Reads an experiment file, or `experiment.toml` of a folder.
 pub(crate) fn load(path: &Path, overrides: &[String]) -> Result<Loaded, Failure> {
     let file = if path.is_dir() {
@@ -30,7 +35,8 @@ pub(crate) fn load(path: &Path, overrides: &[String]) -> Result<Loaded, Failure>
         path.to_owned()
     };
     let name = file.display().to_string();
-    if file.extension().is_some_and(|extension| extension == "csv") {
+    let is_log = |extension: &std::ffi::OsStr| LOGS.iter().any(|known| extension == *known);
+    if file.extension().is_some_and(is_log) {
         return Err(Failure::new(
             ExitCode::Usage,
             format!("{name} is a log; give the experiment file that names it, or its folder"),
@@ -135,6 +141,12 @@ pub(crate) fn sources<'a>(paths: &[PathBuf], openers: &'a mut [Files]) -> Vec<Lo
 
 /// Opens a log for reading.
 fn open(path: &Path) -> std::io::Result<Box<dyn Input>> {
+    if path.is_dir() {
+        return Err(std::io::Error::new(
+            std::io::ErrorKind::IsADirectory,
+            "it is a folder; of a bag, name the .mcap or .db3 file in it",
+        ));
+    }
     Ok(Box::new(File::open(path)?))
 }
 
