@@ -12,7 +12,7 @@ use sprung::validate::{ValidateError, Validated, validate};
 use super::identify::{code_of_pass, write_report};
 use crate::args::Validate;
 use crate::exit_code::{ExitCode, Failure};
-use crate::experiment::{Loaded, Files, Parameters, load, openers, read_parameters, sources};
+use crate::experiment::{Files, Loaded, Parameters, load, openers, read_parameters, sources};
 use crate::output::Output;
 use crate::terminal::Terminal;
 

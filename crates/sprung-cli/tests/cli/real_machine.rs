@@ -120,7 +120,11 @@ fn identify_recorded(example: &str, folder: &str) -> Option<(i32, Value)> {
     let recorded = PathBuf::from(data(folder)?);
     let place = TempDir::new().unwrap();
     let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/");
-    std::fs::copy(format!("{root}{example}"), place.path().join("experiment.toml")).unwrap();
+    std::fs::copy(
+        format!("{root}{example}"),
+        place.path().join("experiment.toml"),
+    )
+    .unwrap();
     for file in std::fs::read_dir(recorded).unwrap() {
         let file = file.unwrap();
         std::fs::copy(file.path(), place.path().join(file.file_name())).unwrap();

@@ -77,20 +77,20 @@ fn check_source(key: &str, column: &Column, path: &[&str]) -> Result<(), Fault> 
 fn check_lists(key: &str, column: &Column, joints: usize, path: &[&str]) -> Result<(), Fault> {
     let names = column.joint_names.as_ref().map(Vec::len);
     for (inner, length) in [
-        ("column", column.column.as_ref().and_then(PerJoint::len)),
-        ("field", column.field.as_ref().and_then(PerJoint::len)),
+        ("column", column.column.as_ref().and_then(PerJoint::count)),
+        ("field", column.field.as_ref().and_then(PerJoint::count)),
         ("joint_names", names),
         (
             "counts_per_turn",
-            column.counts_per_turn.as_ref().and_then(PerJoint::len),
+            column.counts_per_turn.as_ref().and_then(PerJoint::count),
         ),
-        ("sign", column.sign.as_ref().and_then(PerJoint::len)),
-        ("offset", column.offset.as_ref().and_then(PerJoint::len)),
-        ("gain", column.gain.as_ref().and_then(PerJoint::len)),
-        ("wrap", column.wrap.as_ref().and_then(PerJoint::len)),
+        ("sign", column.sign.as_ref().and_then(PerJoint::count)),
+        ("offset", column.offset.as_ref().and_then(PerJoint::count)),
+        ("gain", column.gain.as_ref().and_then(PerJoint::count)),
+        ("wrap", column.wrap.as_ref().and_then(PerJoint::count)),
         (
             "starts_at_rad",
-            column.starts_at_rad.as_ref().and_then(PerJoint::len),
+            column.starts_at_rad.as_ref().and_then(PerJoint::count),
         ),
     ] {
         if let Some(length) = length
@@ -157,6 +157,9 @@ fn check_unit(key: &str, column: &Column, kind: JointKind, path: &[&str]) -> Res
     }
 }
 
+/// Whether a number is one that a key may have.
+type Good = fn(f64) -> bool;
+
 fn check_numbers(key: &str, column: &Column, path: &[&str]) -> Result<(), Fault> {
     let is_counts = column.unit.is_some_and(Unit::is_counts);
     if column.counts_per_turn.is_some() && !is_counts {
@@ -165,13 +168,13 @@ fn check_numbers(key: &str, column: &Column, path: &[&str]) -> Result<(), Fault>
             format!("{key} has counts_per_turn but is not in counts; add unit = \"counts\""),
         ));
     }
-    if column.starts_at_rad.is_some() && !(key.contains("position") && !key.ends_with("_m")) {
+    let turns = key.contains("position") && !key.ends_with("_m");
+    if column.starts_at_rad.is_some() && !turns {
         return Err(fault(
             path,
             format!("{key} has no starts_at_rad; only positions have a first one"),
         ));
     }
-    type Good = fn(f64) -> bool;
     let positive: Good = |value| value.is_finite() && value > 0.0;
     let checks: [(&str, &Option<PerJoint<f64>>, Good, &str); 5] = [
         (

@@ -33,16 +33,48 @@ pub(super) type List<'a> = (&'static str, &'a Option<Columns>, Of);
 fn lists(log: &Log) -> [List<'_>; 18] {
     use JointKind::{Prismatic, Revolute};
     [
-        ("link_position_rad", &log.link_position_rad, Of::Flexible(Revolute)),
-        ("link_position_deg", &log.link_position_deg, Of::Flexible(Revolute)),
-        ("link_deflection_rad", &log.link_deflection_rad, Of::Flexible(Revolute)),
-        ("link_deflection_deg", &log.link_deflection_deg, Of::Flexible(Revolute)),
-        ("link_position_m", &log.link_position_m, Of::Flexible(Prismatic)),
+        (
+            "link_position_rad",
+            &log.link_position_rad,
+            Of::Flexible(Revolute),
+        ),
+        (
+            "link_position_deg",
+            &log.link_position_deg,
+            Of::Flexible(Revolute),
+        ),
+        (
+            "link_deflection_rad",
+            &log.link_deflection_rad,
+            Of::Flexible(Revolute),
+        ),
+        (
+            "link_deflection_deg",
+            &log.link_deflection_deg,
+            Of::Flexible(Revolute),
+        ),
+        (
+            "link_position_m",
+            &log.link_position_m,
+            Of::Flexible(Prismatic),
+        ),
         ("link_position", &log.link_position, Of::AnyFlexible),
         ("link_deflection", &log.link_deflection, Of::AnyFlexible),
-        ("motor_position_rad", &log.motor_position_rad, Of::Kind(Revolute)),
-        ("motor_position_deg", &log.motor_position_deg, Of::Kind(Revolute)),
-        ("motor_position_m", &log.motor_position_m, Of::Kind(Prismatic)),
+        (
+            "motor_position_rad",
+            &log.motor_position_rad,
+            Of::Kind(Revolute),
+        ),
+        (
+            "motor_position_deg",
+            &log.motor_position_deg,
+            Of::Kind(Revolute),
+        ),
+        (
+            "motor_position_m",
+            &log.motor_position_m,
+            Of::Kind(Prismatic),
+        ),
         ("motor_position", &log.motor_position, Of::All),
         ("motor_torque_nm", &log.motor_torque_nm, Of::Kind(Revolute)),
         ("motor_force_n", &log.motor_force_n, Of::Kind(Prismatic)),
@@ -147,11 +179,7 @@ pub(super) fn check_log(log: &Log, path: &[&str], robot: &Robot) -> Result<(), F
     check_csv(log, path)?;
     // A quantity is said once for the joints that turn and once for those
     // that slide; what a list says of all joints stands alone.
-    for group in [
-        &lists[0..7],
-        &lists[7..11],
-        &lists[11..18],
-    ] {
+    for group in [&lists[0..7], &lists[7..11], &lists[11..18]] {
         let given: Vec<(&str, Of)> = (group.iter())
             .filter(|(_, list, _)| list.is_some())
             .map(|&(key, _, of)| (key, of))
@@ -193,7 +221,9 @@ pub(super) fn check_log(log: &Log, path: &[&str], robot: &Robot) -> Result<(), F
         .chain(log.sign.keys().map(|name| ("sign", name)))
     {
         // "q*[joint2]" speaks of one of those that are named together.
-        let common = name.split_once('[').map_or(name.as_str(), |(common, _)| common);
+        let common = name
+            .split_once('[')
+            .map_or(name.as_str(), |(common, _)| common);
         if !columns.contains(&name.as_str()) && !columns.contains(&common) {
             let hint = nearest(name, columns.iter().copied())
                 .map_or_else(String::new, |known| format!("; did you mean \"{known}\"?"));
@@ -263,7 +293,10 @@ fn check_sides(log: &Log, path: &[&str]) -> Result<(), Fault> {
         ),
     ] {
         let said = columns.iter().flat_map(|columns| &columns.0);
-        if said.map(|column| column.side).any(|own| own.is_some() && own != side) {
+        if said
+            .map(|column| column.side)
+            .any(|own| own.is_some() && own != side)
+        {
             return Err(fault(
                 &[path, &[key]].concat(),
                 format!("{key} says two sides of the gearbox; say it once, as {side_key}"),
@@ -299,6 +332,26 @@ fn check_files(log: &Log, path: &[&str]) -> Result<(), Fault> {
         ));
     }
     Ok(())
+}
+
+/// Checks that a log of its own does not borrow columns from another recording.
+pub(super) fn check_overlay(log: Option<&Log>, over: &Log, path: &[&str]) -> Result<(), Fault> {
+    let own = over.columns().iter().any(|(_, columns)| columns.is_some());
+    let of_columns = |log: &Log| {
+        let listed = log.file.as_ref().map_or(0, Vec::len);
+        log.files().nth(listed).cloned()
+    };
+    match log.and_then(of_columns) {
+        Some(other) if over.file.is_some() && !own => Err(fault(
+            &[path, &["file"]].concat(),
+            format!(
+                "{} holds columns of [log] and belongs to its recording; name the columns of this log \
+                 as well",
+                other.display()
+            ),
+        )),
+        _ => Ok(()),
+    }
 }
 
 fn check_time(log: &Log, path: &[&str]) -> Result<(), Fault> {
@@ -349,7 +402,12 @@ fn check_time(log: &Log, path: &[&str]) -> Result<(), Fault> {
         ));
     }
     let one = matches!(time.column, Some(PerJoint::One(_))) || time.topic.is_some();
-    if !one || time.column.iter().any(|column| matches!(column, PerJoint::One(name) if name.is_pattern())) {
+    if !one
+        || time
+            .column
+            .iter()
+            .any(|column| matches!(column, PerJoint::One(name) if name.is_pattern()))
+    {
         return Err(fault(&at, "time is one column; name it"));
     }
     Ok(())
@@ -365,7 +423,8 @@ fn check_csv(log: &Log, path: &[&str]) -> Result<(), Fault> {
             format!("{key} = {value:?} is not understood; write {what}"),
         )
     };
-    if let Some(text) = (form.delimiter.as_ref()).filter(|t| !one(t) && !words.contains(&t.as_str()))
+    if let Some(text) =
+        (form.delimiter.as_ref()).filter(|t| !one(t) && !words.contains(&t.as_str()))
     {
         let what = "one character, \"tab\", or \"space\" for any number of blanks";
         return Err(wrong("delimiter", text, what));

@@ -98,7 +98,7 @@ impl<T: Clone> PerJoint<T> {
 
     /// Returns how many joints it speaks of, if it says.
     #[must_use]
-    pub fn len(&self) -> Option<usize> {
+    pub fn count(&self) -> Option<usize> {
         match self {
             Self::One(_) => None,
             Self::Each(values) => Some(values.len()),
@@ -166,8 +166,8 @@ impl Column {
     /// Returns how many columns it names by itself.
     #[must_use]
     pub(super) fn entries(&self) -> usize {
-        let columns = self.column.as_ref().and_then(PerJoint::len);
-        let fields = self.field.as_ref().and_then(PerJoint::len);
+        let columns = self.column.as_ref().and_then(PerJoint::count);
+        let fields = self.field.as_ref().and_then(PerJoint::count);
         columns.or(fields).unwrap_or(1)
     }
 

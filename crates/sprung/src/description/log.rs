@@ -123,19 +123,21 @@ impl Log {
 
     /// Returns all files that it names.
     pub fn files(&self) -> impl Iterator<Item = &PathBuf> {
-        let named = self.columns().into_iter().filter_map(|(_, columns)| columns);
+        let named = self
+            .columns()
+            .into_iter()
+            .filter_map(|(_, columns)| columns);
         let of_columns = named.flat_map(|columns| &columns.0);
-        (self.file.iter().flatten()).chain(
-            (of_columns.chain(&self.time)).filter_map(|column| column.file.as_ref()),
-        )
+        (self.file.iter().flatten())
+            .chain((of_columns.chain(&self.time)).filter_map(|column| column.file.as_ref()))
     }
 
     /// Returns the side on which motor positions were recorded, if it is said.
     #[must_use]
     pub fn position_side(&self) -> Option<Side> {
         self.motor_position_side.or_else(|| {
-            let said = self.motor_position.iter().flat_map(|columns| &columns.0);
-            said.filter_map(|column| column.side).next()
+            let mut said = self.motor_position.iter().flat_map(|columns| &columns.0);
+            said.find_map(|column| column.side)
         })
     }
 
@@ -143,8 +145,8 @@ impl Log {
     #[must_use]
     pub fn torque_side(&self) -> Option<Side> {
         self.motor_torque_side.or_else(|| {
-            let said = self.motor_torque.iter().flat_map(|columns| &columns.0);
-            said.filter_map(|column| column.side).next()
+            let mut said = self.motor_torque.iter().flat_map(|columns| &columns.0);
+            said.find_map(|column| column.side)
         })
     }
 

@@ -62,9 +62,8 @@ impl Follower {
             return Ok(());
         };
         // Two samples beyond the last time, for the cubic.
-        while !self.ended
-            && !(self.times.len() >= 2 && self.times[self.times.len() - 2] > last)
-        {
+        let behind = |times: &[f64]| times.len() >= 2 && times[times.len() - 2] > last;
+        while !self.ended && !behind(&self.times) {
             self.more(origin)?;
         }
         let mut k = 0;
@@ -139,10 +138,8 @@ fn interpolated(times: &[f64], values: &[f64], k: usize, time: f64, usual: f64) 
     if time < here || !even(here, next) {
         return f64::NAN;
     }
-    let cubic = k >= 1
-        && k + 2 < times.len()
-        && even(times[k - 1], here)
-        && even(next, times[k + 2]);
+    let cubic =
+        k >= 1 && k + 2 < times.len() && even(times[k - 1], here) && even(next, times[k + 2]);
     let points = if cubic { k - 1..k + 3 } else { k..k + 2 };
     // Lagrange's form.
     points
@@ -163,7 +160,9 @@ mod tests {
 
     #[test]
     fn cubics_are_met_exactly_and_gaps_are_left_open() {
-        let mut times: Vec<f64> = (0..20).map(|k| 0.1 * f64::from(k) + 0.003 * f64::from(k % 3)).collect();
+        let mut times: Vec<f64> = (0..20)
+            .map(|k| 0.1 * f64::from(k) + 0.003 * f64::from(k % 3))
+            .collect();
         let cubic = |t: f64| 1.0 - 2.0 * t + 3.0 * t * t - t * t * t;
         for time in &mut times[12..] {
             *time += 1.0;

@@ -80,7 +80,9 @@ const MAGIC: [(&[u8], Kind); 20] = [
     (b"SQLite format 3\0", Kind::Sqlite),
     (
         b"\x89HDF\r\n\x1a\n",
-        Kind::Other("is HDF5, which is not read; write the arrays as .npz, .mat version 7 or Parquet"),
+        Kind::Other(
+            "is HDF5, which is not read; write the arrays as .npz, .mat version 7 or Parquet",
+        ),
     ),
     (
         b"#ROSBAG V2.0",
@@ -88,19 +90,16 @@ const MAGIC: [(&[u8], Kind); 20] = [
             "is a bag of ROS 1; convert it with rosbags-convert (pip install rosbags) and read that",
         ),
     ),
-    (b"BZh", Kind::Other("is compressed with bzip2; decompress it")),
+    (
+        b"BZh",
+        Kind::Other("is compressed with bzip2; decompress it"),
+    ),
     (
         b"\xfd7zXZ\0",
         Kind::Other("is compressed with xz; decompress it"),
     ),
-    (
-        b"\xff\xfe",
-        Kind::Other("is UTF-16 text; save it as UTF-8"),
-    ),
-    (
-        b"\xfe\xff",
-        Kind::Other("is UTF-16 text; save it as UTF-8"),
-    ),
+    (b"\xff\xfe", Kind::Other("is UTF-16 text; save it as UTF-8")),
+    (b"\xfe\xff", Kind::Other("is UTF-16 text; save it as UTF-8")),
 ];
 
 /// Returns what a file is by its first bytes.
@@ -112,7 +111,11 @@ pub(super) fn kind_of(start: &[u8]) -> Kind {
         return *kind;
     }
     // The text of a MATLAB header is free, its end is not.
-    if start.len() >= 128 && [b"IM", b"MI"].iter().any(|order| &&start[126..128] == order) {
+    if start.len() >= 128
+        && [b"IM", b"MI"]
+            .iter()
+            .any(|order| &&start[126..128] == order)
+    {
         return Kind::Mat5;
     }
     if start.contains(&0) {

@@ -16,6 +16,7 @@ mod formats;
 mod input;
 mod names;
 mod origin;
+mod quantities;
 mod reader;
 mod rows;
 mod source;

@@ -35,7 +35,9 @@ impl Names<'_> {
             } => self.by_pattern(pattern, joint, *index, *of),
             Pick::Field { field, .. } => Err(LogError::format(
                 self.file,
-                format!(" has columns and no messages; name a column instead of the field \"{field}\""),
+                format!(
+                    " has columns and no messages; name a column instead of the field \"{field}\""
+                ),
             )),
         }
     }
@@ -190,11 +192,17 @@ mod tests {
     #[test]
     fn ambiguous_patterns_are_refused() {
         let error = find(&["q1", "q2", "q3"], &pattern("q*", "a", 0, 2)).unwrap_err();
-        assert!(error.contains("matches 3 columns (q1, q2, q3) for 2 joints"), "{error}");
+        assert!(
+            error.contains("matches 3 columns (q1, q2, q3) for 2 joints"),
+            "{error}"
+        );
         let error = find(&["qa", "qb"], &pattern("q*", "x", 0, 2)).unwrap_err();
         assert!(error.contains("neither numbered nor named"), "{error}");
         let error = find(&["a", "b"], &pattern("q*_rad", "x", 0, 2)).unwrap_err();
-        assert!(error.contains("has no column \"q*_rad\"; its columns are a, b"), "{error}");
+        assert!(
+            error.contains("has no column \"q*_rad\"; its columns are a, b"),
+            "{error}"
+        );
     }
 
     #[test]

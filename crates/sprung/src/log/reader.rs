@@ -112,7 +112,12 @@ impl LogReader {
         for (name, rows, _) in &mut self.beside {
             let own = rows.read(count.max(1))?;
             if own != count {
-                return Err(unequal(&self.file, name, self.clock.samples(), (count, own)));
+                return Err(unequal(
+                    &self.file,
+                    name,
+                    self.clock.samples(),
+                    (count, own),
+                ));
             }
         }
         if count == 0 {
@@ -219,7 +224,10 @@ fn rows(
     match time {
         Time::Column(name, _) => picks.push(Pick::Column(name.clone())),
         Time::Messages => picks.push(Pick::Field {
-            field: stream.time.as_ref().map_or_else(String::new, ToString::to_string),
+            field: stream
+                .time
+                .as_ref()
+                .map_or_else(String::new, ToString::to_string),
             joint: String::new(),
             index: 0,
             of: 1,

@@ -24,7 +24,10 @@ impl<W: Write> LogWriter<W> {
             TimeOrigin::Column(name) => name.to_string(),
             TimeOrigin::Period(_) | TimeOrigin::Messages => "t_s".to_owned(),
         };
-        let names = channels.all.iter().map(|channel| channel.origin.pick.example());
+        let names = channels
+            .all
+            .iter()
+            .map(|channel| channel.origin.pick.example());
         writer.write_record(std::iter::once(time).chain(names))?;
         Ok(Self {
             writer,
@@ -71,7 +74,8 @@ impl<W: Write> LogWriter<W> {
                 Quantity::MotorPosition => phi[i],
                 Quantity::MotorTorque => tau[i],
             };
-            self.cells.push((value / channel.factor - channel.origin.offset).to_string());
+            self.cells
+                .push((value / channel.factor - channel.origin.offset).to_string());
         }
         Ok(self.writer.write_record(&self.cells)?)
     }

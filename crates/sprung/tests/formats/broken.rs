@@ -33,7 +33,10 @@ const ALL: [(&str, &str); 15] = [
     ("log.csv.gz", USUAL),
     ("log.csv.zst", USUAL),
     ("plain.npy", NUMBERS),
-    ("records.npy", "time_s = \"t\"\nlink_position_rad = \"q[:,*]\"\nmotor_position_rad = \"phi[:,*]\"\nmotor_torque_nm = \"tau[:,*]\"\n"),
+    (
+        "records.npy",
+        "time_s = \"t\"\nlink_position_rad = \"q[:,*]\"\nmotor_position_rad = \"phi[:,*]\"\nmotor_torque_nm = \"tau[:,*]\"\n",
+    ),
     ("plain.npz", ARRAYS),
     ("packed.npz", ARRAYS),
     ("struct.mat", MATLAB),
@@ -63,7 +66,9 @@ fn files_that_were_cut_off_are_told() {
             };
             assert!(message.contains("run.log"), "{file}: {message}");
             if part >= 0.5 {
-                let told = ["cut off", "damaged", "ends"].iter().any(|word| message.contains(word));
+                let told = ["cut off", "damaged", "ends"]
+                    .iter()
+                    .any(|word| message.contains(word));
                 assert!(told, "{file}, {length} bytes: {message}");
             }
         }
@@ -120,21 +125,36 @@ fn what_is_not_read_says_what_it_is() {
 fn bags_and_tables_are_told_apart() {
     let bag = |file: &str, log: &str| read_log(&Files::Fixtures, file, log).unwrap_err();
     for file in ["zstd.mcap", "plain.db3"] {
-        says(&bag(file, USUAL), &["is a bag; say which topic", "/joint_states, /motor_states"]);
+        says(
+            &bag(file, USUAL),
+            &["is a bag; say which topic", "/joint_states, /motor_states"],
+        );
         says(
             &bag(file, &TOPICS.replace("/joint_states", "/joint_state")),
             &["has no topic \"/joint_state\"; did you mean \"/joint_states\"?"],
         );
         says(
             &bag(file, &TOPICS.replace("effort", "efort")),
-            &["sensor_msgs/msg/JointState", "no number \"efort\"; did you mean \"effort\"?"],
+            &[
+                "sensor_msgs/msg/JointState",
+                "no number \"efort\"; did you mean \"effort\"?",
+            ],
         );
         let strangers = TOPICS.replace("unit", "joint_names = [\"a\", \"b\"], unit");
-        says(&bag(file, &strangers), &["has no joint \"a\"; its messages name joint1, joint2"]);
+        says(
+            &bag(file, &strangers),
+            &["has no joint \"a\"; its messages name joint1, joint2"],
+        );
         let half = TOPICS.replace("unit", "joint_names = [\"joint1\", \"b\"], unit");
-        says(&bag(file, &half), &["message 1 has no joint \"b\"; it has joint1, joint2"]);
+        says(
+            &bag(file, &half),
+            &["message 1 has no joint \"b\"; it has joint1, joint2"],
+        );
         let empty = TOPICS.replace("\"effort\"", "\"velocity\"");
-        says(&bag(file, &empty), &["message 1 has no value at \"velocity[joint1]\""]);
+        says(
+            &bag(file, &empty),
+            &["message 1 has no value at \"velocity[joint1]\""],
+        );
     }
     says(
         &bag("zstd.parquet", TOPICS),
@@ -172,7 +192,10 @@ fn columns_that_are_absent_or_no_numbers() {
         &["has no column \"8\"; it has 7 columns"],
     );
     let arrays = ARRAYS.replace("q[:,*]", "q*");
-    says(&fixture_of("plain.npz", &arrays), &["neither numbered nor named"]);
+    says(
+        &fixture_of("plain.npz", &arrays),
+        &["neither numbered nor named"],
+    );
 }
 
 #[test]
@@ -181,12 +204,18 @@ fn numbers_as_people_write_them() {
     let text = format!("{header}\n0,0;1;2;3;4;5;6\n0,001;1;2;3;4;1.234,5;6\n");
     says(
         &read_text(text, USUAL).unwrap_err(),
-        &["line 3 of log.csv, column \"tau1_nm\": \"1.234,5\"", "no thousands separators"],
+        &[
+            "line 3 of log.csv, column \"tau1_nm\": \"1.234,5\"",
+            "no thousands separators",
+        ],
     );
     let text = format!("{header}\n0.0;1;2;3;4;5;6\n0.001;1;2;3;4;1,234.5;6\n");
     says(
         &read_text(text, USUAL).unwrap_err(),
-        &["line 3 of log.csv, column \"tau1_nm\": \"1,234.5\"", "no thousands separators"],
+        &[
+            "line 3 of log.csv, column \"tau1_nm\": \"1,234.5\"",
+            "no thousands separators",
+        ],
     );
     let ragged = "t_s,q1_rad\n0,1\n0.001\n";
     says(

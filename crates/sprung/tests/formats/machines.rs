@@ -12,7 +12,10 @@ fn data(folder: &str) -> Option<PathBuf> {
     if path.exists() {
         return Some(path);
     }
-    eprintln!("skipped: no files of the real machine at {}", path.display());
+    eprintln!(
+        "skipped: no files of the real machine at {}",
+        path.display()
+    );
     None
 }
 
@@ -23,7 +26,9 @@ fn log_of(folder: &Path, experiment: &str) -> Vec<Vec<f64>> {
     let channels = Channels::new(&experiment.robot, log).unwrap();
     let (folder, own) = (folder.to_owned(), log.file.clone().unwrap()[0].clone());
     let mut reader = move |other: Option<&Path>| -> std::io::Result<Box<dyn Input>> {
-        Ok(Box::new(std::fs::File::open(folder.join(other.unwrap_or(&own)))?))
+        Ok(Box::new(std::fs::File::open(
+            folder.join(other.unwrap_or(&own)),
+        )?))
     };
     let mut source = LogSource {
         name: "log".to_owned(),
@@ -63,7 +68,10 @@ fn six_arrays_in_degrees() {
     };
     let recorded = include_str!("../../../../examples/quanser-2dsfl/as-recorded.toml");
     let tidy = include_str!("../../../../examples/quanser-2dsfl/experiment.toml");
-    let (recorded, tidy) = (log_of(&folder.join("orig"), recorded), log_of(&folder, tidy));
+    let (recorded, tidy) = (
+        log_of(&folder.join("orig"), recorded),
+        log_of(&folder, tidy),
+    );
     let worst = difference(&recorded, &tidy);
     println!("{} samples, {worst:.1e} of the largest", tidy[0].len());
     // The currents' last digits times 8.9 N·m/A.
@@ -77,7 +85,10 @@ fn a_force_from_a_voltage() {
     };
     let recorded = include_str!("../../../../examples/emps/as-recorded.toml");
     let tidy = include_str!("../../../../examples/emps/experiment.toml");
-    let (recorded, tidy) = (log_of(&folder.join("orig"), recorded), log_of(&folder, tidy));
+    let (recorded, tidy) = (
+        log_of(&folder.join("orig"), recorded),
+        log_of(&folder, tidy),
+    );
     let worst = difference(&recorded, &tidy);
     println!("{} samples, {worst:.1e} of the largest", tidy[0].len());
     assert!(worst < 1e-8, "{worst}");
@@ -88,7 +99,12 @@ fn six(log: &str) -> String {
     let joints: Vec<String> = [121, 121, 101, 101, 101, 101]
         .into_iter()
         .enumerate()
-        .map(|(i, ratio)| format!("[[robot.joint]]\nname = \"a{}\"\ngear_ratio = {ratio}.0\n", i + 1))
+        .map(|(i, ratio)| {
+            format!(
+                "[[robot.joint]]\nname = \"a{}\"\ngear_ratio = {ratio}.0\n",
+                i + 1
+            )
+        })
         .collect();
     format!(
         "format = 1\n[robot]\nname = \"six\"\ndh_modified = [{{}}, {{}}, {{}}, {{}}, {{}}, {{}}]\n{}[log]\nperiod_s = 0.004\n{log}",
@@ -119,7 +135,10 @@ fn raw_counts_of_two_encoders() {
         ));
         let (raw, plain) = (log_of(&folder.join("orig"), &raw), log_of(&folder, &plain));
         let worst = difference(&raw, &plain);
-        println!("{recorded}: {} samples, {worst:.1e} of the largest", raw[0].len());
+        println!(
+            "{recorded}: {} samples, {worst:.1e} of the largest",
+            raw[0].len()
+        );
         assert!(worst < 1e-8, "{worst}");
     }
 }

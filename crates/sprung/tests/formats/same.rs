@@ -24,7 +24,13 @@ motor_torque = { topic = "/motor_states", field = "effort", unit = "N·m" }
 
 fn cases() -> Vec<(&'static str, String)> {
     let mut all: Vec<(&str, &str)> = Vec::new();
-    for file in ["plain.csv", "german.csv", "log.csv.gz", "log.csv.zst", "savetxt.dat"] {
+    for file in [
+        "plain.csv",
+        "german.csv",
+        "log.csv.gz",
+        "log.csv.zst",
+        "savetxt.dat",
+    ] {
         all.push((file, USUAL));
     }
     for file in ["bare.txt", "plain.npy", "fortran.npy"] {
@@ -78,7 +84,14 @@ motor_position_rad = ["phi[0]", "phi[1]"]
 motor_torque_nm = "tau*_nm"
 "#,
     ));
-    for file in ["zstd.mcap", "lz4.mcap", "none.mcap", "late.mcap", "plain.db3", "defined.db3"] {
+    for file in [
+        "zstd.mcap",
+        "lz4.mcap",
+        "none.mcap",
+        "late.mcap",
+        "plain.db3",
+        "defined.db3",
+    ] {
         if file != "late.mcap" {
             all.push((file, TOPICS));
         }
@@ -91,7 +104,9 @@ motor_position = { topic = "/state", field = ["motors[0].pqt[0]", "motors[1].pqt
 motor_torque = { topic = "/state", field = "motors[*].pqt[2]", unit = "N·m" }
 "#,
     ));
-    all.into_iter().map(|(file, log)| (file, log.to_owned())).collect()
+    all.into_iter()
+        .map(|(file, log)| (file, log.to_owned()))
+        .collect()
 }
 
 #[test]
@@ -164,7 +179,10 @@ motor_torque = { file = "zstd.mcap", topic = "/motor_states", field = "effort", 
     let short = "t_s,q1_rad,q2_rad\n0,1,2\n0.001,2,3\n";
     let files = Files::Memory(vec![
         ("log.csv", short.into()),
-        ("more.csv", "phi1_rad,phi2_rad,tau1_nm,tau2_nm\n1,2,3,4\n".into()),
+        (
+            "more.csv",
+            "phi1_rad,phi2_rad,tau1_nm,tau2_nm\n1,2,3,4\n".into(),
+        ),
     ]);
     let log = r#"
 time_s = "t_s"
@@ -173,7 +191,13 @@ motor_position_rad = { file = "more.csv", column = "phi*_rad" }
 motor_torque_nm = { file = "more.csv", column = "tau*_nm" }
 "#;
     let error = read_log(&files, "log.csv", log).unwrap_err();
-    says(&error, &["more.csv ends after 1 rows, log.csv goes on", "time = \"…\""]);
+    says(
+        &error,
+        &[
+            "more.csv ends after 1 rows, log.csv goes on",
+            "time = \"…\"",
+        ],
+    );
 }
 
 #[test]

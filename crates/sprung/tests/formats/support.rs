@@ -38,7 +38,9 @@ pub(crate) enum Files {
 }
 
 pub(crate) fn fixture(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/formats/fixtures").join(name)
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/formats/fixtures")
+        .join(name)
 }
 
 pub(crate) fn experiment(log: &str) -> Result<Experiment, String> {

@@ -29,7 +29,16 @@ motor_position = { column = "p*", unit = "deg", side = "motor" }
 motor_current = [{ column = "i1", unit = "mA" }, { column = "i2", unit = "A", gain = 0.5, sign = -1 }]
 "#;
     let log_text = text("t,q1,q2,p1,p2,i1,i2", |t| {
-        format!("{},{},{},{},{},{},{}", t * 1e6, 0.5 + t, t, 90.0 + t, t, 500.0 + t, 1.0 + t)
+        format!(
+            "{},{},{},{},{},{},{}",
+            t * 1e6,
+            0.5 + t,
+            t,
+            90.0 + t,
+            t,
+            500.0 + t,
+            1.0 + t
+        )
     });
     let found = read_text(log_text, log).unwrap();
     assert!((found[0][3] - 0.003).abs() < 1e-15);
@@ -57,8 +66,15 @@ motor_torque = { column = "i*", unit = "mN·m" }
     // Both link counters run over the end: one upwards, one downwards.
     let log_text = text("t,q1,q2,p1,p2,i1,i2,q_at_start_1,q_at_start_2", |t| {
         let k = (t * 1000.0).round() as i64;
-        let (up, down) = ((65_000 + 400 * k) % 65_536, (900 - 400 * k).rem_euclid(65_536));
-        format!("{k},{up},{down},{},{},1500,2000,0.25,-0.5", 7000 + k, -3000 - 2 * k)
+        let (up, down) = (
+            (65_000 + 400 * k) % 65_536,
+            (900 - 400 * k).rem_euclid(65_536),
+        );
+        format!(
+            "{k},{up},{down},{},{},1500,2000,0.25,-0.5",
+            7000 + k,
+            -3000 - 2 * k
+        )
     });
     let found = read_text(log_text, log).unwrap();
     let turn = std::f64::consts::TAU;
@@ -88,7 +104,11 @@ fn text_may_be_written_in_many_ways() {
         ("quoted", quoted, ""),
         ("commented", commented, ""),
         ("skipped", skipped, "csv = { skip_lines = 2 }\n"),
-        ("bars", plain.replace(',', "|"), "csv = { delimiter = \"|\" }\n"),
+        (
+            "bars",
+            plain.replace(',', "|"),
+            "csv = { delimiter = \"|\" }\n",
+        ),
     ] {
         let found = read_text(text, &format!("{more}{USUAL}"))
             .unwrap_or_else(|error| panic!("{what}: {error}"));
@@ -125,7 +145,14 @@ fn dates_are_times_when_they_are_called_so() {
     assert_eq!(found[0].len(), 4);
     assert!((found[0][3] - 0.003).abs() < 1e-12, "{:?}", found[0]);
     let error = read_text(&text, &USUAL.replace("t_s", "stamp")).unwrap_err();
-    says(&error, &["line 2 of log.csv, column \"stamp\"", "it is a date", "unit = \"date\""]);
+    says(
+        &error,
+        &[
+            "line 2 of log.csv, column \"stamp\"",
+            "it is a date",
+            "unit = \"date\"",
+        ],
+    );
 }
 
 #[test]
@@ -138,7 +165,12 @@ fn a_log_without_time_has_a_period() {
 #[test]
 fn ten_thousand_columns() {
     let mut header: Vec<String> = (0..10_000).map(|k| format!("channel_{k}")).collect();
-    for (place, name) in [(0, "t_s"), (17, "q1_rad"), (9999, "q2_rad"), (5000, "phi1_rad")] {
+    for (place, name) in [
+        (0, "t_s"),
+        (17, "q1_rad"),
+        (9999, "q2_rad"),
+        (5000, "phi1_rad"),
+    ] {
         header[place] = name.to_owned();
     }
     for (place, name) in [(5001, "phi2_rad"), (70, "tau1_nm"), (71, "tau2_nm")] {
@@ -164,7 +196,10 @@ fn keys_that_do_not_fit_are_refused_with_their_line() {
         let log = USUAL.replace("motor_torque_nm = \"tau*_nm\"", key);
         says(&experiment(&log).unwrap_err(), fragments);
     };
-    case("motor_torque = \"tau*\"", &["line 19", "does not say its unit", "\"N·m\""]);
+    case(
+        "motor_torque = \"tau*\"",
+        &["line 19", "does not say its unit", "\"N·m\""],
+    );
     case(
         "motor_torque = { column = \"tau*\", unit = \"rad\" }",
         &["cannot be measured in \"rad\""],
@@ -198,7 +233,27 @@ fn keys_that_do_not_fit_are_refused_with_their_line() {
         "link_position_rad = \"q*_rad\"",
         "link_position = { column = \"q*\", unit = \"counts\" }",
     );
-    says(&experiment(&counts).unwrap_err(), &["is in counts; add counts_per_turn"]);
+    says(
+        &experiment(&counts).unwrap_err(),
+        &["is in counts; add counts_per_turn"],
+    );
+    let twice = USUAL.replace("\"t_s\"", "\"t_s\"\ntime_ms = \"t\"");
+    says(
+        &experiment(&twice).unwrap_err(),
+        &["time_s and time_ms say the same thing twice"],
+    );
+    let borrowed = USUAL.replace(
+        "\"tau*_nm\"",
+        "[{ file = \"a.npy\", column = 1 }, { file = \"a.npy\", column = 2 }]\n\
+         [[validate]]\nname = \"other\"\nlog = { file = \"other.csv\" }\n[log.sign]",
+    );
+    says(
+        &experiment(&borrowed).unwrap_err(),
+        &["a.npy holds columns of [log]"],
+    );
     let csv = format!("csv = {{ delimiter = \"ab\" }}\n{USUAL}");
-    says(&experiment(&csv).unwrap_err(), &["delimiter = \"ab\" is not understood"]);
+    says(
+        &experiment(&csv).unwrap_err(),
+        &["delimiter = \"ab\" is not understood"],
+    );
 }

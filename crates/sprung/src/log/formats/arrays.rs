@@ -1,6 +1,6 @@
 //! NumPy arrays: `.npy` and `.npz`.
 
-use std::io::Read;
+use std::io::{Read, SeekFrom};
 
 use super::super::LogError;
 use super::super::names::{Names, listed};
@@ -31,19 +31,29 @@ impl Array {
         format!("{label}{}{}", if joined { "" } else { "." }, column.name)
     }
 
-    fn read(&self, file: &str, reopen: Reopen<'_>) -> Result<Box<dyn Read + Send>, LogError> {
-        let input = reopen()?;
-        match &self.member {
-            Some(member) => member.open(file, input),
-            None => Ok(Box::new(input)),
+    /// Returns a reader of what stands behind so many bytes.
+    fn read(
+        &self,
+        (file, name): (&str, &str),
+        before: u64,
+        reopen: Reopen<'_>,
+    ) -> Result<Box<dyn Read + Send>, LogError> {
+        let failed = |error| LogError::read(file, name, error);
+        let mut input = reopen()?;
+        if let Some(member) = &self.member {
+            let mut read = member.open(file, input)?;
+            skip(&mut *read, before).map_err(failed)?;
+            return Ok(read);
         }
+        input.seek(SeekFrom::Start(before)).map_err(failed)?;
+        Ok(Box::new(input))
     }
 }
 
 /// Opens an `.npy` file.
 pub(super) fn open_npy(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Opened, LogError> {
-    let npy = head(&mut *reopen()?)
-        .map_err(|what| LogError::format(request.file, format!(" {what}")))?;
+    let npy =
+        head(&mut *reopen()?).map_err(|what| LogError::format(request.file, format!(" {what}")))?;
     open(request, &[Array { member: None, npy }], reopen)
 }
 
@@ -52,7 +62,8 @@ pub(super) fn open_npz(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Open
     let file = request.file;
     let members = members(file, &mut *reopen()?)?;
     let names: Vec<&str> = members.iter().map(|member| member.name.as_str()).collect();
-    if !names.iter().any(|name| name.ends_with(".npy")) {
+    let is_array = |name: &str| name.strip_suffix(".npy").is_some();
+    if !names.iter().any(|name| is_array(name)) {
         let what = if names.iter().any(|name| name.starts_with("xl/")) {
             " is a spreadsheet; save it as CSV".to_owned()
         } else {
@@ -65,7 +76,7 @@ pub(super) fn open_npz(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Open
     }
     let mut arrays = Vec::new();
     let mut refused = Vec::new();
-    for member in members.into_iter().filter(|member| member.name.ends_with(".npy")) {
+    for member in members.into_iter().filter(|member| is_array(&member.name)) {
         let mut read = member.open(file, reopen()?)?;
         match head(&mut *read) {
             Ok(npy) if npy.scalar => {}
@@ -83,11 +94,7 @@ pub(super) fn open_npz(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Open
     open(request, &arrays, reopen)
 }
 
-fn open(
-    request: &Request<'_>,
-    arrays: &[Array],
-    reopen: Reopen<'_>,
-) -> Result<Opened, LogError> {
+fn open(request: &Request<'_>, arrays: &[Array], reopen: Reopen<'_>) -> Result<Opened, LogError> {
     let file = request.file;
     if let Some(topic) = request.topic {
         return Err(LogError::format(
@@ -104,12 +111,16 @@ fn open(
     let names = Names {
         file,
         all: &all,
-        given: !(all.iter().all(|name| name.is_empty() || name.starts_with('['))),
+        given: !(all
+            .iter()
+            .all(|name| name.is_empty() || name.starts_with('['))),
     };
     let places = (request.picks.iter())
         .map(|pick| names.find(pick))
         .collect::<Result<Vec<usize>, LogError>>()?;
-    let rows = same_rows(file, &places, |place| (&all[place], arrays[columns[place].0].npy.rows))?;
+    let rows = same_rows(file, &places, |place| {
+        (&all[place], arrays[columns[place].0].npy.rows)
+    })?;
     let mut strips: Vec<Strip> = Vec::new();
     // Columns between others share a strip, those that stand alone have theirs.
     let mut shared: Vec<(usize, bool, usize)> = Vec::new();
@@ -121,15 +132,15 @@ fn open(
             number: column.number,
             out,
         };
-        let known = (shared.iter()).find(|(own, order, _)| *own == i && *order == column.big_endian);
+        let known =
+            (shared.iter()).find(|(own, order, _)| *own == i && *order == column.big_endian);
         if let (Some((_, _, strip)), false) = (known, column.own) {
             strips[*strip].cells.push(cell(column.at as usize));
             continue;
         }
         let name = format!("\"{}\"", all[place]);
-        let mut read = array.read(file, reopen)?;
         let before = array.npy.head + if column.own { column.at } else { 0 };
-        skip(&mut *read, before).map_err(|error| LogError::read(file, &name, error))?;
+        let read = array.read((file, &name), before, reopen)?;
         let (record, at) = if column.own {
             (column.number.size(), 0)
         } else {

@@ -80,7 +80,10 @@ pub(super) fn open(
             roots.sort_unstable();
             roots.dedup();
             for one in &mut wanted {
-                one.column = roots.iter().position(|&r| r == one.column).unwrap_or_default();
+                one.column = roots
+                    .iter()
+                    .position(|&r| r == one.column)
+                    .unwrap_or_default();
             }
             let mask = ProjectionMask::roots(builder.parquet_schema(), roots);
             let reader = builder.with_projection(mask).with_batch_size(BLOCK).build();
@@ -139,7 +142,9 @@ fn damaged(file: &str, error: &dyn std::fmt::Display) -> LogError {
 
 /// Finds the wanted columns.
 fn find(request: &Request<'_>, schema: &Schema) -> Result<Vec<Wanted>, LogError> {
-    let mut all: Vec<String> = (schema.fields().iter()).map(|field| field.name().clone()).collect();
+    let mut all: Vec<String> = (schema.fields().iter())
+        .map(|field| field.name().clone())
+        .collect();
     let plain = all.len();
     // Elements of lists of known length, and fields, have names of their own.
     let mut inner: Vec<(usize, Vec<Step>)> = Vec::new();
@@ -263,9 +268,9 @@ fn unreadable(file: &str, place: Place, name: &str, kind: &DataType) -> LogError
             ": {place}: column \"{name}\" holds lists that are too short, or none; name an element, \
              as \"{name}[0]\""
         ),
-        DataType::Struct(_) => format!(
-            ": column \"{name}\" holds structures; name a field, as \"{name}.position\""
-        ),
+        DataType::Struct(_) => {
+            format!(": column \"{name}\" holds structures; name a field, as \"{name}.position\"")
+        }
         _ => format!(": column \"{name}\" is of type {kind}, which is no number"),
     };
     LogError::format(file, message)
@@ -394,7 +399,9 @@ impl ChunkReader for Shared {
     fn get_bytes(&self, start: u64, length: usize) -> Result<Bytes, ParquetError> {
         let end = start.checked_add(length as u64);
         if end.is_none_or(|end| end > self.length) {
-            return Err(ParquetError::EOF(format!("{length} bytes at {start} are missing")));
+            return Err(ParquetError::EOF(format!(
+                "{length} bytes at {start} are missing"
+            )));
         }
         let mut bytes = vec![0; length];
         let mut input = locked(&self.input);

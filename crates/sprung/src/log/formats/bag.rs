@@ -7,6 +7,7 @@ use super::super::origin::Pick;
 use super::super::{LogError, Place};
 use super::cdr::{Found, Step, decode};
 use super::definition::{Base, Count, Definition, NAMES};
+use super::number::Reading;
 use super::{Opened, Readings, Request, Table};
 
 /// A message of a topic.
@@ -61,7 +62,7 @@ pub(super) fn no_topic(file: &str, topics: &[&str]) -> LogError {
         file,
         format!(
             " is a bag; say which topic holds what, as link_position = {{ topic = \"{}\", unit = \
-             \"rad\" }}; it has {}",
+             \"rad\" }}, and leave out time_s, for messages bring their time; it has {}",
             topics.first().unwrap_or(&"/joint_states"),
             listed(topics)
         ),
@@ -85,7 +86,10 @@ pub(super) fn absent(file: &str, topic: &str, topics: &[&str]) -> LogError {
 /// Makes rows of the messages of a topic.
 pub(super) fn table(request: &Request<'_>, topic: Topic) -> Result<Opened, LogError> {
     let wrong = |message: String| {
-        LogError::format(request.file, format!(": {} ({}) {message}", "its messages", topic.kind))
+        LogError::format(
+            request.file,
+            format!(": {} ({}) {message}", "its messages", topic.kind),
+        )
     };
     let mut paths = Vec::new();
     let mut names = Vec::new();
@@ -108,7 +112,7 @@ pub(super) fn table(request: &Request<'_>, topic: Topic) -> Result<Opened, LogEr
         topic,
         clock,
         usual,
-        found: vec![Found::Nothing; paths.len()],
+        found: vec![None; paths.len()],
         paths,
         ahead: VecDeque::new(),
         places: Vec::new(),
@@ -127,17 +131,17 @@ pub(super) fn table(request: &Request<'_>, topic: Topic) -> Result<Opened, LogEr
 /// stamp.
 fn time_path(definition: &Definition, pick: &Pick) -> Result<(Clock, bool, Vec<Step>), String> {
     let field = pick.to_string();
-    let is_time = |path: &[Step]| {
-        matches!(end_of(definition, path), Some((Base::Message(kind), Count::One)) if definition.is_time(kind))
-    };
+    let is_time = |path: &[Step]| matches!(end_of(definition, path), Some((Base::Message(kind), Count::One)) if definition.is_time(kind));
     match field.as_str() {
         "log_time" => Ok((Clock::Received, false, Vec::new())),
         "" => {
             let usual = ["header.stamp", "stamp"].map(steps);
-            Ok(match usual.into_iter().flatten().find(|path| is_time(path)) {
-                Some(path) => (Clock::Stamp, true, path),
-                None => (Clock::Received, false, Vec::new()),
-            })
+            Ok(
+                match usual.into_iter().flatten().find(|path| is_time(path)) {
+                    Some(path) => (Clock::Stamp, true, path),
+                    None => (Clock::Received, false, Vec::new()),
+                },
+            )
         }
         _ => {
             let path = steps(&field).ok_or_else(|| format!("cannot have a field \"{field}\""))?;
@@ -160,7 +164,9 @@ fn path_of(definition: &Definition, pick: &Pick) -> Result<(Vec<Step>, String), 
         of,
     } = pick
     else {
-        return Err(format!("have fields and no column \"{pick}\"; name a field"));
+        return Err(format!(
+            "have fields and no column \"{pick}\"; name a field"
+        ));
     };
     let text = field.replace('*', &index.to_string());
     let strange = || {
@@ -175,7 +181,7 @@ fn path_of(definition: &Definition, pick: &Pick) -> Result<(Vec<Step>, String), 
         }
     };
     let mut path = steps(&text).ok_or_else(strange)?;
-    let Some((Base::Scalar(_), count)) = end_of(definition, &path) else {
+    let Some((Base::Number(_), count)) = end_of(definition, &path) else {
         return Err(strange());
     };
     if count == Count::One {
@@ -274,10 +280,8 @@ impl Table for BagTable {
                         _ if i == 0 && self.clock == Clock::Received => {
                             out.push_integer(message.time);
                         }
-                        Found::Float(value) => out.push(*value),
-                        Found::Integer(value) if i == 0 => out.push_integer(*value),
-                        Found::Integer(value) => out.push(*value as f64),
-                        Found::Nothing => out.push(f64::NAN),
+                        Some(reading) => out.push_reading(*reading),
+                        None => out.push(f64::NAN),
                     }
                 }
                 self.places.push(self.number);
@@ -310,7 +314,7 @@ impl BagTable {
             self.number += 1;
             self.decode(&message)?;
             self.number -= 1;
-            unset &= self.found.first() == Some(&Found::Integer(0));
+            unset &= self.found.first() == Some(&Some(Reading::Integer(0)));
             self.ahead.push_back(message);
         }
         if unset && self.ahead.len() == 2 {
@@ -354,7 +358,7 @@ impl BagTable {
             ));
         }
         for (path, found) in self.paths.iter().zip(&self.found) {
-            if *found == Found::Nothing && !path.is_empty() {
+            if found.is_none() && !path.is_empty() {
                 return wrong(format!(
                     ": message {} has no value at \"{}\"; the list is too short or empty",
                     self.number,
@@ -387,14 +391,11 @@ impl BagTable {
 }
 
 fn shown(path: &[Step]) -> String {
-    let mut text = String::new();
-    for step in path {
-        match step {
-            Step::Field(name) if text.is_empty() => text.push_str(name),
-            Step::Field(name) => text.push_str(&format!(".{name}")),
-            Step::Index(index) => text.push_str(&format!("[{index}]")),
-            Step::Named(name) => text.push_str(&format!("[{name}]")),
-        }
-    }
-    text
+    let steps = path.iter().map(|step| match step {
+        Step::Field(name) => format!(".{name}"),
+        Step::Index(index) => format!("[{index}]"),
+        Step::Named(name) => format!("[{name}]"),
+    });
+    let text: String = steps.collect();
+    text.trim_start_matches('.').to_owned()
 }

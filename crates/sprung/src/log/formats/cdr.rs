@@ -1,6 +1,7 @@
 //! Numbers within a message in CDR, the encoding of ROS 2.
 
-use super::definition::{Base, Count, Definition, NAMES, Scalar};
+use super::definition::{Base, Count, Definition, NAMES};
+use super::number::{Number, Reading};
 
 /// A step on the way to a number.
 #[derive(Clone, Debug, PartialEq)]
@@ -11,13 +12,8 @@ pub(super) enum Step {
     Named(String),
 }
 
-/// What was found.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Found {
-    Nothing,
-    Float(f64),
-    Integer(i64),
-}
+/// What was found, if anything.
+pub(super) type Found = Option<Reading>;
 
 /// A place for a number, and what is left of the way to it.
 type Way<'a> = (usize, &'a [Step]);
@@ -42,7 +38,7 @@ pub(super) fn decode(
     paths: &[Vec<Step>],
     found: &mut [Found],
 ) -> Result<Vec<String>, String> {
-    found.fill(Found::Nothing);
+    found.fill(None);
     let (big_endian, widest) = match data {
         [0, 0, _, _, ..] => (true, 8),
         [0, 1, _, _, ..] => (false, 8),
@@ -79,9 +75,11 @@ impl Decoder<'_> {
         }
         let arrives = ways.iter().find(|(_, way)| way.is_empty());
         if let (Some((place, _)), true) = (arrives, definition.is_time(kind)) {
-            let (seconds, rest) = (self.bits(4)? as i32, self.bits(4)? as u32);
-            self.found[*place] =
-                Found::Integer(i64::from(seconds) * 1_000_000_000 + i64::from(rest));
+            let seconds = self.number(Number::I32)?;
+            let rest = self.number(Number::U32)?;
+            if let (Reading::Integer(seconds), Reading::Integer(rest)) = (seconds, rest) {
+                self.found[*place] = Some(Reading::Integer(seconds * 1_000_000_000 + rest));
+            }
             return Ok(());
         }
         for field in fields {
@@ -97,7 +95,7 @@ impl Decoder<'_> {
                     continue;
                 }
                 Count::Fixed(count) => count,
-                Count::Any => self.bits(4)? as usize,
+                Count::Any => self.length()?,
             };
             if count > self.data.len() - self.at {
                 return Err(cut());
@@ -125,8 +123,10 @@ impl Decoder<'_> {
             .collect();
         let last = wanted.iter().map(|(index, _)| index + 1).max().unwrap_or(0);
         for i in 0..count {
-            if i >= last && let Base::Scalar(scalar) = base {
-                let size = scalar.size();
+            if i >= last
+                && let Base::Number(number) = base
+            {
+                let size = number.size();
                 return self.skip(size, size.checked_mul(count - i).ok_or_else(cut)?);
             }
             let here: Vec<Way<'_>> = (wanted.iter())
@@ -142,12 +142,12 @@ impl Decoder<'_> {
         match base {
             Base::Text => self.text().map(drop),
             Base::WideText => {
-                let count = self.bits(4)? as usize;
+                let count = self.length()?;
                 self.skip(2, count.checked_mul(2).ok_or_else(cut)?)
             }
             Base::Message(kind) => self.message(kind, ways),
-            Base::Scalar(scalar) => {
-                let found = self.scalar(scalar)?;
+            Base::Number(number) => {
+                let found = Some(self.number(number)?);
                 for (place, way) in ways {
                     if way.is_empty() {
                         self.found[*place] = found;
@@ -158,45 +158,37 @@ impl Decoder<'_> {
         }
     }
 
-    fn scalar(&mut self, scalar: Scalar) -> Result<Found, String> {
-        let bits = self.bits(scalar.size())?;
-        Ok(match scalar {
-            Scalar::F64 => Found::Float(f64::from_bits(bits)),
-            Scalar::F32 => Found::Float(f64::from(f32::from_bits(bits as u32))),
-            Scalar::I8 => Found::Integer(i64::from(bits as i8)),
-            Scalar::I16 => Found::Integer(i64::from(bits as i16)),
-            Scalar::I32 => Found::Integer(i64::from(bits as i32)),
-            Scalar::I64 => Found::Integer(bits as i64),
-            Scalar::U8 | Scalar::U16 | Scalar::U32 => Found::Integer(bits as i64),
-            Scalar::U64 => i64::try_from(bits).map_or(Found::Float(bits as f64), Found::Integer),
-        })
-    }
-
     /// Steps to the next multiple of a size, and over some bytes.
     fn skip(&mut self, align: usize, bytes: usize) -> Result<(), String> {
         if bytes == 0 {
             return Ok(());
         }
         let start = self.at.next_multiple_of(align.min(self.widest));
-        let end = start.checked_add(bytes).filter(|end| *end <= self.data.len());
+        let end = start
+            .checked_add(bytes)
+            .filter(|end| *end <= self.data.len());
         self.at = end.ok_or_else(cut)?;
         Ok(())
     }
 
-    fn bits(&mut self, size: usize) -> Result<u64, String> {
+    fn number(&mut self, number: Number) -> Result<Reading, String> {
+        let size = number.size();
         self.skip(size, size)?;
         let bytes = &self.data[self.at - size..self.at];
-        let push = |bits: u64, byte: &u8| bits << 8 | u64::from(*byte);
-        Ok(if self.big_endian {
-            bytes.iter().fold(0, push)
-        } else {
-            bytes.iter().rev().fold(0, push)
-        })
+        Ok(number.read(bytes, self.big_endian))
+    }
+
+    /// Reads how many elements or bytes follow.
+    fn length(&mut self) -> Result<usize, String> {
+        match self.number(Number::U32)? {
+            Reading::Integer(length) => usize::try_from(length).map_err(|_| cut()),
+            Reading::Float(_) => Err(cut()),
+        }
     }
 
     /// Reads text; its length counts the zero at its end.
     fn text(&mut self) -> Result<String, String> {
-        let length = self.bits(4)? as usize;
+        let length = self.length()?;
         self.skip(1, length)?;
         let bytes = &self.data[self.at - length..self.at];
         let text = bytes.strip_suffix(&[0]).unwrap_or(bytes);
@@ -229,12 +221,12 @@ mod tests {
         .concat();
         let field = |name: &str| Step::Field(name.to_owned());
         for data in [little, big] {
-            let mut found = [Found::Nothing];
+            let mut found = [None];
             decode(&definition, &data, &paths(&[field("b")]), &mut found).unwrap();
-            assert_eq!(found, [Found::Float(1.5)]);
+            assert_eq!(found, [Some(Reading::Float(1.5))]);
             let last = paths(&[field("c"), Step::Index(1)]);
             decode(&definition, &data, &last, &mut found).unwrap();
-            assert_eq!(found, [Found::Integer(-2)]);
+            assert_eq!(found, [Some(Reading::Integer(-2))]);
             // Every message that is cut off is refused.
             for length in 0..data.len() {
                 assert!(decode(&definition, &data[..length], &last, &mut found).is_err());

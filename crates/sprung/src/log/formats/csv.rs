@@ -103,7 +103,9 @@ pub(super) fn open(
         None if form.header => (record.iter())
             .map(|name| decoded(name).trim().to_owned())
             .collect(),
-        None => (1..=record.len()).map(|number| number.to_string()).collect(),
+        None => (1..=record.len())
+            .map(|number| number.to_string())
+            .collect(),
     };
     let names = Names {
         file,
@@ -172,7 +174,9 @@ fn push_time(readings: &mut Readings, cell: &[u8], dates: bool, decimal_comma: b
     if dates {
         return date(cell).map(|date| readings.push_integer(date));
     }
-    let integer = std::str::from_utf8(cell).ok().and_then(|text| text.trim().parse().ok());
+    let integer = std::str::from_utf8(cell)
+        .ok()
+        .and_then(|text| text.trim().parse().ok());
     match integer {
         Some(integer) => readings.push_integer(integer),
         None => readings.push(number(cell, decimal_comma)?),

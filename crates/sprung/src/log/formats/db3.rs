@@ -1,4 +1,4 @@
-//! Bags of ROS 2 in SQLite (`.db3`).
+//! Bags of ROS 2 in databases (`.db3`).
 
 use super::super::LogError;
 use super::super::input::Input;
@@ -33,13 +33,20 @@ pub(super) fn open(request: &Request<'_>, input: Box<dyn Input>) -> Result<Opene
             ),
         ));
     };
-    let topics = rows(&mut base, of_topics, ["name", "type", "serialization_format"])
-        .map_err(failed)?;
+    let topics = rows(
+        &mut base,
+        of_topics,
+        ["name", "type", "serialization_format"],
+    )
+    .map_err(failed)?;
     let known: Vec<&str> = topics.iter().filter_map(|(_, row)| row[0].text()).collect();
     let Some(topic) = request.topic else {
         return Err(no_topic(file, &known));
     };
-    let of_topic: Vec<_> = topics.iter().filter(|(_, row)| row[0].text() == Some(topic)).collect();
+    let of_topic: Vec<_> = topics
+        .iter()
+        .filter(|(_, row)| row[0].text() == Some(topic))
+        .collect();
     let Some((_, first)) = of_topic.first() else {
         return Err(absent(file, topic, &known));
     };

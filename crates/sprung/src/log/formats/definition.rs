@@ -1,37 +1,12 @@
 //! Definitions of ROS 2 messages, as text (`.msg`).
 
 use super::super::names::listed;
-
-/// A number of a message.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Scalar {
-    F64,
-    F32,
-    I8,
-    I16,
-    I32,
-    I64,
-    U8,
-    U16,
-    U32,
-    U64,
-}
-
-impl Scalar {
-    pub(super) fn size(self) -> usize {
-        match self {
-            Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::F32 | Self::I32 | Self::U32 => 4,
-            Self::F64 | Self::I64 | Self::U64 => 8,
-        }
-    }
-}
+use super::number::Number;
 
 /// What a field holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Base {
-    Scalar(Scalar),
+    Number(Number),
     Text,
     WideText,
     /// A message, by its place among the types.
@@ -66,6 +41,9 @@ pub(super) const NAMES: [&str; 3] = ["name", "joint_names", "names"];
 
 /// Messages within messages that are believed.
 const DEEPEST: usize = 24;
+
+/// Numbers that are listed, at most.
+const LISTED: usize = 1000;
 
 /// Definitions of messages that old bags do not bring along.
 const KNOWN: [(&str, &str); 6] = [
@@ -148,33 +126,46 @@ impl Definition {
         let types = (sections.iter())
             .map(|(name, body)| {
                 let package = name.split('/').next().unwrap_or_default();
-                let fields = body.lines().filter_map(|line| field(line, package, &names).transpose());
+                let fields = body
+                    .lines()
+                    .filter_map(|line| field(line, package, &names).transpose());
                 fields.collect::<Result<Vec<Field>, String>>()
             })
             .collect::<Result<Vec<_>, String>>()?;
         let definition = Self { types };
-        if definition.depth(0, 0) > DEEPEST {
+        let mut depths = vec![None; definition.types.len()];
+        if definition.depth(0, 0, &mut depths) > DEEPEST {
             return Err("contains itself".to_owned());
         }
         Ok(definition)
     }
 
-    fn depth(&self, kind: usize, above: usize) -> usize {
+    /// Returns how many messages are within one another.
+    ///
+    /// - `known`: of the types that were looked at.
+    fn depth(&self, kind: usize, above: usize, known: &mut [Option<usize>]) -> usize {
         if above > DEEPEST {
             return above;
         }
-        (self.types[kind].iter())
-            .filter_map(|field| match field.base {
-                Base::Message(inner) => Some(self.depth(inner, above + 1)),
-                _ => None,
-            })
-            .max()
-            .unwrap_or(above)
+        if let Some(depth) = known[kind] {
+            return depth;
+        }
+        let mut deepest = 0;
+        for field in &self.types[kind] {
+            if let Base::Message(inner) = field.base {
+                deepest = deepest.max(1 + self.depth(inner, above + 1, known));
+            }
+        }
+        known[kind] = Some(deepest);
+        deepest
     }
 
     /// Returns whether a type is a time.
     pub(super) fn is_time(&self, kind: usize) -> bool {
-        let names: Vec<&str> = self.types[kind].iter().map(|field| field.name.as_str()).collect();
+        let names: Vec<&str> = self.types[kind]
+            .iter()
+            .map(|field| field.name.as_str())
+            .collect();
         names == ["sec", "nanosec"]
     }
 
@@ -191,14 +182,17 @@ impl Definition {
 
     fn list(&self, kind: usize, path: &str, all: &mut Vec<String>) {
         for field in &self.types[kind] {
+            if all.len() >= LISTED {
+                return;
+            }
             let name = format!("{path}{}", field.name);
             let name = match field.count {
                 Count::One => name,
-                _ if matches!(field.base, Base::Scalar(_)) => name,
+                _ if matches!(field.base, Base::Number(_)) => name,
                 _ => format!("{name}[0]"),
             };
             match field.base {
-                Base::Scalar(_) => all.push(name),
+                Base::Number(_) => all.push(name),
                 Base::Message(inner) if self.is_time(inner) => all.push(name),
                 Base::Message(inner) => self.list(inner, &format!("{name}."), all),
                 Base::Text | Base::WideText => {}
@@ -224,7 +218,10 @@ fn field(line: &str, package: &str, names: &[String]) -> Result<Option<Field>, S
     if name.contains('=') || behind.trim_start().starts_with('=') {
         return Ok(None);
     }
-    let (element, count) = match kind.strip_suffix(']').and_then(|kind| kind.rsplit_once('[')) {
+    let (element, count) = match kind
+        .strip_suffix(']')
+        .and_then(|kind| kind.rsplit_once('['))
+    {
         None => (kind, Count::One),
         Some((element, size)) => match size.parse() {
             Ok(size) => (element, Count::Fixed(size)),
@@ -233,16 +230,16 @@ fn field(line: &str, package: &str, names: &[String]) -> Result<Option<Field>, S
     };
     let bounded = element.split("<=").next().unwrap_or_default();
     let base = match bounded {
-        "float64" => Base::Scalar(Scalar::F64),
-        "float32" => Base::Scalar(Scalar::F32),
-        "int8" => Base::Scalar(Scalar::I8),
-        "int16" => Base::Scalar(Scalar::I16),
-        "int32" => Base::Scalar(Scalar::I32),
-        "int64" => Base::Scalar(Scalar::I64),
-        "uint8" | "byte" | "char" | "bool" => Base::Scalar(Scalar::U8),
-        "uint16" => Base::Scalar(Scalar::U16),
-        "uint32" => Base::Scalar(Scalar::U32),
-        "uint64" => Base::Scalar(Scalar::U64),
+        "float64" => Base::Number(Number::F64),
+        "float32" => Base::Number(Number::F32),
+        "int8" => Base::Number(Number::I8),
+        "int16" => Base::Number(Number::I16),
+        "int32" => Base::Number(Number::I32),
+        "int64" => Base::Number(Number::I64),
+        "uint8" | "byte" | "char" | "bool" => Base::Number(Number::U8),
+        "uint16" => Base::Number(Number::U16),
+        "uint32" => Base::Number(Number::U32),
+        "uint64" => Base::Number(Number::U64),
         "string" => Base::Text,
         "wstring" => Base::WideText,
         other => {
@@ -253,10 +250,16 @@ fn field(line: &str, package: &str, names: &[String]) -> Result<Option<Field>, S
             } else {
                 format!("{package}/{other}")
             };
-            let place = names.iter().position(|known| *known == full).ok_or_else(|| {
-                let known: Vec<&str> = names.iter().map(String::as_str).collect();
-                format!("names {full}, which is not defined beside {}", listed(&known))
-            })?;
+            let place = names
+                .iter()
+                .position(|known| *known == full)
+                .ok_or_else(|| {
+                    let known: Vec<&str> = names.iter().map(String::as_str).collect();
+                    format!(
+                        "names {full}, which is not defined beside {}",
+                        listed(&known)
+                    )
+                })?;
             Base::Message(place)
         }
     };
@@ -277,12 +280,18 @@ mod tests {
                     float64[3] force # N\nfloat32[<=4] spare\nMotor[] motors\nbool ok true\n\
                     ===\nMSG: my_robot/Motor\nint16 temperature\n";
         let definition = Definition::parse("my_robot/msg/State", text).unwrap();
-        let names: Vec<&str> = definition.types[0].iter().map(|f| f.name.as_str()).collect();
+        let names: Vec<&str> = definition.types[0]
+            .iter()
+            .map(|f| f.name.as_str())
+            .collect();
         assert_eq!(names, ["label", "force", "spare", "motors", "ok"]);
         assert_eq!(definition.types[0][1].count, Count::Fixed(3));
         assert_eq!(definition.types[0][2].count, Count::Any);
         assert_eq!(definition.types[0][3].base, Base::Message(1));
-        assert_eq!(definition.leaves(), ["force", "spare", "motors[0].temperature", "ok"]);
+        assert_eq!(
+            definition.leaves(),
+            ["force", "spare", "motors[0].temperature", "ok"]
+        );
     }
 
     #[test]
@@ -290,7 +299,10 @@ mod tests {
         let error = Definition::parse("a/msg/B", "a/B[] inner\n").unwrap_err();
         assert_eq!(error, "contains itself");
         let error = Definition::parse("a/msg/B", "c/D inner\n").unwrap_err();
-        assert!(error.starts_with("names c/D, which is not defined"), "{error}");
+        assert!(
+            error.starts_with("names c/D, which is not defined"),
+            "{error}"
+        );
         for (kind, _) in KNOWN {
             assert!(Definition::known(kind).is_some(), "{kind}");
         }

@@ -56,8 +56,8 @@ impl Form {
                 .iter()
                 .all(|cell| number(cell.as_bytes(), decimal_comma).is_some())
         };
-        let header = (said.header)
-            .unwrap_or_else(|| data.first().is_none_or(|first| !numeric(first)));
+        let header =
+            (said.header).unwrap_or_else(|| data.first().is_none_or(|first| !numeric(first)));
         let above = (lines.iter()).take_while(|line| line.trim().is_empty() || is_comment(line));
         let commented_names = above
             .filter(|line| is_comment(line))
@@ -179,10 +179,7 @@ pub(super) fn date(cell: &[u8]) -> Option<i64> {
         .find(|c: char| !(c.is_ascii_digit() || ":.".contains(c)))
         .unwrap_or(rest.len());
     let mut clock = rest[..end].split(':');
-    let (hours, minutes): (i64, i64) = (
-        clock.next()?.parse().ok()?,
-        clock.next()?.parse().ok()?,
-    );
+    let (hours, minutes): (i64, i64) = (clock.next()?.parse().ok()?, clock.next()?.parse().ok()?);
     let (whole, fraction) = match clock.next().unwrap_or("0").split_once('.') {
         Some((whole, fraction)) => (whole.to_owned(), format!("{fraction:0<9}")),
         None => (clock_seconds(&rest[..end]), "0".to_owned()),
@@ -244,8 +241,14 @@ mod tests {
     #[test]
     fn dates_are_counted_in_nanoseconds() {
         assert_eq!(date(b"1970-01-01T00:00:00"), Some(0));
-        assert_eq!(date(b"1970-01-02 00:00:00.000000001Z"), Some(86_400_000_000_001));
-        assert_eq!(date(b"2024-02-29T12:00:01.5+02:00"), Some(1_709_208_001_500_000_000));
+        assert_eq!(
+            date(b"1970-01-02 00:00:00.000000001Z"),
+            Some(86_400_000_000_001)
+        );
+        assert_eq!(
+            date(b"2024-02-29T12:00:01.5+02:00"),
+            Some(1_709_208_001_500_000_000)
+        );
         assert_eq!(date(b"2024-02-29"), None);
         assert_eq!(date(b"1.5"), None);
     }

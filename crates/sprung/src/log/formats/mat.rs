@@ -2,7 +2,8 @@
 
 use std::io::{Error, ErrorKind, Read, Result as IoResult, Seek, SeekFrom};
 
-use super::strips::{Number, skip};
+use super::number::Number;
+use super::strips::skip;
 
 /// An array of numbers in a file.
 #[derive(Clone, Debug, PartialEq)]
@@ -237,8 +238,14 @@ impl Scan<'_> {
             .map(|four| u64::from(word(four, self.contents.big_endian)))
             .collect();
         let own = String::from_utf8_lossy(&self.bytes(read)?).into_owned();
-        let name = if path.is_empty() { own } else { path.to_owned() };
-        let count = dimensions.iter().try_fold(1_u64, |size, n| size.checked_mul(*n));
+        let name = if path.is_empty() {
+            own
+        } else {
+            path.to_owned()
+        };
+        let count = dimensions
+            .iter()
+            .try_fold(1_u64, |size, n| size.checked_mul(*n));
         let count = count.ok_or_else(|| damaged("absurd dimensions"))?;
         match class {
             2 | 3 => {
@@ -246,12 +253,12 @@ impl Scan<'_> {
                     self.bytes(read)?;
                 }
                 self.structure(read, &name, count, depth)?;
-                self.rest(read, end, depth)
+                Self::rest(read, end, depth)
             }
             6..=15 if complex => self.refuse(read, end, depth, &name, "is complex"),
             6..=15 => {
                 self.numbers(read, &name, &dimensions)?;
-                self.rest(read, end, depth)
+                Self::rest(read, end, depth)
             }
             1 => self.refuse(read, end, depth, &name, "is a cell array"),
             4 => self.refuse(read, end, depth, &name, "is text"),
@@ -261,7 +268,7 @@ impl Scan<'_> {
     }
 
     /// Goes to the end of an array, unless nothing follows that matters.
-    fn rest<R: Read>(&self, read: &mut Counted<R>, end: u64, depth: usize) -> IoResult<()> {
+    fn rest<R: Read>(read: &mut Counted<R>, end: u64, depth: usize) -> IoResult<()> {
         if depth == 0 {
             return Ok(());
         }
@@ -280,7 +287,7 @@ impl Scan<'_> {
         if !name.is_empty() {
             self.contents.refused.push(format!("\"{name}\" {why}"));
         }
-        self.rest(read, end, depth)
+        Self::rest(read, end, depth)
     }
 
     fn numbers<R: Read>(
@@ -305,9 +312,9 @@ impl Scan<'_> {
         };
         let rows = dimensions.first().copied().unwrap_or(0);
         let columns: u64 = dimensions.iter().skip(1).product();
-        let count = rows.checked_mul(columns).filter(|count| {
-            count.checked_mul(number.size() as u64) == Some(element.length)
-        });
+        let count = rows
+            .checked_mul(columns)
+            .filter(|count| count.checked_mul(number.size() as u64) == Some(element.length));
         if count.is_none() {
             return Err(damaged("an array of another size than its dimensions"));
         }

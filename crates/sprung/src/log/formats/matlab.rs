@@ -64,7 +64,9 @@ pub(super) fn open(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Opened, 
     let places = (request.picks.iter())
         .map(|pick| find(&names, pick, &contents.refused))
         .collect::<Result<Vec<usize>, LogError>>()?;
-    let rows = same_rows(file, &places, |place| (&all[place], columns[place].samples()))?;
+    let rows = same_rows(file, &places, |place| {
+        (&all[place], columns[place].samples())
+    })?;
     let mut strips: Vec<Strip> = Vec::new();
     for (out, &place) in places.iter().enumerate() {
         let (column, name) = (&columns[place], format!("\"{}\"", all[place]));
@@ -117,13 +119,18 @@ fn find(names: &Names<'_>, pick: &Pick, refused: &[String]) -> Result<usize, Log
         return found;
     }
     let plain: String = name.chars().filter(|c| !c.is_whitespace()).collect();
-    let short = ["(:,1)", "(:)", "(1,:)"].iter().find_map(|end| plain.strip_suffix(end));
+    let short = ["(:,1)", "(:)", "(1,:)"]
+        .iter()
+        .find_map(|end| plain.strip_suffix(end));
     for other in [Some(plain.as_str()), short].into_iter().flatten() {
         if let Some(place) = names.all.iter().position(|known| known == other) {
             return Ok(place);
         }
     }
-    if let Some(why) = refused.iter().find(|why| why.starts_with(&format!("\"{name}\" "))) {
+    if let Some(why) = refused
+        .iter()
+        .find(|why| why.starts_with(&format!("\"{name}\" ")))
+    {
         return Err(LogError::format(names.file, format!(": {why}")));
     }
     found

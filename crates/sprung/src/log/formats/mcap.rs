@@ -112,7 +112,8 @@ impl Mcap {
         match record {
             Record::Schema { header, data } => {
                 let text = String::from_utf8_lossy(&data).into_owned();
-                self.schemas.insert(header.id, (header.name, header.encoding, text));
+                self.schemas
+                    .insert(header.id, (header.name, header.encoding, text));
                 Ok(Step::Other)
             }
             Record::Channel(channel) => {
@@ -153,7 +154,9 @@ impl Mcap {
         if let Some((first, _)) = &self.found
             && first != kind
         {
-            return wrong(format!(" carries two types of messages, {first} and {kind}"));
+            return wrong(format!(
+                " carries two types of messages, {first} and {kind}"
+            ));
         }
         match Definition::parse(kind, text) {
             Ok(definition) => self.found = Some((kind.clone(), definition)),
@@ -167,7 +170,8 @@ impl Mcap {
 fn damaged(file: &str, error: &McapError) -> LogError {
     let message = match error {
         McapError::UnexpectedEof => {
-            " ends in the middle of a record: it was cut off; recover it with \"mcap recover\"".to_owned()
+            " ends in the middle of a record: it was cut off; recover it with \"mcap recover\""
+                .to_owned()
         }
         McapError::UnsupportedCompression(method) => format!(
             " has chunks compressed with {method}, which is not read; compress it anew with \"mcap \

@@ -17,6 +17,7 @@ mod matlab;
 #[cfg(feature = "mcap")]
 mod mcap;
 mod npy;
+mod number;
 mod sqlite;
 mod strips;
 mod zip;
@@ -24,6 +25,7 @@ mod zip;
 use std::cell::Cell;
 use std::io::Read;
 
+use self::number::Reading;
 use super::input::{Input, Kind, kind_of, peek};
 use super::origin::Pick;
 use super::{LogError, Place};
@@ -48,6 +50,14 @@ impl Readings {
     pub(super) fn push(&mut self, value: f64) {
         self.started = true;
         self.values.push(value - self.origin as f64);
+    }
+
+    /// Appends a number as it was stored.
+    fn push_reading(&mut self, reading: Reading) {
+        match reading {
+            Reading::Float(value) => self.push(value),
+            Reading::Integer(value) => self.push_integer(value),
+        }
     }
 
     /// Appends an integer exactly.
@@ -119,10 +129,7 @@ pub fn panics_are_caught() -> bool {
 
 /// Reads with a crate that panics on some damaged files.
 #[cfg(any(feature = "arrow", feature = "mcap"))]
-fn guarded<T>(
-    file: &str,
-    read: impl FnOnce() -> Result<T, LogError>,
-) -> Result<T, LogError> {
+fn guarded<T>(file: &str, read: impl FnOnce() -> Result<T, LogError>) -> Result<T, LogError> {
     let before = GUARDED.replace(true);
     let result = std::panic::catch_unwind(std::panic::AssertUnwindSafe(read));
     GUARDED.set(before);
@@ -182,11 +189,10 @@ fn compressed<R: Read + Send + 'static>(
     inner: R,
 ) -> Result<Opened, LogError> {
     let what = format!("its {method} stream");
-    let (start, whole, read) = peek(request.file, inner)
-        .map_err(|error| match error {
-            LogError::Io { file, source } => LogError::read(&file, &what, source),
-            other => other,
-        })?;
+    let (start, whole, read) = peek(request.file, inner).map_err(|error| match error {
+        LogError::Io { file, source } => LogError::read(&file, &what, source),
+        other => other,
+    })?;
     match kind_of(&start) {
         Kind::Text | Kind::Empty => csv::open(request, &what, &start, whole, Box::new(read)),
         kind => Err(LogError::format(

@@ -2,12 +2,12 @@
 
 use std::io::Read;
 
-use super::strips::Number;
+use super::number::Number;
 
 /// A column of an array: its name behind that of the array, and where it is.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct NpyColumn {
-    /// As Python writes it: ``, `["q"]`, `[:,0]`.
+    /// As Python writes it, `[:,0]`, or the name of a field; empty for a vector.
     pub(super) name: String,
     pub(super) number: Number,
     pub(super) big_endian: bool,
@@ -63,7 +63,12 @@ pub(super) fn head(read: &mut dyn Read) -> Result<Npy, String> {
     let Value::Dict(entries) = value else {
         return Err("has a damaged head".to_owned());
     };
-    let entry = |key: &str| entries.iter().find(|(name, _)| name == key).map(|(_, value)| value);
+    let entry = |key: &str| {
+        entries
+            .iter()
+            .find(|(name, _)| name == key)
+            .map(|(_, value)| value)
+    };
     let (Some(descr), Some(Value::Word(fortran)), Some(Value::List(shape))) =
         (entry("descr"), entry("fortran_order"), entry("shape"))
     else {
@@ -94,9 +99,7 @@ fn layout(descr: &Value, fortran: bool, shape: &[u64], head: u64) -> Result<Npy,
             let kind = Kind::of(kind)?;
             let size = kind.number.size() as u64;
             if fortran && inner.len() > 1 {
-                return Err(
-                    "has three or more dimensions in Fortran order; give it two".to_owned()
-                );
+                return Err("has three or more dimensions in Fortran order; give it two".to_owned());
             }
             let own = fortran != lying && !inner.is_empty();
             for (name, place) in places(&inner)? {
@@ -350,7 +353,10 @@ mod tests {
     }
 
     fn named(npy: &Npy) -> Vec<(&str, u64, bool)> {
-        (npy.columns.iter().map(|column| (column.name.as_str(), column.at, column.own))).collect()
+        (npy.columns
+            .iter()
+            .map(|column| (column.name.as_str(), column.at, column.own)))
+        .collect()
     }
 
     #[test]
@@ -376,7 +382,11 @@ mod tests {
         assert_eq!(npy.record, 8 + 16 + 8 + 4);
         assert_eq!(
             named(&npy),
-            [("t", 0, false), ("q[:,0]", 24, false), ("q[:,1]", 28, false)]
+            [
+                ("t", 0, false),
+                ("q[:,0]", 24, false),
+                ("q[:,1]", 28, false)
+            ]
         );
     }
 

@@ -1,4 +1,4 @@
-//! Tables of an SQLite database, read row by row.
+//! Tables of an `SQLite` database, read row by row.
 
 use std::io::{Error, ErrorKind, Read, Result as IoResult, Seek, SeekFrom};
 
@@ -57,7 +57,9 @@ fn number(bytes: &[u8], at: usize, size: usize) -> IoResult<u64> {
     let end = at.checked_add(size);
     let part = end.and_then(|end| bytes.get(at..end));
     let part = part.ok_or_else(|| damaged("a page points beyond itself"))?;
-    Ok(part.iter().fold(0, |value, byte| value << 8 | u64::from(*byte)))
+    Ok(part
+        .iter()
+        .fold(0, |value, byte| value << 8 | u64::from(*byte)))
 }
 
 /// Reads a number of variable length; returns where it ends.

@@ -3,60 +3,8 @@
 use std::io::Read;
 
 use super::super::{LogError, Place};
+use super::number::Number;
 use super::{Readings, Table};
-
-/// How a number is stored.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Number {
-    F64,
-    F32,
-    I8,
-    I16,
-    I32,
-    I64,
-    U8,
-    U16,
-    U32,
-    U64,
-}
-
-impl Number {
-    /// Returns its size in bytes.
-    pub(super) fn size(self) -> usize {
-        match self {
-            Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::F32 | Self::I32 | Self::U32 => 4,
-            Self::F64 | Self::I64 | Self::U64 => 8,
-        }
-    }
-
-    /// Appends the number that some bytes hold.
-    fn push(self, bytes: &[u8], big_endian: bool, out: &mut Readings) {
-        let mut word = [0_u8; 8];
-        let size = self.size();
-        for (to, from) in word.iter_mut().zip(&bytes[..size]) {
-            *to = *from;
-        }
-        if big_endian {
-            word[..size].reverse();
-        }
-        let bits = u64::from_le_bytes(word);
-        match self {
-            Self::F64 => out.push(f64::from_bits(bits)),
-            Self::F32 => out.push(f64::from(f32::from_bits(bits as u32))),
-            Self::I8 => out.push_integer(i64::from(bits as i8)),
-            Self::I16 => out.push_integer(i64::from(bits as i16)),
-            Self::I32 => out.push_integer(i64::from(bits as i32)),
-            Self::I64 => out.push_integer(bits as i64),
-            Self::U8 | Self::U16 | Self::U32 => out.push_integer(bits as i64),
-            Self::U64 => match i64::try_from(bits) {
-                Ok(value) => out.push_integer(value),
-                Err(_) => out.push(bits as f64),
-            },
-        }
-    }
-}
 
 /// A number within a record.
 #[derive(Clone, Copy, Debug)]
@@ -119,8 +67,8 @@ impl Table for StripTable {
                 .map_err(|error| LogError::read(&self.file, &strip.name, error))?;
             for record in self.buffer.chunks_exact(strip.record.max(1)) {
                 for cell in &strip.cells {
-                    let bytes = &record[cell.at..];
-                    cell.number.push(bytes, strip.big_endian, &mut out[cell.out]);
+                    let bytes = &record[cell.at..cell.at + cell.number.size()];
+                    out[cell.out].push_reading(cell.number.read(bytes, strip.big_endian));
                 }
             }
         }

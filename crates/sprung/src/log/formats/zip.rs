@@ -138,7 +138,10 @@ impl Member {
             .then(|| Some((half(&head, 26)?, half(&head, 28)?)))
             .flatten();
         let Some((of_name, of_extra)) = lengths else {
-            let error = Error::new(ErrorKind::InvalidData, "its header is not where it should be");
+            let error = Error::new(
+                ErrorKind::InvalidData,
+                "its header is not where it should be",
+            );
             return Err(failed(error));
         };
         let skip = i64::from(of_name) + i64::from(of_extra);
@@ -176,7 +179,9 @@ struct Checked<R> {
 
 impl<R: Read> Read for Checked<R> {
     fn read(&mut self, out: &mut [u8]) -> std::io::Result<usize> {
-        let room = out.len().min(usize::try_from(self.left).unwrap_or(usize::MAX));
+        let room = out
+            .len()
+            .min(usize::try_from(self.left).unwrap_or(usize::MAX));
         if room == 0 {
             return Ok(0);
         }
