@@ -169,8 +169,8 @@ mod tests {
         }
         let values: Vec<f64> = times.iter().map(|&t| cubic(t)).collect();
         let at = |k: usize, time: f64| interpolated(&times, &values, k, time, 0.1);
-        for k in 1..9 {
-            let time = times[k] + 0.04;
+        for (k, time) in times.iter().enumerate().take(9).skip(1) {
+            let time = time + 0.04;
             assert!((at(k, time) - cubic(time)).abs() < 1e-12, "{k}");
         }
         assert_eq!(at(5, times[5]).to_bits(), values[5].to_bits());

@@ -153,8 +153,8 @@ fn topics_on_other_clocks_come_onto_that_of_the_first() {
         0.3 * f64::sin((9.0 + 2.0 * k) * t + k) + 0.01 * k * t
     };
     let mut worst = 0.0_f64;
-    for i in 1..found[0].len() - 2 {
-        let time = found[0][i];
+    let inner = found[0].iter().enumerate();
+    for (i, &time) in inner.take(found[0].len() - 2).skip(1) {
         for k in 0..2 {
             assert!((found[1 + k][i] - wave(k, time)).abs() < 1e-12);
         }
