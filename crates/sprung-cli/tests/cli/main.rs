@@ -14,6 +14,7 @@ mod bad_log;
 mod bad_robot;
 mod browser;
 mod common;
+mod formats;
 mod new;
 mod outputs;
 mod readme;

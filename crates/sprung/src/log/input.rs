@@ -132,15 +132,18 @@ pub(super) type Peeked<R> = Chain<Cursor<Vec<u8>>, R>;
 
 /// Looks at the first bytes of a reader; returns them, whether they are all,
 /// and a reader that begins with them.
+///
+/// - `what`: what it is called when it cannot be read.
 pub(super) fn peek<R: Read>(
     file: &str,
+    what: &str,
     mut read: R,
 ) -> Result<(Vec<u8>, bool, Peeked<R>), LogError> {
     let mut start = Vec::new();
     read.by_ref()
         .take(START as u64)
         .read_to_end(&mut start)
-        .map_err(|error| LogError::read(file, "its beginning", error))?;
+        .map_err(|error| LogError::read(file, what, error))?;
     let whole = start.len() < START;
     let again = Cursor::new(start.clone()).chain(read);
     Ok((start, whole, again))

@@ -148,7 +148,7 @@ fn guarded<T>(file: &str, read: impl FnOnce() -> Result<T, LogError>) -> Result<
 /// [`LogError`] if it is nothing that is read, or lacks a column.
 pub(super) fn open(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Opened, LogError> {
     let file = request.file;
-    let (start, whole, read) = peek(file, reopen()?)?;
+    let (start, whole, read) = peek(file, "its beginning", reopen()?)?;
     match kind_of(&start) {
         Kind::Gzip => {
             let inner = flate2::read::MultiGzDecoder::new(read);
@@ -189,10 +189,7 @@ fn compressed<R: Read + Send + 'static>(
     inner: R,
 ) -> Result<Opened, LogError> {
     let what = format!("its {method} stream");
-    let (start, whole, read) = peek(request.file, inner).map_err(|error| match error {
-        LogError::Io { file, source } => LogError::read(&file, &what, source),
-        other => other,
-    })?;
+    let (start, whole, read) = peek(request.file, &what, inner)?;
     match kind_of(&start) {
         Kind::Text | Kind::Empty => csv::open(request, &what, &start, whole, Box::new(read)),
         kind => Err(LogError::format(
