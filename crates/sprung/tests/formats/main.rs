@@ -7,6 +7,7 @@
     reason = "figures for people"
 )]
 
+mod bags;
 mod broken;
 mod machines;
 mod same;
