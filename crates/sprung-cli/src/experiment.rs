@@ -139,15 +139,32 @@ pub(crate) fn sources<'a>(paths: &[PathBuf], openers: &'a mut [Files]) -> Vec<Lo
         .collect()
 }
 
-/// Opens a log for reading.
+/// Opens a log for reading; a folder is a bag of ROS 2.
 fn open(path: &Path) -> std::io::Result<Box<dyn Input>> {
     if path.is_dir() {
-        return Err(std::io::Error::new(
-            std::io::ErrorKind::IsADirectory,
-            "it is a folder; of a bag, name the .mcap or .db3 file in it",
-        ));
+        return Ok(Box::new(File::open(of_bag(path)?)?));
     }
     Ok(Box::new(File::open(path)?))
+}
+
+/// Returns the one file of messages in a folder.
+fn of_bag(folder: &Path) -> std::io::Result<PathBuf> {
+    let entries = std::fs::read_dir(folder)?;
+    let mut files: Vec<PathBuf> = (entries.filter_map(Result::ok))
+        .map(|entry| entry.path())
+        .filter(|path| path.extension().is_some_and(|e| e == "mcap" || e == "db3"))
+        .collect();
+    files.sort();
+    let what = match &files[..] {
+        [one] => return Ok(one.clone()),
+        [] => "it is a folder without .mcap or .db3 file".to_owned(),
+        [first, ..] => format!(
+            "it is a folder with {} bags; name them one by one, as file = [\"{}\", …]",
+            files.len(),
+            first.display()
+        ),
+    };
+    Err(std::io::Error::new(std::io::ErrorKind::IsADirectory, what))
 }
 
 /// A parameter file.

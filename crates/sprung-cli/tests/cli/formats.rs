@@ -63,10 +63,13 @@ fn files_that_cannot_be_read() {
     let case = Case::new();
     std::fs::remove_file(case.path("identification.csv")).unwrap();
     std::fs::create_dir(case.path("identification.csv")).unwrap();
-    case.fails(
-        4,
-        &["it is a folder; of a bag, name the .mcap or .db3 file"],
-    );
+    case.fails(4, &["it is a folder without .mcap or .db3 file"]);
+    for name in ["a_0.mcap", "a_1.mcap"] {
+        std::fs::write(case.path("identification.csv").join(name), "t_s\n").unwrap();
+    }
+    case.fails(4, &["it is a folder with 2 bags; name them one by one"]);
+    std::fs::remove_file(case.path("identification.csv/a_1.mcap")).unwrap();
+    case.fails(3, &["identification.csv has no column \"q1_rad\""]);
 }
 
 #[test]

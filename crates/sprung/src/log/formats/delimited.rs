@@ -51,23 +51,24 @@ impl Form {
             Some(decimal) => decimal == ",",
             None => delimiter != Delimiter::Byte(b',') && has_decimal_commas(&data, delimiter),
         };
-        let numeric = |line: &str| {
-            cells(line, delimiter)
-                .iter()
-                .all(|cell| number(cell.as_bytes(), decimal_comma).is_some())
-        };
-        let header =
-            (said.header).unwrap_or_else(|| data.first().is_none_or(|first| !numeric(first)));
+        let first: Vec<String> = data
+            .first()
+            .map_or_else(Vec::new, |line| cells(line, delimiter));
+        let numbers = (first.iter())
+            .filter(|cell| number(cell.as_bytes(), decimal_comma).is_some())
+            .count();
         let above = (lines.iter()).take_while(|line| line.trim().is_empty() || is_comment(line));
-        let commented_names = above
+        let commented = above
             .filter(|line| is_comment(line))
             .last()
-            .filter(|_| !header)
             .map(|line| cells(line[1..].trim(), delimiter))
-            .filter(|names| {
-                data.first()
-                    .is_some_and(|first| cells(first, delimiter).len() == names.len())
-            });
+            .filter(|names| names.len() == first.len());
+        // Beside text, names in a comment say that the first line is none of names.
+        let header = (said.header).unwrap_or(match &commented {
+            Some(_) => 2 * numbers < first.len(),
+            None => numbers < first.len() || first.is_empty(),
+        });
+        let commented_names = commented.filter(|_| !header);
         Self {
             delimiter,
             decimal_comma,
@@ -233,6 +234,8 @@ mod tests {
     fn names_may_stand_in_a_comment() {
         let numpy = form("# t q1\n0.0 1.0\n0.1 2.0\n");
         assert_eq!(numpy.commented_names.unwrap(), ["t", "q1"]);
+        let with_text = form("#t,state,q\n0,idle,1\n1,busy,2\n");
+        assert_eq!(with_text.commented_names.unwrap(), ["t", "state", "q"]);
         let matlab = form("% made by hand\nt,q\n0,1\n");
         assert_eq!((matlab.comment, matlab.header), (b'%', true));
         assert_eq!(matlab.commented_names, None);
