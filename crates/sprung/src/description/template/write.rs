@@ -228,7 +228,7 @@ fn log(text: &mut String, robot: &Start) {
 # FILL IN the log and its columns, as its header line names them: in each list one per joint, in the
 # order of the blocks above. Link positions are those behind the spring: a joint with transmission =
 # \"rigid\" has none. Motor positions and torques are those behind the gearbox. A log may be CSV,
-# Parquet, Arrow, .npz, .mat, MCAP or .db3, in other units, in counts, in several files: docs/logs.md.
+# Parquet, Arrow, .npz, .mat, MCAP or .db3, other units, counts, several files: docs/logs.md.
 [log]
 ",
     );
