@@ -2,12 +2,11 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use sprung::description::{self, DescriptionError, Experiment, Log};
 use sprung::estimate::Identification;
-use sprung::log::LogSource;
+use sprung::log::{Input, LogSource, Opener};
 use sprung::model::Model;
 use sprung::validate::ParameterSet;
 
@@ -23,6 +22,11 @@ pub(crate) struct Loaded {
     file: PathBuf,
 }
 
+/// What logs are called.
+const LOGS: [&str; 10] = [
+    "csv", "gz", "zst", "parquet", "arrow", "npy", "npz", "mat", "mcap", "db3",
+];
+
 /// Reads an experiment file, or `experiment.toml` of a folder.
 pub(crate) fn load(path: &Path, overrides: &[String]) -> Result<Loaded, Failure> {
     let file = if path.is_dir() {
@@ -31,7 +35,8 @@ pub(crate) fn load(path: &Path, overrides: &[String]) -> Result<Loaded, Failure>
         path.to_owned()
     };
     let name = file.display().to_string();
-    if file.extension().is_some_and(|extension| extension == "csv") {
+    let is_log = |extension: &std::ffi::OsStr| LOGS.iter().any(|known| extension == *known);
+    if file.extension().is_some_and(is_log) {
         return Err(Failure::new(
             ExitCode::Usage,
             format!("{name} is a log; give the experiment file that names it, or its folder"),
@@ -70,8 +75,7 @@ impl Loaded {
         let logs = (experiment.validate.iter())
             .filter_map(|run| run.log.as_ref())
             .chain(&experiment.log)
-            .filter_map(|log| log.file.as_ref())
-            .flatten();
+            .flat_map(Log::files);
         let robot = experiment.robot.urdf.iter();
         let twin = experiment
             .simulate
@@ -109,29 +113,58 @@ impl Loaded {
     }
 }
 
-/// A function that opens a file as often as it is called.
-pub(crate) type Opener = Box<dyn FnMut() -> std::io::Result<Box<dyn Read + Send>> + Send>;
+/// A function that opens the files of a log as often as it is called.
+pub(crate) type Files = Box<Opener<'static>>;
 
-/// Returns functions that open logs.
-pub(crate) fn openers(paths: &[PathBuf]) -> Vec<Opener> {
-    (paths.iter().cloned())
-        .map(|path| Box::new(move || open(&path)) as Opener)
-        .collect()
+/// Returns functions that open logs, and other files in a folder.
+pub(crate) fn openers(folder: &Path, paths: &[PathBuf]) -> Vec<Files> {
+    let opener = |own: &PathBuf| {
+        let (own, folder) = (own.clone(), folder.to_owned());
+        let opener = move |other: Option<&Path>| match other {
+            None => open(&own),
+            Some(other) => open(&folder.join(other)),
+        };
+        Box::new(opener) as Files
+    };
+    paths.iter().map(opener).collect()
 }
 
 /// Returns logs that can be read any number of times.
-pub(crate) fn sources<'a>(paths: &[PathBuf], openers: &'a mut [Opener]) -> Vec<LogSource<'a>> {
+pub(crate) fn sources<'a>(paths: &[PathBuf], openers: &'a mut [Files]) -> Vec<LogSource<'a>> {
     (paths.iter().zip(openers))
         .map(|(path, reader)| LogSource {
             name: path.display().to_string(),
-            reader,
+            reader: &mut **reader,
         })
         .collect()
 }
 
-/// Opens a log for reading.
-fn open(path: &Path) -> std::io::Result<Box<dyn Read + Send>> {
+/// Opens a log for reading; a folder is a bag of ROS 2.
+fn open(path: &Path) -> std::io::Result<Box<dyn Input>> {
+    if path.is_dir() {
+        return Ok(Box::new(File::open(of_bag(path)?)?));
+    }
     Ok(Box::new(File::open(path)?))
+}
+
+/// Returns the one file of messages in a folder.
+fn of_bag(folder: &Path) -> std::io::Result<PathBuf> {
+    let entries = std::fs::read_dir(folder)?;
+    let mut files: Vec<PathBuf> = (entries.filter_map(Result::ok))
+        .map(|entry| entry.path())
+        .filter(|path| path.extension().is_some_and(|e| e == "mcap" || e == "db3"))
+        .collect();
+    files.sort();
+    let what = match &files[..] {
+        [one] => return Ok(one.clone()),
+        [] => "it is a folder without .mcap or .db3 file".to_owned(),
+        [first, ..] => format!(
+            "it is a folder with {} bags; name them one by one, as file = [\"{}\", …]",
+            files.len(),
+            first.display()
+        ),
+    };
+    Err(std::io::Error::new(std::io::ErrorKind::IsADirectory, what))
 }
 
 /// A parameter file.

@@ -9,5 +9,12 @@ mod results;
 mod terminal;
 
 fn main() -> std::process::ExitCode {
+    let usual = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        // Some panics come out as the error of a damaged log.
+        if !sprung::log::panics_are_caught() {
+            usual(panic);
+        }
+    }));
     commands::run()
 }

@@ -2,7 +2,8 @@
 //! for 1000 s, an arm with seven flexible joints for a minute and for an hour.
 
 use std::collections::BTreeMap;
-use std::io::{Cursor, Read};
+use std::io::Cursor;
+use std::path::Path;
 use std::sync::Arc;
 
 use divan::Bencher;
@@ -10,7 +11,7 @@ use divan::counter::{BytesCount, ItemsCount};
 use sprung::demo;
 use sprung::description::{self, Cutoff, Estimator, Experiment, no_files};
 use sprung::estimate::identify;
-use sprung::log::{Channels, LogSource};
+use sprung::log::{Channels, Input, LogSource};
 use sprung::model::Model;
 use sprung::simulate::{TwinSetup, record};
 
@@ -69,7 +70,7 @@ fn bench_seven(bencher: Bencher, logs: usize, threads: usize) {
     };
     let samples = 15_000 * logs;
     bencher.counter(ItemsCount::new(samples)).bench_local(|| {
-        let open = || Ok(Box::new(Cursor::new(csv.clone())) as Box<dyn Read + Send>);
+        let open = |_: Option<&Path>| Ok(Box::new(Cursor::new(csv.clone())) as Box<dyn Input>);
         let mut readers = vec![open; logs];
         let mut sources: Vec<LogSource<'_>> = (readers.iter_mut())
             .map(|reader| LogSource {
@@ -99,7 +100,8 @@ fn bench_identify(bencher: Bencher, seconds: u32) {
         .counter(BytesCount::of_slice(csv.as_ref()))
         .counter(ItemsCount::new(1000 * seconds))
         .bench_local(|| {
-            let mut reader = || Ok(Box::new(Cursor::new(csv.clone())) as Box<dyn Read + Send>);
+            let mut reader =
+                |_: Option<&Path>| Ok(Box::new(Cursor::new(csv.clone())) as Box<dyn Input>);
             let source = LogSource {
                 name: "demo.csv".to_owned(),
                 reader: &mut reader,

@@ -42,7 +42,7 @@ pub(crate) fn run(args: &Identify) -> Result<ExitCode, Failure> {
 pub(super) fn from_disk(loaded: &Loaded, terminal: Terminal) -> Result<Identified, Failure> {
     let paths = loaded.log_paths(None)?;
     let bar = terminal.progress("identifying", None);
-    let mut openers = openers(&paths);
+    let mut openers = openers(&loaded.folder, &paths);
     let mut sources = sources(&paths, &mut openers);
     let mut progress = |samples| bar.set_position(samples);
     let found = identify(

@@ -52,7 +52,10 @@ pub(crate) fn run(args: &Simulate) -> Result<ExitCode, Failure> {
     let paths = loaded.log_paths(overlay)?;
     let name = (paths.first())
         .and_then(|path| path.file_name())
-        .map_or_else(|| PathBuf::from("simulated.csv"), PathBuf::from);
+        .map_or_else(
+            || PathBuf::from("simulated.csv"),
+            |name| PathBuf::from(name).with_extension("csv"),
+        );
     let twin = TwinSetup {
         model: &loaded.model,
         theta: &theta,

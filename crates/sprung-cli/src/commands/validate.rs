@@ -12,7 +12,7 @@ use sprung::validate::{ValidateError, Validated, validate};
 use super::identify::{code_of_pass, write_report};
 use crate::args::Validate;
 use crate::exit_code::{ExitCode, Failure};
-use crate::experiment::{Loaded, Opener, Parameters, load, openers, read_parameters, sources};
+use crate::experiment::{Files, Loaded, Parameters, load, openers, read_parameters, sources};
 use crate::output::Output;
 use crate::terminal::Terminal;
 
@@ -87,7 +87,9 @@ pub(super) fn from_disk(
         .flat_map(|identification| &identification.log.delay_s)
         .map(|(column, delay)| (column.clone(), delay.value))
         .collect();
-    let mut openers: Vec<Vec<Opener>> = paths.iter().map(|paths| openers(paths)).collect();
+    let mut openers: Vec<Vec<Files>> = (paths.iter())
+        .map(|paths| openers(&loaded.folder, paths))
+        .collect();
     let bar = terminal.progress("validating", None);
     let mut sources: Vec<Vec<LogSource<'_>>> = (paths.iter().zip(&mut openers))
         .map(|(paths, openers)| sources(paths, openers))

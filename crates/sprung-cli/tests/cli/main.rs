@@ -15,6 +15,7 @@ mod bad_robot;
 mod browser;
 mod common;
 mod compare;
+mod formats;
 mod new;
 mod output_error;
 mod outputs;

@@ -115,6 +115,80 @@ fn delay_is_found() {
     assert!((29.0..32.0).contains(&stiffness(&json).0));
 }
 
+/// Identifies from what a machine wrote, with an experiment beside the files.
+fn identify_recorded(example: &str, folder: &str) -> Option<(i32, Value)> {
+    let recorded = PathBuf::from(data(folder)?);
+    let place = TempDir::new().unwrap();
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/");
+    std::fs::copy(
+        format!("{root}{example}"),
+        place.path().join("experiment.toml"),
+    )
+    .unwrap();
+    for file in std::fs::read_dir(recorded).unwrap() {
+        let file = file.unwrap();
+        std::fs::copy(file.path(), place.path().join(file.file_name())).unwrap();
+    }
+    let output = sprung(&["identify", place.path().to_str().unwrap(), "--json"]);
+    let json = serde_json::from_slice(&output.stdout);
+    Some((
+        output.status.code().unwrap(),
+        json.unwrap_or_else(|_| panic!("{}", stderr(&output))),
+    ))
+}
+
+/// Checks that every parameter is that of another run, up to the rounding of
+/// the log.
+fn same_parameters(one: &Value, other: &Value) {
+    let list = |json: &Value| json["results"][0]["parameters"].as_array().unwrap().clone();
+    let (one, other) = (list(one), list(other));
+    assert_eq!(one.len(), other.len());
+    let mut worst = 0.0_f64;
+    for (a, b) in one.iter().zip(&other) {
+        assert_eq!(a["name"], b["name"]);
+        let (x, y) = (a["value"].as_f64(), b["value"].as_f64());
+        let error = a["standard_error"].as_f64();
+        match (x, y, error) {
+            (Some(x), Some(y), Some(error)) => worst = worst.max((x - y).abs() / error),
+            _ => assert_eq!(x, y),
+        }
+    }
+    println!("{worst:.1e} standard errors apart");
+    assert!(worst < 1e-4, "{worst}");
+}
+
+#[test]
+fn what_the_machines_wrote_gives_the_numbers_of_tidy_files() {
+    let quanser = identify_recorded("quanser-2dsfl/as-recorded.toml", "quanser_2dsfl/orig");
+    if let (Some((code, recorded)), Some((_, tidy))) = (quanser, identify(&[])) {
+        assert_eq!(code, 0);
+        same_parameters(&recorded, &tidy);
+    }
+    let emps = identify_recorded("emps/as-recorded.toml", "emps/orig");
+    if let (Some((code, recorded)), Some(log)) = (emps, data("emps/emps_estimation.csv")) {
+        assert_eq!(code, 0);
+        let (_, tidy) = run("identify", "emps", &["--set", &format!("log.file={log}")]);
+        same_parameters(&recorded, &tidy);
+    }
+}
+
+#[test]
+fn cobot_from_raw_counts() {
+    let Some((_, json)) = identify_recorded("neura-lara8/experiment.toml", "neura_lara8/orig")
+    else {
+        return;
+    };
+    let motor = &json["results"][0]["motor_rows"][0]["parameters"];
+    let stiffness = (motor.as_array().unwrap().iter())
+        .find(|parameter| parameter["name"] == "joint2.stiffness")
+        .and_then(|parameter| parameter["value"].as_f64())
+        .unwrap();
+    let stacked = value(&json, "joint2.stiffness");
+    println!("stiffness of joint 2: stacked {stacked:.3e}, motor row {stiffness:.3e} N·m/rad");
+    // A plain fit of deflection against torque gives 3.0e5 to 3.1e5.
+    assert!((1e5..1e6).contains(&stiffness), "{stiffness}");
+}
+
 /// Residual over torque of a joint's row.
 fn relative(json: &Value, row: &str) -> f64 {
     let residual = &json["results"][0]["relative_residual"][row];

@@ -344,8 +344,9 @@ fn files_that_are_something_else() {
     assert_eq!(output.status.code(), Some(2));
     assert!(stderr(&output).contains("is a log; give the experiment file"));
     let text = std::fs::read_to_string(case.path("identification.csv")).unwrap();
-    std::fs::write(case.path("identification.csv"), text.replace(',', ";")).unwrap();
-    case.fails(3, &["separated by ';', only commas are read"]);
+    let glued = text.replace(',', "/");
+    std::fs::write(case.path("identification.csv"), glued).unwrap();
+    case.fails(3, &["has no column \"t_s\"; its columns are t_s/q1_rad"]);
     let fresh = Case::new();
     let output = sprung(&["validate", fresh.path("experiment.toml").to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(4));

@@ -2,7 +2,7 @@
 
 use sprung_core::chain::JointKind;
 
-use super::check_log::check_log;
+use super::check_log::{check_log, check_overlay};
 use super::check_robot::robot;
 use super::choice::{nearest, quoted};
 use super::identify::Cutoff;
@@ -68,6 +68,7 @@ pub(super) fn check(file: &ExperimentFile) -> Result<(), Fault> {
                 .log
                 .as_ref()
                 .map_or_else(|| over.clone(), |log| log.overlaid(over));
+            check_overlay(file.log.as_ref(), over, &["validate", &i, "log"])?;
             check_log(&log, &["validate", &i, "log"], &file.robot)?;
         }
         if let Some(controller) = &run.controller {

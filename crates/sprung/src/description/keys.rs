@@ -58,15 +58,16 @@ fn walk(table: &DeTable<'_>, schema: &Value, place: &str) -> Result<(), Misfit> 
         };
         match value.get_ref() {
             DeValue::Table(table) => match branch(schema, "items") {
-                // An override speaks of an element by its name or index.
-                Some(items) => {
+                // An override speaks of an element by its name or index, a
+                // column that stands alone by its keys.
+                Some(items) if !stands_alone(table, schema) => {
                     for (_, item) in table {
                         if let DeValue::Table(table) = item.get_ref() {
                             walk(table, items, &place)?;
                         }
                     }
                 }
-                None => walk(table, schema, &place)?,
+                _ => walk(table, schema, &place)?,
             },
             DeValue::Array(array) => {
                 if let Some(items) = branch(schema, "items") {
@@ -83,14 +84,17 @@ fn walk(table: &DeTable<'_>, schema: &Value, place: &str) -> Result<(), Misfit> 
     Ok(())
 }
 
+/// Returns whether a table is the element itself where a list of them may
+/// stand, and not an override of elements.
+fn stands_alone(table: &DeTable<'_>, schema: &Value) -> bool {
+    let elements = |(_, value): (_, &toml::Spanned<DeValue<'_>>)| value.get_ref().is_table();
+    branch(schema, "properties").is_some() && !table.iter().all(elements)
+}
+
 /// Returns a part of a schema, looking through the alternatives of `anyOf`.
 fn branch<'a>(schema: &'a Value, part: &str) -> Option<&'a Value> {
     schema.get(part).or_else(|| {
-        schema
-            .get("anyOf")?
-            .as_array()?
-            .iter()
-            .find_map(|alternative| alternative.get(part))
+        (schema.get("anyOf")?.as_array()?.iter()).find_map(|alternative| branch(alternative, part))
     })
 }
 

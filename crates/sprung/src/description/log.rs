@@ -7,53 +7,78 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::choice::choose;
+use super::columns::{Column, ColumnName, Columns};
 use super::robot::Side;
 
 /// A log and what its columns mean; each list has one column per joint that
 /// turns, or slides. Only flexible joints have a link position of their own.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 pub struct Log {
-    /// CSV file with a header line, or several of one robot; relative to the
-    /// experiment file.
+    /// The log, or several of one robot; relative to the experiment file. What
+    /// a file is shows in its first bytes.
     #[serde(default, deserialize_with = "files")]
     #[schemars(with = "Option<OneOrManyFiles>")]
     pub file: Option<Vec<PathBuf>>,
+    /// How CSV is written, where it does not show.
+    pub csv: Option<CsvForm>,
     /// Column of the time, s.
-    pub time_s: Option<String>,
+    pub time_s: Option<ColumnName>,
     /// Column of the time, ms.
-    pub time_ms: Option<String>,
+    pub time_ms: Option<ColumnName>,
+    /// Column of the time, µs.
+    pub time_us: Option<ColumnName>,
+    /// Column of the time, ns.
+    pub time_ns: Option<ColumnName>,
+    /// Column of the time, in the unit that it says, or the `time` of a topic.
+    #[serde(default, deserialize_with = "one_column")]
+    #[schemars(with = "Option<Columns>")]
+    pub time: Option<Column>,
+    /// Time between samples, of logs without a column of the time, s.
+    pub period_s: Option<f64>,
     /// Columns of the link positions, rad.
-    pub link_position_rad: Option<Vec<String>>,
+    pub link_position_rad: Option<Columns>,
     /// Columns of the link positions, degrees.
-    pub link_position_deg: Option<Vec<String>>,
+    pub link_position_deg: Option<Columns>,
     /// Columns of the link positions of joints that slide, m.
-    pub link_position_m: Option<Vec<String>>,
+    pub link_position_m: Option<Columns>,
+    /// Columns of the link positions, in the unit that each says.
+    pub link_position: Option<Columns>,
     /// Columns of the joint deflections `q - phi`, rad.
-    pub link_deflection_rad: Option<Vec<String>>,
+    pub link_deflection_rad: Option<Columns>,
     /// Columns of the joint deflections `q - phi`, degrees.
-    pub link_deflection_deg: Option<Vec<String>>,
+    pub link_deflection_deg: Option<Columns>,
+    /// Columns of the joint deflections, in the unit that each says.
+    pub link_deflection: Option<Columns>,
     /// Columns of the motor positions after the gearbox, rad.
-    pub motor_position_rad: Option<Vec<String>>,
+    pub motor_position_rad: Option<Columns>,
     /// Columns of the motor positions after the gearbox, degrees.
-    pub motor_position_deg: Option<Vec<String>>,
+    pub motor_position_deg: Option<Columns>,
     /// Columns of the motor positions of joints that slide, m.
-    pub motor_position_m: Option<Vec<String>>,
+    pub motor_position_m: Option<Columns>,
+    /// Columns of the motor positions, in the unit that each says.
+    pub motor_position: Option<Columns>,
     /// Side of the gearbox on which the motor positions were recorded.
     pub motor_position_side: Option<Side>,
     /// Columns of the motor torques after the gearbox, N·m.
-    pub motor_torque_nm: Option<Vec<String>>,
+    pub motor_torque_nm: Option<Columns>,
     /// Columns of the motor forces of joints that slide, N.
-    pub motor_force_n: Option<Vec<String>>,
+    pub motor_force_n: Option<Columns>,
     /// Whether the torques are those that acted, as the commands of a drive are,
     /// and not measured ones with noise of their own.
     #[serde(default)]
     pub motor_torque_exact: bool,
+    /// Columns of the motor torques or forces, in the unit that each says.
+    pub motor_torque: Option<Columns>,
     /// Side of the gearbox on which the motor torques were recorded.
     pub motor_torque_side: Option<Side>,
     /// Columns of the motor currents, A.
-    pub motor_current_a: Option<Vec<String>>,
+    pub motor_current_a: Option<Columns>,
+    /// Columns of the motor currents, in the unit that each says.
+    pub motor_current: Option<Columns>,
     /// Columns of the amplifiers' command voltages, V.
-    pub drive_voltage_v: Option<Vec<String>>,
+    pub drive_voltage_v: Option<Columns>,
+    /// Columns of the amplifiers' command voltages, in the unit that each says.
+    pub drive_voltage: Option<Columns>,
     /// How much later than the others a column was recorded, s, by column.
     #[serde(default)]
     pub delay_s: BTreeMap<String, Delay>,
@@ -75,53 +100,131 @@ impl Log {
         }
     }
 
+    /// Returns what the keys of a quantity's columns hold.
+    #[must_use]
+    pub fn columns(&self) -> [(&'static str, Option<&Columns>); 18] {
+        [
+            ("link_position_rad", self.link_position_rad.as_ref()),
+            ("link_position_deg", self.link_position_deg.as_ref()),
+            ("link_position_m", self.link_position_m.as_ref()),
+            ("link_position", self.link_position.as_ref()),
+            ("link_deflection_rad", self.link_deflection_rad.as_ref()),
+            ("link_deflection_deg", self.link_deflection_deg.as_ref()),
+            ("link_deflection", self.link_deflection.as_ref()),
+            ("motor_position_rad", self.motor_position_rad.as_ref()),
+            ("motor_position_deg", self.motor_position_deg.as_ref()),
+            ("motor_position_m", self.motor_position_m.as_ref()),
+            ("motor_position", self.motor_position.as_ref()),
+            ("motor_torque_nm", self.motor_torque_nm.as_ref()),
+            ("motor_force_n", self.motor_force_n.as_ref()),
+            ("motor_torque", self.motor_torque.as_ref()),
+            ("motor_current_a", self.motor_current_a.as_ref()),
+            ("motor_current", self.motor_current.as_ref()),
+            ("drive_voltage_v", self.drive_voltage_v.as_ref()),
+            ("drive_voltage", self.drive_voltage.as_ref()),
+        ]
+    }
+
+    /// Returns all files that it names.
+    pub fn files(&self) -> impl Iterator<Item = &PathBuf> {
+        let named = self
+            .columns()
+            .into_iter()
+            .filter_map(|(_, columns)| columns);
+        let of_columns = named.flat_map(|columns| &columns.0);
+        (self.file.iter().flatten())
+            .chain((of_columns.chain(&self.time)).filter_map(|column| column.file.as_ref()))
+    }
+
+    /// Returns the side on which motor positions were recorded, if it is said.
+    #[must_use]
+    pub fn position_side(&self) -> Option<Side> {
+        self.motor_position_side.or_else(|| {
+            let mut said = self.motor_position.iter().flat_map(|columns| &columns.0);
+            said.find_map(|column| column.side)
+        })
+    }
+
+    /// Returns the side on which motor torques were recorded, if it is said.
+    #[must_use]
+    pub fn torque_side(&self) -> Option<Side> {
+        self.motor_torque_side.or_else(|| {
+            let mut said = self.motor_torque.iter().flat_map(|columns| &columns.0);
+            said.find_map(|column| column.side)
+        })
+    }
+
     /// Returns this log with what `over` says of the same things replaced.
     #[must_use]
     pub fn overlaid(&self, over: &Self) -> Self {
         let mut log = self.clone();
-        let says_link = over.link_position_rad.is_some()
-            || over.link_position_deg.is_some()
-            || over.link_position_m.is_some()
-            || over.link_deflection_rad.is_some()
-            || over.link_deflection_deg.is_some();
-        if says_link {
-            log.link_position_rad.clone_from(&over.link_position_rad);
-            log.link_position_deg.clone_from(&over.link_position_deg);
-            log.link_position_m.clone_from(&over.link_position_m);
-            log.link_deflection_rad
-                .clone_from(&over.link_deflection_rad);
-            log.link_deflection_deg
-                .clone_from(&over.link_deflection_deg);
+        macro_rules! replace {
+            ($($key:ident),+) => {
+                if false $(|| over.$key.is_some())+ {
+                    $(log.$key.clone_from(&over.$key);)+
+                }
+            };
         }
-        let says_motor = over.motor_position_rad.is_some()
-            || over.motor_position_deg.is_some()
-            || over.motor_position_m.is_some();
-        if says_motor {
-            log.motor_position_rad.clone_from(&over.motor_position_rad);
-            log.motor_position_m.clone_from(&over.motor_position_m);
-            log.motor_position_deg.clone_from(&over.motor_position_deg);
-        }
-        let says_torque = over.motor_torque_nm.is_some()
-            || over.motor_force_n.is_some()
-            || over.motor_current_a.is_some()
-            || over.drive_voltage_v.is_some();
-        if says_torque {
-            log.motor_torque_nm.clone_from(&over.motor_torque_nm);
-            log.motor_force_n.clone_from(&over.motor_force_n);
-            log.motor_current_a.clone_from(&over.motor_current_a);
-            log.drive_voltage_v.clone_from(&over.drive_voltage_v);
-        }
+        replace!(
+            link_position_rad,
+            link_position_deg,
+            link_position_m,
+            link_position,
+            link_deflection_rad,
+            link_deflection_deg,
+            link_deflection
+        );
+        replace!(
+            motor_position_rad,
+            motor_position_deg,
+            motor_position_m,
+            motor_position
+        );
+        replace!(
+            motor_torque_nm,
+            motor_force_n,
+            motor_torque,
+            motor_current_a,
+            motor_current,
+            drive_voltage_v,
+            drive_voltage
+        );
+        replace!(time_s, time_ms, time_us, time_ns, time, period_s);
         log.file = over.file.clone().or(log.file);
-        if over.time_s.is_some() || over.time_ms.is_some() {
-            log.time_s.clone_from(&over.time_s);
-            log.time_ms.clone_from(&over.time_ms);
-        }
+        log.csv = over.csv.clone().or(log.csv);
         log.motor_position_side = over.motor_position_side.or(log.motor_position_side);
         log.motor_torque_side = over.motor_torque_side.or(log.motor_torque_side);
         log.motor_torque_exact |= over.motor_torque_exact;
         log.delay_s.extend(over.delay_s.clone());
         log.sign.extend(over.sign.clone());
         log
+    }
+}
+
+/// How a CSV file is written.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct CsvForm {
+    /// What stands between cells: one character, or `"space"` for any number of
+    /// blanks.
+    pub delimiter: Option<String>,
+    /// What stands before the decimals: `"."` or `","`.
+    pub decimal: Option<String>,
+    /// Whether there is a line of names.
+    pub header: Option<bool>,
+    /// Character that begins lines without data; `#` and `%` if absent.
+    pub comment: Option<String>,
+    /// Lines before the names, or before the data where there are no names.
+    pub skip_lines: usize,
+}
+
+fn one_column<'de, D: serde::Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Option<Column>, D::Error> {
+    let Columns(mut columns) = Columns::deserialize(deserializer)?;
+    match columns.len() {
+        1 => Ok(columns.pop()),
+        _ => Err(serde::de::Error::custom("time is one column, not a list")),
     }
 }
 

@@ -5,9 +5,11 @@
 //! module can rely on the lengths and signs that [`read`] has checked.
 
 mod check;
+mod check_columns;
 mod check_log;
 mod check_robot;
 mod choice;
+mod columns;
 mod identify;
 mod keys;
 mod log;
@@ -17,12 +19,15 @@ mod run;
 mod template;
 mod tree;
 mod types;
+mod units;
 mod urdf;
 
+pub(crate) use check_log::default_field;
+pub use columns::{Column, ColumnName, Columns, PerJoint, StartsAt};
 pub use identify::{
     Cutoff, DiscretizationName, EncoderOffset, Estimator, Identify, InitialMomentum, Weights,
 };
-pub use log::{Delay, Log};
+pub use log::{CsvForm, Delay, Log};
 pub use read::{DescriptionError, Experiment, no_files, read, schema};
 pub use robot::{
     DhJoint, FrictionLaw, Joint, Kinematics, Nominal, Robot, Side, SpringTerm, Transmission, Tree,
@@ -30,4 +35,5 @@ pub use robot::{
 pub use run::{Controller, ControllerKind, Feedforward, Reference, Simulate, Sine, Validate};
 pub use template::{MOST_JOINTS, Start, StartError, template};
 pub use tree::Open;
+pub use units::{Dimension, Unit};
 pub use urdf::{TreeJoint, Urdf, UrdfError, UrdfJoint};

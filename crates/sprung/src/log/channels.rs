@@ -2,7 +2,9 @@
 
 use sprung_core::chain::JointKind;
 
-use crate::description::{Delay, Joint, Log, Robot, Side};
+use super::origin::{Origin, Stream, TimeOrigin};
+use super::quantities::{link, motor, time, torque};
+use crate::description::{CsvForm, Delay, Log, Robot, Side, Unit};
 
 /// What a channel measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,13 +22,15 @@ pub enum Quantity {
 /// One column of a log.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
-    /// Name of the column.
+    /// Name of the column for messages, and as a key of `delay_s` and `sign`.
     pub column: String,
+    /// Where its readings come from.
+    pub origin: Origin,
     /// What it measures.
     pub quantity: Quantity,
     /// Joint, from 0.
     pub joint: usize,
-    /// The cell times this is the quantity in SI units.
+    /// The reading times this is the quantity in SI units.
     pub factor: f64,
     /// How much later than the others it was recorded.
     pub delay: Option<Delay>,
@@ -35,10 +39,16 @@ pub struct Channel {
 /// The channels of a log: links, motors and torques, joint by joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channels {
-    /// Name of the column of the time.
-    pub time: String,
-    /// The cell times this is the time in s.
+    /// Where the time comes from.
+    pub time: TimeOrigin,
+    /// The stream whose time it is, if that is said.
+    pub time_stream: Option<Stream>,
+    /// The reading times this is the time in s.
     pub time_factor: f64,
+    /// Whether times are dates.
+    pub dates: bool,
+    /// How CSV is written, where it does not show.
+    pub csv: CsvForm,
     /// Link, motor and torque channels.
     pub all: Vec<Channel>,
     /// Whether the torques are those that acted, as commands are, without noise.
@@ -105,32 +115,29 @@ impl Channels {
     ///
     /// [`ChannelError`] if a quantity is not named or not convertible.
     pub fn new(robot: &Robot, log: &Log) -> Result<Self, ChannelError> {
-        let (time, time_factor) = match (&log.time_s, &log.time_ms) {
-            (Some(column), _) => (column.clone(), 1.0),
-            (None, Some(column)) => (column.clone(), 1e-3),
-            (None, None) => {
+        let mut all = link(robot, log)?;
+        all.extend(motor(robot, log)?);
+        all.extend(torque(robot, log)?);
+        let timeless = |channel: &Channel| {
+            let stream = &channel.origin.stream;
+            stream.topic.is_none() && stream.time.is_none()
+        };
+        let (time, time_stream, time_factor) = match time(log) {
+            Some(time) => time,
+            None if !all.iter().any(timeless) => (TimeOrigin::Messages, None, 1.0),
+            None => {
                 return Err(ChannelError::NotSaid {
                     what: "the time",
-                    keys: "time_s or time_ms",
+                    keys: "time_s, time_ms, time_us, time_ns or period_s",
                 });
             }
         };
-        let mut all = Vec::new();
-        for columns in [link(robot, log)?, motor(robot, log)?, torque(robot, log)?] {
-            for (quantity, joint, column, factor) in columns {
-                let sign = log.sign.get(column).copied().unwrap_or(1.0);
-                all.push(Channel {
-                    column: column.clone(),
-                    quantity,
-                    joint,
-                    factor: factor * sign,
-                    delay: log.delay_s.get(column).copied(),
-                });
-            }
-        }
         Ok(Self {
             time,
+            time_stream,
             time_factor,
+            dates: (log.time.as_ref()).is_some_and(|time| time.unit.is_some_and(Unit::is_date)),
+            csv: log.csv.clone().unwrap_or_default(),
             all,
             exact_torque: log.motor_torque_exact,
             rigid: robot
@@ -144,7 +151,7 @@ impl Channels {
             offsets: (robot.joint.iter())
                 .map(|joint| joint.position_offset_deg.to_radians())
                 .collect(),
-            position_mix: mixed(robot, log.motor_position_side).map(|(ratios, inverse)| Mix {
+            position_mix: mixed(robot, log.position_side()).map(|(ratios, inverse)| Mix {
                 forward: inverse,
                 back: ratios,
             }),
@@ -177,166 +184,12 @@ impl Channels {
     }
 }
 
-/// Quantity, joint, column and factor to SI units of each channel.
-type Columns<'a> = Vec<(Quantity, usize, &'a String, f64)>;
-
-const DEGREE: f64 = std::f64::consts::PI / 180.0;
-
-/// Joins the columns of a list with the joints of a kind that they speak of.
-fn of_kind<'a>(
-    robot: &Robot,
-    (kind, quantity): (JointKind, Quantity),
-    wanted: impl Fn(&Joint) -> bool,
-    columns: Option<&'a [String]>,
-    factor: impl Fn(&Joint) -> f64,
-) -> Columns<'a> {
-    (robot.joint.iter().enumerate())
-        .filter(|(i, joint)| robot.kind(*i) == kind && wanted(joint))
-        .zip(columns.unwrap_or_default())
-        .map(|((i, joint), column)| (quantity, i, column, factor(joint)))
-        .collect()
-}
-
-fn link<'a>(robot: &Robot, log: &'a Log) -> Result<Columns<'a>, ChannelError> {
-    let turning = [
-        (&log.link_position_rad, Quantity::LinkPosition, 1.0),
-        (&log.link_position_deg, Quantity::LinkPosition, DEGREE),
-        (&log.link_deflection_rad, Quantity::LinkDeflection, 1.0),
-        (&log.link_deflection_deg, Quantity::LinkDeflection, DEGREE),
-    ]
-    .into_iter()
-    .find_map(|(columns, quantity, unit)| Some((Some(columns.as_deref()?), quantity, unit)));
-    let (columns, quantity, unit) = turning.unwrap_or((None, Quantity::LinkPosition, 1.0));
-    let sliding = log.link_position_m.as_deref();
-    let flexible = Joint::is_flexible;
-    let mut all = of_kind(
-        robot,
-        (JointKind::Revolute, quantity),
-        flexible,
-        columns,
-        |_| unit,
-    );
-    let of_sliding = (JointKind::Prismatic, Quantity::LinkPosition);
-    all.extend(of_kind(robot, of_sliding, flexible, sliding, |_| 1.0));
-    let keys = [
-        "link_position_rad or link_deflection_rad",
-        "link_position_m",
-    ];
-    complete(robot, flexible, &all, "the link positions", keys)?;
-    Ok(all)
-}
-
-fn motor<'a>(robot: &Robot, log: &'a Log) -> Result<Columns<'a>, ChannelError> {
-    let scale = |joint: &Joint| match log.motor_position_side.unwrap_or_default() {
-        Side::Output => 1.0,
-        Side::Motor => 1.0 / joint.ratio(),
-    };
-    let own = [
-        (&log.motor_position_rad, 1.0),
-        (&log.motor_position_deg, DEGREE),
-        // A rigid robot may call its only positions those of the links.
-        (&log.link_position_rad, 1.0),
-        (&log.link_position_deg, DEGREE),
-    ];
-    let rigid = robot.joint.iter().all(|joint| !joint.is_flexible());
-    let given = if rigid { &own[..] } else { &own[..2] };
-    let (columns, unit) = (given.iter())
-        .find_map(|(columns, unit)| Some((Some(columns.as_deref()?), *unit)))
-        .unwrap_or((None, 1.0));
-    let sliding =
-        (log.motor_position_m.as_deref()).or(log.link_position_m.as_deref().filter(|_| rigid));
-    let every = |_: &Joint| true;
-    let of = |kind| (kind, Quantity::MotorPosition);
-    let mut all = of_kind(robot, of(JointKind::Revolute), every, columns, |joint| {
-        unit * scale(joint)
-    });
-    all.extend(of_kind(
-        robot,
-        of(JointKind::Prismatic),
-        every,
-        sliding,
-        scale,
-    ));
-    let keys = ["motor_position_rad", "motor_position_m"];
-    complete(robot, every, &all, "the motor positions", keys)?;
-    Ok(all)
-}
-
-fn torque<'a>(robot: &Robot, log: &'a Log) -> Result<Columns<'a>, ChannelError> {
-    let converted = |columns: &'a [String], unit, factor: fn(&Joint) -> Option<f64>| {
-        (robot.joint.iter().zip(columns).enumerate())
-            .map(|(i, (joint, column))| {
-                let factor = factor(joint).ok_or_else(|| ChannelError::NoConstant {
-                    joint: joint.name.clone(),
-                    key: match joint.torque_constant_nm_per_a {
-                        None => "torque_constant_nm_per_a",
-                        Some(_) => "amplifier_gain_a_per_v",
-                    },
-                    unit,
-                })?;
-                Ok((Quantity::MotorTorque, i, column, factor))
-            })
-            .collect::<Result<Vec<_>, ChannelError>>()
-    };
-    let every = |_: &Joint| true;
-    let scale = |joint: &Joint| match log.motor_torque_side.unwrap_or_default() {
-        Side::Output => 1.0,
-        Side::Motor => joint.ratio(),
-    };
-    let (turning, sliding) = (log.motor_torque_nm.as_deref(), log.motor_force_n.as_deref());
-    let of = |kind| (kind, Quantity::MotorTorque);
-    let all = if turning.is_some() || sliding.is_some() {
-        let mut all = of_kind(robot, of(JointKind::Revolute), every, turning, scale);
-        all.extend(of_kind(
-            robot,
-            of(JointKind::Prismatic),
-            every,
-            sliding,
-            scale,
-        ));
-        all
-    } else if let Some(columns) = &log.motor_current_a {
-        converted(columns, "currents", Joint::torque_per_ampere)?
-    } else if let Some(columns) = &log.drive_voltage_v {
-        converted(columns, "voltages", Joint::torque_per_volt)?
-    } else {
-        Vec::new()
-    };
-    let keys = [
-        "motor_torque_nm, motor_current_a or drive_voltage_v",
-        "motor_force_n",
-    ];
-    complete(robot, every, &all, "the motor torques", keys)?;
-    Ok(all)
-}
-
-/// Checks that every joint that needs a column has one.
-fn complete(
-    robot: &Robot,
-    wanted: impl Fn(&Joint) -> bool,
-    all: &Columns<'_>,
-    what: &'static str,
-    [turning, sliding]: [&'static str; 2],
-) -> Result<(), ChannelError> {
-    let missing = (robot.joint.iter().enumerate())
-        .find(|(i, joint)| wanted(joint) && !all.iter().any(|(_, own, ..)| own == i));
-    match missing {
-        None => Ok(()),
-        Some((i, _)) => Err(ChannelError::NotSaid {
-            what,
-            keys: match robot.kind(i) {
-                JointKind::Revolute => turning,
-                JointKind::Prismatic => sliding,
-            },
-        }),
-    }
-}
-
 /// Returns the side on which torques were recorded, or that of the torque
 /// constants which make them of currents.
 fn torque_side(robot: &Robot, log: &Log) -> Option<Side> {
-    if log.motor_torque_nm.is_some() || log.motor_force_n.is_some() {
-        log.motor_torque_side
+    let as_torque = [&log.motor_torque_nm, &log.motor_force_n, &log.motor_torque];
+    if as_torque.into_iter().any(Option::is_some) {
+        log.torque_side()
     } else {
         robot.joint.first().map(|joint| joint.torque_constant_side)
     }

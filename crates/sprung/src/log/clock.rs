@@ -1,6 +1,6 @@
 //! Even sampling.
 
-use super::LogError;
+use super::{LogError, Place};
 
 /// Deviation of a step from the period that is tolerated, as a part of it.
 ///
@@ -32,7 +32,7 @@ pub struct Clock {
     first: f64,
     last: f64,
     // Steps of the first samples, kept until the period is known.
-    early: Vec<(u64, u64, f64)>,
+    early: Vec<(Place, u64, f64)>,
     period: Option<f64>,
     worst: f64,
     gaps: Gaps,
@@ -57,12 +57,12 @@ impl Clock {
         }
     }
 
-    /// Takes the time of the next sample, in s, found on `line`.
+    /// Takes the time of the next sample, in s, found at `place`.
     ///
     /// # Errors
     ///
     /// [`LogError::TimeNotIncreasing`] or [`LogError::Uneven`].
-    pub fn tick(&mut self, line: u64, time: f64) -> Result<(), LogError> {
+    pub fn tick(&mut self, place: Place, time: f64) -> Result<(), LogError> {
         self.samples += 1;
         let before = std::mem::replace(&mut self.last, time);
         if self.samples == 1 {
@@ -73,16 +73,16 @@ impl Clock {
         if step <= 0.0 {
             return Err(LogError::TimeNotIncreasing {
                 file: self.file.clone(),
-                line,
+                place,
                 before,
                 after: time,
             });
         }
         let sample = self.samples - 1;
         if let Some(period) = self.period {
-            return self.judge(line, sample, step, period);
+            return self.judge(place, sample, step, period);
         }
-        self.early.push((line, sample, step));
+        self.early.push((place, sample, step));
         if self.early.len() == LEARNING {
             self.learn()?;
         }
@@ -159,13 +159,13 @@ impl Clock {
         let biased = (mean - median).abs() > JITTER_LIMIT * median;
         let period = if biased { median } else { mean };
         self.period = Some(period);
-        for (line, sample, step) in early {
-            self.judge(line, sample, step, period)?;
+        for (place, sample, step) in early {
+            self.judge(place, sample, step, period)?;
         }
         Ok(())
     }
 
-    fn judge(&mut self, line: u64, sample: u64, step: f64, period: f64) -> Result<(), LogError> {
+    fn judge(&mut self, place: Place, sample: u64, step: f64, period: f64) -> Result<(), LogError> {
         if step >= GAP * period {
             self.gaps.count += 1;
             self.gaps.duration += step - period;
@@ -179,7 +179,7 @@ impl Clock {
         }
         Err(LogError::Uneven {
             file: self.file.clone(),
-            line,
+            place,
             step_ms: step * 1e3,
             period_ms: period * 1e3,
             percent: 100.0 * deviation,
@@ -194,7 +194,7 @@ mod tests {
     fn run(times: impl Iterator<Item = f64>) -> Result<Clock, LogError> {
         let mut clock = Clock::new("log.csv");
         for (k, time) in times.enumerate() {
-            clock.tick(k as u64 + 2, time)?;
+            clock.tick(Place::Line(k as u64 + 2), time)?;
         }
         clock.finish()?;
         Ok(clock)

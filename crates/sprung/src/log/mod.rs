@@ -1,14 +1,24 @@
 //! Measured logs: read and written block by block, in SI units.
 //!
 //! A log of any length is read in blocks of bounded size. [`Channels`] says
-//! which columns hold what and converts them to radians and newton metres on
-//! the output side; [`CsvLog`] reads them; [`Clock`] insists on even sampling;
-//! [`Summary`] gathers what [`check`] judges.
+//! which columns hold what; `formats` knows a file by its first bytes and reads
+//! numbers from it; `rows` unwraps, checks and scales them; `follow` brings
+//! other files and topics onto the time of the first; [`LogReader`] puts these
+//! together under a [`Clock`] that insists on even sampling; [`Summary`]
+//! gathers what [`check`] judges.
 
 mod channels;
 mod check;
 mod clock;
-mod csv_log;
+mod error;
+mod follow;
+mod formats;
+mod input;
+mod names;
+mod origin;
+mod quantities;
+mod reader;
+mod rows;
 mod source;
 mod summary;
 mod write;
@@ -16,8 +26,12 @@ mod write;
 pub use channels::{Channel, ChannelError, Channels, Mix, Quantity};
 pub use check::check;
 pub use clock::{Clock, Gaps, JITTER_LIMIT};
-pub use csv_log::CsvLog;
-pub use source::LogSource;
+pub use error::{LogError, Place};
+pub use formats::panics_are_caught;
+pub use input::Input;
+pub use origin::{Origin, Pick, Start, Stream, TimeOrigin};
+pub use reader::LogReader;
+pub use source::{LogSource, Opener};
 pub use summary::Summary;
 pub use write::LogWriter;
 
@@ -72,136 +86,4 @@ impl LogBlock {
         self.values.iter_mut().for_each(Vec::clear);
         self.gaps.clear();
     }
-}
-
-/// What is wrong with a log.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum LogError {
-    /// The file cannot be read.
-    #[error("cannot read {file}: {source}")]
-    Io {
-        /// Name of the file.
-        file: String,
-        /// What the system says.
-        source: std::io::Error,
-    },
-    /// A line is not CSV.
-    #[error("{file}: {message}")]
-    Csv {
-        /// Name of the file.
-        file: String,
-        /// What is wrong, with the line.
-        message: String,
-    },
-    /// The header has no such column.
-    #[error("{file} has no column \"{column}\"{hint}")]
-    NoColumn {
-        /// Name of the file.
-        file: String,
-        /// Name of the column asked for.
-        column: String,
-        /// The nearest name or the list of names.
-        hint: String,
-    },
-    /// The header has a column twice.
-    #[error("{file} has two columns \"{column}\"; give one of them another name")]
-    TwoColumns {
-        /// Name of the file.
-        file: String,
-        /// Name of the column.
-        column: String,
-    },
-    /// A line has another number of cells than the header.
-    #[error("line {line} of {file} has {found} cells, the header has {expected}")]
-    Width {
-        /// Name of the file.
-        file: String,
-        /// Line, from 1.
-        line: u64,
-        /// Cells of the header.
-        expected: u64,
-        /// Cells of the line.
-        found: u64,
-    },
-    /// A cell is not a number.
-    #[error("line {line} of {file}, column \"{column}\": \"{cell}\" is not a number{hint}")]
-    NotANumber {
-        /// Name of the file.
-        file: String,
-        /// Line, from 1.
-        line: u64,
-        /// Name of the column.
-        column: String,
-        /// Text of the cell.
-        cell: String,
-        /// What to do.
-        hint: &'static str,
-    },
-    /// A cell is a number that no sensor gives.
-    #[error(
-        "line {line} of {file}, column \"{column}\": the value is {value}; every sample must be a \
-         finite number"
-    )]
-    NotFinite {
-        /// Name of the file.
-        file: String,
-        /// Line, from 1.
-        line: u64,
-        /// Name of the column.
-        column: String,
-        /// The value.
-        value: f64,
-    },
-    /// There are too few samples.
-    #[error("{file} has {found} samples, at least {needed} are needed: {why}")]
-    TooShort {
-        /// Name of the file.
-        file: String,
-        /// Samples found.
-        found: u64,
-        /// Samples needed.
-        needed: u64,
-        /// What needs them.
-        why: String,
-    },
-    /// Time does not go forward.
-    #[error(
-        "line {line} of {file}: time goes from {before} s to {after} s; samples must be in order, \
-         each with its own time"
-    )]
-    TimeNotIncreasing {
-        /// Name of the file.
-        file: String,
-        /// Line, from 1.
-        line: u64,
-        /// Time of the sample before, s.
-        before: f64,
-        /// Time of this sample, s.
-        after: f64,
-    },
-    /// Sampling is uneven.
-    #[error(
-        "line {line} of {file}: {step_ms:.4} ms since the sample before, the period is \
-         {period_ms:.4} ms ({percent:.0} % off, 10 % is tolerated: beyond it the error of the \
-         velocities exceeds that of an encoder); resample the log evenly"
-    )]
-    Uneven {
-        /// Name of the file.
-        file: String,
-        /// Line, from 1.
-        line: u64,
-        /// Time since the sample before, ms.
-        step_ms: f64,
-        /// Period of the log, ms.
-        period_ms: f64,
-        /// Deviation from the period, percent.
-        percent: f64,
-    },
-    /// The values of a column cannot be those of a moving robot.
-    #[error("{message}")]
-    Implausible {
-        /// What is wrong with which column, what it likely means, what to do.
-        message: String,
-    },
 }

@@ -1,16 +1,20 @@
 //! Logs that can be read more than once.
 
-use std::io::Read;
+use std::path::Path;
 
 use super::channels::Channels;
-use super::{CsvLog, LogError};
+use super::{Input, LogError, LogReader};
+
+/// Opens the log's own file at its beginning, or another that a channel
+/// names; as often as it is called.
+pub type Opener<'a> = dyn FnMut(Option<&Path>) -> std::io::Result<Box<dyn Input>> + Send + 'a;
 
 /// A log that can be opened any number of times.
 pub struct LogSource<'a> {
     /// Name for messages.
     pub name: String,
-    /// Opens it at its beginning.
-    pub reader: &'a mut (dyn FnMut() -> std::io::Result<Box<dyn Read + Send>> + Send),
+    /// Opens its files.
+    pub reader: &'a mut Opener<'a>,
 }
 
 impl LogSource<'_> {
@@ -19,11 +23,13 @@ impl LogSource<'_> {
     /// # Errors
     ///
     /// [`LogError`] if it cannot be opened or a column is not there.
-    pub fn open(&mut self, channels: &Channels) -> Result<CsvLog<Box<dyn Read + Send>>, LogError> {
-        let read = (self.reader)().map_err(|source| LogError::Io {
-            file: self.name.clone(),
-            source,
-        })?;
-        CsvLog::new(&self.name, read, channels)
+    pub fn open(&mut self, channels: &Channels) -> Result<LogReader, LogError> {
+        let mut open_file = |path: Option<&Path>| {
+            (self.reader)(path).map_err(|source| LogError::Io {
+                file: path.map_or_else(|| self.name.clone(), |path| path.display().to_string()),
+                source,
+            })
+        };
+        LogReader::new(&self.name, channels, &mut open_file)
     }
 }

@@ -3,6 +3,7 @@
 use std::io::Write;
 
 use super::channels::{Channels, Mix, Quantity};
+use super::origin::TimeOrigin;
 
 /// Writes samples as CSV under the names and units of the channels.
 pub struct LogWriter<W: Write> {
@@ -19,8 +20,15 @@ impl<W: Write> LogWriter<W> {
     /// The writer's error.
     pub fn new(write: W, channels: &Channels) -> Result<Self, std::io::Error> {
         let mut writer = csv::Writer::from_writer(write);
-        let names = std::iter::once(&channels.time).chain(channels.all.iter().map(|c| &c.column));
-        writer.write_record(names)?;
+        let time = match &channels.time {
+            TimeOrigin::Column(name) => name.to_string(),
+            TimeOrigin::Period(_) | TimeOrigin::Messages => "t_s".to_owned(),
+        };
+        let names = channels
+            .all
+            .iter()
+            .map(|channel| channel.origin.pick.example());
+        writer.write_record(std::iter::once(time).chain(names))?;
         Ok(Self {
             writer,
             cells: Vec::with_capacity(1 + channels.all.len()),
@@ -66,7 +74,8 @@ impl<W: Write> LogWriter<W> {
                 Quantity::MotorPosition => phi[i],
                 Quantity::MotorTorque => tau[i],
             };
-            self.cells.push((value / channel.factor).to_string());
+            self.cells
+                .push((value / channel.factor - channel.origin.offset).to_string());
         }
         Ok(self.writer.write_record(&self.cells)?)
     }

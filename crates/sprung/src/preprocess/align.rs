@@ -239,6 +239,7 @@ mod tests {
             .flat_map(|quantity| (0..JOINTS).map(move |joint| (quantity, joint)))
             .map(|(quantity, joint)| Channel {
                 column: String::new(),
+                origin: crate::log::Origin::default(),
                 quantity,
                 joint,
                 factor: 1.0,
@@ -246,8 +247,11 @@ mod tests {
             })
             .collect();
         Channels {
-            time: "t".to_owned(),
+            time: crate::log::TimeOrigin::Period(PERIOD),
+            time_stream: None,
             time_factor: 1.0,
+            dates: false,
+            csv: crate::description::CsvForm::default(),
             all,
             exact_torque: false,
             rigid: vec![false; JOINTS],

@@ -5,7 +5,7 @@ use sprung_core::filter::FilterError;
 use super::reduction::{Reduction, System};
 use super::weights::TransitionWeights;
 use crate::description::Identify;
-use crate::log::{Channels, CsvLog, Gaps, LogBlock, LogError, LogSource, Summary};
+use crate::log::{Channels, Gaps, LogBlock, LogError, LogReader, LogSource, Summary};
 use crate::model::Model;
 use crate::preprocess::{Aligner, Butterworth, FilterDesignError, RawBlock, SignalBlock, Smoother};
 
@@ -383,11 +383,11 @@ pub fn read_through(
     })
 }
 
-fn too_short<R: std::io::Read>(
+fn too_short(
     source: &LogSource<'_>,
     reading: &Reading<'_>,
     preparation: &Preparation<'_>,
-    log: &CsvLog<R>,
+    log: &LogReader,
 ) -> LogError {
     let gaps = match log.clock().gaps().count {
         0 => "",

@@ -1,11 +1,11 @@
 //! The experiment of the demo with its true parameters.
 
-use std::io::Read;
+use std::path::Path;
 
 use sprung::demo;
 use sprung::description::{self, DiscretizationName, Experiment, Simulate, no_files};
 use sprung::estimate::fit;
-use sprung::log::{Channels, LogSource};
+use sprung::log::{Channels, Input, LogSource};
 use sprung::model::{Model, Theta};
 use sprung::preprocess::SignalBlock;
 use sprung::regression::Reduction;
@@ -92,7 +92,8 @@ pub(crate) fn step(plant: &mut ClosedLoop) -> Vec<f64> {
 
 /// Runs `use_source` on a log in memory.
 pub(crate) fn with_source<T>(log: &[u8], use_source: impl FnOnce(LogSource<'_>) -> T) -> T {
-    let mut reader = || Ok(Box::new(std::io::Cursor::new(log.to_vec())) as Box<dyn Read + Send>);
+    let mut reader =
+        |_: Option<&Path>| Ok(Box::new(std::io::Cursor::new(log.to_vec())) as Box<dyn Input>);
     use_source(LogSource {
         name: "twin".to_owned(),
         reader: &mut reader,

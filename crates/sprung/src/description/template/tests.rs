@@ -1,7 +1,7 @@
 use std::path::Path;
 
 use super::*;
-use crate::description::{DescriptionError, Experiment, read, schema};
+use crate::description::{Columns, DescriptionError, Experiment, read, schema};
 
 const MIXED: &str = r#"<robot name="gantry &quot;A&quot; \ 2">
 <link name="base"/><link name="sled"/><link name="arm"/><link name="tip"/><link name="finger"/>
@@ -84,7 +84,11 @@ fn joints_of_a_urdf_stand_in_order_and_columns_are_split_by_kind() {
     let names: Vec<&str> = robot.joint.iter().map(|joint| &*joint.name).collect();
     assert_eq!(names, ["slide", "elbow.1", "roll"]);
     let log = experiment.log.unwrap();
-    let list = |list: Option<Vec<String>>| list.unwrap().join(" ");
+    let list = |list: Option<Columns>| {
+        let list = list.unwrap();
+        let names: Vec<String> = (0..list.0.len()).map(|i| list.label(i, "")).collect();
+        names.join(" ")
+    };
     assert_eq!(list(log.link_position_m), "q1_m");
     assert_eq!(list(log.link_position_rad), "q2_rad q3_rad");
     assert_eq!(list(log.motor_position_m), "phi1_m");

@@ -229,13 +229,14 @@ fn log(text: &mut String, robot: &Start) {
         "
 # FILL IN the log and its columns, as its header line names them: in each list one per joint, in the
 # order of the blocks above. Link positions are those behind the spring: a joint with transmission =
-# \"rigid\" has none. Motor positions and torques are those behind the gearbox.
+# \"rigid\" has none. Motor positions and torques are those behind the gearbox. A log may be CSV,
+# Parquet, Arrow, .npz, .mat, MCAP or .db3, other units, counts, several files: docs/logs.md.
 [log]
 ",
     );
     let file = "relative to this file; or several: [\"1.csv\", \"2.csv\"]";
     line(text, "file = \"log.csv\"", file);
-    line(text, "time_s = \"t_s\"", "or time_ms");
+    line(text, "time_s = \"t_s\"", "or time_ms, time_us, time_ns");
     for (key, kind, stem, unit) in [
         ("link_position_rad", Revolute, "q", "rad"),
         ("link_position_m", Prismatic, "q", "m"),

@@ -1,0 +1,92 @@
+//! Logs that are written otherwise, and what the program says of those that
+//! cannot be read.
+
+use crate::common::{Case, parameter, stderr};
+
+#[test]
+fn a_spreadsheet_with_decimal_commas_gives_the_same_results() {
+    let plain = Case::new();
+    let text = std::fs::read_to_string(plain.path("identification.csv")).unwrap();
+    let german = text.replace(',', ";").replace('.', ",");
+    let case = Case::new();
+    std::fs::write(case.path("identification.csv"), format!("\u{feff}{german}")).unwrap();
+    let ((code, one), (_, other)) = (case.results(&[]), plain.results(&[]));
+    assert_eq!(code, 0);
+    let name = "joint1.stiffness";
+    assert_eq!(
+        parameter(&one, name)["value"],
+        parameter(&other, name)["value"]
+    );
+}
+
+#[test]
+fn one_log_in_two_files() {
+    let plain = Case::new();
+    let text = std::fs::read_to_string(plain.path("identification.csv")).unwrap();
+    let column = |k: usize| {
+        let cells = text.lines().map(|line| line.split(',').nth(k).unwrap());
+        cells.collect::<Vec<&str>>().join("\n")
+    };
+    let entry = "[{ file = \"motor.csv\", column = \"tau1_nm\" }, \"tau2_nm\"]";
+    // The other recording has a file of its own.
+    let case = Case::new()
+        .replace("[\"tau1_nm\", \"tau2_nm\"]", entry)
+        .replace("log = { file = \"validation.csv\" }", "");
+    // It is a file that does not exist yet.
+    case.fails(4, &["cannot read motor.csv", "No such file"]);
+    std::fs::write(case.path("motor.csv"), column(5)).unwrap();
+    let ((code, one), (_, other)) = (case.results(&[]), plain.results(&[]));
+    assert_eq!(code, 0);
+    let name = "joint1.stiffness";
+    assert_eq!(
+        parameter(&one, name)["value"],
+        parameter(&other, name)["value"]
+    );
+}
+
+#[test]
+fn files_that_cannot_be_read() {
+    for (bytes, fragments) in [
+        (
+            &b"PAR1 and then nothing of it"[..],
+            ["is damaged or was cut off"],
+        ),
+        (b"\x1f\x8b\x08\0\0\0", ["its gzip stream: it was cut off"]),
+        (b"\x89HDF\r\n\x1a\n", ["is HDF5, which is not read"]),
+        (b"\x89MCAP0\r\n", ["was cut off"]),
+        (b"PK\x03\x04", ["no list of its members"]),
+    ] {
+        let case = Case::new();
+        std::fs::write(case.path("identification.csv"), bytes).unwrap();
+        case.fails(3, &fragments);
+    }
+    let case = Case::new();
+    std::fs::remove_file(case.path("identification.csv")).unwrap();
+    std::fs::create_dir(case.path("identification.csv")).unwrap();
+    case.fails(4, &["it is a folder without .mcap or .db3 file"]);
+    for name in ["a_0.mcap", "a_1.mcap"] {
+        std::fs::write(case.path("identification.csv").join(name), "t_s\n").unwrap();
+    }
+    case.fails(4, &["it is a folder with 2 bags; name them one by one"]);
+    std::fs::remove_file(case.path("identification.csv/a_1.mcap")).unwrap();
+    case.fails(3, &["identification.csv has no column \"q1_rad\""]);
+}
+
+#[test]
+fn a_topic_of_a_file_without_topics() {
+    let topic = "motor_torque = { topic = \"/states\", unit = \"N·m\" }";
+    let case = Case::new().replace("motor_torque_nm    = [\"tau1_nm\", \"tau2_nm\"]", topic);
+    case.fails(
+        3,
+        &["is text and has no topics, so there is no \"/states\""],
+    );
+    let output = case.identify(&["--set", "log.motor_torque.field=\"tau\""]);
+    assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
+    let output = case.identify(&["--set", "log.motor_torque.fild=\"tau\""]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(
+        stderr(&output).contains("did you mean \"field\"?"),
+        "{}",
+        stderr(&output)
+    );
+}

@@ -1,0 +1,215 @@
+//! What types cannot say of a column: units that fit, one source, lists with
+//! one value per joint.
+
+use sprung_core::chain::JointKind;
+
+use super::check::{Fault, fault};
+use super::choice::quoted;
+use super::columns::{Column, Columns, PerJoint};
+use super::robot::Robot;
+use super::units::{Dimension, Unit};
+
+/// Checks the entries of a quantity's columns.
+///
+/// - `joints`: the joints that the quantity has, from 0.
+pub(super) fn check_columns(
+    (key, list, joints): (&str, &Columns, &[usize]),
+    path: &[&str],
+    robot: &Robot,
+) -> Result<(), Fault> {
+    let spread = list.spread().is_some();
+    for (i, column) in list.0.iter().enumerate() {
+        let joints = if spread { joints } else { &joints[i..=i] };
+        let place = i.to_string();
+        let path = if list.0.len() > 1 {
+            [path, &[&place]].concat()
+        } else {
+            path.to_vec()
+        };
+        check_source(key, column, &path)?;
+        check_lists(key, column, joints.len(), &path)?;
+        for &joint in joints {
+            check_unit(key, column, robot.kind(joint), &path)?;
+        }
+        check_numbers(key, column, &path)?;
+    }
+    Ok(())
+}
+
+fn check_source(key: &str, column: &Column, path: &[&str]) -> Result<(), Fault> {
+    let wrong = |message: String| Err(fault(path, message));
+    match (&column.column, &column.topic) {
+        (Some(_), Some(_)) => {
+            return wrong(format!(
+                "{key} names a column and a topic; files have columns, bags have topics"
+            ));
+        }
+        (None, None) => {
+            return wrong(format!(
+                "{key} says neither column nor topic; add column = \"…\""
+            ));
+        }
+        (Some(_), None) if column.field.is_some() || column.joint_names.is_some() => {
+            return wrong(format!(
+                "{key} names a field of messages but no topic; add topic = \"…\", or call it column"
+            ));
+        }
+        _ => {}
+    }
+    let patterns = column.column.iter().any(|columns| match columns {
+        PerJoint::One(_) => false,
+        PerJoint::Each(list) => list.iter().any(super::columns::ColumnName::is_pattern),
+    });
+    if patterns {
+        return wrong(format!(
+            "{key} has a list with a pattern in it; give the pattern alone, for all joints"
+        ));
+    }
+    if column.side.is_some() && !["motor_position", "motor_torque"].contains(&key) {
+        return wrong(format!(
+            "{key} has no side; only motor_position and motor_torque may be taken before the gearbox"
+        ));
+    }
+    Ok(())
+}
+
+/// Checks that lists have one value per joint.
+fn check_lists(key: &str, column: &Column, joints: usize, path: &[&str]) -> Result<(), Fault> {
+    let names = column.joint_names.as_ref().map(Vec::len);
+    for (inner, length) in [
+        ("column", column.column.as_ref().and_then(PerJoint::count)),
+        ("field", column.field.as_ref().and_then(PerJoint::count)),
+        ("joint_names", names),
+        (
+            "counts_per_turn",
+            column.counts_per_turn.as_ref().and_then(PerJoint::count),
+        ),
+        ("sign", column.sign.as_ref().and_then(PerJoint::count)),
+        ("offset", column.offset.as_ref().and_then(PerJoint::count)),
+        ("gain", column.gain.as_ref().and_then(PerJoint::count)),
+        ("wrap", column.wrap.as_ref().and_then(PerJoint::count)),
+        (
+            "starts_at_rad",
+            column.starts_at_rad.as_ref().and_then(PerJoint::count),
+        ),
+    ] {
+        if let Some(length) = length
+            && length != joints
+        {
+            return Err(fault(
+                path,
+                format!("{inner} of {key} has {length} entries for {joints} joints"),
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Returns what a quantity may be measured in.
+fn dimensions(key: &str, kind: JointKind) -> Vec<Dimension> {
+    let of_kind = |turning, sliding| match kind {
+        JointKind::Revolute => vec![turning],
+        JointKind::Prismatic => vec![sliding],
+    };
+    match key {
+        "motor_current" => vec![Dimension::Current],
+        "drive_voltage" => vec![Dimension::Voltage],
+        "motor_torque" => of_kind(Dimension::Torque, Dimension::Force),
+        _ => of_kind(Dimension::Angle, Dimension::Length),
+    }
+}
+
+fn check_unit(key: &str, column: &Column, kind: JointKind, path: &[&str]) -> Result<(), Fault> {
+    let in_name = ["_rad", "_deg", "_m", "_nm", "_n", "_a", "_v"]
+        .into_iter()
+        .any(|suffix| key.ends_with(suffix));
+    if in_name {
+        return match column.unit {
+            None => Ok(()),
+            Some(unit) => Err(fault(
+                path,
+                format!(
+                    "{key} has its unit in its name and says unit = \"{}\" besides; keep one",
+                    unit.name()
+                ),
+            )),
+        };
+    }
+    let dimensions = dimensions(key, kind);
+    let units = quoted(&Unit::names_of(&dimensions));
+    match column.unit {
+        None => Err(fault(
+            path,
+            format!("{key} does not say its unit; add unit = one of {units}"),
+        )),
+        Some(unit) if !dimensions.contains(&unit.dimension()) => Err(fault(
+            path,
+            format!(
+                "{key} cannot be measured in \"{}\"; its units are {units}",
+                unit.name()
+            ),
+        )),
+        Some(unit) if unit.is_counts() && column.counts_per_turn.is_none() => Err(fault(
+            path,
+            format!("{key} is in counts; add counts_per_turn = …"),
+        )),
+        Some(_) => Ok(()),
+    }
+}
+
+/// Whether a number is one that a key may have.
+type Good = fn(f64) -> bool;
+
+fn check_numbers(key: &str, column: &Column, path: &[&str]) -> Result<(), Fault> {
+    let is_counts = column.unit.is_some_and(Unit::is_counts);
+    if column.counts_per_turn.is_some() && !is_counts {
+        return Err(fault(
+            path,
+            format!("{key} has counts_per_turn but is not in counts; add unit = \"counts\""),
+        ));
+    }
+    let turns = key.contains("position") && !key.ends_with("_m");
+    if column.starts_at_rad.is_some() && !turns {
+        return Err(fault(
+            path,
+            format!("{key} has no starts_at_rad; only positions have a first one"),
+        ));
+    }
+    let positive: Good = |value| value.is_finite() && value > 0.0;
+    let checks: [(&str, &Option<PerJoint<f64>>, Good, &str); 5] = [
+        (
+            "counts_per_turn",
+            &column.counts_per_turn,
+            positive,
+            "must be positive",
+        ),
+        ("wrap", &column.wrap, positive, "must be positive"),
+        ("offset", &column.offset, f64::is_finite, "must be finite"),
+        (
+            "gain",
+            &column.gain,
+            |value| value.is_finite() && value != 0.0,
+            "must be finite and not 0",
+        ),
+        (
+            "sign",
+            &column.sign,
+            |value| value.abs().to_bits() == 1.0_f64.to_bits(),
+            "must be 1 or -1",
+        ),
+    ];
+    for (inner, values, good, must) in checks {
+        let values = match values {
+            None => continue,
+            Some(PerJoint::One(value)) => std::slice::from_ref(value),
+            Some(PerJoint::Each(values)) => values,
+        };
+        if let Some(value) = values.iter().find(|value| !good(**value)) {
+            return Err(fault(
+                path,
+                format!("{inner} of {key} is {value}; it {must}"),
+            ));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,115 @@
+//! Units that a log may hold.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::choice::choose;
+
+/// What a unit measures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Dimension {
+    /// rad.
+    Angle,
+    /// m.
+    Length,
+    /// N·m.
+    Torque,
+    /// N.
+    Force,
+    /// A.
+    Current,
+    /// V.
+    Voltage,
+    /// s.
+    Time,
+}
+
+/// A unit by its name.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(try_from = "String")]
+#[schemars(with = "String")]
+pub struct Unit(usize);
+
+use Dimension::{Angle, Current, Force, Length, Time, Torque, Voltage};
+
+/// Names, what they measure, and how large they are in SI units.
+const UNITS: [(&str, Dimension, f64); 27] = [
+    ("rad", Angle, 1.0),
+    ("mrad", Angle, 1e-3),
+    ("deg", Angle, std::f64::consts::PI / 180.0),
+    ("turns", Angle, std::f64::consts::TAU),
+    // Its size follows from counts_per_turn.
+    ("counts", Angle, std::f64::consts::TAU),
+    ("m", Length, 1.0),
+    ("mm", Length, 1e-3),
+    ("um", Length, 1e-6),
+    ("µm", Length, 1e-6),
+    ("N·m", Torque, 1.0),
+    ("Nm", Torque, 1.0),
+    ("mN·m", Torque, 1e-3),
+    ("mNm", Torque, 1e-3),
+    ("N", Force, 1.0),
+    ("mN", Force, 1e-3),
+    ("kN", Force, 1e3),
+    ("A", Current, 1.0),
+    ("mA", Current, 1e-3),
+    ("V", Voltage, 1.0),
+    ("mV", Voltage, 1e-3),
+    ("s", Time, 1.0),
+    ("ms", Time, 1e-3),
+    ("us", Time, 1e-6),
+    ("µs", Time, 1e-6),
+    ("ns", Time, 1e-9),
+    ("min", Time, 60.0),
+    ("date", Time, 1e-9),
+];
+
+impl Unit {
+    /// Returns its name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        UNITS[self.0].0
+    }
+
+    /// Returns what it measures.
+    #[must_use]
+    pub fn dimension(self) -> Dimension {
+        UNITS[self.0].1
+    }
+
+    /// Returns its size in SI units; of a count, that of a turn.
+    #[must_use]
+    pub fn size(self) -> f64 {
+        UNITS[self.0].2
+    }
+
+    /// Returns whether it is the step of an encoder.
+    #[must_use]
+    pub fn is_counts(self) -> bool {
+        self.name() == "counts"
+    }
+
+    /// Returns whether it is no unit but a way of writing times.
+    #[must_use]
+    pub fn is_date(self) -> bool {
+        self.name() == "date"
+    }
+
+    /// Returns the units of some dimensions.
+    pub(super) fn names_of(dimensions: &[Dimension]) -> Vec<&'static str> {
+        (UNITS.iter())
+            .filter(|(_, dimension, _)| dimensions.contains(dimension))
+            .map(|(name, ..)| *name)
+            .collect()
+    }
+}
+
+impl TryFrom<String> for Unit {
+    type Error = String;
+
+    fn try_from(word: String) -> Result<Self, String> {
+        // The micro sign has two code points.
+        let word = word.replace('\u{3bc}', "\u{b5}");
+        choose("unit", &word, &UNITS.map(|(name, ..)| name)).map(Self)
+    }
+}

@@ -1,0 +1,181 @@
+//! Streams on other clocks, brought onto the time of the first.
+
+use super::BLOCK;
+use super::LogError;
+use super::rows::Rows;
+
+/// A step of so many usual steps is a gap, over which nothing is interpolated.
+const GAP: f64 = 3.5;
+
+/// Steps that say what is usual.
+const LEARNING: usize = 64;
+
+/// Times that differ by less than this part of a step are the same.
+const SAME: f64 = 1e-6;
+
+/// A stream that is read beside the first.
+pub(super) struct Follower {
+    rows: Rows,
+    /// Places of its channels among all.
+    pub(super) channels: Vec<usize>,
+    // Samples around the times that are asked for; the time of the first stream.
+    times: Vec<f64>,
+    values: Vec<Vec<f64>>,
+    shift: f64,
+    usual: f64,
+    ended: bool,
+    name: String,
+}
+
+impl Follower {
+    /// - `name`: of the stream, for messages.
+    /// - `channels`: places of its channels among all.
+    pub(super) fn new(name: String, rows: Rows, channels: Vec<usize>) -> Self {
+        Self {
+            values: vec![Vec::new(); channels.len()],
+            rows,
+            channels,
+            times: Vec::new(),
+            shift: 0.0,
+            usual: 0.0,
+            ended: false,
+            name,
+        }
+    }
+
+    /// Appends the values at `times` to `out`, NaN where there are none.
+    ///
+    /// - `origin`: what was taken off these times, ns.
+    ///
+    /// Between two samples a cubic through four is taken, as delays are.
+    ///
+    /// # Errors
+    ///
+    /// [`LogError`] if the stream cannot be read or its time runs back.
+    pub(super) fn at(
+        &mut self,
+        times: &[f64],
+        origin: i128,
+        out: &mut [Vec<f64>],
+    ) -> Result<(), LogError> {
+        let Some(&last) = times.last() else {
+            return Ok(());
+        };
+        // Two samples beyond the last time, for the cubic.
+        let behind = |times: &[f64]| times.len() >= 2 && times[times.len() - 2] > last;
+        while !self.ended && !behind(&self.times) {
+            self.more(origin)?;
+        }
+        let mut k = 0;
+        for &time in times {
+            while k + 1 < self.times.len() && self.times[k + 1] <= time {
+                k += 1;
+            }
+            for (values, channel) in self.values.iter().zip(&self.channels) {
+                out[*channel].push(interpolated(&self.times, values, k, time, self.usual));
+            }
+        }
+        let done = k.saturating_sub(1);
+        self.times.drain(..done);
+        for values in &mut self.values {
+            values.drain(..done);
+        }
+        Ok(())
+    }
+
+    fn more(&mut self, origin: i128) -> Result<(), LogError> {
+        let count = self.rows.read(BLOCK)?;
+        if count == 0 {
+            self.ended = true;
+            return Ok(());
+        }
+        if self.usual == 0.0 {
+            self.shift = (self.rows.origin() - origin) as f64 * 1e-9;
+            let mut steps: Vec<f64> = (self.rows.times.windows(2).take(LEARNING))
+                .map(|pair| pair[1] - pair[0])
+                .collect();
+            steps.sort_by(f64::total_cmp);
+            self.usual = steps.get(steps.len() / 2).copied().unwrap_or(0.0);
+        }
+        let mut before = self.times.last().copied();
+        for (i, time) in self.rows.times.iter().enumerate() {
+            let time = time + self.shift;
+            if let Some(before) = before.replace(time)
+                && time <= before
+            {
+                return Err(LogError::TimeNotIncreasing {
+                    file: self.name.clone(),
+                    place: self.rows.place(i),
+                    before: before - self.shift,
+                    after: time - self.shift,
+                });
+            }
+            self.times.push(time);
+        }
+        for (own, values) in self.values.iter_mut().zip(&self.rows.values) {
+            own.extend_from_slice(values);
+        }
+        Ok(())
+    }
+}
+
+/// Returns the value at `time`, which lies behind the `k`th of `times`.
+fn interpolated(times: &[f64], values: &[f64], k: usize, time: f64, usual: f64) -> f64 {
+    let Some(&here) = times.get(k) else {
+        return f64::NAN;
+    };
+    let same = SAME * usual;
+    if (time - here).abs() <= same {
+        return values[k];
+    }
+    let Some(&next) = times.get(k + 1) else {
+        return f64::NAN;
+    };
+    if (next - time).abs() <= same {
+        return values[k + 1];
+    }
+    let even = |a: f64, b: f64| b - a < GAP * usual;
+    if time < here || !even(here, next) {
+        return f64::NAN;
+    }
+    let cubic =
+        k >= 1 && k + 2 < times.len() && even(times[k - 1], here) && even(next, times[k + 2]);
+    let points = if cubic { k - 1..k + 3 } else { k..k + 2 };
+    // Lagrange's form.
+    points
+        .clone()
+        .map(|i| {
+            let others = points.clone().filter(|&j| j != i);
+            values[i]
+                * others
+                    .map(|j| (time - times[j]) / (times[i] - times[j]))
+                    .product::<f64>()
+        })
+        .sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cubics_are_met_exactly_and_gaps_are_left_open() {
+        let mut times: Vec<f64> = (0..20)
+            .map(|k| 0.1 * f64::from(k) + 0.003 * f64::from(k % 3))
+            .collect();
+        let cubic = |t: f64| 1.0 - 2.0 * t + 3.0 * t * t - t * t * t;
+        for time in &mut times[12..] {
+            *time += 1.0;
+        }
+        let values: Vec<f64> = times.iter().map(|&t| cubic(t)).collect();
+        let at = |k: usize, time: f64| interpolated(&times, &values, k, time, 0.1);
+        for (k, time) in times.iter().enumerate().take(9).skip(1) {
+            let time = time + 0.04;
+            assert!((at(k, time) - cubic(time)).abs() < 1e-12, "{k}");
+        }
+        assert_eq!(at(5, times[5]).to_bits(), values[5].to_bits());
+        assert!(at(11, times[11] + 0.5).is_nan());
+        assert!(at(19, times[19] + 0.1).is_nan());
+        assert!(at(0, times[0] - 0.1).is_nan());
+    }
+}

@@ -1,0 +1,190 @@
+//! NumPy arrays: `.npy` and `.npz`.
+
+use std::io::{Read, SeekFrom};
+
+use super::super::LogError;
+use super::super::names::{Names, listed};
+use super::npy::{Npy, NpyColumn, head};
+use super::strips::{Cell, Strip, StripTable, skip};
+use super::zip::{Member, members};
+use super::{Opened, Reopen, Request};
+
+/// An array of a file.
+struct Array {
+    /// Nothing for the only one of an `.npy` file.
+    member: Option<Member>,
+    npy: Npy,
+}
+
+impl Array {
+    fn label(&self) -> String {
+        match &self.member {
+            Some(member) => member.name.trim_end_matches(".npy").to_owned(),
+            None => String::new(),
+        }
+    }
+
+    /// Returns the name of a column: `q`, `q[:,0]`, `log.q` or `[:,0]`.
+    fn name_of(&self, column: &NpyColumn) -> String {
+        let label = self.label();
+        let joined = column.name.is_empty() || column.name.starts_with('[') || label.is_empty();
+        format!("{label}{}{}", if joined { "" } else { "." }, column.name)
+    }
+
+    /// Returns a reader of what stands behind so many bytes.
+    fn read(
+        &self,
+        (file, name): (&str, &str),
+        before: u64,
+        reopen: Reopen<'_>,
+    ) -> Result<Box<dyn Read + Send>, LogError> {
+        let failed = |error| LogError::read(file, name, error);
+        let mut input = reopen()?;
+        if let Some(member) = &self.member {
+            let mut read = member.open(file, input)?;
+            skip(&mut *read, before).map_err(failed)?;
+            return Ok(read);
+        }
+        input.seek(SeekFrom::Start(before)).map_err(failed)?;
+        Ok(Box::new(input))
+    }
+}
+
+/// Opens an `.npy` file.
+pub(super) fn open_npy(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Opened, LogError> {
+    let npy =
+        head(&mut *reopen()?).map_err(|what| LogError::format(request.file, format!(" {what}")))?;
+    open(request, &[Array { member: None, npy }], reopen)
+}
+
+/// Opens an `.npz` file.
+pub(super) fn open_npz(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Opened, LogError> {
+    let file = request.file;
+    let members = members(file, &mut *reopen()?)?;
+    let names: Vec<&str> = members.iter().map(|member| member.name.as_str()).collect();
+    let is_array = |name: &str| name.strip_suffix(".npy").is_some();
+    if !names.iter().any(|name| is_array(name)) {
+        let what = if names.iter().any(|name| name.starts_with("xl/")) {
+            " is a spreadsheet; save it as CSV".to_owned()
+        } else {
+            format!(
+                " is a zip archive without NumPy arrays; unpack it, it holds {}",
+                listed(&names)
+            )
+        };
+        return Err(LogError::format(file, what));
+    }
+    let mut arrays = Vec::new();
+    let mut refused = Vec::new();
+    for member in members.into_iter().filter(|member| is_array(&member.name)) {
+        let mut read = member.open(file, reopen()?)?;
+        match head(&mut *read) {
+            Ok(npy) if npy.scalar => {}
+            Ok(npy) => arrays.push(Array {
+                member: Some(member),
+                npy,
+            }),
+            // Text beside numbers is nobody's fault.
+            Err(what) => refused.push(format!("{} {what}", member.name)),
+        }
+    }
+    if arrays.is_empty() && !refused.is_empty() {
+        return Err(LogError::format(file, format!(": {}", refused.join(", "))));
+    }
+    open(request, &arrays, reopen)
+}
+
+fn open(request: &Request<'_>, arrays: &[Array], reopen: Reopen<'_>) -> Result<Opened, LogError> {
+    let file = request.file;
+    if let Some(topic) = request.topic {
+        return Err(LogError::format(
+            file,
+            format!(" holds arrays and no topics, so there is no \"{topic}\"; name columns"),
+        ));
+    }
+    let columns: Vec<(usize, &NpyColumn)> = (arrays.iter().enumerate())
+        .flat_map(|(i, array)| array.npy.columns.iter().map(move |column| (i, column)))
+        .collect();
+    let all: Vec<String> = (columns.iter())
+        .map(|(i, column)| arrays[*i].name_of(column))
+        .collect();
+    let names = Names {
+        file,
+        all: &all,
+        given: !(all
+            .iter()
+            .all(|name| name.is_empty() || name.starts_with('['))),
+    };
+    let places = (request.picks.iter())
+        .map(|pick| names.find(pick))
+        .collect::<Result<Vec<usize>, LogError>>()?;
+    let rows = same_rows(file, &places, |place| {
+        (&all[place], arrays[columns[place].0].npy.rows)
+    })?;
+    let mut strips: Vec<Strip> = Vec::new();
+    // Columns between others share a strip, those that stand alone have theirs.
+    let mut shared: Vec<(usize, bool, usize)> = Vec::new();
+    for (out, &place) in places.iter().enumerate() {
+        let (i, column) = columns[place];
+        let array = &arrays[i];
+        let cell = |at: usize| Cell {
+            at,
+            number: column.number,
+            out,
+        };
+        let known =
+            (shared.iter()).find(|(own, order, _)| *own == i && *order == column.big_endian);
+        if let (Some((_, _, strip)), false) = (known, column.own) {
+            strips[*strip].cells.push(cell(column.at as usize));
+            continue;
+        }
+        let name = format!("\"{}\"", all[place]);
+        let before = array.npy.head + if column.own { column.at } else { 0 };
+        let read = array.read((file, &name), before, reopen)?;
+        let (record, at) = if column.own {
+            (column.number.size(), 0)
+        } else {
+            shared.push((i, column.big_endian, strips.len()));
+            (array.npy.record as usize, column.at as usize)
+        };
+        strips.push(Strip {
+            name,
+            read,
+            record,
+            cells: vec![cell(at)],
+            big_endian: column.big_endian,
+        });
+    }
+    Ok(Opened {
+        table: Box::new(StripTable::new(file, strips, rows)),
+        names: places.iter().map(|&place| all[place].clone()).collect(),
+        time_unit: (request.time).and_then(|time| columns[places[time]].1.time_unit),
+    })
+}
+
+/// Checks that columns are of one length, and returns it.
+///
+/// - `of`: name and length of a column.
+pub(super) fn same_rows<'a>(
+    file: &str,
+    places: &[usize],
+    of: impl Fn(usize) -> (&'a String, u64),
+) -> Result<u64, LogError> {
+    let Some((first, rows)) = places.first().map(|&place| of(place)) else {
+        return Ok(0);
+    };
+    for &place in places {
+        let (name, own) = of(place);
+        if own != rows {
+            return Err(LogError::format(
+                file,
+                format!(
+                    ": \"{first}\" has {rows} rows and \"{name}\" {own}; the channels of a log are of \
+                     one length, or have a time of their own: {{ file = \"…\", column = \"{name}\", \
+                     time = \"…\" }}"
+                ),
+            ));
+        }
+    }
+    Ok(rows)
+}

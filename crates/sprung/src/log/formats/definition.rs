@@ -1,0 +1,310 @@
+//! Definitions of ROS 2 messages, as text (`.msg`).
+
+use super::super::names::listed;
+use super::number::Number;
+
+/// What a field holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Base {
+    Number(Number),
+    Text,
+    WideText,
+    /// A message, by its place among the types.
+    Message(usize),
+}
+
+/// How many it holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Count {
+    One,
+    Fixed(usize),
+    Any,
+}
+
+/// A field of a message.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Field {
+    pub(super) name: String,
+    pub(super) base: Base,
+    pub(super) count: Count,
+}
+
+/// A type of messages, and those within it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Definition {
+    /// Fields of each type, the message's own first.
+    pub(super) types: Vec<Vec<Field>>,
+}
+
+/// Fields that name the elements of lists beside them.
+pub(super) const NAMES: [&str; 3] = ["name", "joint_names", "names"];
+
+/// Messages within messages that are believed.
+const DEEPEST: usize = 24;
+
+/// Numbers that are listed, at most.
+const LISTED: usize = 1000;
+
+/// Definitions of messages that old bags do not bring along.
+const KNOWN: [(&str, &str); 6] = [
+    (
+        "sensor_msgs/msg/JointState",
+        "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort\n",
+    ),
+    ("std_msgs/msg/Float64", "float64 data\n"),
+    ("std_msgs/msg/Float32", "float32 data\n"),
+    (
+        "std_msgs/msg/Float64MultiArray",
+        "std_msgs/MultiArrayLayout layout\nfloat64[] data\n",
+    ),
+    (
+        "std_msgs/msg/Float32MultiArray",
+        "std_msgs/MultiArrayLayout layout\nfloat32[] data\n",
+    ),
+    (
+        "geometry_msgs/msg/WrenchStamped",
+        "std_msgs/Header header\ngeometry_msgs/Wrench wrench\n",
+    ),
+];
+
+/// Messages that those and others contain.
+const INNER: &str = "
+===
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+===
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+===
+MSG: builtin_interfaces/Duration
+int32 sec
+uint32 nanosec
+===
+MSG: std_msgs/MultiArrayLayout
+std_msgs/MultiArrayDimension[] dim
+uint32 data_offset
+===
+MSG: std_msgs/MultiArrayDimension
+string label
+uint32 size
+uint32 stride
+===
+MSG: geometry_msgs/Wrench
+geometry_msgs/Vector3 force
+geometry_msgs/Vector3 torque
+===
+MSG: geometry_msgs/Vector3
+float64 x
+float64 y
+float64 z
+";
+
+impl Definition {
+    /// Returns the definition of a message that needs no telling.
+    pub(super) fn known(kind: &str) -> Option<Self> {
+        let (_, text) = KNOWN.iter().find(|(known, _)| *known == kind)?;
+        Self::parse(kind, text).ok()
+    }
+
+    /// Reads a definition with those of the messages within it.
+    pub(super) fn parse(kind: &str, text: &str) -> Result<Self, String> {
+        let mut sections: Vec<(String, String)> = vec![(short(kind), String::new())];
+        let whole = format!("{text}\n{INNER}");
+        for line in whole.lines() {
+            if let Some(name) = line.strip_prefix("MSG:") {
+                sections.push((short(name.trim()), String::new()));
+            } else if !line.starts_with("===")
+                && let Some((_, body)) = sections.last_mut()
+            {
+                body.push_str(line);
+                body.push('\n');
+            }
+        }
+        let names: Vec<String> = sections.iter().map(|(name, _)| name.clone()).collect();
+        let types = (sections.iter())
+            .map(|(name, body)| {
+                let package = name.split('/').next().unwrap_or_default();
+                let fields = body
+                    .lines()
+                    .filter_map(|line| field(line, package, &names).transpose());
+                fields.collect::<Result<Vec<Field>, String>>()
+            })
+            .collect::<Result<Vec<_>, String>>()?;
+        let definition = Self { types };
+        let mut depths = vec![None; definition.types.len()];
+        if definition.depth(0, 0, &mut depths) > DEEPEST {
+            return Err("contains itself".to_owned());
+        }
+        Ok(definition)
+    }
+
+    /// Returns how many messages are within one another.
+    ///
+    /// - `known`: of the types that were looked at.
+    fn depth(&self, kind: usize, above: usize, known: &mut [Option<usize>]) -> usize {
+        if above > DEEPEST {
+            return above;
+        }
+        if let Some(depth) = known[kind] {
+            return depth;
+        }
+        let mut deepest = 0;
+        for field in &self.types[kind] {
+            if let Base::Message(inner) = field.base {
+                deepest = deepest.max(1 + self.depth(inner, above + 1, known));
+            }
+        }
+        known[kind] = Some(deepest);
+        deepest
+    }
+
+    /// Returns whether a type is a time.
+    pub(super) fn is_time(&self, kind: usize) -> bool {
+        let names: Vec<&str> = self.types[kind]
+            .iter()
+            .map(|field| field.name.as_str())
+            .collect();
+        names == ["sec", "nanosec"]
+    }
+
+    pub(super) fn field(&self, kind: usize, name: &str) -> Option<&Field> {
+        self.types[kind].iter().find(|field| field.name == name)
+    }
+
+    /// Lists the paths of all numbers.
+    pub(super) fn leaves(&self) -> Vec<String> {
+        let mut all = Vec::new();
+        self.list(0, "", &mut all);
+        all
+    }
+
+    fn list(&self, kind: usize, path: &str, all: &mut Vec<String>) {
+        for field in &self.types[kind] {
+            if all.len() >= LISTED {
+                return;
+            }
+            let name = format!("{path}{}", field.name);
+            let name = match field.count {
+                Count::One => name,
+                _ if matches!(field.base, Base::Number(_)) => name,
+                _ => format!("{name}[0]"),
+            };
+            match field.base {
+                Base::Number(_) => all.push(name),
+                Base::Message(inner) if self.is_time(inner) => all.push(name),
+                Base::Message(inner) => self.list(inner, &format!("{name}."), all),
+                Base::Text | Base::WideText => {}
+            }
+        }
+    }
+}
+
+/// Returns a name of a type without `msg`.
+fn short(name: &str) -> String {
+    name.replace("/msg/", "/")
+}
+
+/// Reads a line; returns nothing for constants and comments.
+fn field(line: &str, package: &str, names: &[String]) -> Result<Option<Field>, String> {
+    let code = line.split('#').next().unwrap_or_default().trim();
+    let Some((kind, rest)) = code.split_once(char::is_whitespace) else {
+        return Ok(None);
+    };
+    let name = rest.split_whitespace().next().unwrap_or_default();
+    let behind = rest.trim_start().strip_prefix(name).unwrap_or_default();
+    // Constants have "=", defaults stand behind a blank.
+    if name.contains('=') || behind.trim_start().starts_with('=') {
+        return Ok(None);
+    }
+    let (element, count) = match kind
+        .strip_suffix(']')
+        .and_then(|kind| kind.rsplit_once('['))
+    {
+        None => (kind, Count::One),
+        Some((element, size)) => match size.parse() {
+            Ok(size) => (element, Count::Fixed(size)),
+            Err(_) => (element, Count::Any),
+        },
+    };
+    let bounded = element.split("<=").next().unwrap_or_default();
+    let base = match bounded {
+        "float64" => Base::Number(Number::F64),
+        "float32" => Base::Number(Number::F32),
+        "int8" => Base::Number(Number::I8),
+        "int16" => Base::Number(Number::I16),
+        "int32" => Base::Number(Number::I32),
+        "int64" => Base::Number(Number::I64),
+        "uint8" | "byte" | "char" | "bool" => Base::Number(Number::U8),
+        "uint16" => Base::Number(Number::U16),
+        "uint32" => Base::Number(Number::U32),
+        "uint64" => Base::Number(Number::U64),
+        "string" => Base::Text,
+        "wstring" => Base::WideText,
+        other => {
+            let full = if other == "Header" {
+                "std_msgs/Header".to_owned()
+            } else if other.contains('/') {
+                short(other)
+            } else {
+                format!("{package}/{other}")
+            };
+            let place = names
+                .iter()
+                .position(|known| *known == full)
+                .ok_or_else(|| {
+                    let known: Vec<&str> = names.iter().map(String::as_str).collect();
+                    format!(
+                        "names {full}, which is not defined beside {}",
+                        listed(&known)
+                    )
+                })?;
+            Base::Message(place)
+        }
+    };
+    Ok(Some(Field {
+        name: name.to_owned(),
+        base,
+        count,
+    }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_fields_constants_or_comments() {
+        let text = "# a comment\nuint8 IDLE=0\nuint8 BUSY = 1\nstring<=20 label \"none\"\n\
+                    float64[3] force # N\nfloat32[<=4] spare\nMotor[] motors\nbool ok true\n\
+                    ===\nMSG: my_robot/Motor\nint16 temperature\n";
+        let definition = Definition::parse("my_robot/msg/State", text).unwrap();
+        let names: Vec<&str> = definition.types[0]
+            .iter()
+            .map(|f| f.name.as_str())
+            .collect();
+        assert_eq!(names, ["label", "force", "spare", "motors", "ok"]);
+        assert_eq!(definition.types[0][1].count, Count::Fixed(3));
+        assert_eq!(definition.types[0][2].count, Count::Any);
+        assert_eq!(definition.types[0][3].base, Base::Message(1));
+        assert_eq!(
+            definition.leaves(),
+            ["force", "spare", "motors[0].temperature", "ok"]
+        );
+    }
+
+    #[test]
+    fn messages_that_contain_themselves_or_strangers_are_refused() {
+        let error = Definition::parse("a/msg/B", "a/B[] inner\n").unwrap_err();
+        assert_eq!(error, "contains itself");
+        let error = Definition::parse("a/msg/B", "c/D inner\n").unwrap_err();
+        assert!(
+            error.starts_with("names c/D, which is not defined"),
+            "{error}"
+        );
+        for (kind, _) in KNOWN {
+            assert!(Definition::known(kind).is_some(), "{kind}");
+        }
+    }
+}

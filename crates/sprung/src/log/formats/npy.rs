@@ -1,0 +1,405 @@
+//! `.npy`: a NumPy array, alone or as a member of `.npz`.
+
+use std::io::Read;
+
+use super::number::Number;
+
+/// A column of an array: its name behind that of the array, and where it is.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct NpyColumn {
+    /// As Python writes it, `[:,0]`, or the name of a field; empty for a vector.
+    pub(super) name: String,
+    pub(super) number: Number,
+    pub(super) big_endian: bool,
+    /// Bytes within a record, or before the column if `own`.
+    pub(super) at: u64,
+    /// Whether the column stands by itself, number after number.
+    pub(super) own: bool,
+    /// Size of the unit in s, for times.
+    pub(super) time_unit: Option<f64>,
+}
+
+/// What the head of an array says.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Npy {
+    /// Bytes before the numbers.
+    pub(super) head: u64,
+    pub(super) rows: u64,
+    /// Bytes of a row.
+    pub(super) record: u64,
+    pub(super) columns: Vec<NpyColumn>,
+    /// Whether it is a single number and no column.
+    pub(super) scalar: bool,
+}
+
+/// Longest head of an array that is believed.
+const LONGEST_HEAD: u32 = 1 << 22;
+
+/// Reads the head of an array; says what is wrong with it.
+pub(super) fn head(read: &mut dyn Read) -> Result<Npy, String> {
+    let mut fixed = [0_u8; 8];
+    let cut = |_| "ends within its head: it was cut off".to_owned();
+    read.read_exact(&mut fixed).map_err(cut)?;
+    if &fixed[..6] != b"\x93NUMPY" {
+        return Err("is not a NumPy array".to_owned());
+    }
+    let (length, before) = if fixed[6] == 1 {
+        let mut length = [0_u8; 2];
+        read.read_exact(&mut length).map_err(cut)?;
+        (u32::from(u16::from_le_bytes(length)), 10)
+    } else {
+        let mut length = [0_u8; 4];
+        read.read_exact(&mut length).map_err(cut)?;
+        (u32::from_le_bytes(length), 12)
+    };
+    if length > LONGEST_HEAD {
+        return Err("has a damaged head".to_owned());
+    }
+    let mut text = vec![0_u8; length as usize];
+    read.read_exact(&mut text).map_err(cut)?;
+    let text = String::from_utf8_lossy(&text).into_owned();
+    let mut parser = Parser { rest: &text };
+    let value = parser.value(0).ok_or("has a damaged head")?;
+    let Value::Dict(entries) = value else {
+        return Err("has a damaged head".to_owned());
+    };
+    let entry = |key: &str| {
+        entries
+            .iter()
+            .find(|(name, _)| name == key)
+            .map(|(_, value)| value)
+    };
+    let (Some(descr), Some(Value::Word(fortran)), Some(Value::List(shape))) =
+        (entry("descr"), entry("fortran_order"), entry("shape"))
+    else {
+        return Err("has a damaged head".to_owned());
+    };
+    let shape: Option<Vec<u64>> = shape.iter().map(Value::number).collect();
+    let shape = shape.ok_or("has a damaged head")?;
+    let total = shape.iter().try_fold(1_u64, |size, n| size.checked_mul(*n));
+    if total.is_none_or(|total| total > 1 << 48) {
+        return Err("has a damaged head: its shape is absurd".to_owned());
+    }
+    layout(descr, fortran == "True", &shape, before + u64::from(length))
+}
+
+fn layout(descr: &Value, fortran: bool, shape: &[u64], head: u64) -> Result<Npy, String> {
+    let scalar = shape.iter().product::<u64>() == 1;
+    // Ones say nothing, and samples run along the longer side of a matrix.
+    let shape: Vec<u64> = shape.iter().copied().filter(|n| *n != 1).collect();
+    let lying = matches!(shape[..], [rows, width] if width > rows);
+    let (rows, inner): (u64, Vec<u64>) = match &shape[..] {
+        [] => (1, vec![]),
+        [width, rows] if lying => (*rows, vec![*width]),
+        [rows, inner @ ..] => (*rows, inner.to_vec()),
+    };
+    let mut columns = Vec::new();
+    let record = match descr {
+        Value::Text(kind) => {
+            let kind = Kind::of(kind)?;
+            let size = kind.number.size() as u64;
+            if fortran && inner.len() > 1 {
+                return Err("has three or more dimensions in Fortran order; give it two".to_owned());
+            }
+            let own = fortran != lying && !inner.is_empty();
+            for (name, place) in places(&inner)? {
+                let name = match (name.is_empty(), lying) {
+                    (true, _) => name,
+                    (_, true) => format!("[{name},:]"),
+                    (_, false) => format!("[:,{name}]"),
+                };
+                let at = if own { place * rows } else { place } * size;
+                columns.push(kind.column(name, at, own));
+            }
+            size * inner.iter().product::<u64>()
+        }
+        Value::List(fields) if inner.is_empty() => fields_of(fields, &mut columns)?,
+        _ => return Err("is an array of records with more than one dimension".to_owned()),
+    };
+    Ok(Npy {
+        head,
+        rows,
+        record,
+        columns,
+        scalar,
+    })
+}
+
+/// Lists the numbers of records, and returns how long a record is.
+fn fields_of(fields: &[Value], columns: &mut Vec<NpyColumn>) -> Result<u64, String> {
+    let mut at = 0;
+    for field in fields {
+        let Value::List(parts) = field else {
+            return Err("has a damaged head".to_owned());
+        };
+        let (name, kind, shape) = match &parts[..] {
+            [Value::Text(name), Value::Text(kind)] => (name, kind, Vec::new()),
+            [Value::Text(name), Value::Text(kind), Value::List(shape)] => {
+                let shape: Option<Vec<u64>> = shape.iter().map(Value::number).collect();
+                (name, kind, shape.ok_or("has a damaged head")?)
+            }
+            _ => return Err("has records within records; make them flat".to_owned()),
+        };
+        let count: u64 = shape.iter().product();
+        // Text and padding between numbers are passed over.
+        let Ok(kind) = Kind::of(kind) else {
+            at += size_of(kind).ok_or_else(|| format!("has a field of type \"{kind}\""))? * count;
+            continue;
+        };
+        let size = kind.number.size() as u64;
+        for (inner, place) in places(&shape)? {
+            let name = if inner.is_empty() {
+                name.clone()
+            } else {
+                format!("{name}[:,{inner}]")
+            };
+            columns.push(kind.column(name, at + place * size, false));
+        }
+        at += size * count;
+    }
+    Ok(at)
+}
+
+/// Most columns of an array that are listed.
+const MOST: u64 = 1 << 20;
+
+/// Returns the indices of an array as Python writes them, with their places.
+fn places(shape: &[u64]) -> Result<Vec<(String, u64)>, String> {
+    let count: u64 = shape.iter().product();
+    if count > MOST {
+        return Err(format!("has {count} columns; is it transposed?"));
+    }
+    if shape.is_empty() {
+        return Ok(vec![(String::new(), 0)]);
+    }
+    let name = |place: u64| {
+        let mut left = place;
+        let mut indices: Vec<String> = (shape.iter().rev())
+            .map(|n| {
+                let index = left % n;
+                left /= n;
+                index.to_string()
+            })
+            .collect();
+        indices.reverse();
+        indices.join(",")
+    };
+    Ok((0..count).map(|place| (name(place), place)).collect())
+}
+
+/// A type of NumPy.
+struct Kind {
+    number: Number,
+    big_endian: bool,
+    time_unit: Option<f64>,
+}
+
+impl Kind {
+    fn of(text: &str) -> Result<Self, String> {
+        let refused = || {
+            Err(format!(
+                "is of type \"{text}\", which is no column of numbers; write it as float64"
+            ))
+        };
+        let (order, rest) = match text.chars().next() {
+            Some(order @ ('<' | '>' | '|' | '=')) => (order, &text[1..]),
+            _ => ('|', text),
+        };
+        let (kind, unit) = match rest.split_once('[') {
+            Some((kind, unit)) => (kind, unit.trim_end_matches(']')),
+            None => (rest, ""),
+        };
+        let number = match kind {
+            "f8" => Number::F64,
+            "f4" => Number::F32,
+            "i1" => Number::I8,
+            "i2" => Number::I16,
+            "i4" => Number::I32,
+            "i8" | "M8" | "m8" => Number::I64,
+            "u1" | "b1" => Number::U8,
+            "u2" => Number::U16,
+            "u4" => Number::U32,
+            "u8" => Number::U64,
+            _ => return refused(),
+        };
+        let time_unit = match (kind, unit) {
+            ("M8" | "m8", "s") => Some(1.0),
+            ("M8" | "m8", "ms") => Some(1e-3),
+            ("M8" | "m8", "us") => Some(1e-6),
+            ("M8" | "m8", "ns") => Some(1e-9),
+            ("M8" | "m8", _) => return refused(),
+            _ => None,
+        };
+        Ok(Self {
+            number,
+            big_endian: order == '>',
+            time_unit,
+        })
+    }
+
+    fn column(&self, name: String, at: u64, own: bool) -> NpyColumn {
+        NpyColumn {
+            name,
+            number: self.number,
+            big_endian: self.big_endian,
+            at,
+            own,
+            time_unit: self.time_unit,
+        }
+    }
+}
+
+/// Returns the size of a type that holds no number.
+fn size_of(text: &str) -> Option<u64> {
+    let rest = text.trim_start_matches(['<', '>', '|', '=']);
+    let (kind, digits) = rest.split_at_checked(1)?;
+    let count: u64 = digits.parse().ok()?;
+    match kind {
+        "U" => Some(4 * count),
+        "S" | "V" | "f" | "c" | "i" | "u" => Some(count),
+        _ => None,
+    }
+}
+
+/// A Python literal.
+#[derive(Clone, Debug, PartialEq)]
+enum Value {
+    Text(String),
+    Word(String),
+    List(Vec<Value>),
+    Dict(Vec<(String, Value)>),
+}
+
+impl Value {
+    fn number(&self) -> Option<u64> {
+        match self {
+            Self::Word(word) => word.trim_end_matches('L').parse().ok(),
+            _ => None,
+        }
+    }
+}
+
+struct Parser<'a> {
+    rest: &'a str,
+}
+
+/// Literals within literals that are believed.
+const DEEPEST: usize = 8;
+
+impl Parser<'_> {
+    fn eat(&mut self, c: char) -> bool {
+        self.rest = self.rest.trim_start();
+        match self.rest.strip_prefix(c) {
+            Some(rest) => {
+                self.rest = rest;
+                true
+            }
+            None => false,
+        }
+    }
+
+    fn value(&mut self, depth: usize) -> Option<Value> {
+        if depth > DEEPEST {
+            return None;
+        }
+        self.rest = self.rest.trim_start();
+        if self.eat('{') {
+            let mut entries = Vec::new();
+            while !self.eat('}') {
+                let Value::Text(key) = self.value(depth + 1)? else {
+                    return None;
+                };
+                if !self.eat(':') {
+                    return None;
+                }
+                entries.push((key, self.value(depth + 1)?));
+                self.eat(',');
+            }
+            return Some(Value::Dict(entries));
+        }
+        for (open, close) in [('(', ')'), ('[', ']')] {
+            if self.eat(open) {
+                let mut all = Vec::new();
+                while !self.eat(close) {
+                    all.push(self.value(depth + 1)?);
+                    self.eat(',');
+                }
+                return Some(Value::List(all));
+            }
+        }
+        for quote in ['\'', '"'] {
+            if self.eat(quote) {
+                let (text, rest) = self.rest.split_once(quote)?;
+                self.rest = rest;
+                return Some(Value::Text(text.to_owned()));
+            }
+        }
+        let end = self.rest.find(|c: char| !c.is_alphanumeric())?;
+        let (word, rest) = self.rest.split_at(end);
+        self.rest = rest;
+        (!word.is_empty()).then(|| Value::Word(word.to_owned()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(text: &str) -> Result<Npy, String> {
+        let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+        bytes.extend((text.len() as u16).to_le_bytes());
+        bytes.extend(text.bytes());
+        head(&mut &bytes[..])
+    }
+
+    fn named(npy: &Npy) -> Vec<(&str, u64, bool)> {
+        (npy.columns
+            .iter()
+            .map(|column| (column.name.as_str(), column.at, column.own)))
+        .collect()
+    }
+
+    #[test]
+    fn matrices_have_columns_along_their_longer_side() {
+        let tall = of("{'descr': '<f8', 'fortran_order': False, 'shape': (100, 2), }\n").unwrap();
+        assert_eq!((tall.rows, tall.record), (100, 16));
+        assert_eq!(named(&tall), [("[:,0]", 0, false), ("[:,1]", 8, false)]);
+        let fortran = of("{'descr': '<f4', 'fortran_order': True, 'shape': (100, 2)}\n").unwrap();
+        assert_eq!(named(&fortran), [("[:,0]", 0, true), ("[:,1]", 400, true)]);
+        let lying = of("{'descr': '<f8', 'fortran_order': False, 'shape': (2, 100)}\n").unwrap();
+        assert_eq!(lying.rows, 100);
+        assert_eq!(named(&lying), [("[0,:]", 0, true), ("[1,:]", 800, true)]);
+        let column = of("{'descr': '>i4', 'fortran_order': False, 'shape': (100, 1)}\n").unwrap();
+        assert_eq!(named(&column), [("", 0, false)]);
+        assert!(column.columns[0].big_endian);
+    }
+
+    #[test]
+    fn records_have_fields_and_padding() {
+        let text = "{'descr': [('t', '<f8'), ('name', '<U4'), ('q', '<f4', (2,)), ('', '|V4')], \
+                    'fortran_order': False, 'shape': (10,)}\n";
+        let npy = of(text).unwrap();
+        assert_eq!(npy.record, 8 + 16 + 8 + 4);
+        assert_eq!(
+            named(&npy),
+            [
+                ("t", 0, false),
+                ("q[:,0]", 24, false),
+                ("q[:,1]", 28, false)
+            ]
+        );
+    }
+
+    #[test]
+    fn damaged_heads_are_refused() {
+        for text in [
+            "",
+            "{'descr': '<f8'",
+            "{'descr': '<f8', 'fortran_order': False, 'shape': (99999999999, 99999999999)}\n",
+            "{'descr': '|O', 'fortran_order': False, 'shape': (10,)}\n",
+            "((((((((((((((((((((",
+        ] {
+            assert!(of(text).is_err(), "{text}");
+        }
+    }
+}

@@ -1,0 +1,167 @@
+//! What a log is read from, and what its first bytes say.
+
+use std::io::{Chain, Cursor, Read, Seek};
+
+use super::LogError;
+
+/// What a log is read from: a file, or bytes in memory.
+pub trait Input: Read + Seek + Send {}
+
+impl<T: Read + Seek + Send> Input for T {}
+
+/// Bytes that are looked at to know a file.
+const START: usize = 1 << 16;
+
+/// What a file is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    Text,
+    Gzip,
+    Zstd,
+    Npy,
+    Zip,
+    Mat5,
+    Parquet,
+    ArrowFile,
+    ArrowStream,
+    Mcap,
+    Sqlite,
+    Empty,
+    /// Known, but not read: what it is and what to do.
+    Other(&'static str),
+}
+
+impl Kind {
+    /// Returns what it is called.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Text => "text",
+            Self::Gzip => "a gzip file",
+            Self::Zstd => "a zstd file",
+            Self::Npy => "an .npy file",
+            Self::Zip => "a zip archive",
+            Self::Mat5 => "a MATLAB file",
+            Self::Parquet => "a Parquet file",
+            Self::ArrowFile | Self::ArrowStream => "an Arrow file",
+            Self::Mcap => "an MCAP file",
+            Self::Sqlite => "an SQLite database",
+            Self::Empty => "an empty file",
+            Self::Other(_) => "a file of another kind",
+        }
+    }
+}
+
+/// Beginnings of files.
+const MAGIC: [(&[u8], Kind); 20] = [
+    (b"\x1f\x8b", Kind::Gzip),
+    (b"\x28\xb5\x2f\xfd", Kind::Zstd),
+    (b"\x93NUMPY", Kind::Npy),
+    (b"PK\x03\x04", Kind::Zip),
+    (b"PK\x05\x06", Kind::Zip),
+    (b"MATLAB 5.0 MAT-file", Kind::Mat5),
+    (
+        b"MATLAB 7.3 MAT-file",
+        Kind::Other(
+            "is a MATLAB file of version 7.3 (HDF5), which is not read; save it with save(…, \"-v7\")",
+        ),
+    ),
+    (b"PAR1", Kind::Parquet),
+    (
+        b"PARE",
+        Kind::Other("is encrypted Parquet; write it without encryption"),
+    ),
+    (b"ARROW1", Kind::ArrowFile),
+    (b"\xff\xff\xff\xff", Kind::ArrowStream),
+    (
+        b"FEA1",
+        Kind::Other("is Feather of version 1; write it again with version 2, which is Arrow IPC"),
+    ),
+    (b"\x89MCAP0\r\n", Kind::Mcap),
+    (b"SQLite format 3\0", Kind::Sqlite),
+    (
+        b"\x89HDF\r\n\x1a\n",
+        Kind::Other(
+            "is HDF5, which is not read; write the arrays as .npz, .mat version 7 or Parquet",
+        ),
+    ),
+    (
+        b"#ROSBAG V2.0",
+        Kind::Other(
+            "is a bag of ROS 1; convert it with rosbags-convert (pip install rosbags) and read that",
+        ),
+    ),
+    (
+        b"BZh",
+        Kind::Other("is compressed with bzip2; decompress it"),
+    ),
+    (
+        b"\xfd7zXZ\0",
+        Kind::Other("is compressed with xz; decompress it"),
+    ),
+    (b"\xff\xfe", Kind::Other("is UTF-16 text; save it as UTF-8")),
+    (b"\xfe\xff", Kind::Other("is UTF-16 text; save it as UTF-8")),
+];
+
+/// Returns what a file is by its first bytes.
+pub(super) fn kind_of(start: &[u8]) -> Kind {
+    if start.is_empty() {
+        return Kind::Empty;
+    }
+    if let Some((_, kind)) = MAGIC.iter().find(|(magic, _)| start.starts_with(magic)) {
+        return *kind;
+    }
+    // The text of a MATLAB header is free, its end is not.
+    if start.len() >= 128
+        && [b"IM", b"MI"]
+            .iter()
+            .any(|order| &&start[126..128] == order)
+    {
+        return Kind::Mat5;
+    }
+    if start.contains(&0) {
+        return Kind::Other(
+            "is binary and none of the formats that are read: CSV, Parquet, Arrow, .npy, .npz, .mat, \
+             MCAP, ROS 2 .db3",
+        );
+    }
+    Kind::Text
+}
+
+/// A reader whose first bytes were looked at.
+pub(super) type Peeked<R> = Chain<Cursor<Vec<u8>>, R>;
+
+/// Looks at the first bytes of a reader; returns them, whether they are all,
+/// and a reader that begins with them.
+///
+/// - `what`: what it is called when it cannot be read.
+pub(super) fn peek<R: Read>(
+    file: &str,
+    what: &str,
+    mut read: R,
+) -> Result<(Vec<u8>, bool, Peeked<R>), LogError> {
+    let mut start = Vec::new();
+    read.by_ref()
+        .take(START as u64)
+        .read_to_end(&mut start)
+        .map_err(|error| LogError::read(file, what, error))?;
+    let whole = start.len() < START;
+    let again = Cursor::new(start.clone()).chain(read);
+    Ok((start, whole, again))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_are_known_by_their_beginning() {
+        assert_eq!(kind_of(b""), Kind::Empty);
+        assert_eq!(kind_of(b"t,q\n0,1\n"), Kind::Text);
+        assert_eq!(kind_of(b"\x93NUMPY\x01\x00"), Kind::Npy);
+        assert_eq!(kind_of(b"PAR1\x15"), Kind::Parquet);
+        assert!(matches!(kind_of(b"\x7fELF\0\0"), Kind::Other(_)));
+        let mut mat = vec![b' '; 200];
+        mat[126..128].copy_from_slice(b"IM");
+        assert_eq!(kind_of(&mat), Kind::Mat5);
+    }
+}

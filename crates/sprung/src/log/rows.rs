@@ -1,0 +1,219 @@
+//! Rows of one stream in SI units: readings checked, unwrapped, shifted and
+//! scaled.
+
+use super::channels::Channel;
+use super::formats::{Opened, Readings, Table};
+use super::origin::Start;
+use super::{LogError, Place};
+
+/// How a stream says its time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum TimeOfRows {
+    /// The first column, times this.
+    Column(f64),
+    /// Rows follow one another so, s.
+    Period(f64),
+    /// It has none: rows belong to those of another stream.
+    None,
+}
+
+/// From readings to a quantity.
+#[derive(Clone, Debug)]
+struct Conversion {
+    column: usize,
+    factor: f64,
+    offset: f64,
+    unwrap: Option<Unwrap>,
+    start: StartState,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Unwrap {
+    after: f64,
+    last: f64,
+    turns: f64,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum StartState {
+    /// Readings are absolute.
+    Absolute,
+    /// The first value will be this, or that of a column.
+    Known(f64),
+    Column(usize),
+    /// The first was this reading, and is to be this value.
+    Begun(f64, f64),
+}
+
+/// Rows of one stream.
+pub(super) struct Rows {
+    file: String,
+    table: Box<dyn Table>,
+    names: Vec<String>,
+    time: TimeOfRows,
+    conversions: Vec<Conversion>,
+    readings: Vec<Readings>,
+    // Rows before those in memory.
+    before: u64,
+    // Time, s, less the origin.
+    pub(super) times: Vec<f64>,
+    // One vector per channel of this stream.
+    pub(super) values: Vec<Vec<f64>>,
+}
+
+impl Rows {
+    /// - `time`: how the time is said; if in a column, that is the first.
+    /// - `channels`: in the order of the columns that follow.
+    /// - `starts`: columns, behind those, that hold the first values of some.
+    pub(super) fn new(
+        file: &str,
+        opened: Opened,
+        time: TimeOfRows,
+        channels: &[&Channel],
+        starts: &[Option<usize>],
+    ) -> Self {
+        let time = match (time, opened.time_unit) {
+            (TimeOfRows::Column(_), Some(unit)) => TimeOfRows::Column(unit),
+            _ => time,
+        };
+        let first = usize::from(matches!(time, TimeOfRows::Column(_)));
+        let conversions = (channels.iter().zip(starts).enumerate())
+            .map(|(i, (channel, start))| Conversion {
+                column: first + i,
+                factor: channel.factor,
+                offset: channel.origin.offset,
+                unwrap: channel.origin.wrap.map(|after| Unwrap {
+                    after,
+                    last: f64::NAN,
+                    turns: 0.0,
+                }),
+                start: match (&channel.origin.start, start) {
+                    (Some(Start::At(value)), _) => StartState::Known(*value),
+                    (Some(Start::Of(_)), Some(column)) => StartState::Column(*column),
+                    _ => StartState::Absolute,
+                },
+            })
+            .collect();
+        Self {
+            file: file.to_owned(),
+            table: opened.table,
+            readings: vec![Readings::default(); opened.names.len()],
+            names: opened.names,
+            time,
+            conversions,
+            before: 0,
+            times: Vec::new(),
+            values: vec![Vec::new(); channels.len()],
+        }
+    }
+
+    /// Reads the next rows, at most `limit`, in place of those before; returns
+    /// how many, 0 at the end.
+    ///
+    /// # Errors
+    ///
+    /// [`LogError`] with the place of what is wrong.
+    pub(super) fn read(&mut self, limit: usize) -> Result<usize, LogError> {
+        self.before += self.len() as u64;
+        for readings in &mut self.readings {
+            readings.values.clear();
+        }
+        self.times.clear();
+        for values in &mut self.values {
+            values.clear();
+        }
+        let count = self.table.read(limit, &mut self.readings)?;
+        self.check()?;
+        match self.time {
+            TimeOfRows::Column(factor) => {
+                let readings = self.readings[0].values.iter();
+                self.times.extend(readings.map(|reading| reading * factor));
+            }
+            TimeOfRows::Period(period) => {
+                let rows = self.before..self.before + count as u64;
+                self.times.extend(rows.map(|row| row as f64 * period));
+            }
+            TimeOfRows::None => {}
+        }
+        for i in 0..self.conversions.len() {
+            self.convert(i);
+        }
+        Ok(count)
+    }
+
+    fn len(&self) -> usize {
+        self.readings.first().map_or(0, |first| first.values.len())
+    }
+
+    /// Returns where the `i`th row in memory stands.
+    pub(super) fn place(&self, i: usize) -> Place {
+        self.table.place(i)
+    }
+
+    /// Returns what was taken off the times, ns.
+    pub(super) fn origin(&self) -> i128 {
+        match self.time {
+            TimeOfRows::Column(factor) => {
+                i128::from(self.readings[0].origin) * (factor * 1e9).round() as i128
+            }
+            _ => 0,
+        }
+    }
+
+    fn check(&self) -> Result<(), LogError> {
+        for (readings, name) in self.readings.iter().zip(&self.names) {
+            if let Some(i) = readings.values.iter().position(|value| !value.is_finite()) {
+                return Err(LogError::NotFinite {
+                    file: self.file.clone(),
+                    place: self.place(i),
+                    column: name.clone(),
+                    value: readings.values[i],
+                });
+            }
+        }
+        Ok(())
+    }
+
+    fn convert(&mut self, i: usize) {
+        let conversion = &mut self.conversions[i];
+        let readings = &self.readings[conversion.column];
+        let (origin, factor) = (readings.origin as f64, conversion.factor);
+        let shift = origin + conversion.offset;
+        let out = &mut self.values[i];
+        let unwrap = &mut conversion.unwrap;
+        let mut unwrapped = readings.values.iter().map(|&reading| match unwrap {
+            None => reading,
+            Some(unwrap) => unwrap.next(reading),
+        });
+        if let StartState::Known(_) | StartState::Column(_) = conversion.start
+            && let Some(&first) = readings.values.first()
+        {
+            let value = match conversion.start {
+                StartState::Column(column) => {
+                    self.readings[column].values[0] + self.readings[column].origin as f64
+                }
+                StartState::Known(value) => value,
+                _ => 0.0,
+            };
+            conversion.start = StartState::Begun(first, value);
+        }
+        match conversion.start {
+            StartState::Begun(first, value) => {
+                out.extend(unwrapped.by_ref().map(|x| value + factor * (x - first)));
+            }
+            // Most columns are taken as they are, to the bit.
+            _ if shift.to_bits() == 0 => out.extend(unwrapped.by_ref().map(|x| x * factor)),
+            _ => out.extend(unwrapped.by_ref().map(|x| (x + shift) * factor)),
+        }
+    }
+}
+
+impl Unwrap {
+    fn next(&mut self, reading: f64) -> f64 {
+        if !self.last.is_nan() {
+            self.turns -= ((reading - self.last) / self.after).round();
+        }
+        self.last = reading;
+        reading + self.turns * self.after
+    }
+}

@@ -1,0 +1,127 @@
+//! A robot with two joints, and logs of it.
+
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
+
+use sprung::description::{Experiment, no_files, read};
+use sprung::log::{Channels, Input, LogBlock, LogError, LogSource};
+
+const ROBOT: &str = r#"
+format = 1
+[robot]
+name = "two joints"
+kinematics = "planar-2r"
+[[robot.joint]]
+name = "joint1"
+torque_constant_nm_per_a = 2.0
+gear_ratio = 10.0
+[[robot.joint]]
+name = "joint2"
+torque_constant_nm_per_a = 4.0
+gear_ratio = 100.0
+[log]
+"#;
+
+/// Keys of a log whose columns have the usual names.
+pub(crate) const USUAL: &str = r#"
+time_s = "t_s"
+link_position_rad = "q*_rad"
+motor_position_rad = ["phi1_rad", "phi2_rad"]
+motor_torque_nm = "tau*_nm"
+"#;
+
+/// A folder, or files in memory.
+#[derive(Clone)]
+pub(crate) enum Files {
+    Fixtures,
+    Memory(Vec<(&'static str, Vec<u8>)>),
+}
+
+pub(crate) fn fixture(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/formats/fixtures")
+        .join(name)
+}
+
+pub(crate) fn experiment(log: &str) -> Result<Experiment, String> {
+    let text = format!("{ROBOT}{log}");
+    read("experiment.toml", &text, &[], &mut no_files).map_err(|error| error.to_string())
+}
+
+/// Reads a log: time, then the channels in the order of `Channels::all`.
+pub(crate) fn read_log(files: &Files, file: &str, log: &str) -> Result<Vec<Vec<f64>>, String> {
+    let experiment = experiment(log)?;
+    let channels = Channels::new(&experiment.robot, experiment.log.as_ref().unwrap())
+        .map_err(|error| error.to_string())?;
+    read_channels(files, file, &channels).map_err(|error| error.to_string())
+}
+
+pub(crate) fn read_channels(
+    files: &Files,
+    file: &str,
+    channels: &Channels,
+) -> Result<Vec<Vec<f64>>, LogError> {
+    let (files, own) = (files.clone(), PathBuf::from(file));
+    let mut reader = move |other: Option<&Path>| -> std::io::Result<Box<dyn Input>> {
+        let name = other.unwrap_or(&own).to_str().unwrap().to_owned();
+        match &files {
+            Files::Fixtures => Ok(Box::new(std::fs::File::open(fixture(&name))?)),
+            Files::Memory(all) => match all.iter().find(|(known, _)| *known == name) {
+                Some((_, bytes)) => Ok(Box::new(Cursor::new(bytes.clone()))),
+                None => Err(std::io::ErrorKind::NotFound.into()),
+            },
+        }
+    };
+    let mut source = LogSource {
+        name: file.to_owned(),
+        reader: &mut reader,
+    };
+    let mut log = source.open(channels)?;
+    let mut block = LogBlock::new(channels.all.len());
+    let mut all = vec![Vec::new(); 1 + channels.all.len()];
+    while log.read(&mut block)? {
+        all[0].extend_from_slice(&block.time);
+        for (own, values) in all[1..].iter_mut().zip(&block.values) {
+            own.extend_from_slice(values);
+        }
+    }
+    Ok(all)
+}
+
+/// Reads a text of bytes in memory.
+pub(crate) fn read_text(text: impl AsRef<[u8]>, log: &str) -> Result<Vec<Vec<f64>>, String> {
+    let files = Files::Memory(vec![("log.csv", text.as_ref().to_vec())]);
+    read_log(&files, "log.csv", log)
+}
+
+/// The numbers of all fixtures, read by other means.
+pub(crate) fn truth() -> Vec<Vec<f64>> {
+    let text = std::fs::read_to_string(fixture("plain.csv")).unwrap();
+    let mut columns = vec![Vec::new(); 7];
+    for line in text.lines().skip(1) {
+        for (column, cell) in columns.iter_mut().zip(line.split(',')) {
+            column.push(cell.parse::<f64>().unwrap());
+        }
+    }
+    columns
+}
+
+/// The largest difference between two logs of the same shape.
+pub(crate) fn difference(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    let mut worst = 0.0_f64;
+    for (a, b) in a.iter().zip(b) {
+        assert_eq!(a.len(), b.len());
+        for (x, y) in a.iter().zip(b) {
+            worst = worst.max((x - y).abs());
+        }
+    }
+    worst
+}
+
+/// Checks that a message says all of these.
+pub(crate) fn says(message: &str, fragments: &[&str]) {
+    for fragment in fragments {
+        assert!(message.contains(fragment), "no {fragment:?} in: {message}");
+    }
+}
