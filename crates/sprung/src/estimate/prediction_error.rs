@@ -127,8 +127,8 @@ fn failure(model: &Model, refined: &Refined) -> Option<String> {
         .collect();
     if !bound.is_empty() {
         return Some(format!(
-            "in {} the torque that the model does not explain is a tenth of the motor's or more, which \
-             is not a disturbance but an effect that the model lacks",
+            "in {} the torque that the model does not explain is a quarter of the motor's or more, \
+             which is not a disturbance but an effect that the model lacks",
             bound.join(", ")
         ));
     }

@@ -13,10 +13,12 @@ use super::kalman::{
 use super::record::Record;
 use super::solve::damped_step;
 
-/// Bounds of a level, as parts of the torque's standard deviation: more than the
-/// upper one is not a disturbance but a torque that the model does not explain.
-pub(super) const LOWEST: f64 = 1e-4;
-pub(super) const HIGHEST: f64 = 0.1;
+/// Bounds of a level, as parts of the torque's standard deviation: more drift than
+/// the upper one is not a disturbance but a torque that the model does not explain.
+/// White noise may be that of a current sensor.
+const LOWEST: f64 = 1e-4;
+const HIGHEST_WHITE: f64 = 0.5;
+const HIGHEST_DRIFT: f64 = 0.25;
 
 /// Steps of scoring, and the largest change of a logarithm in one.
 const STEPS: usize = 6;
@@ -70,7 +72,8 @@ impl Search {
             .chain(noisy_sensors.map(|(sensor, _)| Level::Sensor(sensor)))
             .collect();
         let bounds = all.iter().map(|level| match *level {
-            Level::White(row) | Level::Drift(row) => (LOWEST * scales[row], HIGHEST * scales[row]),
+            Level::White(row) => (LOWEST * scales[row], HIGHEST_WHITE * scales[row]),
+            Level::Drift(row) => (LOWEST * scales[row], HIGHEST_DRIFT * scales[row]),
             Level::Sensor(sensor) => {
                 let scale = record.sensors[sensor].scale;
                 (QUIET * scale, NOISY * scale)
