@@ -30,7 +30,7 @@ use covariance::standard_errors;
 use levenberg::{Ending, minimise};
 use record::Record;
 use simulated::Loop;
-use start::feasible;
+pub(super) use start::feasible;
 
 /// Fits the simulated closed loop to the beginning of a log.
 ///
