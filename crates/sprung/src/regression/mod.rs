@@ -18,8 +18,7 @@ mod weights;
 pub use filtered::FilteredRegression;
 pub use instruments::{CrossProducts, cross_products};
 pub use pass::{
-    LogFigures, Observer, PassError, Passed, Reading, Restart, read_through, reduce_blocks,
-    signals,
+    LogFigures, Observer, PassError, Passed, Reading, Restart, read_through, reduce_blocks, signals,
 };
 pub use reduction::{Kept, Reduction, System};
 pub use solution::{Solution, SystemPart, solve, solve_quickly};

@@ -12,7 +12,7 @@ use crate::support::{Twin, with_source};
 pub(crate) const COUNTS: [u32; 2] = [16384, 4096];
 
 /// Disturbances of motors and links, N·m rms.
-const DISTURBED: [(&str, [f64; 2], [f64; 2]); 3] = [
+pub(crate) const DISTURBED: [(&str, [f64; 2], [f64; 2]); 3] = [
     ("clean", [0.0, 0.0], [0.0, 0.0]),
     ("motor", [0.05, 0.01], [0.0, 0.0]),
     ("link", [0.0, 0.0], [0.01, 0.01]),
@@ -52,7 +52,7 @@ pub(crate) fn runs(
     seeds.map(run).collect()
 }
 
-pub(crate) fn median(mut values: Vec<f64>) -> f64 {
+fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values[values.len() / 2]
 }

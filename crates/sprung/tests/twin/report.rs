@@ -49,7 +49,7 @@ fn every_row_has_a_cell_for_every_heading() {
             }
         }
     }
-    assert_eq!(tables, 7);
+    assert_eq!(tables, 8);
 }
 
 #[test]
