@@ -272,8 +272,8 @@ impl Refusal {
                     .map(|&column| model.parameters()[column].name.clone())
                     .collect();
                 let mut all = names[..names.len().min(NAMED)].join(", ");
-                if names.len() > NAMED {
-                    all += &format!(" and {} more", names.len() - NAMED);
+                if let Some(more) = names.len().checked_sub(NAMED).filter(|more| *more > 0) {
+                    all = format!("{all} and {more} more");
                 }
                 (
                     format!(

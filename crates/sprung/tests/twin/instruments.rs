@@ -64,7 +64,7 @@ fn instruments_are_no_better_than_weights_but_shrink_less() {
 fn halves_driven_by_each_other_are_the_whole() {
     let twin = Twin::new();
     let mut plant = twin.closed_loop();
-    let mut columns = vec![vec![Vec::new(); 2]; 5];
+    let mut columns: [Vec<Vec<f64>>; 5] = std::array::from_fn(|_| vec![Vec::new(); 2]);
     for _ in 0..3000 {
         let state = plant.state();
         let tau = step(&mut plant);
@@ -75,9 +75,7 @@ fn halves_driven_by_each_other_are_the_whole() {
             }
         }
     }
-    let [q, dq, phi, dphi, tau] = &columns[..] else {
-        unreachable!()
-    };
+    let [q, dq, phi, dphi, tau] = &columns;
     let measured = Measured {
         q,
         dq,
