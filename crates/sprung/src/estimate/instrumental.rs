@@ -305,8 +305,8 @@ mod tests {
     /// A carriage: mass, viscous and Coulomb friction, offset.
     fn model(more: &str) -> Model {
         let text = format!(
-            "format = 1\n[robot]\ndh_modified = [{{ prismatic = true }}]\n{more}\n\
-             [[robot.joint]]\nname = \"carriage\"\ntransmission = \"rigid\"\n"
+            "format = 1\n[robot]\ndh_modified = [{{ prismatic = true }}]\n\
+             gravity_m_per_s2 = [9.81, 0.0, 0.0]\n{more}\n[[robot.joint]]\nname = \"carriage\"\ntransmission = \"rigid\"\n"
         );
         Model::new(&read("carriage", &text, &[], &mut no_files).unwrap()).unwrap()
     }
