@@ -218,12 +218,11 @@ fn solve(model: &Model, products: &[CrossProducts]) -> Result<Theta, Refusal> {
             of_z[at] += sums.instrument[i];
             b[at] += sums.products[(i, columns.len())];
             for (j, &column) in columns.iter().enumerate() {
-                match places[j] {
-                    Some(of) => a[(at, of)] += sums.products[(i, j)],
-                    None => {
-                        let known = model.parameters()[column].fixed.unwrap_or_default();
-                        b[at] -= known * sums.products[(i, j)];
-                    }
+                if let Some(of) = places[j] {
+                    a[(at, of)] += sums.products[(i, j)];
+                } else {
+                    let known = model.parameters()[column].fixed.unwrap_or_default();
+                    b[at] -= known * sums.products[(i, j)];
                 }
             }
         }
