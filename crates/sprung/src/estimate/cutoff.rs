@@ -35,12 +35,15 @@ const AROUND: [f64; 5] = [0.5, 0.7, 1.0, 1.4, 2.0];
 /// Differences of consecutive samples that are looked at.
 const LOOKED_AT: usize = 20_000;
 
-/// Chooses the cut-off: the highest at which the noise of no velocity moves
-/// its Coulomb friction through more than a part of the transition, a larger
-/// one if the samples there count less.
+/// Chooses the cut-off of the position filter from the noise of the positions.
+///
+/// Where all samples count alike it is the highest at which no velocity's noise,
+/// times the sharpness β of its Coulomb friction, exceeds 0.08. Where samples in the
+/// transition count less, noise harms less and what the filter smears counts more:
+/// the bound is 0.4 at 12 Hz and falls with the root of the cut-off above. Either way
+/// the choice lies between 10 and 40 Hz, and below a fifth of the sampling rate.
 ///
 /// Returns it in Hz, and why.
-///
 #[must_use]
 pub fn choose_cutoff(
     model: &Model,
@@ -70,8 +73,7 @@ pub fn choose_cutoff(
     }
     let reason = match best.1 {
         None => {
-            "the positions are so fine that no cut-off up to this one lets their noise through \
-                 the Coulomb transition"
+            "the positions are so fine that their noise asks for no lower one; none higher is chosen"
                 .to_owned()
         }
         Some((column, noise, step)) => {
@@ -84,10 +86,14 @@ pub fn choose_cutoff(
             } else {
                 ""
             };
-            format!(
-                "\"{column}\" has {origin}, {noise:.1e} rad (m) rms: with a higher cut-off they would \
-                 move the velocity through the Coulomb transition{bound}"
-            )
+            let above = match weights {
+                Weights::None => "a higher cut-off would let it through the Coulomb transition",
+                Weights::Transition => {
+                    "with a higher cut-off it would cost more in the Coulomb transition, although \
+                     samples there count less, than a filter that smears less would gain"
+                }
+            };
+            format!("\"{column}\" has {origin}, {noise:.1e} rad (m) rms: {above}{bound}")
         }
     };
     (best.0.max(LOWEST.min(highest)), reason)

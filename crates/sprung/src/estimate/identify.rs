@@ -7,6 +7,7 @@ use super::cutoff::{choose_cutoff, sweep};
 use super::delay::Excerpt;
 use super::describe::{OfEstimator, describe, fit_curves, trace_of};
 use super::gravity::{tilted, worth_a_look};
+use super::instrumental::add_instruments;
 use super::judge::{Verdict, judge};
 use super::least_squares::{Fitted, fit, residual, trace};
 use super::lsff::{Lsff, LsffError};
@@ -261,6 +262,11 @@ pub fn identify(
             traces.push(trace_of(model, estimator, of_estimator.points));
         }
         thetas.push((estimator, of_estimator.theta));
+    }
+    if weights.is_some()
+        && let Some(excerpt) = beginning.get(&channels).map_err(PassError::from)?
+    {
+        add_instruments(&reading, excerpt, &fitted, &mut results);
     }
     if traces.is_empty() {
         let points = trace(model, &passed.system).collect();

@@ -7,6 +7,7 @@ mod delay;
 mod describe;
 mod gravity;
 mod identify;
+mod instrumental;
 mod jackknife;
 mod judge;
 mod judge_parameters;

@@ -193,7 +193,7 @@ pub struct EstimateResult {
     /// How the filter fits; the prediction error only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub refinement: Option<Refinement>,
-    /// The parameters by other routes; least squares only.
+    /// The parameters by other routes; least squares and prediction error only.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub cross_checks: Vec<CrossCheckResult>,
     /// Residual of each row, root mean square, N·m.
@@ -372,7 +372,7 @@ pub struct MotorRowResult {
 /// The parameters by another route.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CrossCheckResult {
-    /// `two-stage` or `scale-invariant`.
+    /// `two-stage`, `scale-invariant` or `instrumental-variables`.
     pub method: String,
     /// Values by name.
     pub values: Named,

@@ -25,7 +25,10 @@ const MOVES: usize = 12;
 /// # Errors
 ///
 /// [`ModelError::MassMatrix`] if none is found.
-pub(super) fn feasible(model: &Model, linear: &[f64]) -> Result<(Theta, Vec<usize>), ModelError> {
+pub(in crate::estimate) fn feasible(
+    model: &Model,
+    linear: &[f64],
+) -> Result<(Theta, Vec<usize>), ModelError> {
     let mut theta = linear.to_vec();
     for (value, parameter) in theta.iter_mut().zip(model.parameters()) {
         if parameter.fixed.is_some() {

@@ -49,6 +49,13 @@ impl SignalBlock {
         self.time.is_empty()
     }
 
+    /// Appends samples of the same robot.
+    pub fn append(&mut self, mut later: Self) {
+        for (column, more) in self.columns().zip(later.columns()) {
+            column.append(more);
+        }
+    }
+
     /// Returns all columns.
     fn columns(&mut self) -> impl Iterator<Item = &mut Vec<f64>> {
         let groups = (self.q.iter_mut())

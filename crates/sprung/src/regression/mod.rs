@@ -7,6 +7,7 @@
 
 mod batch;
 mod filtered;
+mod instruments;
 mod pass;
 mod reduction;
 mod solution;
@@ -15,8 +16,9 @@ mod triangle;
 mod weights;
 
 pub use filtered::FilteredRegression;
+pub use instruments::{CrossProducts, cross_products};
 pub use pass::{
-    LogFigures, Observer, PassError, Passed, Reading, Restart, read_through, reduce_blocks,
+    LogFigures, Observer, PassError, Passed, Reading, Restart, read_through, reduce_blocks, signals,
 };
 pub use reduction::{Kept, Reduction, System};
 pub use solution::{Solution, SystemPart, solve, solve_quickly};

@@ -274,6 +274,35 @@ pub fn reduce_blocks(
     Ok((preparation.used > 0).then(|| reduction.finish()))
 }
 
+/// Returns the signals of blocks that are in memory, one block for each stretch
+/// between gaps that is long enough for the filters.
+///
+/// - `period`: T, s.
+///
+/// # Errors
+///
+/// [`PassError`] if a filter does not fit the period.
+pub fn signals(
+    reading: &Reading<'_>,
+    period: f64,
+    blocks: &[LogBlock],
+) -> Result<Vec<SignalBlock>, PassError> {
+    let mut preparation = Preparation::new(reading, period, 0.0)?;
+    let mut pieces = Vec::new();
+    for block in blocks {
+        preparation.push(block, &mut (), &mut pieces);
+    }
+    preparation.end(Restart::Begin, &mut pieces);
+    let mut stretches: Vec<SignalBlock> = Vec::new();
+    for piece in pieces {
+        match stretches.last_mut().filter(|_| !piece.begins) {
+            Some(stretch) => stretch.append(piece.signals),
+            None => stretches.push(piece.signals),
+        }
+    }
+    Ok(stretches)
+}
+
 fn longest_delay(delays: &[f64]) -> f64 {
     let spread = |pick: fn(f64, f64) -> f64| delays.iter().copied().fold(0.0, pick);
     spread(f64::max) - spread(f64::min)

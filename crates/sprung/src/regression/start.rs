@@ -1,7 +1,7 @@
 //! The filter's start as a parameter that nobody asks for.
 
 /// Time constants of the filter after which its start is forgotten.
-const FORGOTTEN: f64 = 10.0;
+pub(super) const FORGOTTEN: f64 = 10.0;
 
 /// The first rows after a start, held back until what the momentum at the
 /// start adds to them is taken out.

@@ -104,6 +104,16 @@ fn parameters(identification: &Identification, contents: &Contents<'_>) -> Secti
         ));
         blocks.push(Block::Table(table));
     }
+    if let Some(table) = tables::cross_checks(identification) {
+        blocks.push(Block::Paragraph(
+            "Other routes fail in other ways. Two stages and the scale-invariant fit cannot shrink \
+             links and springs together; instrumental variables do not square the noise of the \
+             positions. Where they agree, what they share is left to doubt: equations, delays, \
+             the friction law."
+                .to_owned(),
+        ));
+        blocks.push(Block::Table(table));
+    }
     blocks.extend(robot_tables::encoder_offsets(identification).map(Block::Table));
     section(
         "parameters",

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::document::{Column, Row, Table, Tone};
 use super::numbers::{deviation, given, or_dash, significant};
-use crate::estimate::{Identification, ParameterEstimate};
+use crate::estimate::{CrossCheckResult, Identification, ParameterEstimate};
 use crate::model::short;
 
 pub(super) fn text(heading: &str) -> Column {
@@ -123,6 +123,38 @@ pub(super) fn motor_rows(identification: &Identification) -> Option<Table> {
             number("Motor row alone ± s.e."),
         ],
         rows,
+    })
+}
+
+/// Parameters by other routes, beside the estimate that they check.
+pub(super) fn cross_checks(identification: &Identification) -> Option<Table> {
+    let result = identification
+        .results
+        .iter()
+        .find(|r| !r.cross_checks.is_empty())?;
+    let mut columns = vec![
+        text("Parameter"),
+        text("Unit"),
+        number(format!("{} ± s.e.", result.estimator)),
+    ];
+    columns.extend((result.cross_checks.iter()).map(|check| number(check.method.clone())));
+    let row = |parameter: &ParameterEstimate| {
+        let mut cells = vec![
+            short(&parameter.name).into_owned(),
+            parameter.unit.clone(),
+            with_error(parameter),
+        ];
+        let of = |check: &CrossCheckResult| or_dash(check.values.get(&parameter.name), 5);
+        cells.extend(result.cross_checks.iter().map(of));
+        Row {
+            cells,
+            tone: Tone::Neutral,
+        }
+    };
+    Some(Table {
+        caption: format!("{}, and the same by other routes.", result.estimator),
+        columns,
+        rows: result.parameters.iter().map(row).collect(),
     })
 }
 

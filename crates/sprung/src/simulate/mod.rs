@@ -9,6 +9,7 @@ mod plant;
 mod record;
 mod reference;
 mod sensors;
+mod subsystems;
 mod twin;
 
 pub use closed_loop::{ClosedLoop, Diverged, LoopError};
@@ -16,4 +17,5 @@ pub use integrator::{Integrator, StepsExhausted};
 pub use plant::JointState;
 pub use record::{RecordError, record};
 pub use reference::Trajectory;
+pub use subsystems::{Measured, Positions, subsystems};
 pub use twin::{Twin, TwinSample, TwinSetup};

@@ -9,10 +9,10 @@ use sprung::finding::Severity;
 
 use crate::support::{Twin, with_source};
 
-const COUNTS: [u32; 2] = [16384, 4096];
+pub(crate) const COUNTS: [u32; 2] = [16384, 4096];
 
 /// Disturbances of motors and links, N·m rms.
-const DISTURBED: [(&str, [f64; 2], [f64; 2]); 3] = [
+pub(crate) const DISTURBED: [(&str, [f64; 2], [f64; 2]); 3] = [
     ("clean", [0.0, 0.0], [0.0, 0.0]),
     ("motor", [0.05, 0.01], [0.0, 0.0]),
     ("link", [0.0, 0.0], [0.01, 0.01]),
@@ -20,7 +20,7 @@ const DISTURBED: [(&str, [f64; 2], [f64; 2]); 3] = [
 
 /// The demo's experiment with the linear stage alone and a cut-off of its own
 /// choice.
-fn twin(weights: Weights) -> Twin {
+pub(crate) fn twin(weights: Weights) -> Twin {
     let mut twin = Twin::new();
     let settings = &mut twin.experiment.identify;
     settings.estimator = vec![Estimator::LeastSquares];
@@ -30,7 +30,7 @@ fn twin(weights: Weights) -> Twin {
 }
 
 /// Results of some seeds.
-fn runs(
+pub(crate) fn runs(
     twin: &Twin,
     counts: u32,
     disturbed: usize,
@@ -58,7 +58,7 @@ fn median(mut values: Vec<f64>) -> f64 {
 }
 
 /// Median error in percent over all parameters and runs.
-fn error(twin: &Twin, runs: &[EstimateResult]) -> f64 {
+pub(crate) fn error(twin: &Twin, runs: &[EstimateResult]) -> f64 {
     let errors = runs
         .iter()
         .flat_map(|run| run.parameters.iter().zip(&twin.truth))
@@ -67,7 +67,7 @@ fn error(twin: &Twin, runs: &[EstimateResult]) -> f64 {
 }
 
 /// The same of another route to the parameters.
-fn error_of(twin: &Twin, runs: &[EstimateResult], method: &str) -> f64 {
+pub(crate) fn error_of(twin: &Twin, runs: &[EstimateResult], method: &str) -> f64 {
     let errors = runs.iter().flat_map(|run| {
         let check = run.cross_checks.iter().find(|c| c.method == method);
         let values = &check.unwrap().values;

@@ -7,6 +7,7 @@
 )]
 
 mod golden;
+mod instruments;
 mod ladder;
 mod linear;
 mod output_error;

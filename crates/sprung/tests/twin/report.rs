@@ -49,7 +49,7 @@ fn every_row_has_a_cell_for_every_heading() {
             }
         }
     }
-    assert_eq!(tables, 7);
+    assert_eq!(tables, 8);
 }
 
 #[test]
@@ -74,8 +74,9 @@ fn values_stand_under_their_headings() {
     assert_eq!(stiffness[column("Unit")], "N·m/rad");
     assert_eq!(stiffness[column("Nominal")], "9");
     assert_eq!(stiffness[column("True")], "9.35873");
-    let value = found.identification.results[0].parameters[9].value.unwrap();
-    let shown: f64 = stiffness[column("least-squares")]
+    let result = &found.identification.results[0];
+    let value = result.parameters[9].value.unwrap();
+    let shown: f64 = stiffness[column(&result.estimator)]
         .split(' ')
         .next()
         .unwrap()

@@ -1,0 +1,159 @@
+//! Products of the measured regression with that of another motion.
+
+use faer::Mat;
+use sprung_core::drives::State;
+use sprung_core::filter::{FilterError, FilterState};
+
+use super::filtered::{FilteredRegression, Pairs};
+use super::pass::Reading;
+use super::start::FORGOTTEN;
+use crate::description::InitialMomentum;
+use crate::preprocess::SignalBlock;
+
+/// What a row of the filtered regression `Y θ = b` and the same row of another
+/// motion, `Z`, have in common over all samples.
+#[derive(Clone, Debug)]
+pub struct CrossProducts {
+    /// `Z^T Y`, and `Z^T b` in the last column, \[width × width + 1\].
+    pub products: Mat<f64>,
+    /// Squared lengths of the columns of Y.
+    pub measured: Vec<f64>,
+    /// Squared lengths of the columns of Z.
+    pub instrument: Vec<f64>,
+}
+
+/// Forms, filters and weighs the regressors of pairs of motions, and multiplies
+/// them; one result per row.
+///
+/// Both motions of a pair take part with the samples whose times they share, and
+/// with the weights of the first. Filters start with each pair; if the momentum at
+/// the start is to be estimated, samples that it reaches are left out.
+///
+/// - `pairs`: measured and other motion of each stretch; `period`: T, s.
+///
+/// # Errors
+///
+/// [`FilterError`] if the filter pair does not fit the period.
+///
+/// # Source
+///
+/// The normal equations of instrumental variables, `Z^T Y θ = Z^T b`.
+pub fn cross_products(
+    reading: &Reading<'_>,
+    pairs: &[(&SignalBlock, &SignalBlock)],
+    period: f64,
+) -> Result<Vec<CrossProducts>, FilterError> {
+    let (model, settings) = (reading.model, reading.settings);
+    let cutoff = settings.filter_cutoff_rad_per_s;
+    let mut measured = FilteredRegression::new(model, cutoff, period, settings.discretization)?;
+    let mut instrument = measured.clone();
+    let filters = Pairs::new(cutoff, period, settings.discretization)?;
+    let skipped = match settings.initial_momentum {
+        InitialMomentum::Measured => 0,
+        InitialMomentum::Estimate => (FORGOTTEN / (cutoff * period)).ceil() as usize,
+    };
+    let mut sums: Vec<CrossProducts> = (0..model.rows())
+        .map(|row| {
+            let width = model.row_entries(row).len();
+            CrossProducts {
+                products: Mat::zeros(width, width + 1),
+                measured: vec![0.0; width],
+                instrument: vec![0.0; width],
+            }
+        })
+        .collect();
+    let mut variance = vec![0.0; model.rows()];
+    for (of, with) in pairs {
+        measured.restart();
+        instrument.restart();
+        let mut memory = vec![FilterState::default(); model.rows()];
+        let (first, first_with, count) = shared(of, with, period);
+        for k in 0..count {
+            let sample = Sample::of(of, first + k);
+            let (y, b) = measured.process(&sample.state(), &sample.tau);
+            let other = Sample::of(with, first_with + k);
+            let (z, _) = instrument.process(&other.state(), &other.tau);
+            if let Some(weights) = reading.weights {
+                weights.variances(model, &sample.state(), &mut variance);
+            }
+            for (row, sum) in sums.iter_mut().enumerate() {
+                let weight = reading.weights.map_or(1.0, |weights| {
+                    let variance = filters
+                        .entries
+                        .process(&mut memory[row], 0.0, variance[row]);
+                    weights.weight(row, variance)
+                });
+                if k < skipped {
+                    continue;
+                }
+                let own = model.row_entries(row);
+                let rhs = if model.is_torque_row(row) {
+                    b[model.joint_of(row)]
+                } else {
+                    0.0
+                };
+                sum.add(&y[own.clone()], rhs, &z[own], weight * weight);
+            }
+        }
+    }
+    Ok(sums)
+}
+
+impl CrossProducts {
+    fn add(&mut self, y: &[f64], rhs: f64, z: &[f64], weight: f64) {
+        for (sum, y) in self.measured.iter_mut().zip(y) {
+            *sum += weight * y * y;
+        }
+        for (sum, z) in self.instrument.iter_mut().zip(z) {
+            *sum += weight * z * z;
+        }
+        for (j, y) in y.iter().chain([&rhs]).enumerate() {
+            let column = self.products.col_as_slice_mut(j);
+            for (sum, z) in column.iter_mut().zip(z) {
+                *sum += weight * z * y;
+            }
+        }
+    }
+}
+
+/// Returns the first sample of each motion that both have, and how many follow.
+fn shared(of: &SignalBlock, with: &SignalBlock, period: f64) -> (usize, usize, usize) {
+    let (Some(begin), Some(begin_with)) = (of.time.first(), with.time.first()) else {
+        return (0, 0, 0);
+    };
+    let later = ((begin_with - begin) / period).round();
+    let (first, first_with) = (later.max(0.0) as usize, (-later).max(0.0) as usize);
+    let left = of.len().saturating_sub(first);
+    (
+        first,
+        first_with,
+        left.min(with.len().saturating_sub(first_with)),
+    )
+}
+
+/// One sample of a motion.
+struct Sample {
+    // q, dq, phi, dphi.
+    joints: [Vec<f64>; 4],
+    tau: Vec<f64>,
+}
+
+impl Sample {
+    fn of(signals: &SignalBlock, k: usize) -> Self {
+        let at = |columns: &[Vec<f64>]| columns.iter().map(|column| column[k]).collect();
+        Self {
+            joints: [
+                at(&signals.q),
+                at(&signals.dq),
+                at(&signals.phi),
+                at(&signals.dphi),
+            ],
+            tau: at(&signals.tau),
+        }
+    }
+
+    fn state(&self) -> State<'_> {
+        let [q, dq, phi, dphi] = &self.joints;
+        State { q, dq, phi, dphi }
+    }
+}

@@ -1,0 +1,204 @@
+//! Links and motors simulated apart, each driven by the other as it was measured.
+
+use sprung_core::drives::State;
+use sprung_core::regressor::{Accelerations, Torques, Values};
+
+use super::integrator::{Integrator, StepsExhausted};
+use crate::model::{Model, Scratch};
+
+/// Largest error of a step, rad (m) and rad/s (m/s): far below what an encoder
+/// shows, and no more is asked of such a motion.
+const TOLERANCE: f64 = 1e-6;
+
+/// Times the largest measured velocity beyond which a motion has nothing to do
+/// with the log.
+const FAST: f64 = 10.0;
+
+/// A measured motion, evenly sampled; columns of \[samples\], one per joint.
+#[derive(Clone, Copy, Debug)]
+pub struct Measured<'a> {
+    /// Link positions, rad (m).
+    pub q: &'a [Vec<f64>],
+    /// Link velocities, rad/s (m/s).
+    pub dq: &'a [Vec<f64>],
+    /// Motor positions after gear and coupling, rad (m).
+    pub phi: &'a [Vec<f64>],
+    /// Motor velocities after gear and coupling, rad/s (m/s).
+    pub dphi: &'a [Vec<f64>],
+    /// Motor torques after gear and coupling, held until the next sample, N·m (N).
+    pub tau: &'a [Vec<f64>],
+}
+
+/// Positions of links and motors, rad (m), columns of \[samples\], one per joint.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Positions {
+    /// Of the links.
+    pub q: Vec<Vec<f64>>,
+    /// Of the motors, after gear and coupling.
+    pub phi: Vec<Vec<f64>>,
+}
+
+/// Simulates the links of flexible joints driven through their springs by the
+/// measured motors, and the motors driven by their torques and, through the
+/// springs, by the measured links. Both start as measured; between samples
+/// measured positions and velocities change evenly.
+///
+/// No controller is needed, and neither part can drift away from the log, since a
+/// spring ties it. A rigid joint moves under its torque alone and may.
+///
+/// - `theta`: parameters with which the robot can move, \[p\]; `period`: T, s.
+///
+/// # Errors
+///
+/// [`StepsExhausted`] if the motion cannot be followed, or becomes ten times
+/// faster than the fastest measured one.
+pub fn subsystems(
+    model: &Model,
+    theta: &[f64],
+    measured: &Measured<'_>,
+    period: f64,
+) -> Result<Positions, StepsExhausted> {
+    let n = model.joint_count();
+    let samples = measured.q.first().map_or(0, Vec::len);
+    let flexible: Vec<usize> = (0..n).filter(|&joint| model.is_flexible(joint)).collect();
+    let at = |columns: &[Vec<f64>], k: usize| columns.iter().map(|c| c[k]).collect::<Vec<f64>>();
+    let rotors = |all: Vec<f64>| flexible.iter().map(|&i| all[i]).collect::<Vec<f64>>();
+    let columns = || vec![Vec::with_capacity(samples); n];
+    let mut positions = Positions {
+        q: columns(),
+        phi: columns(),
+    };
+    if samples == 0 {
+        return Ok(positions);
+    }
+    let velocities = measured.dq.iter().chain(measured.dphi).flatten();
+    let fastest = FAST * velocities.fold(f64::MIN_POSITIVE, |m, v| m.max(v.abs()));
+    // Time since the last sample, in periods, travels with the state.
+    let mut x = [
+        at(measured.q, 0),
+        rotors(at(measured.phi, 0)),
+        at(measured.dq, 0),
+        rotors(at(measured.dphi, 0)),
+        vec![0.0],
+    ]
+    .concat();
+    let half = x.len() / 2;
+    let mut apart = Apart {
+        model,
+        theta,
+        bodies: model.bodies(theta),
+        flexible: &flexible,
+        scratch: Scratch::new(n),
+        links: vec![0.0; 4 * n],
+        motors: vec![0.0; 4 * n],
+        out: vec![0.0; 4 * n],
+    };
+    let mut integrator = Integrator::new(TOLERANCE, x.len());
+    let (mut from, mut to) = (vec![0.0; 4 * n], vec![0.0; 4 * n]);
+    for k in 0..samples {
+        let rotor_of = |joint: usize| flexible.binary_search(&joint).map_or(joint, |i| n + i);
+        for joint in 0..n {
+            positions.q[joint].push(x[joint]);
+            positions.phi[joint].push(x[rotor_of(joint)]);
+        }
+        if k + 1 == samples {
+            break;
+        }
+        let groups = [measured.q, measured.dq, measured.phi, measured.dphi];
+        for (group, columns) in groups.into_iter().enumerate() {
+            for joint in 0..n {
+                from[group * n + joint] = columns[joint][k];
+                to[group * n + joint] = columns[joint][k + 1];
+            }
+        }
+        let tau = at(measured.tau, k);
+        x[2 * half] = 0.0;
+        integrator.advance(&mut x, period, |x, rate| {
+            apart.rate(x, &from, &to, &tau, rate);
+            rate[2 * half] = 1.0 / period;
+        })?;
+        let follows = x[half..2 * half].iter().all(|v| v.abs() <= fastest);
+        if !follows {
+            return Err(StepsExhausted);
+        }
+    }
+    Ok(positions)
+}
+
+/// A robot in two halves.
+struct Apart<'a> {
+    model: &'a Model,
+    theta: &'a [f64],
+    bodies: Vec<[f64; sprung_core::spatial::BODY]>,
+    flexible: &'a [usize],
+    scratch: Scratch,
+    // q, dq, phi, dphi of links that are simulated, and of motors that are.
+    links: Vec<f64>,
+    motors: Vec<f64>,
+    // Accelerations of links and motors in either state.
+    out: Vec<f64>,
+}
+
+impl Apart<'_> {
+    /// Writes the rate of links, rotors of flexible joints and their velocities.
+    ///
+    /// - `from`, `to`: q, dq, phi and dphi as measured at the samples around.
+    fn rate(&mut self, x: &[f64], from: &[f64], to: &[f64], tau: &[f64], rate: &mut [f64]) {
+        let n = tau.len();
+        let half = x.len() / 2;
+        let part = x[2 * half];
+        for (at, (from, to)) in from.iter().zip(to).enumerate() {
+            let measured = from + part * (to - from);
+            self.links[at] = measured;
+            self.motors[at] = measured;
+        }
+        for joint in 0..n {
+            self.links[joint] = x[joint];
+            self.links[n + joint] = x[half + joint];
+            if !self.model.is_flexible(joint) {
+                self.links[2 * n + joint] = x[joint];
+                self.links[3 * n + joint] = x[half + joint];
+            }
+        }
+        for (i, &joint) in self.flexible.iter().enumerate() {
+            self.motors[2 * n + joint] = x[n + i];
+            self.motors[3 * n + joint] = x[half + n + i];
+        }
+        let values = Values {
+            theta: self.theta,
+            bodies: &self.bodies,
+        };
+        let torques = Torques {
+            motor: tau,
+            link: None,
+        };
+        let halves = [&self.links, &self.motors].into_iter();
+        for (all, out) in halves.zip(self.out.chunks_mut(2 * n)) {
+            let state = State {
+                q: &all[..n],
+                dq: &all[n..2 * n],
+                phi: &all[2 * n..3 * n],
+                dphi: &all[3 * n..],
+            };
+            let (ddq, ddphi) = out.split_at_mut(n);
+            let mut workspace = self.scratch.workspace();
+            let solved = self.model.robot().forced_acceleration(
+                &values,
+                &state,
+                &torques,
+                &mut workspace,
+                &mut Accelerations { ddq, ddphi },
+            );
+            if solved.is_err() {
+                // The memory is made to fit, so there is no other outcome.
+                rate.fill(f64::NAN);
+                return;
+            }
+        }
+        rate[..half].copy_from_slice(&x[half..2 * half]);
+        rate[half..half + n].copy_from_slice(&self.out[..n]);
+        for (rate, &joint) in rate[half + n..].iter_mut().zip(self.flexible) {
+            *rate = self.out[3 * n + joint];
+        }
+    }
+}
