@@ -153,6 +153,21 @@ impl Terminal {
     }
 }
 
+/// Makes a bar count runs of a filter, of which there are `most` at most.
+pub(crate) fn count_runs(bar: &ProgressBar, run: usize, most: usize) {
+    let template = "refining {spinner} filter run {human_pos} of at most {human_len}, {elapsed}";
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        bar.set_style(style);
+    }
+    bar.set_length(most as u64);
+    bar.set_position(run as u64);
+    // A run may take seconds in which the bar hears nothing.
+    bar.enable_steady_tick(TICK);
+}
+
+/// Between two pictures of a bar that hears nothing.
+const TICK: std::time::Duration = std::time::Duration::from_millis(200);
+
 /// Prints an error or a warning on stderr.
 #[expect(
     clippy::print_stderr,

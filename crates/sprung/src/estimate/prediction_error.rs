@@ -7,7 +7,8 @@ use super::chi_square::upper_tail;
 use super::delay::Excerpt;
 use super::describe::OfEstimator;
 use super::least_squares::{Fitted, trace};
-use super::refine::{ChannelDelay, Refined, Start, refine};
+use super::progress::Progress;
+use super::refine::{ChannelDelay, MOST_RUNS, Refined, Start, refine};
 use super::result::{RefinedDelay, RefinedOffset, Refinement, RowDisturbance};
 use crate::description::Delay;
 use crate::finding::{Finding, Severity};
@@ -37,6 +38,8 @@ const LOUD: f64 = 0.05;
 ///
 /// Where that fails, the linear values stand and a finding says why.
 ///
+/// - `progress`: called when a run of the filter begins.
+///
 /// # Errors
 ///
 /// [`PassError`] if a log cannot be read again.
@@ -46,6 +49,7 @@ pub(super) fn prediction_error(
     excerpt: &Excerpt,
     system: &System,
     fitted: &Fitted,
+    progress: &mut dyn FnMut(Progress),
 ) -> Result<OfEstimator, PassError> {
     let begin = Instant::now();
     let (model, channels) = (reading.model, reading.channels);
@@ -62,7 +66,13 @@ pub(super) fn prediction_error(
             .filter(|&i| channels.all[i].delay == Some(Delay::Estimate))
             .collect(),
     };
-    let refined = refine(reading, sources, excerpt, &start, &mut |_| ())?;
+    let mut runs = |run| {
+        progress(Progress::FilterRun {
+            run,
+            most: MOST_RUNS,
+        })
+    };
+    let refined = refine(reading, sources, excerpt, &start, &mut runs)?;
     let mut findings = Vec::new();
     let failure = match &refined {
         None => Some(
