@@ -9,7 +9,7 @@ use super::describe::OfEstimator;
 use super::least_squares::{Fitted, trace};
 use super::progress::Progress;
 use super::refine::{ChannelDelay, MOST_RUNS, Refined, Start, refine};
-use super::result::{RefinedDelay, RefinedOffset, Refinement, RowDisturbance};
+use super::result::{REFINEMENT_FAILED, RefinedDelay, RefinedOffset, Refinement, RowDisturbance};
 use crate::description::Delay;
 use crate::finding::{Finding, Severity};
 use crate::log::{Channels, LogSource};
@@ -119,7 +119,7 @@ pub(super) fn prediction_error(
 fn stands_back(why: &str) -> Finding {
     Finding::new(
         Severity::Warning,
-        "refinement-failed",
+        REFINEMENT_FAILED,
         format!(
             "the refinement is not used: {why}. The values here are those of least squares, and \
              their intervals are lower bounds"

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::judge::Verdict;
-use crate::finding::Finding;
+use crate::finding::{Finding, Severity};
 use crate::model::stribeck_name;
 use crate::named::Named;
 
@@ -45,6 +45,32 @@ impl Identification {
     pub fn files(&self) -> String {
         let files: Vec<&str> = self.logs().map(|log| log.file.as_str()).collect();
         files.join(", ")
+    }
+
+    /// Returns what decided the verdict of a result, in words: the codes of the
+    /// serious findings about it and about the log, or those of the warnings if none
+    /// is serious, with their number where there are several of one.
+    #[must_use]
+    pub fn reasons(&self, result: &EstimateResult) -> String {
+        let findings = || self.findings.iter().chain(&result.warnings);
+        let Some(worst) = findings().map(|finding| finding.severity).max() else {
+            return "no findings".to_owned();
+        };
+        if worst == Severity::Info {
+            return "no warnings".to_owned();
+        }
+        let mut codes: Vec<(&str, usize)> = Vec::new();
+        for finding in findings().filter(|finding| finding.severity == worst) {
+            match codes.iter_mut().find(|(code, _)| *code == finding.code) {
+                Some((_, count)) => *count += 1,
+                None => codes.push((&finding.code, 1)),
+            }
+        }
+        let words = codes.iter().map(|(code, count)| match count {
+            1 => (*code).to_owned(),
+            _ => format!("{code} ({count})"),
+        });
+        words.collect::<Vec<_>>().join(", ")
     }
 }
 
@@ -361,7 +387,17 @@ pub struct CrossCheckResult {
     pub values: Named,
 }
 
+/// Code of the finding that a refinement is not used.
+pub(super) const REFINEMENT_FAILED: &str = "refinement-failed";
+
 impl EstimateResult {
+    /// Returns whether the values are those of least squares, because a refinement
+    /// of them is not to be used.
+    #[must_use]
+    pub fn fell_back(&self) -> bool {
+        (self.warnings.iter()).any(|warning| warning.code == REFINEMENT_FAILED)
+    }
+
     /// Returns the values by name, without those that are not determined.
     #[must_use]
     pub fn values(&self) -> BTreeMap<String, f64> {
