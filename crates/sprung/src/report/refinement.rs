@@ -17,6 +17,9 @@ const MARKED: f64 = 4.0;
 /// Decades of the torque that the bars show at least.
 const DECADES: (i32, i32) = (-4, -1);
 
+/// Part of a decade by which a level at its bound may round beyond it.
+const ROUNDING: f64 = 1e-9;
+
 /// Composes the section of the first result that was refined.
 pub(super) fn refinement(identification: &Identification) -> Option<Section> {
     let (result, refinement) = (identification.results.iter())
@@ -89,8 +92,8 @@ fn levels(rows: &[RowDisturbance]) -> Bars {
     let decades = rows.iter().flat_map(parts).flatten().map(f64::log10);
     let (first, last) = decades.fold(DECADES, |(low, high), decade| {
         (
-            low.min(decade.floor() as i32),
-            high.max(decade.ceil() as i32),
+            low.min((decade + ROUNDING).floor() as i32),
+            high.max((decade - ROUNDING).ceil() as i32),
         )
     });
     let place = |part: f64| (part.log10() - f64::from(first)) / f64::from(last - first);
@@ -339,4 +342,126 @@ fn pairs(refinement: &Refinement) -> Vec<Block> {
         Block::Paragraph("Parameters whose errors are most alike:".to_owned()),
         Block::KeyValues(refinement.correlations.iter().map(words).collect()),
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    /// Two logs, a row at its bound, a late column and one of which nothing is known.
+    fn identification(codes: &[&str]) -> Identification {
+        let log = |file: &str| {
+            json!({"file": file, "samples": 10, "period_s": 0.1, "duration_s": 0.9,
+                   "jitter_percent": 0.0})
+        };
+        let level = |row: &str, drift: f64, at_bound: bool| {
+            json!({"row": row, "torque_noise_nm": 0.0, "disturbance_nm": drift, "torque_nm": 2.0,
+                   "at_bound": at_bound})
+        };
+        let warning = |code: &&str| json!({"code": code, "severity": "warning", "parameters": [], "text": "", "remedy": ""});
+        let warnings: Vec<_> = codes.iter().map(warning).collect();
+        let value = json!({
+            "format": 1, "generator": "", "robot": "", "findings": [],
+            "log": log("first.csv"), "further_logs": [log("second.csv")],
+            "settings": {"filter_cutoff_rad_per_s": 30.0, "discretization": "matched",
+                         "position_cutoff_hz": 10.0, "position_filter_order": 2},
+            "results": [{
+                "estimator": "prediction-error", "verdict": "doubtful", "rank": 2,
+                "parameters": [
+                    {"name": "a.stiffness", "symbol": "theta1", "unit": "N·m/rad", "value": 10.0,
+                     "standard_error": 0.1, "ci95": [9.8, 10.2], "identifiable": true},
+                    {"name": "a.rotor_inertia", "symbol": "theta2", "unit": "kg·m²",
+                     "identifiable": false}],
+                "residual_rms": {}, "relative_residual": {}, "warnings": warnings, "elapsed_s": 0.1,
+                "refinement": {
+                    "converged": true, "runs": 7, "samples": 20, "duration_s": 1.8,
+                    "measurements": 40, "minus_log_likelihood": -3.0, "disturbance_corner_hz": 1.5,
+                    "disturbances": [level("a.link_nm", 0.002, false), level("a.motor_nm", 0.2, true)],
+                    "encoder_offsets": [],
+                    "delays": [
+                        {"column": "q", "delay_s": 5e-4, "standard_error_s": 1e-5, "used_s": 1e-4},
+                        {"column": "tau", "delay_s": 0.0, "used_s": 0.0}],
+                    "correlations": [["a.stiffness", "a.rotor_inertia", -0.75]],
+                    "each_log": [[[10.0, 1.0], null], [[11.0, 0.5], null]]
+                }
+            }]
+        });
+        serde_json::from_value(value).unwrap()
+    }
+
+    fn blocks(codes: &[&str]) -> Vec<Block> {
+        refinement(&identification(codes)).unwrap().blocks
+    }
+
+    #[test]
+    fn a_row_at_its_bound_is_marked() {
+        let blocks = blocks(&[]);
+        let Some(Block::Bars(bars)) = blocks.iter().find(|b| matches!(b, Block::Bars(_))) else {
+            panic!("no bars")
+        };
+        let [link, motor] = &bars.rows[..] else {
+            panic!("two rows")
+        };
+        assert_eq!((link.tone, motor.tone), (Tone::Neutral, Tone::Bad));
+        assert_eq!(motor.label, "a.motor (at its bound)");
+        assert!((link.bars[1].as_ref().unwrap().length - 1.0 / 3.0).abs() < 1e-12);
+        assert!((motor.bars[1].as_ref().unwrap().length - 1.0).abs() < 1e-12);
+        assert_eq!(link.bars[0], None);
+    }
+
+    #[test]
+    fn logs_stand_around_what_they_say_together() {
+        let blocks = blocks(&[]);
+        let mut shown = blocks.iter().filter_map(|block| match block {
+            Block::Intervals(intervals) => Some(intervals),
+            _ => None,
+        });
+        let (logs, delays) = (shown.next().unwrap(), shown.next().unwrap());
+        assert_eq!(logs.names, ["all together", "first.csv", "second.csv"]);
+        // The other parameter is in no log.
+        assert_eq!(logs.rows.len(), 1);
+        let at = |i: usize| logs.rows[0].marks[i].unwrap().at;
+        assert!(at(0).abs() < 1e-12 && at(1).abs() < 1e-12);
+        assert!((at(2) - 1.0 / 1.98).abs() < 1e-9);
+        // Late beyond what is used: to the right of the line, and sure of it.
+        assert_eq!(delays.rows.len(), 1);
+        let mark = delays.rows[0].marks[0].unwrap();
+        assert!(mark.interval.unwrap()[0] > 0.0);
+    }
+
+    #[test]
+    fn delays_are_marked_and_gaps_said() {
+        let blocks = blocks(&[]);
+        let Some(Block::Table(table)) = blocks.iter().find(|b| matches!(b, Block::Table(_))) else {
+            panic!("no table")
+        };
+        assert_eq!(
+            table.rows[0].cells,
+            ["q", "100.0", "500.0 ± 20", "+40.0", "800"]
+        );
+        assert_eq!(table.rows[0].tone, Tone::Doubtful);
+        assert_eq!(table.rows[1].cells[2], "the log says nothing");
+    }
+
+    #[test]
+    fn a_refinement_that_is_not_used_says_so() {
+        let first = |codes: &[&str]| matches!(blocks(codes)[0], Block::Paragraph(_));
+        assert!(first(&["refinement-failed"]));
+        assert!(!first(&["late-channel"]));
+    }
+
+    #[test]
+    fn the_reasons_are_the_worst_findings() {
+        let reasons = |codes: &[&str]| {
+            let identification = identification(codes);
+            identification.reasons(&identification.results[0])
+        };
+        assert_eq!(reasons(&[]), "no findings");
+        assert_eq!(
+            reasons(&["late-channel", "weakly-excited", "late-channel"]),
+            "late-channel (2), weakly-excited"
+        );
+    }
 }

@@ -75,13 +75,45 @@ fn values_stand_under_their_headings() {
     assert_eq!(stiffness[column("Nominal")], "9");
     assert_eq!(stiffness[column("True")], "9.35873");
     let value = found.identification.results[0].parameters[9].value.unwrap();
-    let shown: f64 = stiffness[column("least-squares")]
+    let shown: f64 = stiffness[column("prediction-error")]
         .split(' ')
         .next()
         .unwrap()
         .parse()
         .unwrap();
     assert!((shown / value - 1.0).abs() < 1e-4);
+}
+
+#[test]
+fn a_refinement_has_its_section() {
+    let (document, found) = report("robot");
+    let result = &found.identification.results[0];
+    assert_eq!(result.estimator, "prediction-error");
+    let refinement = result.refinement.as_ref().unwrap();
+    let section = (document.sections.iter().find(|s| s.id == "refinement")).unwrap();
+    let bars = section.blocks.iter().find_map(|block| match block {
+        Block::Bars(bars) => Some(bars),
+        _ => None,
+    });
+    let bars = bars.unwrap();
+    assert_eq!(bars.rows.len(), refinement.disturbances.len());
+    for (row, level) in bars.rows.iter().zip(&refinement.disturbances) {
+        // The torque of links has no white noise: nobody measures it.
+        assert_eq!(row.bars[0].is_some(), level.torque_noise_nm > 0.0);
+        let length = row.bars[1].as_ref().unwrap().length;
+        let decades = 3.0 * length - 4.0;
+        let share = level.disturbance_nm / level.torque_nm;
+        assert!((decades - share.log10()).abs() < 1e-9, "{decades} {share}");
+    }
+    let delays = section.blocks.iter().find_map(|block| match block {
+        Block::Intervals(intervals) => Some(intervals),
+        _ => None,
+    });
+    // One per column of the log: four positions and two torques.
+    assert_eq!(delays.unwrap().rows.len(), 6);
+    let html = render(&document).unwrap();
+    assert!(html.contains("<figure class=\"bars\">"));
+    assert!(html.contains(&format!("after {} runs of the filter", refinement.runs)));
 }
 
 #[test]
