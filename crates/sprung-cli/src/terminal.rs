@@ -80,7 +80,7 @@ impl Terminal {
                 dash(result.condition_number, 4),
                 dash(result.condition_number_scaled, 4),
             ));
-            if let Some(refinement) = result.refinement.as_ref().filter(|_| !result.fell_back()) {
+            if let Some(refinement) = result.refined() {
                 self.say(disturbances(refinement));
             }
         }

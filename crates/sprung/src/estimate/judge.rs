@@ -381,6 +381,10 @@ fn scale(
         return;
     };
     let error = error.hypot(stacked.standard_error.unwrap_or(0.0));
+    if result.refined().is_some() {
+        // The likelihood has no rows that noise makes smaller; `stiffness_disagrees` compares.
+        return;
+    }
     let gap = reference - value;
     let sure = gap > LARGE_GAP * reference || gap > 2.0 * error;
     if value > 0.0 && gap > SMALL_GAP * reference && sure {

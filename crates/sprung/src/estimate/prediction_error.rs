@@ -9,7 +9,7 @@ use super::describe::OfEstimator;
 use super::least_squares::{Fitted, trace};
 use super::progress::Progress;
 use super::refine::{ChannelDelay, MOST_RUNS, Refined, Start, refine};
-use super::result::{REFINEMENT_FAILED, RefinedDelay, RefinedOffset, Refinement, RowDisturbance};
+use super::result::{RefinedDelay, RefinedOffset, Refinement, RowDisturbance};
 use crate::description::Delay;
 use crate::finding::{Finding, Severity};
 use crate::log::{Channels, LogSource};
@@ -84,7 +84,8 @@ pub(super) fn prediction_error(
     if let Some(refined) = &refined {
         findings.extend(about(reading, excerpt.period(), refined));
     }
-    let refinement = refined.as_ref().map(|r| describe(model, channels, r));
+    let used = failure.is_none();
+    let refinement = (refined.as_ref()).map(|r| describe(model, channels, r, used));
     Ok(match (refined, failure) {
         (Some(refined), None) => OfEstimator {
             theta: refined.theta,
@@ -119,7 +120,7 @@ pub(super) fn prediction_error(
 fn stands_back(why: &str) -> Finding {
     Finding::new(
         Severity::Warning,
-        REFINEMENT_FAILED,
+        "refinement-failed",
         format!(
             "the refinement is not used: {why}. The values here are those of least squares, and \
              their intervals are lower bounds"
@@ -346,10 +347,11 @@ fn disagree(model: &Model, refined: &Refined) -> Option<Finding> {
     })
 }
 
-fn describe(model: &Model, channels: &Channels, refined: &Refined) -> Refinement {
+fn describe(model: &Model, channels: &Channels, refined: &Refined, used: bool) -> Refinement {
     let name = |index: usize| model.parameters()[index].name.clone();
     let column = |channel: usize| channels.all[channel].column.clone();
     Refinement {
+        used,
         converged: refined.converged,
         runs: refined.runs,
         samples: refined.samples,

@@ -254,6 +254,10 @@ pub struct SimulationFit {
 /// What a prediction-error refinement says besides the parameters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Refinement {
+    /// Whether the values are those of the refinement; if not, they are those of least
+    /// squares, and a finding says why.
+    #[serde(default)]
+    pub used: bool,
     /// Whether the search ended by itself.
     pub converged: bool,
     /// Runs of the filter.
@@ -387,15 +391,13 @@ pub struct CrossCheckResult {
     pub values: Named,
 }
 
-/// Code of the finding that a refinement is not used.
-pub(super) const REFINEMENT_FAILED: &str = "refinement-failed";
-
 impl EstimateResult {
-    /// Returns whether the values are those of least squares, because a refinement
-    /// of them is not to be used.
+    /// Returns the refinement that made the values, if one did.
     #[must_use]
-    pub fn fell_back(&self) -> bool {
-        (self.warnings.iter()).any(|warning| warning.code == REFINEMENT_FAILED)
+    pub fn refined(&self) -> Option<&Refinement> {
+        self.refinement
+            .as_ref()
+            .filter(|refinement| refinement.used)
     }
 
     /// Returns the values by name, without those that are not determined.

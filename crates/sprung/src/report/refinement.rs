@@ -25,7 +25,7 @@ pub(super) fn refinement(identification: &Identification) -> Option<Section> {
     let (result, refinement) = (identification.results.iter())
         .find_map(|result| Some((result, result.refinement.as_ref()?)))?;
     let mut blocks = Vec::new();
-    if result.fell_back() {
+    if !refinement.used {
         blocks.push(Block::Paragraph(format!(
             "The refinement is not used, and what follows did not make the values of {}; it may say \
              why: levels at a bound and late columns point at what is missing.",
@@ -246,8 +246,12 @@ fn delay_table(delays: &[RefinedDelay]) -> Option<Table> {
                 delay.standard_error_s.map_or_else(
                     || "the log says nothing".to_owned(),
                     |error| {
-                        let half = significant(NORMAL_95 * size * error, 2);
-                        format!("{} ± {half}", significant(size * delay.delay_s, 4))
+                        let half = NORMAL_95 * size * error;
+                        format!(
+                            "{} ± {}",
+                            as_exact(size * delay.delay_s, half),
+                            significant(half, 2)
+                        )
                     },
                 ),
                 away.map_or_else(|| "–".to_owned(), |x| format!("{x:+.1}")),
@@ -275,6 +279,17 @@ fn delay_table(delays: &[RefinedDelay]) -> Option<Table> {
         ],
         rows: delays.iter().map(row).collect(),
     })
+}
+
+/// A value with the decimals that two digits of its error have.
+fn as_exact(value: f64, error: f64) -> String {
+    let text = significant(error, 2);
+    let decimals = text.split_once('.').map_or(0, |(_, digits)| digits.len());
+    if text.contains('e') {
+        significant(value, 4)
+    } else {
+        format!("{value:.decimals$}")
+    }
 }
 
 fn offsets(refinement: &Refinement) -> Option<Table> {
@@ -376,6 +391,7 @@ mod tests {
                      "identifiable": false}],
                 "residual_rms": {}, "relative_residual": {}, "warnings": warnings, "elapsed_s": 0.1,
                 "refinement": {
+                    "used": !codes.contains(&"refinement-failed"),
                     "converged": true, "runs": 7, "samples": 20, "duration_s": 1.8,
                     "measurements": 40, "minus_log_likelihood": -3.0, "disturbance_corner_hz": 1.5,
                     "disturbances": [level("a.link_nm", 0.002, false), level("a.motor_nm", 0.2, true)],
@@ -439,7 +455,7 @@ mod tests {
         };
         assert_eq!(
             table.rows[0].cells,
-            ["q", "100.0", "500.0 ± 20", "+40.0", "800"]
+            ["q", "100.0", "500 ± 20", "+40.0", "800"]
         );
         assert_eq!(table.rows[0].tone, Tone::Doubtful);
         assert_eq!(table.rows[1].cells[2], "the log says nothing");
