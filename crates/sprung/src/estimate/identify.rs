@@ -243,6 +243,7 @@ pub fn identify(
                     excerpt,
                     &passed.system,
                     &fitted,
+                    &findings,
                     progress,
                 )?
             }

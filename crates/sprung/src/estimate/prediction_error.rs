@@ -38,6 +38,8 @@ const LOUD: f64 = 0.05;
 ///
 /// Where that fails, the linear values stand and a finding says why.
 ///
+/// - `about_logs`: what was noticed about the logs; where their columns are wrong, the
+///   refinement is not tried, for it may take minutes to fail.
 /// - `progress`: called when a run of the filter begins.
 ///
 /// # Errors
@@ -49,6 +51,7 @@ pub(super) fn prediction_error(
     excerpt: &Excerpt,
     system: &System,
     fitted: &Fitted,
+    about_logs: &[Finding],
     progress: &mut dyn FnMut(Progress),
 ) -> Result<OfEstimator, PassError> {
     let begin = Instant::now();
@@ -72,9 +75,19 @@ pub(super) fn prediction_error(
             most: MOST_RUNS,
         })
     };
-    let refined = refine(reading, sources, excerpt, &start, &mut runs)?;
+    let wrong = (about_logs.iter()).find(|finding| {
+        finding.severity == Severity::Serious || finding.code == "looks-like-degrees"
+    });
+    let refined = match wrong {
+        Some(_) => None,
+        None => refine(reading, sources, excerpt, &start, &mut runs)?,
+    };
     let mut findings = Vec::new();
     let failure = match &refined {
+        None if let Some(wrong) = wrong => Some(format!(
+            "it was not tried, for the log itself is wrong ({})",
+            wrong.code
+        )),
         None => Some(
             "the filter does not follow the log from the linear values, or the log is too short"
                 .to_owned(),
