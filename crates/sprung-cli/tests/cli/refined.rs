@@ -2,6 +2,7 @@
 
 use serde_json::Value;
 
+use crate::arm;
 use crate::common::{Case, demo, finding, sprung, stderr, stdout, value};
 
 /// Column of the first link's position.
@@ -51,6 +52,24 @@ fn the_default_is_the_refinement() {
         "prediction-error is good: it has no warnings.",
     ] {
         assert!(report.contains(text), "no {text}");
+    }
+}
+
+#[test]
+fn an_arm_with_gravity_and_a_rigid_joint_is_refined() {
+    let (_, linear) = arm::recorded().results(&[]);
+    let case = arm::recorded().replace("estimator = \"least-squares\"\n", "");
+    let (_, json) = case.results(&[]);
+    assert_eq!(json["results"][0]["refinement"]["used"], true, "{json:#}");
+    // The twin's positions are exact, so both are near the truth.
+    for (name, truth) in [
+        ("shoulder.stiffness", 400.0),
+        ("shoulder.rotor_inertia", 0.3),
+    ] {
+        for json in [&linear, &json] {
+            let found = value(json, name);
+            assert!((found / truth - 1.0).abs() < 0.02, "{name}: {found}");
+        }
     }
 }
 

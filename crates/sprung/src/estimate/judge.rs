@@ -141,7 +141,10 @@ pub fn judge(
     mass_matrix(model, result, &mut findings);
     negative_friction(model, result, &mut findings);
     weak(model, result, &mut findings);
-    little_torque(model, result, &mut findings);
+    if result.refined().is_none() {
+        // Of the likelihood the standard errors show what little torque does.
+        little_torque(model, result, &mut findings);
+    }
     collinear(model, result, weakest, &mut findings);
     findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
     findings
