@@ -144,7 +144,7 @@ fn joints_that_slide() {
     sliding().fails(
         2,
         &[
-            "line 33 of",
+            "line 34 of",
             "elbow slides; give amplitude_m instead of amplitude_deg",
         ],
     );
