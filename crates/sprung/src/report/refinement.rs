@@ -3,7 +3,7 @@
 use super::compose::section;
 use super::document::{Bar, BarRow, Bars, Block, Intervals, Row, Section, Table, Tone};
 use super::intervals::{self, Ranged};
-use super::numbers::{or_dash, significant};
+use super::numbers::significant;
 use super::tables::{number, text};
 use crate::estimate::{EstimateResult, Identification, RefinedDelay, Refinement, RowDisturbance};
 use crate::model::short;
@@ -255,7 +255,7 @@ fn delay_table(delays: &[RefinedDelay]) -> Option<Table> {
                     },
                 ),
                 away.map_or_else(|| "–".to_owned(), |x| format!("{x:+.1}")),
-                or_dash(away.map(|x| 0.5 * x * x), 2),
+                away.map_or_else(|| "–".to_owned(), |x| format!("{:.1}", 0.5 * x * x)),
             ],
             tone: if away.is_some_and(|x| x.abs() > MARKED) {
                 Tone::Doubtful
@@ -455,7 +455,7 @@ mod tests {
         };
         assert_eq!(
             table.rows[0].cells,
-            ["q", "100.0", "500 ± 20", "+40.0", "800"]
+            ["q", "100.0", "500 ± 20", "+40.0", "800.0"]
         );
         assert_eq!(table.rows[0].tone, Tone::Doubtful);
         assert_eq!(table.rows[1].cells[2], "the log says nothing");
