@@ -73,7 +73,7 @@ pub(super) fn prediction_error(
         progress(Progress::FilterRun {
             run,
             most: MOST_RUNS,
-        })
+        });
     };
     let wrong = (about_logs.iter()).find(|finding| {
         finding.severity == Severity::Serious || finding.code == "looks-like-degrees"

@@ -218,7 +218,7 @@ impl About<'_> {
                     return group;
                 };
                 let period = Period {
-                    transition: transition,
+                    transition,
                     left: left_after,
                     slope,
                     drift,
