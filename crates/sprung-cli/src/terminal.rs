@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use comfy_table::{CellAlignment, Table, presets};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use sprung::estimate::{EstimateResult, Identification, Verdict};
+use sprung::estimate::{EstimateResult, Identification, Refinement, Verdict};
 use sprung::finding::{Finding, Severity};
 use sprung::model::short;
 use sprung::report::significant;
@@ -71,14 +71,18 @@ impl Terminal {
     ) {
         for result in &identification.results {
             self.say(format!(
-                "{}: {}, {} of {} parameters determined, condition number {} ({} scaled)",
+                "{}: {} ({}), {} of {} parameters determined, condition number {} ({} scaled)",
                 result.estimator,
                 self.colored(result.verdict),
+                identification.reasons(result),
                 result.parameters.iter().filter(|p| p.identifiable).count(),
                 result.parameters.len(),
                 dash(result.condition_number, 4),
                 dash(result.condition_number_scaled, 4),
             ));
+            if let Some(refinement) = result.refined() {
+                self.say(disturbances(refinement));
+            }
         }
         self.say(parameter_table(identification, truth));
         for finding in &identification.findings {
@@ -151,6 +155,34 @@ impl Terminal {
             word.to_owned()
         }
     }
+}
+
+/// Makes a bar count runs of a filter, of which there are `most` at most.
+pub(crate) fn count_runs(bar: &ProgressBar, run: usize, most: usize) {
+    let template = "refining {spinner} filter run {human_pos} of at most {human_len}, {elapsed}";
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        bar.set_style(style);
+    }
+    bar.set_length(most as u64);
+    bar.set_position(run as u64);
+    // A run may take seconds in which the bar hears nothing.
+    bar.enable_steady_tick(TICK);
+}
+
+/// Between two pictures of a bar that hears nothing.
+const TICK: std::time::Duration = std::time::Duration::from_millis(200);
+
+/// Says how large the disturbances are that a refinement found.
+fn disturbances(refinement: &Refinement) -> String {
+    let rows = refinement.disturbances.iter().map(|row| {
+        let name = row.row.trim_end_matches("_nm").trim_end_matches("_n");
+        let share = 100.0 * row.disturbance_nm / row.torque_nm;
+        format!("{name} {} %", significant(share, 2))
+    });
+    format!(
+        "  disturbances, of the motor's torque: {}",
+        rows.collect::<Vec<_>>().join(", ")
+    )
 }
 
 /// Prints an error or a warning on stderr.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use sprung::estimate::{Identified, IdentifyError, Verdict, identify, parameters_csv};
+use sprung::estimate::{Identified, IdentifyError, Progress, Verdict, identify, parameters_csv};
 use sprung::log::LogError;
 use sprung::regression::PassError;
 use sprung::report::{Contents, compose, render};
@@ -11,7 +11,7 @@ use crate::args::Identify;
 use crate::exit_code::{ExitCode, Failure};
 use crate::experiment::{Loaded, load, openers, sources};
 use crate::output::Output;
-use crate::terminal::Terminal;
+use crate::terminal::{Terminal, count_runs};
 
 pub(crate) fn run(args: &Identify) -> Result<ExitCode, Failure> {
     let common = &args.common;
@@ -44,7 +44,10 @@ pub(super) fn from_disk(loaded: &Loaded, terminal: Terminal) -> Result<Identifie
     let bar = terminal.progress("identifying", None);
     let mut openers = openers(&loaded.folder, &paths);
     let mut sources = sources(&paths, &mut openers);
-    let mut progress = |samples| bar.set_position(samples);
+    let mut progress = |progress| match progress {
+        Progress::Samples(samples) => bar.set_position(samples),
+        Progress::FilterRun { run, most } => count_runs(&bar, run, most),
+    };
     let found = identify(
         &loaded.experiment,
         &loaded.model,

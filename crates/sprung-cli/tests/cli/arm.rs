@@ -45,6 +45,7 @@ link_position_rad = ["q1"]
 motor_position_rad = ["phi1", "phi2"]
 motor_torque_nm = ["tau1", "tau2"]
 [identify]
+estimator = "least-squares"
 position_cutoff_hz = 20.0
 [controller]
 kind = "pd"

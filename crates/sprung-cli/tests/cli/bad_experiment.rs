@@ -118,8 +118,8 @@ fn overrides_are_checked_too() {
             vec!["--set", "must be positive"],
         ),
         (
-            "identify.estimator=prediction-error",
-            vec!["not available in this version"],
+            "identify.estimator=prediction-eror",
+            vec!["did you mean \"prediction-error\"?"],
         ),
     ] {
         let output = case.identify(&["--set", assignment]);

@@ -144,7 +144,7 @@ fn joints_that_slide() {
     sliding().fails(
         2,
         &[
-            "line 33 of",
+            "line 34 of",
             "elbow slides; give amplitude_m instead of amplitude_deg",
         ],
     );
@@ -165,7 +165,7 @@ fn joints_that_slide() {
         .fails(
             2,
             &[
-                "line 30 of",
+                "line 31 of",
                 "elbow slides; its number in centre_deg must be 0",
             ],
         );

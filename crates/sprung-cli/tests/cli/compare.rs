@@ -105,17 +105,17 @@ fn runs_of_one_robot_agree() {
 
 #[test]
 fn runs_of_a_robot_that_changed_disagree() {
-    let estimator = ["--set", "identify.estimator=least-squares"];
-    let before = identified(&[], &estimator);
+    // A cut-off chosen for each log would make the settings differ too.
+    let settings = [
+        "--set",
+        "identify.estimator=least-squares",
+        "--set",
+        "identify.position_cutoff_hz=20",
+    ];
+    let before = identified(&[], &settings);
     let changed = Case::new().replace_in("truth.toml", "= 9.358730", "= 9.9");
     changed.record("own.csv", &["--set", "simulate.seed=5"]);
-    changed.identify(&[
-        "-q",
-        "--set",
-        "log.file=own.csv",
-        estimator[0],
-        estimator[1],
-    ]);
+    changed.identify(&[&["-q", "--set", "log.file=own.csv"], &settings[..]].concat());
     let out = before.path("compared");
     let output = compare(&[&before.path(""), &changed.path("")], &out, &[]);
     assert_eq!(output.status.code(), Some(0));

@@ -21,5 +21,6 @@ mod output_error;
 mod outputs;
 mod readme;
 mod real_machine;
+mod refined;
 mod robots;
 mod trust;

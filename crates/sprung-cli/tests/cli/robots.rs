@@ -146,6 +146,7 @@ time_s = \"t\"
 motor_position_rad = [\"phi\"]
 motor_torque_nm = [\"tau\"]
 [identify]
+estimator = \"least-squares\"
 position_cutoff_hz = 40.0
 [controller]
 kind = \"pd\"
@@ -410,7 +411,7 @@ fn many_joints() {
         let text = format!(
             "format = 1\n[robot]\ndh_modified = [{}]\n{}[log]\nfile = \"run.csv\"\ntime_s = \"t\"\n\
              motor_position_rad = [{}]\nmotor_torque_nm = [{}{more}]\n[identify]\n\
-             position_cutoff_hz = 20.0\n",
+             estimator = \"least-squares\"\nposition_cutoff_hz = 20.0\n",
             rows.join(", "),
             (1..=n).map(joint).collect::<String>(),
             names('p').join(", "),

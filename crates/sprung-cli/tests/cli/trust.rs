@@ -61,7 +61,7 @@ fn demo_keeps_an_edited_experiment() {
     let text = std::fs::read_to_string(case.path("experiment.toml")).unwrap();
     assert!(text.contains("position_cutoff_hz = 12.0"));
     // Its own, with another seed, may be made again.
-    let case = Case::new();
+    let case = Case::as_shipped();
     let out = case.path("");
     let output = sprung(&["demo", "-q", "--seed", "3", "--out", out.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));

@@ -13,6 +13,7 @@ use super::least_squares::{Fitted, fit, residual, trace};
 use super::lsff::{Lsff, LsffError};
 use super::output_error::output_error;
 use super::prediction_error::prediction_error;
+use super::progress::Progress;
 use super::result::{
     CutoffChoice, DelayUsed, EstimateResult, GENERATOR, Identification, LogInfo, SettingsUsed,
 };
@@ -171,7 +172,7 @@ fn weights(
 /// first.
 ///
 /// - `sources`: the logs, all with the same columns.
-/// - `progress`: called with the number of samples read so far.
+/// - `progress`: called as samples are read, then as runs of a refinement begin.
 ///
 /// # Errors
 ///
@@ -181,7 +182,7 @@ pub fn identify(
     experiment: &Experiment,
     model: &Model,
     sources: &mut [LogSource<'_>],
-    progress: &mut (dyn FnMut(u64) + Send),
+    progress: &mut (dyn FnMut(Progress) + Send),
 ) -> Result<Identified, IdentifyError> {
     let start = Instant::now();
     let log = experiment.log.as_ref().ok_or(IdentifyError::NoLog)?;
@@ -214,7 +215,8 @@ pub fn identify(
     reading.weights = weights.as_ref();
 
     let mut watch = Watch::new(model, settings);
-    let passed = read_through(&reading, beginning.sources, &mut watch, progress)?;
+    let mut samples = |samples| progress(Progress::Samples(samples));
+    let passed = read_through(&reading, beginning.sources, &mut watch, &mut samples)?;
     findings.extend(about_logs(model, &channels, &passed.logs, &names)?);
     findings.extend(delays.findings(&channels));
 
@@ -242,6 +244,8 @@ pub fn identify(
                     excerpt,
                     &passed.system,
                     &fitted,
+                    &findings,
+                    progress,
                 )?
             }
             _ => {

@@ -141,7 +141,10 @@ pub fn judge(
     mass_matrix(model, result, &mut findings);
     negative_friction(model, result, &mut findings);
     weak(model, result, &mut findings);
-    little_torque(model, result, &mut findings);
+    if result.refined().is_none() {
+        // Of the likelihood the standard errors show what little torque does.
+        little_torque(model, result, &mut findings);
+    }
     collinear(model, result, weakest, &mut findings);
     findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
     findings
@@ -381,6 +384,10 @@ fn scale(
         return;
     };
     let error = error.hypot(stacked.standard_error.unwrap_or(0.0));
+    if result.refined().is_some() {
+        // The likelihood has no rows that noise makes smaller; `stiffness_disagrees` compares.
+        return;
+    }
     let gap = reference - value;
     let sure = gap > LARGE_GAP * reference || gap > 2.0 * error;
     if value > 0.0 && gap > SMALL_GAP * reference && sure {

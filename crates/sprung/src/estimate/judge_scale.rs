@@ -67,7 +67,18 @@ pub(super) fn stiffness_disagrees(
         let (Some(x), Some(reference)) = (stacked.value, alone.value) else {
             continue;
         };
-        let Some(error) = row.stiffness_difference_standard_error else {
+        // The refinement's error has little to do with that of least squares.
+        let (whose, error) = match result.refined() {
+            Some(_) => (
+                "refined stiffness",
+                (stacked.standard_error.zip(alone.standard_error)).map(|(a, b)| a.hypot(b)),
+            ),
+            None => (
+                "stiffness of all rows together",
+                row.stiffness_difference_standard_error,
+            ),
+        };
+        let Some(error) = error else {
             continue;
         };
         let gap = x - reference;
@@ -84,8 +95,8 @@ pub(super) fn stiffness_disagrees(
                 severity,
                 "stiffness-disagrees",
                 format!(
-                    "{}: the stiffness of all rows together is {x:.4} {}, that of the motor row \
-                     alone {reference:.4}: they differ by {:.1} %, {:.1} standard errors of the \
+                    "{}: the {whose} is {x:.4} {}, that of the motor row alone by least \
+                     squares {reference:.4}: they differ by {:.1} %, {:.1} standard errors of the \
                      difference. The model, or the noise of a position, bends one of them",
                     row.joint,
                     stacked.unit,

@@ -16,6 +16,7 @@ mod least_squares;
 mod lsff;
 mod output_error;
 mod prediction_error;
+mod progress;
 mod refine;
 mod result;
 mod second_look;
@@ -33,6 +34,7 @@ pub use identify::{Identified, IdentifyError, identify};
 pub use judge::{Suspicion, UNEXPLAINED, Verdict, judge, suspect};
 pub use least_squares::{Fitted, MotorRow, TorqueOf, fit, fit_quickly, residual, torques, trace};
 pub use lsff::{Lsff, LsffError};
+pub use progress::Progress;
 pub use result::{
     CrossCheckResult, CutoffChoice, CutoffPoint, DelayUsed, Determined, EncoderOffsetResult,
     EstimateResult, GENERATOR, Identification, LogInfo, MotorRowResult, ParameterEstimate,

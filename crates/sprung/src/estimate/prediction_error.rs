@@ -7,7 +7,8 @@ use super::chi_square::upper_tail;
 use super::delay::Excerpt;
 use super::describe::OfEstimator;
 use super::least_squares::{Fitted, trace};
-use super::refine::{ChannelDelay, Refined, Start, refine};
+use super::progress::Progress;
+use super::refine::{ChannelDelay, MOST_RUNS, Refined, Start, refine};
 use super::result::{RefinedDelay, RefinedOffset, Refinement, RowDisturbance, SensorNoise};
 use crate::description::Delay;
 use crate::finding::{Finding, Severity};
@@ -37,6 +38,10 @@ const LOUD: f64 = 0.05;
 ///
 /// Where that fails, the linear values stand and a finding says why.
 ///
+/// - `about_logs`: what was noticed about the logs; where their columns are wrong, the
+///   refinement is not tried, for it may take minutes to fail.
+/// - `progress`: called when a run of the filter begins.
+///
 /// # Errors
 ///
 /// [`PassError`] if a log cannot be read again.
@@ -46,6 +51,8 @@ pub(super) fn prediction_error(
     excerpt: &Excerpt,
     system: &System,
     fitted: &Fitted,
+    about_logs: &[Finding],
+    progress: &mut dyn FnMut(Progress),
 ) -> Result<OfEstimator, PassError> {
     let begin = Instant::now();
     let (model, channels) = (reading.model, reading.channels);
@@ -62,9 +69,25 @@ pub(super) fn prediction_error(
             .filter(|&i| channels.all[i].delay == Some(Delay::Estimate))
             .collect(),
     };
-    let refined = refine(reading, sources, excerpt, &start, &mut |_| ())?;
+    let mut runs = |run| {
+        progress(Progress::FilterRun {
+            run,
+            most: MOST_RUNS,
+        });
+    };
+    let wrong = (about_logs.iter()).find(|finding| {
+        finding.severity == Severity::Serious || finding.code == "looks-like-degrees"
+    });
+    let refined = match wrong {
+        Some(_) => None,
+        None => refine(reading, sources, excerpt, &start, &mut runs)?,
+    };
     let mut findings = Vec::new();
     let failure = match &refined {
+        None if let Some(wrong) = wrong => Some(format!(
+            "it was not tried, for the log itself is wrong ({})",
+            wrong.code
+        )),
         None => Some(
             "the filter does not follow the log from the linear values, or the log is too short"
                 .to_owned(),
@@ -74,7 +97,8 @@ pub(super) fn prediction_error(
     if let Some(refined) = &refined {
         findings.extend(about(reading, excerpt.period(), refined));
     }
-    let refinement = refined.as_ref().map(|r| describe(model, channels, r));
+    let used = failure.is_none();
+    let refinement = (refined.as_ref()).map(|r| describe(model, channels, r, used));
     Ok(match (refined, failure) {
         (Some(refined), None) => OfEstimator {
             theta: refined.theta,
@@ -336,10 +360,11 @@ fn disagree(model: &Model, refined: &Refined) -> Option<Finding> {
     })
 }
 
-fn describe(model: &Model, channels: &Channels, refined: &Refined) -> Refinement {
+fn describe(model: &Model, channels: &Channels, refined: &Refined, used: bool) -> Refinement {
     let name = |index: usize| model.parameters()[index].name.clone();
     let column = |channel: usize| channels.all[channel].column.clone();
     Refinement {
+        used,
         converged: refined.converged,
         runs: refined.runs,
         samples: refined.samples,

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::judge::Verdict;
-use crate::finding::Finding;
+use crate::finding::{Finding, Severity};
 use crate::model::stribeck_name;
 use crate::named::Named;
 
@@ -45,6 +45,32 @@ impl Identification {
     pub fn files(&self) -> String {
         let files: Vec<&str> = self.logs().map(|log| log.file.as_str()).collect();
         files.join(", ")
+    }
+
+    /// Returns what decided the verdict of a result, in words: the codes of the
+    /// serious findings about it and about the log, or those of the warnings if none
+    /// is serious, with their number where there are several of one.
+    #[must_use]
+    pub fn reasons(&self, result: &EstimateResult) -> String {
+        let findings = || self.findings.iter().chain(&result.warnings);
+        let Some(worst) = findings().map(|finding| finding.severity).max() else {
+            return "no findings".to_owned();
+        };
+        if worst == Severity::Info {
+            return "no warnings".to_owned();
+        }
+        let mut codes: Vec<(&str, usize)> = Vec::new();
+        for finding in findings().filter(|finding| finding.severity == worst) {
+            match codes.iter_mut().find(|(code, _)| *code == finding.code) {
+                Some((_, count)) => *count += 1,
+                None => codes.push((&finding.code, 1)),
+            }
+        }
+        let words = codes.iter().map(|(code, count)| match count {
+            1 => (*code).to_owned(),
+            _ => format!("{code} ({count})"),
+        });
+        words.collect::<Vec<_>>().join(", ")
     }
 }
 
@@ -228,6 +254,10 @@ pub struct SimulationFit {
 /// What a prediction-error refinement says besides the parameters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Refinement {
+    /// Whether the values are those of the refinement; if not, they are those of least
+    /// squares, and a finding says why.
+    #[serde(default)]
+    pub used: bool,
     /// Whether the search ended by itself.
     pub converged: bool,
     /// Runs of the filter.
@@ -379,6 +409,14 @@ pub struct CrossCheckResult {
 }
 
 impl EstimateResult {
+    /// Returns the refinement that made the values, if one did.
+    #[must_use]
+    pub fn refined(&self) -> Option<&Refinement> {
+        self.refinement
+            .as_ref()
+            .filter(|refinement| refinement.used)
+    }
+
     /// Returns the values by name, without those that are not determined.
     #[must_use]
     pub fn values(&self) -> BTreeMap<String, f64> {

@@ -1,7 +1,8 @@
 //! The report of a comparison.
 
 use super::compose::{section, shown};
-use super::document::{Badge, Block, Document, IntervalRow, Intervals, Mark, Row, Table, Tone};
+use super::document::{Badge, Block, Document, IntervalRow, Intervals, Row, Table, Tone};
+use super::intervals::{self, Ranged};
 use super::numbers::{or_dash, significant};
 use super::tables::{number, text};
 use crate::compare::{
@@ -218,39 +219,20 @@ fn intervals(comparison: &Comparison) -> Intervals {
 }
 
 fn row(parameter: &ComparedParameter) -> Option<IntervalRow> {
-    let estimates = || parameter.values.iter().flatten();
-    let centre = estimates().find_map(|value| value.value)?;
-    let farthest = estimates()
-        .flat_map(|value| {
-            value
-                .value
-                .into_iter()
-                .chain(value.ci95.into_iter().flatten())
+    let centre = (parameter.values.iter().flatten()).find_map(|value| value.value)?;
+    let values: Vec<Option<Ranged>> = (parameter.values.iter())
+        .map(|value| {
+            let value = value.as_ref()?;
+            Some((value.value?, value.ci95))
         })
-        .map(|x| (x - centre).abs())
-        .filter(|x| x.is_finite())
-        .fold(0.0, f64::max);
-    let half = if farthest > 0.0 { farthest } else { 1.0 };
-    let place = |x: f64| (x - centre) / half;
-    Some(IntervalRow {
-        label: short(&parameter.name).into_owned(),
-        scale: if farthest <= 0.0 {
-            "equal".to_owned()
-        } else if centre == 0.0 {
-            format!("± {} {}", significant(half, 2), parameter.unit)
-        } else {
-            format!("± {} %", significant(100.0 * half / centre.abs(), 2))
-        },
-        marks: (parameter.values.iter())
-            .map(|value| {
-                let value = value.as_ref()?;
-                Some(Mark {
-                    at: place(value.value?),
-                    interval: value.ci95.map(|ends| ends.map(place)),
-                })
-            })
-            .collect(),
-    })
+        .collect();
+    let scale = intervals::percent_of(centre, &parameter.unit);
+    Some(intervals::row(
+        short(&parameter.name),
+        centre,
+        &values,
+        scale,
+    ))
 }
 
 fn residuals(compared: &[ComparedResult]) -> Table {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::document::{Badge, Block, Document, Finding as Shown, Section, Tone};
 use super::numbers::{or_dash, significant};
-use super::{plots, robot_tables, tables, validation_tables};
+use super::{plots, refinement, robot_tables, tables, validation_tables};
 use crate::curves::Curves;
 use crate::estimate::{EstimateResult, Identification, Verdict};
 use crate::finding::{Finding, Severity};
@@ -63,6 +63,7 @@ pub fn compose(contents: &Contents<'_>) -> Document {
     }
     if let Some(identification) = contents.identification {
         sections.extend(contents.fit.map(|fit| fit_section(identification, fit)));
+        sections.extend(refinement::refinement(identification));
         sections.push(conditioning(identification));
         sections.extend(cutoff(identification));
         sections.extend(links(identification));
@@ -147,17 +148,28 @@ fn warnings(identification: &Identification) -> Section {
         ));
     }
     for result in &identification.results {
-        blocks.push(Block::Paragraph(format!(
-            "About {} (verdict: {}):",
-            result.estimator,
-            result.verdict.word()
-        )));
-        blocks.push(Block::Findings(result.warnings.iter().map(shown).collect()));
+        let reasons = identification.reasons(result);
+        blocks.push(Block::Paragraph(match result.verdict {
+            Verdict::Good => format!("{} is good: it has {reasons}.", result.estimator),
+            Verdict::Doubtful => format!(
+                "{} is doubtful; it has no serious finding, but warnings: {reasons}.",
+                result.estimator
+            ),
+            Verdict::Unusable => format!(
+                "{} is unusable, because of serious findings: {reasons}.",
+                result.estimator
+            ),
+        }));
+        if !result.warnings.is_empty() {
+            blocks.push(Block::Findings(result.warnings.iter().map(shown).collect()));
+        }
     }
     section(
         "warnings",
         "What to know before using these numbers",
-        "One serious finding makes a result unusable, one warning makes it doubtful.",
+        "One serious finding, about the log or about a result, makes the result unusable: a physical \
+         impossibility, or a parameter without which there is no model. One warning makes it \
+         doubtful. Notes change nothing: with none but these it is good.",
         blocks,
     )
 }

@@ -68,6 +68,8 @@ pub enum Block {
     Figure(Figure),
     /// Values with their intervals, side by side.
     Intervals(Intervals),
+    /// Sizes on a common scale.
+    Bars(Bars),
     /// Remarks of a check, each with its remedy.
     Findings(Vec<Finding>),
     /// Text to be shown as typed.
@@ -148,6 +150,39 @@ pub struct Mark {
     pub at: f64,
     /// The ends of its interval.
     pub interval: Option<[f64; 2]>,
+}
+
+/// Sizes of several kinds as bars, a group for each thing that has them.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Bars {
+    /// What is shown.
+    pub caption: String,
+    /// The kinds of size, one per bar of a row.
+    pub names: Vec<String>,
+    /// Places on the scale, from 0 to 1, and what stands there.
+    pub ticks: Vec<(f64, String)>,
+    /// The rows from top to bottom.
+    pub rows: Vec<BarRow>,
+}
+
+/// The sizes of one thing.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct BarRow {
+    /// Name of the thing.
+    pub label: String,
+    /// One bar per kind, if it has that size.
+    pub bars: Vec<Option<Bar>>,
+    /// How good the news in this row is.
+    pub tone: Tone,
+}
+
+/// A size.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Bar {
+    /// Length; 1 is the whole width.
+    pub length: f64,
+    /// The size in figures.
+    pub text: String,
 }
 
 /// A figure whose panels share the horizontal axis, the cursor and the zoom.

@@ -115,11 +115,14 @@ pub(super) fn motor_rows(identification: &Identification) -> Option<Table> {
         })
         .collect();
     Some(Table {
-        caption: "All rows stacked, against the motor row of each joint alone.".to_owned(),
+        caption: format!(
+            "{}, from all rows together, against the motor row of each joint alone by least squares.",
+            result.estimator
+        ),
         columns: vec![
             text("Parameter"),
             text("Unit"),
-            number("All rows ± s.e."),
+            number(format!("{} ± s.e.", result.estimator)),
             number("Motor row alone ± s.e."),
         ],
         rows,

@@ -39,6 +39,7 @@ motor_position_m = ["p3"]
 motor_torque_nm = ["t1", "t2"]
 motor_force_n = ["f3"]
 [identify]
+estimator = "least-squares"
 position_cutoff_hz = 499.0
 encoder_offset = "none"                     # acts like an offset of the link's friction
 [controller]

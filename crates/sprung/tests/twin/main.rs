@@ -12,6 +12,7 @@ mod ladder;
 mod linear;
 mod output_error;
 mod paper;
+mod progress;
 mod refined;
 mod report;
 mod robots;

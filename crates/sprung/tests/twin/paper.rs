@@ -3,7 +3,7 @@
 //! `cargo test --release --package sprung --test twin -- paper --nocapture`
 //! prints them.
 
-use sprung::description::{Cutoff, DiscretizationName, Weights};
+use sprung::description::{Cutoff, DiscretizationName, Estimator, Weights};
 use sprung::estimate::{EstimateResult, identify};
 
 use crate::support::{Twin, step, with_source};
@@ -51,6 +51,7 @@ fn held_filters_have_the_bias_of_the_paper() {
 fn quantised(discretization: DiscretizationName) -> Vec<Vec<EstimateResult>> {
     let mut twin = Twin::new();
     twin.experiment.identify.discretization = discretization;
+    twin.experiment.identify.estimator = vec![Estimator::LeastSquares, Estimator::Lsff];
     twin.experiment.identify.weights = Weights::None;
     twin.experiment.identify.position_cutoff_hz = Cutoff::Fixed(10.0);
     let run = |seed| {

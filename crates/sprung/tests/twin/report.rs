@@ -49,7 +49,8 @@ fn every_row_has_a_cell_for_every_heading() {
             }
         }
     }
-    assert_eq!(tables, 8);
+    // Two of them, delays and offsets, are those of the refinement.
+    assert_eq!(tables, 10);
 }
 
 #[test]
@@ -83,6 +84,38 @@ fn values_stand_under_their_headings() {
         .parse()
         .unwrap();
     assert!((shown / value - 1.0).abs() < 1e-4);
+}
+
+#[test]
+fn a_refinement_has_its_section() {
+    let (document, found) = report("robot");
+    let result = &found.identification.results[0];
+    assert_eq!(result.estimator, "prediction-error");
+    let refinement = result.refinement.as_ref().unwrap();
+    let section = (document.sections.iter().find(|s| s.id == "refinement")).unwrap();
+    let bars = section.blocks.iter().find_map(|block| match block {
+        Block::Bars(bars) => Some(bars),
+        _ => None,
+    });
+    let bars = bars.unwrap();
+    assert_eq!(bars.rows.len(), refinement.disturbances.len());
+    for (row, level) in bars.rows.iter().zip(&refinement.disturbances) {
+        // The torque of links has no white noise: nobody measures it.
+        assert_eq!(row.bars[0].is_some(), level.torque_noise_nm > 0.0);
+        let length = row.bars[1].as_ref().unwrap().length;
+        let decades = 3.0 * length - 4.0;
+        let share = level.disturbance_nm / level.torque_nm;
+        assert!((decades - share.log10()).abs() < 1e-9, "{decades} {share}");
+    }
+    let delays = section.blocks.iter().find_map(|block| match block {
+        Block::Intervals(intervals) => Some(intervals),
+        _ => None,
+    });
+    // One per column of the log: four positions and two torques.
+    assert_eq!(delays.unwrap().rows.len(), 6);
+    let html = render(&document).unwrap();
+    assert!(html.contains("<figure class=\"bars\">"));
+    assert!(html.contains(&format!("after {} runs of the filter", refinement.runs)));
 }
 
 #[test]

@@ -28,7 +28,7 @@ use crate::preprocess::Butterworth;
 use crate::regression::{PassError, Reading};
 use dynamics::Dynamics;
 use kalman::{Levels, Wanted, run};
-use newton::{Descent, Problem};
+use newton::{Descent, Problem, RUNS};
 use noise::Search;
 use record::{Noise, Raw, Record};
 use unknowns::Unknowns;
@@ -61,6 +61,9 @@ const FINEST: f64 = 1e-9;
 const ROUNDS: usize = 6;
 const CLOSE: f64 = 0.1;
 const REACH: f64 = 10.0;
+
+/// Runs of the filter between two moves of a delay, at most.
+pub(super) const MOST_RUNS: usize = RUNS;
 
 /// Points of a trace, at most.
 const TRACE: usize = 60;
@@ -158,7 +161,7 @@ pub(super) struct Start<'a> {
 /// Refines parameters from a start.
 ///
 /// - `excerpt`: the beginning of the first log, for the noise of its channels.
-/// - `progress`: called with the number of filter runs so far.
+/// - `progress`: called with the number of each filter run, from 1 to [`MOST_RUNS`].
 ///
 /// Returns nothing if the logs are too short, or the filter does not follow them
 /// from this start.

@@ -14,7 +14,7 @@ use super::unknowns::Unknowns;
 use crate::model::Model;
 
 /// Runs of the filter, at most.
-const RUNS: usize = 30;
+pub(super) const RUNS: usize = 30;
 
 /// Runs before levels are searched: innovations of a poor start are not noise.
 const FIRST: usize = 2;

@@ -3,7 +3,7 @@
 use minijinja::{Value, context};
 
 use super::super::document::{
-    Block, Document, Finding, IntervalRow, Layout, Row, Section, Table, Tone,
+    BarRow, Block, Document, Finding, IntervalRow, Layout, Row, Section, Table, Tone,
 };
 
 /// Builds the template values of everything but the numbers of the figures.
@@ -60,6 +60,13 @@ fn block_view(block: &Block, figures: &mut usize) -> Value {
             let rows: Value = shown.rows.iter().map(interval_row_view).collect();
             context! { kind => "intervals", caption => shown.caption.as_str(), names => &shown.names, rows }
         }
+        Block::Bars(shown) => {
+            let rows: Value = shown.rows.iter().map(bar_row_view).collect();
+            let ticks: Value = (shown.ticks.iter())
+                .map(|(at, text)| context! { at => part(*at), text })
+                .collect();
+            context! { kind => "bars", caption => shown.caption.as_str(), names => &shown.names, ticks, rows }
+        }
         Block::Findings(findings) => {
             let findings: Value = findings.iter().map(finding_view).collect();
             context! { kind => "findings", findings }
@@ -84,6 +91,24 @@ fn interval_row_view(row: &IntervalRow) -> Value {
         })
         .collect();
     context! { label => row.label.as_str(), scale => row.scale.as_str(), marks }
+}
+
+/// A place from 0 to 1 in percent.
+fn part(at: f64) -> String {
+    format!("{:.2}", 100.0 * at.clamp(0.0, 1.0))
+}
+
+fn bar_row_view(row: &BarRow) -> Value {
+    let bars: Value = (row.bars.iter().enumerate())
+        .map(|(lane, bar)| {
+            context! {
+                color => lane % COLORS,
+                length => bar.as_ref().map(|bar| part(bar.length)),
+                text => bar.as_ref().map_or("", |bar| bar.text.as_str()),
+            }
+        })
+        .collect();
+    context! { label => row.label.as_str(), tone => tone(row.tone), bars }
 }
 
 /// Colours and shapes of marks in the style sheet.

@@ -1,0 +1,151 @@
+//! The default estimator: what a user sees of it, and when the linear values stand.
+
+use serde_json::Value;
+
+use crate::arm;
+use crate::common::{Case, demo, finding, sprung, stderr, stdout, value};
+
+/// Column of the first link's position.
+const Q1: usize = 1;
+
+/// Asks for the default.
+fn without_choice(case: Case) -> Case {
+    case.replace("estimator = [\"least-squares\", \"lsff\"]\n", "")
+}
+
+#[test]
+fn the_default_is_the_refinement() {
+    let case = without_choice(Case::new());
+    let output = case.identify(&[]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let text = stdout(&output);
+    assert!(
+        text.contains("prediction-error: good (no warnings)"),
+        "{text}"
+    );
+    assert!(
+        text.contains("disturbances, of the motor's torque: joint1.link "),
+        "{text}"
+    );
+    // Not a terminal: no bar.
+    assert!(
+        !stderr(&output).contains("filter run"),
+        "{}",
+        stderr(&output)
+    );
+    let file = std::fs::read(case.path("sprung-out/identification.json")).unwrap();
+    let json: Value = serde_json::from_slice(&file).unwrap();
+    let [result] = &json["results"].as_array().unwrap()[..] else {
+        panic!("one result")
+    };
+    assert_eq!(result["estimator"], "prediction-error");
+    let refinement = &result["refinement"];
+    assert_eq!(refinement["used"], true);
+    assert_eq!(refinement["converged"], true);
+    assert_eq!(refinement["disturbances"].as_array().unwrap().len(), 4);
+    assert_eq!(refinement["delays"].as_array().unwrap().len(), 6);
+    assert!((value(&json, "joint1.stiffness") / 9.358_73 - 1.0).abs() < 0.002);
+    let report = std::fs::read_to_string(case.path("sprung-out/report.html")).unwrap();
+    for text in [
+        "id=\"refinement\"",
+        "class=\"bars\"",
+        "prediction-error is good: it has no warnings.",
+    ] {
+        assert!(report.contains(text), "no {text}");
+    }
+}
+
+#[test]
+fn an_arm_with_gravity_and_a_rigid_joint_is_refined() {
+    let (_, linear) = arm::recorded().results(&[]);
+    let case = arm::recorded().replace("estimator = \"least-squares\"\n", "");
+    let (_, json) = case.results(&[]);
+    assert_eq!(json["results"][0]["refinement"]["used"], true, "{json:#}");
+    // The twin's positions are exact, so both are near the truth.
+    for (name, truth) in [
+        ("shoulder.stiffness", 400.0),
+        ("shoulder.rotor_inertia", 0.3),
+    ] {
+        for json in [&linear, &json] {
+            let found = value(json, name);
+            assert!((found / truth - 1.0).abs() < 0.02, "{name}: {found}");
+        }
+    }
+}
+
+#[test]
+fn the_demo_validates_the_refinement_first_and_it_predicts_better() {
+    let file = std::fs::read(demo().join("sprung-out/validation.json")).unwrap();
+    let json: Value = serde_json::from_slice(&file).unwrap();
+    for run in json["runs"].as_array().unwrap() {
+        let [refined, linear] = [0, 1].map(|i| &run["sets"][i]);
+        assert_eq!(refined["parameters"], "prediction-error");
+        assert_eq!(linear["parameters"], "least-squares");
+        for signal in ["q_rad", "phi_rad", "tau_nm"] {
+            for joint in ["joint1", "joint2"] {
+                let error = |set: &Value| set["e_rms"][signal][joint].as_f64().unwrap();
+                assert!(
+                    error(refined) < error(linear),
+                    "{signal} of {joint}: {run:#}"
+                );
+            }
+        }
+    }
+}
+
+/// Checks that the first result holds the values of the second, and says so.
+fn stands_back(json: &Value, why: &str) {
+    let [first, second] = [0, 1].map(|i| &json["results"][i]);
+    assert_eq!(first["estimator"], "prediction-error");
+    assert_eq!(second["estimator"], "least-squares");
+    let text = finding(json, "refinement-failed").unwrap_or_else(|| panic!("{first:#}"));
+    assert!(text.contains(why), "{text}");
+    assert_ne!(first["verdict"], "good");
+    for key in ["value", "ci95"] {
+        for i in 0..15 {
+            assert_eq!(first["parameters"][i][key], second["parameters"][i][key]);
+        }
+    }
+    assert_ne!(first["refinement"]["used"], true);
+}
+
+const BOTH: [&str; 2] = [
+    "--set",
+    "identify.estimator=[\"prediction-error\",\"least-squares\"]",
+];
+
+#[test]
+fn the_linear_values_stand_where_the_log_is_wrong() {
+    let case = [1, 2, 3, 4].into_iter().fold(Case::new(), |case, column| {
+        case.column(column, f64::to_degrees)
+    });
+    let (_, json) = case.results(&BOTH);
+    stands_back(&json, "the log itself is wrong (looks-like-degrees)");
+    // The first result is what a validation takes first.
+    let output = sprung(&[
+        "validate",
+        case.path("experiment.toml").to_str().unwrap(),
+        "--json",
+        "--set",
+        "validate=[{name=\"direct\"}]",
+    ]);
+    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(json["runs"][0]["sets"][0]["parameters"], "prediction-error");
+}
+
+#[test]
+fn the_linear_values_stand_where_the_model_lacks_something() {
+    // A link position 0.1 s late, which no disturbance explains.
+    let mut past = std::collections::VecDeque::new();
+    let case = Case::new().log(|row, cells| {
+        if row > 0 {
+            past.push_back(cells[Q1].clone());
+            if past.len() > 101 {
+                past.pop_front();
+            }
+            cells[Q1].clone_from(&past[0]);
+        }
+    });
+    let (_, json) = case.results(&BOTH);
+    stands_back(&json, "");
+}

@@ -1,0 +1,483 @@
+//! What a prediction-error refinement says besides the parameters.
+
+use super::compose::section;
+use super::document::{Bar, BarRow, Bars, Block, Intervals, Row, Section, Table, Tone};
+use super::intervals::{self, Ranged};
+use super::numbers::significant;
+use super::tables::{number, text};
+use crate::estimate::{EstimateResult, Identification, RefinedDelay, Refinement, RowDisturbance};
+use crate::model::short;
+
+/// Half width of a 95 % interval of a normal error, in standard errors.
+const NORMAL_95: f64 = 1.96;
+
+/// Standard errors from which on a delay is marked: it is not chance.
+const MARKED: f64 = 4.0;
+
+/// Decades of the torque that the bars show at least.
+const DECADES: (i32, i32) = (-4, -1);
+
+/// Part of a decade by which a level at its bound may round beyond it.
+const ROUNDING: f64 = 1e-9;
+
+/// Composes the section of the first result that was refined.
+pub(super) fn refinement(identification: &Identification) -> Option<Section> {
+    let (result, refinement) = (identification.results.iter())
+        .find_map(|result| Some((result, result.refinement.as_ref()?)))?;
+    let mut blocks = Vec::new();
+    if !refinement.used {
+        blocks.push(Block::Paragraph(format!(
+            "The refinement is not used, and what follows did not make the values of {}; it may say \
+             why: levels at a bound and late columns point at what is missing.",
+            result.estimator
+        )));
+    }
+    blocks.push(Block::KeyValues(search(refinement)));
+    blocks.push(Block::Bars(levels(&refinement.disturbances)));
+    blocks.extend(logs(identification, result, refinement).map(Block::Intervals));
+    blocks.extend(delay_intervals(&refinement.delays).map(Block::Intervals));
+    blocks.extend(delay_table(&refinement.delays).map(Block::Table));
+    blocks.extend(offsets(refinement).map(Block::Table));
+    blocks.extend(pairs(refinement));
+    Some(section(
+        "refinement",
+        "Noise, disturbances, delays",
+        "What the likelihood of the measured positions says besides the parameters. The filter \
+         takes what the model does not explain for white noise of the torques and for slow random \
+         disturbances of motors and links, as large as the log makes likely; the intervals of the \
+         parameters rest on these levels.",
+        blocks,
+    ))
+}
+
+fn search(refinement: &Refinement) -> Vec<(String, String)> {
+    let end = if refinement.converged {
+        "converged"
+    } else {
+        "did not converge"
+    };
+    [
+        (
+            "Search",
+            format!("{end} after {} runs of the filter", refinement.runs),
+        ),
+        (
+            "Used",
+            format!(
+                "{} samples, {} s, {} measurements of positions (of a counter, its edges)",
+                refinement.samples,
+                significant(refinement.duration_s, 4),
+                refinement.measurements
+            ),
+        ),
+        (
+            "Corner of the disturbances",
+            format!("{} Hz", significant(refinement.disturbance_corner_hz, 2)),
+        ),
+        (
+            "Minus log-likelihood, without its constant",
+            significant(refinement.minus_log_likelihood, 6),
+        ),
+    ]
+    .map(|(key, value)| (key.to_owned(), value))
+    .into()
+}
+
+/// Noise and disturbance of each row as parts of the torque, on a logarithmic scale.
+fn levels(rows: &[RowDisturbance]) -> Bars {
+    let parts = |row: &RowDisturbance| {
+        [row.torque_noise_nm, row.disturbance_nm]
+            .map(|level| Some(level / row.torque_nm).filter(|x| *x > 0.0 && x.is_finite()))
+    };
+    let decades = rows.iter().flat_map(parts).flatten().map(f64::log10);
+    let (first, last) = decades.fold(DECADES, |(low, high), decade| {
+        (
+            low.min((decade + ROUNDING).floor() as i32),
+            high.max((decade - ROUNDING).ceil() as i32),
+        )
+    });
+    let place = |part: f64| (part.log10() - f64::from(first)) / f64::from(last - first);
+    let row = |row: &RowDisturbance| {
+        let levels = [row.torque_noise_nm, row.disturbance_nm];
+        let bar = |(part, level): (Option<f64>, f64)| {
+            let part = part?;
+            Some(Bar {
+                length: place(part),
+                text: format!(
+                    "{} %, {} {}",
+                    significant(100.0 * part, 2),
+                    significant(level, 2),
+                    unit(&row.row)
+                ),
+            })
+        };
+        let name = plain(&row.row);
+        BarRow {
+            label: if row.at_bound {
+                format!("{name} (at its bound)")
+            } else {
+                name.to_owned()
+            },
+            bars: parts(row).into_iter().zip(levels).map(bar).collect(),
+            tone: if row.at_bound {
+                Tone::Bad
+            } else {
+                Tone::Neutral
+            },
+        }
+    };
+    Bars {
+        caption: "Standard deviations as parts of the standard deviation of the joint's motor \
+                  torque, on a logarithmic scale. A row at its bound has more than any disturbance \
+                  should: the model lacks an effect there."
+            .to_owned(),
+        names: vec![
+            "white noise of the torque".to_owned(),
+            "disturbance".to_owned(),
+        ],
+        ticks: (first..=last)
+            .map(|decade| {
+                let part = 10_f64.powi(decade);
+                (place(part), format!("{} %", significant(100.0 * part, 1)))
+            })
+            .collect(),
+        rows: rows.iter().map(row).collect(),
+    }
+}
+
+/// A row's name without its unit.
+fn plain(row: &str) -> &str {
+    row.trim_end_matches("_nm").trim_end_matches("_n")
+}
+
+fn unit(row: &str) -> &'static str {
+    if row.ends_with("_nm") { "N·m" } else { "N" }
+}
+
+/// What each of several logs says alone, around what all say together.
+fn logs(
+    identification: &Identification,
+    result: &EstimateResult,
+    refinement: &Refinement,
+) -> Option<Intervals> {
+    let each = &refinement.each_log;
+    (each.len() > 1).then_some(())?;
+    let files: Vec<String> = identification.logs().map(|log| log.file.clone()).collect();
+    let mut names = vec!["all together".to_owned()];
+    if files.len() == each.len() {
+        names.extend(files);
+    } else {
+        // Logs that are too short, or behind the part that is refined, are not among them.
+        names.extend((1..=each.len()).map(|i| format!("refined log {i}")));
+    }
+    let rows = (result.parameters.iter().enumerate()).filter_map(|(i, parameter)| {
+        let centre = parameter.value?;
+        let alone = |log: &Vec<Option<(f64, f64)>>| -> Option<Ranged> {
+            let (value, error) = (*log.get(i)?)?;
+            let half = NORMAL_95 * error;
+            Some((value, Some([value - half, value + half])))
+        };
+        let mut values: Vec<Option<Ranged>> = each.iter().map(alone).collect();
+        values.iter().any(Option::is_some).then_some(())?;
+        values.insert(0, Some((centre, parameter.ci95)));
+        let scale = intervals::percent_of(centre, &parameter.unit);
+        Some(intervals::row(
+            short(&parameter.name),
+            centre,
+            &values,
+            scale,
+        ))
+    });
+    Some(Intervals {
+        caption:
+            "What each log says alone, with 95 % intervals, around what all say together; the \
+                  number at the right is what half the width stands for. Intervals that miss each \
+                  other mean an effect that the model lacks, or another robot."
+                .to_owned(),
+        names,
+        rows: rows.collect(),
+    })
+}
+
+/// The name and size of a unit that suits times.
+fn time_unit(delays: &[RefinedDelay]) -> (&'static str, f64) {
+    let size = |delay: &RefinedDelay| {
+        let error = delay.standard_error_s.unwrap_or(0.0);
+        delay.delay_s.abs().max(delay.used_s.abs()).max(error)
+    };
+    match delays.iter().map(size).fold(0.0, f64::max) {
+        longest if longest < 1e-3 => ("µs", 1e6),
+        _ => ("ms", 1e3),
+    }
+}
+
+/// By how much each column is late beyond what the values take into account.
+fn delay_intervals(delays: &[RefinedDelay]) -> Option<Intervals> {
+    let (unit, size) = time_unit(delays);
+    let rows: Vec<_> = (delays.iter())
+        .filter_map(|delay| {
+            let beyond = size * (delay.delay_s - delay.used_s);
+            let half = NORMAL_95 * size * delay.standard_error_s?;
+            let value = [Some((beyond, Some([beyond - half, beyond + half])))];
+            let scale = |half: f64| format!("± {} {unit}", significant(half, 2));
+            Some(intervals::row(delay.column.clone(), 0.0, &value, scale))
+        })
+        .collect();
+    (!rows.is_empty()).then(|| Intervals {
+        caption: "How much later each column was recorded than the values of the parameters take \
+                  into account (the line in the middle), against the other columns, with its 95 % \
+                  interval; the number at the right is what half the width stands for."
+            .to_owned(),
+        names: vec!["delay by likelihood".to_owned()],
+        rows,
+    })
+}
+
+fn delay_table(delays: &[RefinedDelay]) -> Option<Table> {
+    (!delays.is_empty()).then_some(())?;
+    let (unit, size) = time_unit(delays);
+    let row = |delay: &RefinedDelay| {
+        let beyond = delay.delay_s - delay.used_s;
+        let away = delay.standard_error_s.map(|error| beyond / error);
+        Row {
+            cells: vec![
+                delay.column.clone(),
+                significant(size * delay.used_s, 4),
+                delay.standard_error_s.map_or_else(
+                    || "the log says nothing".to_owned(),
+                    |error| {
+                        let half = NORMAL_95 * size * error;
+                        format!(
+                            "{} ± {}",
+                            as_exact(size * delay.delay_s, half),
+                            significant(half, 2)
+                        )
+                    },
+                ),
+                away.map_or_else(|| "–".to_owned(), |x| format!("{x:+.1}")),
+                away.map_or_else(|| "–".to_owned(), |x| format!("{:.1}", 0.5 * x * x)),
+            ],
+            tone: if away.is_some_and(|x| x.abs() > MARKED) {
+                Tone::Doubtful
+            } else {
+                Tone::Neutral
+            },
+        }
+    };
+    Some(Table {
+        caption: format!(
+            "Delays. Marked ones are more than {MARKED} standard errors away from what is used. Of \
+             the columns of one joint each could be the late one; where several are marked, the \
+             one with the greatest log-likelihood explains most."
+        ),
+        columns: vec![
+            text("Column"),
+            number(format!("Used [{unit}]")),
+            number(format!("By likelihood ± 95 % [{unit}]")),
+            number("Away in s.e."),
+            number("Log-likelihood +"),
+        ],
+        rows: delays.iter().map(row).collect(),
+    })
+}
+
+/// A value with the decimals that two digits of its error have.
+fn as_exact(value: f64, error: f64) -> String {
+    let text = significant(error, 2);
+    let decimals = text.split_once('.').map_or(0, |(_, digits)| digits.len());
+    if text.contains('e') {
+        significant(value, 4)
+    } else {
+        format!("{value:.decimals$}")
+    }
+}
+
+fn offsets(refinement: &Refinement) -> Option<Table> {
+    let slides = |joint: &str| {
+        let of = |row: &RowDisturbance| {
+            row.row
+                .strip_prefix(joint)
+                .is_some_and(|r| r.starts_with('.'))
+        };
+        (refinement.disturbances.iter()).any(|row| of(row) && unit(&row.row) == "N")
+    };
+    let rows: Vec<Row> = (refinement.encoder_offsets.iter())
+        .map(|offset| Row {
+            cells: vec![
+                offset.joint.clone(),
+                offset.column.clone(),
+                significant(1e3 * offset.offset_rad, 3),
+                significant(1e3 * offset.standard_error_rad, 2),
+                if slides(&offset.joint) { "mm" } else { "mrad" }.to_owned(),
+            ],
+            tone: Tone::Neutral,
+        })
+        .collect();
+    (!rows.is_empty()).then(|| Table {
+        caption:
+            "What each column reads too much: where its zero, or the edges of its counter, lie."
+                .to_owned(),
+        columns: vec![
+            text("Joint"),
+            text("Column"),
+            number("Offset"),
+            number("± s.e."),
+            text("Unit"),
+        ],
+        rows,
+    })
+}
+
+/// The parameters whose errors are most alike, in words.
+fn pairs(refinement: &Refinement) -> Vec<Block> {
+    if refinement.correlations.is_empty() {
+        return vec![Block::Paragraph(
+            "No two parameters have errors that are much alike.".to_owned(),
+        )];
+    }
+    let words = |(first, second, correlation): &(String, String, f64)| {
+        let (known, way) = if *correlation < 0.0 {
+            ("sum", "where one is too large the other is too small")
+        } else {
+            ("difference", "both are too large or too small together")
+        };
+        (
+            format!("{} and {}", short(first), short(second)),
+            format!(
+                "correlation {correlation:+.3}: {way}; their {known}, each in its standard errors, \
+                 is known {} times as well as if they were independent",
+                significant(
+                    (1.0 - correlation.abs()).max(f64::EPSILON).sqrt().recip(),
+                    2
+                )
+            ),
+        )
+    };
+    vec![
+        Block::Paragraph("Parameters whose errors are most alike:".to_owned()),
+        Block::KeyValues(refinement.correlations.iter().map(words).collect()),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    /// Two logs, a row at its bound, a late column and one of which nothing is known.
+    fn identification(codes: &[&str]) -> Identification {
+        let log = |file: &str| {
+            json!({"file": file, "samples": 10, "period_s": 0.1, "duration_s": 0.9,
+                   "jitter_percent": 0.0})
+        };
+        let level = |row: &str, drift: f64, at_bound: bool| {
+            json!({"row": row, "torque_noise_nm": 0.0, "disturbance_nm": drift, "torque_nm": 2.0,
+                   "at_bound": at_bound})
+        };
+        let warning = |code: &&str| json!({"code": code, "severity": "warning", "parameters": [], "text": "", "remedy": ""});
+        let warnings: Vec<_> = codes.iter().map(warning).collect();
+        let value = json!({
+            "format": 1, "generator": "", "robot": "", "findings": [],
+            "log": log("first.csv"), "further_logs": [log("second.csv")],
+            "settings": {"filter_cutoff_rad_per_s": 30.0, "discretization": "matched",
+                         "position_cutoff_hz": 10.0, "position_filter_order": 2},
+            "results": [{
+                "estimator": "prediction-error", "verdict": "doubtful", "rank": 2,
+                "parameters": [
+                    {"name": "a.stiffness", "symbol": "theta1", "unit": "N·m/rad", "value": 10.0,
+                     "standard_error": 0.1, "ci95": [9.8, 10.2], "identifiable": true},
+                    {"name": "a.rotor_inertia", "symbol": "theta2", "unit": "kg·m²",
+                     "identifiable": false}],
+                "residual_rms": {}, "relative_residual": {}, "warnings": warnings, "elapsed_s": 0.1,
+                "refinement": {
+                    "used": !codes.contains(&"refinement-failed"),
+                    "converged": true, "runs": 7, "samples": 20, "duration_s": 1.8,
+                    "measurements": 40, "minus_log_likelihood": -3.0, "disturbance_corner_hz": 1.5,
+                    "disturbances": [level("a.link_nm", 0.002, false), level("a.motor_nm", 0.2, true)],
+                    "encoder_offsets": [],
+                    "delays": [
+                        {"column": "q", "delay_s": 5e-4, "standard_error_s": 1e-5, "used_s": 1e-4},
+                        {"column": "tau", "delay_s": 0.0, "used_s": 0.0}],
+                    "correlations": [["a.stiffness", "a.rotor_inertia", -0.75]],
+                    "each_log": [[[10.0, 1.0], null], [[11.0, 0.5], null]]
+                }
+            }]
+        });
+        serde_json::from_value(value).unwrap()
+    }
+
+    fn blocks(codes: &[&str]) -> Vec<Block> {
+        refinement(&identification(codes)).unwrap().blocks
+    }
+
+    #[test]
+    fn a_row_at_its_bound_is_marked() {
+        let blocks = blocks(&[]);
+        let Some(Block::Bars(bars)) = blocks.iter().find(|b| matches!(b, Block::Bars(_))) else {
+            panic!("no bars")
+        };
+        let [link, motor] = &bars.rows[..] else {
+            panic!("two rows")
+        };
+        assert_eq!((link.tone, motor.tone), (Tone::Neutral, Tone::Bad));
+        assert_eq!(motor.label, "a.motor (at its bound)");
+        assert!((link.bars[1].as_ref().unwrap().length - 1.0 / 3.0).abs() < 1e-12);
+        assert!((motor.bars[1].as_ref().unwrap().length - 1.0).abs() < 1e-12);
+        assert_eq!(link.bars[0], None);
+    }
+
+    #[test]
+    fn logs_stand_around_what_they_say_together() {
+        let blocks = blocks(&[]);
+        let mut shown = blocks.iter().filter_map(|block| match block {
+            Block::Intervals(intervals) => Some(intervals),
+            _ => None,
+        });
+        let (logs, delays) = (shown.next().unwrap(), shown.next().unwrap());
+        assert_eq!(logs.names, ["all together", "first.csv", "second.csv"]);
+        // The other parameter is in no log.
+        assert_eq!(logs.rows.len(), 1);
+        let at = |i: usize| logs.rows[0].marks[i].unwrap().at;
+        assert!(at(0).abs() < 1e-12 && at(1).abs() < 1e-12);
+        assert!((at(2) - 1.0 / 1.98).abs() < 1e-9);
+        // Late beyond what is used: to the right of the line, and sure of it.
+        assert_eq!(delays.rows.len(), 1);
+        let mark = delays.rows[0].marks[0].unwrap();
+        assert!(mark.interval.unwrap()[0] > 0.0);
+    }
+
+    #[test]
+    fn delays_are_marked_and_gaps_said() {
+        let blocks = blocks(&[]);
+        let Some(Block::Table(table)) = blocks.iter().find(|b| matches!(b, Block::Table(_))) else {
+            panic!("no table")
+        };
+        assert_eq!(
+            table.rows[0].cells,
+            ["q", "100.0", "500 ± 20", "+40.0", "800.0"]
+        );
+        assert_eq!(table.rows[0].tone, Tone::Doubtful);
+        assert_eq!(table.rows[1].cells[2], "the log says nothing");
+    }
+
+    #[test]
+    fn a_refinement_that_is_not_used_says_so() {
+        let first = |codes: &[&str]| matches!(blocks(codes)[0], Block::Paragraph(_));
+        assert!(first(&["refinement-failed"]));
+        assert!(!first(&["late-channel"]));
+    }
+
+    #[test]
+    fn the_reasons_are_the_worst_findings() {
+        let reasons = |codes: &[&str]| {
+            let identification = identification(codes);
+            identification.reasons(&identification.results[0])
+        };
+        assert_eq!(reasons(&[]), "no findings");
+        assert_eq!(
+            reasons(&["late-channel", "weakly-excited", "late-channel"]),
+            "late-channel (2), weakly-excited"
+        );
+    }
+}
