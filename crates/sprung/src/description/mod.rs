@@ -20,7 +20,8 @@ mod types;
 mod urdf;
 
 pub use identify::{
-    Cutoff, DiscretizationName, EncoderOffset, Estimator, Identify, InitialMomentum, Weights,
+    Cutoff, DiscretizationName, EncoderOffset, Estimator, Identify, InitialMomentum, StartName,
+    Weights,
 };
 pub use log::{Delay, Log};
 pub use read::{DescriptionError, Experiment, no_files, read, schema};

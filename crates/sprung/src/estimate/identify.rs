@@ -21,11 +21,11 @@ use super::weigh::find_weights;
 use crate::curves::Curves;
 use crate::description::{
     Controller, ControllerKind, Cutoff, Delay, Estimator, Experiment, Feedforward, Identify, Log,
-    Weights,
+    StartName, Weights,
 };
 use crate::finding::{Finding, Severity};
 use crate::log::{ChannelError, Channels, LogError, LogSource, check};
-use crate::model::Model;
+use crate::model::{Model, ModelError, Theta};
 use crate::preprocess::RawBlock;
 use crate::regression::{
     LogFigures, Observer, PassError, Reading, Restart, System, TransitionWeights, read_through,
@@ -58,6 +58,9 @@ pub enum IdentifyError {
          needs no controller"
     )]
     Controller(&'static str),
+    /// The refinement is to start from values that the file does not give.
+    #[error("[identify] start = \"nominal\" needs nominal values: {0}")]
+    Start(ModelError),
     /// LSFF cannot be built.
     #[error(transparent)]
     Lsff(#[from] LsffError),
@@ -186,6 +189,7 @@ pub fn identify(
     let log = experiment.log.as_ref().ok_or(IdentifyError::NoLog)?;
     let settings = &experiment.identify;
     let controller = loop_controller(experiment)?;
+    let nominal = nominal_start(model, settings)?;
     let channels = Channels::new(&experiment.robot, log)?;
     let names: Vec<String> = sources.iter().map(|source| source.name.clone()).collect();
     let file = names.join(", ");
@@ -241,6 +245,7 @@ pub fn identify(
                     excerpt,
                     &passed.system,
                     &fitted,
+                    nominal.as_deref(),
                 )?
             }
             _ => {
@@ -327,6 +332,14 @@ fn loop_controller(experiment: &Experiment) -> Result<Option<&Controller>, Ident
         ));
     }
     Ok(Some(controller))
+}
+
+/// Returns the values that a refinement starts from, if not those of least squares.
+fn nominal_start(model: &Model, settings: &Identify) -> Result<Option<Theta>, IdentifyError> {
+    match settings.start {
+        StartName::LeastSquares => Ok(None),
+        StartName::Nominal => model.nominal().map(Some).map_err(IdentifyError::Start),
+    }
 }
 
 /// Returns what there is to know about the logs as they are.

@@ -37,6 +37,8 @@ const LOUD: f64 = 0.05;
 ///
 /// Where that fails, the linear values stand and a finding says why.
 ///
+/// - `nominal`: values to start from instead, \[p\].
+///
 /// # Errors
 ///
 /// [`PassError`] if a log cannot be read again.
@@ -46,6 +48,7 @@ pub(super) fn prediction_error(
     excerpt: &Excerpt,
     system: &System,
     fitted: &Fitted,
+    nominal: Option<&[f64]>,
 ) -> Result<OfEstimator, PassError> {
     let begin = Instant::now();
     let (model, channels) = (reading.model, reading.channels);
@@ -55,7 +58,7 @@ pub(super) fn prediction_error(
         .map(|(i, _)| i)
         .collect();
     let start = Start {
-        theta: &fitted.theta,
+        theta: nominal.unwrap_or(&fitted.theta),
         free,
         exact_torque: channels.exact_torque,
         delays: (0..channels.all.len())

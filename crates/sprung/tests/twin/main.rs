@@ -14,5 +14,6 @@ mod paper;
 mod refined;
 mod report;
 mod robots;
+mod robust;
 mod seven;
 mod support;

@@ -9,6 +9,7 @@
 //! Ljung, System Identification, chapters 7 and 10; Åström, Automatica 1980:
 //! "Maximum likelihood and prediction error methods".
 
+mod bound;
 mod dynamics;
 mod kalman;
 mod newton;
@@ -27,6 +28,7 @@ use crate::log::LogSource;
 use crate::model::{Model, Theta};
 use crate::preprocess::Butterworth;
 use crate::regression::{PassError, Reading};
+pub use bound::{KnownNoise, information_bound};
 use dynamics::Dynamics;
 use kalman::{Levels, Wanted, run};
 use newton::{Descent, Problem};
