@@ -178,7 +178,7 @@ fi
 if has mujoco; then
     echo
     echo "logs of MuJoCo, 10 s, two joints with dry friction and tendons:"
-    "$python" "$here/two_joints_mujoco.py" "$work/mujoco" 10
+    "$python" "$here/two_joints_mujoco.py" "$work/mujoco" 4
     (cd "$here" && cargo bench --quiet -p sprung --bench accuracy -- \
         --cases mujoco --mujoco "$work/mujoco")
 fi
