@@ -174,3 +174,11 @@ if has mujoco; then
             "$(ratio "$(awk "BEGIN { print 1e6 * $theirs }")" "$ours") times as long"
     done
 fi
+
+if has mujoco; then
+    echo
+    echo "logs of MuJoCo, 10 s, two joints with dry friction and tendons:"
+    "$python" "$here/two_joints_mujoco.py" "$work/mujoco" 4
+    (cd "$here" && cargo bench --quiet -p sprung --bench accuracy -- \
+        --cases mujoco --mujoco "$work/mujoco")
+fi

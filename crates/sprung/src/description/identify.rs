@@ -13,6 +13,8 @@ pub struct Identify {
     #[serde(deserialize_with = "one_or_many")]
     #[schemars(with = "OneOrManyEstimators")]
     pub estimator: Vec<Estimator>,
+    /// Where the refinement starts.
+    pub start: StartName,
     /// λ of the filter pair.
     pub filter_cutoff_rad_per_s: f64,
     /// How the filter pair is made discrete.
@@ -40,6 +42,7 @@ impl Default for Identify {
     fn default() -> Self {
         Self {
             estimator: vec![Estimator::PredictionError],
+            start: StartName::LeastSquares,
             filter_cutoff_rad_per_s: 30.0,
             discretization: DiscretizationName::Matched,
             position_cutoff_hz: Cutoff::Auto,
@@ -95,6 +98,26 @@ impl TryFrom<String> for Estimator {
         ];
         let index = choose("estimator", &word, &all.map(Self::name))?;
         Ok(all[index])
+    }
+}
+
+/// Where the refinement starts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(try_from = "String")]
+#[schemars(extend("enum" = ["least-squares", "nominal"]))]
+pub enum StartName {
+    /// From what least squares finds.
+    LeastSquares,
+    /// From the nominal values of the file.
+    Nominal,
+}
+
+impl TryFrom<String> for StartName {
+    type Error = String;
+
+    fn try_from(word: String) -> Result<Self, String> {
+        let index = choose("start", &word, &["least-squares", "nominal"])?;
+        Ok([Self::LeastSquares, Self::Nominal][index])
     }
 }
 

@@ -12,7 +12,7 @@ use super::judge::{Verdict, judge};
 use super::least_squares::{Fitted, fit, residual, trace};
 use super::lsff::{Lsff, LsffError};
 use super::output_error::output_error;
-use super::prediction_error::prediction_error;
+use super::prediction_error::{Before, prediction_error};
 use super::progress::Progress;
 use super::result::{
     CutoffChoice, DelayUsed, EstimateResult, GENERATOR, Identification, LogInfo, SettingsUsed,
@@ -23,11 +23,11 @@ use super::weigh::find_weights;
 use crate::curves::Curves;
 use crate::description::{
     Controller, ControllerKind, Cutoff, Delay, Estimator, Experiment, Feedforward, Identify, Log,
-    Weights,
+    StartName, Weights,
 };
 use crate::finding::{Finding, Severity};
 use crate::log::{ChannelError, Channels, LogError, LogSource, check};
-use crate::model::Model;
+use crate::model::{Model, ModelError, Theta};
 use crate::preprocess::RawBlock;
 use crate::regression::{
     LogFigures, Observer, PassError, Reading, Restart, System, TransitionWeights, read_through,
@@ -60,6 +60,9 @@ pub enum IdentifyError {
          needs no controller"
     )]
     Controller(&'static str),
+    /// The refinement is to start from values that the file does not give.
+    #[error("[identify] start = \"nominal\" needs nominal values: {0}")]
+    Start(ModelError),
     /// LSFF cannot be built.
     #[error(transparent)]
     Lsff(#[from] LsffError),
@@ -188,6 +191,7 @@ pub fn identify(
     let log = experiment.log.as_ref().ok_or(IdentifyError::NoLog)?;
     let settings = &experiment.identify;
     let controller = loop_controller(experiment)?;
+    let nominal = nominal_start(model, settings)?;
     let channels = Channels::new(&experiment.robot, log)?;
     let names: Vec<String> = sources.iter().map(|source| source.name.clone()).collect();
     let file = names.join(", ");
@@ -238,15 +242,14 @@ pub fn identify(
             (Estimator::PredictionError, ..) => {
                 beginning.get(&channels).map_err(PassError::from)?;
                 let excerpt = beginning.excerpt.as_ref().ok_or(IdentifyError::NoLog)?;
-                prediction_error(
-                    &reading,
-                    beginning.sources,
+                let before = Before {
                     excerpt,
-                    &passed.system,
-                    &fitted,
-                    &findings,
-                    progress,
-                )?
+                    system: &passed.system,
+                    fitted: &fitted,
+                    nominal: nominal.as_deref(),
+                    about_logs: &findings,
+                };
+                prediction_error(&reading, beginning.sources, before, progress)?
             }
             _ => {
                 let elapsed = start.elapsed().as_secs_f64() - watch.elapsed;
@@ -337,6 +340,14 @@ fn loop_controller(experiment: &Experiment) -> Result<Option<&Controller>, Ident
         ));
     }
     Ok(Some(controller))
+}
+
+/// Returns the values that a refinement starts from, if not those of least squares.
+fn nominal_start(model: &Model, settings: &Identify) -> Result<Option<Theta>, IdentifyError> {
+    match settings.start {
+        StartName::LeastSquares => Ok(None),
+        StartName::Nominal => model.nominal().map(Some).map_err(IdentifyError::Start),
+    }
 }
 
 /// Returns what there is to know about the logs as they are.

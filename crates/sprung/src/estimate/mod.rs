@@ -35,6 +35,7 @@ pub use judge::{Suspicion, UNEXPLAINED, Verdict, judge, suspect};
 pub use least_squares::{Fitted, MotorRow, TorqueOf, fit, fit_quickly, residual, torques, trace};
 pub use lsff::{Lsff, LsffError};
 pub use progress::Progress;
+pub use refine::{KnownNoise, information_bound};
 pub use result::{
     CrossCheckResult, CutoffChoice, CutoffPoint, DelayUsed, Determined, EncoderOffsetResult,
     EstimateResult, GENERATOR, Identification, LogInfo, MotorRowResult, ParameterEstimate,

@@ -34,12 +34,24 @@ const ALARM: f64 = 0.01;
 /// Part of a motor's torque that disturbances may have before they are mentioned.
 const LOUD: f64 = 0.05;
 
+/// What a refinement begins with.
+#[derive(Clone, Copy)]
+pub(super) struct Before<'a> {
+    /// The beginning of the first log.
+    pub(super) excerpt: &'a Excerpt,
+    pub(super) system: &'a System,
+    pub(super) fitted: &'a Fitted,
+    /// Values to start from instead of the fitted ones, \[p\].
+    pub(super) nominal: Option<&'a [f64]>,
+    /// What was noticed about the logs; where their columns are wrong, the
+    /// refinement is not tried, for it may take minutes to fail.
+    pub(super) about_logs: &'a [Finding],
+}
+
 /// Refines what least squares found.
 ///
 /// Where that fails, the linear values stand and a finding says why.
 ///
-/// - `about_logs`: what was noticed about the logs; where their columns are wrong, the
-///   refinement is not tried, for it may take minutes to fail.
 /// - `progress`: called when a run of the filter begins.
 ///
 /// # Errors
@@ -48,12 +60,16 @@ const LOUD: f64 = 0.05;
 pub(super) fn prediction_error(
     reading: &Reading<'_>,
     sources: &mut [LogSource<'_>],
-    excerpt: &Excerpt,
-    system: &System,
-    fitted: &Fitted,
-    about_logs: &[Finding],
+    before: Before<'_>,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<OfEstimator, PassError> {
+    let Before {
+        excerpt,
+        system,
+        fitted,
+        nominal,
+        about_logs,
+    } = before;
     let begin = Instant::now();
     let (model, channels) = (reading.model, reading.channels);
     let parameters = model.parameters().iter();
@@ -62,7 +78,7 @@ pub(super) fn prediction_error(
         .map(|(i, _)| i)
         .collect();
     let start = Start {
-        theta: &fitted.theta,
+        theta: nominal.unwrap_or(&fitted.theta),
         free,
         exact_torque: channels.exact_torque,
         delays: (0..channels.all.len())

@@ -16,5 +16,6 @@ mod progress;
 mod refined;
 mod report;
 mod robots;
+mod robust;
 mod seven;
 mod support;

@@ -99,3 +99,11 @@ pub(crate) fn with_source<T>(log: &[u8], use_source: impl FnOnce(LogSource<'_>) 
         reader: &mut reader,
     })
 }
+
+/// A number of seeds from the environment.
+pub(crate) fn env(name: &str, default: u64) -> u64 {
+    let number = std::env::var(name).ok();
+    number
+        .and_then(|number| number.parse().ok())
+        .unwrap_or(default)
+}

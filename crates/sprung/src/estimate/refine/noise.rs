@@ -440,35 +440,45 @@ pub(super) fn search(about: &About<'_>, search: &Search, from: &Levels) -> (Leve
 
 impl Search {
     /// Returns the step of scoring within the bounds, and what it promises.
+    ///
+    /// What the log hardly speaks of moves little: every logarithm is held by the
+    /// same amount, as much as keeps the longest step within its stride.
     fn step(&self, logs: &[f64], gradient: &[f64], curvature: &[f64]) -> Option<(Vec<f64>, f64)> {
         let count = logs.len();
         let mut held = vec![false; count];
+        let mut hold = 0.1;
         loop {
             let free: Vec<usize> = (0..count).filter(|i| !held[*i]).collect();
             let part: Vec<f64> = (free.iter())
                 .flat_map(|&i| free.iter().map(move |&j| (i, j)))
-                .map(|(i, j)| curvature[i.max(j) * count + i.min(j)])
+                .map(|(i, j)| {
+                    let own = if i == j { hold } else { 0.0 };
+                    own + curvature[i.max(j) * count + i.min(j)]
+                })
                 .collect();
             let own: Vec<f64> = free.iter().map(|&i| gradient[i]).collect();
-            let step = damped_step(&part, &own, 1e-3)?;
+            let step = damped_step(&part, &own, 0.0)?;
+            if step.iter().any(|step| step.abs() > STRIDE) {
+                hold *= 4.0;
+                continue;
+            }
             let mut all = vec![0.0; count];
-            let mut hit = false;
+            let mut beyond = None;
             for (&i, step) in free.iter().zip(&step) {
                 let (low, high) = self.bounds[i];
-                let target = logs[i] + step.clamp(-STRIDE, STRIDE);
-                let inside = target.clamp(low.ln(), high.ln());
+                let inside = (logs[i] + step).clamp(low.ln(), high.ln());
                 all[i] = inside - logs[i];
-                // A level that stands at a bound and pulls outward is none.
-                let at_bound =
-                    (logs[i] - low.ln()).abs() < 1e-9 || (logs[i] - high.ln()).abs() < 1e-9;
-                if at_bound && all[i].abs() < 1e-9 && step.abs() > 1e-9 {
-                    held[i] = true;
-                    hit = true;
+                let cut = (all[i] - step).abs();
+                if beyond.is_none_or(|(_, most)| cut > most) && cut > 1e-9 {
+                    beyond = Some((i, cut));
                 }
             }
-            if !hit {
-                let promised: f64 = -all.iter().zip(gradient).map(|(d, g)| d * g).sum::<f64>();
-                return Some((all, 0.5 * promised));
+            let promised: f64 = -0.5 * all.iter().zip(gradient).map(|(d, g)| d * g).sum::<f64>();
+            match beyond {
+                // A level that stands at its bound and pulls outward is none; nor
+                // may one that is cut short lead the others uphill.
+                Some((i, _)) if all[i].abs() < 1e-9 || promised <= 0.0 => held[i] = true,
+                _ => return Some((all, promised)),
             }
         }
     }

@@ -75,6 +75,8 @@ pub(super) struct Stretch {
     pub(super) period: f64,
     /// Torque on each row, \[samples × rows\].
     pub(super) torque: Vec<f64>,
+    /// Its rate, smoothed: that of a noise would look as if it told delays.
+    pub(super) torque_rate: Vec<f64>,
     pub(super) events: Vec<Event>,
     /// First event of each sample, and the end.
     pub(super) first: Vec<usize>,
@@ -322,10 +324,12 @@ pub(super) fn stretch(
         first.push(next);
     }
     let (start, start_deviation) = start(rows, sensors, &begins)?;
+    let torque = torques(raw, model, channels, delays, begin, samples);
     Some(Stretch {
         log: raw.log,
         period,
-        torque: torques(raw, model, channels, delays, begin, samples),
+        torque_rate: rates(&torque, rows, filter, period)?,
+        torque,
         events: found.into_iter().map(|(_, event)| event).collect(),
         first,
         start,
@@ -350,6 +354,19 @@ fn velocity(cells: &[f64], filter: &Butterworth, period: f64) -> Option<Vec<f64>
             })
             .collect(),
     )
+}
+
+/// Returns the rates of the smoothed torques, \[samples × rows\].
+fn rates(torque: &[f64], rows: usize, filter: &Butterworth, period: f64) -> Option<Vec<f64>> {
+    let mut rates = vec![0.0; torque.len()];
+    for row in 0..rows {
+        let own: Vec<f64> = torque.iter().skip(row).step_by(rows).copied().collect();
+        let smooth = velocity(&own, filter, period)?;
+        for (rate, own) in rates[row..].iter_mut().step_by(rows).zip(smooth) {
+            *rate = own;
+        }
+    }
+    Some(rates)
 }
 
 /// Visits what a counter says: place among the samples, position and its

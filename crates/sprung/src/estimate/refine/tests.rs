@@ -66,6 +66,7 @@ impl Case {
             stretches.push(Stretch {
                 log: 0,
                 period,
+                torque_rate: vec![0.0; torque.len()],
                 torque,
                 events,
                 first,

@@ -213,11 +213,9 @@ impl Unknowns {
     pub(super) fn torque(&self, columns: &mut [f64], stretch: &Stretch, k: usize, row: usize) {
         for (i, (_, late)) in self.delays.iter().enumerate() {
             if *late == Late::Torque(row) {
-                let rows = stretch.torque.len() / stretch.samples();
-                let at = |k: usize| stretch.torque[k * rows + row];
-                let (before, after) = (k.saturating_sub(1), (k + 1).min(stretch.samples() - 1));
                 // A torque that was recorded late is that of a later sample.
-                let rate = (at(after) - at(before)) / ((after - before) as f64 * stretch.period);
+                let rows = stretch.torque_rate.len() / stretch.samples();
+                let rate = stretch.torque_rate[k * rows + row];
                 columns[self.values() + i] += rate;
             }
         }

@@ -1,0 +1,98 @@
+//! From runs to the figures of a row.
+
+use sprung::estimate::EstimateResult;
+
+/// Runs of one method on one case.
+pub(crate) struct Runs<'a> {
+    /// True parameters that are compared, \[p\], by name.
+    pub(crate) truth: Vec<(String, f64)>,
+    pub(crate) results: Vec<&'a EstimateResult>,
+    /// Cramér-Rao bounds of each run, \[p\]; nothing where none is known.
+    pub(crate) bounds: Vec<Option<&'a [f64]>>,
+}
+
+/// What is to be said of a parameter, relative to its true value.
+pub(crate) struct OfParameter {
+    pub(crate) name: String,
+    pub(crate) mean: f64,
+    pub(crate) rms: f64,
+    pub(crate) standard_error: f64,
+    /// Root mean square of the bounds.
+    pub(crate) bound: Option<f64>,
+    /// Part of the intervals that hold the truth.
+    pub(crate) inside: f64,
+}
+
+/// Returns the median; NaN of nothing.
+pub(crate) fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let middle = values.len() / 2;
+    match values.len() {
+        0 => f64::NAN,
+        n if n % 2 == 1 => values[middle],
+        _ => 0.5 * (values[middle - 1] + values[middle]),
+    }
+}
+
+impl Runs<'_> {
+    /// Relative error of each parameter in a run; infinite without a value.
+    fn errors(&self, result: &EstimateResult) -> Vec<f64> {
+        (self.truth.iter())
+            .map(|(name, truth)| {
+                let value = result.parameter(name).and_then(|p| p.value);
+                value.map_or(f64::INFINITY, |value| value / truth - 1.0)
+            })
+            .collect()
+    }
+
+    /// Median of the absolute relative errors of all parameters and runs.
+    pub(crate) fn median_error(&self) -> f64 {
+        let all = self.results.iter().flat_map(|result| self.errors(result));
+        median(all.map(f64::abs).collect())
+    }
+
+    pub(crate) fn parameters(&self) -> Vec<OfParameter> {
+        let count = self.results.len() as f64;
+        (self.truth.iter().enumerate())
+            .map(|(index, (name, truth))| {
+                let errors = self.results.iter().map(|result| self.errors(result)[index]);
+                let own = self
+                    .results
+                    .iter()
+                    .filter_map(|result| result.parameter(name));
+                let inside = (own.clone()).filter(|p| {
+                    p.ci95
+                        .is_some_and(|[low, high]| low <= *truth && *truth <= high)
+                });
+                let standard = own.filter_map(|p| p.standard_error);
+                let bounds: Option<Vec<f64>> = self
+                    .bounds
+                    .iter()
+                    .map(|bound| Some(bound.as_ref()?[index]))
+                    .collect();
+                OfParameter {
+                    name: name.clone(),
+                    mean: errors.clone().sum::<f64>() / count,
+                    rms: (errors.map(|e| e * e).sum::<f64>() / count).sqrt(),
+                    standard_error: standard.sum::<f64>() / count / truth.abs(),
+                    bound: bounds.map(|bounds| {
+                        (bounds.iter().map(|b| b * b).sum::<f64>() / count).sqrt() / truth.abs()
+                    }),
+                    inside: inside.count() as f64 / count,
+                }
+            })
+            .collect()
+    }
+
+    pub(crate) fn seconds(&self) -> f64 {
+        median(self.results.iter().map(|result| result.elapsed_s).collect())
+    }
+
+    /// Runs whose refinement is not used.
+    pub(crate) fn failed(&self) -> usize {
+        let failed = |result: &&&EstimateResult| {
+            (result.warnings.iter()).any(|finding| finding.code == "refinement-failed")
+        };
+        self.results.iter().filter(failed).count()
+    }
+}

@@ -1,0 +1,376 @@
+//! How well the estimators do on logs with known parameters.
+//!
+//! `cargo bench -p sprung --bench accuracy` prints the tables; arguments behind
+//! `--` shorten or lengthen them:
+//!
+//! - `--seeds 10`, `--first 0`: logs of each case, and the first seed.
+//! - `--cases clean,motor,link,other,mujoco`: those that are run.
+//! - `--counts 16384,4096`: resolutions of the encoders.
+//! - `--parameters`: a row for each parameter besides.
+//! - `--mujoco FOLDER`: logs of `benches/peers/two_joints_mujoco.py`.
+#![expect(clippy::print_stdout, reason = "a benchmark says what it measured")]
+
+mod figures;
+mod logs;
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::time::Instant;
+
+use figures::{Runs, median};
+use logs::{Demo, Other, with_its_laws, with_source};
+use rayon::prelude::*;
+use sprung::description::{Cutoff, DiscretizationName, Estimator, Experiment, Simulate, Weights};
+use sprung::estimate::{EstimateResult, KnownNoise, identify, information_bound};
+use sprung::finding::Severity;
+use sprung::model::Model;
+
+/// Disturbances of motors and links, N·m rms.
+const CASES: [(&str, [f64; 2], [f64; 2]); 3] = [
+    ("clean", [0.0, 0.0], [0.0, 0.0]),
+    ("motor", [0.05, 0.01], [0.0, 0.0]),
+    ("link", [0.0, 0.0], [0.01, 0.01]),
+];
+
+struct Arguments {
+    seeds: std::ops::Range<u64>,
+    cases: Vec<String>,
+    counts: Vec<u32>,
+    parameters: bool,
+    mujoco: PathBuf,
+}
+
+impl Arguments {
+    /// Reads the command line.
+    ///
+    /// # Panics
+    ///
+    /// If it is not understood.
+    fn new() -> Self {
+        let (mut first, mut seeds) = (0, 10);
+        let mut found = Self {
+            seeds: 0..0,
+            cases: ["clean", "motor", "link", "other", "mujoco"]
+                .map(str::to_owned)
+                .to_vec(),
+            counts: vec![16384, 4096],
+            parameters: false,
+            mujoco: PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../target/mujoco")),
+        };
+        let mut words = std::env::args().skip(1);
+        while let Some(word) = words.next() {
+            let mut value = || words.next().expect("an argument lacks its value");
+            match word.as_str() {
+                // What cargo adds.
+                "--bench" => {}
+                "--parameters" => found.parameters = true,
+                "--seeds" => seeds = value().parse().expect("--seeds is a number"),
+                "--first" => first = value().parse().expect("--first is a number"),
+                "--cases" => found.cases = value().split(',').map(str::to_owned).collect(),
+                "--counts" => {
+                    let counts = value();
+                    let counts = counts.split(',').map(str::parse);
+                    found.counts = counts
+                        .collect::<Result<_, _>>()
+                        .expect("--counts are numbers");
+                }
+                "--mujoco" => found.mujoco = PathBuf::from(value()),
+                other => panic!("no argument {other}"),
+            }
+        }
+        found.seeds = first..first + seeds;
+        found
+    }
+
+    fn wants(&self, case: &str) -> bool {
+        self.cases.iter().any(|wanted| wanted == case)
+    }
+}
+
+/// The ways to the parameters, and the experiment that asks for each.
+fn methods(experiment: &Experiment) -> Vec<(&'static str, Experiment)> {
+    let with = |estimator, change: &dyn Fn(&mut Experiment)| {
+        let mut experiment = experiment.clone();
+        experiment.identify.estimator = vec![estimator];
+        change(&mut experiment);
+        experiment
+    };
+    let paper = |experiment: &mut Experiment| {
+        let settings = &mut experiment.identify;
+        settings.weights = Weights::None;
+        settings.discretization = DiscretizationName::Paper;
+        settings.position_cutoff_hz = Cutoff::Fixed(10.0);
+    };
+    vec![
+        (
+            "paper's least squares",
+            with(Estimator::LeastSquares, &paper),
+        ),
+        ("linear stage", with(Estimator::LeastSquares, &|_| ())),
+        (
+            "prediction error",
+            with(Estimator::PredictionError, &|_| ()),
+        ),
+        ("output error", with(Estimator::OutputError, &|_| ())),
+    ]
+}
+
+fn result_of(experiment: &Experiment, log: &[u8]) -> EstimateResult {
+    let model = Model::new(experiment).expect("the experiment has a model");
+    with_source(log, |source| {
+        let found = identify(experiment, &model, &mut [source], &mut |_| ());
+        found
+            .expect("the log is right")
+            .identification
+            .results
+            .remove(0)
+    })
+}
+
+/// One log: what each method finds, and the bound.
+struct Trial {
+    results: Vec<EstimateResult>,
+    bound: Option<Vec<f64>>,
+}
+
+fn bound(demo: &Demo, settings: &Simulate, log: &[u8]) -> Option<Vec<f64>> {
+    let noise = KnownNoise {
+        torque: settings.torque_noise_nm.clone(),
+        motor: settings.torque_disturbance_nm.clone(),
+        link: settings.link_torque_disturbance_nm.clone(),
+        corner: settings.torque_disturbance_hz,
+    };
+    with_source(log, |source| {
+        information_bound(&demo.experiment, &demo.model, &demo.truth, &noise, source)
+            .expect("the log is right")
+    })
+}
+
+/// Runs each method on a log of the demo's twin.
+fn trial(demo: &Demo, settings: &Simulate, methods: &[(&str, Experiment)]) -> Trial {
+    let log = demo.log(settings);
+    Trial {
+        results: methods
+            .iter()
+            .map(|(_, experiment)| result_of(experiment, &log))
+            .collect(),
+        bound: bound(demo, settings, &log),
+    }
+}
+
+fn header() {
+    println!(
+        "{:24} {:>9} {:>9} {:22} {:>9} {:>8} {:>8} {:>7} {:>7}",
+        "", "median %", "worst %", "", "inside %", "rms/CRB", "largest", "failed", "s"
+    );
+}
+
+/// Prints the figures of one method; rms are over runs.
+fn row(name: &str, runs: &Runs<'_>, parameters: bool) {
+    let all = runs.parameters();
+    let worst = all.iter().max_by(|a, b| a.rms.total_cmp(&b.rms));
+    let Some(worst) = worst else { return };
+    let ratios: Vec<f64> = all.iter().filter_map(|p| Some(p.rms / p.bound?)).collect();
+    let largest = ratios.iter().copied().fold(f64::NAN, f64::max);
+    let or_dash = |x: f64| {
+        if x.is_nan() {
+            "-".to_owned()
+        } else {
+            format!("{x:.2}")
+        }
+    };
+    println!(
+        "{name:24} {:9.3} {:9.2} {:22} {:9.1} {:>8} {:>8} {:7} {:7.2}",
+        100.0 * runs.median_error(),
+        100.0 * worst.rms,
+        worst.name,
+        100.0 * all.iter().map(|p| p.inside).sum::<f64>() / all.len() as f64,
+        or_dash(median(ratios)),
+        or_dash(largest),
+        runs.failed(),
+        runs.seconds(),
+    );
+    if parameters {
+        for p in all {
+            let bound = p.bound.unwrap_or(f64::NAN);
+            println!(
+                "    {:22} mean {:9.3} % rms {:8.3} % standard error {:8.3} % bound {:8.3} % \
+                 rms/bound {:>5} inside {:4.0} %",
+                p.name,
+                100.0 * p.mean,
+                100.0 * p.rms,
+                100.0 * p.standard_error,
+                100.0 * bound,
+                or_dash(p.rms / bound),
+                100.0 * p.inside
+            );
+        }
+    }
+}
+
+fn truth(demo: &Demo) -> Vec<(String, f64)> {
+    let names = demo.model.parameters().iter().map(|p| p.name.clone());
+    names.zip(demo.truth.iter().copied()).collect()
+}
+
+fn print(demo: &Demo, trials: &[Trial], methods: &[(&str, Experiment)], parameters: bool) {
+    for (index, (name, _)) in methods.iter().enumerate() {
+        let runs = Runs {
+            truth: truth(demo),
+            results: trials.iter().map(|trial| &trial.results[index]).collect(),
+            bounds: trials.iter().map(|trial| trial.bound.as_deref()).collect(),
+        };
+        row(name, &runs, parameters);
+    }
+}
+
+/// Prints how often runs end with a verdict, and with a finding that is a warning
+/// or serious.
+fn findings(trials: &[Trial], methods: &[(&str, Experiment)]) {
+    for (index, (name, _)) in methods.iter().enumerate() {
+        let mut counts: BTreeMap<String, usize> = BTreeMap::new();
+        for trial in trials {
+            let result = &trial.results[index];
+            *counts
+                .entry(format!("verdict {:?}", result.verdict))
+                .or_default() += 1;
+            let mut codes: Vec<&str> = (result.warnings.iter())
+                .filter(|finding| finding.severity > Severity::Info)
+                .map(|finding| finding.code.as_str())
+                .collect();
+            codes.sort_unstable();
+            codes.dedup();
+            for code in codes {
+                *counts.entry(code.to_owned()).or_default() += 1;
+            }
+        }
+        let words: Vec<String> = counts
+            .iter()
+            .map(|(what, n)| format!("{what} {n}"))
+            .collect();
+        println!("    {name}, of {} runs: {}", trials.len(), words.join(", "));
+    }
+}
+
+/// The demo's twin: estimates and truth have the same model.
+fn own_model(demo: &Demo, arguments: &Arguments) {
+    let usual = methods(&demo.experiment);
+    let mut exact = demo.experiment.clone();
+    exact.identify.estimator = vec![Estimator::PredictionError];
+    if let Some(log) = &mut exact.log {
+        log.motor_torque_exact = true;
+    }
+    let exact = vec![("pred. error, torque exact", exact)];
+    for &counts in &arguments.counts {
+        for (case, motor, link) in CASES.iter().filter(|case| arguments.wants(case.0)) {
+            let settings = |seed| {
+                let mut settings = demo.settings(seed);
+                settings.link_encoder_counts_per_turn = vec![counts; 2];
+                settings.motor_encoder_counts_per_turn = vec![counts; 2];
+                settings.torque_disturbance_nm = motor.to_vec();
+                settings.link_torque_disturbance_nm = link.to_vec();
+                settings
+            };
+            let seeds = arguments.seeds.clone().into_par_iter();
+            let trials: Vec<Trial> = seeds
+                .clone()
+                .map(|seed| trial(demo, &settings(seed), &usual))
+                .collect();
+            println!("\n{counts} counts, {case}, {} logs", trials.len());
+            header();
+            print(demo, &trials, &usual, arguments.parameters);
+            if *case == "clean" {
+                let without_noise = |seed| {
+                    let mut settings = settings(seed);
+                    settings.torque_noise_nm.clear();
+                    trial(demo, &settings, &exact)
+                };
+                let trials: Vec<Trial> = seeds.map(without_noise).collect();
+                print(demo, &trials, &exact, arguments.parameters);
+            }
+        }
+    }
+}
+
+/// A plant with laws that the model lacks, fitted without and with them.
+fn other_plant(demo: &Demo, arguments: &Arguments) {
+    let other = Other::new(demo);
+    let mut ways = methods(&demo.experiment);
+    let mut richer = with_its_laws();
+    richer.identify.estimator = vec![Estimator::PredictionError];
+    ways.push(("pred. error with its laws", richer));
+    let seeds = arguments.seeds.clone().into_par_iter();
+    let trials: Vec<Trial> = seeds
+        .map(|seed| {
+            let log = other.log(&demo.settings(seed));
+            let results = ways
+                .iter()
+                .map(|(_, experiment)| result_of(experiment, &log));
+            Trial {
+                results: results.collect(),
+                bound: None,
+            }
+        })
+        .collect();
+    println!(
+        "\ncubic springs (20 % at most), Stribeck friction, torque 1 ms late, 16384 counts, {} logs",
+        trials.len()
+    );
+    header();
+    print(demo, &trials, &ways, arguments.parameters);
+    findings(&trials, &ways);
+}
+
+/// Logs of MuJoCo: dry friction as a constraint, springs as tendons.
+fn mujoco(demo: &Demo, arguments: &Arguments) {
+    let folder = arguments.mujoco.display();
+    println!("\nMuJoCo, dry friction, tendons for springs, logs of {folder}");
+    let entries = std::fs::read_dir(&arguments.mujoco).into_iter().flatten();
+    let mut files: Vec<PathBuf> = entries
+        .filter_map(|entry| entry.ok().map(|entry| entry.path()))
+        .filter(|path| path.extension().is_some_and(|extension| extension == "csv"))
+        .collect();
+    files.sort();
+    if files.is_empty() {
+        println!(
+            "skipped: no logs; pip install -r benches/peers/requirements-mujoco.txt and \
+             python benches/peers/two_joints_mujoco.py {folder} make them"
+        );
+        return;
+    }
+    let ways = methods(&demo.experiment);
+    let trials: Vec<Trial> = (files.par_iter())
+        .map(|file| {
+            let log = std::fs::read(file).expect("the log can be read");
+            let results = ways
+                .iter()
+                .map(|(_, experiment)| result_of(experiment, &log));
+            Trial {
+                results: results.collect(),
+                bound: None,
+            }
+        })
+        .collect();
+    header();
+    print(demo, &trials, &ways, arguments.parameters);
+    findings(&trials, &ways);
+}
+
+fn main() {
+    let arguments = Arguments::new();
+    let demo = Demo::new();
+    let start = Instant::now();
+    println!(
+        "median: |relative error| over parameters and logs; worst: largest rms of a parameter;\n\
+         inside: 95 % intervals that hold the truth; rms/CRB: median and largest over parameters,\n\
+         against the Cramér-Rao bound; failed: refinements that stood back; s: median elapsed"
+    );
+    own_model(&demo, &arguments);
+    if arguments.wants("other") {
+        other_plant(&demo, &arguments);
+    }
+    if arguments.wants("mujoco") {
+        mujoco(&demo, &arguments);
+    }
+    println!("\n{:.0} s together", start.elapsed().as_secs_f64());
+}

@@ -1,0 +1,130 @@
+//! How precisely a log of known noise can show its parameters.
+
+use super::kalman::{Levels, Wanted, run};
+use super::{Dynamics, Unknowns, build, record, solve};
+use crate::description::{Cutoff, Experiment};
+use crate::estimate::cutoff::choose_cutoff;
+use crate::estimate::identify::IdentifyError;
+use crate::estimate::second_look::excerpt;
+use crate::log::{Channels, LogError, LogSource};
+use crate::model::Model;
+use crate::regression::{PassError, Reading};
+
+/// What is known of the noise of a log and of the disturbances of its robot, as
+/// standard deviations in N·m (N), \[n\].
+#[derive(Clone, Debug, PartialEq)]
+pub struct KnownNoise {
+    /// White noise on the logged torque.
+    pub torque: Vec<f64>,
+    /// Disturbance of the motor.
+    pub motor: Vec<f64>,
+    /// Disturbance of the link.
+    pub link: Vec<f64>,
+    /// Corner of the spectrum of both disturbances, Hz.
+    pub corner: f64,
+}
+
+/// Returns the Cramér-Rao bound of the standard deviation of each parameter, \[p\],
+/// zero for known ones; nothing if the log is too short or does not determine
+/// them all.
+///
+/// It is that of Gaussian measurements: the inverse of the information of the
+/// filter's innovations, at the true parameters and the true noise. Encoders
+/// count as measurements at the edges of their counts. Counts say more than
+/// that, so an estimate of coarse ones may do better.
+///
+/// - `theta`: true parameters, \[p\], SI units.
+///
+/// # Errors
+///
+/// [`IdentifyError`] if the description or the log is wrong.
+///
+/// # Source
+///
+/// Ljung, System Identification, chapter 7.
+pub fn information_bound(
+    experiment: &Experiment,
+    model: &Model,
+    theta: &[f64],
+    noise: &KnownNoise,
+    source: LogSource<'_>,
+) -> Result<Option<Vec<f64>>, IdentifyError> {
+    let log = experiment.log.as_ref().ok_or(IdentifyError::NoLog)?;
+    let channels = Channels::new(&experiment.robot, log)?;
+    let failed = |error: LogError| IdentifyError::Pass(PassError::from(error));
+    let mut sources = [source];
+    let excerpt = excerpt(&channels, &mut sources[0]).map_err(failed)?;
+    let settings = &experiment.identify;
+    let position_cutoff_hz = match settings.position_cutoff_hz {
+        Cutoff::Fixed(cutoff) => cutoff,
+        Cutoff::Auto => choose_cutoff(model, &channels, settings.weights, &excerpt).0,
+    };
+    let delays = vec![0.0; channels.all.len()];
+    let reading = Reading {
+        model,
+        settings,
+        position_cutoff_hz,
+        channels: &channels,
+        delays: &delays,
+        weights: None,
+    };
+    let limit = super::MOST / model.rows().max(1);
+    let (raw, left_out) = record::read(&channels, &mut sources, limit).map_err(failed)?;
+    let Some(record) = build(&reading, &excerpt, &raw, left_out)? else {
+        return Ok(None);
+    };
+    let parameters = model.parameters().iter().enumerate();
+    let free: Vec<usize> = parameters
+        .filter(|(_, parameter)| parameter.fixed.is_none())
+        .map(|(index, _)| index)
+        .collect();
+    let unknowns = Unknowns::new(model, &channels, &record, theta, free);
+    let z = unknowns.point(theta);
+    let mut dynamics = Dynamics::new(model, theta);
+    let levels = levels(model, noise, record.sensors.len());
+    let wanted = Wanted::default();
+    let Some((outcome, _)) = run(&record, &mut dynamics, &unknowns, &z, &levels, wanted) else {
+        return Ok(None);
+    };
+    let count = unknowns.values();
+    let mut normal = outcome.normal.first(count);
+    for (i, offset) in unknowns.offsets.iter().enumerate() {
+        normal.information[(unknowns.free.len() + i) * (count + 1)] += offset.deviation.powi(-2);
+    }
+    let mut bound = vec![0.0; theta.len()];
+    let Some(covariance) = solve::covariance(&normal.information, count) else {
+        return Ok(None);
+    };
+    for (place, &index) in unknowns.free.iter().enumerate() {
+        bound[index] = covariance[place * (count + 1)].sqrt();
+    }
+    Ok(Some(bound))
+}
+
+fn levels(model: &Model, noise: &KnownNoise, sensors: usize) -> Levels {
+    let rows = 0..model.rows();
+    let of = |list: &[f64], row: usize| list.get(model.joint_of(row)).copied().unwrap_or(0.0);
+    Levels {
+        sensor: vec![0.0; sensors],
+        white: (rows.clone())
+            .map(|row| {
+                if model.is_torque_row(row) {
+                    of(&noise.torque, row)
+                } else {
+                    0.0
+                }
+            })
+            .collect(),
+        drift: rows
+            .map(|row| {
+                let moved = if model.is_torque_row(row) {
+                    &noise.motor
+                } else {
+                    &noise.link
+                };
+                of(moved, row)
+            })
+            .collect(),
+        corner: noise.corner,
+    }
+}
