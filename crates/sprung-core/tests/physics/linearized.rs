@@ -48,9 +48,10 @@ fn changed(
         dphi: state.dphi.clone(),
     };
     let joint = robot.joint_of(row);
-    let (link, motor) = match velocity {
-        false => (&mut all.q, &mut all.phi),
-        true => (&mut all.dq, &mut all.dphi),
+    let (link, motor) = if velocity {
+        (&mut all.dq, &mut all.dphi)
+    } else {
+        (&mut all.q, &mut all.phi)
     };
     if row < robot.joints() {
         link[joint] += by;

@@ -2,14 +2,14 @@
 //! describe, and files of others.
 
 use std::collections::BTreeMap;
-use std::io::Read;
+use std::path::Path;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use sprung::demo;
 use sprung::description::{self, Experiment, Simulate, no_files};
-use sprung::log::{Channels, LogSource, LogWriter};
+use sprung::log::{Channels, Input, LogSource, LogWriter};
 use sprung::model::{Model, Theta};
 use sprung::simulate::{ClosedLoop, TwinSetup, record};
 
@@ -84,7 +84,8 @@ fn channels(experiment: &Experiment) -> Channels {
 
 /// Runs `use_source` on a log in memory.
 pub(crate) fn with_source<T>(log: &[u8], use_source: impl FnOnce(LogSource<'_>) -> T) -> T {
-    let mut reader = || Ok(Box::new(std::io::Cursor::new(log.to_vec())) as Box<dyn Read + Send>);
+    let mut reader =
+        |_: Option<&Path>| Ok(Box::new(std::io::Cursor::new(log.to_vec())) as Box<dyn Input>);
     use_source(LogSource {
         name: "log".to_owned(),
         reader: &mut reader,

@@ -1,8 +1,8 @@
 //! The main job: one log in, parameters out.
 
-use std::collections::BTreeMap;
 use std::time::Instant;
 
+use super::about_logs::{about_logs, log_infos};
 use super::cutoff::{choose_cutoff, sweep};
 use super::delay::Excerpt;
 use super::describe::{OfEstimator, describe, fit_curves, trace_of};
@@ -14,24 +14,20 @@ use super::lsff::{Lsff, LsffError};
 use super::output_error::output_error;
 use super::prediction_error::{Before, prediction_error};
 use super::progress::Progress;
-use super::result::{
-    CutoffChoice, DelayUsed, EstimateResult, GENERATOR, Identification, LogInfo, SettingsUsed,
-};
+use super::result::{CutoffChoice, EstimateResult, GENERATOR, Identification, SettingsUsed};
 use super::second_look::{Delays, excerpt, suspicions};
 use super::stribeck::find_stribeck;
+use super::watch::{Watch, of_lsff};
 use super::weigh::find_weights;
 use crate::curves::Curves;
 use crate::description::{
-    Controller, ControllerKind, Cutoff, Delay, Estimator, Experiment, Feedforward, Identify, Log,
+    Controller, ControllerKind, Cutoff, Delay, Estimator, Experiment, Feedforward, Identify,
     StartName, Weights,
 };
 use crate::finding::{Finding, Severity};
-use crate::log::{ChannelError, Channels, LogError, LogSource, check};
+use crate::log::{ChannelError, Channels, LogError, LogSource};
 use crate::model::{Model, ModelError, Theta};
-use crate::preprocess::RawBlock;
-use crate::regression::{
-    LogFigures, Observer, PassError, Reading, Restart, System, TransitionWeights, read_through,
-};
+use crate::regression::{PassError, Passed, Reading, System, TransitionWeights, read_through};
 
 /// What an identification leaves.
 #[derive(Clone, Debug)]
@@ -232,39 +228,18 @@ pub fn identify(
     let mut traces = Vec::new();
     let mut thetas = Vec::new();
     for &estimator in &settings.estimator {
-        let of_estimator = match (estimator, &lsff, controller) {
-            (Estimator::Lsff, Some(lsff), _) => of_lsff(lsff, &fitted, watch.elapsed),
-            (Estimator::OutputError, _, Some(controller)) => {
-                let excerpt = beginning.get(&channels).map_err(PassError::from)?;
-                let excerpt = excerpt.ok_or(IdentifyError::NoLog)?;
-                output_error(&reading, controller, excerpt, &fitted)
-            }
-            (Estimator::PredictionError, ..) => {
-                beginning.get(&channels).map_err(PassError::from)?;
-                let excerpt = beginning.excerpt.as_ref().ok_or(IdentifyError::NoLog)?;
-                let before = Before {
-                    excerpt,
-                    system: &passed.system,
-                    fitted: &fitted,
-                    nominal: nominal.as_deref(),
-                    about_logs: &findings,
-                };
-                prediction_error(&reading, beginning.sources, before, progress)?
-            }
-            _ => {
-                let elapsed = start.elapsed().as_secs_f64() - watch.elapsed;
-                of_least_squares(model, &passed.system, &fitted, elapsed)
-            }
+        let job = Job {
+            reading: &reading,
+            passed: &passed,
+            fitted: &fitted,
+            lsff: lsff.as_ref().map(|lsff| (lsff, watch.elapsed)),
+            controller,
+            nominal: nominal.as_deref(),
+            findings: &findings,
+            elapsed: start.elapsed().as_secs_f64() - watch.elapsed,
         };
-        let mut result = describe(model, estimator, &of_estimator, &fitted, &passed.system);
-        let suspicions =
-            suspicions(&reading, &result, || beginning.get(&channels)).map_err(PassError::from)?;
-        result.warnings = judge(model, &result, &fitted.weakest_direction, &suspicions);
-        result.warnings.extend(of_estimator.findings);
-        result
-            .warnings
-            .sort_by_key(|finding| std::cmp::Reverse(finding.severity));
-        results.push(result);
+        let of_estimator = job.run(estimator, &mut beginning, progress)?;
+        results.push(job.judged(estimator, &of_estimator, &mut beginning)?);
         if !of_estimator.points.is_empty() {
             traces.push(trace_of(model, estimator, of_estimator.points));
         }
@@ -310,6 +285,75 @@ pub fn identify(
     })
 }
 
+/// What estimators are made of.
+struct Job<'a> {
+    reading: &'a Reading<'a>,
+    passed: &'a Passed,
+    fitted: &'a Fitted,
+    /// LSFF and the time that it took, s.
+    lsff: Option<(&'a Lsff, f64)>,
+    controller: Option<&'a Controller>,
+    nominal: Option<&'a [f64]>,
+    findings: &'a [Finding],
+    /// Time that least squares took, s.
+    elapsed: f64,
+}
+
+impl Job<'_> {
+    fn run(
+        &self,
+        estimator: Estimator,
+        beginning: &mut Beginning<'_, '_>,
+        progress: &mut dyn FnMut(Progress),
+    ) -> Result<OfEstimator, IdentifyError> {
+        let (reading, fitted) = (self.reading, self.fitted);
+        Ok(match (estimator, self.lsff, self.controller) {
+            (Estimator::Lsff, Some((lsff, elapsed)), _) => of_lsff(lsff, fitted, elapsed),
+            (Estimator::OutputError, _, Some(controller)) => {
+                let excerpt = beginning.get(reading.channels).map_err(PassError::from)?;
+                let excerpt = excerpt.ok_or(IdentifyError::NoLog)?;
+                output_error(reading, controller, excerpt, fitted)
+            }
+            (Estimator::PredictionError, ..) => {
+                beginning.get(reading.channels).map_err(PassError::from)?;
+                let excerpt = beginning.excerpt.as_ref().ok_or(IdentifyError::NoLog)?;
+                let before = Before {
+                    excerpt,
+                    system: &self.passed.system,
+                    fitted,
+                    nominal: self.nominal,
+                    about_logs: self.findings,
+                };
+                prediction_error(reading, beginning.sources, before, progress)?
+            }
+            _ => of_least_squares(reading.model, &self.passed.system, fitted, self.elapsed),
+        })
+    }
+
+    /// Returns what an estimator found with all that is to be said of it.
+    fn judged(
+        &self,
+        estimator: Estimator,
+        found: &OfEstimator,
+        beginning: &mut Beginning<'_, '_>,
+    ) -> Result<EstimateResult, PassError> {
+        let (reading, fitted) = (self.reading, self.fitted);
+        let mut result = describe(reading.model, estimator, found, fitted, &self.passed.system);
+        let suspicions = suspicions(reading, &result, || beginning.get(reading.channels))?;
+        result.warnings = judge(
+            reading.model,
+            &result,
+            &fitted.weakest_direction,
+            &suspicions,
+        );
+        result.warnings.extend(found.findings.iter().cloned());
+        result
+            .warnings
+            .sort_by_key(|finding| std::cmp::Reverse(finding.severity));
+        Ok(result)
+    }
+}
+
 fn settings_used(reading: &Reading<'_>, choice: Option<CutoffChoice>) -> SettingsUsed {
     let settings = reading.settings;
     SettingsUsed {
@@ -350,33 +394,6 @@ fn nominal_start(model: &Model, settings: &Identify) -> Result<Option<Theta>, Id
     }
 }
 
-/// Returns what there is to know about the logs as they are.
-fn about_logs(
-    model: &Model,
-    channels: &Channels,
-    logs: &[LogFigures],
-    names: &[String],
-) -> Result<Vec<Finding>, PassError> {
-    let mut findings = Vec::new();
-    for (figures, name) in logs.iter().zip(names) {
-        findings.extend(check(name, channels, model.joints(), &figures.summary)?);
-        findings.extend(gaps(name, figures));
-    }
-    Ok(findings)
-}
-
-fn log_infos(
-    log: &Log,
-    names: &[String],
-    figures: &[LogFigures],
-    delays: &Delays,
-    channels: &Channels,
-) -> Vec<LogInfo> {
-    (figures.iter().zip(&log_names(log, names)))
-        .map(|(figures, name)| log_info(name, figures, delays, channels))
-        .collect()
-}
-
 fn of_least_squares(model: &Model, system: &System, fitted: &Fitted, elapsed: f64) -> OfEstimator {
     OfEstimator {
         theta: fitted.theta.clone(),
@@ -388,32 +405,6 @@ fn of_least_squares(model: &Model, system: &System, fitted: &Fitted, elapsed: f6
         refinement: None,
         fallback: false,
         findings: vec![standard_error_of_stretches()],
-    }
-}
-
-fn of_lsff(lsff: &Lsff, fitted: &Fitted, elapsed: f64) -> OfEstimator {
-    let points = lsff.trace().iter();
-    OfEstimator {
-        theta: lsff.theta(),
-        errors: lsff.wandering(),
-        seen: fitted.identifiable.clone(),
-        elapsed,
-        points: points.map(|(t, x)| (*t, Some(x.clone()))).collect(),
-        simulation: None,
-        refinement: None,
-        fallback: false,
-        findings: about_lsff(lsff),
-    }
-}
-
-/// Returns the names of the logs as the experiment has them.
-fn log_names(log: &Log, opened: &[String]) -> Vec<String> {
-    match &log.file {
-        Some(files) if files.len() == opened.len() => files
-            .iter()
-            .map(|file| file.display().to_string())
-            .collect(),
-        _ => opened.to_vec(),
     }
 }
 
@@ -433,75 +424,6 @@ fn worst_residual(results: &[EstimateResult]) -> f64 {
         .fold(0.0, |worst, (_, share)| worst.max(share))
 }
 
-fn gaps(file: &str, figures: &LogFigures) -> Option<Finding> {
-    let gaps = &figures.gaps;
-    (gaps.count > 0).then(|| {
-        let lost = match figures.lost {
-            0 => String::new(),
-            lost => format!("; {lost} samples between gaps are too few for the filters"),
-        };
-        Finding::new(
-            if figures.lost > 0 {
-                Severity::Warning
-            } else {
-                Severity::Info
-            },
-            "gaps",
-            format!(
-                "{file} has {} gaps, {:.3} s together, at which the filters start anew{lost}",
-                gaps.count, gaps.duration
-            ),
-            "see that the recorder keeps up; nothing needs to be cut",
-        )
-    })
-}
-
-/// What is gathered besides the system while the logs pass.
-struct Watch<'a> {
-    model: &'a Model,
-    settings: &'a Identify,
-    lsff: Option<Result<Lsff, LsffError>>,
-    // Time that LSFF took, s.
-    elapsed: f64,
-}
-
-impl<'a> Watch<'a> {
-    fn new(model: &'a Model, settings: &'a Identify) -> Self {
-        Self {
-            model,
-            settings,
-            lsff: None,
-            elapsed: 0.0,
-        }
-    }
-}
-
-impl Observer for Watch<'_> {
-    fn restart(&mut self, _: Restart) {
-        if let Some(Ok(lsff)) = &mut self.lsff {
-            lsff.restart();
-        }
-    }
-
-    fn raw(&mut self, period: f64, samples: &RawBlock) {
-        if !self.settings.estimator.contains(&Estimator::Lsff) {
-            return;
-        }
-        let start = Instant::now();
-        let (model, settings) = (self.model, self.settings);
-        let lsff = self
-            .lsff
-            .get_or_insert_with(|| Lsff::new(model, settings, period));
-        if let Ok(running) = lsff {
-            match running.check_period(period) {
-                Ok(()) => running.process(samples),
-                Err(error) => *lsff = Err(error),
-            }
-        }
-        self.elapsed += start.elapsed().as_secs_f64();
-    }
-}
-
 fn standard_error_of_stretches() -> Finding {
     Finding::new(
         Severity::Info,
@@ -512,44 +434,4 @@ fn standard_error_of_stretches() -> Finding {
             .to_owned(),
         "compare cut-offs and repeated experiments",
     )
-}
-
-fn about_lsff(lsff: &Lsff) -> Vec<Finding> {
-    let mut notes = vec![Finding::new(
-        Severity::Info,
-        "standard-error-is-wandering",
-        "the standard errors of LSFF are how far the running estimate wandered over its last \
-         memory; bias by the noise of on-line velocities is not in them"
-            .to_owned(),
-        "prefer least squares on filtered positions where the log is at hand",
-    )];
-    if lsff.paused() > 0.0 {
-        notes.push(Finding::new(
-            Severity::Warning,
-            "wind-up",
-            format!(
-                "forgetting was paused in {:.0} % of the samples, because directions without \
-                 excitation wound the gain matrix up",
-                100.0 * lsff.paused()
-            ),
-            "excite all joints, or choose a smaller lsff_forgetting_per_s",
-        ));
-    }
-    notes
-}
-
-fn log_info(file: &str, figures: &LogFigures, delays: &Delays, channels: &Channels) -> LogInfo {
-    let delay_s: BTreeMap<String, DelayUsed> = (channels.all.iter().enumerate())
-        .filter(|(_, channel)| channel.delay.is_some())
-        .map(|(i, channel)| (channel.column.clone(), delays.used(i)))
-        .collect();
-    LogInfo {
-        file: file.to_owned(),
-        samples: figures.summary.samples(),
-        period_s: figures.period,
-        duration_s: figures.duration,
-        jitter_percent: 100.0 * figures.jitter,
-        gaps: figures.gaps.count,
-        delay_s,
-    }
 }

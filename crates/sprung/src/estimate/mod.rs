@@ -1,5 +1,6 @@
 //! From a system to parameters, and how far to trust them.
 
+mod about_logs;
 mod chi_square;
 mod cross_check;
 mod cutoff;
@@ -23,6 +24,7 @@ mod second_look;
 mod standard;
 mod start;
 mod stribeck;
+mod watch;
 mod weigh;
 
 pub use chi_square::upper_tail;

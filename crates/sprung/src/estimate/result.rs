@@ -276,6 +276,7 @@ pub struct Refinement {
     pub disturbance_corner_hz: f64,
     /// Whitened innovations squared, mean; well below 1 for counters, whose edges
     /// lie within their bounds, and above 2 where the model does not follow.
+    #[serde(default)]
     pub cost_per_measurement: f64,
     /// Noise of sensors beyond what their samples show, where it was looked for.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

@@ -1,0 +1,99 @@
+//! LSFF, fed while the logs pass.
+
+use std::time::Instant;
+
+use super::describe::OfEstimator;
+use super::least_squares::Fitted;
+use super::lsff::{Lsff, LsffError};
+use crate::description::{Estimator, Identify};
+use crate::finding::{Finding, Severity};
+use crate::model::Model;
+use crate::preprocess::RawBlock;
+use crate::regression::{Observer, Restart};
+
+/// What is gathered besides the system while the logs pass.
+pub(super) struct Watch<'a> {
+    model: &'a Model,
+    settings: &'a Identify,
+    pub(super) lsff: Option<Result<Lsff, LsffError>>,
+    // Time that LSFF took, s.
+    pub(super) elapsed: f64,
+}
+
+impl<'a> Watch<'a> {
+    /// Returns a watch that has seen nothing.
+    pub(super) fn new(model: &'a Model, settings: &'a Identify) -> Self {
+        Self {
+            model,
+            settings,
+            lsff: None,
+            elapsed: 0.0,
+        }
+    }
+}
+
+impl Observer for Watch<'_> {
+    fn restart(&mut self, _: Restart) {
+        if let Some(Ok(lsff)) = &mut self.lsff {
+            lsff.restart();
+        }
+    }
+
+    fn raw(&mut self, period: f64, samples: &RawBlock) {
+        if !self.settings.estimator.contains(&Estimator::Lsff) {
+            return;
+        }
+        let start = Instant::now();
+        let (model, settings) = (self.model, self.settings);
+        let lsff = self
+            .lsff
+            .get_or_insert_with(|| Lsff::new(model, settings, period));
+        if let Ok(running) = lsff {
+            match running.check_period(period) {
+                Ok(()) => running.process(samples),
+                Err(error) => *lsff = Err(error),
+            }
+        }
+        self.elapsed += start.elapsed().as_secs_f64();
+    }
+}
+
+/// Returns what LSFF leaves.
+pub(super) fn of_lsff(lsff: &Lsff, fitted: &Fitted, elapsed: f64) -> OfEstimator {
+    let points = lsff.trace().iter();
+    OfEstimator {
+        theta: lsff.theta(),
+        errors: lsff.wandering(),
+        seen: fitted.identifiable.clone(),
+        elapsed,
+        points: points.map(|(t, x)| (*t, Some(x.clone()))).collect(),
+        simulation: None,
+        refinement: None,
+        fallback: false,
+        findings: about_lsff(lsff),
+    }
+}
+
+fn about_lsff(lsff: &Lsff) -> Vec<Finding> {
+    let mut notes = vec![Finding::new(
+        Severity::Info,
+        "standard-error-is-wandering",
+        "the standard errors of LSFF are how far the running estimate wandered over its last \
+         memory; bias by the noise of on-line velocities is not in them"
+            .to_owned(),
+        "prefer least squares on filtered positions where the log is at hand",
+    )];
+    if lsff.paused() > 0.0 {
+        notes.push(Finding::new(
+            Severity::Warning,
+            "wind-up",
+            format!(
+                "forgetting was paused in {:.0} % of the samples, because directions without \
+                 excitation wound the gain matrix up",
+                100.0 * lsff.paused()
+            ),
+            "excite all joints, or choose a smaller lsff_forgetting_per_s",
+        ));
+    }
+    notes
+}
