@@ -210,11 +210,8 @@ fn about(reading: &Reading<'_>, period: f64, refined: &Refined) -> Vec<Finding> 
         .filter(|(_, level)| level.drift > LOUD * level.torque)
         .map(|(row, level)| {
             let part = 100.0 * level.drift / level.torque;
-            format!(
-                "{} {:.3} N·m ({part:.0} %)",
-                model.row_name(row),
-                level.drift
-            )
+            // The row's name ends in the unit.
+            format!("{} {:.3} ({part:.0} %)", model.row_name(row), level.drift)
         })
         .collect();
     if !loud.is_empty() {
@@ -269,10 +266,11 @@ fn late(channels: &Channels, period: f64, delays: &[ChannelDelay]) -> Vec<Findin
             Severity::Warning,
             "late-channel",
             format!(
-                "the likelihood says that \"{column}\" was recorded {total:.5} s late instead of \
-                 {:.5} s (standard error {:.5} s, log-likelihood +{:.0}); a sample of torque delay \
-                 alone moves a rotor inertia by several per cent",
-                delay.assumed,
+                "the likelihood says that \"{column}\" was recorded {} instead of {} (standard error \
+                 {:.5} s, log-likelihood +{:.0}); a sample of torque delay alone moves a rotor \
+                 inertia by several per cent",
+                when(total),
+                when(delay.assumed),
                 delay.standard_error,
                 0.5 * size(delay).powi(2)
             ),
@@ -280,6 +278,15 @@ fn late(channels: &Channels, period: f64, delays: &[ChannelDelay]) -> Vec<Findin
         ));
     }
     findings
+}
+
+/// Says how late a channel is, or how early.
+fn when(delay: f64) -> String {
+    match delay {
+        d if d > 0.0 => format!("{d:.5} s late"),
+        d if d < 0.0 => format!("{:.5} s early", -d),
+        _ => "on time".to_owned(),
+    }
 }
 
 /// Names pairs of parameters of which only a combination is known.
