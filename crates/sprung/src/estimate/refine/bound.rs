@@ -68,7 +68,7 @@ pub fn information_bound(
         delays: &delays,
         weights: None,
     };
-    let limit = super::MOST / model.rows().max(1);
+    let limit = super::most_samples(model.rows());
     let (raw, left_out) = record::read(&channels, &mut sources, limit).map_err(failed)?;
     let Some(record) = build(&reading, &excerpt, &raw, left_out)? else {
         return Ok(None);

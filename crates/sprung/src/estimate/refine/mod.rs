@@ -35,9 +35,14 @@ use noise::Search;
 use record::{Noise, Raw, Record};
 use unknowns::Unknowns;
 
-/// Samples times rows that the filter goes through, at most: more would take
-/// minutes and tell little.
-const MOST: usize = 300_000;
+/// Samples times rows times rows that the filter goes through, at most: its work
+/// grows with the rows, and more would take minutes and tell little.
+const MOST: usize = 1_200_000;
+
+/// Returns how many samples the filter goes through at most.
+fn most_samples(rows: usize) -> usize {
+    MOST / (rows * rows).max(1)
+}
 
 /// Levels that the search starts from, as parts of the torque's standard deviation:
 /// of motor torques, and of torques on links.
@@ -179,7 +184,7 @@ pub(super) fn refine(
     progress: &mut dyn FnMut(usize),
 ) -> Result<Option<Refined>, PassError> {
     let (model, channels) = (reading.model, reading.channels);
-    let limit = MOST / model.rows().max(1);
+    let limit = most_samples(model.rows());
     let (raw, left_out) = record::read(channels, sources, limit)?;
     let Ok((theta, _)) = feasible(model, start.theta) else {
         return Ok(None);
