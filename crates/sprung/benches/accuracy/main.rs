@@ -357,6 +357,11 @@ fn mujoco(demo: &Demo, arguments: &Arguments) {
 }
 
 fn main() {
+    // A test run of all targets starts benchmarks too; tables are for `cargo bench`.
+    if !std::env::args().any(|argument| argument == "--bench") {
+        println!("cargo bench -p sprung --bench accuracy prints the tables");
+        return;
+    }
     let arguments = Arguments::new();
     let demo = Demo::new();
     let start = Instant::now();
