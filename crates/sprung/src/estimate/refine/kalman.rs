@@ -6,6 +6,7 @@
 //! besides. Measurements are taken one by one, which needs no matrix to be
 //! inverted.
 
+use super::covariance::{disturb, propagate, start_covariance, update};
 use super::dynamics::{Dynamics, Tangent, add, scale};
 use super::record::{Event, Record, Sensor, Stretch};
 use super::unknowns::Unknowns;
@@ -70,6 +71,16 @@ impl Schedule {
         self.gains
             .chunks(states)
             .zip(self.innovations.iter().copied())
+    }
+
+    /// Returns what a run of other data would leave: innovations and disturbances
+    /// times a factor.
+    #[cfg(test)]
+    pub(super) fn scaled(&self, factor: f64) -> Self {
+        let mut other = self.clone();
+        scale(&mut other.innovations, factor);
+        scale(&mut other.drift, factor);
+        other
     }
 }
 
@@ -448,112 +459,5 @@ impl<'a> Filter<'a> {
             stored.extend_from_slice(&self.transition);
         }
         steps
-    }
-}
-
-/// Returns the covariance at the start of a stretch, \[3 rows × 3 rows\].
-pub(super) fn start_covariance(rows: usize, stretch: &Stretch, levels: &Levels) -> Vec<f64> {
-    let states = 3 * rows;
-    let mut covariance = vec![0.0; states * states];
-    let deviations = stretch.start_deviation.iter().chain(&levels.drift);
-    for (i, deviation) in deviations.enumerate() {
-        covariance[i * states + i] = deviation * deviation;
-    }
-    covariance
-}
-
-/// Takes a measurement into a covariance; writes the covariance of the state with
-/// it and returns its variance.
-pub(super) fn update(
-    covariance: &mut [f64],
-    of: impl Iterator<Item = (usize, f64)> + Clone,
-    variance: f64,
-    column: &mut [f64],
-) -> f64 {
-    let states = column.len();
-    column.fill(0.0);
-    for (state, weight) in of.clone() {
-        add(
-            column,
-            weight,
-            &covariance[state * states..(state + 1) * states],
-        );
-    }
-    let variance = variance + measured(column, of);
-    for (row, own) in covariance.chunks_mut(states).zip(&*column) {
-        if *own != 0.0 {
-            add(row, -own / variance, column);
-        }
-    }
-    variance
-}
-
-/// Carries a covariance over a period: `F P F^T`, where the disturbances decay.
-///
-/// - `transition`: \[2 rows × 3 rows\].
-/// - `product`: memory for as much.
-pub(super) fn propagate(
-    covariance: &mut [f64],
-    transition: &[f64],
-    product: &mut [f64],
-    left: f64,
-) {
-    let states = states_of(transition);
-    let moving = transition.len() / states;
-    product.fill(0.0);
-    for (out, row) in product.chunks_mut(states).zip(transition.chunks(states)) {
-        for (factor, row) in row.iter().zip(covariance.chunks(states)) {
-            if *factor != 0.0 {
-                add(out, *factor, row);
-            }
-        }
-    }
-    for (i, own) in product.chunks(states).enumerate() {
-        for (j, row) in transition.chunks(states).take(i + 1).enumerate() {
-            let entry: f64 = own.iter().zip(row).map(|(a, b)| a * b).sum();
-            covariance[i * states + j] = entry;
-            covariance[j * states + i] = entry;
-        }
-        for j in moving..states {
-            let entry = left * own[j];
-            covariance[i * states + j] = entry;
-            covariance[j * states + i] = entry;
-        }
-    }
-    for row in covariance[moving * states..].chunks_mut(states) {
-        scale(&mut row[moving..], left * left);
-    }
-}
-
-/// Returns the number of states, \[3 rows\], of a transition, \[2 rows × 3 rows\].
-fn states_of(transition: &[f64]) -> usize {
-    3 * (transition.len() / 6).isqrt()
-}
-
-/// Adds what the disturbances of a period add to a covariance.
-pub(super) fn disturb(covariance: &mut [f64], transition: &[f64], levels: &Levels, left: f64) {
-    let states = states_of(transition);
-    for (source, white) in levels.white.iter().enumerate() {
-        if *white > 0.0 {
-            add_white(covariance, transition, source, white * white);
-        }
-    }
-    let moving = transition.len() / states;
-    for (i, drift) in levels.drift.iter().enumerate() {
-        covariance[(moving + i) * (states + 1)] += drift * drift * (1.0 - left * left);
-    }
-}
-
-/// Adds the variance of one row's held torque to a covariance.
-pub(super) fn add_white(covariance: &mut [f64], transition: &[f64], source: usize, variance: f64) {
-    let states = states_of(transition);
-    let column = 2 * states / 3 + source;
-    for (i, a) in transition.chunks(states).enumerate() {
-        let scaled = variance * a[column];
-        if scaled != 0.0 {
-            for (j, b) in transition.chunks(states).enumerate() {
-                covariance[i * states + j] += scaled * b[column];
-            }
-        }
     }
 }

@@ -10,8 +10,10 @@
 //! "Maximum likelihood and prediction error methods".
 
 mod bound;
+mod covariance;
 mod dynamics;
 mod kalman;
+mod likelihood;
 mod newton;
 mod noise;
 mod record;

@@ -7,7 +7,8 @@
 
 use super::dynamics::Dynamics;
 use super::kalman::{Levels, Normal, Schedule, Wanted, replay, run};
-use super::noise::{About, Search, search};
+use super::likelihood::About;
+use super::noise::{Search, search};
 use super::record::Record;
 use super::solve::{damped_step, length};
 use super::unknowns::Unknowns;

@@ -1,8 +1,9 @@
 //! The filter's derivatives against differences, on a short log of the demo's robot.
 
 use super::dynamics::{Dynamics, Tangent};
-use super::kalman::{Levels, Wanted, replay, run};
-use super::noise::{About, Search};
+use super::kalman::{Levels, Schedule, Wanted, replay, run};
+use super::likelihood::About;
+use super::noise::{Level, Search};
 use super::record::{Event, Noise, Record, Sensor, Stretch};
 use super::unknowns::Unknowns;
 use crate::demo;
@@ -197,9 +198,8 @@ fn gradient_is_that_of_the_replayed_cost() {
     }
 }
 
-#[test]
-fn levels_have_the_gradient_of_the_likelihood() {
-    let case = Case::new();
+/// A search of the levels of a run of the filter.
+fn search_of(case: &Case) -> (Schedule, Search) {
     let unknowns = case.unknowns();
     let mut dynamics = Dynamics::new(&case.model, &case.theta);
     let z = unknowns.point(&case.theta);
@@ -207,40 +207,40 @@ fn levels_have_the_gradient_of_the_likelihood() {
         transitions: 500,
         growing: 0,
     };
-    let run = run(
-        &case.record,
-        &mut dynamics,
-        &unknowns,
-        &z,
-        &case.levels,
-        wanted,
-    );
-    let (_, schedule) = run.unwrap();
+    let (record, levels) = (&case.record, &case.levels);
+    let run = run(record, &mut dynamics, &unknowns, &z, levels, wanted);
+    let white = [false, false, true, true];
+    let sensors = [false, true, true, true];
+    (run.unwrap().1, Search::new(record, &white, &sensors))
+}
+
+/// Levels away from those of the run, by powers of a factor.
+fn away(case: &Case, search: &Search, factor: f64) -> Vec<f64> {
+    let logs = search.logs(&case.levels).into_iter().enumerate();
+    logs.map(|(i, log)| log + f64::ln(factor) * (i as f64 - 2.5))
+        .collect()
+}
+
+#[test]
+fn levels_have_the_gradient_of_the_likelihood() {
+    let case = Case::new();
+    let (schedule, search) = search_of(&case);
     let about = About {
         record: &case.record,
         schedule: &schedule,
         samples: 500,
     };
-    let search = Search::new(
-        &case.record,
-        &[false, false, true, true],
-        &[false, true, true, true],
-    );
-    // Away from the levels of the run, too.
     for factor in [1.0, 1.3] {
-        let logs: Vec<f64> = (search.logs(&case.levels).iter())
-            .enumerate()
-            .map(|(i, log)| log + f64::ln(factor) * (i as f64 - 2.5))
-            .collect();
+        let logs = away(&case, &search, factor);
         let at = |i: usize, by: f64| {
             let mut logs = logs.clone();
             logs[i] += by;
-            about.likelihood(&search, &search.levels(&case.levels, &logs))
+            search.slope(&about, &search.levels(&case.levels, &logs))
         };
-        let (_, gradient, curvature) = at(0, 0.0);
-        for (i, found) in gradient.iter().enumerate() {
-            let difference = (at(i, 1e-4).0 - at(i, -1e-4).0) / 2e-4;
-            let own = curvature[i * (gradient.len() + 1)].sqrt();
+        let here = at(0, 0.0);
+        for (i, found) in here.gradient.iter().enumerate() {
+            let difference = (at(i, 1e-4).loss - at(i, -1e-4).loss) / 2e-4;
+            let own = here.curvature[i * (here.gradient.len() + 1)].sqrt();
             agree(
                 *found,
                 difference,
@@ -248,6 +248,62 @@ fn levels_have_the_gradient_of_the_likelihood() {
                 1e-4,
                 &format!("level {i} at {factor}"),
             );
+        }
+    }
+}
+
+#[test]
+fn curvature_is_what_the_found_part_of_the_gradient_changes_by() {
+    // The found part is y' P W P y / 2, the covariance of the data being P^-1 and W
+    // its derivative by a logarithm; its own change is -y' P W P V P y, and 2 W that
+    // of W itself. Data of twice the size tell it from the expected part.
+    let case = Case::new();
+    let (schedule, search) = search_of(&case);
+    let twice = schedule.scaled(2.0);
+    let logs = away(&case, &search, 1.1);
+    let count = logs.len();
+    let found = |j: usize, by: f64| -> Vec<f64> {
+        let mut logs = logs.clone();
+        logs[j] += by;
+        let levels = search.levels(&case.levels, &logs);
+        let of = |schedule| {
+            let about = About {
+                record: &case.record,
+                schedule,
+                samples: 500,
+            };
+            about.likelihood(&search, &levels).gradient
+        };
+        let (once, twice) = (of(&schedule), of(&twice));
+        (once.iter().zip(&twice))
+            .map(|(a, b)| (a - b) / 3.0)
+            .collect()
+    };
+    let about = About {
+        record: &case.record,
+        schedule: &schedule,
+        samples: 500,
+    };
+    let slope = about.likelihood(&search, &search.levels(&case.levels, &logs));
+    let here = found(0, 0.0);
+    for j in 0..count {
+        let (after, before) = (found(j, 1e-4), found(j, -1e-4));
+        for i in 0..count {
+            // W of the corner and of drifts changes with both.
+            let both = (search.all[i], search.all[j]);
+            if let (Level::Corner, _) | (Level::Drift(_), Level::Corner) = both {
+                continue;
+            }
+            let own = if i == j { 2.0 * here[i] } else { 0.0 };
+            let expected = 0.5 * (own - (after[i] - before[i]) / 2e-4);
+            let entry = slope.curvature[i.max(j) * count + i.min(j)];
+            let scale =
+                (slope.curvature[i * (count + 1)] * slope.curvature[j * (count + 1)]).sqrt();
+            agree(entry, expected, scale, 1e-4, &format!("{both:?}"));
+        }
+        if search.all[j] != Level::Corner {
+            let own = slope.expected[j] - slope.gradient[j];
+            agree(own, here[j], 1.0, 1e-9, "found part");
         }
     }
 }
