@@ -266,9 +266,19 @@ pub fn trace<'a>(
     model: &'a Model,
     system: &'a System,
 ) -> impl Iterator<Item = (f64, Option<Theta>)> + 'a {
+    let unknowns = Free::new(model).unknowns.len();
+    fits_of_growing(model, system, (TRACE / unknowns.max(1)).max(48))
+}
+
+/// Returns the parameter vectors of the samples up to ever later times, in s, at
+/// most `count` of them; nothing where they are not determined.
+pub(super) fn fits_of_growing<'a>(
+    model: &'a Model,
+    system: &'a System,
+    count: usize,
+) -> impl Iterator<Item = (f64, Option<Theta>)> + 'a {
     let free = Free::new(model);
-    let points = (TRACE / free.unknowns.len().max(1)).max(48);
-    system.growing(points).map(move |(time, factors)| {
+    system.growing(count).map(move |(time, factors)| {
         let factors = free.factors(factors);
         let x = solve_quickly(&free.parts(&factors), free.unknowns.len());
         (time, x.map(|x| free.whole(&x, |value| value)))

@@ -7,6 +7,7 @@ mod cutoff;
 mod delay;
 mod describe;
 mod gravity;
+mod held_out;
 mod identify;
 mod instrumental;
 mod jackknife;
@@ -40,9 +41,9 @@ pub use progress::Progress;
 pub use refine::{KnownNoise, information_bound};
 pub use result::{
     CrossCheckResult, CutoffChoice, CutoffPoint, DelayUsed, Determined, EncoderOffsetResult,
-    EstimateResult, GENERATOR, Identification, LogInfo, MotorRowResult, ParameterEstimate,
-    RefinedDelay, RefinedOffset, Refinement, RowDisturbance, SensorNoise, SettingsUsed,
-    SimulationFit, StandardParameter, parameters_csv,
+    EstimateResult, GENERATOR, HeldOutResidual, Identification, LogInfo, MotorRowResult,
+    ParameterEstimate, RefinedDelay, RefinedOffset, Refinement, RowDisturbance, SensorNoise,
+    SettingsUsed, SimulationFit, StandardParameter, parameters_csv,
 };
 pub use standard::standard_parameters;
 pub use stribeck::find_stribeck;

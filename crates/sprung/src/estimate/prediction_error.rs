@@ -6,10 +6,13 @@ use std::time::Instant;
 use super::chi_square::upper_tail;
 use super::delay::Excerpt;
 use super::describe::OfEstimator;
+use super::held_out::{HeldOut, held_out};
 use super::least_squares::{Fitted, trace};
 use super::progress::Progress;
 use super::refine::{ChannelDelay, MOST_RUNS, Refined, Start, refine};
-use super::result::{RefinedDelay, RefinedOffset, Refinement, RowDisturbance, SensorNoise};
+use super::result::{
+    HeldOutResidual, RefinedDelay, RefinedOffset, Refinement, RowDisturbance, SensorNoise,
+};
 use crate::description::Delay;
 use crate::finding::{Finding, Severity};
 use crate::log::{Channels, LogSource};
@@ -33,6 +36,9 @@ const ALARM: f64 = 0.01;
 
 /// Part of a motor's torque that disturbances may have before they are mentioned.
 const LOUD: f64 = 0.05;
+
+/// How much worse than least squares a refinement may predict what neither has seen.
+const WORSE: f64 = 1.1;
 
 /// What a refinement begins with.
 #[derive(Clone, Copy)]
@@ -98,6 +104,7 @@ pub(super) fn prediction_error(
         Some(_) => None,
         None => refine(reading, sources, excerpt, &start, &mut runs)?,
     };
+    let held = (refined.as_ref()).and_then(|refined| held_out(model, system, refined));
     let mut findings = Vec::new();
     let failure = match &refined {
         None if let Some(wrong) = wrong => Some(format!(
@@ -108,13 +115,16 @@ pub(super) fn prediction_error(
             "the filter does not follow the log from the linear values, or the log is too short"
                 .to_owned(),
         ),
-        Some(refined) => failure(model, refined),
+        Some(refined) => failure(model, refined).or_else(|| unpredictive(held)),
     };
     if let Some(refined) = &refined {
         findings.extend(about(reading, excerpt.period(), refined));
     }
+    if std::env::var("SPRUNG_DEBUG").is_ok() {
+        eprintln!("HELD {held:?} {:?}", held.map(|h| h.refined / h.linear));
+    }
     let used = failure.is_none();
-    let refinement = (refined.as_ref()).map(|r| describe(model, channels, r, used));
+    let refinement = (refined.as_ref()).map(|r| describe(model, channels, r, held, used));
     Ok(match (refined, failure) {
         (Some(refined), None) => OfEstimator {
             theta: refined.theta,
@@ -184,6 +194,17 @@ fn failure(model: &Model, refined: &Refined) -> Option<String> {
         "it did not converge in {} runs of the filter; last moved, in standard errors, {}",
         refined.runs,
         moved.collect::<Vec<_>>().join(", ")
+    ))
+}
+
+/// Says that a refinement predicts worse than what it began with.
+fn unpredictive(held: Option<HeldOut>) -> Option<String> {
+    let held = held.filter(|held| held.refined > WORSE * held.linear)?;
+    Some(format!(
+        "estimated from the first three quarters of the logs it misses {:.1} % of the filtered torque of \
+         the last, least squares {:.1} %: what it takes for disturbances repeats with the motion",
+        100.0 * held.refined,
+        100.0 * held.linear
     ))
 }
 
@@ -383,7 +404,13 @@ fn disagree(model: &Model, refined: &Refined) -> Option<Finding> {
     })
 }
 
-fn describe(model: &Model, channels: &Channels, refined: &Refined, used: bool) -> Refinement {
+fn describe(
+    model: &Model,
+    channels: &Channels,
+    refined: &Refined,
+    held: Option<HeldOut>,
+    used: bool,
+) -> Refinement {
     let name = |index: usize| model.parameters()[index].name.clone();
     let column = |channel: usize| channels.all[channel].column.clone();
     Refinement {
@@ -405,6 +432,10 @@ fn describe(model: &Model, channels: &Channels, refined: &Refined, used: bool) -
             .collect(),
         disturbance_corner_hz: refined.corner,
         cost_per_measurement: refined.cost,
+        held_out_residual: held.map(|held| HeldOutResidual {
+            refined: held.refined,
+            linear: held.linear,
+        }),
         sensor_noise: (refined.sensors.iter())
             .map(|&(channel, noise, shown)| SensorNoise {
                 column: column(channel),

@@ -278,6 +278,9 @@ pub struct Refinement {
     /// lie within their bounds, and above 2 where the model does not follow.
     #[serde(default)]
     pub cost_per_measurement: f64,
+    /// How well it predicts what it has not seen.
+    #[serde(default)]
+    pub held_out_residual: Option<HeldOutResidual>,
     /// Noise of sensors beyond what their samples show, where it was looked for.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sensor_noise: Vec<SensorNoise>,
@@ -291,6 +294,16 @@ pub struct Refinement {
     /// order of `parameters`; nothing for one that was not refined.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub each_log: Vec<Vec<Option<(f64, f64)>>>,
+}
+
+/// What estimates from the first three quarters of the logs leave of the filtered
+/// torque of the last, as a part of it, root mean square over the rows.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HeldOutResidual {
+    /// Of the refinement.
+    pub refined: f64,
+    /// Of least squares.
+    pub linear: f64,
 }
 
 /// Noise and disturbance of a row of the regressor.

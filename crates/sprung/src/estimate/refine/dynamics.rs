@@ -204,6 +204,52 @@ impl<'m> Dynamics<'m> {
         }
     }
 
+    /// Visits what the parameters' torques change by where a torque of 1 N·m (N) on one
+    /// row more accelerates the robot: row, column of theta, and that change.
+    ///
+    /// - `positions`: of all rows.
+    pub(super) fn of_acceleration(
+        &mut self,
+        positions: &[f64],
+        row: usize,
+        mut visit: impl FnMut(usize, usize, f64),
+    ) {
+        let rows = self.rows;
+        let mut rest = positions.to_vec();
+        rest.resize(2 * rows, 0.0);
+        self.rate(&rest, &vec![0.0; rows], false);
+        self.rate.fill(0.0);
+        self.write_entries();
+        let before = self.entries.clone();
+        self.rate
+            .copy_from_slice(&self.inverse[row * rows..(row + 1) * rows]);
+        self.write_entries();
+        let places = self.entry_rows.iter().zip(&self.entry_columns);
+        for ((after, before), (&row, &column)) in self.entries.iter().zip(before).zip(places) {
+            if *after != before {
+                visit(row, column, after - before);
+            }
+        }
+    }
+
+    /// Writes the entries of the regressor at the state that was unpacked last.
+    fn write_entries(&mut self) {
+        let n = self.n;
+        let (link, motor) = self.joints.split_at(2 * n);
+        let state = State {
+            q: &link[..n],
+            dq: &link[n..],
+            phi: &motor[..n],
+            dphi: &motor[n..],
+        };
+        let mut workspace = self.scratch.workspace();
+        let robot = self.model.robot();
+        let fits = robot.torque_entries(&state, &self.rate, &mut workspace, &mut self.entries);
+        if fits.is_err() {
+            self.entries.fill(f64::NAN);
+        }
+    }
+
     /// Returns how many steps the integration of a period needs: friction and
     /// springs say how fast the motion can change.
     ///

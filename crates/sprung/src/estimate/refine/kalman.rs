@@ -50,17 +50,25 @@ pub(super) struct Schedule {
     gains: Vec<f64>,
     /// One over the standard deviation of each innovation.
     whitening: Vec<f64>,
-    /// Innovations themselves.
-    innovations: Vec<f64>,
     /// Steps of the integration in each period.
     steps: Vec<u8>,
-    /// Corner of the disturbances, Hz, and what they were after each sample's
-    /// measurements, \[samples × rows\].
+    /// Corner of the disturbances, Hz.
     pub(super) corner: f64,
-    pub(super) drift: Vec<f64>,
+    pub(super) path: Path,
     /// Derivatives of the state at the end of each period, of the first stretches:
-    /// \[samples × 2 rows × 3 rows\].
+    /// \[samples × 2 rows × 3 rows\], and the coordinates at its beginning,
+    /// \[samples × rows\].
     pub(super) transitions: Vec<f64>,
+    pub(super) positions: Vec<f64>,
+}
+
+/// Where gains led.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Path {
+    innovations: Vec<f64>,
+    /// Disturbances after each sample's measurements, \[samples × rows\], of the
+    /// samples whose transitions are kept.
+    pub(super) drift: Vec<f64>,
 }
 
 impl Schedule {
@@ -70,7 +78,7 @@ impl Schedule {
     pub(super) fn measured(&self, states: usize) -> impl Iterator<Item = (&[f64], f64)> {
         self.gains
             .chunks(states)
-            .zip(self.innovations.iter().copied())
+            .zip(self.path.innovations.iter().copied())
     }
 
     /// Returns what a run of other data would leave: innovations and disturbances
@@ -78,8 +86,8 @@ impl Schedule {
     #[cfg(test)]
     pub(super) fn scaled(&self, factor: f64) -> Self {
         let mut other = self.clone();
-        scale(&mut other.innovations, factor);
-        scale(&mut other.drift, factor);
+        scale(&mut other.path.innovations, factor);
+        scale(&mut other.path.drift, factor);
         other
     }
 }
@@ -228,7 +236,7 @@ pub(super) fn run(
                 let variance = filter.deviation * filter.deviation;
                 outcome.normal.take(innovation, row, 1.0 / variance);
                 schedule.gains.extend_from_slice(&filter.gains);
-                schedule.innovations.push(innovation);
+                schedule.path.innovations.push(innovation);
                 schedule.whitening.push(1.0 / filter.deviation);
                 let by_state = sensitivity.chunks_mut(count.max(1));
                 for (gain, own) in filter.gains.iter().zip(by_state) {
@@ -243,7 +251,8 @@ pub(super) fn run(
             }
             let keep = before + k < wanted.transitions;
             if keep {
-                schedule.drift.extend_from_slice(&filter.x[2 * rows..]);
+                schedule.path.drift.extend_from_slice(&filter.x[2 * rows..]);
+                schedule.positions.extend_from_slice(&filter.x[..rows]);
             }
             let stored = keep.then_some(&mut schedule.transitions);
             let steps = filter.predict(
@@ -271,15 +280,15 @@ pub(super) fn run(
     Some((outcome, schedule))
 }
 
-/// Returns the cost at other values of the unknowns, with gains and steps held;
-/// infinite if a number is not finite.
+/// Returns the cost at other values of the unknowns, with gains and steps held, and
+/// where they lead; nothing if a number is not finite.
 pub(super) fn replay(
     record: &Record,
     dynamics: &mut Dynamics<'_>,
     unknowns: &Unknowns,
     z: &[f64],
     schedule: &Schedule,
-) -> f64 {
+) -> Option<(f64, Path)> {
     let rows = dynamics.rows();
     dynamics.set(&unknowns.theta(z));
     let mut gains = schedule.gains.chunks(3 * rows);
@@ -287,32 +296,36 @@ pub(super) fn replay(
     let mut steps = schedule.steps.iter();
     let mut cost = 0.0;
     let mut torque = vec![0.0; rows];
+    let mut path = Path::default();
+    let kept = schedule.path.drift.len();
     for stretch in &record.stretches {
         let left = Levels::left(schedule.corner, stretch.period);
         let mut x = start(rows, stretch, unknowns, z);
         for k in 0..stretch.samples() {
             for event in &stretch.events[stretch.first[k]..stretch.first[k + 1]] {
-                let (Some(gains), Some(whitening)) = (gains.next(), whitening.next()) else {
-                    return f64::INFINITY;
-                };
+                let (gains, whitening) = (gains.next()?, whitening.next()?);
                 let sensor = &record.sensors[event.sensor];
                 let of = seen(sensor, event, rows);
                 let innovation = event.value - unknowns.offset(z, event.sensor) - measured(&x, of);
                 let whitened = (innovation * whitening).clamp(-OUTLIER, OUTLIER);
                 cost += whitened * whitened;
+                path.innovations.push(innovation);
                 add(&mut x, innovation, gains);
             }
             if !cost.is_finite() || !x.iter().all(|x| x.is_finite()) {
-                return f64::INFINITY;
+                return None;
             }
             let (state, drift) = x.split_at_mut(2 * rows);
+            if path.drift.len() < kept {
+                path.drift.extend_from_slice(drift);
+            }
             disturbed(stretch, k, drift, &mut torque);
             let steps = steps.next().copied().unwrap_or(1);
             dynamics.advance(state, &torque, stretch.period, usize::from(steps));
             scale(drift, left);
         }
     }
-    cost
+    Some((cost, path))
 }
 
 /// Returns the state at the start of a stretch, \[3 rows\].

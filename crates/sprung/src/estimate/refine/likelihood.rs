@@ -80,7 +80,7 @@ impl About<'_> {
         let mut trail = Trail::default();
         let loss = self.forward(&parts, levels, &mut trail);
         let mut all = Gradient::new(levels);
-        self.backward(&parts, levels, &mut trail, &mut all);
+        self.backward(&parts, levels, &mut trail, &mut all, &mut |_, _, _| {});
         let mut slope = Slope {
             loss,
             gradient: search.all.iter().map(|level| all.of(*level)).collect(),
@@ -91,6 +91,31 @@ impl About<'_> {
             .map(|(level, own)| own + all.found(*level))
             .collect();
         slope
+    }
+
+    /// Visits, from the last sample to the first, the information that later
+    /// measurements give about the state behind it: its index and that matrix,
+    /// \[states × states\].
+    pub(super) fn information_ahead(&self, levels: &Levels, mut visit: impl FnMut(usize, &[f64])) {
+        let parts = self.parts(levels);
+        let mut trail = Trail::default();
+        self.forward(&parts, levels, &mut trail);
+        let mut information = Vec::new();
+        let mut of = |sample: usize, by_covariance: &[f64], weight: &[f64]| {
+            // The derivative is half of it less its square root as it was found.
+            information.clear();
+            let all = by_covariance.chunks(weight.len()).zip(weight);
+            for (row, own) in all {
+                information.extend(
+                    row.iter()
+                        .zip(weight)
+                        .map(|(d, other)| 2.0 * d + own * other),
+                );
+            }
+            visit(sample, &information);
+        };
+        let mut all = Gradient::new(levels);
+        self.backward(&parts, levels, &mut trail, &mut all, &mut of);
     }
 
     fn parts(&self, levels: &Levels) -> Vec<Part<'_>> {
@@ -122,7 +147,7 @@ impl About<'_> {
         let mut product = vec![0.0; 2 * rows * states];
         let mut column = vec![0.0; states];
         let mut run = self.schedule.measured(states);
-        let mut drifts = self.schedule.drift.chunks(rows);
+        let mut drifts = self.schedule.path.drift.chunks(rows);
         let mut loss = 0.0;
         for part in parts {
             let change = part.left - Levels::left(self.schedule.corner, part.stretch.period);
@@ -166,12 +191,16 @@ impl About<'_> {
 
     /// Carries the derivatives of the loss by state and covariance backward, and
     /// gathers those by the levels.
+    ///
+    /// - `visit`: called with the index of each sample, the derivatives by the
+    ///   covariance behind it, and minus those by the state.
     fn backward(
         &self,
         parts: &[Part<'_>],
         levels: &Levels,
         trail: &mut Trail,
         gradient: &mut Gradient,
+        visit: &mut dyn FnMut(usize, &[f64], &[f64]),
     ) {
         let rows = levels.drift.len();
         let states = 3 * rows;
@@ -189,6 +218,7 @@ impl About<'_> {
             let mut by_corner = vec![0.0; rows];
             for k in (0..part.samples).rev() {
                 sample -= 1;
+                visit(sample, &by_covariance, &weight);
                 let transition = part.transition(k, rows);
                 let own = sample * states..(sample + 1) * states;
                 trail.weight[own].copy_from_slice(&weight);

@@ -16,6 +16,7 @@ mod kalman;
 mod likelihood;
 mod newton;
 mod noise;
+mod noisy_torque;
 mod record;
 mod solve;
 #[cfg(test)]
@@ -344,6 +345,7 @@ fn finish(
         wanted,
     )?;
     problem.with_prior(&descent.z, &mut outcome.normal);
+    dynamics::add(&mut outcome.normal.gradient, -1.0, &descent.by_noise);
     // Delays that were found cost the others precision.
     let values = all.values();
     let count = values + start.delays.len();
@@ -362,11 +364,15 @@ fn finish(
         standard_error[index] = error(place);
     }
     let trace = (outcome.growing.iter())
-        .filter_map(|(time, so_far)| Some((*time, all.theta(&alone(problem, descent, so_far)?.0))))
+        .filter_map(|(time, so_far)| {
+            let share = time / record.duration();
+            let (z, _) = alone(problem, descent, so_far, share)?;
+            Some((*time, all.theta(&z)))
+        })
         .collect();
-    let logs = (outcome.logs.iter())
-        .filter_map(|own| {
-            let (z, covariance) = alone(problem, descent, own)?;
+    let logs = (outcome.logs.iter().enumerate())
+        .filter_map(|(log, own)| {
+            let (z, covariance) = alone(problem, descent, own, record.share(log))?;
             let error = |i: usize| covariance[i * (values + 1)].sqrt();
             Some((0..free.len()).map(|i| (z[i], error(i))).collect())
         })
@@ -411,14 +417,18 @@ fn finish(
 
 /// Returns what part of the measurements says: one step from where all lead, and
 /// its covariance.
+///
+/// - `share`: of all samples.
 fn alone(
     problem: &Problem<'_>,
     descent: &Descent,
     part: &kalman::Normal,
+    share: f64,
 ) -> Option<(Vec<f64>, Vec<f64>)> {
     let values = problem.unknowns.values();
     let mut part = part.first(values);
     problem.with_prior(&descent.z, &mut part);
+    dynamics::add(&mut part.gradient, -share, &descent.by_noise);
     let step = solve::damped_step(&part.information, &part.gradient, 0.0)?;
     let z = descent.z.iter().zip(&step).map(|(x, d)| x + d).collect();
     Some((z, solve::covariance(&part.information, values)?))

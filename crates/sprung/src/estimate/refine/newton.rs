@@ -6,9 +6,10 @@
 //! precise the estimate is, not whether it is right.
 
 use super::dynamics::Dynamics;
-use super::kalman::{Levels, Normal, Schedule, Wanted, replay, run};
+use super::kalman::{Levels, Normal, Path, Schedule, Wanted, replay, run};
 use super::likelihood::About;
 use super::noise::{Search, search};
+use super::noisy_torque::expected_gradient;
 use super::record::Record;
 use super::solve::{damped_step, length};
 use super::unknowns::Unknowns;
@@ -48,6 +49,8 @@ pub(super) struct Descent {
     pub(super) z: Vec<f64>,
     pub(super) levels: Levels,
     pub(super) runs: usize,
+    /// What noise of the logged torque adds to the gradient of half the cost.
+    pub(super) by_noise: Vec<f64>,
     /// Sum of the squared whitened innovations, and their number.
     pub(super) cost: f64,
     pub(super) measurements: u64,
@@ -121,20 +124,40 @@ impl Problem<'_> {
         let mut moved = vec![0.0; z.len()];
         for runs in 1..=RUNS {
             progress(runs);
-            let (mut outcome, schedule) =
+            let (mut outcome, mut schedule) =
                 run(record, &mut dynamics, unknowns, &z, &levels, wanted)?;
+            let about = About {
+                record,
+                schedule: &schedule,
+                samples: wanted.transitions,
+            };
+            let by_noise = expected_gradient(&about, &mut dynamics, unknowns, &levels);
             let cost = outcome.cost + self.with_prior(&z, &mut outcome.normal);
+            super::dynamics::add(&mut outcome.normal.gradient, -1.0, &by_noise);
             let step = self.step(
                 &mut dynamics,
                 &z,
                 &outcome.normal,
-                cost,
+                (cost, &by_noise),
                 &schedule,
                 &mut damping,
             );
+            if std::env::var("SPRUNG_DEBUG").is_ok() {
+                eprintln!(
+                    "run {runs} cost/m {:.3} loss {:.1} step {:?} damping {damping:.1e} corner {:.3}\n   white {:.3?}\n   drift {:.3?}\n  sensor {:.5?}",
+                    outcome.cost / outcome.measurements as f64,
+                    outcome.loss,
+                    step.as_ref()
+                        .map(|(s, saved, _)| (length(&outcome.normal.information, s), *saved)),
+                    levels.corner,
+                    levels.white,
+                    levels.drift,
+                    levels.sensor
+                );
+            }
             let short = match &step {
                 None => true,
-                Some((step, saved)) => {
+                Some((step, saved, _)) => {
                     let information = &outcome.normal.information;
                     for (i, (moved, step)) in moved.iter_mut().zip(step).enumerate() {
                         let diagonal = information[i * (outcome.normal.count + 1)];
@@ -148,6 +171,7 @@ impl Problem<'_> {
                     z,
                     levels,
                     runs,
+                    by_noise,
                     cost: outcome.cost,
                     measurements: outcome.measurements,
                     converged: true,
@@ -159,14 +183,18 @@ impl Problem<'_> {
                     z,
                     levels,
                     runs,
+                    by_noise,
                     cost: outcome.cost,
                     measurements: outcome.measurements,
                     converged: false,
                     moved,
                 });
             }
-            if let Some((step, _)) = step {
+            if let Some((step, _, path)) = step {
                 super::dynamics::add(&mut z, 1.0, &step);
+                // Levels of the new trajectory: those of the old one and steps with old
+                // levels would take turns.
+                schedule.path = path;
             }
             if runs >= FIRST || short {
                 let about = About {
@@ -182,27 +210,30 @@ impl Problem<'_> {
         None
     }
 
-    /// Returns a step that lowers the cost with the gains held, and by how much;
-    /// nothing if there is none.
+    /// Returns a step that lowers the cost with the gains held, by how much, and where
+    /// it leads; nothing if there is none.
     fn step(
         &self,
         dynamics: &mut Dynamics<'_>,
         z: &[f64],
         normal: &Normal,
-        cost: f64,
+        (cost, by_noise): (f64, &[f64]),
         schedule: &Schedule,
         damping: &mut f64,
-    ) -> Option<(Vec<f64>, f64)> {
+    ) -> Option<(Vec<f64>, f64, Path)> {
         for _ in 0..TRIES {
             let step = damped_step(&normal.information, &normal.gradient, *damping);
             if let Some(step) = step {
                 let at: Vec<f64> = z.iter().zip(&step).map(|(x, d)| x + d).collect();
                 if self.feasible(&at) {
-                    let there = replay(self.record, dynamics, self.unknowns, &at, schedule)
-                        + self.prior_cost(&at);
-                    if there < cost {
-                        *damping = (*damping / 10.0).max(1e-9);
-                        return Some((step, cost - there));
+                    let there = replay(self.record, dynamics, self.unknowns, &at, schedule);
+                    if let Some((there, path)) = there {
+                        let expected: f64 = step.iter().zip(by_noise).map(|(d, g)| d * g).sum();
+                        let saved = cost - there - self.prior_cost(&at) + 2.0 * expected;
+                        if saved > 0.0 {
+                            *damping = (*damping / 10.0).max(1e-9);
+                            return Some((step, saved, path));
+                        }
                     }
                 }
             }

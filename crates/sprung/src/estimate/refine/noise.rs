@@ -125,6 +125,12 @@ pub(super) fn search(about: &About<'_>, search: &Search, from: &Levels) -> (Leve
         let Some((step, promised)) = search.step(&logs, &slope) else {
             break;
         };
+        if std::env::var("SPRUNG_DEBUG").is_ok() {
+            eprintln!(
+                "     loss {:.2} promised {promised:.2} step {step:.2?}",
+                slope.loss
+            );
+        }
         if promised < ENOUGH {
             break;
         }

@@ -108,6 +108,13 @@ impl Record {
         self.stretches.iter().map(Stretch::samples).sum()
     }
 
+    /// Returns the part of the samples that is of one log.
+    pub(super) fn share(&self, log: usize) -> f64 {
+        let own = self.stretches.iter().filter(|s| s.log == log);
+        let own: usize = own.map(Stretch::samples).sum();
+        own as f64 / self.samples().max(1) as f64
+    }
+
     pub(super) fn duration(&self) -> f64 {
         let of = |s: &Stretch| s.period * s.samples() as f64;
         self.stretches.iter().map(of).sum()

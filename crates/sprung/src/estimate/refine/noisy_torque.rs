@@ -1,0 +1,60 @@
+//! What noise of the logged torque does to the gradient.
+//!
+//! The filter takes the logged torque for the one that acted, up to noise. Its
+//! noise is in the innovations, and through the accelerations that it seems to cause
+//! in their derivatives, too: the gradient is not zero at the true parameters, and
+//! inertias come out too large by the variance of the noise over that of the torque
+//! that accelerates. The expectation follows from the filter and is taken off.
+//!
+//! # Source
+//!
+//! The attenuation by errors in variables; Fuller, Measurement Error Models,
+//! section 1.1.
+
+use super::dynamics::Dynamics;
+use super::kalman::Levels;
+use super::likelihood::About;
+use super::unknowns::Unknowns;
+
+/// Returns the expected gradient of half the cost at the true parameters, \[values\].
+///
+/// Samples whose transitions are kept stand for all.
+pub(super) fn expected_gradient(
+    about: &About<'_>,
+    dynamics: &mut Dynamics<'_>,
+    unknowns: &Unknowns,
+    levels: &Levels,
+) -> Vec<f64> {
+    let rows = dynamics.rows();
+    let (moving, states) = (2 * rows, 3 * rows);
+    let noisy: Vec<usize> = (0..rows).filter(|&row| levels.white[row] > 0.0).collect();
+    let places = unknowns.places(0);
+    let mut gradient = vec![0.0; unknowns.values()];
+    if noisy.is_empty() {
+        return gradient;
+    }
+    let schedule = about.schedule;
+    let mut seen = 0;
+    let mut told = vec![0.0; moving];
+    about.information_ahead(levels, |sample, information| {
+        seen += 1;
+        let transition = &schedule.transitions[sample * moving * states..][..moving * states];
+        let by_torque = |row: usize| transition[moving + row..].iter().step_by(states);
+        let positions = &schedule.positions[sample * rows..(sample + 1) * rows];
+        for &row in &noisy {
+            for (told, own) in told.iter_mut().zip(information.chunks(states)) {
+                *told = own.iter().zip(by_torque(row)).map(|(n, b)| n * b).sum();
+            }
+            let variance = levels.white[row].powi(2);
+            dynamics.of_acceleration(positions, row, |other, column, torque| {
+                if let Some(place) = places[column] {
+                    let both: f64 = told.iter().zip(by_torque(other)).map(|(n, b)| n * b).sum();
+                    gradient[place] -= variance * torque * both;
+                }
+            });
+        }
+    });
+    let all = about.record.samples() as f64 / f64::max(f64::from(seen), 1.0);
+    super::dynamics::scale(&mut gradient, all);
+    gradient
+}
