@@ -120,9 +120,6 @@ pub(super) fn prediction_error(
     if let Some(refined) = &refined {
         findings.extend(about(reading, excerpt.period(), refined));
     }
-    if std::env::var("SPRUNG_DEBUG").is_ok() {
-        eprintln!("HELD {held:?} {:?}", held.map(|h| h.refined / h.linear));
-    }
     let used = failure.is_none();
     let refinement = (refined.as_ref()).map(|r| describe(model, channels, r, held, used));
     Ok(match (refined, failure) {

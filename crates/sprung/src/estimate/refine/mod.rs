@@ -40,7 +40,7 @@ use unknowns::Unknowns;
 
 /// Samples times rows times rows that the filter goes through, at most: its work
 /// grows with the rows, and more would take minutes and tell little.
-const MOST: usize = 1_200_000;
+const MOST: usize = 2_400_000;
 
 /// Returns how many samples the filter goes through at most.
 fn most_samples(rows: usize) -> usize {

@@ -142,19 +142,6 @@ impl Problem<'_> {
                 &schedule,
                 &mut damping,
             );
-            if std::env::var("SPRUNG_DEBUG").is_ok() {
-                eprintln!(
-                    "run {runs} cost/m {:.3} loss {:.1} step {:?} damping {damping:.1e} corner {:.3}\n   white {:.3?}\n   drift {:.3?}\n  sensor {:.5?}",
-                    outcome.cost / outcome.measurements as f64,
-                    outcome.loss,
-                    step.as_ref()
-                        .map(|(s, saved, _)| (length(&outcome.normal.information, s), *saved)),
-                    levels.corner,
-                    levels.white,
-                    levels.drift,
-                    levels.sensor
-                );
-            }
             let short = match &step {
                 None => true,
                 Some((step, saved, _)) => {

@@ -27,7 +27,7 @@ const UNLIKE: f64 = 30.0;
 const ENOUGH: f64 = 0.1;
 
 /// Bounds of a sensor's noise, as parts of the standard deviation of what it shows.
-const QUIET: f64 = 1e-6;
+const QUIET: f64 = 1e-8;
 const NOISY: f64 = 0.3;
 
 /// Corner of the disturbances' spectrum that is expected, Hz, by which factor it may
@@ -125,12 +125,6 @@ pub(super) fn search(about: &About<'_>, search: &Search, from: &Levels) -> (Leve
         let Some((step, promised)) = search.step(&logs, &slope) else {
             break;
         };
-        if std::env::var("SPRUNG_DEBUG").is_ok() {
-            eprintln!(
-                "     loss {:.2} promised {promised:.2} step {step:.2?}",
-                slope.loss
-            );
-        }
         if promised < ENOUGH {
             break;
         }

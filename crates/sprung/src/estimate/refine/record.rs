@@ -292,16 +292,18 @@ pub(super) fn stretch(
         let velocity = velocity(cells, filter, period)?;
         // Where a sample of the channel stands among those of the stretch.
         let place = |k: f64| k - shift(delays[sensor.channel]) - begin as f64;
-        let mut put = |at: f64, value: f64, variance: f64| {
+        let mut put = |at: f64, value: f64, variance: f64, acceleration: f64| {
             let sample = (at - 1e-9).ceil();
             if sample >= 0.0 && sample < samples as f64 {
+                let before = (sample - at).max(0.0) * period;
                 found.push((
                     sample as usize,
                     Event {
                         sensor: index,
-                        value: value + sensor.offset,
+                        // The filter goes back by the velocity of the sample alone.
+                        value: value + sensor.offset - 0.5 * acceleration * before * before,
                         variance,
-                        before: (sample - at).max(0.0) * period,
+                        before,
                     },
                 ));
             }
@@ -309,11 +311,13 @@ pub(super) fn stretch(
         match sensor.noise {
             Noise::White(deviation) => {
                 for (k, value) in cells.iter().enumerate() {
-                    put(place(k as f64), *value, deviation * deviation);
+                    let ahead = (k + 1).min(velocity.len() - 1);
+                    let acceleration = (velocity[ahead] - velocity[k]) / period;
+                    put(place(k as f64), *value, deviation * deviation, acceleration);
                 }
             }
-            Noise::Counts(step) => edges(cells, &velocity, step, period, |at, value, r| {
-                put(place(at), value, r);
+            Noise::Counts(step) => edges(cells, &velocity, step, period, |at, value, r, a| {
+                put(place(at), value, r, a);
             }),
         }
         let first = (begin as f64 + shift(delays[sensor.channel]))
@@ -376,8 +380,8 @@ fn rates(torque: &[f64], rows: usize, filter: &Butterworth, period: f64) -> Opti
     Some(rates)
 }
 
-/// Visits what a counter says: place among the samples, position and its
-/// variance.
+/// Visits what a counter says: place among the samples, position, its variance and
+/// the acceleration there.
 ///
 /// Where the counter changes, the position halfway between two samples is the mean
 /// of both, whatever the number of counts between them: of all positions that lead
@@ -390,7 +394,7 @@ fn edges(
     velocity: &[f64],
     step: f64,
     period: f64,
-    mut visit: impl FnMut(f64, f64, f64),
+    mut visit: impl FnMut(f64, f64, f64, f64),
 ) {
     let mut since = 0;
     for k in 0..cells.len() {
@@ -404,14 +408,17 @@ fn edges(
         // A rest says once where the joint was, however long it was.
         if k - since >= RESTS {
             let middle = usize::midpoint(since, k);
-            visit(middle as f64, cells[middle], step * step / 12.0);
+            visit(middle as f64, cells[middle], step * step / 12.0, 0.0);
         }
         since = k + 1;
         if let (Some(next), Some(ahead)) = (cells.get(k + 1), velocity.get(k + 1)) {
             let moved = 0.5 * (velocity[k] + ahead) * period / step;
             let width = (1.0 - (counts - moved).abs()).max(0.0);
             let variance = (width * width / 12.0 + EDGE * EDGE) * step * step;
-            visit(k as f64 + 0.5, 0.5 * (cells[k] + next), variance);
+            // The mean of two positions lies ahead of the one between them in time.
+            let gained = ahead - velocity[k];
+            let between = 0.5 * (cells[k] + next) - gained * period / 8.0;
+            visit(k as f64 + 0.5, between, variance, gained / period);
         }
     }
 }
