@@ -6,7 +6,7 @@ use super::result::{DelayUsed, LogInfo};
 use super::second_look::Delays;
 use crate::description::Log;
 use crate::finding::{Finding, Severity};
-use crate::log::{Channels, Sampling, check};
+use crate::log::{Channels, Sampling, check, check_timing};
 use crate::model::Model;
 use crate::regression::{LogFigures, PassError};
 
@@ -20,6 +20,7 @@ pub(super) fn about_logs(
     let mut findings = Vec::new();
     for (figures, name) in logs.iter().zip(names) {
         findings.extend(check(name, channels, model.joints(), &figures.summary)?);
+        findings.extend(check_timing(name, channels, &figures.timing));
         findings.extend(gaps(name, figures));
     }
     Ok(findings)

@@ -22,6 +22,14 @@ pub(super) const AHEAD: usize = 32;
 /// drift of clocks, a few parts in 10 000, and not the lateness of stamps.
 const GAIN: f64 = 1.0 / 64.0;
 
+/// How far from the usual step the period is sought, as a part of it, and in how
+/// many samples first.
+const SOUGHT: f64 = 0.05;
+const SHORT: usize = 128;
+
+/// A period is not found with less certainty than this.
+const FINE: f64 = 1e-2;
+
 /// Deviations count up to this part of a cycle.
 const CLIP: f64 = 0.25;
 
@@ -37,18 +45,10 @@ pub(super) fn usual_step(times: &[f64]) -> f64 {
     }
     // The mean over the window: times may be printed with so few digits
     // that single steps are off by several percent. Gaps would bias it.
-    let single = || steps.iter().filter(|step| **step < MISSING * median);
-    let mean = single().sum::<f64>() / single().count() as f64;
-    if single().all(|step| (step - mean).abs() <= JITTER_LIMIT * mean) {
-        return mean;
-    }
-    // Uneven ones may be short and long in turn.
-    let (mut time, mut periods) = (0.0, 0.0);
-    for step in steps.iter().filter(|step| **step < LONGEST * median) {
-        time += step;
-        periods += (step / median).round().max(1.0);
-    }
-    time / periods
+    steps.retain(|step| *step < MISSING * median);
+    let mean = steps.iter().sum::<f64>() / steps.len() as f64;
+    let even = |step: &f64| (step - mean).abs() <= JITTER_LIMIT * mean;
+    if steps.iter().all(even) { mean } else { median }
 }
 
 /// A clock that ticks once a cycle, told from stamps that may be late.
@@ -112,20 +112,33 @@ impl Cycle {
         self.base + self.index.unwrap_or_default() * self.cycle
     }
 
-    /// Begins anew: calls the tick of the next sample 0.
+    /// Calls the tick of the next sample 0.
     ///
     /// - `times`: its stamp and those that follow.
     pub(super) fn begin(&mut self, times: &[f64]) {
-        *self = Self::new(self.cycle, times);
+        self.index = None;
         // A first stamp that is late shows by those that come at once behind it.
-        self.base += self.next(times) * self.cycle;
+        let index = self.next(times);
+        self.base += index * self.cycle;
         self.index = Some(0.0);
+    }
+
+    /// Begins anew and listens anew to when ticks come, as after a gap.
+    pub(super) fn restart(&mut self, times: &[f64]) {
+        *self = Self::new(self.cycle, times);
+        self.begin(times);
     }
 }
 
 /// Returns by how much ticks come after `from` and whole cycles, half a cycle at
 /// most.
 fn phase(cycle: f64, from: f64, times: &[f64]) -> f64 {
+    let (sine, cosine) = coherence(cycle, from, times);
+    sine.atan2(cosine) * cycle / std::f64::consts::TAU
+}
+
+/// Returns sums of sines and cosines of stamps that turn once a cycle.
+fn coherence(cycle: f64, from: f64, times: &[f64]) -> (f64, f64) {
     let turn = std::f64::consts::TAU / cycle;
     let (mut sine, mut cosine) = (0.0, 0.0);
     for time in times {
@@ -135,30 +148,45 @@ fn phase(cycle: f64, from: f64, times: &[f64]) -> f64 {
             cosine += angle.cos();
         }
     }
-    sine.atan2(cosine) / turn
+    (sine, cosine)
 }
 
-/// Returns the cycle near `cycle` that fits stamps best.
+/// Returns the cycle within [`SOUGHT`] of `cycle` to which stamps keep best.
+///
+/// The peak of their periodogram: stamps that are late now and then, and samples
+/// that are missing, do not move it as they move means and medians of steps.
 pub(super) fn refined(cycle: f64, times: &[f64]) -> f64 {
-    let mut best = cycle;
-    for _ in 0..2 {
-        let mut clock = Cycle::new(best, times.get(..AHEAD).unwrap_or(times));
-        let ticks: Vec<f64> = (0..times.len()).map(|k| clock.next(&times[k..])).collect();
-        let count = ticks.len().max(1) as f64;
-        let (tick, time) = (
-            ticks.iter().sum::<f64>() / count,
-            times.iter().sum::<f64>() / count,
-        );
-        let (mut both, mut square) = (0.0, 0.0);
-        for (i, t) in ticks.iter().zip(times) {
-            both += (i - tick) * (t - time);
-            square += (i - tick).powi(2);
+    let Some(&first) = times.first() else {
+        return cycle;
+    };
+    let mut count = SHORT.min(times.len());
+    // The peak is one turn over all stamps wide.
+    let mut best = highest(cycle, SOUGHT, 0.1 / count as f64, first, &times[..count]);
+    while count < times.len() {
+        let reach = 0.5 / count as f64;
+        count = (2 * count).min(times.len());
+        best = highest(best, reach, 0.1 / count as f64, first, &times[..count]);
+    }
+    let width = 0.1 / count as f64;
+    if width < FINE {
+        highest(best, width, 0.02 * width, first, times)
+    } else {
+        cycle
+    }
+}
+
+/// Returns the cycle near another to which stamps keep best.
+///
+/// - `reach`, `step`: how far and how finely it is sought, as parts of it.
+fn highest(cycle: f64, reach: f64, step: f64, first: f64, times: &[f64]) -> f64 {
+    let steps = (reach / step).ceil() as i32;
+    let (mut best, mut most) = (cycle, f64::NEG_INFINITY);
+    for k in -steps..=steps {
+        let tried = cycle * (1.0 + f64::from(k) * step);
+        let (sine, cosine) = coherence(tried, first, times);
+        if sine.hypot(cosine) > most {
+            (best, most) = (tried, sine.hypot(cosine));
         }
-        let slope = both / square;
-        if !((slope - cycle).abs() < 0.05 * cycle) {
-            return cycle;
-        }
-        best = slope;
     }
     best
 }

@@ -157,9 +157,16 @@ fn interpolated(times: &[f64], values: &[f64], k: usize, time: f64, usual: f64) 
     if time < here || !even(here, next) {
         return f64::NAN;
     }
-    let cubic =
-        k >= 1 && k + 2 < times.len() && even(times[k - 1], here) && even(next, times[k + 2]);
-    let points = if cubic { k - 1..k + 3 } else { k..k + 2 };
+    let begin = if k >= 1 && even(times[k - 1], here) {
+        k - 1
+    } else {
+        k
+    };
+    let end = match times.get(k + 2) {
+        Some(&after) if even(next, after) => k + 3,
+        _ => k + 2,
+    };
+    let points = begin..end;
     let near = &times[points.clone()];
     points
         .enumerate()

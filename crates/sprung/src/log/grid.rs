@@ -143,19 +143,21 @@ impl Grid {
         values: impl Iterator<Item = f64> + Clone,
     ) -> Result<(), LogError> {
         self.timing.recorded += 1;
-        let same = self.watch.take(place, values.clone(), &mut self.timing);
         match self.last {
             None => self.first = time,
             Some(before) if time > before => {}
-            Some(before) if time < before || !self.may_repeat() => {
-                if time.to_bits() == before.to_bits() && same {
+            Some(before) if time < before => return Err(self.not_increasing(place, before, time)),
+            Some(before) => {
+                if !self.may_repeat() {
+                    if !self.watch.same(values) {
+                        return Err(self.not_increasing(place, before, time));
+                    }
                     self.timing.repeated.add(1, place);
                     return Ok(());
                 }
-                return Err(self.not_increasing(place, before, time));
             }
-            Some(_) => {}
         }
+        self.watch.take(place, values.clone(), &mut self.timing);
         self.last = Some(time);
         if matches!(self.stage, Stage::Plain) {
             if self.plain(place, time, values.clone()) {
@@ -399,7 +401,7 @@ impl Grid {
                 Some(_) => clock.next(ahead) / per,
             };
             if at - self.at >= LONGEST {
-                clock.begin(ahead);
+                clock.restart(ahead);
             }
             let time = if near { waiting.times[i] } else { clock.time() };
             let values = waiting.values.iter().map(|own| own[i]);

@@ -9,6 +9,7 @@
 
 mod channels;
 mod check;
+mod check_timing;
 mod clock;
 mod error;
 mod evidence;
@@ -30,6 +31,7 @@ mod write;
 
 pub use channels::{Channel, ChannelError, Channels, Mix, Quantity};
 pub use check::check;
+pub use check_timing::check_timing;
 pub use clock::JITTER_LIMIT;
 pub use error::{LogError, Place};
 pub use formats::panics_are_caught;

@@ -34,23 +34,27 @@ impl Watch {
         }
     }
 
-    /// Takes the values of the next sample; returns whether they are those of the
-    /// one before.
+    /// Returns whether these are the values of the last sample.
+    pub(super) fn same(&self, values: impl Iterator<Item = f64>) -> bool {
+        let same = |(a, b): (&f64, f64)| a.to_bits() == b.to_bits();
+        self.last.iter().zip(values).all(same)
+    }
+
+    /// Takes the values of the next sample.
     pub(super) fn take(
         &mut self,
         place: Place,
         values: impl Iterator<Item = f64> + Clone,
         timing: &mut Timing,
-    ) -> bool {
+    ) {
         if self.last.is_empty() {
             self.last.extend(values);
-            return false;
+            return;
         }
-        let same = |(a, b): (&f64, f64)| a.to_bits() == b.to_bits();
-        if self.last.iter().zip(values.clone()).all(same) {
+        if self.same(values.clone()) {
             self.same += 1;
             self.place.get_or_insert(place);
-            return true;
+            return;
         }
         let mut moves = false;
         for (i, value) in values.enumerate() {
@@ -71,6 +75,5 @@ impl Watch {
             timing.frozen.add(self.same, place);
         }
         self.same = 0;
-        false
     }
 }
