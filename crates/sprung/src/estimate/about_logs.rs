@@ -65,8 +65,10 @@ fn gaps(file: &str, figures: &LogFigures) -> Option<Finding> {
             },
             "gaps",
             format!(
-                "{file} has {} gaps, {:.3} s together, at which the filters start anew{lost}",
-                gaps.count, gaps.duration
+                "{file} has {} gap{}, {:.3} s together, at which the filters start anew{lost}",
+                gaps.count,
+                if gaps.count == 1 { "" } else { "s" },
+                gaps.duration
             ),
             "see that the recorder keeps up; nothing needs to be cut",
         )

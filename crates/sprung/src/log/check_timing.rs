@@ -20,8 +20,8 @@ pub fn check_timing(file: &str, channels: &Channels, timing: &Timing) -> Vec<Fin
     findings.extend(counted(
         ("dropped-samples", &timing.dropped, timing),
         format!(
-            "{file} lacks {} samples, at most three together{}; they were interpolated",
-            timing.dropped.count,
+            "{file} lacks {}, at most three together{}; they were interpolated",
+            samples(&timing.dropped),
             first(&timing.dropped)
         ),
         "see that the recorder keeps up; nothing needs to be done about a few",
@@ -29,8 +29,8 @@ pub fn check_timing(file: &str, channels: &Channels, timing: &Timing) -> Vec<Fin
     findings.extend(counted(
         ("repeated-samples", &timing.repeated, timing),
         format!(
-            "{file} has {} samples twice, with one time and the same values{}; one of each was left out",
-            timing.repeated.count,
+            "{file} has {} twice, with one time and the same values{}; one of each was left out",
+            samples(&timing.repeated),
             first(&timing.repeated)
         ),
         "see that the recorder writes each sample once; nothing needs to be cut",
@@ -38,15 +38,25 @@ pub fn check_timing(file: &str, channels: &Channels, timing: &Timing) -> Vec<Fin
     findings.extend(counted(
         ("frozen-samples", &timing.frozen, timing),
         format!(
-            "{} samples of {file} repeat all values of the one before although a joint moves{}: the \
+            "in {file} {} all values of the one before although a joint moves{}: the \
              recorder was faster than what it read, or missed an update",
-            timing.frozen.count,
+            match timing.frozen.count {
+                1 => "1 sample repeats".to_owned(),
+                count => format!("{count} samples repeat"),
+            },
             first(&timing.frozen)
         ),
         "record at the rate of the controller, or leave such samples out: those that are missing are \
          interpolated",
     ));
     findings
+}
+
+fn samples(count: &Count) -> String {
+    match count.count {
+        1 => "1 sample".to_owned(),
+        count => format!("{count} samples"),
+    }
 }
 
 fn first(count: &Count) -> String {

@@ -228,6 +228,6 @@ fn held_torques_keep_their_mean() {
         }
         let [last, ours] = squares.map(|square| (square / inner.len() as f64).sqrt());
         println!("  {clock:14} last value {last:.2e}, sprung's line {ours:.2e}");
-        assert!(ours < 0.5 * last, "{ours} {last}");
+        assert!(ours < 0.7 * last, "{ours} {last}");
     }
 }
