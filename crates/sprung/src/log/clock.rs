@@ -54,8 +54,8 @@ pub(super) fn usual_step(times: &[f64]) -> f64 {
 /// A clock that ticks once a cycle, told from stamps that may be late.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cycle {
-    /// Cycle, s.
-    pub(super) cycle: f64,
+    // s.
+    period: f64,
     // When it was 0.
     base: f64,
     // Of the last sample; none before the first.
@@ -67,7 +67,7 @@ impl Cycle {
     pub(super) fn new(cycle: f64, times: &[f64]) -> Self {
         let first = times.first().copied().unwrap_or_default();
         Self {
-            cycle,
+            period: cycle,
             base: first + phase(cycle, first, times),
             index: None,
         }
@@ -76,7 +76,7 @@ impl Cycle {
     /// Returns a clock that ticked `index` at the stamp `last`.
     pub(super) fn after(cycle: f64, last: f64, index: f64, times: &[f64]) -> Self {
         Self {
-            cycle,
+            period: cycle,
             base: last + phase(cycle, last, times) - index * cycle,
             index: Some(index),
         }
@@ -89,7 +89,7 @@ impl Cycle {
     /// A stamp is late, not early, and each tick gives one sample: a sample came no
     /// later than any behind it, less one tick for each between.
     pub(super) fn next(&mut self, times: &[f64]) -> f64 {
-        let nearest = |time: f64| ((time - self.base) / self.cycle).round();
+        let nearest = |time: f64| ((time - self.base) / self.period).round();
         let bounds = times.iter().take(AHEAD).enumerate();
         let mut index = bounds
             .map(|(k, &time)| nearest(time) - k as f64)
@@ -98,9 +98,9 @@ impl Cycle {
             index = index.max(before + 1.0);
         }
         let time = times.first().copied().unwrap_or_default();
-        let deviation = time - self.base - index * self.cycle;
+        let deviation = time - self.base - index * self.period;
         if deviation.is_finite() {
-            let clip = CLIP * self.cycle;
+            let clip = CLIP * self.period;
             self.base += GAIN * deviation.clamp(-clip, clip);
         }
         self.index = Some(index);
@@ -109,7 +109,7 @@ impl Cycle {
 
     /// Returns the time of the last tick, as stamps have it on average, s.
     pub(super) fn time(&self) -> f64 {
-        self.base + self.index.unwrap_or_default() * self.cycle
+        self.base + self.index.unwrap_or_default() * self.period
     }
 
     /// Calls the tick of the next sample 0.
@@ -119,13 +119,13 @@ impl Cycle {
         self.index = None;
         // A first stamp that is late shows by those that come at once behind it.
         let index = self.next(times);
-        self.base += index * self.cycle;
+        self.base += index * self.period;
         self.index = Some(0.0);
     }
 
     /// Begins anew and listens anew to when ticks come, as after a gap.
     pub(super) fn restart(&mut self, times: &[f64]) {
-        *self = Self::new(self.cycle, times);
+        *self = Self::new(self.period, times);
         self.begin(times);
     }
 }

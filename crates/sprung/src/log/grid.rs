@@ -279,15 +279,14 @@ impl Grid {
         let (times, period) = (&self.waiting.times, self.timing.period);
         // What went before has a period already.
         let fixed = self.placed.is_some();
-        let (evidence, told) = match self.asked {
-            Some(_) => (None, None),
-            None => {
-                let channels: Vec<(usize, &[f64])> = (self.telling.iter())
-                    .map(|&(own, channel)| (channel, self.waiting.values[own].as_slice()))
-                    .collect();
-                let (evidence, told) = weigh(times, period, LONGEST, &channels);
-                (Some(evidence), told)
-            }
+        let (evidence, told) = if self.asked.is_some() {
+            (None, None)
+        } else {
+            let channels: Vec<(usize, &[f64])> = (self.telling.iter())
+                .map(|&(own, channel)| (channel, self.waiting.values[own].as_slice()))
+                .collect();
+            let (evidence, told) = weigh(times, period, LONGEST, &channels);
+            (Some(evidence), told)
         };
         let off = |pair: &[f64]| {
             let step = (pair[1] - pair[0]) / period;

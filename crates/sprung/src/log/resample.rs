@@ -214,8 +214,13 @@ mod tests {
             let part = (state >> 40) as f64 / f64::from(1 << 24);
             at.push(at[at.len() - 1] + 0.01 + 3.0 * part * part);
         }
-        let (out, interpolated) =
-            resampled(&at, |t| if (1e3 * t) as u64 % 2 == 0 { 1.0 } else { -1.0 });
+        let (out, interpolated) = resampled(&at, |t| {
+            if ((1e3 * t) as u64).is_multiple_of(2) {
+                1.0
+            } else {
+                -1.0
+            }
+        });
         assert!(interpolated > 4000, "{interpolated}");
         let worst = out.values[0]
             .iter()

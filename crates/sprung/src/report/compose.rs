@@ -319,7 +319,7 @@ fn links(identification: &Identification) -> Option<Section> {
 
 /// Returns how many samples a log has and what was done about their times.
 fn samples(log: &LogInfo) -> String {
-    let mut text = match (log.sampling.as_str(), log.cycle_s) {
+    let taken = match (log.sampling.as_str(), log.cycle_s) {
         ("on-cycle", Some(cycle)) => format!(
             "{}, taken at multiples of {} s",
             log.samples,
@@ -328,18 +328,18 @@ fn samples(log: &LogInfo) -> String {
         ("as-stamped", _) => format!("{}, taken when stamped", log.samples),
         _ => format!("{}, even", log.samples),
     };
-    for (count, what) in [
+    let counts = [
         (log.interpolated, "interpolated"),
         (log.dropped, "missing, at most three together"),
         (log.repeated, "written twice"),
         (log.frozen, "that repeat the one before"),
         (log.gaps, "gaps"),
-    ] {
-        if count > 0 {
-            text += &format!("; {count} {what}");
-        }
-    }
-    text
+    ];
+    let counted = (counts.into_iter())
+        .filter(|(count, _)| *count > 0)
+        .map(|(count, what)| format!("{count} {what}"));
+    let all: Vec<String> = std::iter::once(taken).chain(counted).collect();
+    all.join("; ")
 }
 
 fn settings(contents: &Contents<'_>) -> Section {

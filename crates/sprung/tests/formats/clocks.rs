@@ -16,12 +16,15 @@ pub(crate) fn truth(t: f64) -> [f64; 6] {
 
 /// A log of what was sampled at some times and stamped with others.
 pub(crate) fn csv(samples: &[(f64, f64)], value: impl Fn(f64) -> [f64; 6]) -> Vec<u8> {
-    let mut text = "t_s,q1_rad,q2_rad,phi1_rad,phi2_rad,tau1_nm,tau2_nm\n".to_owned();
-    for &(sampled, stamp) in samples {
+    let header = "t_s,q1_rad,q2_rad,phi1_rad,phi2_rad,tau1_nm,tau2_nm".to_owned();
+    let row = |&(sampled, stamp): &(f64, f64)| {
         let cells: Vec<String> = value(sampled).iter().map(ToString::to_string).collect();
-        text += &format!("{stamp},{}\n", cells.join(","));
-    }
-    text.into_bytes()
+        format!("{stamp},{}", cells.join(","))
+    };
+    let lines: Vec<String> = std::iter::once(header)
+        .chain(samples.iter().map(row))
+        .collect();
+    lines.join("\n").into_bytes()
 }
 
 pub(crate) fn found(csv: Vec<u8>, keys: &str) -> Result<Found, String> {
@@ -255,7 +258,7 @@ fn any_times_end_well() {
         let samples: Vec<(f64, f64)> = (0..700)
             .map(|_| {
                 let size = [0.0, 1e-300, 1e-9, 1e-3, 1.0, 1e6, 1e300];
-                let pick = random.next() * random.next() * (1 + case % 7) as f64;
+                let pick = random.next() * random.next() * f64::from(1 + case % 7);
                 time += size[(pick as usize).min(6)] * (random.next() + 1e-3);
                 (random.next(), time)
             })

@@ -57,10 +57,11 @@ fn fitted(times: &[f64], values: &[f64], degree: usize, at: f64) -> f64 {
     for i in 0..size {
         let most = (i..size).max_by(|&a, &b| normal[a][i].abs().total_cmp(&normal[b][i].abs()));
         normal.swap(i, most.unwrap());
-        for j in i + 1..size {
-            let factor = normal[j][i] / normal[i][i];
-            for k in i..=size {
-                normal[j][k] -= factor * normal[i][k];
+        let pivot = normal[i].clone();
+        for row in &mut normal[i + 1..] {
+            let factor = row[i] / pivot[i];
+            for (own, above) in row.iter_mut().zip(&pivot) {
+                *own -= factor * above;
             }
         }
     }
