@@ -164,3 +164,108 @@ fn told(channels: &Channels, evidence: &Evidence) -> String {
 fn rounded(x: f64) -> f64 {
     format!("{x:.3e}").parse().unwrap_or(x)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::Place;
+    use super::*;
+    use crate::description::{no_files, read};
+
+    fn channels() -> Channels {
+        let text = "format = 1\n[robot]\nname = \"one\"\ndh_modified = [{}]\n[[robot.joint]]\nname = \"j\"\n\
+                    [log]\ntime_s = \"t\"\nlink_position_rad = [\"q\"]\nmotor_position_rad = [\"phi\"]\n\
+                    motor_torque_nm = [\"tau\"]\n";
+        let experiment = read("experiment.toml", text, &[], &mut no_files).unwrap();
+        Channels::new(&experiment.robot, experiment.log.as_ref().unwrap()).unwrap()
+    }
+
+    fn evidence(decisive: bool) -> Evidence {
+        Evidence {
+            samples: 100,
+            channel: 1,
+            stamped: 4e-5,
+            even: 7e-5,
+            on_cycle: (1.999_996e-3, 1.5e-5),
+            decisive,
+        }
+    }
+
+    #[test]
+    fn what_was_counted_is_told_and_many_are_a_warning() {
+        let of = |count| Count {
+            count,
+            first: Some(Place::Line(7)),
+        };
+        let timing = Timing {
+            recorded: 1000,
+            sampling: Some(Sampling::Even),
+            dropped: of(1),
+            repeated: of(10),
+            frozen: of(11),
+            ..Timing::default()
+        };
+        let findings = check_timing("log.csv", &channels(), &timing);
+        let told: Vec<(&str, Severity)> = (findings.iter())
+            .map(|finding| (finding.code.as_str(), finding.severity))
+            .collect();
+        assert_eq!(
+            told,
+            [
+                ("dropped-samples", Severity::Info),
+                ("repeated-samples", Severity::Info),
+                ("frozen-samples", Severity::Warning),
+            ]
+        );
+        assert!(
+            findings[0]
+                .text
+                .contains("lacks 1 sample, at most three together, first at line 7")
+        );
+        let quiet = Timing {
+            recorded: 1000,
+            sampling: Some(Sampling::Even),
+            jitter: 0.09,
+            evidence: Some(evidence(true)),
+            ..Timing::default()
+        };
+        assert!(check_timing("log.csv", &channels(), &quiet).is_empty());
+    }
+
+    #[test]
+    fn the_answer_and_the_line_that_says_it() {
+        let told = |sampling, decisive| {
+            let timing = Timing {
+                recorded: 1000,
+                period: 4e-3,
+                jitter: 0.9,
+                sampling: Some(sampling),
+                evidence: Some(evidence(decisive)),
+                ..Timing::default()
+            };
+            let mut findings = check_timing("log.csv", &channels(), &timing);
+            findings.pop().unwrap()
+        };
+        let cycle = told(Sampling::OnCycle(1.999_996e-3), true);
+        assert!(
+            cycle.text.contains("on a cycle of 2.0000 ms") && cycle.text.contains("\"phi\" lies")
+        );
+        assert!(
+            cycle.remedy.contains("period_s = 0.002 beside the time"),
+            "{}",
+            cycle.remedy
+        );
+        assert!(
+            told(Sampling::Even, true)
+                .remedy
+                .contains("sampling = \"even\"")
+        );
+        assert!(
+            told(Sampling::AsStamped, true)
+                .remedy
+                .contains("sampling = \"as-stamped\"")
+        );
+        let open = told(Sampling::AsStamped, false);
+        assert_eq!(open.severity, Severity::Warning);
+        assert!(open.text.contains("do not tell"));
+    }
+}

@@ -156,6 +156,67 @@ fn positions_tell_when_samples_were_taken() {
 }
 
 #[test]
+fn a_log_may_become_uneven_later() {
+    let mut random = Random::new(7);
+    let period = 1e-3;
+    let later = |k: usize| k > 3000;
+    // Samples that are late and say so; then a pause, and more of them.
+    let slept: Vec<(f64, f64)> = (even(9000, period).into_iter().enumerate())
+        .map(|(k, t)| {
+            t + if later(k) {
+                0.4 * period * random.next()
+            } else {
+                0.0
+            }
+        })
+        .enumerate()
+        .map(|(k, t)| t + if k > 6000 { 0.1234 } else { 0.0 })
+        .map(|t| (t, t))
+        .collect();
+    let as_stamped = found(csv(&slept, truth), "").unwrap();
+    assert_eq!(as_stamped.timing.sampling, Some(Sampling::AsStamped));
+    assert_eq!(as_stamped.gaps.len(), 1);
+    assert_eq!(
+        as_stamped.columns[0][2500].to_bits(),
+        slept[2500].1.to_bits()
+    );
+    assert!(worst(&as_stamped) < 3e-6, "{}", worst(&as_stamped));
+    // Stamps that are late, of even samples: none is interpolated.
+    let late: Vec<(f64, f64)> = (even(9000, period).into_iter().enumerate())
+        .map(|(k, t)| {
+            (
+                t,
+                t + if later(k) {
+                    0.4 * period * random.next()
+                } else {
+                    0.0
+                },
+            )
+        })
+        .collect();
+    let even_clock = found(csv(&late, truth), "").unwrap();
+    assert_eq!(even_clock.timing.sampling, Some(Sampling::Even));
+    assert_eq!(
+        (even_clock.timing.interpolated, even_clock.columns[0].len()),
+        (0, 9000)
+    );
+    for (k, (t, _)) in late.iter().enumerate() {
+        assert_eq!(even_clock.columns[1][k].to_bits(), truth(*t)[0].to_bits());
+    }
+}
+
+#[test]
+fn a_joint_that_rests_tells_nothing() {
+    let mut random = Random::new(8);
+    let late: Vec<(f64, f64)> = (even(2000, 1e-3).into_iter())
+        .map(|t| (0.0, t + 0.4e-3 * random.next()))
+        .collect();
+    let found = found(csv(&late, truth), "").unwrap();
+    assert!(!found.timing.evidence.unwrap().decisive);
+    assert_eq!(found.timing.sampling, Some(Sampling::AsStamped));
+}
+
+#[test]
 fn what_is_said_is_done() {
     let mut random = Random::new(2);
     let late: Vec<(f64, f64)> = (even(3000, 2e-3).into_iter())
