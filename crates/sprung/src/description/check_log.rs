@@ -361,7 +361,6 @@ fn check_time(log: &Log, path: &[&str]) -> Result<(), Fault> {
         ("time_us", log.time_us.is_some()),
         ("time_ns", log.time_ns.is_some()),
         ("time", log.time.is_some()),
-        ("period_s", log.period_s.is_some()),
     ]
     .into_iter()
     .filter_map(|(key, given)| given.then_some(key))
@@ -378,6 +377,15 @@ fn check_time(log: &Log, path: &[&str]) -> Result<(), Fault> {
         return Err(fault(
             &[path, &["period_s"]].concat(),
             format!("period_s = {period} must be positive"),
+        ));
+    }
+    if let (Some(period), Some(_)) = (log.period_s, log.sampling) {
+        return Err(fault(
+            &[path, &["sampling"]].concat(),
+            format!(
+                "period_s = {period} says when samples were taken: at whole multiples of it; keep it or \
+                 sampling"
+            ),
         ));
     }
     let Some(time) = &log.time else { return Ok(()) };

@@ -33,8 +33,12 @@ pub struct Log {
     #[serde(default, deserialize_with = "one_column")]
     #[schemars(with = "Option<Columns>")]
     pub time: Option<Column>,
-    /// Time between samples, of logs without a column of the time, s.
+    /// Period of the clock that samples, s. Without a column of the time there is a
+    /// sample each period; with one, samples are at whole multiples of it, and time
+    /// stamps say at which to the nearest.
     pub period_s: Option<f64>,
+    /// Whether samples were taken when their time stamps say.
+    pub sampling: Option<SamplingTimes>,
     /// Columns of the link positions, rad.
     pub link_position_rad: Option<Columns>,
     /// Columns of the link positions, degrees.
@@ -88,6 +92,13 @@ pub struct Log {
 }
 
 impl Log {
+    /// Returns whether it names a column of the time.
+    #[must_use]
+    pub fn has_time(&self) -> bool {
+        let columns = [&self.time_s, &self.time_ms, &self.time_us, &self.time_ns];
+        self.time.is_some() || columns.into_iter().any(Option::is_some)
+    }
+
     /// Returns the name of its file, or `other` if it names none.
     #[must_use]
     pub fn name(&self, other: &str) -> String {
@@ -189,7 +200,7 @@ impl Log {
             drive_voltage_v,
             drive_voltage
         );
-        replace!(time_s, time_ms, time_us, time_ns, time, period_s);
+        replace!(time_s, time_ms, time_us, time_ns, time, period_s, sampling);
         log.file = over.file.clone().or(log.file);
         log.csv = over.csv.clone().or(log.csv);
         log.motor_position_side = over.motor_position_side.or(log.motor_position_side);
@@ -198,6 +209,29 @@ impl Log {
         log.delay_s.extend(over.delay_s.clone());
         log.sign.extend(over.sign.clone());
         log
+    }
+}
+
+/// Whether samples were taken when their time stamps say.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(try_from = "String")]
+#[schemars(extend("enum" = ["auto", "even", "as-stamped"]))]
+pub enum SamplingTimes {
+    /// What the positions say.
+    #[default]
+    Auto,
+    /// One sample each period; stamps are rounded or late.
+    Even,
+    /// When stamped.
+    AsStamped,
+}
+
+impl TryFrom<String> for SamplingTimes {
+    type Error = String;
+
+    fn try_from(word: String) -> Result<Self, String> {
+        let index = choose("sampling", &word, &["auto", "even", "as-stamped"])?;
+        Ok([Self::Auto, Self::Even, Self::AsStamped][index])
     }
 }
 

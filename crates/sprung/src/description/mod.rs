@@ -28,7 +28,7 @@ pub use identify::{
     Cutoff, DiscretizationName, EncoderOffset, Estimator, Identify, InitialMomentum, StartName,
     Weights,
 };
-pub use log::{CsvForm, Delay, Log};
+pub use log::{CsvForm, Delay, Log, SamplingTimes};
 pub use read::{DescriptionError, Experiment, no_files, read, schema};
 pub use robot::{
     DhJoint, FrictionLaw, Joint, Kinematics, Nominal, Robot, Side, SpringTerm, Transmission, Tree,

@@ -6,7 +6,7 @@ use super::result::{DelayUsed, LogInfo};
 use super::second_look::Delays;
 use crate::description::Log;
 use crate::finding::{Finding, Severity};
-use crate::log::{Channels, check};
+use crate::log::{Channels, Sampling, check, check_timing};
 use crate::model::Model;
 use crate::regression::{LogFigures, PassError};
 
@@ -20,6 +20,7 @@ pub(super) fn about_logs(
     let mut findings = Vec::new();
     for (figures, name) in logs.iter().zip(names) {
         findings.extend(check(name, channels, model.joints(), &figures.summary)?);
+        findings.extend(check_timing(name, channels, &figures.timing));
         findings.extend(gaps(name, figures));
     }
     Ok(findings)
@@ -50,7 +51,7 @@ fn log_names(log: &Log, opened: &[String]) -> Vec<String> {
 }
 
 fn gaps(file: &str, figures: &LogFigures) -> Option<Finding> {
-    let gaps = &figures.gaps;
+    let gaps = &figures.timing.gaps;
     (gaps.count > 0).then(|| {
         let lost = match figures.lost {
             0 => String::new(),
@@ -64,8 +65,10 @@ fn gaps(file: &str, figures: &LogFigures) -> Option<Finding> {
             },
             "gaps",
             format!(
-                "{file} has {} gaps, {:.3} s together, at which the filters start anew{lost}",
-                gaps.count, gaps.duration
+                "{file} has {} gap{}, {:.3} s together, at which the filters start anew{lost}",
+                gaps.count,
+                if gaps.count == 1 { "" } else { "s" },
+                gaps.duration
             ),
             "see that the recorder keeps up; nothing needs to be cut",
         )
@@ -77,13 +80,22 @@ fn log_info(file: &str, figures: &LogFigures, delays: &Delays, channels: &Channe
         .filter(|(_, channel)| channel.delay.is_some())
         .map(|(i, channel)| (channel.column.clone(), delays.used(i)))
         .collect();
+    let timing = figures.timing;
     LogInfo {
         file: file.to_owned(),
         samples: figures.summary.samples(),
-        period_s: figures.period,
-        duration_s: figures.duration,
-        jitter_percent: 100.0 * figures.jitter,
-        gaps: figures.gaps.count,
+        period_s: timing.period,
+        duration_s: timing.duration,
+        jitter_percent: 100.0 * timing.jitter,
+        jitter_rms_percent: 100.0 * timing.jitter_rms,
+        sampling: timing.sampling.map_or("even", Sampling::name).to_owned(),
+        cycle_s: timing.sampling.and_then(Sampling::cycle),
+        recorded: timing.recorded,
+        interpolated: timing.interpolated,
+        dropped: timing.dropped.count,
+        repeated: timing.repeated.count,
+        frozen: timing.frozen.count,
+        gaps: timing.gaps.count,
         delay_s,
     }
 }

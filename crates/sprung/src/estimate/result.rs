@@ -87,6 +87,30 @@ pub struct LogInfo {
     pub duration_s: f64,
     /// Largest deviation of a step from the period, percent.
     pub jitter_percent: f64,
+    /// Root mean square of these deviations, percent.
+    #[serde(default)]
+    pub jitter_rms_percent: f64,
+    /// When samples were taken: `even`, `on-cycle` or `as-stamped`.
+    #[serde(default)]
+    pub sampling: String,
+    /// The cycle at whose multiples samples were taken, s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cycle_s: Option<f64>,
+    /// Number of samples in the file.
+    #[serde(default)]
+    pub recorded: u64,
+    /// Samples used that were interpolated.
+    #[serde(default)]
+    pub interpolated: u64,
+    /// Missing samples, at most three together.
+    #[serde(default)]
+    pub dropped: u64,
+    /// Samples written twice, with one time, and left out.
+    #[serde(default)]
+    pub repeated: u64,
+    /// Samples that repeat all values of the one before although a joint moves.
+    #[serde(default)]
+    pub frozen: u64,
     /// Number of gaps, at which filters start anew.
     #[serde(default)]
     pub gaps: u64,

@@ -133,10 +133,7 @@ pub(super) fn excerpt(
     let mut log = source.open(channels)?;
     let mut block = LogBlock::new(channels.all.len());
     let mut more = log.read(&mut block)?;
-    let mut excerpt = Excerpt::new(
-        log.clock().period().unwrap_or_default(),
-        channels.rigid.len(),
-    );
+    let mut excerpt = Excerpt::new(log.timing().period, channels.rigid.len());
     while more {
         more = excerpt.push(&block) && log.read(&mut block)?;
     }

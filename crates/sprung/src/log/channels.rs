@@ -3,7 +3,8 @@
 use sprung_core::chain::JointKind;
 
 use super::origin::{Origin, Stream, TimeOrigin};
-use super::quantities::{link, motor, time, torque};
+use super::quantities::{link, motor, sampling, time, torque};
+use super::timing::Sampling;
 use crate::description::{CsvForm, Delay, Log, Robot, Side, Unit};
 
 /// What a channel measures.
@@ -45,6 +46,8 @@ pub struct Channels {
     pub time_stream: Option<Stream>,
     /// The reading times this is the time in s.
     pub time_factor: f64,
+    /// When samples were taken, if that is said.
+    pub sampling: Option<Sampling>,
     /// Whether times are dates.
     pub dates: bool,
     /// How CSV is written, where it does not show.
@@ -136,6 +139,7 @@ impl Channels {
             time,
             time_stream,
             time_factor,
+            sampling: sampling(log),
             dates: (log.time.as_ref()).is_some_and(|time| time.unit.is_some_and(Unit::is_date)),
             csv: log.csv.clone().unwrap_or_default(),
             all,

@@ -1,231 +1,237 @@
-//! Even sampling.
+//! What time stamps tell of the clock that samples.
 
-use super::{LogError, Place};
-
-/// Deviation of a step from the period that is tolerated, as a part of it.
+/// Deviation of a step from the period that is tolerated where nothing else is
+/// known, as a part of it.
 ///
 /// Treating a sample as if it came a tenth of a period off misplaces a joint
 /// at 1 rad/s and 1 kHz by 1e-4 rad, as much as an encoder with 16384 counts
 /// (standard deviation of its quantisation: 1.1e-4 rad).
 pub const JITTER_LIMIT: f64 = 0.1;
 
-/// A step of at least this many periods is a gap: the log goes on as if it
-/// began anew.
-const GAP: f64 = 1.5;
+/// Longer steps do not say how long one is.
+const MISSING: f64 = 1.5;
 
-const LEARNING: usize = 256;
+/// A step of at least so many periods is a gap: the log goes on as if it began
+/// anew. In shorter ones the missing samples, three at most, are interpolated.
+pub(super) const LONGEST: f64 = 4.5;
 
-/// Gaps of a log.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Gaps {
-    /// How many.
-    pub count: u64,
-    /// How long together, s.
-    pub duration: f64,
+/// Samples that tell whether a late stamp was late: those behind it come at once.
+pub(super) const AHEAD: usize = 32;
+
+/// Part of a stamp's deviation by which the clock is corrected: it follows the
+/// drift of clocks, a few parts in 10 000, and not the lateness of stamps.
+const GAIN: f64 = 1.0 / 64.0;
+
+/// How far from the usual step the period is sought, as a part of it, and in how
+/// many samples first.
+const SOUGHT: f64 = 0.05;
+const SHORT: usize = 128;
+
+/// A period is not found with less certainty than this.
+const FINE: f64 = 1e-2;
+
+/// Deviations count up to this part of a cycle.
+const CLIP: f64 = 0.25;
+
+/// Returns the usual step between time stamps; 0 if there is none.
+pub(super) fn usual_step(times: &[f64]) -> f64 {
+    let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    steps.sort_by(f64::total_cmp);
+    let Some(&median) = steps.get(steps.len() / 2) else {
+        return 0.0;
+    };
+    if median <= 0.0 {
+        return steps.iter().sum::<f64>() / steps.len() as f64;
+    }
+    // The mean over the window: times may be printed with so few digits
+    // that single steps are off by several percent. Gaps would bias it.
+    steps.retain(|step| *step < MISSING * median);
+    let mean = steps.iter().sum::<f64>() / steps.len() as f64;
+    let even = |step: &f64| (step - mean).abs() <= JITTER_LIMIT * mean;
+    if steps.iter().all(even) { mean } else { median }
 }
 
-/// Checks that time goes forward in even steps.
-#[derive(Clone, Debug)]
-pub struct Clock {
-    file: String,
-    samples: u64,
-    first: f64,
-    last: f64,
-    // Steps of the first samples, kept until the period is known.
-    early: Vec<(Place, u64, f64)>,
-    period: Option<f64>,
-    worst: f64,
-    gaps: Gaps,
-    // Samples after gaps that nobody has asked for, from 0.
-    found: Vec<u64>,
+/// A clock that ticks once a cycle, told from stamps that may be late.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cycle {
+    // s.
+    period: f64,
+    // When it was 0.
+    base: f64,
+    // Of the last sample; none before the first.
+    index: Option<f64>,
 }
 
-impl Clock {
-    /// Returns a clock that has seen nothing.
-    #[must_use]
-    pub fn new(file: &str) -> Self {
+impl Cycle {
+    /// Returns a clock that will tick 0 at the first of `times`.
+    pub(super) fn new(cycle: f64, times: &[f64]) -> Self {
+        let first = times.first().copied().unwrap_or_default();
         Self {
-            file: file.to_owned(),
-            samples: 0,
-            first: 0.0,
-            last: 0.0,
-            early: Vec::new(),
-            period: None,
-            worst: 0.0,
-            gaps: Gaps::default(),
-            found: Vec::new(),
+            period: cycle,
+            base: first + phase(cycle, first, times),
+            index: None,
         }
     }
 
-    /// Takes the time of the next sample, in s, found at `place`.
+    /// Returns a clock that ticked `index` at the stamp `last`.
+    pub(super) fn after(cycle: f64, last: f64, index: f64, times: &[f64]) -> Self {
+        Self {
+            period: cycle,
+            base: last + phase(cycle, last, times) - index * cycle,
+            index: Some(index),
+        }
+    }
+
+    /// Returns the tick of the next sample, a whole number above the last.
     ///
-    /// # Errors
+    /// - `times`: its stamp and up to [`AHEAD`] that follow.
     ///
-    /// [`LogError::TimeNotIncreasing`] or [`LogError::Uneven`].
-    pub fn tick(&mut self, place: Place, time: f64) -> Result<(), LogError> {
-        self.samples += 1;
-        let before = std::mem::replace(&mut self.last, time);
-        if self.samples == 1 {
-            self.first = time;
-            return Ok(());
+    /// A stamp is late, not early, and each tick gives one sample: a sample came no
+    /// later than any behind it, less one tick for each between.
+    pub(super) fn next(&mut self, times: &[f64]) -> f64 {
+        let nearest = |time: f64| ((time - self.base) / self.period).round();
+        let bounds = times.iter().take(AHEAD).enumerate();
+        let mut index = bounds
+            .map(|(k, &time)| nearest(time) - k as f64)
+            .fold(f64::INFINITY, f64::min);
+        if let Some(before) = self.index {
+            index = index.max(before + 1.0);
         }
-        let step = time - before;
-        if step <= 0.0 {
-            return Err(LogError::TimeNotIncreasing {
-                file: self.file.clone(),
-                place,
-                before,
-                after: time,
-            });
+        let time = times.first().copied().unwrap_or_default();
+        let deviation = time - self.base - index * self.period;
+        if deviation.is_finite() {
+            let clip = CLIP * self.period;
+            self.base += GAIN * deviation.clamp(-clip, clip);
         }
-        let sample = self.samples - 1;
-        if let Some(period) = self.period {
-            return self.judge(place, sample, step, period);
-        }
-        self.early.push((place, sample, step));
-        if self.early.len() == LEARNING {
-            self.learn()?;
-        }
-        Ok(())
+        self.index = Some(index);
+        index
     }
 
-    /// Ends the log: short ones are judged now.
+    /// Returns the time of the last tick, as stamps have it on average, s.
+    pub(super) fn time(&self) -> f64 {
+        self.base + self.index.unwrap_or_default() * self.period
+    }
+
+    /// Calls the tick of the next sample 0.
     ///
-    /// # Errors
-    ///
-    /// [`LogError::TooShort`] for fewer than two samples, or
-    /// [`LogError::Uneven`].
-    pub fn finish(&mut self) -> Result<(), LogError> {
-        if self.samples < 2 {
-            return Err(LogError::TooShort {
-                file: self.file.clone(),
-                found: self.samples,
-                needed: 2,
-                why: "a sampling period is the time between two samples".to_owned(),
-            });
+    /// - `times`: its stamp and those that follow.
+    pub(super) fn begin(&mut self, times: &[f64]) {
+        self.index = None;
+        // A first stamp that is late shows by those that come at once behind it.
+        let index = self.next(times);
+        self.base += index * self.period;
+        self.index = Some(0.0);
+    }
+
+    /// Begins anew and listens anew to when ticks come, as after a gap.
+    pub(super) fn restart(&mut self, times: &[f64]) {
+        *self = Self::new(self.period, times);
+        self.begin(times);
+    }
+}
+
+/// Returns by how much ticks come after `from` and whole cycles, half a cycle at
+/// most.
+fn phase(cycle: f64, from: f64, times: &[f64]) -> f64 {
+    let (sine, cosine) = coherence(cycle, from, times);
+    sine.atan2(cosine) * cycle / std::f64::consts::TAU
+}
+
+/// Returns sums of sines and cosines of stamps that turn once a cycle.
+fn coherence(cycle: f64, from: f64, times: &[f64]) -> (f64, f64) {
+    let turn = std::f64::consts::TAU / cycle;
+    let (mut sine, mut cosine) = (0.0, 0.0);
+    for time in times {
+        let angle = turn * (time - from);
+        if angle.is_finite() {
+            sine += angle.sin();
+            cosine += angle.cos();
         }
-        if self.period.is_none() {
-            self.learn()?;
+    }
+    (sine, cosine)
+}
+
+/// Returns the cycle within [`SOUGHT`] of `cycle` to which stamps keep best.
+///
+/// The peak of their periodogram: stamps that are late now and then, and samples
+/// that are missing, do not move it as they move means and medians of steps.
+pub(super) fn refined(cycle: f64, times: &[f64]) -> f64 {
+    let Some(&first) = times.first() else {
+        return cycle;
+    };
+    let mut count = SHORT.min(times.len());
+    // The peak is one turn over all stamps wide.
+    let mut best = highest(cycle, SOUGHT, 0.1 / count as f64, first, &times[..count]);
+    while count < times.len() {
+        let reach = 0.5 / count as f64;
+        count = (2 * count).min(times.len());
+        best = highest(best, reach, 0.1 / count as f64, first, &times[..count]);
+    }
+    let width = 0.1 / count as f64;
+    if width < FINE {
+        highest(best, width, 0.02 * width, first, times)
+    } else {
+        cycle
+    }
+}
+
+/// Returns the cycle near another to which stamps keep best.
+///
+/// - `reach`, `step`: how far and how finely it is sought, as parts of it.
+fn highest(cycle: f64, reach: f64, step: f64, first: f64, times: &[f64]) -> f64 {
+    let steps = (reach / step).ceil() as i32;
+    let (mut best, mut most) = (cycle, f64::NEG_INFINITY);
+    for k in -steps..=steps {
+        let tried = cycle * (1.0 + f64::from(k) * step);
+        let (sine, cosine) = coherence(tried, first, times);
+        if sine.hypot(cosine) > most {
+            (best, most) = (tried, sine.hypot(cosine));
         }
-        Ok(())
     }
-
-    /// Returns the sampling period, s, once it is known.
-    #[must_use]
-    pub fn period(&self) -> Option<f64> {
-        self.period
-    }
-
-    /// Returns the number of samples so far.
-    #[must_use]
-    pub fn samples(&self) -> u64 {
-        self.samples
-    }
-
-    /// Returns the time between the first and the last sample so far, s.
-    #[must_use]
-    pub fn duration(&self) -> f64 {
-        self.last - self.first
-    }
-
-    /// Returns the largest deviation of a step from the period, as a part of
-    /// the period.
-    #[must_use]
-    pub fn jitter(&self) -> f64 {
-        self.worst
-    }
-
-    /// Returns the gaps so far.
-    #[must_use]
-    pub fn gaps(&self) -> Gaps {
-        self.gaps
-    }
-
-    /// Returns the samples after gaps, counted from 0, that were found since it
-    /// was last asked.
-    pub fn new_gaps(&mut self) -> Vec<u64> {
-        std::mem::take(&mut self.found)
-    }
-
-    fn learn(&mut self) -> Result<(), LogError> {
-        let early = std::mem::take(&mut self.early);
-        let mut steps: Vec<f64> = early.iter().map(|&(_, _, step)| step).collect();
-        steps.sort_by(f64::total_cmp);
-        let median = steps[steps.len() / 2];
-        // The mean over the window: times may be printed with so few digits
-        // that single steps are off by several percent. Gaps would bias it.
-        steps.retain(|step| *step < GAP * median);
-        let mean = steps.iter().sum::<f64>() / steps.len() as f64;
-        let biased = (mean - median).abs() > JITTER_LIMIT * median;
-        let period = if biased { median } else { mean };
-        self.period = Some(period);
-        for (place, sample, step) in early {
-            self.judge(place, sample, step, period)?;
-        }
-        Ok(())
-    }
-
-    fn judge(&mut self, place: Place, sample: u64, step: f64, period: f64) -> Result<(), LogError> {
-        if step >= GAP * period {
-            self.gaps.count += 1;
-            self.gaps.duration += step - period;
-            self.found.push(sample);
-            return Ok(());
-        }
-        let deviation = (step - period).abs() / period;
-        self.worst = self.worst.max(deviation);
-        if deviation <= JITTER_LIMIT {
-            return Ok(());
-        }
-        Err(LogError::Uneven {
-            file: self.file.clone(),
-            place,
-            step_ms: step * 1e3,
-            period_ms: period * 1e3,
-            percent: 100.0 * deviation,
-        })
-    }
+    best
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn run(times: impl Iterator<Item = f64>) -> Result<Clock, LogError> {
-        let mut clock = Clock::new("log.csv");
-        for (k, time) in times.enumerate() {
-            clock.tick(Place::Line(k as u64 + 2), time)?;
-        }
-        clock.finish()?;
-        Ok(clock)
-    }
-
     #[test]
     fn period_of_rounded_times_is_unbiased() {
         // 960 Hz printed with four decimals: steps of 1.0 and 1.1 ms.
-        let times = (0..5000).map(|k| (f64::from(k) / 960.0 * 1e4).round() / 1e4);
-        let period = run(times).unwrap().period().unwrap();
+        let times: Vec<f64> = (0..257)
+            .map(|k| (f64::from(k) / 960.0 * 1e4).round() / 1e4)
+            .collect();
+        let period = usual_step(&times);
         assert!((period * 960.0 - 1.0).abs() < 1e-3, "{period}");
     }
 
     #[test]
-    fn gaps_are_counted_and_placed() {
-        let late = |k: i32| k + 3 * i32::from(k > 100) + 40 * i32::from(k > 400);
-        let mut clock = run((0..500).map(|k| f64::from(late(k)) * 1e-3)).unwrap();
-        assert!((clock.period().unwrap() - 1e-3).abs() < 1e-12);
-        assert_eq!(clock.gaps().count, 2);
-        assert!((clock.gaps().duration - 0.043).abs() < 1e-9);
-        assert_eq!(clock.new_gaps(), [101, 401]);
-        assert!(clock.new_gaps().is_empty());
-    }
-
-    #[test]
-    fn a_step_that_is_no_gap_is_refused() {
-        let times = (0..500).map(|k| f64::from(k) * 1e-3 + if k > 100 { 3e-4 } else { 0.0 });
-        let error = run(times).unwrap_err().to_string();
-        assert!(
-            error.starts_with("line 103 of log.csv: 1.3000 ms"),
-            "{error}"
-        );
+    fn late_stamps_tell_their_ticks() {
+        // Every stamp is late by up to a third of a cycle; three come together,
+        // two cycles late; one tick is missing; the clock is fast by 1e-4.
+        let ticks: Vec<f64> = (0..3000).filter(|k| *k != 700).map(f64::from).collect();
+        let mut state = 1_u64;
+        let mut times: Vec<f64> = Vec::new();
+        for (k, tick) in ticks.iter().enumerate() {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            let late = (state >> 40) as f64 / f64::from(1 << 24) / 3.0;
+            let late = if k % 500 == 250 { 2.1 } else { late };
+            let time = 5.0 + 1e-3 * 1.0001 * (tick + late);
+            let after = times.last().map_or(0.0, |last| last + 1e-6);
+            times.push(time.max(after));
+        }
+        let cycle = refined(1e-3, &times);
+        assert!((cycle / 1.0001e-3 - 1.0).abs() < 2e-6, "{cycle}");
+        for cycle in [cycle, 1e-3] {
+            let mut clock = Cycle::new(cycle, &times[..AHEAD]);
+            for (k, tick) in ticks.iter().enumerate() {
+                let told = clock.next(&times[k..]);
+                assert!((told - tick).abs() < 0.5, "{k}: {told} for {tick}");
+                let late = clock.time() - 5.0 - 1.0001e-3 * tick;
+                assert!((-1e-4..5e-4).contains(&late), "{k}: {late}");
+            }
+        }
     }
 }

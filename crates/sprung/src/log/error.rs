@@ -119,7 +119,7 @@ pub enum LogError {
     /// Time does not go forward.
     #[error(
         "{place} of {file}: time goes from {before} s to {after} s; samples must be in order, \
-         each with its own time"
+         each with its own time{remedy}"
     )]
     TimeNotIncreasing {
         /// Name of the file.
@@ -130,24 +130,8 @@ pub enum LogError {
         before: f64,
         /// Time of this sample, s.
         after: f64,
-    },
-    /// Sampling is uneven.
-    #[error(
-        "{place} of {file}: {step_ms:.4} ms since the sample before, the period is \
-         {period_ms:.4} ms ({percent:.0} % off, 10 % is tolerated: beyond it the error of the \
-         velocities exceeds that of an encoder); resample the log evenly"
-    )]
-    Uneven {
-        /// Name of the file.
-        file: String,
-        /// Where in the file.
-        place: Place,
-        /// Time since the sample before, ms.
-        step_ms: f64,
-        /// Period of the log, ms.
-        period_ms: f64,
-        /// Deviation from the period, percent.
-        percent: f64,
+        /// What to do; begins with a semicolon, or empty.
+        remedy: &'static str,
     },
     /// The values of a column cannot be those of a moving robot.
     #[error("{message}")]

@@ -2,7 +2,9 @@
 
 use super::BLOCK;
 use super::LogError;
+use super::resample::lagrange;
 use super::rows::Rows;
+use super::timing::Count;
 
 /// A step of so many usual steps is a gap, over which nothing is interpolated.
 const GAP: f64 = 3.5;
@@ -25,6 +27,8 @@ pub(super) struct Follower {
     usual: f64,
     ended: bool,
     name: String,
+    /// Rows that were written twice.
+    pub(super) repeated: Count,
 }
 
 impl Follower {
@@ -40,6 +44,7 @@ impl Follower {
             usual: 0.0,
             ended: false,
             name,
+            repeated: Count::default(),
         }
     }
 
@@ -64,6 +69,8 @@ impl Follower {
         // Two samples beyond the last time, for the cubic.
         let behind = |times: &[f64]| times.len() >= 2 && times[times.len() - 2] > last;
         while !self.ended && !behind(&self.times) {
+            // A stream that began hours before the first is not kept.
+            self.let_go(self.times.partition_point(|time| *time < times[0]));
             self.more(origin)?;
         }
         let mut k = 0;
@@ -75,12 +82,17 @@ impl Follower {
                 out[*channel].push(interpolated(&self.times, values, k, time, self.usual));
             }
         }
-        let done = k.saturating_sub(1);
+        self.let_go(k);
+        Ok(())
+    }
+
+    /// Lets samples go that no cubic needs at or behind the `k`th.
+    fn let_go(&mut self, k: usize) {
+        let done = k.saturating_sub(2);
         self.times.drain(..done);
         for values in &mut self.values {
             values.drain(..done);
         }
-        Ok(())
     }
 
     fn more(&mut self, origin: i128) -> Result<(), LogError> {
@@ -97,23 +109,30 @@ impl Follower {
             steps.sort_by(f64::total_cmp);
             self.usual = steps.get(steps.len() / 2).copied().unwrap_or(0.0);
         }
-        let mut before = self.times.last().copied();
         for (i, time) in self.rows.times.iter().enumerate() {
             let time = time + self.shift;
-            if let Some(before) = before.replace(time)
+            if let Some(&before) = self.times.last()
                 && time <= before
             {
+                let place = self.rows.place(i);
+                let own = self.values.iter().zip(&self.rows.values);
+                let same = |(own, read): (&Vec<f64>, &Vec<f64>)| own.last() == read.get(i);
+                if time.to_bits() == before.to_bits() && own.into_iter().all(same) {
+                    self.repeated.add(1, place);
+                    continue;
+                }
                 return Err(LogError::TimeNotIncreasing {
                     file: self.name.clone(),
-                    place: self.rows.place(i),
+                    place,
                     before: before - self.shift,
                     after: time - self.shift,
+                    remedy: "",
                 });
             }
             self.times.push(time);
-        }
-        for (own, values) in self.values.iter_mut().zip(&self.rows.values) {
-            own.extend_from_slice(values);
+            for (own, read) in self.values.iter_mut().zip(&self.rows.values) {
+                own.push(read[i]);
+            }
         }
         Ok(())
     }
@@ -138,19 +157,20 @@ fn interpolated(times: &[f64], values: &[f64], k: usize, time: f64, usual: f64) 
     if time < here || !even(here, next) {
         return f64::NAN;
     }
-    let cubic =
-        k >= 1 && k + 2 < times.len() && even(times[k - 1], here) && even(next, times[k + 2]);
-    let points = if cubic { k - 1..k + 3 } else { k..k + 2 };
-    // Lagrange's form.
+    let begin = if k >= 1 && even(times[k - 1], here) {
+        k - 1
+    } else {
+        k
+    };
+    let end = match times.get(k + 2) {
+        Some(&after) if even(next, after) => k + 3,
+        _ => k + 2,
+    };
+    let points = begin..end;
+    let near = &times[points.clone()];
     points
-        .clone()
-        .map(|i| {
-            let others = points.clone().filter(|&j| j != i);
-            values[i]
-                * others
-                    .map(|j| (time - times[j]) / (times[i] - times[j]))
-                    .product::<f64>()
-        })
+        .enumerate()
+        .map(|(i, point)| values[point] * lagrange(near, i, time))
         .sum()
 }
 

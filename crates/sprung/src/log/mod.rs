@@ -2,30 +2,37 @@
 //!
 //! A log of any length is read in blocks of bounded size. [`Channels`] says
 //! which columns hold what; `formats` knows a file by its first bytes and reads
-//! numbers from it; `rows` unwraps, checks and scales them; `follow` brings
-//! other files and topics onto the time of the first; [`LogReader`] puts these
-//! together under a [`Clock`] that insists on even sampling; [`Summary`]
-//! gathers what [`check`] judges.
+//! numbers from it; `rows` unwraps, checks and scales them; `grid` finds out when samples
+//! were taken and makes them even; `follow` brings other files and topics onto
+//! these times; [`LogReader`] puts all together; [`Timing`] and [`Summary`] gather
+//! what [`check`] judges.
 
 mod channels;
 mod check;
+mod check_timing;
 mod clock;
 mod error;
+mod evidence;
 mod follow;
 mod formats;
+mod grid;
 mod input;
 mod names;
 mod origin;
 mod quantities;
 mod reader;
+mod resample;
 mod rows;
 mod source;
 mod summary;
+mod timing;
+mod watch;
 mod write;
 
 pub use channels::{Channel, ChannelError, Channels, Mix, Quantity};
 pub use check::check;
-pub use clock::{Clock, Gaps, JITTER_LIMIT};
+pub use check_timing::check_timing;
+pub use clock::JITTER_LIMIT;
 pub use error::{LogError, Place};
 pub use formats::panics_are_caught;
 pub use input::Input;
@@ -33,6 +40,7 @@ pub use origin::{Origin, Pick, Start, Stream, TimeOrigin};
 pub use reader::LogReader;
 pub use source::{LogSource, Opener};
 pub use summary::Summary;
+pub use timing::{Count, Evidence, Gaps, Sampling, Timing};
 pub use write::LogWriter;
 
 /// Samples in a block, at most.

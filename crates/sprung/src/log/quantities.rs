@@ -4,7 +4,8 @@ use sprung_core::chain::JointKind::{self, Prismatic, Revolute};
 
 use super::channels::{Channel, ChannelError, Quantity};
 use super::origin::{Origin, Pick, Start, Stream, TimeOrigin};
-use crate::description::{Column, Columns, Joint, Log, PerJoint, Robot, Side, Unit};
+use super::timing::Sampling;
+use crate::description::{Column, Columns, Joint, Log, PerJoint, Robot, SamplingTimes, Side, Unit};
 
 /// Returns origin, stream and factor of the time.
 pub(super) fn time(log: &Log) -> Option<(TimeOrigin, Option<Stream>, f64)> {
@@ -18,16 +19,26 @@ pub(super) fn time(log: &Log) -> Option<(TimeOrigin, Option<Stream>, f64)> {
     {
         return Some((TimeOrigin::Column(name.clone()), None, factor));
     }
-    if let Some(period) = log.period_s {
+    let Some(column) = &log.time else {
+        let period = log.period_s?;
         return Some((TimeOrigin::Period(period), None, 1.0));
-    }
-    let column = log.time.as_ref()?;
+    };
     let stream = stream(column);
     let stream = (stream != Stream::default()).then_some(stream);
     let factor = column.unit.map_or(1.0, Unit::size);
     match column.column.as_ref().and_then(|column| column.get(0)) {
         Some(name) => Some((TimeOrigin::Column(name), stream, factor)),
         None => Some((TimeOrigin::Messages, stream, 1.0)),
+    }
+}
+
+/// Returns when samples were taken, if that is said.
+pub(super) fn sampling(log: &Log) -> Option<Sampling> {
+    match (log.period_s, log.sampling.unwrap_or_default()) {
+        (Some(period), _) if log.has_time() => Some(Sampling::OnCycle(period)),
+        (_, SamplingTimes::Auto) => None,
+        (_, SamplingTimes::Even) => Some(Sampling::Even),
+        (_, SamplingTimes::AsStamped) => Some(Sampling::AsStamped),
     }
 }
 

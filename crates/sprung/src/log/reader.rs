@@ -1,29 +1,34 @@
-//! A log as one table: streams put together, time checked.
+//! A log as one table: streams put together, on even times.
 
 use std::path::Path;
 
 use super::channels::{Channel, Channels};
 use super::follow::Follower;
 use super::formats::{Opened, Request, open};
+use super::grid::Grid;
 use super::input::Input;
 use super::origin::{Pick, Start, Stream, TimeOrigin};
 use super::rows::{Rows, TimeOfRows};
-use super::{BLOCK, Clock, LogBlock, LogError};
+use super::{BLOCK, Gaps, LogBlock, LogError, Quantity, Timing};
 use crate::description::ColumnName;
 
 /// A log that is read block by block.
 pub struct LogReader {
     first: Rows,
-    // Places of the first stream's channels among all.
-    channels: Vec<usize>,
     // Streams whose rows are those of the first, and others.
-    beside: Vec<(String, Rows, Vec<usize>)>,
+    beside: Vec<Beside>,
     followers: Vec<Follower>,
-    clock: Clock,
+    grid: Grid,
+    // Places of the grid's channels among all.
+    of_grid: Vec<usize>,
+    ended: bool,
+    // Gaps of followers.
+    left_out: LeftOut,
     file: String,
-    // Values of rows that are not known to be in all streams.
-    found: Vec<Vec<f64>>,
 }
+
+/// A stream whose rows are those of the first: its name, and places of its channels.
+type Beside = (String, Rows, Vec<usize>);
 
 /// Opens the log's own file, or another that a channel names.
 type OpenFile<'a> = &'a mut dyn FnMut(Option<&Path>) -> Result<Box<dyn Input>, LogError>;
@@ -65,14 +70,20 @@ impl LogReader {
                 followers.push(Follower::new(name, rows, of));
             }
         }
+        let mut of_grid = of_first;
+        of_grid.extend(beside.iter().flat_map(|(_, _, of): &Beside| of));
+        let smooth: Vec<bool> = (of_grid.iter())
+            .map(|&place| channels.all[place].quantity != Quantity::MotorTorque)
+            .collect();
         Ok(Self {
             first,
-            channels: of_first,
             beside,
             followers,
-            clock: Clock::new(file),
+            grid: Grid::new(file, channels.sampling, &smooth, &of_grid),
+            of_grid,
+            ended: false,
+            left_out: LeftOut::default(),
             file: file.to_owned(),
-            found: vec![Vec::new(); channels.all.len()],
         })
     }
 
@@ -84,82 +95,118 @@ impl LogReader {
     /// the place at which time goes wrong.
     pub fn read(&mut self, block: &mut LogBlock) -> Result<bool, LogError> {
         block.clear();
-        let first = self.clock.samples();
-        let mut ended = false;
-        while block.len() < BLOCK && !ended {
-            ended = !self.more(BLOCK - block.len(), block)?;
+        while block.len() < BLOCK {
+            let wanted = BLOCK - block.len();
+            if self.grid.ready() < wanted && !self.ended {
+                self.more(wanted)?;
+            }
+            let begin = block.len();
+            self.grid.hand_on(wanted, &self.of_grid, block);
+            if begin == block.len() && self.ended {
+                break;
+            }
+            self.follow(begin, block)?;
         }
-        if ended {
-            self.clock.finish()?;
-        }
-        // The period is known within the first block, so none is missed.
-        let gaps = self.clock.new_gaps().into_iter();
-        block
-            .gaps
-            .extend(gaps.map(|sample| (sample - first) as usize));
         Ok(!block.is_empty())
     }
 
-    /// Returns the clock, which knows period and number of samples so far.
+    /// Returns how the log was sampled, so far; its period is known with the first
+    /// block.
     #[must_use]
-    pub fn clock(&self) -> &Clock {
-        &self.clock
+    pub fn timing(&self) -> Timing {
+        let mut timing = self.grid.timing();
+        timing.gaps.count += self.left_out.gaps.count;
+        timing.gaps.duration += self.left_out.gaps.duration;
+        for follower in &self.followers {
+            timing
+                .repeated
+                .add(follower.repeated.count, follower.repeated.first);
+        }
+        timing
     }
 
-    /// Appends at most `limit` rows; returns false at the end.
-    fn more(&mut self, limit: usize, block: &mut LogBlock) -> Result<bool, LogError> {
+    /// Takes at most `limit` rows, or notes the end.
+    fn more(&mut self, limit: usize) -> Result<(), LogError> {
         let count = self.first.read(limit)?;
         for (name, rows, _) in &mut self.beside {
             let own = rows.read(count.max(1))?;
             if own != count {
-                return Err(unequal(
-                    &self.file,
-                    name,
-                    self.clock.samples(),
-                    (count, own),
-                ));
+                let before = self.grid.timing().recorded;
+                return Err(unequal(&self.file, name, before, (count, own)));
             }
         }
         if count == 0 {
-            return Ok(false);
+            self.ended = true;
+            return self.grid.finish();
         }
-        if self.beside.is_empty() && self.followers.is_empty() {
-            for (i, &time) in self.first.times.iter().enumerate() {
-                self.clock.tick(self.first.place(i), time)?;
-            }
-            block.time.extend_from_slice(&self.first.times);
-            for (own, &channel) in self.first.values.iter().zip(&self.channels) {
-                block.values[channel].extend_from_slice(own);
-            }
-            return Ok(true);
+        let beside = self.beside.iter().flat_map(|(_, rows, _)| &rows.values);
+        let columns = self.first.values.iter().chain(beside);
+        for (i, &time) in self.first.times.iter().enumerate() {
+            let values = columns.clone().map(|column| column[i]);
+            self.grid.take(self.first.place(i), time, values)?;
         }
-        for values in &mut self.found {
-            values.clear();
-        }
-        let of_first = (&self.first, &self.channels);
-        let beside = self.beside.iter().map(|(_, rows, of)| (rows, of));
-        for (rows, of) in std::iter::once(of_first).chain(beside) {
-            for (own, &channel) in rows.values.iter().zip(of) {
-                self.found[channel].extend_from_slice(own);
-            }
+        Ok(())
+    }
+
+    /// Adds what followers measured at the times from `begin` on, and leaves out
+    /// samples that one of them does not have: before it begins, in its gaps, and
+    /// behind its end.
+    fn follow(&mut self, begin: usize, block: &mut LogBlock) -> Result<(), LogError> {
+        if self.followers.is_empty() {
+            return Ok(());
         }
         let origin = self.first.origin();
         for follower in &mut self.followers {
-            follower.at(&self.first.times, origin, &mut self.found)?;
+            follower.at(&block.time[begin..], origin, &mut block.values)?;
         }
-        for (i, &time) in self.first.times.iter().enumerate() {
-            // Before a stream begins, in its gaps, and behind its end.
-            if self.found.iter().any(|values| values[i].is_nan()) {
+        let gaps = block
+            .gaps
+            .split_off(block.gaps.partition_point(|gap| *gap < begin));
+        let period = self.grid.timing().period;
+        let mut kept = begin;
+        for i in begin..block.len() {
+            let left_out = &mut self.left_out;
+            left_out.gap |= gaps.contains(&i);
+            if block.values.iter().any(|values| values[i].is_nan()) {
+                left_out.missing = true;
                 continue;
             }
-            self.clock.tick(self.first.place(i), time)?;
-            block.time.push(time);
-            for (values, found) in block.values.iter_mut().zip(&self.found) {
-                values.push(found[i]);
+            let (gap, missing) = (
+                std::mem::take(&mut left_out.gap),
+                std::mem::take(&mut left_out.missing),
+            );
+            if let Some(last) = left_out.last.replace(block.time[i])
+                && (gap || missing)
+            {
+                block.gaps.push(kept);
+                if !gap {
+                    left_out.gaps.count += 1;
+                    left_out.gaps.duration += block.time[i] - last - period;
+                }
             }
+            block.time[kept] = block.time[i];
+            for values in &mut block.values {
+                values[kept] = values[i];
+            }
+            kept += 1;
         }
-        Ok(true)
+        block.time.truncate(kept);
+        for values in &mut block.values {
+            values.truncate(kept);
+        }
+        Ok(())
     }
+}
+
+/// Samples that a follower does not have.
+#[derive(Clone, Copy, Debug, Default)]
+struct LeftOut {
+    // Time of the last sample that all have.
+    last: Option<f64>,
+    // What has been since: a gap of the log, samples that were left out.
+    gap: bool,
+    missing: bool,
+    gaps: Gaps,
 }
 
 /// How a stream says its time.

@@ -250,6 +250,7 @@ mod tests {
             time: crate::log::TimeOrigin::Period(PERIOD),
             time_stream: None,
             time_factor: 1.0,
+            sampling: None,
             dates: false,
             csv: crate::description::CsvForm::default(),
             all,

@@ -5,7 +5,7 @@ use sprung_core::filter::FilterError;
 use super::reduction::{Reduction, System};
 use super::weights::TransitionWeights;
 use crate::description::Identify;
-use crate::log::{Channels, Gaps, LogBlock, LogError, LogReader, LogSource, Summary};
+use crate::log::{Channels, LogBlock, LogError, LogReader, LogSource, Summary, Timing};
 use crate::model::Model;
 use crate::preprocess::{Aligner, Butterworth, FilterDesignError, RawBlock, SignalBlock, Smoother};
 
@@ -322,14 +322,8 @@ pub struct Passed {
 pub struct LogFigures {
     /// Figures of the columns.
     pub summary: Summary,
-    /// Sampling period, s.
-    pub period: f64,
-    /// Time between first and last sample, s.
-    pub duration: f64,
-    /// Largest deviation of a step from the period, as a part of it.
-    pub jitter: f64,
-    /// Where samples are missing.
-    pub gaps: Gaps,
+    /// How it was sampled.
+    pub timing: Timing,
     /// Samples between gaps that are too close for the filters.
     pub lost: u64,
 }
@@ -368,7 +362,7 @@ pub fn read_through(
         folded?;
         begun?;
         ready.clear();
-        let period = log.clock().period().unwrap_or_default();
+        let period = log.timing().period;
         // A log goes on where the one before it ended, whatever its clock says.
         let first = block.time.first().copied().unwrap_or_default();
         let later = ended.map_or(0.0, |end| end + period - first);
@@ -380,7 +374,7 @@ pub fn read_through(
             let mut prepare = || -> Result<(), PassError> {
                 summary.take(&block);
                 preparation.push(&block, observer, &mut next);
-                progress(before + log.clock().samples());
+                progress(before + log.timing().recorded);
                 log.read(&mut block)?;
                 Ok(())
             };
@@ -394,14 +388,11 @@ pub fn read_through(
         if preparation.used == 0 {
             return Err(too_short(source, reading, &preparation, &log).into());
         }
-        before += log.clock().samples();
-        ended = Some(first + later + log.clock().duration());
+        before += log.timing().recorded;
+        ended = Some(first + later + log.timing().duration);
         logs.push(LogFigures {
             summary,
-            period,
-            duration: log.clock().duration(),
-            jitter: log.clock().jitter(),
-            gaps: log.clock().gaps(),
+            timing: log.timing(),
             lost: preparation.lost,
         });
     }
@@ -418,13 +409,13 @@ fn too_short(
     preparation: &Preparation<'_>,
     log: &LogReader,
 ) -> LogError {
-    let gaps = match log.clock().gaps().count {
+    let gaps = match log.timing().gaps.count {
         0 => "",
         _ => ", between two gaps",
     };
     LogError::TooShort {
         file: source.name.clone(),
-        found: log.clock().samples(),
+        found: log.timing().recorded,
         needed: preparation.needed as u64,
         why: format!(
             "three periods of position_cutoff_hz = {} pad each end of the zero-phase filter, and \

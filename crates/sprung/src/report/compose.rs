@@ -6,7 +6,7 @@ use super::document::{Badge, Block, Document, Finding as Shown, Section, Tone};
 use super::numbers::{or_dash, significant};
 use super::{plots, refinement, robot_tables, tables, validation_tables};
 use crate::curves::Curves;
-use crate::estimate::{EstimateResult, Identification, Verdict};
+use crate::estimate::{EstimateResult, Identification, LogInfo, Verdict};
 use crate::finding::{Finding, Severity};
 use crate::validate::Validation;
 
@@ -317,6 +317,31 @@ fn links(identification: &Identification) -> Option<Section> {
     ))
 }
 
+/// Returns how many samples a log has and what was done about their times.
+fn samples(log: &LogInfo) -> String {
+    let taken = match (log.sampling.as_str(), log.cycle_s) {
+        ("on-cycle", Some(cycle)) => format!(
+            "{}, taken at multiples of {} s",
+            log.samples,
+            significant(cycle, 4)
+        ),
+        ("as-stamped", _) => format!("{}, taken when stamped", log.samples),
+        _ => format!("{}, even", log.samples),
+    };
+    let counts = [
+        (log.interpolated, "interpolated"),
+        (log.dropped, "missing, at most three together"),
+        (log.repeated, "written twice"),
+        (log.frozen, "that repeat the one before"),
+        (log.gaps, "gaps"),
+    ];
+    let counted = (counts.into_iter())
+        .filter(|(count, _)| *count > 0)
+        .map(|(count, what)| format!("{count} {what}"));
+    let all: Vec<String> = std::iter::once(taken).chain(counted).collect();
+    all.join("; ")
+}
+
 fn settings(contents: &Contents<'_>) -> Section {
     let mut pairs = Vec::new();
     if let Some(identification) = contents.identification {
@@ -328,6 +353,7 @@ fn settings(contents: &Contents<'_>) -> Section {
                 "Largest jitter".to_owned(),
                 format!("{} % of the period", significant(log.jitter_percent, 2)),
             ),
+            ("Samples".to_owned(), samples(log)),
             (
                 "Filter pair".to_owned(),
                 format!(

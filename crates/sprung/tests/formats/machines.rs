@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use sprung::description::{no_files, read};
-use sprung::log::{Channels, Input, LogBlock, LogSource};
+use sprung::log::{Channels, Input, LogBlock, LogSource, Sampling, Timing};
 
 /// A folder of logs that others recorded, or nothing where it is not here.
 fn data(folder: &str) -> Option<PathBuf> {
@@ -21,6 +21,10 @@ fn data(folder: &str) -> Option<PathBuf> {
 
 /// Reads a log in a folder: time, then channels.
 fn log_of(folder: &Path, experiment: &str) -> Vec<Vec<f64>> {
+    timed_log_of(folder, experiment).0
+}
+
+fn timed_log_of(folder: &Path, experiment: &str) -> (Vec<Vec<f64>>, Timing) {
     let experiment = read("experiment.toml", experiment, &[], &mut no_files).unwrap();
     let log = experiment.log.as_ref().unwrap();
     let channels = Channels::new(&experiment.robot, log).unwrap();
@@ -43,7 +47,7 @@ fn log_of(folder: &Path, experiment: &str) -> Vec<Vec<f64>> {
             own.extend_from_slice(values);
         }
     }
-    all
+    (all, reader.timing())
 }
 
 /// The largest difference, as a part of the largest number of each column, or
@@ -107,7 +111,7 @@ fn six(log: &str) -> String {
         })
         .collect();
     format!(
-        "format = 1\n[robot]\nname = \"six\"\ndh_modified = [{{}}, {{}}, {{}}, {{}}, {{}}, {{}}]\n{}[log]\nperiod_s = 0.004\n{log}",
+        "format = 1\n[robot]\nname = \"six\"\ndh_modified = [{{}}, {{}}, {{}}, {{}}, {{}}, {{}}]\n{}[log]\n{log}",
         joints.join("")
     )
 }
@@ -124,13 +128,13 @@ fn raw_counts_of_two_encoders() {
         let counts = "unit = \"counts\", counts_per_turn = 16777216, sign = [-1, -1, 1, -1, 1, -1], \
                       starts_at_rad = \"joint_angles_*\"";
         let raw = six(&format!(
-            "file = \"{recorded}\"\n\
+            "file = \"{recorded}\"\nperiod_s = 0.004\n\
              link_position = {{ column = \"encoder_loadinc_*\", wrap = 16777216, {counts} }}\n\
              motor_position = {{ column = \"encoder_motorinc_*\", side = \"motor\", {counts} }}\n\
              motor_torque_nm = \"joint_torque_current_*\"\n"
         ));
         let plain = six(&format!(
-            "file = \"{tidy}\"\nlink_position_rad = \"q_link*\"\n\
+            "file = \"{tidy}\"\nperiod_s = 0.004\nlink_position_rad = \"q_link*\"\n\
              motor_position_rad = \"theta_motor*\"\nmotor_torque_nm = \"tau_motor*\"\n"
         ));
         let (raw, plain) = (log_of(&folder.join("orig"), &raw), log_of(&folder, &plain));
@@ -140,5 +144,32 @@ fn raw_counts_of_two_encoders() {
             raw[0].len()
         );
         assert!(worst < 1e-8, "{worst}");
+    }
+}
+
+#[test]
+fn a_controller_of_2_ms_and_a_recorder_that_is_late() {
+    let Some(folder) = data("neura_lara8") else {
+        return;
+    };
+    for recorded in ["jogging_joint_mass.csv", "jogging_final.csv"] {
+        let counts = "unit = \"counts\", counts_per_turn = 16777216, sign = [-1, -1, 1, -1, 1, -1], \
+                      starts_at_rad = \"joint_angles_*\"";
+        let log = six(&format!(
+            "file = \"{recorded}\"\ntime_s = \"Timestamp\"\n\
+             link_position = {{ column = \"encoder_loadinc_*\", wrap = 16777216, {counts} }}\n\
+             motor_position = {{ column = \"encoder_motorinc_*\", side = \"motor\", {counts} }}\n\
+             motor_torque_nm = \"joint_torque_current_*\"\n"
+        ));
+        let (columns, timing) = timed_log_of(&folder.join("orig"), &log);
+        println!("{recorded}: {timing:?}");
+        // The targets of the controller advance by whole multiples of 2 ms.
+        let cycle = timing.sampling.and_then(Sampling::cycle).unwrap();
+        assert!((cycle / 2e-3 - 1.0).abs() < 1e-4, "{cycle}");
+        assert!(
+            timing.interpolated < 50 && timing.gaps.count == 0,
+            "{timing:?}"
+        );
+        assert!((timing.period * columns[0].len() as f64 - timing.duration).abs() < 8e-3);
     }
 }

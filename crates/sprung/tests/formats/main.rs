@@ -9,7 +9,9 @@
 
 mod bags;
 mod broken;
+mod clocks;
 mod machines;
+mod resampling;
 mod same;
 mod support;
 mod units;

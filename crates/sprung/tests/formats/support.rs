@@ -4,7 +4,7 @@ use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use sprung::description::{Experiment, no_files, read};
-use sprung::log::{Channels, Input, LogBlock, LogError, LogSource};
+use sprung::log::{Channels, Input, LogBlock, LogError, LogSource, Timing};
 
 const ROBOT: &str = r#"
 format = 1
@@ -61,6 +61,23 @@ pub(crate) fn read_channels(
     file: &str,
     channels: &Channels,
 ) -> Result<Vec<Vec<f64>>, LogError> {
+    read_timed(files, file, channels).map(|found| found.columns)
+}
+
+/// What came of a log.
+pub(crate) struct Found {
+    /// Time, then the channels.
+    pub(crate) columns: Vec<Vec<f64>>,
+    /// Samples that come after a gap.
+    pub(crate) gaps: Vec<usize>,
+    pub(crate) timing: Timing,
+}
+
+pub(crate) fn read_timed(
+    files: &Files,
+    file: &str,
+    channels: &Channels,
+) -> Result<Found, LogError> {
     let (files, own) = (files.clone(), PathBuf::from(file));
     let mut reader = move |other: Option<&Path>| -> std::io::Result<Box<dyn Input>> {
         let name = other.unwrap_or(&own).to_str().unwrap().to_owned();
@@ -79,13 +96,19 @@ pub(crate) fn read_channels(
     let mut log = source.open(channels)?;
     let mut block = LogBlock::new(channels.all.len());
     let mut all = vec![Vec::new(); 1 + channels.all.len()];
+    let mut gaps = Vec::new();
     while log.read(&mut block)? {
+        gaps.extend(block.gaps.iter().map(|gap| all[0].len() + gap));
         all[0].extend_from_slice(&block.time);
         for (own, values) in all[1..].iter_mut().zip(&block.values) {
             own.extend_from_slice(values);
         }
     }
-    Ok(all)
+    Ok(Found {
+        columns: all,
+        gaps,
+        timing: log.timing(),
+    })
 }
 
 /// Reads a text of bytes in memory.

@@ -184,7 +184,7 @@ pub(super) fn read(
         let mut values = vec![Vec::new(); count];
         let mut taken = 0;
         let mut going = log.read(&mut block)?;
-        let period = log.clock().period().unwrap_or_default();
+        let period = log.timing().period;
         while going {
             let left = (share - taken).min(block.len());
             more |= left < block.len();

@@ -1,0 +1,271 @@
+//! What the clock of a log says.
+
+use super::channels::{Channels, Quantity};
+use super::clock::JITTER_LIMIT;
+use super::timing::{Count, Evidence, Sampling, Timing};
+use crate::finding::{Finding, Severity};
+
+/// Part of the samples of which more is worth a warning.
+const MANY: f64 = 0.01;
+
+/// Judges how a log was sampled.
+///
+/// - `file`: name for messages.
+///
+/// Gaps are not judged here: what they cost depends on the filters.
+#[must_use]
+pub fn check_timing(file: &str, channels: &Channels, timing: &Timing) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    findings.extend(uneven(file, channels, timing));
+    findings.extend(counted(
+        ("dropped-samples", &timing.dropped, timing),
+        format!(
+            "{file} lacks {}, at most three together{}; they were interpolated",
+            samples(&timing.dropped),
+            first(&timing.dropped)
+        ),
+        "see that the recorder keeps up; nothing needs to be done about a few",
+    ));
+    findings.extend(counted(
+        ("repeated-samples", &timing.repeated, timing),
+        format!(
+            "{file} has {} twice, with one time and the same values{}; one of each was left out",
+            samples(&timing.repeated),
+            first(&timing.repeated)
+        ),
+        "see that the recorder writes each sample once; nothing needs to be cut",
+    ));
+    findings.extend(counted(
+        ("frozen-samples", &timing.frozen, timing),
+        format!(
+            "in {file} {} all values of the one before although a joint moves{}: the \
+             recorder was faster than what it read, or missed an update",
+            match timing.frozen.count {
+                1 => "1 sample repeats".to_owned(),
+                count => format!("{count} samples repeat"),
+            },
+            first(&timing.frozen)
+        ),
+        "record at the rate of the controller, or leave such samples out: those that are missing are \
+         interpolated",
+    ));
+    findings
+}
+
+fn samples(count: &Count) -> String {
+    match count.count {
+        1 => "1 sample".to_owned(),
+        count => format!("{count} samples"),
+    }
+}
+
+fn first(count: &Count) -> String {
+    count
+        .first
+        .map_or_else(String::new, |place| format!(", first at {place}"))
+}
+
+/// Returns a finding if something was counted; a warning if often.
+fn counted(
+    (code, count, timing): (&str, &Count, &Timing),
+    message: String,
+    remedy: &str,
+) -> Option<Finding> {
+    let many = count.count as f64 > MANY * timing.recorded as f64;
+    let severity = if many {
+        Severity::Warning
+    } else {
+        Severity::Info
+    };
+    (count.count > 0).then(|| Finding::new(severity, code, message, remedy))
+}
+
+fn uneven(file: &str, channels: &Channels, timing: &Timing) -> Option<Finding> {
+    let (evidence, sampling) = (timing.evidence?, timing.sampling?);
+    // Stamps with few digits are as good as none.
+    if sampling == Sampling::Even && timing.jitter <= JITTER_LIMIT {
+        return None;
+    }
+    let steps = format!(
+        "{file}: steps between time stamps differ from the period of {:.4} ms by up to {:.0} % ({:.1} % \
+         RMS)",
+        1e3 * timing.period,
+        100.0 * timing.jitter,
+        100.0 * timing.jitter_rms
+    );
+    let outcome = format!(
+        "{} of {} samples were interpolated",
+        timing.interpolated, timing.recorded
+    );
+    if !evidence.decisive {
+        return Some(Finding::new(
+            Severity::Warning,
+            "uneven-sampling",
+            format!(
+                "{steps}, and positions do not tell whether samples were taken when stamped; taken as \
+                 {}. {outcome}",
+                match sampling {
+                    Sampling::AsStamped => "stamped",
+                    _ => "even",
+                }
+            ),
+            "say it in [log]: sampling = \"as-stamped\", or \"even\" if stamps are rounded or late",
+        ));
+    }
+    let (how, line) = match sampling {
+        Sampling::AsStamped => (
+            "were taken when stamped".to_owned(),
+            "sampling = \"as-stamped\"".to_owned(),
+        ),
+        Sampling::Even => (
+            "are even, stamps are late".to_owned(),
+            "sampling = \"even\"".to_owned(),
+        ),
+        Sampling::OnCycle(cycle) => (
+            format!(
+                "were taken on a cycle of {:.4} ms, stamps are late",
+                1e3 * cycle
+            ),
+            format!("period_s = {} beside the time", rounded(cycle)),
+        ),
+    };
+    Some(Finding::new(
+        Severity::Info,
+        "uneven-sampling",
+        format!(
+            "{steps}. Samples {how}: {}. {outcome}",
+            told(channels, &evidence)
+        ),
+        &format!("nothing needs to be done; {line} in [log] says it once and for all"),
+    ))
+}
+
+/// Returns the evidence in words.
+fn told(channels: &Channels, evidence: &Evidence) -> String {
+    let channel = channels.all.get(evidence.channel);
+    let unit = match channel {
+        Some(channel) if channel.quantity == Quantity::MotorTorque => "N·m",
+        Some(channel) if !channels.turns[channel.joint] => "m",
+        _ => "rad",
+    };
+    let (cycle, on_cycle) = evidence.on_cycle;
+    format!(
+        "at {} uneven steps \"{}\" lies {:.1e} {unit} off the cubic through its neighbours if taken when \
+         stamped, {:.1e} if evenly, {on_cycle:.1e} if at multiples of {:.4} ms",
+        evidence.samples,
+        channel.map_or("", |channel| &channel.column),
+        evidence.stamped,
+        evidence.even,
+        1e3 * cycle
+    )
+}
+
+/// Returns a number with four digits.
+fn rounded(x: f64) -> f64 {
+    format!("{x:.3e}").parse().unwrap_or(x)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Place;
+    use super::*;
+    use crate::description::{no_files, read};
+
+    fn channels() -> Channels {
+        let text = "format = 1\n[robot]\nname = \"one\"\ndh_modified = [{}]\n[[robot.joint]]\nname = \"j\"\n\
+                    [log]\ntime_s = \"t\"\nlink_position_rad = [\"q\"]\nmotor_position_rad = [\"phi\"]\n\
+                    motor_torque_nm = [\"tau\"]\n";
+        let experiment = read("experiment.toml", text, &[], &mut no_files).unwrap();
+        Channels::new(&experiment.robot, experiment.log.as_ref().unwrap()).unwrap()
+    }
+
+    fn evidence(decisive: bool) -> Evidence {
+        Evidence {
+            samples: 100,
+            channel: 1,
+            stamped: 4e-5,
+            even: 7e-5,
+            on_cycle: (1.999_996e-3, 1.5e-5),
+            decisive,
+        }
+    }
+
+    #[test]
+    fn what_was_counted_is_told_and_many_are_a_warning() {
+        let of = |count| Count {
+            count,
+            first: Some(Place::Line(7)),
+        };
+        let timing = Timing {
+            recorded: 1000,
+            sampling: Some(Sampling::Even),
+            dropped: of(1),
+            repeated: of(10),
+            frozen: of(11),
+            ..Timing::default()
+        };
+        let findings = check_timing("log.csv", &channels(), &timing);
+        let told: Vec<(&str, Severity)> = (findings.iter())
+            .map(|finding| (finding.code.as_str(), finding.severity))
+            .collect();
+        assert_eq!(
+            told,
+            [
+                ("dropped-samples", Severity::Info),
+                ("repeated-samples", Severity::Info),
+                ("frozen-samples", Severity::Warning),
+            ]
+        );
+        assert!(
+            findings[0]
+                .text
+                .contains("lacks 1 sample, at most three together, first at line 7")
+        );
+        let quiet = Timing {
+            recorded: 1000,
+            sampling: Some(Sampling::Even),
+            jitter: 0.09,
+            evidence: Some(evidence(true)),
+            ..Timing::default()
+        };
+        assert!(check_timing("log.csv", &channels(), &quiet).is_empty());
+    }
+
+    #[test]
+    fn the_answer_and_the_line_that_says_it() {
+        let told = |sampling, decisive| {
+            let timing = Timing {
+                recorded: 1000,
+                period: 4e-3,
+                jitter: 0.9,
+                sampling: Some(sampling),
+                evidence: Some(evidence(decisive)),
+                ..Timing::default()
+            };
+            let mut findings = check_timing("log.csv", &channels(), &timing);
+            findings.pop().unwrap()
+        };
+        let cycle = told(Sampling::OnCycle(1.999_996e-3), true);
+        assert!(
+            cycle.text.contains("on a cycle of 2.0000 ms") && cycle.text.contains("\"phi\" lies")
+        );
+        assert!(
+            cycle.remedy.contains("period_s = 0.002 beside the time"),
+            "{}",
+            cycle.remedy
+        );
+        assert!(
+            told(Sampling::Even, true)
+                .remedy
+                .contains("sampling = \"even\"")
+        );
+        assert!(
+            told(Sampling::AsStamped, true)
+                .remedy
+                .contains("sampling = \"as-stamped\"")
+        );
+        let open = told(Sampling::AsStamped, false);
+        assert_eq!(open.severity, Severity::Warning);
+        assert!(open.text.contains("do not tell"));
+    }
+}

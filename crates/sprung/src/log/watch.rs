@@ -1,0 +1,79 @@
+//! Samples that were written twice.
+
+use super::Place;
+use super::timing::Timing;
+
+/// Counts per step that a position moves at least where a sample that repeats the
+/// one before is no rest.
+const MOVES: f64 = 3.0;
+
+/// Looks for samples that repeat the one before.
+#[derive(Clone, Debug)]
+pub(super) struct Watch {
+    smooth: Vec<bool>,
+    last: Vec<f64>,
+    // The last step that was one, and the smallest, of each channel.
+    step: Vec<f64>,
+    least: Vec<f64>,
+    // Samples that repeat the last, and where the first of them stands.
+    same: u64,
+    place: Option<Place>,
+}
+
+impl Watch {
+    /// - `smooth`: of each channel whether it is a position.
+    pub(super) fn new(smooth: Vec<bool>) -> Self {
+        let count = smooth.len();
+        Self {
+            smooth,
+            last: Vec::new(),
+            step: vec![0.0; count],
+            least: vec![f64::INFINITY; count],
+            same: 0,
+            place: None,
+        }
+    }
+
+    /// Returns whether these are the values of the last sample.
+    pub(super) fn same(&self, values: impl Iterator<Item = f64>) -> bool {
+        let same = |(a, b): (&f64, f64)| a.to_bits() == b.to_bits();
+        self.last.iter().zip(values).all(same)
+    }
+
+    /// Takes the values of the next sample.
+    pub(super) fn take(
+        &mut self,
+        place: Place,
+        values: impl Iterator<Item = f64> + Clone,
+        timing: &mut Timing,
+    ) {
+        if self.last.is_empty() {
+            self.last.extend(values);
+            return;
+        }
+        if self.same(values.clone()) {
+            self.same += 1;
+            self.place.get_or_insert(place);
+            return;
+        }
+        let mut moves = false;
+        for (i, value) in values.enumerate() {
+            let step = value - std::mem::replace(&mut self.last[i], value);
+            if !self.smooth[i] {
+                continue;
+            }
+            if step != 0.0 {
+                self.least[i] = self.least[i].min(step.abs());
+            }
+            let before = std::mem::replace(&mut self.step[i], step);
+            let slower = before.abs().min(step.abs());
+            moves |= before * step > 0.0 && slower >= MOVES * self.least[i];
+        }
+        if let Some(place) = self.place.take()
+            && moves
+        {
+            timing.frozen.add(self.same, place);
+        }
+        self.same = 0;
+    }
+}
