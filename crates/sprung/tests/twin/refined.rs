@@ -168,6 +168,28 @@ fn exact_torque_is_used() {
 }
 
 #[test]
+fn noise_of_the_torque_pulls_no_inertia_up() {
+    let (twin, seeds) = (twin(), env("SPRUNG_SEEDS", 4));
+    let mut away = [0.0; 2];
+    for seed in 0..seeds {
+        let mut settings = settings(16384, CASES[0], 300 + seed);
+        settings.torque_noise_nm = vec![1.0, 0.1];
+        let result = refined(&twin, &twin.log(&settings)).unwrap();
+        for (joint, sum) in away.iter_mut().enumerate() {
+            let name = format!("joint{}.rotor_inertia", joint + 1);
+            let index = twin.model.index_of(&name).unwrap();
+            let own = &result.parameters[index];
+            *sum += (own.value.unwrap() - twin.truth[index]) / own.standard_error.unwrap();
+        }
+    }
+    for sum in away {
+        let mean = sum / (seeds as f64).sqrt();
+        println!("rotor inertia: {mean:.2} standard errors of the mean");
+        assert!(mean.abs() < 3.0, "{mean}");
+    }
+}
+
+#[test]
 fn nominal_start_needs_nominal_values() {
     let mut twin = twin();
     twin.experiment.identify.start = StartName::Nominal;

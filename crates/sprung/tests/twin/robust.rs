@@ -9,7 +9,7 @@ use sprung::description::{Estimator, Simulate, StartName};
 use sprung::estimate::{EstimateResult, identify};
 use sprung::finding::Severity;
 
-use crate::support::{Twin, env, with_source};
+use crate::support::{Twin, env, with_source, with_sources};
 
 /// Standard errors that a parameter may be off.
 const FAR: f64 = 4.0;
@@ -159,4 +159,28 @@ fn robust_start_from_nominal_values() {
     println!("{reached} of {starts} reach the optimum, {silent} end elsewhere without a word");
     assert_eq!(silent, 0);
     assert!(20 * reached >= 19 * starts, "{reached} of {starts}");
+}
+
+#[test]
+fn logs_of_two_robots_disagree() {
+    let (one, mut other) = (Twin::new(), Twin::new());
+    let softer = other.model.index_of("joint1.stiffness").unwrap();
+    other.truth[softer] *= 0.9;
+    let mut settings = one.experiment.simulate.clone().unwrap();
+    settings.duration_s = 5.0;
+    let mut experiment = one.experiment.clone();
+    experiment.identify.estimator = vec![Estimator::PredictionError];
+    let both = |first: &[u8], second: &[u8]| {
+        with_sources(&[first, second], |sources| {
+            let found = identify(&experiment, &one.model, sources, &mut |_| ()).unwrap();
+            let all = found.identification.results[0].warnings.clone();
+            all.into_iter().find(|f| f.code == "logs-disagree")
+        })
+    };
+    let first = one.log(&settings);
+    settings.seed += 1;
+    assert_eq!(both(&first, &one.log(&settings)), None);
+    let finding = both(&first, &other.log(&settings)).unwrap();
+    println!("{}", finding.text);
+    assert!(finding.parameters.contains(&"joint1.stiffness".to_owned()));
 }

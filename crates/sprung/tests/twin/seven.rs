@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use sprung::description::{self, Cutoff, EncoderOffset, Experiment, Simulate, no_files};
+use sprung::description::{self, Cutoff, EncoderOffset, Estimator, Experiment, Simulate, no_files};
 use sprung::estimate::{Determined, EstimateResult, Identified, identify};
 use sprung::log::Channels;
 use sprung::model::{Model, Theta};
@@ -154,6 +154,32 @@ fn encoders_and_noise_leave_most_of_it() {
             assert!(weak.contains(&name), "{name}: {error}");
         }
     }
+}
+
+#[test]
+fn refined_drives_are_as_sure_as_they_say() {
+    let arm = Arm::new(|e| e.identify.estimator = vec![Estimator::PredictionError]);
+    let found = arm.identify(&arm.log(|settings| settings.duration_s = 4.0));
+    let result = &found.identification.results[0];
+    let refinement = result.refinement.as_ref().unwrap();
+    assert!(
+        refinement.used && refinement.runs < 15,
+        "{} runs",
+        refinement.runs
+    );
+    let mut squares = 0.0;
+    for (own, truth) in result.parameters.iter().zip(&arm.truth) {
+        let vital = own.name.ends_with("rotor_inertia") || own.name.ends_with("stiffness");
+        if !vital {
+            continue;
+        }
+        let away = (own.value.unwrap() - truth) / own.standard_error.unwrap();
+        let error = 100.0 * (own.value.unwrap() / truth - 1.0);
+        println!("{}: {error:+.3} %, {away:+.1} standard errors", own.name);
+        squares += away * away / 14.0;
+        assert!(away.abs() < 4.0, "{}: {away}", own.name);
+    }
+    assert!(squares.sqrt() < 1.6, "{}", squares.sqrt());
 }
 
 #[test]

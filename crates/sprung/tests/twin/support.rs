@@ -100,6 +100,29 @@ pub(crate) fn with_source<T>(log: &[u8], use_source: impl FnOnce(LogSource<'_>) 
     })
 }
 
+/// Runs `use_sources` on several logs in memory.
+pub(crate) fn with_sources<T>(
+    logs: &[&[u8]],
+    use_sources: impl FnOnce(&mut [LogSource<'_>]) -> T,
+) -> T {
+    let mut openers: Vec<_> =
+        (logs.iter())
+            .map(|log| {
+                let log = log.to_vec();
+                move |_: Option<&Path>| {
+                    Ok(Box::new(std::io::Cursor::new(log.clone())) as Box<dyn Input>)
+                }
+            })
+            .collect();
+    let mut sources: Vec<LogSource<'_>> = (openers.iter_mut().enumerate())
+        .map(|(i, reader)| LogSource {
+            name: format!("twin {i}"),
+            reader,
+        })
+        .collect();
+    use_sources(&mut sources)
+}
+
 /// A number of seeds from the environment.
 pub(crate) fn env(name: &str, default: u64) -> u64 {
     let number = std::env::var(name).ok();

@@ -1,5 +1,6 @@
-//! The covariance of the filter's state: coordinates, their velocities, and one
-//! disturbance per row, \[3 rows\].
+//! The covariance of the filter's state (coordinates, their velocities, and one
+//! disturbance per row, \[3 rows\]) over a measurement and a period, and derivatives by
+//! it on their way back.
 
 use super::dynamics::{add, scale};
 use super::kalman::{Levels, measured};
@@ -108,6 +109,82 @@ fn add_white(covariance: &mut [f64], transition: &[f64], source: usize, variance
             for (j, b) in transition.chunks(states).enumerate() {
                 covariance[i * states + j] += scaled * b[column];
             }
+        }
+    }
+}
+
+/// Returns the sum of products.
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// Carries a deviation of the state over a period.
+///
+/// - `memory`: \[states\].
+pub(super) fn carry(x: &mut [f64], transition: &[f64], left: f64, memory: &mut [f64]) {
+    let states = x.len();
+    let moving = 2 * states / 3;
+    for (sum, row) in memory.iter_mut().zip(transition.chunks(states)) {
+        *sum = dot(row, x);
+    }
+    x[..moving].copy_from_slice(&memory[..moving]);
+    scale(&mut x[moving..], left);
+}
+
+/// Carries a derivative by the state back over a period: `F^T r`.
+pub(super) fn pull_state(weight: &mut [f64], transition: &[f64], left: f64, memory: &mut [f64]) {
+    let states = weight.len();
+    let moving = 2 * states / 3;
+    memory.fill(0.0);
+    for (factor, row) in weight.iter().zip(transition.chunks(states)) {
+        add(memory, *factor, row);
+    }
+    for (i, own) in memory.iter_mut().enumerate().skip(moving) {
+        *own += left * weight[i];
+    }
+    weight.copy_from_slice(memory);
+}
+
+/// Writes `F^T S`, of a symmetric derivative by the covariance.
+pub(super) fn pull_product(
+    by_covariance: &[f64],
+    transition: &[f64],
+    left: f64,
+    product: &mut [f64],
+) {
+    let states = by_covariance.len().isqrt();
+    let moving = 2 * states / 3;
+    product.fill(0.0);
+    let rows = by_covariance.chunks(states);
+    for (row, own) in transition.chunks(states).zip(rows) {
+        for (factor, out) in row.iter().zip(product.chunks_mut(states)) {
+            if *factor != 0.0 {
+                add(out, *factor, own);
+            }
+        }
+    }
+    let drifts = moving * states;
+    add(&mut product[drifts..], left, &by_covariance[drifts..]);
+}
+
+/// Writes `(F^T S) F`, symmetric.
+pub(super) fn pull(product: &[f64], transition: &[f64], left: f64, by_covariance: &mut [f64]) {
+    let states = by_covariance.len().isqrt();
+    let moving = 2 * states / 3;
+    for i in 0..states {
+        let own = &product[i * states..(i + 1) * states];
+        let out = &mut by_covariance[i * states..=i * states + i];
+        out.fill(0.0);
+        for (factor, row) in own.iter().zip(transition.chunks(states)) {
+            if *factor != 0.0 {
+                add(out, *factor, row);
+            }
+        }
+        for (j, out) in out.iter_mut().enumerate().skip(moving) {
+            *out += left * own[j];
+        }
+        for j in 0..i {
+            by_covariance[j * states + i] = by_covariance[i * states + j];
         }
     }
 }

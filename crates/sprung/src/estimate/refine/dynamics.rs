@@ -226,8 +226,9 @@ impl<'m> Dynamics<'m> {
         self.write_entries();
         let places = self.entry_rows.iter().zip(&self.entry_columns);
         for ((after, before), (&row, &column)) in self.entries.iter().zip(before).zip(places) {
-            if *after != before {
-                visit(row, column, after - before);
+            let change = after - before;
+            if change.abs() > 0.0 {
+                visit(row, column, change);
             }
         }
     }

@@ -213,7 +213,7 @@ pub(super) fn run(
     let mut time = 0.0;
     for (part, stretch) in record.stretches.iter().enumerate() {
         let mut filter = Filter::new(rows, stretch, unknowns, z, levels);
-        let mut sensitivity = unknowns.start(record, rows);
+        let mut sensitivity = unknowns.start(rows);
         for k in 0..stretch.samples() {
             for event in &stretch.events[stretch.first[k]..stretch.first[k + 1]] {
                 let sensor = &record.sensors[event.sensor];

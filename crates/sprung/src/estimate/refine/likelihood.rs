@@ -11,9 +11,12 @@
 //! state space form"; Gilmour, Thompson and Cullis, Biometrics 1995: "Average
 //! information REML".
 
-use super::covariance::{disturb, propagate, start_covariance, update};
-use super::dynamics::{add, scale};
+use super::covariance::{
+    carry, disturb, dot, propagate, pull, pull_product, pull_state, start_covariance, update,
+};
+use super::dynamics::add;
 use super::kalman::{Levels, Schedule, measured, seen};
+use super::level_gradient::{Gradient, fresh};
 use super::noise::{Level, Search};
 use super::record::{Event, Record, Stretch};
 
@@ -22,8 +25,8 @@ use super::record::{Event, Record, Stretch};
 pub(super) struct About<'a> {
     pub(super) record: &'a Record,
     pub(super) schedule: &'a Schedule,
-    /// Samples whose transitions are kept.
-    pub(super) samples: usize,
+    // Samples whose transitions are used.
+    samples: usize,
 }
 
 /// What the likelihood says at some levels, by their logarithms.
@@ -39,16 +42,19 @@ pub(super) struct Slope {
     pub(super) curvature: Vec<f64>,
 }
 
+/// What is called with the index of a sample and the derivatives of the loss behind it.
+type Visit<'v> = dyn FnMut(usize, &[f64], &[f64]) + 'v;
+
 /// A stretch with the transitions of its samples.
-struct Part<'a> {
+pub(super) struct Part<'a> {
     stretch: &'a Stretch,
     samples: usize,
     /// \[samples × 2 rows × 3 rows\].
     transitions: &'a [f64],
     /// What is left of a disturbance after a period, and its derivative by the
     /// logarithm of the corner.
-    left: f64,
-    slope: f64,
+    pub(super) left: f64,
+    pub(super) slope: f64,
 }
 
 /// What the forward pass leaves for the others.
@@ -73,7 +79,16 @@ struct Trail {
     starts: Vec<(Vec<f64>, Vec<f64>)>,
 }
 
-impl About<'_> {
+impl<'a> About<'a> {
+    /// - `samples`: whose transitions are kept.
+    pub(super) fn new(record: &'a Record, schedule: &'a Schedule, samples: usize) -> Self {
+        Self {
+            record,
+            schedule,
+            samples,
+        }
+    }
+
     /// Returns what the likelihood says at some levels.
     pub(super) fn likelihood(&self, search: &Search, levels: &Levels) -> Slope {
         let parts = self.parts(levels);
@@ -200,7 +215,7 @@ impl About<'_> {
         levels: &Levels,
         trail: &mut Trail,
         gradient: &mut Gradient,
-        visit: &mut dyn FnMut(usize, &[f64], &[f64]),
+        visit: &mut Visit<'_>,
     ) {
         let rows = levels.drift.len();
         let states = 3 * rows;
@@ -383,197 +398,5 @@ impl Part<'_> {
     fn transition(&self, k: usize, rows: usize) -> &[f64] {
         let size = 6 * rows * rows;
         &self.transitions[k * size..(k + 1) * size]
-    }
-}
-
-/// Returns the variance that a period adds to a disturbance.
-fn fresh(levels: &Levels, row: usize, left: f64) -> f64 {
-    levels.drift[row].powi(2) * (1.0 - left * left)
-}
-
-/// Derivatives of the loss by the logarithms of all levels, and of each the part
-/// that the innovations found, whose expectation the rest is.
-struct Gradient {
-    white: Vec<(f64, f64)>,
-    drift: Vec<(f64, f64)>,
-    sensor: Vec<(f64, f64)>,
-    corner: f64,
-}
-
-impl Gradient {
-    fn new(levels: &Levels) -> Self {
-        let zeros = |all: &[f64]| vec![(0.0, 0.0); all.len()];
-        Self {
-            white: zeros(&levels.white),
-            drift: zeros(&levels.drift),
-            sensor: zeros(&levels.sensor),
-            corner: 0.0,
-        }
-    }
-
-    fn of(&self, level: Level) -> f64 {
-        match level {
-            Level::White(row) => self.white[row].0,
-            Level::Drift(row) => self.drift[row].0,
-            Level::Sensor(sensor) => self.sensor[sensor].0,
-            Level::Corner => self.corner,
-        }
-    }
-
-    fn found(&self, level: Level) -> f64 {
-        match level {
-            Level::White(row) => self.white[row].1,
-            Level::Drift(row) => self.drift[row].1,
-            Level::Sensor(sensor) => self.sensor[sensor].1,
-            Level::Corner => 0.0,
-        }
-    }
-
-    fn by_start(&mut self, by_covariance: &[f64], weight: &[f64], levels: &Levels) {
-        let states = weight.len();
-        for (row, (own, found)) in self.drift.iter_mut().enumerate() {
-            let at = 2 * states / 3 + row;
-            let variance = levels.drift[row].powi(2);
-            *own += 2.0 * variance * by_covariance[at * (states + 1)];
-            *found += variance * weight[at] * weight[at];
-        }
-    }
-
-    /// - `drift`: disturbances before the period.
-    fn by_drift(
-        &mut self,
-        by_covariance: &[f64],
-        weight: &[f64],
-        levels: &Levels,
-        part: &Part<'_>,
-        drift: &[f64],
-    ) {
-        let states = weight.len();
-        for (row, (own, found)) in self.drift.iter_mut().enumerate() {
-            let at = 2 * states / 3 + row;
-            let by_variance = by_covariance[at * (states + 1)];
-            let variance = fresh(levels, row, part.left);
-            *own += 2.0 * variance * by_variance;
-            *found += variance * weight[at] * weight[at];
-            let less = 2.0 * part.left * part.slope * levels.drift[row].powi(2);
-            self.corner -= less * by_variance + weight[at] * part.slope * drift[row];
-        }
-    }
-
-    /// - `pulled`: as [`pull_product`] wrote it.
-    fn by_white(
-        &mut self,
-        pulled: &[f64],
-        by_covariance: &[f64],
-        weight: &[f64],
-        levels: &Levels,
-        transition: &[f64],
-        left: f64,
-    ) {
-        let states = weight.len();
-        let moving = 2 * states / 3;
-        for (row, (own, found)) in self.white.iter_mut().enumerate() {
-            let variance = levels.white[row].powi(2);
-            if variance == 0.0 {
-                continue;
-            }
-            let at = (moving + row) * states;
-            let (mut both, mut alone) = (0.0, 0.0);
-            for i in 0..moving {
-                let a = transition[i * states + moving + row];
-                both += a * (pulled[at + i] - left * by_covariance[at + i]);
-                alone += a * weight[i];
-            }
-            *own += 2.0 * variance * both;
-            *found += variance * alone * alone;
-        }
-    }
-
-    /// - `covariance`: of the disturbances with all states before the period.
-    fn by_decay(&mut self, pulled: &[f64], covariance: &[f64], slope: f64) {
-        let rows = self.drift.len();
-        let states = 3 * rows;
-        for (row, own) in covariance.chunks(states).enumerate() {
-            let column = pulled[2 * rows + row..].iter().step_by(states);
-            let sum: f64 = own.iter().zip(column).map(|(a, b)| a * b).sum();
-            self.corner += 2.0 * slope * sum;
-        }
-    }
-
-    fn by_sensor(&mut self, sensor: usize, by_variance: f64, error: f64, levels: &Levels) {
-        let variance = levels.sensor[sensor].powi(2);
-        let (own, found) = &mut self.sensor[sensor];
-        *own += 2.0 * variance * by_variance;
-        *found += variance * error * error;
-    }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-/// Carries a deviation of the state over a period.
-///
-/// - `memory`: \[states\].
-fn carry(x: &mut [f64], transition: &[f64], left: f64, memory: &mut [f64]) {
-    let states = x.len();
-    let moving = 2 * states / 3;
-    for (sum, row) in memory.iter_mut().zip(transition.chunks(states)) {
-        *sum = dot(row, x);
-    }
-    x[..moving].copy_from_slice(&memory[..moving]);
-    scale(&mut x[moving..], left);
-}
-
-/// Carries a derivative by the state back over a period: `F^T r`.
-fn pull_state(weight: &mut [f64], transition: &[f64], left: f64, memory: &mut [f64]) {
-    let states = weight.len();
-    let moving = 2 * states / 3;
-    memory.fill(0.0);
-    for (factor, row) in weight.iter().zip(transition.chunks(states)) {
-        add(memory, *factor, row);
-    }
-    for (i, own) in memory.iter_mut().enumerate().skip(moving) {
-        *own += left * weight[i];
-    }
-    weight.copy_from_slice(memory);
-}
-
-/// Writes `F^T S`, of a symmetric derivative by the covariance.
-fn pull_product(by_covariance: &[f64], transition: &[f64], left: f64, product: &mut [f64]) {
-    let states = by_covariance.len().isqrt();
-    let moving = 2 * states / 3;
-    product.fill(0.0);
-    let rows = by_covariance.chunks(states);
-    for (row, own) in transition.chunks(states).zip(rows) {
-        for (factor, out) in row.iter().zip(product.chunks_mut(states)) {
-            if *factor != 0.0 {
-                add(out, *factor, own);
-            }
-        }
-    }
-    let drifts = moving * states;
-    add(&mut product[drifts..], left, &by_covariance[drifts..]);
-}
-
-/// Writes `(F^T S) F`, symmetric.
-fn pull(product: &[f64], transition: &[f64], left: f64, by_covariance: &mut [f64]) {
-    let states = by_covariance.len().isqrt();
-    let moving = 2 * states / 3;
-    for i in 0..states {
-        let own = &product[i * states..(i + 1) * states];
-        let out = &mut by_covariance[i * states..=i * states + i];
-        out.fill(0.0);
-        for (factor, row) in own.iter().zip(transition.chunks(states)) {
-            if *factor != 0.0 {
-                add(out, *factor, row);
-            }
-        }
-        for (j, out) in out.iter_mut().enumerate().skip(moving) {
-            *out += left * own[j];
-        }
-        for j in 0..i {
-            by_covariance[j * states + i] = by_covariance[i * states + j];
-        }
     }
 }

@@ -13,6 +13,7 @@ mod bound;
 mod covariance;
 mod dynamics;
 mod kalman;
+mod level_gradient;
 mod likelihood;
 mod newton;
 mod noise;
@@ -23,7 +24,7 @@ mod solve;
 mod tests;
 mod unknowns;
 
-use super::cutoff::noise;
+use super::cutoff;
 use super::delay::Excerpt;
 use super::start::feasible;
 use crate::log::LogSource;
@@ -203,44 +204,21 @@ pub(super) fn refine(
             return Ok(None);
         };
         let unknowns = Unknowns::new(model, channels, &record, &theta, start.free.clone());
-        let noisy: Vec<bool> = (0..model.rows())
-            .map(|row| model.is_torque_row(row) && !start.exact_torque)
-            .collect();
-        let mut noisy_sensors: Vec<bool> = (record.sensors.iter())
-            .map(|sensor| matches!(sensor.noise, Noise::White(_)))
-            .collect();
-        let (mut z, mut levels) = match &before {
+        let (z, levels) = match &before {
             None => (
                 unknowns.point(&theta),
                 first_levels(model, &record, start.exact_torque),
             ),
             Some(descent) => (descent.z.clone(), descent.levels.clone()),
         };
-        for (noisy, level) in noisy_sensors.iter_mut().zip(&levels.sensor) {
-            *noisy |= *level > 0.0;
-        }
-        let some = Search::new(&record, &noisy, &noisy_sensors);
-        let every = Search::new(&record, &noisy, &vec![true; noisy_sensors.len()]);
-        let mut search = &some;
+        let searches = searches(model, &record, start.exact_torque, &levels);
         let problem = |search| Problem {
             model,
             record: &record,
             unknowns: &unknowns,
             search,
         };
-        let mut descent = problem(search).descend(&z, &levels, progress);
-        let rough = |d: &Descent| d.cost > ROUGH * d.measurements as f64;
-        if descent.as_ref().is_none_or(rough) && noisy_sensors.contains(&false) {
-            if let Some(descent) = descent {
-                (z, levels) = (descent.z, descent.levels);
-            }
-            for (level, sensor) in levels.sensor.iter_mut().zip(&record.sensors) {
-                *level = level.max(START_SENSOR * sensor.scale);
-            }
-            search = &every;
-            descent = problem(search).descend(&z, &levels, progress);
-        }
-        let Some(descent) = descent else {
+        let Some((descent, search)) = descend(&problem, &searches, (z, levels), progress) else {
             return Ok(None);
         };
         let problem = problem(search);
@@ -260,6 +238,41 @@ pub(super) fn refine(
     Ok(None)
 }
 
+/// Returns the levels to search: with noise of the sensors that show some, and of
+/// every sensor.
+fn searches(model: &Model, record: &Record, exact_torque: bool, levels: &Levels) -> [Search; 2] {
+    let torques: Vec<bool> = (0..model.rows())
+        .map(|row| model.is_torque_row(row) && !exact_torque)
+        .collect();
+    let sensors: Vec<bool> = (record.sensors.iter().zip(&levels.sensor))
+        .map(|(sensor, level)| matches!(sensor.noise, Noise::White(_)) || *level > 0.0)
+        .collect();
+    let every = vec![true; sensors.len()];
+    [&sensors, &every].map(|sensors| Search::new(record, &torques, sensors))
+}
+
+/// Descends with the noise that sensors show, and if the filter then does not follow,
+/// with noise of every sensor; returns where it ended and with which levels.
+fn descend<'p>(
+    problem: &impl Fn(&'p Search) -> Problem<'p>,
+    [shown, every]: &'p [Search; 2],
+    (z, levels): (Vec<f64>, Levels),
+    progress: &mut dyn FnMut(usize),
+) -> Option<(Descent, &'p Search)> {
+    let first = problem(shown);
+    let scales = first.record.sensors.iter().map(|sensor| sensor.scale);
+    let descent = first.descend(&z, &levels, progress);
+    let rough = |d: &Descent| d.cost > ROUGH * d.measurements as f64;
+    if !descent.as_ref().is_none_or(rough) || shown.all.len() == every.all.len() {
+        return Some((descent?, shown));
+    }
+    let (z, mut levels) = descent.map_or((z, levels), |d| (d.z, d.levels));
+    for (level, scale) in levels.sensor.iter_mut().zip(scales) {
+        *level = level.max(START_SENSOR * scale);
+    }
+    Some((problem(every).descend(&z, &levels, progress)?, every))
+}
+
 fn build(
     reading: &Reading<'_>,
     excerpt: &Excerpt,
@@ -267,7 +280,7 @@ fn build(
     left_out: bool,
 ) -> Result<Option<Record>, PassError> {
     let (model, channels) = (reading.model, reading.channels);
-    let of_channel = |i: usize| match noise(excerpt, i) {
+    let of_channel = |i: usize| match cutoff::noise(excerpt, i) {
         Some((_, Some(step))) => Noise::Counts(step),
         Some((deviation, None)) => Noise::White(deviation.max(FINEST)),
         None => Noise::White(FINEST),

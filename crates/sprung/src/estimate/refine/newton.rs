@@ -118,6 +118,7 @@ impl Problem<'_> {
             transitions: KEPT / (6 * rows * rows),
             growing: 0,
         };
+        let samples = wanted.transitions;
         let (mut z, mut levels) = (z.to_vec(), levels.clone());
         let mut damping = 1e-3;
         let mut settled = false;
@@ -126,12 +127,10 @@ impl Problem<'_> {
             progress(runs);
             let (mut outcome, mut schedule) =
                 run(record, &mut dynamics, unknowns, &z, &levels, wanted)?;
-            let about = About {
-                record,
-                schedule: &schedule,
-                samples: wanted.transitions,
+            let by_noise = {
+                let about = About::new(record, &schedule, samples);
+                expected_gradient(&about, &mut dynamics, unknowns, &levels)
             };
-            let by_noise = expected_gradient(&about, &mut dynamics, unknowns, &levels);
             let cost = outcome.cost + self.with_prior(&z, &mut outcome.normal);
             super::dynamics::add(&mut outcome.normal.gradient, -1.0, &by_noise);
             let step = self.step(
@@ -153,7 +152,8 @@ impl Problem<'_> {
                     length(information, step) < SHORT * (z.len() as f64).sqrt() || *saved < SAVED
                 }
             };
-            if short && settled {
+            let converged = short && settled;
+            if converged || runs == RUNS {
                 return Some(Descent {
                     z,
                     levels,
@@ -161,19 +161,7 @@ impl Problem<'_> {
                     by_noise,
                     cost: outcome.cost,
                     measurements: outcome.measurements,
-                    converged: true,
-                    moved,
-                });
-            }
-            if runs == RUNS {
-                return Some(Descent {
-                    z,
-                    levels,
-                    runs,
-                    by_noise,
-                    cost: outcome.cost,
-                    measurements: outcome.measurements,
-                    converged: false,
+                    converged,
                     moved,
                 });
             }
@@ -184,11 +172,7 @@ impl Problem<'_> {
                 schedule.path = path;
             }
             if runs >= FIRST || short {
-                let about = About {
-                    record,
-                    schedule: &schedule,
-                    samples: wanted.transitions,
-                };
+                let about = About::new(record, &schedule, samples);
                 let (found, gain) = search(&about, levels_of, &levels);
                 settled = gain < SETTLED;
                 levels = found;

@@ -228,11 +228,7 @@ fn away(case: &Case, search: &Search, factor: f64) -> Vec<f64> {
 fn levels_have_the_gradient_of_the_likelihood() {
     let case = Case::new();
     let (schedule, search) = search_of(&case);
-    let about = About {
-        record: &case.record,
-        schedule: &schedule,
-        samples: 500,
-    };
+    let about = About::new(&case.record, &schedule, 500);
     for factor in [1.0, 1.3] {
         let logs = away(&case, &search, factor);
         let at = |i: usize, by: f64| {
@@ -270,11 +266,7 @@ fn curvature_is_what_the_found_part_of_the_gradient_changes_by() {
         logs[j] += by;
         let levels = search.levels(&case.levels, &logs);
         let of = |schedule| {
-            let about = About {
-                record: &case.record,
-                schedule,
-                samples: 500,
-            };
+            let about = About::new(&case.record, schedule, 500);
             about.likelihood(&search, &levels).gradient
         };
         let (once, twice) = (of(&schedule), of(&twice));
@@ -282,11 +274,7 @@ fn curvature_is_what_the_found_part_of_the_gradient_changes_by() {
             .map(|(a, b)| (a - b) / 3.0)
             .collect()
     };
-    let about = About {
-        record: &case.record,
-        schedule: &schedule,
-        samples: 500,
-    };
+    let about = About::new(&case.record, &schedule, 500);
     let slope = about.likelihood(&search, &search.levels(&case.levels, &logs));
     let here = found(0, 0.0);
     for j in 0..count {

@@ -178,7 +178,7 @@ impl Unknowns {
     }
 
     /// Returns the derivatives of a start, \[3 rows × columns\].
-    pub(super) fn start(&self, _: &Record, rows: usize) -> Vec<f64> {
+    pub(super) fn start(&self, rows: usize) -> Vec<f64> {
         let count = self.columns();
         let mut derivatives = vec![0.0; 3 * rows * count];
         for (i, offset) in self.offsets.iter().enumerate() {
