@@ -58,7 +58,7 @@ pub(super) fn from_disk(loaded: &Loaded, terminal: Terminal) -> Result<Identifie
     found.map_err(|error| {
         let code = match &error {
             IdentifyError::Pass(pass) => code_of_pass(pass),
-            IdentifyError::NotFinite { .. } => ExitCode::Log,
+            IdentifyError::NotFinite { .. } | IdentifyError::Refused(_) => ExitCode::Log,
             _ => ExitCode::Usage,
         };
         Failure::new(code, error)

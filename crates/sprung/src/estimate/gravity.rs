@@ -1,6 +1,6 @@
 //! Gravity in the wrong frame: a static residual that a tilt explains.
 
-use super::delay::Excerpt;
+use crate::check::Excerpt;
 use super::least_squares::{fit_quickly, residual};
 use crate::description::Experiment;
 use crate::finding::{Finding, Severity};

@@ -3,7 +3,7 @@
 
 use faer::Mat;
 
-use super::delay::Excerpt;
+use crate::check::Excerpt;
 use super::least_squares::{Fitted, Free};
 use super::result::{CrossCheckResult, EstimateResult};
 use super::start::feasible;

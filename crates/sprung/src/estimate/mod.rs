@@ -3,8 +3,6 @@
 mod about_logs;
 mod chi_square;
 mod cross_check;
-mod cutoff;
-mod delay;
 mod describe;
 mod gravity;
 mod identify;
@@ -20,20 +18,19 @@ mod prediction_error;
 mod progress;
 mod refine;
 mod result;
-mod second_look;
 mod standard;
 mod start;
 mod stribeck;
+mod sweep;
 mod watch;
 mod weigh;
 
 pub use chi_square::upper_tail;
 pub use cross_check::{Route, cross_checks};
-pub use cutoff::{choose_cutoff, position_cutoff, sweep};
-pub use delay::{DelayEstimate, Excerpt, MotorRowFit, estimate_delays, fit_motor_rows};
 pub use gravity::{tilted, worth_a_look};
 pub use identify::{Identified, IdentifyError, identify};
-pub use judge::{Suspicion, UNEXPLAINED, Verdict, judge, suspect};
+pub use crate::check::UNEXPLAINED;
+pub use judge::{Verdict, judge};
 pub use least_squares::{Fitted, MotorRow, TorqueOf, fit, fit_quickly, residual, torques, trace};
 pub use lsff::{Lsff, LsffError};
 pub use progress::Progress;
@@ -46,4 +43,5 @@ pub use result::{
 };
 pub use standard::standard_parameters;
 pub use stribeck::find_stribeck;
+pub use sweep::sweep;
 pub use weigh::find_weights;

@@ -4,7 +4,7 @@
 use std::time::Instant;
 
 use super::chi_square::upper_tail;
-use super::delay::Excerpt;
+use crate::check::Excerpt;
 use super::describe::OfEstimator;
 use super::least_squares::{Fitted, trace};
 use super::progress::Progress;
@@ -92,7 +92,7 @@ pub(super) fn prediction_error(
         });
     };
     let wrong = (about_logs.iter()).find(|finding| {
-        finding.severity == Severity::Serious || finding.code == "looks-like-degrees"
+        finding.severity >= Severity::Serious || finding.code == "looks-like-degrees"
     });
     let refined = match wrong {
         Some(_) => None,

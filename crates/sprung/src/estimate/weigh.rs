@@ -1,7 +1,7 @@
 //! Weights of the samples, found on the beginning of a log.
 
-use super::cutoff::{noise, velocity_per_position};
-use super::delay::Excerpt;
+use crate::check::{noise, velocity_per_position};
+use crate::check::Excerpt;
 use super::least_squares::fit_values;
 use crate::log::{Channels, Quantity};
 use crate::model::Model;

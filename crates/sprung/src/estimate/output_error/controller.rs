@@ -2,7 +2,7 @@
 
 use super::record::Record;
 use crate::description::Controller;
-use crate::estimate::cutoff::white_noise;
+use crate::check::white_noise;
 use crate::model::{Model, Theta};
 use crate::preprocess::RawBlock;
 use crate::simulate::ClosedLoop;

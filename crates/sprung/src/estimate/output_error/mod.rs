@@ -16,7 +16,7 @@ mod simulated;
 use std::time::Instant;
 
 use crate::description::Controller;
-use crate::estimate::delay::Excerpt;
+use crate::check::Excerpt;
 use crate::estimate::describe::OfEstimator;
 use crate::estimate::least_squares::Fitted;
 use crate::estimate::result::SimulationFit;

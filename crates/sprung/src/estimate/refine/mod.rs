@@ -20,8 +20,8 @@ mod solve;
 mod tests;
 mod unknowns;
 
-use super::cutoff::noise;
-use super::delay::Excerpt;
+use crate::check::noise;
+use crate::check::Excerpt;
 use super::start::feasible;
 use crate::log::LogSource;
 use crate::model::{Model, Theta};

@@ -1,0 +1,195 @@
+//! How many faults of logs the check finds, and how often it cries wolf.
+//!
+//! `cargo bench -p sprung --bench faults` prints the tables; arguments behind
+//! `--` shorten or lengthen them:
+//!
+//! - `--seeds 10`: logs of each fault and size.
+//! - `--clean 100`: logs without fault.
+//! - `--delays 20`: logs whose delays are measured.
+//! - `--kinds saturated,spike`: those whose names contain one of the words.
+#![expect(clippy::print_stdout, reason = "a benchmark says what it measured")]
+
+mod faults;
+mod twin;
+
+use std::collections::BTreeMap;
+
+use faults::{Fault, KINDS, Kind};
+use rayon::prelude::*;
+use sprung::check::{CheckReport, check};
+use sprung::finding::Severity;
+use sprung::model::Model;
+use twin::{Demo, Table, with_source};
+
+struct Arguments {
+    seeds: u64,
+    clean: u64,
+    delays: u64,
+    kinds: Vec<String>,
+}
+
+impl Arguments {
+    /// Reads the command line; nothing if the program was not started by
+    /// `cargo bench`.
+    ///
+    /// # Panics
+    ///
+    /// If it is not understood.
+    fn new() -> Option<Self> {
+        let mut found = Self {
+            seeds: 10,
+            clean: 100,
+            delays: 20,
+            kinds: vec![String::new()],
+        };
+        let mut bench = false;
+        let mut words = std::env::args().skip(1);
+        while let Some(word) = words.next() {
+            let mut value = || words.next().expect("an argument lacks its value");
+            match word.as_str() {
+                "--bench" => bench = true,
+                "--seeds" => found.seeds = value().parse().expect("--seeds is a number"),
+                "--clean" => found.clean = value().parse().expect("--clean is a number"),
+                "--delays" => found.delays = value().parse().expect("--delays is a number"),
+                "--kinds" => found.kinds = value().split(',').map(str::to_owned).collect(),
+                other => panic!("no argument {other}"),
+            }
+        }
+        bench.then_some(found)
+    }
+}
+
+fn main() {
+    let Some(arguments) = Arguments::new() else {
+        return;
+    };
+    let demo = Demo::new();
+    clean(&demo, arguments.clean);
+    delays(&demo, arguments.delays);
+    faults(&demo, &arguments);
+}
+
+fn report(demo: &Demo, fault: &Fault) -> CheckReport {
+    let experiment = fault.experiment(&demo.experiment);
+    let model = Model::new(&experiment).expect("the twin has a model");
+    with_source(&fault.table.csv(), |source| {
+        check(&experiment, &model, &mut [source], &mut |_| ())
+    })
+    .expect("the log can be read")
+    .report
+}
+
+/// Codes of the findings that a user would act on.
+fn alarms(report: &CheckReport) -> Vec<String> {
+    (report.findings.iter())
+        .filter(|finding| finding.severity >= Severity::Warning)
+        .map(|finding| finding.code.clone())
+        .collect()
+}
+
+/// Clean logs: everything above a note is a false alarm.
+fn clean(demo: &Demo, logs: u64) {
+    let all: Vec<Vec<String>> = (0..logs)
+        .into_par_iter()
+        .map(|seed| {
+            let fault = Fault::none(demo.table(1000 + seed, 1.0));
+            alarms(&report(demo, &fault))
+        })
+        .collect();
+    let wrong = all.iter().filter(|codes| !codes.is_empty()).count();
+    println!("clean logs: {wrong} of {logs} with a false alarm");
+    let mut codes: BTreeMap<&str, usize> = BTreeMap::new();
+    for code in all.iter().flatten() {
+        *codes.entry(code).or_default() += 1;
+    }
+    for (code, count) in codes {
+        println!("  {code}: {count}");
+    }
+}
+
+/// Delays of a quarter of a millisecond to 20 ms on each channel.
+fn delays(demo: &Demo, seeds: u64) {
+    const QUARTERS: [usize; 9] = [0, 1, 2, 3, 4, 10, 22, 41, 80];
+    println!("\ndelays, ms: largest error, in how many of {seeds} logs the right channel is named");
+    let fine: Vec<Table> = (0..seeds)
+        .into_par_iter()
+        .map(|seed| demo.table_every(2000 + seed, 0.25e-3))
+        .collect();
+    for column in 0..6 {
+        for quarters in QUARTERS {
+            let found: Vec<Option<(bool, f64)>> = (fine.par_iter())
+                .map(|table| {
+                    let fault = Fault::none(table.delayed(column, quarters).every(4));
+                    let report = report(demo, &fault);
+                    let finding = (report.findings.iter())
+                        .find(|finding| finding.code == "delayed-channel")?;
+                    let evidence = finding.evidence.as_ref()?;
+                    let right = evidence.column.as_deref() == Some(table.names[column].as_str());
+                    Some((right, evidence.value))
+                })
+                .collect();
+            let delay = 0.25 * quarters as f64;
+            let named = found.iter().flatten().filter(|(right, _)| *right).count();
+            let other = found.iter().flatten().filter(|(right, _)| !*right).count();
+            let errors = (found.iter().flatten())
+                .filter(|(right, _)| *right)
+                .map(|(_, value)| (1e3 * value - delay).abs());
+            let worst = errors.fold(0.0, f64::max);
+            println!(
+                "  {:8} {delay:5.2}: error {worst:.3}, named {named}, another channel {other}",
+                fine[0].names[column]
+            );
+            if quarters == 0 && column > 0 {
+                continue;
+            }
+        }
+    }
+}
+
+fn faults(demo: &Demo, arguments: &Arguments) {
+    println!("\nfaults: part found at five sizes, {} logs each", arguments.seeds);
+    let wanted = |kind: &&Kind| {
+        (arguments.kinds.iter()).any(|word| kind.name.contains(word.as_str()))
+    };
+    let (mut found, mut all) = (0, 0);
+    for kind in KINDS.iter().filter(wanted) {
+        let mut cells = Vec::new();
+        let mut missed: BTreeMap<String, usize> = BTreeMap::new();
+        for &size in &kind.sizes {
+            let hits: Vec<Result<(), String>> = (0..arguments.seeds)
+                .into_par_iter()
+                .map(|seed| {
+                    let fault = kind.inject(demo, size, seed);
+                    let report = report(demo, &fault);
+                    let hit = (report.findings.iter())
+                        .any(|finding| kind.codes.contains(&finding.code.as_str()));
+                    if hit {
+                        Ok(())
+                    } else {
+                        Err(alarms(&report).join("+"))
+                    }
+                })
+                .collect();
+            let hit = hits.iter().filter(|hit| hit.is_ok()).count();
+            for instead in hits.into_iter().filter_map(Result::err) {
+                *missed.entry(instead).or_default() += 1;
+            }
+            found += hit;
+            all += arguments.seeds as usize;
+            cells.push(format!(
+                "{size} {}: {:.0} %",
+                kind.unit,
+                100.0 * hit as f64 / arguments.seeds as f64
+            ));
+        }
+        println!("  {:28} {}", kind.name, cells.join(" | "));
+        for (instead, count) in missed {
+            let instead = if instead.is_empty() { "nothing" } else { &instead };
+            println!("      {count} missed, said instead: {instead}");
+        }
+    }
+    println!(
+        "found {found} of {all}, {:.1} %",
+        100.0 * f64::from(found as u32) / f64::from(all.max(1) as u32)
+    );
+}

@@ -1,0 +1,343 @@
+//! What the torque's row of each joint says about the log: does the torque
+//! explain the motion, and would another reading of the columns explain it better?
+
+use sprung_core::parameters::JointParameter;
+
+use super::UNEXPLAINED;
+use super::excerpt::Excerpt;
+use super::relative::{ChannelDelay, RelativeDelays, independent, relative_delays};
+use super::result::JointFigures;
+use super::row::{RowFit, fit_rows};
+use crate::description::Experiment;
+use crate::finding::{Finding, Severity};
+use crate::log::Quantity;
+use crate::regression::Reading;
+
+/// Standard errors that a value must be away from zero to be believed.
+pub(super) const CERTAIN: f64 = 5.0;
+
+/// Part of the torque's squared residual that a delay must take away.
+const DELAY_GAIN: f64 = 0.1;
+
+/// Evidence (squared standard errors, two delays) from which there is a delay,
+/// and the part of a sampling period below which none is.
+const DELAY_EVIDENCE: f64 = 30.0;
+const DELAY_LEAST: f64 = 0.2;
+
+/// How far parameters may be from the maker's, all in one direction, before the
+/// scale of the torque is doubted.
+const SCALE: f64 = 6.0;
+
+/// What is known about the joints of a log.
+pub(super) struct Examined {
+    pub(super) findings: Vec<Finding>,
+    pub(super) joints: Vec<JointFigures>,
+}
+
+/// What is looked at.
+pub(super) struct Look<'a> {
+    pub(super) experiment: &'a Experiment,
+    pub(super) reading: &'a Reading<'a>,
+    pub(super) excerpt: &'a Excerpt,
+    pub(super) file: &'a str,
+    pub(super) independent: f64,
+}
+
+/// Examines the torque's rows of the beginning of a log.
+///
+/// - `moving`: joints that move; others say nothing.
+///
+/// Returns nothing if it is too short for the filters.
+pub(super) fn joints(
+    experiment: &Experiment,
+    reading: &Reading<'_>,
+    excerpt: &Excerpt,
+    file: &str,
+    moving: &[usize],
+) -> Option<Examined> {
+    let look = Look {
+        experiment,
+        reading,
+        excerpt,
+        file,
+        independent: independent(excerpt, reading),
+    };
+    let all: Vec<usize> = (0..reading.model.joint_count()).collect();
+    let fits = fit_rows(excerpt, reading, &all)?;
+    let weak: Vec<usize> = (moving.iter().copied())
+        .filter(|&joint| {
+            let fit = fits[joint].short(reading.model);
+            fit.stiffness.is_some_and(|k| k < 0.0) || fit.relative_residual > UNEXPLAINED
+        })
+        .collect();
+    let mut findings = Vec::new();
+    let mut told = look.exchanged(&fits, &weak, &mut findings);
+    look.swapped(&fits, &weak, &mut told, &mut findings);
+    for &joint in &weak {
+        if told.contains(&joint) {
+            continue;
+        }
+        let better = (look.opposite(joint, &fits[joint]))
+            .or_else(|| look.other_scale(joint, &fits[joint]));
+        if let Some(finding) = better {
+            findings.push(finding);
+            told.push(joint);
+        }
+    }
+    for &joint in moving {
+        if let Some(finding) = look.reversed(joint, &fits[joint]) {
+            findings.push(finding);
+            told.push(joint);
+        }
+    }
+    let wanting: Vec<usize> = (weak.iter().copied())
+        .filter(|joint| !told.contains(joint))
+        .collect();
+    let delays = relative_delays(excerpt, reading, &wanting);
+    for delay in &delays {
+        if moving.contains(&delay.joint) && !told.contains(&delay.joint) {
+            let finding = look.delayed(delay);
+            if finding.is_some() && delay.torque_residual[1] < UNEXPLAINED {
+                told.push(delay.joint);
+            }
+            findings.extend(finding);
+        }
+    }
+    for &joint in moving {
+        if !told.contains(&joint) {
+            findings.extend(look.unexplained(joint, &fits[joint]));
+            findings.extend(look.scale(joint, &fits[joint]));
+            findings.extend(look.unexcited(joint, &fits[joint]));
+        }
+    }
+    let offsets = look.offsets();
+    for &joint in moving {
+        if !told.contains(&joint)
+            && let Some(offset) = &offsets[joint]
+        {
+            findings.extend(look.offset(joint, offset, &fits[joint]));
+        }
+    }
+    let joints = all.iter().map(|&joint| {
+        let row = fits[joint].short(reading.model);
+        JointFigures {
+            joint: reading.model.joints()[joint].clone(),
+            slope: None,
+            explained_percent: 100.0 * (1.0 - row.relative_residual.powi(2)),
+            stiffness: row.stiffness,
+            delay: (delays.iter().find(|delay| delay.joint == joint))
+                .map(|delay| look.as_figures(delay)),
+            encoder_offset_rad: offsets[joint].as_ref().map(|offset| offset.value),
+            encoder_offset_standard_error_rad: (offsets[joint].as_ref())
+                .map(|offset| offset.standard_error),
+        }
+    });
+    Some(Examined {
+        joints: joints.collect(),
+        findings,
+    })
+}
+
+impl Look<'_> {
+    pub(super) fn name(&self, joint: usize) -> &str {
+        &self.reading.model.joints()[joint]
+    }
+
+    pub(super) fn column(&self, quantities: &[Quantity], joint: usize) -> &str {
+        (self.reading.channels.all.iter())
+            .find(|c| c.joint == joint && quantities.contains(&c.quantity))
+            .map_or("", |c| &c.column)
+    }
+
+    pub(super) fn link(&self, joint: usize) -> &str {
+        self.column(&[Quantity::LinkPosition, Quantity::LinkDeflection], joint)
+    }
+
+    pub(super) fn about_stiffness(&self, joint: usize) -> Option<String> {
+        let model = self.reading.model;
+        let index = model.index(JointParameter::Stiffness, joint)?;
+        Some(model.parameters()[index].name.clone())
+    }
+
+    fn delayed(&self, found: &RelativeDelays) -> Option<Finding> {
+        let gain = |[without, with]: [f64; 2]| 1.0 - (with / without).powi(2);
+        let of_torque = gain(found.torque_residual);
+        let of_link = found.link_residual.map_or(f64::NEG_INFINITY, gain);
+        let delays = match &found.both {
+            Some(both) => both.to_vec(),
+            None => vec![found.likely],
+        };
+        let least = DELAY_LEAST * self.excerpt.period();
+        let sure = found.evidence > DELAY_EVIDENCE
+            && of_torque.max(of_link) > DELAY_GAIN
+            && delays.iter().any(|delay| {
+                delay.delay.abs() > least.max(CERTAIN * delay.standard_error)
+            });
+        if !sure {
+            return None;
+        }
+        let channels = &self.reading.channels.all;
+        let said = |delay: &ChannelDelay| {
+            let when = if delay.delay < 0.0 { "early" } else { "late" };
+            format!(
+                "\"{}\" was recorded {:.5} s {when} (standard error {:.5} s)",
+                channels[delay.channel].column,
+                delay.delay.abs(),
+                delay.standard_error
+            )
+        };
+        let texts: Vec<String> = delays.iter().map(said).collect();
+        let settings: Vec<String> = (delays.iter())
+            .map(|delay| format!("\"{}\" = {:.5}", channels[delay.channel].column, delay.delay))
+            .collect();
+        let first = delays.first()?;
+        let (row, what, [without, with]) = match found.link_residual {
+            Some(residual) if of_link > of_torque => ("link", "spring's torque", residual),
+            _ => ("motor", "torque", found.torque_residual),
+        };
+        Some(
+            Finding::new(
+                Severity::Warning,
+                "delayed-channel",
+                format!(
+                    "{}: if {}, the {row} row leaves {:.2} % of the {what} unexplained instead of \
+                     {:.2} % (root mean squares)",
+                    self.name(found.joint),
+                    texts.join(" and "),
+                    100.0 * with,
+                    100.0 * without
+                ),
+                &format!(
+                    "set delay_s = {{ {} }} in [log], or \"estimate\"",
+                    settings.join(", ")
+                ),
+            )
+            .about(self.about_stiffness(found.joint))
+            .seen(
+                self.file,
+                &channels[first.channel].column,
+                first.delay,
+                "s",
+            )
+            .mended_by("[log]", &format!("delay_s = {{ {} }}", settings.join(", "))),
+        )
+    }
+
+    /// The energy that the motor puts in is not what moves the joint.
+    fn unexplained(&self, joint: usize, fit: &RowFit) -> Option<Finding> {
+        let relative = fit.relative_residual();
+        (relative > UNEXPLAINED).then(|| {
+            let torque = self.column(&[Quantity::MotorTorque], joint);
+            Finding::new(
+                Severity::Warning,
+                "torque-unexplained",
+                format!(
+                    "{}: the motion explains {:.0} % of \"{torque}\" (squares, filtered); {:.0} % of its \
+                     root mean square is left over: the energy that goes in does not come out",
+                    self.name(joint),
+                    100.0 * (1.0 - relative.powi(2)).max(0.0),
+                    100.0 * relative
+                ),
+                "see that the column is the torque of this joint, that its sign and unit are right, \
+                 and whether a contact, a load or a friction law is missing in the model",
+            )
+            .seen(self.file, torque, relative, "")
+        })
+    }
+
+    /// The scale of the torque against the maker's values.
+    fn scale(&self, joint: usize, fit: &RowFit) -> Option<Finding> {
+        let mut ratios: Vec<f64> = (fit.beside_nominal(self.reading.model).iter())
+            .map(|(value, nominal)| value / nominal)
+            .filter(|ratio| ratio.is_finite() && *ratio > 0.0)
+            .collect();
+        ratios.sort_by(f64::total_cmp);
+        if ratios.len() < 2 {
+            return None;
+        }
+        let (least, most) = (*ratios.first()?, *ratios.last()?);
+        let middle = ratios[ratios.len() / 2].min(ratios[(ratios.len() - 1) / 2]);
+        let far = middle.max(1.0 / middle);
+        // All to one side: a scale, not a parameter.
+        if far < SCALE || (least < 1.0 && most > 1.0) {
+            return None;
+        }
+        let torque = self.column(&[Quantity::MotorTorque], joint);
+        let constant = (self.experiment.robot.joint.get(joint))
+            .and_then(|joint| joint.torque_constant_nm_per_a)
+            .filter(|constant| (middle * constant).ln().abs() < 2_f64.ln());
+        let (likely, line) = match constant {
+            _ if (300.0..3000.0).contains(&middle) => (
+                "millinewton metres".to_owned(),
+                format!("motor_torque = {{ column = \"{torque}\", unit = \"mN·m\" }}"),
+            ),
+            Some(constant) => (
+                format!("a current (torque constant {constant} N·m/A)"),
+                format!("motor_current_a = [\"{torque}\"]"),
+            ),
+            None => (
+                "another unit, the other side of the gearbox, or raw counts".to_owned(),
+                format!(
+                    "motor_torque = {{ column = \"{torque}\", unit = \"N·m\", gain = {:.4} }}",
+                    1.0 / middle
+                ),
+            ),
+        };
+        Some(
+            Finding::new(
+                // The maker's values may be the ones that are wrong.
+                Severity::Warning,
+                "torque-scale",
+                format!(
+                    "{}: stiffness, inertia and friction come out {middle:.3} times the nominal ones, \
+                     all in one direction ({least:.3} to {most:.3}): \"{torque}\" looks like {likely}, \
+                     or the positions have another unit",
+                    self.name(joint)
+                ),
+                "say the unit and the side of the torque; or correct the nominal values",
+            )
+            .seen(self.file, torque, middle, "")
+            .mended_by("[log]", &line),
+        )
+    }
+
+    /// A motion that shows friction and nothing else.
+    fn unexcited(&self, joint: usize, fit: &RowFit) -> Option<Finding> {
+        let parameters = fit.of_joints(self.reading.model, self.independent);
+        let blind: Vec<String> = (parameters.iter())
+            .filter(|(kind, value, error)| kind.is_vital() && value.abs() < 2.0 * error)
+            .map(|(kind, ..)| format!("{}.{}", self.name(joint), kind.name()))
+            .collect();
+        if blind.is_empty() || !self.reading.model.is_flexible(joint) {
+            return None;
+        }
+        Some(
+            Finding::new(
+                Severity::Warning,
+                "only-friction",
+                format!(
+                    "{}: friction explains the torque so well that {} stays within its error: the \
+                     joint hardly accelerates",
+                    self.name(joint),
+                    blind.join(" and ")
+                ),
+                "record a log with higher accelerations and more reversals of direction",
+            )
+            .about(blind)
+            .seen(
+                self.file,
+                self.column(&[Quantity::MotorPosition], joint),
+                fit.relative_residual(),
+                "",
+            ),
+        )
+    }
+
+    fn as_figures(&self, delay: &RelativeDelays) -> super::result::DelayFigures {
+        super::result::DelayFigures {
+            column: self.reading.channels.all[delay.likely.channel].column.clone(),
+            delay_s: delay.likely.delay,
+            standard_error_s: delay.likely.standard_error,
+        }
+    }
+}
