@@ -131,6 +131,10 @@ pub(crate) struct New {
 pub(crate) struct Check {
     /// Experiment file, or the folder that holds experiment.toml.
     pub(crate) experiment: PathBuf,
+    /// Find delays to a fraction of a sample, by the likelihood of the log; takes as long as a
+    /// few identifications.
+    #[arg(long)]
+    pub(crate) thorough: bool,
     #[command(flatten)]
     pub(crate) common: Common,
 }

@@ -135,8 +135,8 @@ impl Terminal {
 
     /// Prints a finding as a result, with the line that mends it.
     pub(crate) fn finding_with_line(self, finding: &Finding) {
-        let line = (finding.setting.as_ref())
-            .map_or_else(String::new, |line| format!("\n  line: {line}"));
+        let line =
+            (finding.setting.as_ref()).map_or_else(String::new, |line| format!("\n  line: {line}"));
         self.say(format!(
             "{} ({}): {}\n  remedy: {}{line}",
             finding.severity.word(),

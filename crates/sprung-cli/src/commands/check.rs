@@ -2,6 +2,7 @@
 
 use comfy_table::Table;
 use sprung::check::{CheckError, CheckReport, Checked, CheckedLog, check};
+use sprung::estimate::{Progress, late_channels};
 use sprung::finding::Severity;
 use sprung::log::LogError;
 use sprung::report::{compose_check, render, significant};
@@ -10,13 +11,17 @@ use crate::args::Check;
 use crate::exit_code::{ExitCode, Failure};
 use crate::experiment::{Loaded, load, openers, sources};
 use crate::output::Output;
-use crate::terminal::{Terminal, dash, plain};
+use crate::terminal::{Terminal, count_runs, dash, plain};
 
 pub(crate) fn run(args: &Check) -> Result<ExitCode, Failure> {
     let common = &args.common;
     let terminal = Terminal::new(common.voice, common.json);
     let loaded = load(&args.experiment, &common.overrides)?;
-    let checked = from_disk(&loaded, terminal)?;
+    let mut checked = from_disk(&loaded, terminal)?;
+    // Of a log that is not what the file says no likelihood says anything.
+    if args.thorough && !checked.report.refused {
+        delays(&loaded, &mut checked, terminal)?;
+    }
 
     let mut output = Output::new(&loaded.out(common.out.as_ref()))?.keeping(loaded.inputs());
     output.write("check.json", |write| {
@@ -60,6 +65,27 @@ fn from_disk(loaded: &Loaded, terminal: Terminal) -> Result<Checked, Failure> {
         };
         Failure::new(code, error)
     })
+}
+
+/// Finds delays by the likelihood.
+fn delays(loaded: &Loaded, checked: &mut Checked, terminal: Terminal) -> Result<(), Failure> {
+    let paths = loaded.log_paths(None)?;
+    let bar = terminal.progress("finding delays", None);
+    let mut openers = openers(&loaded.folder, &paths);
+    let mut sources = sources(&paths, &mut openers);
+    let mut progress = |progress| match progress {
+        Progress::Samples(samples) => bar.set_position(samples),
+        Progress::FilterRun { run, most } => count_runs(&bar, run, most),
+    };
+    let found = late_channels(
+        &loaded.experiment,
+        &loaded.model,
+        &mut sources,
+        &mut progress,
+    );
+    bar.finish_and_clear();
+    checked.with_delays(&found.map_err(|error| super::identify::failure(&error))?);
+    Ok(())
 }
 
 /// One screen: logs, joints, and findings with their remedies.

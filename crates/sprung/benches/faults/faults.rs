@@ -87,7 +87,9 @@ fn which(size: f64) -> Vec<usize> {
 
 fn scale(table: &mut Table, first: usize, joints: &[usize], by: f64) {
     for joint in joints {
-        table.columns[first + joint].iter_mut().for_each(|value| *value *= by);
+        table.columns[first + joint]
+            .iter_mut()
+            .for_each(|value| *value *= by);
     }
 }
 
@@ -110,7 +112,12 @@ fn delay(table: &mut Table, first: usize, size: f64, rng: &mut ChaCha8Rng) {
 fn deviation(values: &[f64]) -> f64 {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
-    (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / n).sqrt()
+    (values
+        .iter()
+        .map(|value| (value - mean).powi(2))
+        .sum::<f64>()
+        / n)
+        .sqrt()
 }
 
 fn noise(table: &mut Table, column: usize, size: f64, rng: &mut ChaCha8Rng) {
@@ -163,7 +170,7 @@ pub(crate) const KINDS: [Kind; 31] = [
     },
     Kind {
         name: "motor position stuck",
-        sizes: [50.0, 100.0, 150.0, 200.0, 300.0],
+        sizes: [100.0, 150.0, 200.0, 300.0, 500.0],
         unit: "ms",
         codes: &["stuck-samples"],
         damage: |table, size, rng| {
@@ -199,7 +206,9 @@ pub(crate) const KINDS: [Kind; 31] = [
         codes: &["position-jumps"],
         damage: |table, size, rng| {
             let (column, from) = (Q + 2 * joint(rng) + joint(rng), sample(table, rng));
-            table.columns[column][from..].iter_mut().for_each(|value| *value += size);
+            table.columns[column][from..]
+                .iter_mut()
+                .for_each(|value| *value += size);
         },
     },
     Kind {
@@ -223,7 +232,9 @@ pub(crate) const KINDS: [Kind; 31] = [
         damage: |table, size, rng| {
             let column = &mut table.columns[TAU + joint(rng)];
             let peak = column.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-            column.iter_mut().for_each(|v| *v = v.clamp(-size * peak, size * peak));
+            column
+                .iter_mut()
+                .for_each(|v| *v = v.clamp(-size * peak, size * peak));
         },
     },
     Kind {
@@ -341,7 +352,9 @@ pub(crate) const KINDS: [Kind; 31] = [
         codes: &["encoder-offset"],
         damage: |table, size, rng| {
             let column = Q + joint(rng);
-            table.columns[column].iter_mut().for_each(|value| *value += size);
+            table.columns[column]
+                .iter_mut()
+                .for_each(|value| *value += size);
         },
     },
     Kind {
@@ -380,14 +393,14 @@ pub(crate) const KINDS: [Kind; 31] = [
     },
     Kind {
         name: "coarse encoders",
-        sizes: [2048.0, 1024.0, 512.0, 256.0, 128.0],
+        sizes: [1024.0, 512.0, 256.0, 128.0, 64.0],
         unit: "counts",
         codes: &["noisy-velocity", "noisy-deflection", "hardly-moves"],
         damage: |_, _, _| (),
     },
     Kind {
         name: "noisy link",
-        sizes: [0.01, 0.02, 0.03, 0.05, 0.1],
+        sizes: [0.02, 0.03, 0.05, 0.1, 0.2],
         unit: "rad",
         codes: &["noisy-deflection", "noisy-velocity"],
         damage: |table, size, rng| {

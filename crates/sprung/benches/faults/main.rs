@@ -5,7 +5,8 @@
 //!
 //! - `--seeds 10`: logs of each fault and size.
 //! - `--clean 100`: logs without fault.
-//! - `--delays 20`: logs whose delays are measured.
+//! - `--delays 2`: logs of each delay that is measured by the likelihood, and a tenth of those
+//!   without.
 //! - `--kinds saturated,spike`: those whose names contain one of the words.
 #![expect(clippy::print_stdout, reason = "a benchmark says what it measured")]
 
@@ -16,7 +17,8 @@ use std::collections::BTreeMap;
 
 use faults::{Fault, KINDS, Kind};
 use rayon::prelude::*;
-use sprung::check::{CheckReport, check};
+use sprung::check::{CheckReport, LikelyDelay, check};
+use sprung::estimate::late_channels;
 use sprung::finding::Severity;
 use sprung::model::Model;
 use twin::{Demo, Table, with_source};
@@ -39,7 +41,7 @@ impl Arguments {
         let mut found = Self {
             seeds: 10,
             clean: 100,
-            delays: 20,
+            delays: 2,
             kinds: vec![String::new()],
         };
         let mut bench = false;
@@ -107,50 +109,58 @@ fn clean(demo: &Demo, logs: u64) {
     }
 }
 
-/// Delays of a quarter of a millisecond to 20 ms on each channel.
+/// Delays by the likelihood: none where there is none, and those of each channel.
 fn delays(demo: &Demo, seeds: u64) {
-    const QUARTERS: [usize; 9] = [0, 1, 2, 3, 4, 10, 22, 41, 80];
-    println!("\ndelays, ms: largest error, in how many of {seeds} logs the right channel is named");
-    let fine: Vec<Table> = (0..seeds)
+    let none: usize = (0..10 * seeds)
         .into_par_iter()
-        .map(|seed| demo.table_every(2000 + seed, 0.25e-3))
-        .collect();
+        .map(|seed| late(demo, &demo.table(2000 + seed, 1.0)).len())
+        .sum();
+    println!(
+        "\ndelays by the likelihood: {none} in {} logs without",
+        10 * seeds
+    );
+    println!(
+        "  channel, delay: largest error in ms, times that it and another was named in {seeds} logs"
+    );
     for column in 0..6 {
-        for quarters in QUARTERS {
-            let found: Vec<Option<(bool, f64)>> = (fine.par_iter())
-                .map(|table| {
-                    let fault = Fault::none(table.delayed(column, quarters).every(4));
-                    let report = report(demo, &fault);
-                    let finding = (report.findings.iter())
-                        .find(|finding| finding.code == "delayed-channel")?;
-                    let evidence = finding.evidence.as_ref()?;
-                    let right = evidence.column.as_deref() == Some(table.names[column].as_str());
-                    Some((right, evidence.value))
-                })
+        for samples in [1, 5, 20] {
+            let found: Vec<Vec<LikelyDelay>> = (0..seeds)
+                .into_par_iter()
+                .map(|seed| late(demo, &demo.table(2000 + seed, 1.0).delayed(column, samples)))
                 .collect();
-            let delay = 0.25 * quarters as f64;
-            let named = found.iter().flatten().filter(|(right, _)| *right).count();
-            let other = found.iter().flatten().filter(|(right, _)| !*right).count();
-            let errors = (found.iter().flatten())
-                .filter(|(right, _)| *right)
-                .map(|(_, value)| (1e3 * value - delay).abs());
-            let worst = errors.fold(0.0, f64::max);
+            let name = &Demo::names()[column];
+            let own = || {
+                found
+                    .iter()
+                    .flatten()
+                    .filter(|delay| delay.column == **name)
+            };
+            let errors = own().map(|delay| (1e3 * delay.delay - samples as f64).abs());
             println!(
-                "  {:8} {delay:5.2}: error {worst:.3}, named {named}, another channel {other}",
-                fine[0].names[column]
+                "  {name:8} {samples:2} ms: error {:.4}, named {}, another {}",
+                errors.fold(0.0, f64::max),
+                own().count(),
+                found.iter().flatten().count() - own().count()
             );
-            if quarters == 0 && column > 0 {
-                continue;
-            }
         }
     }
 }
 
+fn late(demo: &Demo, table: &Table) -> Vec<LikelyDelay> {
+    let model = Model::new(&demo.experiment).expect("the twin has a model");
+    with_source(&table.csv(), |source| {
+        late_channels(&demo.experiment, &model, &mut [source], &mut |_| ())
+    })
+    .expect("the log can be identified")
+}
+
 fn faults(demo: &Demo, arguments: &Arguments) {
-    println!("\nfaults: part found at five sizes, {} logs each", arguments.seeds);
-    let wanted = |kind: &&Kind| {
-        (arguments.kinds.iter()).any(|word| kind.name.contains(word.as_str()))
-    };
+    println!(
+        "\nfaults: part found at five sizes, {} logs each",
+        arguments.seeds
+    );
+    let wanted =
+        |kind: &&Kind| (arguments.kinds.iter()).any(|word| kind.name.contains(word.as_str()));
     let (mut found, mut all) = (0, 0);
     for kind in KINDS.iter().filter(wanted) {
         let mut cells = Vec::new();
@@ -184,7 +194,11 @@ fn faults(demo: &Demo, arguments: &Arguments) {
         }
         println!("  {:28} {}", kind.name, cells.join(" | "));
         for (instead, count) in missed {
-            let instead = if instead.is_empty() { "nothing" } else { &instead };
+            let instead = if instead.is_empty() {
+                "nothing"
+            } else {
+                &instead
+            };
             println!("      {count} missed, said instead: {instead}");
         }
     }

@@ -19,8 +19,6 @@ pub(crate) struct Demo {
 #[derive(Clone)]
 pub(crate) struct Table {
     header: String,
-    /// Names of the columns: q1, q2, phi1, phi2, tau1, tau2.
-    pub(crate) names: Vec<String>,
     /// Time, s.
     pub(crate) time: Vec<f64>,
     /// Values of the columns.
@@ -29,9 +27,8 @@ pub(crate) struct Table {
 
 impl Demo {
     pub(crate) fn new() -> Self {
-        let experiment =
-            description::read("experiment.toml", demo::EXPERIMENT, &[], &mut no_files)
-                .expect("the demo is right");
+        let experiment = description::read("experiment.toml", demo::EXPERIMENT, &[], &mut no_files)
+            .expect("the demo is right");
         let model = Model::new(&experiment).expect("the demo has a model");
         let truth = toml::from_str(demo::TRUTH).expect("the demo has its parameters");
         let truth = model.theta(&truth).expect("the demo has its parameters");
@@ -49,9 +46,11 @@ impl Demo {
         self.with(seed, part, |_| ())
     }
 
-    /// A log of the demo with another period, s.
-    pub(crate) fn table_every(&self, seed: u64, period: f64) -> Table {
-        self.with(seed, 1.0, |settings| settings.period_s = period)
+    /// Names of the columns.
+    pub(crate) fn names() -> [&'static str; 6] {
+        [
+            "q1_rad", "q2_rad", "phi1_rad", "phi2_rad", "tau1_nm", "tau2_nm",
+        ]
     }
 
     /// A log of the demo with encoders of so many counts per turn.
@@ -62,12 +61,7 @@ impl Demo {
         })
     }
 
-    fn with(
-        &self,
-        seed: u64,
-        part: f64,
-        change: impl Fn(&mut description::Simulate),
-    ) -> Table {
+    fn with(&self, seed: u64, part: f64, change: impl Fn(&mut description::Simulate)) -> Table {
         let mut settings = self.experiment.simulate.clone().expect("it has a twin");
         settings.seed = seed;
         change(&mut settings);
@@ -93,12 +87,11 @@ impl Table {
     fn read(text: &str) -> Self {
         let mut lines = text.lines();
         let header = lines.next().expect("a log has a header").to_owned();
-        let names: Vec<String> = header.split(',').skip(1).map(str::to_owned).collect();
+        let width = header.split(',').count() - 1;
         let mut table = Self {
             header,
             time: Vec::new(),
-            columns: vec![Vec::new(); names.len()],
-            names,
+            columns: vec![Vec::new(); width],
         };
         for line in lines {
             let mut cells = line.split(',').map(|cell| cell.parse().expect("a number"));
@@ -136,16 +129,6 @@ impl Table {
         }
         late.time.truncate(self.time.len() - samples);
         late
-    }
-
-    /// Each of so many samples of the log.
-    pub(crate) fn every(&self, step: usize) -> Self {
-        let thin = |values: &[f64]| values.iter().step_by(step).copied().collect();
-        Self {
-            time: thin(&self.time),
-            columns: self.columns.iter().map(|column| thin(column)).collect(),
-            ..self.clone()
-        }
     }
 
     /// Removes rows that are not wanted.

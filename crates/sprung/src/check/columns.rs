@@ -117,8 +117,7 @@ impl Look<'_> {
                     let better = |joint: usize| {
                         now.get(joint).is_some_and(|fit| {
                             fit.plausible
-                                && fit.relative_residual
-                                    < CLEARLY * fits[joint].relative_residual()
+                                && fit.relative_residual < CLEARLY * fits[joint].relative_residual()
                         })
                     };
                     if better(one) && better(two) {
@@ -165,23 +164,20 @@ impl Look<'_> {
 
     /// A torque that brakes where it should drive.
     pub(super) fn reversed(&self, joint: usize, fit: &RowFit) -> Option<Finding> {
-        let signed: Vec<(JointParameter, f64, f64)> =
-            (fit.of_joints(self.reading.model, self.independent))
-                .into_iter()
-                .filter(|(kind, ..)| kind.is_friction() || *kind == JointParameter::Stiffness)
-                .collect();
+        let signed: Vec<(JointParameter, f64, f64)> = (fit
+            .of_joints(self.reading.model, self.independent))
+        .into_iter()
+        .filter(|(kind, ..)| kind.is_friction() || *kind == JointParameter::Stiffness)
+        .collect();
         let negative = |&(_, value, error): &(JointParameter, f64, f64)| value < -2.0 * error;
-        let any_clear = signed.iter().any(|(_, value, error)| value < &(-CERTAIN * error));
+        let any_clear = signed
+            .iter()
+            .any(|(_, value, error)| value < &(-CERTAIN * error));
         if signed.len() < 2 || !signed.iter().all(negative) || !any_clear {
             return None;
         }
         let torque = self.column(&[Quantity::MotorTorque], joint);
-        Some(reversed_torque(self.name(joint), torque).seen(
-            self.file,
-            torque,
-            signed[0].1,
-            "",
-        ))
+        Some(reversed_torque(self.name(joint), torque).seen(self.file, torque, signed[0].1, ""))
     }
 
     /// Fits the torque's row of a joint with a column times a number.
@@ -195,21 +191,29 @@ impl Look<'_> {
 
     /// A link that counts against its motor, as the equations show it.
     pub(super) fn opposite(&self, joint: usize, fit: &RowFit) -> Option<Finding> {
-        let turned = self.scaled(&[Quantity::LinkPosition], joint, -1.0)?;
         let before = fit.relative_residual();
-        if !turned.plausible || turned.relative_residual > CLEARLY * before {
-            return None;
-        }
         let (link, motor) = (
             self.link(joint),
             self.column(&[Quantity::MotorPosition], joint),
         );
+        if link.is_empty() {
+            return None;
+        }
+        // Which of them it is, the torque says.
+        let (wrong, turned) = [
+            (link, Quantity::LinkPosition),
+            (motor, Quantity::MotorPosition),
+        ]
+        .into_iter()
+        .filter_map(|(column, quantity)| Some((column, self.scaled(&[quantity], joint, -1.0)?)))
+        .filter(|(_, fit)| fit.plausible && fit.relative_residual < CLEARLY * before)
+        .min_by(|(_, a), (_, b)| a.relative_residual.total_cmp(&b.relative_residual))?;
         Some(
             Finding::new(
                 Severity::Error,
                 "opposite-signs",
                 format!(
-                    "{}: \"{motor}\" and \"{link}\" count against each other: with one of them turned \
+                    "{}: \"{motor}\" and \"{link}\" count against each other: with \"{wrong}\" turned \
                      the motor row leaves {:.1} % of the torque unexplained instead of {:.1} %, and \
                      every parameter is positive",
                     self.name(joint),
@@ -217,11 +221,11 @@ impl Look<'_> {
                     100.0 * before
                 ),
                 &format!(
-                    "set sign = {{ \"{link}\" = -1 }} or sign = {{ \"{motor}\" = -1 }} in [log]"
+                    "set sign = {{ \"{wrong}\" = -1 }} in [log]"
                 ),
             )
-            .seen(self.file, link, turned.relative_residual, "")
-            .mended_by("[log]", &format!("sign = {{ \"{link}\" = -1 }}")),
+            .seen(self.file, wrong, turned.relative_residual, "")
+            .mended_by("[log]", &format!("sign = {{ \"{wrong}\" = -1 }}")),
         )
     }
 
@@ -250,9 +254,8 @@ impl Look<'_> {
             let Some(now) = self.scaled(&[Quantity::MotorPosition], joint, 1.0 / ratio) else {
                 continue;
             };
-            let better = best.is_none_or(|(_, before)| {
-                now.relative_residual < before.relative_residual
-            });
+            let better =
+                best.is_none_or(|(_, before)| now.relative_residual < before.relative_residual);
             if now.plausible && better {
                 best = Some((ratio, now));
             }

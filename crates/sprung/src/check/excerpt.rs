@@ -115,10 +115,7 @@ impl Excerpt {
 /// # Errors
 ///
 /// [`LogError`] if it cannot be read.
-pub fn excerpt(
-    channels: &Channels,
-    source: &mut LogSource<'_>,
-) -> Result<Excerpt, LogError> {
+pub fn excerpt(channels: &Channels, source: &mut LogSource<'_>) -> Result<Excerpt, LogError> {
     let mut log = source.open(channels)?;
     let mut block = LogBlock::new(channels.all.len());
     let mut more = log.read(&mut block)?;

@@ -27,7 +27,7 @@ const LAMBDA_LOW: f64 = 0.1;
 /// Noise of a velocity, of a deflection and of a torque that counts, as a part
 /// of their standard deviations.
 const VELOCITY_NOISE: f64 = 0.1;
-const DEFLECTION_NOISE: f64 = 0.25;
+const DEFLECTION_NOISE: f64 = 0.1;
 const TORQUE_NOISE: f64 = 0.35;
 
 struct Look<'a> {
@@ -169,7 +169,11 @@ impl Look<'_> {
     /// Sampling rate and λ against the motion.
     fn rate(&self, joint: usize) -> Option<Finding> {
         let period = self.excerpt.period();
-        let velocity = deviation(self.signals.iter().flat_map(|s| s.dphi[joint].iter().copied()));
+        let velocity = deviation(
+            self.signals
+                .iter()
+                .flat_map(|s| s.dphi[joint].iter().copied()),
+        );
         let steps = (self.signals.iter())
             .flat_map(|s| s.dphi[joint].windows(2).map(|w| (w[1] - w[0]) / period));
         let acceleration = deviation(steps);

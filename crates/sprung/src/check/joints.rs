@@ -6,7 +6,7 @@ use sprung_core::parameters::JointParameter;
 use super::UNEXPLAINED;
 use super::excerpt::Excerpt;
 use super::relative::{ChannelDelay, RelativeDelays, independent, relative_delays};
-use super::result::JointFigures;
+use super::result::{DELAYED, DelayFigures, JointFigures};
 use super::row::{RowFit, fit_rows};
 use crate::description::Experiment;
 use crate::finding::{Finding, Severity};
@@ -17,12 +17,13 @@ use crate::regression::Reading;
 pub(super) const CERTAIN: f64 = 5.0;
 
 /// Part of the torque's squared residual that a delay must take away.
-const DELAY_GAIN: f64 = 0.1;
+const DELAY_GAIN: f64 = 0.05;
 
 /// Evidence (squared standard errors, two delays) from which there is a delay,
 /// and the part of a sampling period below which none is.
-const DELAY_EVIDENCE: f64 = 30.0;
+const DELAY_EVIDENCE: f64 = 12.0;
 const DELAY_LEAST: f64 = 0.2;
+const DELAY_CERTAIN: f64 = 3.0;
 
 /// How far parameters may be from the maker's, all in one direction, before the
 /// scale of the torque is doubted.
@@ -77,8 +78,8 @@ pub(super) fn joints(
         if told.contains(&joint) {
             continue;
         }
-        let better = (look.opposite(joint, &fits[joint]))
-            .or_else(|| look.other_scale(joint, &fits[joint]));
+        let better =
+            (look.opposite(joint, &fits[joint])).or_else(|| look.other_scale(joint, &fits[joint]));
         if let Some(finding) = better {
             findings.push(finding);
             told.push(joint);
@@ -118,6 +119,7 @@ pub(super) fn joints(
             findings.extend(look.offset(joint, offset, &fits[joint]));
         }
     }
+    let of = |joint: usize| delays.iter().find(|delay| delay.joint == joint);
     let joints = all.iter().map(|&joint| {
         let row = fits[joint].short(reading.model);
         JointFigures {
@@ -125,8 +127,10 @@ pub(super) fn joints(
             slope: None,
             explained_percent: 100.0 * (1.0 - row.relative_residual.powi(2)),
             stiffness: row.stiffness,
-            delay: (delays.iter().find(|delay| delay.joint == joint))
-                .map(|delay| look.as_figures(delay)),
+            delay: of(joint).map(|delay| look.as_figures(&delay.likely)),
+            torque_against_motor: of(joint).map(|delay| look.as_figures(&delay.torque)),
+            link_against_motor: of(joint)
+                .and_then(|delay| Some(look.as_figures(delay.link.as_ref()?))),
             encoder_offset_rad: offsets[joint].as_ref().map(|offset| offset.value),
             encoder_offset_standard_error_rad: (offsets[joint].as_ref())
                 .map(|offset| offset.standard_error),
@@ -163,16 +167,16 @@ impl Look<'_> {
         let gain = |[without, with]: [f64; 2]| 1.0 - (with / without).powi(2);
         let of_torque = gain(found.torque_residual);
         let of_link = found.link_residual.map_or(f64::NEG_INFINITY, gain);
-        let delays = match &found.both {
-            Some(both) => both.to_vec(),
-            None => vec![found.likely],
+        let delays: Vec<ChannelDelay> = match found.link {
+            Some(link) if found.both => vec![found.torque, link],
+            _ => vec![found.likely],
         };
         let least = DELAY_LEAST * self.excerpt.period();
         let sure = found.evidence > DELAY_EVIDENCE
             && of_torque.max(of_link) > DELAY_GAIN
-            && delays.iter().any(|delay| {
-                delay.delay.abs() > least.max(CERTAIN * delay.standard_error)
-            });
+            && delays
+                .iter()
+                .any(|delay| delay.delay.abs() > least.max(DELAY_CERTAIN * delay.standard_error));
         if !sure {
             return None;
         }
@@ -180,7 +184,7 @@ impl Look<'_> {
         let said = |delay: &ChannelDelay| {
             let when = if delay.delay < 0.0 { "early" } else { "late" };
             format!(
-                "\"{}\" was recorded {:.5} s {when} (standard error {:.5} s)",
+                "\"{}\" was recorded {:.4} s {when} (standard error {:.4} s)",
                 channels[delay.channel].column,
                 delay.delay.abs(),
                 delay.standard_error
@@ -188,7 +192,7 @@ impl Look<'_> {
         };
         let texts: Vec<String> = delays.iter().map(said).collect();
         let settings: Vec<String> = (delays.iter())
-            .map(|delay| format!("\"{}\" = {:.5}", channels[delay.channel].column, delay.delay))
+            .map(|delay| format!("\"{}\" = \"estimate\"", channels[delay.channel].column))
             .collect();
         let first = delays.first()?;
         let (row, what, [without, with]) = match found.link_residual {
@@ -198,7 +202,7 @@ impl Look<'_> {
         Some(
             Finding::new(
                 Severity::Warning,
-                "delayed-channel",
+                DELAYED,
                 format!(
                     "{}: if {}, the {row} row leaves {:.2} % of the {what} unexplained instead of \
                      {:.2} % (root mean squares)",
@@ -208,17 +212,12 @@ impl Look<'_> {
                     100.0 * without
                 ),
                 &format!(
-                    "set delay_s = {{ {} }} in [log], or \"estimate\"",
+                    "set delay_s = {{ {} }} in [log], which finds it to a fraction of a sample",
                     settings.join(", ")
                 ),
             )
             .about(self.about_stiffness(found.joint))
-            .seen(
-                self.file,
-                &channels[first.channel].column,
-                first.delay,
-                "s",
-            )
+            .seen(self.file, &channels[first.channel].column, first.delay, "s")
             .mended_by("[log]", &format!("delay_s = {{ {} }}", settings.join(", "))),
         )
     }
@@ -308,7 +307,8 @@ impl Look<'_> {
             .filter(|(kind, value, error)| kind.is_vital() && value.abs() < 2.0 * error)
             .map(|(kind, ..)| format!("{}.{}", self.name(joint), kind.name()))
             .collect();
-        if blind.is_empty() || !self.reading.model.is_flexible(joint) {
+        let explained = fit.relative_residual() < UNEXPLAINED;
+        if blind.is_empty() || !explained || !self.reading.model.is_flexible(joint) {
             return None;
         }
         Some(
@@ -333,11 +333,11 @@ impl Look<'_> {
         )
     }
 
-    fn as_figures(&self, delay: &RelativeDelays) -> super::result::DelayFigures {
-        super::result::DelayFigures {
-            column: self.reading.channels.all[delay.likely.channel].column.clone(),
-            delay_s: delay.likely.delay,
-            standard_error_s: delay.likely.standard_error,
+    fn as_figures(&self, delay: &ChannelDelay) -> DelayFigures {
+        DelayFigures {
+            column: self.reading.channels.all[delay.channel].column.clone(),
+            delay_s: delay.delay,
+            standard_error_s: delay.standard_error,
         }
     }
 }

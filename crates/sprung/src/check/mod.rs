@@ -26,14 +26,14 @@ use crate::log::{ChannelError, Channels, LogBlock, LogError, LogSource, Summary}
 use crate::model::Model;
 use crate::regression::{LogFigures, Reading};
 
+pub use columns::reversed_torque;
 pub use cutoff::{choose_cutoff, noise, position_cutoff, velocity_per_position, white_noise};
 pub use delay::{DelayEstimate, estimate_delays};
 pub use excerpt::{Excerpt, excerpt};
 pub use in_use::{DelayError, Delays};
-pub use columns::reversed_torque;
 pub use relative::{ChannelDelay, RelativeDelays, relative_delays};
 pub use result::{
-    CheckReport, Checked, CheckedLog, ColumnFigures, DelayFigures, JointFigures, Place,
+    CheckReport, Checked, CheckedLog, ColumnFigures, DelayFigures, JointFigures, LikelyDelay, Place,
 };
 pub use row::{MotorRowFit, fit_motor_rows};
 
@@ -128,12 +128,8 @@ pub fn examine(
                 findings.extend(filters::filters(&reading, excerpt, name, &moving));
                 // What the equations say of signs and scales is surer than correlations.
                 let again = |found: &Finding| {
-                    (examined.findings.iter()).any(|other| {
-                        let place = |finding: &Finding| {
-                            finding.evidence.as_ref().and_then(|e| e.column.clone())
-                        };
-                        other.code == found.code && place(other) == place(found)
-                    })
+                    (examined.findings.iter())
+                        .any(|other| other.code == found.code && same_joint(found, other, channels))
                 };
                 findings.retain(|found| !again(found));
                 findings.extend(examined.findings);
@@ -170,6 +166,19 @@ fn is_wrong(findings: &[Finding], channels: &Channels, joint: usize) -> bool {
         .filter(|finding| finding.severity == Severity::Error)
         .filter_map(|finding| finding.evidence.as_ref()?.column.as_ref())
         .any(|column| own(column))
+}
+
+/// Returns whether two findings are about columns of one joint.
+fn same_joint(one: &Finding, other: &Finding, channels: &Channels) -> bool {
+    let joint = |finding: &Finding| {
+        let column = finding.evidence.as_ref()?.column.as_ref()?;
+        let channel = channels
+            .all
+            .iter()
+            .find(|channel| channel.column == *column)?;
+        Some(channel.joint)
+    };
+    joint(one).is_some() && joint(one) == joint(other)
 }
 
 fn gaps(file: &str, figures: &LogFigures) -> Option<Finding> {

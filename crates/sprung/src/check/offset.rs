@@ -50,7 +50,10 @@ impl Look<'_> {
         let offset = |fit: &RowFit| {
             let parameters = fit.of_joints(&with, self.independent);
             let of = |wanted: JointParameter| {
-                parameters.iter().find(|(kind, ..)| *kind == wanted).copied()
+                parameters
+                    .iter()
+                    .find(|(kind, ..)| *kind == wanted)
+                    .copied()
             };
             let (_, stiffness, _) = of(JointParameter::Stiffness)?;
             let (_, preload, error) = of(JointParameter::Preload)?;

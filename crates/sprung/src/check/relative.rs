@@ -11,11 +11,15 @@ use crate::regression::{Reading, SystemPart, solve};
 
 /// Distance at which the curvature of the residual is taken, s, at least: below
 /// it the samples at the ends count more than the delay.
-const STEP: f64 = 1e-3;
+const STEP: f64 = 3e-3;
 
 /// Steps of Newton's method, and how far one may go, in those distances.
 const STEPS: usize = 10;
-const FARTHEST: f64 = 8.0;
+const FARTHEST: f64 = 3.0;
+
+/// How far from where it starts a search may end, s: farther off the parabola is
+/// not that of the delay.
+const REACH: f64 = 0.03;
 
 /// Evidence that one channel alone may leave, as squared standard errors, and as
 /// a part of all: more is a second delay.
@@ -29,9 +33,12 @@ pub struct RelativeDelays {
     pub joint: usize,
     /// The delay of one channel alone that explains the log best.
     pub likely: ChannelDelay,
-    /// Delays of torque and link against the motor position, if no channel
-    /// alone explains the log.
-    pub both: Option<[ChannelDelay; 2]>,
+    /// Delay of the torque against the motor position.
+    pub torque: ChannelDelay,
+    /// Delay of the link against the motor position, if it has a channel.
+    pub link: Option<ChannelDelay>,
+    /// Whether no channel alone explains the log: both of these do.
+    pub both: bool,
     /// How far from none the delays are, as a sum of squares in standard errors.
     pub evidence: f64,
     /// Residual of the torque's row as a part of the torque, root mean squares,
@@ -76,6 +83,8 @@ struct Minimum {
     // Squared residuals as parts of the right-hand side.
     cost: f64,
     without: f64,
+    // Right-hand side without delays, squared.
+    scale: f64,
     active: bool,
 }
 
@@ -87,6 +96,7 @@ impl Default for Minimum {
             curvature: f64::NAN,
             cost: f64::NAN,
             without: f64::NAN,
+            scale: 1.0,
             active: true,
         }
     }
@@ -169,11 +179,19 @@ pub fn relative_delays(
     search.without(&mut joints);
     search.begin_far_away(&mut joints, weak);
     for side in [Side::Link, Side::Torque] {
-        for _ in 0..STEPS {
+        let begun: Vec<f64> = joints.iter_mut().map(|j| j.minimum(side).at).collect();
+        for _ in 0..STEPS + joints.len() {
             if !joints.iter_mut().any(|joint| joint.minimum(side).active) {
                 break;
             }
             search.step(&mut joints, side);
+        }
+        for (joint, begun) in joints.iter_mut().zip(begun) {
+            let minimum = joint.minimum(side);
+            if minimum.active || (minimum.delay - begun).abs() > REACH {
+                minimum.curvature = f64::NAN;
+                minimum.at = begun;
+            }
         }
     }
     let independent = independent(excerpt, reading);
@@ -200,8 +218,7 @@ fn candidates(reading: &Reading<'_>) -> Vec<Joint> {
         .filter(|&joint| !given(joint))
         .filter_map(|joint| {
             let link = [Quantity::LinkPosition, Quantity::LinkDeflection];
-            let link =
-                (link.into_iter()).find_map(|quantity| channels.index(quantity, joint));
+            let link = (link.into_iter()).find_map(|quantity| channels.index(quantity, joint));
             Some(Joint {
                 joint,
                 torque: channels.index(Quantity::MotorTorque, joint)?,
@@ -228,8 +245,10 @@ impl Search<'_> {
     fn without(&self, joints: &mut [Joint]) {
         for side in [Side::Torque, Side::Link] {
             let costs = self.costs(joints, side, 0.0);
-            for (joint, cost) in joints.iter_mut().zip(costs) {
-                joint.minimum(side).without = cost;
+            for (joint, (squares, scale)) in joints.iter_mut().zip(costs) {
+                let minimum = joint.minimum(side);
+                minimum.without = squares / scale;
+                minimum.scale = scale;
             }
         }
     }
@@ -254,8 +273,7 @@ impl Search<'_> {
             if wanted.is_empty() {
                 continue;
             }
-            let found =
-                estimate_delays(self.excerpt, self.reading, &wanted).unwrap_or_default();
+            let found = estimate_delays(self.excerpt, self.reading, &wanted).unwrap_or_default();
             for (joint, best) in joints.iter_mut().zip(&mut best) {
                 let own = channel(joint);
                 let Some(found) = (found.iter()).find(|found| Some(found.channel) == own) else {
@@ -278,17 +296,44 @@ impl Search<'_> {
         let period = self.excerpt.period();
         let h = period * (STEP / period).ceil().max(1.0);
         let [left, centre, right] = [-h, 0.0, h].map(|by| self.costs(joints, side, by));
+        let before: Vec<f64> = joints.iter_mut().map(|j| j.minimum(side).at).collect();
         for (i, joint) in joints.iter_mut().enumerate() {
             let minimum = joint.minimum(side);
-            if minimum.active {
-                minimum.step([left[i], centre[i], right[i]], h, period);
+            if minimum.at.is_finite() && (joint.link.is_some() || side == Side::Torque) {
+                let minimum = joint.minimum(side);
+                // Over a right-hand side that is not the delay's: a late link makes the
+                // spring's torque large, and any residual small beside it.
+                let cost = |costs: &[(f64, f64)]| costs[i].0 / minimum.scale;
+                minimum.step([cost(&left), cost(&centre), cost(&right)], h, period);
+            }
+        }
+        if side == Side::Link {
+            // Links move each other: the one that gains most goes first, and what
+            // the others seemed to gain may be gone then.
+            let gain = |joint: &mut Joint, i: usize| {
+                let minimum = joint.minimum(side);
+                let gain = 1.0 - minimum.cost * minimum.scale / centre[i].0;
+                if minimum.active && gain.is_finite() {
+                    gain
+                } else {
+                    f64::NEG_INFINITY
+                }
+            };
+            let gains: Vec<f64> = (joints.iter_mut().enumerate())
+                .map(|(i, joint)| gain(joint, i))
+                .collect();
+            let first = (0..gains.len()).max_by(|&a, &b| gains[a].total_cmp(&gains[b]));
+            for (i, joint) in joints.iter_mut().enumerate() {
+                if Some(i) != first {
+                    joint.minimum(side).at = before[i];
+                }
             }
         }
     }
 
-    /// Squared residuals of the rows of all joints, as parts of their right-hand
-    /// sides, with the delays of one side moved; not a number where there is none.
-    fn costs(&self, joints: &[Joint], side: Side, by: f64) -> Vec<f64> {
+    /// Squared residuals and right-hand sides of the rows of all joints, with the
+    /// delays of one side moved; not a number where there is none.
+    fn costs(&self, joints: &[Joint], side: Side, by: f64) -> Vec<(f64, f64)> {
         let mut delays = self.reading.delays.to_vec();
         for joint in joints {
             let more = |of: Side| if of == side { by } else { 0.0 };
@@ -303,21 +348,19 @@ impl Search<'_> {
             delays: &delays,
             ..*self.reading
         };
-        let none = || vec![f64::NAN; joints.len()];
+        let none = || vec![(f64::NAN, f64::NAN); joints.len()];
         if side == Side::Link {
             return self.link_costs(&reading, joints).unwrap_or_else(none);
         }
         let own: Vec<usize> = joints.iter().map(|joint| joint.joint).collect();
         fit_rows(self.excerpt, &reading, &own).map_or_else(none, |fits| {
-            (fits.iter())
-                .map(|fit| fit.relative_residual().powi(2))
-                .collect()
+            fits.iter().map(|fit| (fit.squares, fit.torque)).collect()
         })
     }
 
     /// The same of the links' rows, whose right-hand side is the torque of a
     /// spring of stiffness 1.
-    fn link_costs(&self, reading: &Reading<'_>, joints: &[Joint]) -> Option<Vec<f64>> {
+    fn link_costs(&self, reading: &Reading<'_>, joints: &[Joint]) -> Option<Vec<(f64, f64)>> {
         let model = reading.model;
         let rows: Vec<usize> = joints.iter().map(|joint| joint.joint).collect();
         let whole = self.excerpt.reduce_rows(reading, &rows)?.whole()?;
@@ -335,10 +378,14 @@ impl Search<'_> {
             };
             let x = solve(&[part], local.len())?.x;
             let squares: f64 = factor.residual(&x).iter().map(|r| r * r).sum();
-            Some(squares / factor.rhs_norm().powi(2))
+            Some((squares, factor.rhs_norm().powi(2)))
         };
         let costs = rows.iter().zip(&whole).map(cost);
-        Some(costs.map(|cost| cost.unwrap_or(f64::NAN)).collect())
+        Some(
+            costs
+                .map(|cost| cost.unwrap_or((f64::NAN, f64::NAN)))
+                .collect(),
+        )
     }
 }
 
@@ -360,11 +407,16 @@ fn told(joint: &Joint, independent: f64) -> Option<RelativeDelays> {
     if !(errors[0].is_finite() && errors[0] > 0.0) {
         return None;
     }
-    let Some(channel) = joint.link.filter(|_| errors[1].is_finite() && errors[1] > 0.0) else {
+    let Some(channel) = joint
+        .link
+        .filter(|_| errors[1].is_finite() && errors[1] > 0.0)
+    else {
         return Some(RelativeDelays {
             joint: joint.joint,
             likely: alone,
-            both: None,
+            torque: alone,
+            link: None,
+            both: false,
             evidence: (torque.delay / errors[0]).powi(2),
             torque_residual: residual(torque),
             link_residual: None,
@@ -372,9 +424,8 @@ fn told(joint: &Joint, independent: f64) -> Option<RelativeDelays> {
     };
     let v = [torque.delay, link.delay];
     let weights = errors.map(|error| 1.0 / (error * error));
-    let product = |a: [f64; 2], b: [f64; 2]| -> f64 {
-        (0..2).map(|i| weights[i] * a[i] * b[i]).sum()
-    };
+    let product =
+        |a: [f64; 2], b: [f64; 2]| -> f64 { (0..2).map(|i| weights[i] * a[i] * b[i]).sum() };
     let evidence = product(v, v);
     let candidates = [
         ([1.0, 0.0], joint.torque),
@@ -397,7 +448,9 @@ fn told(joint: &Joint, independent: f64) -> Option<RelativeDelays> {
     Some(RelativeDelays {
         joint: joint.joint,
         likely,
-        both: both.then(|| [alone, own(link, channel)]),
+        torque: alone,
+        link: Some(own(link, channel)),
+        both,
         evidence,
         torque_residual: residual(torque),
         link_residual: Some(residual(link)),

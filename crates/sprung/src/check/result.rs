@@ -7,6 +7,9 @@ use serde::Serialize;
 use crate::curves::Curves;
 use crate::finding::{Finding, Severity};
 
+/// Code of the finding that a channel is late.
+pub(super) const DELAYED: &str = "delayed-channel";
+
 /// The log against its description.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CheckReport {
@@ -29,6 +32,48 @@ pub struct CheckReport {
 }
 
 impl CheckReport {
+    /// Puts what a likelihood says of delays in the place of what least squares
+    /// said.
+    fn with_delays(&mut self, found: &[LikelyDelay]) {
+        let joint_of = |column: &str| {
+            let log = self.logs.first()?;
+            let known = log.columns.iter().find(|one| one.column == column)?;
+            Some(known.joint.clone())
+        };
+        let file = self
+            .logs
+            .first()
+            .map_or("", |log| log.file.as_str())
+            .to_owned();
+        let sharper: Vec<(Option<String>, Finding)> = (found.iter())
+            .map(|delay| (joint_of(&delay.column), delay.finding(&file)))
+            .collect();
+        let joints: Vec<Option<String>> = (self.findings.iter())
+            .map(|finding| joint_of(finding.evidence.as_ref()?.column.as_ref()?))
+            .collect();
+        let mut joints = joints.into_iter();
+        self.findings.retain(|finding| {
+            let joint = joints.next().flatten();
+            finding.code != DELAYED
+                || joint.is_none()
+                || !sharper.iter().any(|(other, _)| *other == joint)
+        });
+        self.findings
+            .extend(sharper.into_iter().map(|(_, finding)| finding));
+        self.findings
+            .sort_by_key(|finding| std::cmp::Reverse(finding.severity));
+        self.count();
+    }
+
+    /// Counts the findings of each severity.
+    pub(super) fn count(&mut self) {
+        self.counts.clear();
+        for finding in &self.findings {
+            let word = finding.severity.word().to_owned();
+            *self.counts.entry(word).or_insert(0) += 1;
+        }
+    }
+
     /// Returns the worst severity of its findings.
     #[must_use]
     pub fn worst(&self) -> Option<Severity> {
@@ -102,10 +147,46 @@ pub struct JointFigures {
     pub stiffness: Option<f64>,
     /// The delay of one channel that explains the log best, if it was tested.
     pub delay: Option<DelayFigures>,
+    /// Delay of the torque against the motor position.
+    pub torque_against_motor: Option<DelayFigures>,
+    /// Delay of the link against the motor position.
+    pub link_against_motor: Option<DelayFigures>,
     /// Motor minus link position where the spring is at rest.
     pub encoder_offset_rad: Option<f64>,
     /// Its standard error.
     pub encoder_offset_standard_error_rad: Option<f64>,
+}
+
+/// A channel that came late, as a likelihood says.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LikelyDelay {
+    /// The column.
+    pub column: String,
+    /// How much later than the others it was recorded, s.
+    pub delay: f64,
+    /// Standard error, s.
+    pub standard_error: f64,
+}
+
+impl LikelyDelay {
+    fn finding(&self, file: &str) -> Finding {
+        let when = if self.delay < 0.0 { "early" } else { "late" };
+        let setting = format!("delay_s = {{ \"{}\" = {:.6} }}", self.column, self.delay);
+        Finding::new(
+            Severity::Warning,
+            DELAYED,
+            format!(
+                "the likelihood says that \"{}\" was recorded {:.6} s {when} (standard error {:.6} s), and \
+                 with that no other channel of its joint is",
+                self.column,
+                self.delay.abs(),
+                self.standard_error
+            ),
+            &format!("set {setting} in [log]"),
+        )
+        .seen(file, &self.column, self.delay, "s")
+        .mended_by("[log]", &setting)
+    }
 }
 
 /// A delay, whether or not it is one.
@@ -129,6 +210,20 @@ pub struct Checked {
     /// Columns around the places of findings: one set per finding that has one,
     /// labelled by its place in the list of findings, from 0.
     pub places: Vec<Place>,
+}
+
+impl Checked {
+    /// Puts what a likelihood says of delays in the place of what least squares
+    /// said.
+    pub fn with_delays(&mut self, found: &[LikelyDelay]) {
+        let before: Vec<Finding> = self.report.findings.clone();
+        self.report.with_delays(found);
+        for place in &mut self.places {
+            let finding = before.get(place.finding);
+            let now = (self.report.findings.iter()).position(|other| Some(other) == finding);
+            place.finding = now.unwrap_or(usize::MAX);
+        }
+    }
 }
 
 /// Samples around the place of a finding.

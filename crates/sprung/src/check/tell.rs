@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use super::Examination;
 use super::cutoff::noise;
 use super::excerpt::Excerpt;
 use super::result::{CheckReport, Checked, CheckedLog, ColumnFigures, Place};
-use super::Examination;
 use crate::curves::{CurveSet, Curves};
 use crate::description::Experiment;
 use crate::finding::{Finding, GENERATOR, Severity};
@@ -30,29 +30,24 @@ pub(super) fn told(
             log(experiment, channels, name, figures, beginning)
         })
         .collect();
-    let mut counts = BTreeMap::new();
-    for finding in &found.findings {
-        *counts
-            .entry(finding.severity.word().to_owned())
-            .or_insert(0) += 1;
-    }
     let places = (found.findings.iter().enumerate())
         .filter_map(|(k, finding)| place(channels, names, excerpt, (k, finding)))
         .collect();
+    let mut report = CheckReport {
+        format: 1,
+        generator: GENERATOR.to_owned(),
+        robot: experiment.robot.name.clone(),
+        logs,
+        joints: found.joints,
+        refused: (found.findings.iter()).any(|finding| finding.severity == Severity::Error),
+        counts: BTreeMap::new(),
+        findings: found.findings,
+    };
+    report.count();
     Checked {
+        report,
         overview: overview(channels, figures),
         places,
-        report: CheckReport {
-            format: 1,
-            generator: GENERATOR.to_owned(),
-            robot: experiment.robot.name.clone(),
-            logs,
-            joints: found.joints,
-            refused: (found.findings.iter())
-                .any(|finding| finding.severity == Severity::Error),
-            counts,
-            findings: found.findings,
-        },
     }
 }
 
@@ -72,7 +67,10 @@ fn log(
             column: channel.column.clone(),
             quantity: channel.quantity.key().to_owned(),
             joint: experiment.robot.joint[channel.joint].name.clone(),
-            unit: channel.quantity.unit(channels.turns[channel.joint]).to_owned(),
+            unit: channel
+                .quantity
+                .unit(channels.turns[channel.joint])
+                .to_owned(),
             min: extent.min,
             max: extent.max,
             mean: of.mean(),
@@ -134,7 +132,13 @@ fn place(
     }
     let i = (channels.all.iter()).position(|channel| channel.column == *column)?;
     let samples: Vec<(f64, f64)> = (excerpt.blocks().iter())
-        .flat_map(|block| block.time.iter().copied().zip(block.values[i].iter().copied()))
+        .flat_map(|block| {
+            block
+                .time
+                .iter()
+                .copied()
+                .zip(block.values[i].iter().copied())
+        })
         .collect();
     let nearest = samples.partition_point(|(time, _)| *time < at);
     if nearest >= samples.len() {
@@ -146,7 +150,10 @@ fn place(
     Some(Place {
         finding: index,
         column: column.clone(),
-        unit: channel.quantity.unit(channels.turns[channel.joint]).to_owned(),
+        unit: channel
+            .quantity
+            .unit(channels.turns[channel.joint])
+            .to_owned(),
         time: samples[from..to].iter().map(|(time, _)| *time).collect(),
         values: samples[from..to].iter().map(|(_, value)| *value).collect(),
     })

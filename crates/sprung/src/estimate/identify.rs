@@ -3,8 +3,6 @@
 use std::time::Instant;
 
 use super::about_logs::log_infos;
-use super::sweep::sweep;
-use crate::check::{DelayError, Delays, Excerpt, Refusal, choose_cutoff, examine, excerpt};
 use super::describe::{OfEstimator, describe, fit_curves, trace_of};
 use super::gravity::{tilted, worth_a_look};
 use super::instrumental::add_instruments;
@@ -16,8 +14,10 @@ use super::prediction_error::{Before, prediction_error};
 use super::progress::Progress;
 use super::result::{CutoffChoice, EstimateResult, GENERATOR, Identification, SettingsUsed};
 use super::stribeck::find_stribeck;
+use super::sweep::sweep;
 use super::watch::{Watch, of_lsff};
 use super::weigh::find_weights;
+use crate::check::{DelayError, Delays, Excerpt, Refusal, choose_cutoff, examine, excerpt};
 use crate::curves::Curves;
 use crate::description::{
     Controller, ControllerKind, Cutoff, Delay, Estimator, Experiment, Feedforward, Identify,

@@ -4,12 +4,12 @@
 use std::time::Instant;
 
 use super::chi_square::upper_tail;
-use crate::check::Excerpt;
 use super::describe::OfEstimator;
 use super::least_squares::{Fitted, trace};
 use super::progress::Progress;
 use super::refine::{ChannelDelay, MOST_RUNS, Refined, Start, refine};
 use super::result::{RefinedDelay, RefinedOffset, Refinement, RowDisturbance, SensorNoise};
+use crate::check::Excerpt;
 use crate::description::Delay;
 use crate::finding::{Finding, Severity};
 use crate::log::{Channels, LogSource};

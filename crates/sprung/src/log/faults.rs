@@ -49,11 +49,7 @@ pub(super) fn faults(
     let jumps = of.jumps();
     let wraps = (jumps.as_ref()).is_some_and(|finding| finding.severity == Severity::Error);
     // A stretch with one value ends with a jump: it is said once.
-    let stays = if wraps {
-        jumps
-    } else {
-        of.stalled().or(jumps)
-    };
+    let stays = if wraps { jumps } else { of.stalled().or(jumps) };
     (of.saturated().into_iter())
         .chain(stays)
         .chain(of.spikes())
@@ -125,11 +121,20 @@ impl Of<'_> {
                 jump > STALL_JUMP * step && jump < 2.0 * step * stall.samples as f64
             })?
         } else {
-            let longest = figures.longest();
-            let extreme = (figures.extremes().iter())
-                .any(|extreme| extreme.value.to_bits() == longest.value.to_bits());
-            let fine = figures.changing() > FINE && longest.value != 0.0;
-            (fine && !extreme && longest.samples >= HELD).then_some(longest)?
+            // At rest, before the motion, a torque may well be one number.
+            let begins = figures.overview().time.first().copied();
+            let usual = figures.steps().quantile(0.5);
+            let stuck = figures.stalls().iter().filter(|stall| {
+                let extreme = (figures.extremes().iter())
+                    .any(|extreme| extreme.value.to_bits() == stall.value.to_bits());
+                !extreme
+                    && stall.value != 0.0
+                    && stall.samples >= HELD
+                    && stall.jump.abs() > usual
+                    && begins.is_some_and(|begins| stall.time > begins)
+            });
+            let longest = stuck.max_by_key(|stall| stall.samples);
+            *longest.filter(|_| figures.changing() > FINE)?
         };
         let finding = self.finding(
             Severity::Warning,
@@ -241,10 +246,7 @@ impl Of<'_> {
             "replace those samples by the mean of their neighbours, or leave their rows out; look for \
              a loose connector or a bit that flips",
         );
-        Some(
-            (finding.seen(self.file, &self.channel.column, largest.size, "rad"))
-                .at(largest.time),
-        )
+        Some((finding.seen(self.file, &self.channel.column, largest.size, "rad")).at(largest.time))
     }
 }
 

@@ -222,7 +222,10 @@ fn overview(report: &CheckReport, curves: &Curves) -> Figure {
             });
         Panel {
             y_label: format!("{column} [{}]", unit(column)),
-            x: curves.sets.first().map_or_else(Vec::new, |set| set.time.clone()),
+            x: curves
+                .sets
+                .first()
+                .map_or_else(Vec::new, |set| set.time.clone()),
             series: series.collect(),
         }
     });

@@ -6,9 +6,9 @@ use sprung_core::chain::JointKind;
 
 use super::candidate::{COMPARED, Candidate, MEASURED, ParameterSet};
 use super::result::{RunResult, Validation};
+use crate::check::position_cutoff;
 use crate::curves::{CurveSet, Curves};
 use crate::description::{Controller, Delay, Experiment, Identify, OnCheckError};
-use crate::check::position_cutoff;
 use crate::estimate::GENERATOR;
 use crate::finding::{Finding, Severity};
 use crate::log::{ChannelError, Channels, LogError, LogSource, check};

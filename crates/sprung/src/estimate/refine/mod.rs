@@ -20,9 +20,9 @@ mod solve;
 mod tests;
 mod unknowns;
 
-use crate::check::noise;
-use crate::check::Excerpt;
 use super::start::feasible;
+use crate::check::Excerpt;
+use crate::check::noise;
 use crate::log::LogSource;
 use crate::model::{Model, Theta};
 use crate::preprocess::Butterworth;
