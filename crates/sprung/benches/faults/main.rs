@@ -7,6 +7,7 @@
 //! - `--clean 100`: logs without fault.
 //! - `--delays 2`: logs of each delay that is measured by the likelihood, and a tenth of those
 //!   without.
+//! - `--late 10`: logs of each fault that is a delay, found by the likelihood, at most.
 //! - `--kinds saturated,spike`: those whose names contain one of the words.
 #![expect(clippy::print_stdout, reason = "a benchmark says what it measured")]
 
@@ -23,10 +24,16 @@ use sprung::finding::Severity;
 use sprung::model::Model;
 use twin::{Demo, Table, with_source};
 
+/// Columns of the log.
+const COLUMNS: [&str; 6] = [
+    "q1_rad", "q2_rad", "phi1_rad", "phi2_rad", "tau1_nm", "tau2_nm",
+];
+
 struct Arguments {
     seeds: u64,
     clean: u64,
     delays: u64,
+    late: u64,
     kinds: Vec<String>,
 }
 
@@ -42,6 +49,7 @@ impl Arguments {
             seeds: 10,
             clean: 100,
             delays: 2,
+            late: 10,
             kinds: vec![String::new()],
         };
         let mut bench = false;
@@ -53,6 +61,7 @@ impl Arguments {
                 "--seeds" => found.seeds = value().parse().expect("--seeds is a number"),
                 "--clean" => found.clean = value().parse().expect("--clean is a number"),
                 "--delays" => found.delays = value().parse().expect("--delays is a number"),
+                "--late" => found.late = value().parse().expect("--late is a number"),
                 "--kinds" => found.kinds = value().split(',').map(str::to_owned).collect(),
                 other => panic!("no argument {other}"),
             }
@@ -71,14 +80,19 @@ fn main() {
     faults(&demo, &arguments);
 }
 
-fn report(demo: &Demo, fault: &Fault) -> CheckReport {
+/// What the check says; thorough, of faults that are delays.
+fn report(demo: &Demo, fault: &Fault, thorough: bool) -> CheckReport {
     let experiment = fault.experiment(&demo.experiment);
     let model = Model::new(&experiment).expect("the twin has a model");
-    with_source(&fault.table.csv(), |source| {
+    let log = fault.table.csv();
+    let mut checked = with_source(&log, |source| {
         check(&experiment, &model, &mut [source], &mut |_| ())
     })
-    .expect("the log can be read")
-    .report
+    .expect("the log can be read");
+    if thorough && !checked.report.refused {
+        checked.with_delays(&late(demo, &fault.table));
+    }
+    checked.report
 }
 
 /// Codes of the findings that a user would act on.
@@ -95,7 +109,7 @@ fn clean(demo: &Demo, logs: u64) {
         .into_par_iter()
         .map(|seed| {
             let fault = Fault::none(demo.table(1000 + seed, 1.0));
-            alarms(&report(demo, &fault))
+            alarms(&report(demo, &fault, false))
         })
         .collect();
     let wrong = all.iter().filter(|codes| !codes.is_empty()).count();
@@ -128,7 +142,7 @@ fn delays(demo: &Demo, seeds: u64) {
                 .into_par_iter()
                 .map(|seed| late(demo, &demo.table(2000 + seed, 1.0).delayed(column, samples)))
                 .collect();
-            let name = &Demo::names()[column];
+            let name = &COLUMNS[column];
             let own = || {
                 found
                     .iter()
@@ -163,14 +177,20 @@ fn faults(demo: &Demo, arguments: &Arguments) {
         |kind: &&Kind| (arguments.kinds.iter()).any(|word| kind.name.contains(word.as_str()));
     let (mut found, mut all) = (0, 0);
     for kind in KINDS.iter().filter(wanted) {
+        // A refinement takes seconds.
+        let seeds = if kind.is_delay() {
+            arguments.seeds.min(arguments.late)
+        } else {
+            arguments.seeds
+        };
         let mut cells = Vec::new();
         let mut missed: BTreeMap<String, usize> = BTreeMap::new();
         for &size in &kind.sizes {
-            let hits: Vec<Result<(), String>> = (0..arguments.seeds)
+            let hits: Vec<Result<(), String>> = (0..seeds)
                 .into_par_iter()
                 .map(|seed| {
                     let fault = kind.inject(demo, size, seed);
-                    let report = report(demo, &fault);
+                    let report = report(demo, &fault, kind.is_delay());
                     let hit = (report.findings.iter())
                         .any(|finding| kind.codes.contains(&finding.code.as_str()));
                     if hit {
@@ -185,11 +205,11 @@ fn faults(demo: &Demo, arguments: &Arguments) {
                 *missed.entry(instead).or_default() += 1;
             }
             found += hit;
-            all += arguments.seeds as usize;
+            all += seeds as usize;
             cells.push(format!(
                 "{size} {}: {:.0} %",
                 kind.unit,
-                100.0 * hit as f64 / arguments.seeds as f64
+                100.0 * hit as f64 / seeds.max(1) as f64
             ));
         }
         println!("  {:28} {}", kind.name, cells.join(" | "));

@@ -46,13 +46,6 @@ impl Demo {
         self.with(seed, part, |_| ())
     }
 
-    /// Names of the columns.
-    pub(crate) fn names() -> [&'static str; 6] {
-        [
-            "q1_rad", "q2_rad", "phi1_rad", "phi2_rad", "tau1_nm", "tau2_nm",
-        ]
-    }
-
     /// A log of the demo with encoders of so many counts per turn.
     pub(crate) fn with_counts(&self, seed: u64, counts: u32) -> Table {
         self.with(seed, 1.0, |settings| {

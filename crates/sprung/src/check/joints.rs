@@ -16,13 +16,9 @@ use crate::regression::Reading;
 /// Standard errors that a value must be away from zero to be believed.
 pub(super) const CERTAIN: f64 = 5.0;
 
-/// Part of the torque's squared residual that a delay must take away.
-const DELAY_GAIN: f64 = 0.05;
-
-/// Evidence (squared standard errors, two delays) from which there is a delay,
-/// and the part of a sampling period below which none is.
-const DELAY_EVIDENCE: f64 = 12.0;
-const DELAY_LEAST: f64 = 0.2;
+/// Part of the torque's squared residual that a delay must take away, and the
+/// standard errors that it must be away from none.
+const DELAY_GAIN: f64 = 0.15;
 const DELAY_CERTAIN: f64 = 3.0;
 
 /// How far parameters may be from the maker's, all in one direction, before the
@@ -98,7 +94,7 @@ pub(super) fn joints(
     for delay in &delays {
         if moving.contains(&delay.joint) && !told.contains(&delay.joint) {
             let finding = look.delayed(delay);
-            if finding.is_some() && delay.torque_residual[1] < UNEXPLAINED {
+            if finding.is_some() && delay.residual[1] < UNEXPLAINED {
                 told.push(delay.joint);
             }
             findings.extend(finding);
@@ -128,9 +124,6 @@ pub(super) fn joints(
             explained_percent: 100.0 * (1.0 - row.relative_residual.powi(2)),
             stiffness: row.stiffness,
             delay: of(joint).map(|delay| look.as_figures(&delay.likely)),
-            torque_against_motor: of(joint).map(|delay| look.as_figures(&delay.torque)),
-            link_against_motor: of(joint)
-                .and_then(|delay| Some(look.as_figures(delay.link.as_ref()?))),
             encoder_offset_rad: offsets[joint].as_ref().map(|offset| offset.value),
             encoder_offset_standard_error_rad: (offsets[joint].as_ref())
                 .map(|offset| offset.standard_error),
@@ -164,61 +157,39 @@ impl Look<'_> {
     }
 
     fn delayed(&self, found: &RelativeDelays) -> Option<Finding> {
-        let gain = |[without, with]: [f64; 2]| 1.0 - (with / without).powi(2);
-        let of_torque = gain(found.torque_residual);
-        let of_link = found.link_residual.map_or(f64::NEG_INFINITY, gain);
-        let delays: Vec<ChannelDelay> = match found.link {
-            Some(link) if found.both => vec![found.torque, link],
-            _ => vec![found.likely],
-        };
-        let least = DELAY_LEAST * self.excerpt.period();
-        let sure = found.evidence > DELAY_EVIDENCE
-            && of_torque.max(of_link) > DELAY_GAIN
-            && delays
-                .iter()
-                .any(|delay| delay.delay.abs() > least.max(DELAY_CERTAIN * delay.standard_error));
+        let [without, with] = found.residual;
+        let ChannelDelay {
+            channel,
+            delay,
+            standard_error,
+        } = found.likely;
+        let sure = with.powi(2) < (1.0 - DELAY_GAIN) * without.powi(2)
+            && delay.abs() > DELAY_CERTAIN * standard_error;
         if !sure {
             return None;
         }
-        let channels = &self.reading.channels.all;
-        let said = |delay: &ChannelDelay| {
-            let when = if delay.delay < 0.0 { "early" } else { "late" };
-            format!(
-                "\"{}\" was recorded {:.4} s {when} (standard error {:.4} s)",
-                channels[delay.channel].column,
-                delay.delay.abs(),
-                delay.standard_error
-            )
-        };
-        let texts: Vec<String> = delays.iter().map(said).collect();
-        let settings: Vec<String> = (delays.iter())
-            .map(|delay| format!("\"{}\" = \"estimate\"", channels[delay.channel].column))
-            .collect();
-        let first = delays.first()?;
-        let (row, what, [without, with]) = match found.link_residual {
-            Some(residual) if of_link > of_torque => ("link", "spring's torque", residual),
-            _ => ("motor", "torque", found.torque_residual),
-        };
+        let column = &self.reading.channels.all[channel].column;
+        let setting = format!("delay_s = {{ \"{column}\" = \"estimate\" }}");
         Some(
             Finding::new(
                 Severity::Warning,
                 DELAYED,
                 format!(
-                    "{}: if {}, the {row} row leaves {:.2} % of the {what} unexplained instead of \
-                     {:.2} % (root mean squares)",
+                    "{}: if \"{column}\" was recorded {delay:.3} s late (standard error \
+                     {standard_error:.3} s), the motor row explains {:.1} % of the torque instead of \
+                     {:.1} %",
                     self.name(found.joint),
-                    texts.join(" and "),
-                    100.0 * with,
-                    100.0 * without
+                    100.0 * (1.0 - with.powi(2)).max(0.0),
+                    100.0 * (1.0 - without.powi(2)).max(0.0)
                 ),
                 &format!(
-                    "set delay_s = {{ {} }} in [log], which finds it to a fraction of a sample",
-                    settings.join(", ")
+                    "set delay_s = {{ \"{column}\" = {delay:.3} }} in [log], or \"estimate\"; \
+                     sprung check --thorough finds it to a fraction of a sample"
                 ),
             )
             .about(self.about_stiffness(found.joint))
-            .seen(self.file, &channels[first.channel].column, first.delay, "s")
-            .mended_by("[log]", &format!("delay_s = {{ {} }}", settings.join(", "))),
+            .seen(self.file, column, delay, "s")
+            .mended_by("[log]", &setting),
         )
     }
 

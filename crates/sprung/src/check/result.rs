@@ -147,10 +147,6 @@ pub struct JointFigures {
     pub stiffness: Option<f64>,
     /// The delay of one channel that explains the log best, if it was tested.
     pub delay: Option<DelayFigures>,
-    /// Delay of the torque against the motor position.
-    pub torque_against_motor: Option<DelayFigures>,
-    /// Delay of the link against the motor position.
-    pub link_against_motor: Option<DelayFigures>,
     /// Motor minus link position where the spring is at rest.
     pub encoder_offset_rad: Option<f64>,
     /// Its standard error.

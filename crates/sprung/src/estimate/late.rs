@@ -39,33 +39,40 @@ pub fn late_channels(
     experiment.identify.on_check_error = OnCheckError::GoOn;
     let log = experiment.log.as_ref().ok_or(IdentifyError::NoLog)?;
     let channels = Channels::new(&experiment.robot, log)?;
-    let mut found = Vec::new();
     let mut now = refined(&experiment, model, sources, progress)?;
-    for joint in 0..model.joint_count() {
-        let of_joint: Vec<&str> = (channels.all.iter())
+    let given: Vec<usize> = (channels.all.iter())
+        .filter(|channel| channel.delay.is_some())
+        .map(|channel| channel.joint)
+        .collect();
+    let columns = |joint: usize| -> Vec<&str> {
+        (channels.all.iter())
             .filter(|channel| channel.joint == joint)
             .map(|channel| channel.column.as_str())
-            .collect();
-        let given =
-            (channels.all.iter()).any(|channel| channel.joint == joint && channel.delay.is_some());
-        let mut suspects: Vec<RefinedDelay> = own(&now.delays, &of_joint, now.period);
-        if given || suspects.is_empty() {
+            .collect()
+    };
+    let mut found: Vec<LikelyDelay> = Vec::new();
+    let mut tried: Vec<String> = Vec::new();
+    // A late link seems to make its neighbours late: the surest goes first.
+    while let Some((joint, suspect)) = (0..model.joint_count())
+        .filter(|joint| !given.contains(joint))
+        .flat_map(|joint| {
+            let suspects = own(&now.delays, &columns(joint), now.period);
+            suspects.into_iter().map(move |suspect| (joint, suspect))
+        })
+        .filter(|(_, suspect)| !tried.contains(&suspect.column))
+        .max_by(|(_, a), (_, b)| sureness(a).total_cmp(&sureness(b)))
+    {
+        tried.push(suspect.column.clone());
+        let mut trial = experiment.clone();
+        let Some((delay, then)) =
+            settle(&mut trial, &suspect, (model, sources, progress), now.period)?
+        else {
             continue;
-        }
-        suspects.sort_by(|a, b| sureness(b).total_cmp(&sureness(a)));
-        for suspect in suspects {
-            let mut trial = experiment.clone();
-            let Some(delay) = settle(&mut trial, &suspect, (model, sources, progress), now.period)?
-            else {
-                continue;
-            };
-            let then = refined(&trial, model, sources, progress)?;
-            if own(&then.delays, &of_joint, then.period).is_empty() && !then.delays.is_empty() {
-                experiment = trial;
-                now = then;
-                found.push(delay);
-                break;
-            }
+        };
+        if own(&then.delays, &columns(joint), then.period).is_empty() {
+            experiment = trial;
+            now = then;
+            found.push(delay);
         }
     }
     Ok(found)
@@ -107,8 +114,8 @@ fn own(delays: &[RefinedDelay], columns: &[&str], period: f64) -> Vec<RefinedDel
         .collect()
 }
 
-/// Undoes a delay until the likelihood asks for no more of it; nothing if it
-/// does not settle.
+/// Undoes a delay until the likelihood asks for no more of it; returns it and what
+/// is left of others, or nothing if it does not settle.
 #[expect(clippy::type_complexity, reason = "what a refinement takes")]
 fn settle(
     trial: &mut Experiment,
@@ -119,15 +126,16 @@ fn settle(
         &mut (dyn FnMut(Progress) + Send),
     ),
     period: f64,
-) -> Result<Option<LikelyDelay>, IdentifyError> {
+) -> Result<Option<(LikelyDelay, Refined)>, IdentifyError> {
     let mut delay = suspect.delay_s;
     for _ in 0..ROUNDS {
         if let Some(log) = &mut trial.log {
             log.delay_s
                 .insert(suspect.column.clone(), Delay::Known(delay));
         }
-        let found = refined(trial, model, sources, progress)?.delays;
-        let Some(next) = found.into_iter().find(|next| next.column == suspect.column) else {
+        let found = refined(trial, model, sources, progress)?;
+        let own = (found.delays.iter()).find(|next| next.column == suspect.column);
+        let Some(next) = own.cloned() else {
             return Ok(None);
         };
         let Some(error) = next.standard_error_s else {
@@ -136,11 +144,12 @@ fn settle(
         let step = next.delay_s - delay;
         delay = next.delay_s;
         if step.abs() < (0.5 * error).max(0.01 * period) {
-            return Ok(Some(LikelyDelay {
+            let likely = LikelyDelay {
                 column: next.column,
                 delay,
                 standard_error: error,
-            }));
+            };
+            return Ok(Some((likely, found)));
         }
     }
     Ok(None)
