@@ -108,7 +108,7 @@ fn say(terminal: Terminal, report: &CheckReport) {
     terminal.say(joint_table(report));
     let of = |severity: Severity| report.counts.get(severity.word()).copied().unwrap_or(0);
     terminal.say(format!(
-        "{} errors, {} serious findings, {} warnings, {} notes",
+        "errors {}, serious {}, warnings {}, notes {}",
         of(Severity::Error),
         of(Severity::Serious),
         of(Severity::Warning),

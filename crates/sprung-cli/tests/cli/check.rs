@@ -22,7 +22,7 @@ fn a_whole_log_is_one_screen() {
     assert_eq!(code, Some(0), "{err}");
     assert!(err.is_empty(), "{err}");
     assert!(
-        out.contains("0 errors, 0 serious findings, 0 warnings, 0 notes"),
+        out.contains("errors 0, serious 0, warnings 0, notes 0"),
         "{out}"
     );
     assert!(out.lines().count() < 25, "{out}");

@@ -208,7 +208,8 @@ pub(crate) const KINDS: [Kind; 31] = [
         name: "position jumps",
         sizes: [0.01, 0.02, 0.05, 0.1, 0.5],
         unit: "rad",
-        codes: &["position-jumps"],
+        // Where it stood still before, it looks like a stretch that was stuck.
+        codes: &["position-jumps", "stuck-samples"],
         damage: |table, size, rng| {
             let (column, from) = (Q + 2 * joint(rng) + joint(rng), sample(table, rng));
             table.columns[column][from..]

@@ -165,6 +165,15 @@ impl Of<'_> {
     /// swing farther than the motor or less far, but not twenty times.
     fn units(&self, name: &str, joint: usize) -> Option<Finding> {
         let [(motor, motor_range), (link, link_range)] = self.pair(joint)?;
+        // Of a joint that only just begins to move one encoder may not have counted.
+        let few = |quantity| {
+            let i = self.channels.index(quantity, joint)?;
+            self.span_in_steps(i)
+        };
+        let counted = |quantity| few(quantity).is_none_or(|steps| steps > HARDLY);
+        if !(counted(Quantity::MotorPosition) && counted(Quantity::LinkPosition)) {
+            return None;
+        }
         let (file, motor, link) = (self.file, &motor.column, &link.column);
         let ratio = motor_range / link_range;
         let (likely, column, setting) = if ratio > DEGREES_PER_RADIAN / 3.0 {
@@ -284,6 +293,13 @@ impl Of<'_> {
         })
     }
 
+    /// Returns the range of a channel in units of its smallest steps.
+    fn span_in_steps(&self, i: usize) -> Option<f64> {
+        let figures = self.summary.figures(i)?;
+        let step = figures.steps().quantile(0.001);
+        (step > 0.0).then(|| figures.extent().range() / step)
+    }
+
     /// A joint whose encoder counts so few steps that its motion is noise.
     fn hardly(&self, name: &str, channel: &Channel, i: usize) -> Option<Finding> {
         if !matches!(
@@ -292,18 +308,17 @@ impl Of<'_> {
         ) {
             return None;
         }
-        let figures = self.summary.figures(i)?;
-        let (range, step) = (figures.extent().range(), figures.steps().quantile(0.001));
-        (step > 0.0 && range < HARDLY * step).then(|| {
+        let range = self.summary.extent(i)?.range();
+        let steps = self.span_in_steps(i)?;
+        (steps < HARDLY).then(|| {
             let unit = channel.quantity.unit(self.channels.turns[channel.joint]);
             Finding::new(
                 Severity::Warning,
                 "hardly-moves",
                 format!(
-                    "{name}: \"{}\" spans {range:.2e} {unit}, about {:.0} of its smallest steps: its \
+                    "{name}: \"{}\" spans {range:.2e} {unit}, about {steps:.0} of its smallest steps: its \
                      velocity is mostly the encoder's noise",
-                    channel.column,
-                    range / step
+                    channel.column
                 ),
                 "record a log in which the joint moves through its working range",
             )

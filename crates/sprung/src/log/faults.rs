@@ -236,7 +236,7 @@ impl Of<'_> {
             Severity::Warning,
             "spikes",
             &format!(
-                "has {count} single samples that no neighbour shares; the largest, at {:.4} s, is off by \
+                "has samples that stand alone ({count}); the largest, at {:.4} s, is off by \
                  {:.3e} {}, {:.0} times as far as one in a hundred samples is",
                 largest.time,
                 largest.size,

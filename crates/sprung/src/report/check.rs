@@ -29,7 +29,8 @@ pub fn compose_check(checked: &Checked, command: &str, experiment: &str) -> Docu
             "Joints",
             "From the beginning of the first log: how much of the filtered torque its own motion \
              explains, and the delay of one channel that would explain it best, with its standard \
-             error. Every log has such a delay; one within a few standard errors of zero is none.",
+             error. Every log has such a delay; one within a few standard errors of zero is none. \
+             Motors move as far as links below the resonance of a joint, less far at it.",
             vec![Block::Table(joints(report))],
         ),
     ];
