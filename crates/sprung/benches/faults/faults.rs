@@ -238,9 +238,9 @@ pub(crate) const KINDS: [Kind; 31] = [
         damage: |table, size, rng| {
             let column = &mut table.columns[TAU + joint(rng)];
             let peak = column.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-            column
-                .iter_mut()
-                .for_each(|v| *v = v.clamp(-size * peak, size * peak));
+            for value in column {
+                *value = value.clamp(-size * peak, size * peak);
+            }
         },
     },
     Kind {

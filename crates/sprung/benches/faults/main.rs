@@ -136,19 +136,13 @@ fn delays(demo: &Demo, seeds: u64) {
     println!(
         "  channel, delay: largest error in ms, times that it and another was named in {seeds} logs"
     );
-    for column in 0..6 {
+    for (column, name) in COLUMNS.into_iter().enumerate() {
         for samples in [1, 5, 20] {
             let found: Vec<Vec<LikelyDelay>> = (0..seeds)
                 .into_par_iter()
                 .map(|seed| late(demo, &demo.table(2000 + seed, 1.0).delayed(column, samples)))
                 .collect();
-            let name = &COLUMNS[column];
-            let own = || {
-                found
-                    .iter()
-                    .flatten()
-                    .filter(|delay| delay.column == **name)
-            };
+            let own = || found.iter().flatten().filter(|delay| delay.column == name);
             let errors = own().map(|delay| (1e3 * delay.delay - samples as f64).abs());
             println!(
                 "  {name:8} {samples:2} ms: error {:.4}, named {}, another {}",

@@ -294,6 +294,7 @@ impl Look<'_> {
 }
 
 /// Says that stiffness and frictions came out negative, all of them.
+#[must_use]
 pub fn reversed_torque(name: &str, torque: &str) -> Finding {
     Finding::new(
         Severity::Error,

@@ -101,6 +101,7 @@ pub fn choose_cutoff(
 ///
 /// Noise of standard deviation s, filtered twice at `f` and differentiated, has
 /// the standard deviation `s √(2 f T) 2π f / √3`.
+#[must_use]
 pub fn velocity_per_position(cutoff: f64, period: f64) -> f64 {
     (2.0 * cutoff * period).sqrt() * std::f64::consts::TAU * cutoff / 3_f64.sqrt()
 }

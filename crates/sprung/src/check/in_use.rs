@@ -84,6 +84,7 @@ impl Delays {
     }
 
     /// Returns what there is to know about the delays that were estimated.
+    #[must_use]
     pub fn findings(&self, channels: &Channels) -> Vec<Finding> {
         let finding = |estimate: &DelayEstimate| {
             let column = &channels.all[estimate.channel].column;

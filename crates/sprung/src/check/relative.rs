@@ -48,7 +48,7 @@ pub struct ChannelDelay {
 /// One joint while the delay of its torque is searched.
 #[derive(Clone, Copy, Debug)]
 struct Joint {
-    joint: usize,
+    number: usize,
     torque: usize,
     motor: usize,
     // Nothing if the link has no channel of its own.
@@ -84,7 +84,8 @@ impl Joint {
         let by = by.clamp(-FARTHEST * h, FARTHEST * h);
         self.delay = self.at + by;
         self.cost = centre + slope * by + self.curvature * by * by;
-        let whole = (by / period).round() * period;
+        // Rounded towards the place: two samples would call each other for ever.
+        let whole = (by / period).trunc() * period;
         self.active = whole.abs() > 0.5 * period;
         self.at += whole;
     }
@@ -97,7 +98,7 @@ impl Joint {
         let variance = self.cost.max(1e-12) / (independent * self.curvature);
         let settled = !self.active && self.delay.abs() < REACH;
         (settled && variance > 0.0 && variance.is_finite()).then(|| RelativeDelays {
-            joint: self.joint,
+            joint: self.number,
             likely: ChannelDelay {
                 channel: if self.delay < 0.0 {
                     self.motor
@@ -147,7 +148,7 @@ pub fn relative_delays(
     let independent = independent(excerpt, reading);
     (joints.iter())
         .filter_map(|joint| {
-            let long = long.iter().find(|long| long.joint == joint.joint);
+            let long = long.iter().find(|long| long.joint == joint.number);
             long.cloned().or_else(|| joint.told(independent))
         })
         .collect()
@@ -172,7 +173,7 @@ fn candidates(reading: &Reading<'_>) -> Vec<Joint> {
         .filter_map(|joint| {
             let link = [Quantity::LinkPosition, Quantity::LinkDeflection];
             Some(Joint {
-                joint,
+                number: joint,
                 torque: channels.index(Quantity::MotorTorque, joint)?,
                 motor: channels.index(Quantity::MotorPosition, joint)?,
                 link: (link.into_iter()).find_map(|quantity| channels.index(quantity, joint)),
@@ -205,8 +206,8 @@ impl Search<'_> {
         ];
         for channel in sides {
             let weak: Vec<(usize, usize)> = (joints.iter())
-                .filter(|joint| weak.contains(&joint.joint))
-                .filter_map(|joint| Some((joint.joint, channel(joint)?)))
+                .filter(|joint| weak.contains(&joint.number))
+                .filter_map(|joint| Some((joint.number, channel(joint)?)))
                 .collect();
             let wanted: Vec<usize> = weak.iter().map(|&(_, channel)| channel).collect();
             if wanted.is_empty() {
@@ -263,7 +264,7 @@ impl Search<'_> {
             delays: &delays,
             ..*self.reading
         };
-        let own: Vec<usize> = joints.iter().map(|joint| joint.joint).collect();
+        let own: Vec<usize> = joints.iter().map(|joint| joint.number).collect();
         let fits = fit_rows(self.excerpt, &reading, &own);
         fits.map_or_else(
             || vec![f64::NAN; joints.len()],

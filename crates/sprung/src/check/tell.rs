@@ -98,7 +98,7 @@ fn log(
 /// All columns of the first log, smallest and largest values of its parts.
 fn overview(channels: &Channels, figures: &[LogFigures]) -> Curves {
     let all: Vec<Option<&Overview>> = (0..channels.all.len())
-        .map(|i| Some(figures.first()?.summary.figures(i).map(Figures::overview)?))
+        .map(|i| figures.first()?.summary.figures(i).map(Figures::overview))
         .collect();
     let set = |label: &str, at: usize| CurveSet {
         label: label.to_owned(),

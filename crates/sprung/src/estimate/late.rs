@@ -116,7 +116,6 @@ fn own(delays: &[RefinedDelay], columns: &[&str], period: f64) -> Vec<RefinedDel
 
 /// Undoes a delay until the likelihood asks for no more of it; returns it and what
 /// is left of others, or nothing if it does not settle.
-#[expect(clippy::type_complexity, reason = "what a refinement takes")]
 fn settle(
     trial: &mut Experiment,
     suspect: &RefinedDelay,
