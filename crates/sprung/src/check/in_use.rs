@@ -25,7 +25,7 @@ impl Delays {
     ///
     /// # Errors
     ///
-    /// [`DelayError::Delay`] if the log cannot tell, or its own errors.
+    /// [`DelayError`] if the log cannot tell.
     pub fn new(
         base: &Reading<'_>,
         excerpt: Option<&Excerpt>,
