@@ -51,28 +51,34 @@ pub fn late_channels(
             .collect()
     };
     let mut found: Vec<LikelyDelay> = Vec::new();
-    let mut tried: Vec<String> = Vec::new();
-    // A late link seems to make its neighbours late: the surest goes first.
-    while let Some((joint, suspect)) = (0..model.joint_count())
-        .filter(|joint| !given.contains(joint))
-        .flat_map(|joint| {
-            let suspects = own(&now.delays, &columns(joint), now.period);
-            suspects.into_iter().map(move |suspect| (joint, suspect))
-        })
-        .filter(|(_, suspect)| !tried.contains(&suspect.column))
-        .max_by(|(_, a), (_, b)| sureness(a).total_cmp(&sureness(b)))
-    {
-        tried.push(suspect.column.clone());
-        let mut trial = experiment.clone();
-        let Some((delay, then)) =
-            settle(&mut trial, &suspect, (model, sources, progress), now.period)?
-        else {
-            continue;
-        };
-        if own(&then.delays, &columns(joint), then.period).is_empty() {
-            experiment = trial;
-            now = then;
-            found.push(delay);
+    // One late link seems to make its neighbours late: first the one is looked for
+    // that explains them all, the surest first, then one joint after the other.
+    for alone in [true, false] {
+        let mut tried: Vec<String> = Vec::new();
+        while let Some((joint, suspect)) = (0..model.joint_count())
+            .filter(|joint| !given.contains(joint))
+            .flat_map(|joint| {
+                let suspects = own(&now.delays, &columns(joint), now.period);
+                suspects.into_iter().map(move |suspect| (joint, suspect))
+            })
+            .filter(|(_, suspect)| !tried.contains(&suspect.column))
+            .max_by(|(_, a), (_, b)| sureness(a).total_cmp(&sureness(b)))
+        {
+            tried.push(suspect.column.clone());
+            let mut trial = experiment.clone();
+            let Some((delay, then)) =
+                settle(&mut trial, &suspect, (model, sources, progress), now.period)?
+            else {
+                continue;
+            };
+            let explained = (0..model.joint_count())
+                .filter(|other| alone || *other == joint)
+                .all(|other| own(&then.delays, &columns(other), then.period).is_empty());
+            if explained {
+                experiment = trial;
+                now = then;
+                found.push(delay);
+            }
         }
     }
     Ok(found)
