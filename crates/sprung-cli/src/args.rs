@@ -27,6 +27,9 @@ pub(crate) enum Verb {
     /// Write a commented experiment.toml to start from, for your own robot.
     #[command(before_help = "Example: sprung new my-arm --urdf arm.urdf")]
     New(New),
+    /// Say what is wrong with a log, before any fit: rate, units, signs, delays, faults.
+    #[command(before_help = "Example: sprung check experiment.toml --set log.file=run7.csv")]
+    Check(Check),
     /// Find the parameters of a robot from a log.
     #[command(before_help = "Example: sprung identify experiment.toml --set log.file=run7.csv")]
     Identify(Identify),
@@ -122,6 +125,18 @@ pub(crate) struct New {
     pub(crate) joints: Option<usize>,
     #[command(flatten)]
     pub(crate) voice: Voice,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Check {
+    /// Experiment file, or the folder that holds experiment.toml.
+    pub(crate) experiment: PathBuf,
+    /// Find delays to a fraction of a sample, by the likelihood of the log; takes as long as a
+    /// few identifications.
+    #[arg(long)]
+    pub(crate) thorough: bool,
+    #[command(flatten)]
+    pub(crate) common: Common,
 }
 
 #[derive(Debug, Args)]

@@ -121,18 +121,29 @@ impl Terminal {
 
     /// Prints a warning, or a note if the user wants notes.
     pub(crate) fn finding(self, about: &str, finding: &Finding) {
-        let word = match finding.severity {
-            Severity::Info if !self.voice.verbose => return,
-            Severity::Info => "note",
-            Severity::Warning => "warning",
-            Severity::Serious => "serious",
-        };
+        if finding.severity == Severity::Info && !self.voice.verbose {
+            return;
+        }
+        let word = finding.severity.word();
         if !self.voice.quiet {
             complain(&format!(
                 "{word} ({about}, {}): {}\n  remedy: {}",
                 finding.code, finding.text, finding.remedy
             ));
         }
+    }
+
+    /// Prints a finding as a result, with the line that mends it.
+    pub(crate) fn finding_with_line(self, finding: &Finding) {
+        let line =
+            (finding.setting.as_ref()).map_or_else(String::new, |line| format!("\n  line: {line}"));
+        self.say(format!(
+            "{} ({}): {}\n  remedy: {}{line}",
+            finding.severity.word(),
+            finding.code,
+            finding.text,
+            finding.remedy
+        ));
     }
 
     fn colored(self, verdict: Verdict) -> String {

@@ -1,6 +1,9 @@
-//! What sprung noticed and the user should know: never an error, never hidden.
+//! What sprung noticed and the user should know: never hidden.
 
 use serde::{Deserialize, Serialize};
+
+/// The program and its version, as results name it.
+pub const GENERATOR: &str = concat!("sprung ", env!("CARGO_PKG_VERSION"));
 
 /// How much a finding matters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -12,6 +15,39 @@ pub enum Severity {
     Warning,
     /// The result is of no use.
     Serious,
+    /// The log is not what the experiment file says: what comes of it are not
+    /// the parameters of this robot.
+    Error,
+}
+
+impl Severity {
+    /// Returns the severity as a word for people.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Info => "note",
+            Self::Warning => "warning",
+            Self::Serious => "serious",
+            Self::Error => "error",
+        }
+    }
+}
+
+/// Where in a log something shows, and the number that shows it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Evidence {
+    /// Name of the log.
+    pub file: String,
+    /// Name of the column, if it is about one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub column: Option<String>,
+    /// Time of the sample, if it is at one, s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub time_s: Option<f64>,
+    /// What was measured, in `unit`.
+    pub value: f64,
+    /// Unit of the value; empty for counts and ratios.
+    pub unit: String,
 }
 
 /// One finding.
@@ -28,6 +64,12 @@ pub struct Finding {
     pub text: String,
     /// What to do.
     pub remedy: String,
+    /// Where it shows in a log, and by which number.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub evidence: Option<Evidence>,
+    /// The line of `experiment.toml` that mends it, with its table.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub setting: Option<String>,
 }
 
 impl Finding {
@@ -40,6 +82,8 @@ impl Finding {
             parameters: Vec::new(),
             text,
             remedy: remedy.to_owned(),
+            evidence: None,
+            setting: None,
         }
     }
 
@@ -47,6 +91,39 @@ impl Finding {
     #[must_use]
     pub fn about(mut self, parameters: impl IntoIterator<Item = String>) -> Self {
         self.parameters.extend(parameters);
+        self
+    }
+
+    /// Returns the finding with the number that shows it.
+    ///
+    /// - `column`: the column it is about, or an empty text; `unit`: of `value`.
+    #[must_use]
+    pub fn seen(mut self, file: &str, column: &str, value: f64, unit: &str) -> Self {
+        self.evidence = Some(Evidence {
+            file: file.to_owned(),
+            column: (!column.is_empty()).then(|| column.to_owned()),
+            time_s: None,
+            // JSON has no infinity.
+            value: value.clamp(f64::MIN, f64::MAX),
+            unit: unit.to_owned(),
+        });
+        self
+    }
+
+    /// Returns the finding with the time at which it shows, s.
+    #[must_use]
+    pub fn at(mut self, time: f64) -> Self {
+        if let Some(evidence) = &mut self.evidence {
+            evidence.time_s = Some(time);
+        }
+        self
+    }
+
+    /// Returns the finding with the line of the experiment file that mends it:
+    /// `key = value` in a table.
+    #[must_use]
+    pub fn mended_by(mut self, table: &str, line: &str) -> Self {
+        self.setting = Some(format!("{table} {line}"));
         self
     }
 }

@@ -3,12 +3,13 @@
 //! The data flow one way, and a module uses only what stands to its left:
 //!
 //! ```text
-//! description → model → log → simulate → preprocess → regression → estimate → validate → compare → report
+//! description → model → log → simulate → preprocess → regression → check → estimate → validate → compare → report
 //! ```
 //!
 //! Functions take values and readers and return values or strings; they open
 //! no files and print nothing. Inside, everything is in SI units and radians.
 
+pub mod check;
 pub mod compare;
 pub mod curves;
 pub mod demo;

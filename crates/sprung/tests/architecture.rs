@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Modules of `sprung`; each uses only those before it.
-const ORDER: [&str; 13] = [
+const ORDER: [&str; 14] = [
     "finding",
     "curves",
     "named",
@@ -16,6 +16,7 @@ const ORDER: [&str; 13] = [
     "simulate",
     "preprocess",
     "regression",
+    "check",
     "estimate",
     "validate",
     "compare",

@@ -55,14 +55,17 @@ pub(super) fn from_disk(loaded: &Loaded, terminal: Terminal) -> Result<Identifie
         &mut progress,
     );
     bar.finish_and_clear();
-    found.map_err(|error| {
-        let code = match &error {
-            IdentifyError::Pass(pass) => code_of_pass(pass),
-            IdentifyError::NotFinite { .. } => ExitCode::Log,
-            _ => ExitCode::Usage,
-        };
-        Failure::new(code, error)
-    })
+    found.map_err(|error| failure(&error))
+}
+
+/// Returns how an identification that failed ends the program.
+pub(super) fn failure(error: &IdentifyError) -> Failure {
+    let code = match error {
+        IdentifyError::Pass(pass) => code_of_pass(pass),
+        IdentifyError::NotFinite { .. } | IdentifyError::Refused(_) => ExitCode::Log,
+        _ => ExitCode::Usage,
+    };
+    Failure::new(code, error)
 }
 
 /// Returns how an error of reading a log ends the program.

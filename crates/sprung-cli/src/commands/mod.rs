@@ -1,5 +1,6 @@
 //! One file per verb.
 
+mod check;
 mod compare;
 mod demo;
 mod identify;
@@ -30,6 +31,7 @@ pub(crate) fn run() -> std::process::ExitCode {
     let outcome = match cli.verb {
         Verb::Demo(args) => with_threads(args.work, || demo::run(&args)),
         Verb::New(args) => new::run(&args),
+        Verb::Check(args) => with_threads(args.common.work, || check::run(&args)),
         Verb::Identify(args) => with_threads(args.common.work, || identify::run(&args)),
         Verb::Validate(args) => with_threads(args.common.work, || validate::run(&args)),
         Verb::Compare(args) => compare::run(&args),

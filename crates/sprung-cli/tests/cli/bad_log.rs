@@ -201,11 +201,12 @@ fn one_encoder_in_another_unit_or_direction() {
         .fails(3, &["motor side of the gearbox", "motor_position_side"]);
     // One that counts the other way: the joint seems to work against itself.
     let case = Case::new().column(PHI2, |x| -x);
-    case.warns(
-        1,
+    case.fails(
+        3,
         &[
             "opposite-signs",
-            "\"phi2_rad\" and \"q2_rad\" move against each other",
+            "\"phi2_rad\" and \"q2_rad\" count against each other",
+            "sign = { \"phi2_rad\" = -1 }",
         ],
     );
 }
@@ -255,8 +256,8 @@ fn swapped_motor_and_link_columns() {
             "motor_position_rad = [\"phi1_rad\", \"phi2_rad\"]",
             "motor_position_rad = [\"q1_rad\", \"phi2_rad\"]",
         )
-        .warns(
-            1,
+        .fails(
+            3,
             &["exchanged-columns", "joint1", "the columns look swapped"],
         );
 }
@@ -264,8 +265,8 @@ fn swapped_motor_and_link_columns() {
 #[test]
 fn reversed_torque() {
     let case = Case::new().column(TAU2, |x| -x);
-    case.warns(
-        1,
+    case.fails(
+        3,
         &[
             "reversed-torque",
             "joint2",

@@ -81,6 +81,23 @@ fn every_plot_is_drawn_without_a_word_on_the_console() {
 }
 
 #[test]
+fn the_report_of_a_check_is_drawn() {
+    let case = crate::common::Case::new().column(1, |q| if q > 0.04 { q + 0.3 } else { q });
+    let experiment = case.path("experiment.toml");
+    let output = crate::common::sprung(&["check", "-q", experiment.to_str().unwrap()]);
+    assert!(output.status.code().is_some());
+    let page = case.path("sprung-out/check.html");
+    let Some((document, log)) = open(&page, &["--window-size=1280,1024"]) else {
+        return;
+    };
+    assert!(!log.contains("CONSOLE"), "{log}");
+    let (drawn, expected) = drawn(&document);
+    // Six columns, and the place of at least one finding.
+    assert!(expected > 6, "{expected}");
+    assert_eq!(drawn, expected);
+}
+
+#[test]
 fn the_check_would_see_a_plot_that_fails() {
     let folder = TempDir::new().unwrap();
     let text = std::fs::read_to_string(demo().join("sprung-out/report.html")).unwrap();

@@ -13,6 +13,7 @@ mod bad_joints;
 mod bad_log;
 mod bad_robot;
 mod browser;
+mod check;
 mod common;
 mod compare;
 mod formats;

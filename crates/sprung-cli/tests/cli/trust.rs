@@ -230,7 +230,8 @@ fn delays_that_are_not_found_are_said() {
     );
     assert!(!stderr(&output).contains("NaN"), "{}", stderr(&output));
     // Torque the wrong way round: no delay mends that, and the cause is named.
-    let output = Case::new().column(TAU1, |x| -x).identify(&estimate);
+    let go_on = ["--set", "identify.on_check_error=go-on"];
+    let output = (Case::new().column(TAU1, |x| -x)).identify(&[&estimate[..], &go_on].concat());
     let message = stderr(&output);
     assert_eq!(output.status.code(), Some(1), "{message}");
     assert!(

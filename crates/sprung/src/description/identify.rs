@@ -30,6 +30,8 @@ pub struct Identify {
     pub encoder_offset: Option<EncoderOffset>,
     /// Momentum at the start of a log and behind each gap.
     pub initial_momentum: InitialMomentum,
+    /// What to do with a log that the check finds an error in.
+    pub on_check_error: OnCheckError,
     /// Forgetting rate δ of LSFF, 1/s.
     pub lsff_forgetting_per_s: f64,
     /// Diagonal of the initial gain matrix of LSFF.
@@ -50,6 +52,7 @@ impl Default for Identify {
             weights: Weights::Transition,
             encoder_offset: None,
             initial_momentum: InitialMomentum::Measured,
+            on_check_error: OnCheckError::Refuse,
             lsff_forgetting_per_s: 1.0,
             lsff_initial_gain: 10.0,
             lsff_velocity_window: [4, 4],
@@ -309,5 +312,25 @@ impl TryFrom<String> for InitialMomentum {
     fn try_from(word: String) -> Result<Self, String> {
         let index = choose("initial_momentum", &word, &["measured", "estimate"])?;
         Ok([Self::Measured, Self::Estimate][index])
+    }
+}
+
+/// What to do with a log that is not what the file says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(try_from = "String")]
+#[schemars(extend("enum" = ["refuse", "go-on"]))]
+pub enum OnCheckError {
+    /// Identify nothing from it.
+    Refuse,
+    /// Identify, with the error among the findings.
+    GoOn,
+}
+
+impl TryFrom<String> for OnCheckError {
+    type Error = String;
+
+    fn try_from(word: String) -> Result<Self, String> {
+        let index = choose("on_check_error", &word, &["refuse", "go-on"])?;
+        Ok([Self::Refuse, Self::GoOn][index])
     }
 }

@@ -25,8 +25,8 @@ mod urdf;
 pub(crate) use check_log::default_field;
 pub use columns::{Column, ColumnName, Columns, PerJoint, StartsAt};
 pub use identify::{
-    Cutoff, DiscretizationName, EncoderOffset, Estimator, Identify, InitialMomentum, StartName,
-    Weights,
+    Cutoff, DiscretizationName, EncoderOffset, Estimator, Identify, InitialMomentum, OnCheckError,
+    StartName, Weights,
 };
 pub use log::{CsvForm, Delay, Log, SamplingTimes};
 pub use read::{DescriptionError, Experiment, no_files, read, schema};

@@ -1,7 +1,7 @@
 //! Gravity in the wrong frame: a static residual that a tilt explains.
 
-use super::delay::Excerpt;
 use super::least_squares::{fit_quickly, residual};
+use crate::check::Excerpt;
 use crate::description::Experiment;
 use crate::finding::{Finding, Severity};
 use crate::model::Model;

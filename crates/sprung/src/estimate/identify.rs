@@ -2,9 +2,7 @@
 
 use std::time::Instant;
 
-use super::about_logs::{about_logs, log_infos};
-use super::cutoff::{choose_cutoff, sweep};
-use super::delay::Excerpt;
+use super::about_logs::log_infos;
 use super::describe::{OfEstimator, describe, fit_curves, trace_of};
 use super::gravity::{tilted, worth_a_look};
 use super::instrumental::add_instruments;
@@ -15,14 +13,15 @@ use super::output_error::output_error;
 use super::prediction_error::{Before, prediction_error};
 use super::progress::Progress;
 use super::result::{CutoffChoice, EstimateResult, GENERATOR, Identification, SettingsUsed};
-use super::second_look::{Delays, excerpt, suspicions};
 use super::stribeck::find_stribeck;
+use super::sweep::sweep;
 use super::watch::{Watch, of_lsff};
 use super::weigh::find_weights;
+use crate::check::{DelayError, Delays, Excerpt, Refusal, choose_cutoff, examine, excerpt};
 use crate::curves::Curves;
 use crate::description::{
     Controller, ControllerKind, Cutoff, Delay, Estimator, Experiment, Feedforward, Identify,
-    StartName, Weights,
+    OnCheckError, StartName, Weights,
 };
 use crate::finding::{Finding, Severity};
 use crate::log::{ChannelError, Channels, LogError, LogSource};
@@ -63,11 +62,14 @@ pub enum IdentifyError {
     #[error(transparent)]
     Lsff(#[from] LsffError),
     /// A delay cannot be estimated.
-    #[error("{0}")]
-    Delay(String),
+    #[error(transparent)]
+    Delay(#[from] DelayError),
     /// The log is wrong, or does not fit the filters.
     #[error(transparent)]
     Pass(#[from] PassError),
+    /// The log is not what the experiment file says.
+    #[error("{0}; to go on nevertheless set on_check_error = \"go-on\" in [identify]")]
+    Refused(Refusal),
     /// The numbers leave the range that can be computed with.
     #[error(
         "the regression of {file} holds numbers that are not finite; are the units of its columns \
@@ -217,8 +219,10 @@ pub fn identify(
     let mut watch = Watch::new(model, settings);
     let mut samples = |samples| progress(Progress::Samples(samples));
     let passed = read_through(&reading, beginning.sources, &mut watch, &mut samples)?;
-    findings.extend(about_logs(model, &channels, &passed.logs, &names)?);
-    findings.extend(delays.findings(&channels));
+    let excerpt = beginning.get(&channels).map_err(PassError::from)?;
+    let examined = examine(experiment, &reading, &delays, &names, &passed.logs, excerpt);
+    refuse(settings, &examined.findings)?;
+    findings.extend(examined.findings);
 
     let fitted = fit(model, &passed.system)
         .filter(|fitted| is_finite(model, &passed.system, fitted))
@@ -239,7 +243,7 @@ pub fn identify(
             elapsed: start.elapsed().as_secs_f64() - watch.elapsed,
         };
         let of_estimator = job.run(estimator, &mut beginning, progress)?;
-        results.push(job.judged(estimator, &of_estimator, &mut beginning)?);
+        results.push(job.judged(estimator, &of_estimator));
         if !of_estimator.points.is_empty() {
             traces.push(trace_of(model, estimator, of_estimator.points));
         }
@@ -331,27 +335,33 @@ impl Job<'_> {
     }
 
     /// Returns what an estimator found with all that is to be said of it.
-    fn judged(
-        &self,
-        estimator: Estimator,
-        found: &OfEstimator,
-        beginning: &mut Beginning<'_, '_>,
-    ) -> Result<EstimateResult, PassError> {
+    fn judged(&self, estimator: Estimator, found: &OfEstimator) -> EstimateResult {
         let (reading, fitted) = (self.reading, self.fitted);
         let mut result = describe(reading.model, estimator, found, fitted, &self.passed.system);
-        let suspicions = suspicions(reading, &result, || beginning.get(reading.channels))?;
         result.warnings = judge(
             reading.model,
             &result,
             &fitted.weakest_direction,
-            &suspicions,
+            reading.channels,
         );
         result.warnings.extend(found.findings.iter().cloned());
         result
             .warnings
             .sort_by_key(|finding| std::cmp::Reverse(finding.severity));
-        Ok(result)
+        result
     }
+}
+
+/// Refuses logs that are not what the experiment file says.
+fn refuse(settings: &Identify, findings: &[Finding]) -> Result<(), IdentifyError> {
+    let errors: Vec<Finding> = (findings.iter())
+        .filter(|finding| finding.severity == Severity::Error)
+        .cloned()
+        .collect();
+    if errors.is_empty() || settings.on_check_error == OnCheckError::GoOn {
+        return Ok(());
+    }
+    Err(IdentifyError::Refused(Refusal(errors)))
 }
 
 fn settings_used(reading: &Reading<'_>, choice: Option<CutoffChoice>) -> SettingsUsed {

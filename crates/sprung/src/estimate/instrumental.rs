@@ -3,10 +3,10 @@
 
 use faer::Mat;
 
-use super::delay::Excerpt;
 use super::least_squares::{Fitted, Free};
 use super::result::{CrossCheckResult, EstimateResult};
 use super::start::feasible;
+use crate::check::Excerpt;
 use crate::finding::{Finding, Severity};
 use crate::model::{Model, Theta};
 use crate::named::Named;

@@ -3,17 +3,15 @@
 use serde::{Deserialize, Serialize};
 use sprung_core::parameters::JointParameter;
 
-use super::delay::{DelayEstimate, MotorRowFit};
 use super::judge_parameters::{
     collinear, listed, little_torque, negative, negative_friction, weak,
 };
 use super::judge_scale::{scale_collapse, stiffness_disagrees};
 use super::result::{EstimateResult, MotorRowResult, ParameterEstimate};
+use crate::check::{UNEXPLAINED, reversed_torque};
 use crate::finding::{Finding, Severity};
+use crate::log::{Channels, Quantity};
 use crate::model::{Model, ModelError, short};
-
-/// Part of the motor torque that may stay unexplained, root mean squares.
-pub const UNEXPLAINED: f64 = 0.2;
 
 /// Part by which a stacked stiffness may lie below the motor row's: more is
 /// reported, the first only if the standard errors agree.
@@ -38,7 +36,7 @@ impl Verdict {
     #[must_use]
     pub fn of<'a>(findings: impl IntoIterator<Item = &'a Finding>) -> Self {
         match findings.into_iter().map(|finding| finding.severity).max() {
-            Some(Severity::Serious) => Self::Unusable,
+            Some(Severity::Serious | Severity::Error) => Self::Unusable,
             Some(Severity::Warning) => Self::Doubtful,
             Some(Severity::Info) | None => Self::Good,
         }
@@ -53,44 +51,6 @@ impl Verdict {
             Self::Unusable => "unusable",
         }
     }
-}
-
-/// The columns of a joint, and what a second look at the log found if its
-/// parameters are impossible.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Suspicion {
-    /// Name of the link column.
-    pub link: String,
-    /// Name of the motor column.
-    pub motor: String,
-    /// Name of the torque column.
-    pub torque: String,
-    /// The column, and its delay, that explains the torque best.
-    pub delay: Option<(String, DelayEstimate)>,
-    /// What the motor row says with link and motor columns exchanged.
-    pub exchanged: Option<MotorRowFit>,
-}
-
-/// Returns whether the torque's row of a joint calls for a second look at the
-/// log: its stiffness or rotor inertia is below zero, or it leaves much of the
-/// torque unexplained.
-#[must_use]
-pub fn suspect(model: &Model, result: &EstimateResult, joint: usize) -> bool {
-    let row = model.row_name(model.torque_row(joint));
-    let below_zero = motor_row(model, result, joint).is_some_and(|row| {
-        row.parameters.iter().any(|p| {
-            let vital = model.index_of(&p.name).is_ok_and(|i| {
-                let kind = model.parameters()[i].joint;
-                kind.is_some_and(|(kind, _)| kind.is_vital())
-            });
-            vital && negative(p)
-        })
-    });
-    let alone = motor_row(model, result, joint).and_then(|row| row.relative_residual);
-    below_zero
-        || alone
-            .or(result.relative_residual.get(&row))
-            .is_some_and(|share| share > UNEXPLAINED && !result.motor_rows.is_empty())
 }
 
 fn motor_row<'a>(
@@ -118,20 +78,18 @@ fn of<'a>(
 ///
 /// - `weakest`: how much each parameter takes part in the direction seen
 ///   least, columns scaled.
-/// - `suspicions`: second looks, one per joint.
+/// - `channels`: the columns, for their names.
 #[must_use]
 pub fn judge(
     model: &Model,
     result: &EstimateResult,
     weakest: &[f64],
-    suspicions: &[Suspicion],
+    channels: &Channels,
 ) -> Vec<Finding> {
     let mut findings = Vec::new();
     unidentifiable(model, result, &mut findings);
     for (joint, name) in model.joints().iter().enumerate() {
-        let suspicion = &suspicions[joint];
-        impossible(model, result, joint, name, suspicion, &mut findings);
-        second_reading(model, joint, name, suspicion, &mut findings);
+        impossible(model, result, joint, name, channels, &mut findings);
         scale(model, result, joint, name, &mut findings);
         unexplained(model, result, joint, name, &mut findings);
     }
@@ -185,9 +143,15 @@ fn impossible(
     result: &EstimateResult,
     joint: usize,
     name: &str,
-    suspicion: &Suspicion,
+    channels: &Channels,
     findings: &mut Vec<Finding>,
 ) {
+    let column = |quantities: &[Quantity]| {
+        (channels.all.iter())
+            .find(|c| c.joint == joint && quantities.contains(&c.quantity))
+            .map_or("", |c| c.column.as_str())
+    };
+    let link = column(&[Quantity::LinkPosition, Quantity::LinkDeflection]);
     if let Some(row) = motor_row(model, result, joint)
         && (row.parameters.iter())
             .filter(|p| {
@@ -196,19 +160,8 @@ fn impossible(
             .all(negative)
     {
         findings.push(
-            Finding::new(
-                Severity::Serious,
-                "reversed-torque",
-                format!(
-                    "{name}: in the motor row stiffness and both frictions come out negative: the \
-                     sign of the torque is reversed against the motor position"
-                ),
-                &format!(
-                    "set sign = {{ \"{}\" = -1 }} in [log], or turn the signs of both positions",
-                    suspicion.torque
-                ),
-            )
-            .about(row.parameters.iter().map(|p| p.name.clone())),
+            reversed_torque(name, column(&[Quantity::MotorTorque]))
+                .about(row.parameters.iter().map(|p| p.name.clone())),
         );
         return;
     }
@@ -227,7 +180,10 @@ fn impossible(
                 &format!(
                     "check signs and delays of \"{}\", \"{}\" and \"{}\"; set delay_s = {{ \"{}\" = \
                      \"estimate\" }} in [log]",
-                    suspicion.link, suspicion.motor, suspicion.torque, suspicion.link
+                    link,
+                    column(&[Quantity::MotorPosition]),
+                    column(&[Quantity::MotorTorque]),
+                    link
                 ),
             )
             .about([stiffness.name.clone()]),
@@ -249,65 +205,6 @@ fn impossible(
                 "check sign and delay of the torque; excite the joint with higher accelerations",
             )
             .about([rotor.name.clone()]),
-        );
-    }
-}
-
-/// Says how another reading of the log would explain a joint better.
-fn second_reading(
-    model: &Model,
-    joint: usize,
-    name: &str,
-    suspicion: &Suspicion,
-    findings: &mut Vec<Finding>,
-) {
-    let stiffness = model
-        .index(JointParameter::Stiffness, joint)
-        .map(|index| &model.parameters()[index]);
-    let about = || stiffness.map(|parameter| parameter.name.clone());
-    let found = |fit: &MotorRowFit| match (stiffness, fit.stiffness) {
-        (Some(parameter), Some(value)) => format!(" (stiffness {value:.4} {})", parameter.unit),
-        _ => String::new(),
-    };
-    if let Some((column, delay)) = &suspicion.delay {
-        findings.push(
-            Finding::new(
-                Severity::Warning,
-                "delayed-channel",
-                format!(
-                    "{name}: if \"{column}\" was recorded {:.3} s late (standard error {:.3} s), the \
-                     motor row explains {:.1} % of the torque instead of {:.1} %{}",
-                    delay.delay,
-                    delay.standard_error,
-                    explained(&delay.with),
-                    explained(&delay.without),
-                    found(&delay.with)
-                ),
-                &format!(
-                    "set delay_s = {{ \"{column}\" = {:.3} }} in [log], or \"estimate\"",
-                    delay.delay
-                ),
-            )
-            .about(about()),
-        );
-    }
-    if let Some(fit) = &suspicion.exchanged {
-        findings.push(
-            Finding::new(
-                Severity::Serious,
-                "exchanged-columns",
-                format!(
-                    "{name}: with link and motor position exchanged the motor row explains {:.0} % \
-                     of the torque and every parameter is positive{}: the columns look swapped",
-                    explained(fit),
-                    found(fit)
-                ),
-                &format!(
-                    "exchange \"{}\" and \"{}\" under link_position_rad and motor_position_rad",
-                    suspicion.link, suspicion.motor
-                ),
-            )
-            .about(about()),
         );
     }
 }
@@ -358,10 +255,6 @@ fn negative_links(model: &Model, result: &EstimateResult, findings: &mut Vec<Fin
         )
         .about(names),
     );
-}
-
-fn explained(fit: &MotorRowFit) -> f64 {
-    100.0 * (1.0 - fit.relative_residual.powi(2)).max(0.0)
 }
 
 /// Compares the stacked stiffness with that of the motor row alone.

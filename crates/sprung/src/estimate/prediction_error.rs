@@ -4,7 +4,6 @@
 use std::time::Instant;
 
 use super::chi_square::upper_tail;
-use super::delay::Excerpt;
 use super::describe::OfEstimator;
 use super::held_out::{HeldOut, held_out};
 use super::least_squares::{Fitted, trace};
@@ -13,6 +12,7 @@ use super::refine::{ChannelDelay, MOST_RUNS, Refined, Start, refine};
 use super::result::{
     HeldOutResidual, RefinedDelay, RefinedOffset, Refinement, RowDisturbance, SensorNoise,
 };
+use crate::check::Excerpt;
 use crate::description::Delay;
 use crate::finding::{Finding, Severity};
 use crate::log::{Channels, LogSource};
@@ -98,7 +98,7 @@ pub(super) fn prediction_error(
         });
     };
     let wrong = (about_logs.iter()).find(|finding| {
-        finding.severity == Severity::Serious || finding.code == "looks-like-degrees"
+        finding.severity >= Severity::Serious || finding.code == "looks-like-degrees"
     });
     let refined = match wrong {
         Some(_) => None,

@@ -9,8 +9,7 @@ use crate::finding::{Finding, Severity};
 use crate::model::stribeck_name;
 use crate::named::Named;
 
-/// Program and version, as result files name them.
-pub const GENERATOR: &str = concat!("sprung ", env!("CARGO_PKG_VERSION"));
+pub use crate::finding::GENERATOR;
 
 /// Everything that an identification found; format 1.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -1,8 +1,8 @@
 //! Weights of the samples, found on the beginning of a log.
 
-use super::cutoff::{noise, velocity_per_position};
-use super::delay::Excerpt;
 use super::least_squares::fit_values;
+use crate::check::Excerpt;
+use crate::check::{noise, velocity_per_position};
 use crate::log::{Channels, Quantity};
 use crate::model::Model;
 use crate::regression::{Reading, System, TransitionWeights, VelocityNoise};

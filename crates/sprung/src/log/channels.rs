@@ -186,6 +186,17 @@ impl Channels {
         exchanged.all[motor].quantity = Quantity::LinkPosition;
         Some(exchanged)
     }
+
+    /// Returns the channels with a quantity of two joints swapped, likewise;
+    /// nothing if one of them lacks it.
+    #[must_use]
+    pub fn swapped(&self, quantity: Quantity, one: usize, two: usize) -> Option<Self> {
+        let (a, b) = (self.index(quantity, one)?, self.index(quantity, two)?);
+        let mut swapped = self.clone();
+        swapped.all[a].joint = two;
+        swapped.all[b].joint = one;
+        Some(swapped)
+    }
 }
 
 /// Returns the side on which torques were recorded, or that of the torque

@@ -1,173 +1,328 @@
 //! What the figures of a log say about its columns.
 
-use super::channels::{Channels, Quantity};
-use super::{LogError, Summary};
+use super::Summary;
+use super::channels::{Channel, Channels, Quantity};
+use super::faults::faults;
+use super::figures::Extent;
 use crate::finding::{Finding, Severity};
 
 const DEGREES_PER_RADIAN: f64 = 180.0 / std::f64::consts::PI;
+
+/// Slopes of motor over link position that are not 1: a spring lets the link
+/// swing farther or less far, but not by this much as long as both move together.
+const SLOPE: f64 = 1.25;
+const IMPOSSIBLE_SLOPE: f64 = 2.5;
+
+/// Correlation from which two encoders move together.
+const TOGETHER: f64 = 0.97;
+
+/// Steps of its encoder within which a joint hardly moves.
+const HARDLY: f64 = 30.0;
 
 /// Judges a log by its figures.
 ///
 /// - `file`: name for messages; `joints`: names of the joints.
 ///
-/// # Errors
-///
-/// [`LogError::Implausible`] for columns that cannot be what they are said to
-/// be: a position that never changes although its joint moves, an encoder in
-/// degrees or on the other side of the gearbox beside one in radians.
+/// Columns that cannot be what they are said to be are findings of
+/// [`Severity::Error`]: a position that never changes although its joint moves,
+/// an encoder in degrees or on the other side of the gearbox beside one in
+/// radians, a counter that wraps around.
+#[must_use]
 pub fn check(
     file: &str,
     channels: &Channels,
     joints: &[String],
     summary: &Summary,
-) -> Result<Vec<Finding>, LogError> {
+) -> Vec<Finding> {
+    let of = Of {
+        file,
+        channels,
+        summary,
+    };
     let mut findings = Vec::new();
     for (joint, name) in joints.iter().enumerate() {
-        if let Some(finding) = still(file, channels, name, joint, summary)? {
+        if let Some(finding) = of.still(name, joint) {
             findings.push(finding);
             continue;
         }
-        units(file, channels, name, joint, summary)?;
-        findings.extend(degrees(channels, name, joint, summary));
-        findings.extend(opposite(channels, name, joint, summary));
+        let scale = of.units(name, joint).or_else(|| of.slope(name, joint));
+        findings.extend(scale);
+        findings.extend(of.degrees(name, joint));
+        findings.extend(of.opposite(name, joint));
+        for (i, channel) in channels.all.iter().enumerate() {
+            if channel.joint == joint
+                && let Some(figures) = summary.figures(i)
+            {
+                findings.extend(faults(file, name, channel, figures));
+                findings.extend(of.hardly(name, channel, i));
+            }
+        }
     }
-    Ok(findings)
+    findings
 }
 
-/// Judges one joint: nothing moves (a finding) or one column alone stands
-/// still (an error).
-fn still(
-    file: &str,
-    channels: &Channels,
-    name: &str,
-    joint: usize,
-    summary: &Summary,
-) -> Result<Option<Finding>, LogError> {
-    let of_joint: Vec<(&str, Quantity, super::summary::Extent)> = channels
-        .all
-        .iter()
-        .enumerate()
-        .filter(|(_, channel)| channel.joint == joint)
-        .filter_map(|(i, channel)| {
-            Some((
-                channel.column.as_str(),
-                channel.quantity,
-                summary.extent(i)?,
-            ))
-        })
-        .collect();
-    let moves = |wanted: &[Quantity]| {
-        of_joint
+impl Quantity {
+    /// Returns whether it is a position or a difference of positions.
+    #[must_use]
+    pub fn is_position(self) -> bool {
+        self != Self::MotorTorque
+    }
+
+    /// Returns the name of its key in `[log]`, without unit.
+    #[must_use]
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::LinkPosition => "link_position",
+            Self::LinkDeflection => "link_deflection",
+            Self::MotorPosition => "motor_position",
+            Self::MotorTorque => "motor_torque",
+        }
+    }
+
+    /// Returns its unit.
+    ///
+    /// - `turns`: whether the joint turns; otherwise it slides.
+    #[must_use]
+    pub fn unit(self, turns: bool) -> &'static str {
+        match (self.is_position(), turns) {
+            (true, true) => "rad",
+            (true, false) => "m",
+            (false, true) => "N·m",
+            (false, false) => "N",
+        }
+    }
+}
+
+/// A log and its figures.
+struct Of<'a> {
+    file: &'a str,
+    channels: &'a Channels,
+    summary: &'a Summary,
+}
+
+impl Of<'_> {
+    /// Judges one joint: nothing moves, or one column alone stands still.
+    fn still(&self, name: &str, joint: usize) -> Option<Finding> {
+        let summary = self.summary;
+        let of_joint: Vec<(&Channel, Extent)> = (self.channels.all.iter().enumerate())
+            .filter(|(_, channel)| channel.joint == joint)
+            .filter_map(|(i, channel)| Some((channel, summary.extent(i)?)))
+            .collect();
+        let moves = of_joint
             .iter()
-            .any(|(_, quantity, extent)| wanted.contains(quantity) && !extent.is_constant())
-    };
-    if !moves(&[
-        Quantity::MotorPosition,
-        Quantity::LinkPosition,
-        Quantity::LinkDeflection,
-    ]) {
-        return Ok(Some(Finding::new(
-            Severity::Serious,
-            "unexcited-joint",
-            format!(
-                "{name} stands still in all {} samples, so nothing of it can be identified",
-                summary.samples()
-            ),
-            "record a log in which the joint moves through its working range",
-        )));
+            .any(|(channel, extent)| channel.quantity.is_position() && !extent.is_constant());
+        if !moves {
+            return Some(
+                Finding::new(
+                    Severity::Serious,
+                    "unexcited-joint",
+                    format!(
+                        "{name} stands still in all {} samples, so nothing of it can be identified",
+                        summary.samples()
+                    ),
+                    "record a log in which the joint moves through its working range",
+                )
+                .seen(self.file, "", 0.0, "rad"),
+            );
+        }
+        // The motors of a coupled transmission may stand still while joints move.
+        let (channel, extent) = of_joint.iter().find(|(_, extent)| extent.is_constant())?;
+        let likely = match channel.quantity {
+            Quantity::MotorPosition => "is the motor encoder connected",
+            Quantity::LinkPosition => "is the link encoder connected",
+            Quantity::LinkDeflection => "is the deflection sensor connected",
+            Quantity::MotorTorque => "is the current or torque recorded",
+        };
+        let (column, file) = (&channel.column, self.file);
+        let unit = channel.quantity.unit(self.channels.turns[joint]);
+        Some(
+            Finding::new(
+                Severity::Error,
+                "constant-column",
+                format!(
+                    "{name}: column \"{column}\" never changes ({:.4} {unit} in all {} samples) in \
+                     {file}; {likely}, or is the column name wrong?",
+                    extent.first,
+                    summary.samples()
+                ),
+                "name the column that holds the quantity, or record it",
+            )
+            .seen(file, column, extent.first, unit)
+            .mended_by("[log]", &format!("{} = [\"…\"]", channel.quantity.key())),
+        )
     }
-    // The motors of a coupled transmission may stand still while joints move.
-    let Some((column, quantity, extent)) =
-        of_joint.iter().find(|(_, _, extent)| extent.is_constant())
-    else {
-        return Ok(None);
-    };
-    let (unit, likely) = match quantity {
-        Quantity::MotorPosition => ("rad", "is the motor encoder connected"),
-        Quantity::LinkPosition => ("rad", "is the link encoder connected"),
-        Quantity::LinkDeflection => ("rad", "is the deflection sensor connected"),
-        Quantity::MotorTorque => ("N·m", "is the current or torque recorded"),
-    };
-    Err(LogError::Implausible {
-        message: format!(
-            "{name}: column \"{column}\" never changes ({:.4} {unit} in all {} samples) in {file}; \
-             {likely}, or is the column name wrong?",
-            extent.first,
-            summary.samples()
-        ),
-    })
-}
 
-/// Compares how far the two encoders of a joint move. A spring lets the link
-/// swing farther than the motor or less far, but not twenty times.
-fn units(
-    file: &str,
-    channels: &Channels,
-    name: &str,
-    joint: usize,
-    summary: &Summary,
-) -> Result<(), LogError> {
-    let pair = [Quantity::MotorPosition, Quantity::LinkPosition].map(|quantity| {
-        let i = channels.index(quantity, joint)?;
-        Some((channels.all[i].column.as_str(), summary.extent(i)?.range()))
-    });
-    let [Some((motor, motor_range)), Some((link, link_range))] = pair else {
-        return Ok(());
-    };
-    let ratio = motor_range / link_range;
-    let likely = if ratio > DEGREES_PER_RADIAN / 3.0 {
-        format!(
-            "\"{motor}\" looks like degrees (give it as motor_position_deg) or like the motor side of \
-             the gearbox (set motor_position_side = \"motor\" in [log] and gear_ratio of the joint)"
+    /// Returns channel and range of the two encoders of a joint.
+    fn pair(&self, joint: usize) -> Option<[(&Channel, f64); 2]> {
+        let of = |quantity| {
+            let i = self.channels.index(quantity, joint)?;
+            Some((&self.channels.all[i], self.summary.extent(i)?.range()))
+        };
+        Some([of(Quantity::MotorPosition)?, of(Quantity::LinkPosition)?])
+    }
+
+    /// Compares how far the two encoders of a joint move. A spring lets the link
+    /// swing farther than the motor or less far, but not twenty times.
+    fn units(&self, name: &str, joint: usize) -> Option<Finding> {
+        let [(motor, motor_range), (link, link_range)] = self.pair(joint)?;
+        // Of a joint that only just begins to move one encoder may not have counted.
+        let few = |quantity| {
+            let i = self.channels.index(quantity, joint)?;
+            self.span_in_steps(i)
+        };
+        let counted = |quantity| few(quantity).is_none_or(|steps| steps > HARDLY);
+        if !(counted(Quantity::MotorPosition) && counted(Quantity::LinkPosition)) {
+            return None;
+        }
+        let (file, motor, link) = (self.file, &motor.column, &link.column);
+        let ratio = motor_range / link_range;
+        let (likely, column, setting) = if ratio > DEGREES_PER_RADIAN / 3.0 {
+            let likely = format!(
+                "\"{motor}\" looks like degrees (give it as motor_position_deg) or like the motor \
+                 side of the gearbox (set motor_position_side = \"motor\" in [log] and gear_ratio \
+                 of the joint)"
+            );
+            let degrees = (ratio / DEGREES_PER_RADIAN - 1.0).abs() < 0.2;
+            let setting = if degrees {
+                format!("motor_position_deg = [\"{motor}\"]")
+            } else {
+                "motor_position_side = \"motor\"".to_owned()
+            };
+            (likely, motor, setting)
+        } else if ratio < 3.0 / DEGREES_PER_RADIAN {
+            (
+                format!("\"{link}\" looks like degrees; give it as link_position_deg"),
+                link,
+                format!("link_position_deg = [\"{link}\"]"),
+            )
+        } else {
+            return None;
+        };
+        Some(
+            Finding::new(
+                Severity::Error,
+                "units-disagree",
+                format!(
+                    "{name}: \"{motor}\" spans {motor_range:.3} rad and \"{link}\" {link_range:.3} \
+                     rad in {file}, about the same is expected; {likely}"
+                ),
+                "say the unit and the side of each column",
+            )
+            .seen(file, column, ratio, "")
+            .mended_by("[log]", &setting),
         )
-    } else if ratio < 3.0 / DEGREES_PER_RADIAN {
-        format!("\"{link}\" looks like degrees; give it as link_position_deg")
-    } else {
-        return Ok(());
-    };
-    Err(LogError::Implausible {
-        message: format!(
-            "{name}: \"{motor}\" spans {motor_range:.3} rad and \"{link}\" {link_range:.3} rad in \
-             {file}, about the same is expected; {likely}"
-        ),
-    })
-}
+    }
 
-fn opposite(channels: &Channels, name: &str, joint: usize, summary: &Summary) -> Option<Finding> {
-    let motor = &channels.all[channels.index(Quantity::MotorPosition, joint)?].column;
-    let link = &channels.all[channels.index(Quantity::LinkPosition, joint)?].column;
-    let correlation = summary.correlation(joint)?;
-    (correlation < -0.5).then(|| {
-        Finding::new(
-            Severity::Warning,
-            "opposite-signs",
+    /// Compares how far the two encoders move together.
+    fn slope(&self, name: &str, joint: usize) -> Option<Finding> {
+        let [(motor, _), (link, _)] = self.pair(joint)?;
+        let line = self.summary.line(joint)?;
+        let slope = line.slope.abs();
+        let far = slope.max(1.0 / slope);
+        if line.correlation.abs() < TOGETHER || far < SLOPE {
+            return None;
+        }
+        let (motor, link) = (&motor.column, &link.column);
+        let finding = Finding::new(
+            if far > IMPOSSIBLE_SLOPE {
+                Severity::Error
+            } else {
+                Severity::Warning
+            },
+            "slope-not-one",
             format!(
-                "{name}: \"{motor}\" and \"{link}\" move against each other (correlation \
-                 {correlation:.2}): unless the joint was driven above its resonance, one of them \
-                 counts the other way"
+                "{name}: \"{motor}\" moves {slope:.4} rad for each rad of \"{link}\" (correlation \
+                 {:.3}), although both should be on the output side: a gear ratio, a number of \
+                 counts per turn or a unit is wrong",
+                line.correlation
             ),
-            &format!("set sign = {{ \"{link}\" = -1 }} or sign = {{ \"{motor}\" = -1 }} in [log]"),
+            "see that gear_ratio and counts_per_turn are those of the joint, and which side each \
+             encoder is on",
         )
-    })
-}
+        .seen(self.file, motor, line.slope, "rad/rad");
+        Some(finding.mended_by(
+            "[[robot.joint]]",
+            &format!("gear_ratio = {slope:.4}   # with motor_position_side = \"motor\" in [log]"),
+        ))
+    }
 
-fn degrees(channels: &Channels, name: &str, joint: usize, summary: &Summary) -> Option<Finding> {
-    let motor = channels.index(Quantity::MotorPosition, joint)?;
-    let range = summary.extent(motor)?.range();
-    // Motors before a coupled transmission turn many times.
-    let known = channels.turns[joint] && channels.position_mix.is_none();
-    (known && range > std::f64::consts::TAU).then(|| {
-        Finding::new(
-            Severity::Warning,
-            "looks-like-degrees",
-            format!(
-                "{name}: \"{}\" spans {range:.1} rad, more than a full turn; are these degrees? \
-                 ({range:.1}° would be {:.3} rad; stiffness and inertia would come out 57.3 times \
-                 too small)",
-                channels.all[motor].column,
-                range / DEGREES_PER_RADIAN
-            ),
-            "if the columns hold degrees, name them under motor_position_deg and link_position_deg",
-        )
-    })
+    fn opposite(&self, name: &str, joint: usize) -> Option<Finding> {
+        let [(motor, _), (link, _)] = self.pair(joint)?;
+        let (motor, link) = (&motor.column, &link.column);
+        let correlation = self.summary.correlation(joint)?;
+        (correlation < -0.5).then(|| {
+            Finding::new(
+                Severity::Warning,
+                "opposite-signs",
+                format!(
+                    "{name}: \"{motor}\" and \"{link}\" move against each other (correlation \
+                     {correlation:.2}): unless the joint was driven above its resonance, one of \
+                     them counts the other way"
+                ),
+                &format!(
+                    "set sign = {{ \"{link}\" = -1 }} or sign = {{ \"{motor}\" = -1 }} in [log]"
+                ),
+            )
+            .seen(self.file, link, correlation, "")
+            .mended_by("[log]", &format!("sign = {{ \"{link}\" = -1 }}"))
+        })
+    }
+
+    fn degrees(&self, name: &str, joint: usize) -> Option<Finding> {
+        let channels = self.channels;
+        let motor = channels.index(Quantity::MotorPosition, joint)?;
+        let range = self.summary.extent(motor)?.range();
+        // Motors before a coupled transmission turn many times.
+        let known = channels.turns[joint] && channels.position_mix.is_none();
+        (known && range > std::f64::consts::TAU).then(|| {
+            let column = &channels.all[motor].column;
+            Finding::new(
+                Severity::Warning,
+                "looks-like-degrees",
+                format!(
+                    "{name}: \"{column}\" spans {range:.1} rad, more than a full turn; are these \
+                     degrees? ({range:.1}° would be {:.3} rad; stiffness and inertia would come out \
+                     57.3 times too small)",
+                    range / DEGREES_PER_RADIAN
+                ),
+                "if the columns hold degrees, name them under motor_position_deg and \
+                 link_position_deg",
+            )
+            .seen(self.file, column, range, "rad")
+            .mended_by("[log]", &format!("motor_position_deg = [\"{column}\"]"))
+        })
+    }
+
+    /// Returns the range of a channel in units of its smallest steps.
+    fn span_in_steps(&self, i: usize) -> Option<f64> {
+        let figures = self.summary.figures(i)?;
+        let step = figures.steps().quantile(0.001);
+        (step > 0.0).then(|| figures.extent().range() / step)
+    }
+
+    /// A joint whose encoder counts so few steps that its motion is noise.
+    fn hardly(&self, name: &str, channel: &Channel, i: usize) -> Option<Finding> {
+        if !matches!(
+            channel.quantity,
+            Quantity::LinkPosition | Quantity::MotorPosition
+        ) {
+            return None;
+        }
+        let range = self.summary.extent(i)?.range();
+        let steps = self.span_in_steps(i)?;
+        (steps < HARDLY).then(|| {
+            let unit = channel.quantity.unit(self.channels.turns[channel.joint]);
+            Finding::new(
+                Severity::Warning,
+                "hardly-moves",
+                format!(
+                    "{name}: \"{}\" spans {range:.2e} {unit}, about {steps:.0} of its smallest steps: its \
+                     velocity is mostly the encoder's noise",
+                    channel.column
+                ),
+                "record a log in which the joint moves through its working range",
+            )
+            .seen(self.file, &channel.column, range, unit)
+        })
+    }
 }

@@ -18,7 +18,7 @@ pub fn check_timing(file: &str, channels: &Channels, timing: &Timing) -> Vec<Fin
     let mut findings = Vec::new();
     findings.extend(uneven(file, channels, timing));
     findings.extend(counted(
-        ("dropped-samples", &timing.dropped, timing),
+        (file, "dropped-samples", &timing.dropped, timing),
         format!(
             "{file} lacks {}, at most three together{}; they were interpolated",
             samples(&timing.dropped),
@@ -27,7 +27,7 @@ pub fn check_timing(file: &str, channels: &Channels, timing: &Timing) -> Vec<Fin
         "see that the recorder keeps up; nothing needs to be done about a few",
     ));
     findings.extend(counted(
-        ("repeated-samples", &timing.repeated, timing),
+        (file, "repeated-samples", &timing.repeated, timing),
         format!(
             "{file} has {} twice, with one time and the same values{}; one of each was left out",
             samples(&timing.repeated),
@@ -36,7 +36,7 @@ pub fn check_timing(file: &str, channels: &Channels, timing: &Timing) -> Vec<Fin
         "see that the recorder writes each sample once; nothing needs to be cut",
     ));
     findings.extend(counted(
-        ("frozen-samples", &timing.frozen, timing),
+        (file, "frozen-samples", &timing.frozen, timing),
         format!(
             "in {file} {} all values of the one before although a joint moves{}: the \
              recorder was faster than what it read, or missed an update",
@@ -67,7 +67,7 @@ fn first(count: &Count) -> String {
 
 /// Returns a finding if something was counted; a warning if often.
 fn counted(
-    (code, count, timing): (&str, &Count, &Timing),
+    (file, code, count, timing): (&str, &str, &Count, &Timing),
     message: String,
     remedy: &str,
 ) -> Option<Finding> {
@@ -77,7 +77,10 @@ fn counted(
     } else {
         Severity::Info
     };
-    (count.count > 0).then(|| Finding::new(severity, code, message, remedy))
+    (count.count > 0).then(|| {
+        let finding = Finding::new(severity, code, message, remedy);
+        finding.seen(file, "", count.count as f64, "samples")
+    })
 }
 
 fn uneven(file: &str, channels: &Channels, timing: &Timing) -> Option<Finding> {
@@ -97,8 +100,9 @@ fn uneven(file: &str, channels: &Channels, timing: &Timing) -> Option<Finding> {
         "{} of {} samples were interpolated",
         timing.interpolated, timing.recorded
     );
+    let seen = |finding: Finding| finding.seen(file, "", 100.0 * timing.jitter, "%");
     if !evidence.decisive {
-        return Some(Finding::new(
+        return Some(seen(Finding::new(
             Severity::Warning,
             "uneven-sampling",
             format!(
@@ -110,7 +114,7 @@ fn uneven(file: &str, channels: &Channels, timing: &Timing) -> Option<Finding> {
                 }
             ),
             "say it in [log]: sampling = \"as-stamped\", or \"even\" if stamps are rounded or late",
-        ));
+        )));
     }
     let (how, line) = match sampling {
         Sampling::AsStamped => (
@@ -129,7 +133,7 @@ fn uneven(file: &str, channels: &Channels, timing: &Timing) -> Option<Finding> {
             format!("period_s = {} beside the time", rounded(cycle)),
         ),
     };
-    Some(Finding::new(
+    Some(seen(Finding::new(
         Severity::Info,
         "uneven-sampling",
         format!(
@@ -137,7 +141,7 @@ fn uneven(file: &str, channels: &Channels, timing: &Timing) -> Option<Finding> {
             told(channels, &evidence)
         ),
         &format!("nothing needs to be done; {line} in [log] says it once and for all"),
-    ))
+    )))
 }
 
 /// Returns the evidence in words.

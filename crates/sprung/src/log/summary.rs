@@ -2,43 +2,30 @@
 
 use super::LogBlock;
 use super::channels::{Channels, Quantity};
-
-/// What one channel did.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Extent {
-    /// First value.
-    pub first: f64,
-    /// Smallest value.
-    pub min: f64,
-    /// Largest value.
-    pub max: f64,
-}
-
-impl Extent {
-    /// Returns whether the channel never changed.
-    #[must_use]
-    pub fn is_constant(&self) -> bool {
-        self.min.to_bits() == self.max.to_bits()
-    }
-
-    /// Returns the difference between the largest and the smallest value.
-    #[must_use]
-    pub fn range(&self) -> f64 {
-        self.max - self.min
-    }
-}
+use super::figures::{Extent, Figures};
 
 #[derive(Clone, Copy, Debug, Default)]
 struct Cross {
+    motor: f64,
+    link: f64,
     motor_link: f64,
     link_link: f64,
     motor_motor: f64,
 }
 
+/// The straight line through motor positions over link positions of a joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Line {
+    /// Slope, about 1 for two encoders of one joint.
+    pub slope: f64,
+    /// Correlation of both.
+    pub correlation: f64,
+}
+
 /// Figures of all channels of a log.
 #[derive(Clone, Debug)]
 pub struct Summary {
-    extents: Vec<Option<Extent>>,
+    figures: Vec<Option<Figures>>,
     pairs: Vec<Option<(usize, usize)>>,
     cross: Vec<Cross>,
     samples: u64,
@@ -56,7 +43,7 @@ impl Summary {
             })
             .collect();
         Self {
-            extents: vec![None; channels.all.len()],
+            figures: vec![None; channels.all.len()],
             cross: vec![Cross::default(); pairs.len()],
             pairs,
             samples: 0,
@@ -66,27 +53,28 @@ impl Summary {
     /// Takes the next block.
     pub fn take(&mut self, block: &LogBlock) {
         self.samples += block.len() as u64;
-        for (extent, values) in self.extents.iter_mut().zip(&block.values) {
-            let Some(&first) = values.first() else {
-                continue;
-            };
-            let extent = extent.get_or_insert(Extent {
-                first,
-                min: first,
-                max: first,
-            });
-            for &value in values {
-                extent.min = extent.min.min(value);
-                extent.max = extent.max.max(value);
+        for (figures, values) in self.figures.iter_mut().zip(&block.values) {
+            let mut gaps = block.gaps.iter().copied().peekable();
+            for (k, (&time, &value)) in block.time.iter().zip(values).enumerate() {
+                let figures = figures.get_or_insert_with(|| Figures::new(time, value));
+                if gaps.next_if_eq(&k).is_some() {
+                    figures.gap();
+                }
+                figures.take(time, value);
             }
         }
         for (cross, pair) in self.cross.iter_mut().zip(&self.pairs) {
             let Some((motor, link)) = *pair else { continue };
             // Measured from the first sample, so that no offset counts.
-            let from = |channel: usize| self.extents[channel].map_or(0.0, |extent| extent.first);
+            let from = |channel: usize| {
+                let figures = self.figures[channel].as_ref();
+                figures.map_or(0.0, |figures| figures.extent().first)
+            };
             let (motor_0, link_0) = (from(motor), from(link));
             for (m, l) in block.values[motor].iter().zip(&block.values[link]) {
                 let (m, l) = (m - motor_0, l - link_0);
+                cross.motor += m;
+                cross.link += l;
                 cross.motor_link += m * l;
                 cross.link_link += l * l;
                 cross.motor_motor += m * m;
@@ -94,10 +82,16 @@ impl Summary {
         }
     }
 
+    /// Returns the figures of a channel, by its index in [`Channels::all`].
+    #[must_use]
+    pub fn figures(&self, channel: usize) -> Option<&Figures> {
+        self.figures[channel].as_ref()
+    }
+
     /// Returns what a channel did, by its index in [`Channels::all`].
     #[must_use]
     pub fn extent(&self, channel: usize) -> Option<Extent> {
-        self.extents[channel]
+        Some(self.figures(channel)?.extent())
     }
 
     /// Returns the correlation of motor and link position of a joint, both
@@ -107,6 +101,22 @@ impl Summary {
         let cross = self.cross.get(joint)?;
         let scale = (cross.link_link * cross.motor_motor).sqrt();
         (scale > 0.0).then(|| cross.motor_link / scale)
+    }
+
+    /// Returns the line of motor over link positions of a joint, if both are
+    /// logged and moved. Its slope is that of the axis along which both spread:
+    /// noise of neither makes it smaller.
+    #[must_use]
+    pub fn line(&self, joint: usize) -> Option<Line> {
+        let cross = self.cross.get(joint)?;
+        let n = self.samples as f64;
+        let link = cross.link_link - cross.link * cross.link / n;
+        let motor = cross.motor_motor - cross.motor * cross.motor / n;
+        let both = cross.motor_link - cross.motor * cross.link / n;
+        (link > 0.0 && motor > 0.0).then(|| Line {
+            slope: (motor / link).sqrt().copysign(both),
+            correlation: both / (motor * link).sqrt(),
+        })
     }
 
     /// Returns the number of samples.

@@ -130,7 +130,7 @@ pub(super) fn shown(finding: &Finding) -> Shown {
         severity: match finding.severity {
             Severity::Info => Tone::Neutral,
             Severity::Warning => Tone::Doubtful,
-            Severity::Serious => Tone::Bad,
+            Severity::Serious | Severity::Error => Tone::Bad,
         },
         code: finding.code.clone(),
         title: finding.code.replace('-', " "),

@@ -2,6 +2,7 @@
 //!
 //! [`compose`] says what a report contains, [`render`] how it looks.
 
+mod check;
 mod comparison;
 mod compose;
 mod document;
@@ -14,6 +15,7 @@ mod robot_tables;
 mod tables;
 mod validation_tables;
 
+pub use check::compose_check;
 pub use comparison::compose_comparison;
 pub use compose::{Contents, compose};
 pub use document::*;

@@ -6,11 +6,12 @@ use sprung_core::chain::JointKind;
 
 use super::candidate::{COMPARED, Candidate, MEASURED, ParameterSet};
 use super::result::{RunResult, Validation};
+use crate::check::position_cutoff;
 use crate::curves::{CurveSet, Curves};
-use crate::description::{Controller, Delay, Experiment, Identify};
-use crate::estimate::{GENERATOR, position_cutoff};
+use crate::description::{Controller, Delay, Experiment, Identify, OnCheckError};
+use crate::estimate::GENERATOR;
 use crate::finding::{Finding, Severity};
-use crate::log::{ChannelError, Channels, LogSource, check};
+use crate::log::{ChannelError, Channels, LogError, LogSource, check};
 use crate::model::{Model, ModelError};
 use crate::preprocess::{Decimator, RawBlock};
 use crate::regression::{Observer, PassError, Reading, Restart, System, read_through};
@@ -222,12 +223,17 @@ impl Run<'_> {
         let mut findings = Vec::new();
         for (figures, source) in passed.logs.iter().zip(&*sources) {
             let joints = self.model.joints();
-            findings.extend(check(
-                &source.name,
-                self.channels,
-                joints,
-                &figures.summary,
-            )?);
+            let found = check(&source.name, self.channels, joints, &figures.summary);
+            let wrong = (found.iter()).find(|finding| finding.severity == Severity::Error);
+            if let Some(wrong) = wrong
+                && self.settings.on_check_error == OnCheckError::Refuse
+            {
+                return Err(LogError::Implausible {
+                    message: wrong.text.clone(),
+                }
+                .into());
+            }
+            findings.extend(found);
         }
         if gap {
             findings.push(Finding::new(

@@ -1,8 +1,8 @@
 //! Is the controller of the file the one that ran?
 
 use super::record::Record;
+use crate::check::white_noise;
 use crate::description::Controller;
-use crate::estimate::cutoff::white_noise;
 use crate::model::{Model, Theta};
 use crate::preprocess::RawBlock;
 use crate::simulate::ClosedLoop;

@@ -15,8 +15,8 @@ mod simulated;
 
 use std::time::Instant;
 
+use crate::check::Excerpt;
 use crate::description::Controller;
-use crate::estimate::delay::Excerpt;
 use crate::estimate::describe::OfEstimator;
 use crate::estimate::least_squares::Fitted;
 use crate::estimate::result::SimulationFit;

@@ -1,7 +1,7 @@
 //! What of a log a simulation is compared with.
 
-use crate::estimate::cutoff::noise;
-use crate::estimate::delay::Excerpt;
+use crate::check::Excerpt;
+use crate::check::noise;
 use crate::log::{LogBlock, Quantity};
 use crate::preprocess::{Aligner, RawBlock};
 use crate::regression::Reading;

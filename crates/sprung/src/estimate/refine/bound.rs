@@ -2,10 +2,10 @@
 
 use super::kalman::{Levels, Wanted, run};
 use super::{Dynamics, Unknowns, build, record, solve};
+use crate::check::choose_cutoff;
+use crate::check::excerpt;
 use crate::description::{Cutoff, Experiment};
-use crate::estimate::cutoff::choose_cutoff;
 use crate::estimate::identify::IdentifyError;
-use crate::estimate::second_look::excerpt;
 use crate::log::{Channels, LogError, LogSource};
 use crate::model::Model;
 use crate::regression::{PassError, Reading};

@@ -24,9 +24,8 @@ mod solve;
 mod tests;
 mod unknowns;
 
-use super::cutoff;
-use super::delay::Excerpt;
 use super::start::feasible;
+use crate::check::{self, Excerpt};
 use crate::log::LogSource;
 use crate::model::{Model, Theta};
 use crate::preprocess::Butterworth;
@@ -280,7 +279,7 @@ fn build(
     left_out: bool,
 ) -> Result<Option<Record>, PassError> {
     let (model, channels) = (reading.model, reading.channels);
-    let of_channel = |i: usize| match cutoff::noise(excerpt, i) {
+    let of_channel = |i: usize| match check::noise(excerpt, i) {
         Some((_, Some(step))) => Noise::Counts(step),
         Some((deviation, None)) => Noise::White(deviation.max(FINEST)),
         None => Noise::White(FINEST),

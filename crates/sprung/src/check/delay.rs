@@ -1,14 +1,8 @@
 //! Delays of channels, found from the motor rows.
 
-use sprung_core::parameters::JointParameter;
-
-use crate::log::LogBlock;
-use crate::model::Model;
-use crate::regression::{Reading, System, SystemPart, reduce_blocks, solve};
-
-/// Samples that a search looks at, shared among the joints, to the end of the
-/// block they are in: half a minute at 1 kHz for two joints.
-const EXCERPT: usize = 60_000;
+use super::excerpt::Excerpt;
+use super::row::{MotorRowFit, fit_motor_rows};
+use crate::regression::Reading;
 
 /// Delays that are tried, s: sensors with filters of their own lag, some
 /// channels are recorded a little early.
@@ -17,91 +11,6 @@ const LATEST: f64 = 0.5;
 
 /// Distance of the delays that are tried first, s.
 const COARSE: f64 = 0.01;
-
-/// The beginning of a log, kept in memory.
-#[derive(Clone, Debug)]
-pub struct Excerpt {
-    blocks: Vec<LogBlock>,
-    samples: usize,
-    limit: usize,
-    period: f64,
-}
-
-impl Excerpt {
-    /// Returns an empty excerpt of a log with period T, s, of so many joints.
-    #[must_use]
-    pub fn new(period: f64, joints: usize) -> Self {
-        Self {
-            blocks: Vec::new(),
-            samples: 0,
-            limit: EXCERPT / joints.max(2),
-            period,
-        }
-    }
-
-    /// Takes the next block; returns whether more would be kept.
-    pub fn push(&mut self, block: &LogBlock) -> bool {
-        if self.samples < self.limit {
-            self.samples += block.len();
-            self.blocks.push(block.clone());
-        }
-        self.samples < self.limit
-    }
-
-    /// Returns the blocks of the log.
-    #[must_use]
-    pub fn blocks(&self) -> &[LogBlock] {
-        &self.blocks
-    }
-
-    /// Returns the first blocks, of at least so many samples if there are.
-    #[must_use]
-    pub fn first(&self, samples: usize) -> Self {
-        let mut first = Self {
-            blocks: Vec::new(),
-            samples: 0,
-            limit: samples,
-            ..*self
-        };
-        for block in &self.blocks {
-            first.push(block);
-        }
-        first
-    }
-
-    /// Returns T, s.
-    #[must_use]
-    pub fn period(&self) -> f64 {
-        self.period
-    }
-
-    /// Returns the regression of the excerpt; nothing if it is too short for
-    /// the filters, or they do not fit it.
-    #[must_use]
-    pub fn reduce(&self, reading: &Reading<'_>) -> Option<System> {
-        let rows: Vec<usize> = (0..reading.model.rows()).collect();
-        self.reduce_rows(reading, &rows)
-    }
-
-    /// Returns the regression of the excerpt in some rows, likewise.
-    #[must_use]
-    pub fn reduce_rows(&self, reading: &Reading<'_>, rows: &[usize]) -> Option<System> {
-        reduce_blocks(reading, self.period, &self.blocks, rows)
-            .ok()
-            .flatten()
-    }
-}
-
-/// What the torque's row of a joint says under an assumption about the log.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MotorRowFit {
-    /// Stiffness, N·m/rad (N/m); none for a rigid joint.
-    pub stiffness: Option<f64>,
-    /// Whether stiffness, rotor inertia and frictions are all positive.
-    pub plausible: bool,
-    /// Residual over torque, root mean squares.
-    pub relative_residual: f64,
-}
 
 /// A delay that was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -119,58 +28,6 @@ pub struct DelayEstimate {
     pub without: MotorRowFit,
     /// The same with it.
     pub with: MotorRowFit,
-}
-
-/// Fits the torque's row of each joint of an excerpt alone.
-///
-/// Returns nothing if the excerpt is too short for the filter or the settings
-/// do not fit the log.
-#[must_use]
-pub fn fit_motor_rows(excerpt: &Excerpt, reading: &Reading<'_>) -> Option<Vec<MotorRowFit>> {
-    let model = reading.model;
-    let rows: Vec<usize> = (0..model.joint_count())
-        .map(|joint| model.torque_row(joint))
-        .collect();
-    let whole = excerpt.reduce_rows(reading, &rows)?.whole()?;
-    (rows.iter().zip(&whole))
-        .map(|(&row, factor)| {
-            let columns = model.row_columns(row);
-            let local: Vec<usize> = (0..columns.len()).collect();
-            let part = SystemPart {
-                columns: &local,
-                factor,
-            };
-            let x = solve(&[part], columns.len())?.x;
-            let squares: f64 = factor.residual(&x).iter().map(|r| r * r).sum();
-            Some(judged(
-                model,
-                columns,
-                &x,
-                squares.sqrt() / factor.rhs_norm(),
-            ))
-        })
-        .collect()
-}
-
-fn judged(model: &Model, columns: &[usize], x: &[f64], relative_residual: f64) -> MotorRowFit {
-    let mut fit = MotorRowFit {
-        stiffness: None,
-        plausible: true,
-        relative_residual,
-    };
-    for (&column, &value) in columns.iter().zip(x) {
-        let parameter = &model.parameters()[column];
-        let Some((kind, _)) = parameter.joint else {
-            continue;
-        };
-        if kind == JointParameter::Stiffness {
-            fit.stiffness = Some(value);
-        }
-        if (kind.is_vital() || kind.is_friction()) && value <= 0.0 {
-            fit.plausible = false;
-        }
-    }
-    fit
 }
 
 /// Finds the delays of some channels: those that leave the least of the motor
@@ -199,13 +56,13 @@ pub fn estimate_delays(
     };
     let without = search.attempt(&vec![0.0; wanted.len()])?;
     let range = search.range();
-    let coarse = COARSE.max(excerpt.period);
+    let coarse = COARSE.max(excerpt.period());
     let mut best = vec![(0.0, f64::INFINITY); wanted.len()];
     search.improve(&vec![0.0; wanted.len()], range, coarse, &mut best);
     let mut step = coarse;
-    while step > excerpt.period {
+    while step > excerpt.period() {
         let centres: Vec<f64> = best.iter().map(|&(delay, _)| delay).collect();
-        let finer = excerpt.period * (step / excerpt.period / 10.0).max(1.0).floor();
+        let finer = excerpt.period() * (step / excerpt.period() / 10.0).max(1.0).floor();
         search.improve(&centres, (-step, step), finer, &mut best);
         step = finer;
     }
@@ -242,7 +99,7 @@ impl Search<'_> {
     }
 
     fn duration(&self) -> f64 {
-        self.excerpt.samples as f64 * self.excerpt.period
+        self.excerpt.duration()
     }
 
     fn range(&self) -> (f64, f64) {
@@ -286,7 +143,7 @@ impl Search<'_> {
     /// Puts a parabola through the best and its neighbours; returns delay and
     /// standard error of each channel.
     fn refine(&self, best: &[(f64, f64)]) -> Option<Vec<(f64, f64)>> {
-        let period = self.excerpt.period;
+        let period = self.excerpt.period();
         let shifted = |by: f64| {
             let at: Vec<f64> = best.iter().map(|&(delay, _)| delay + by).collect();
             self.attempt(&at)

@@ -1,13 +1,9 @@
 //! The cut-off of the position filter, chosen from the noise of the positions.
 
-use super::delay::Excerpt;
-use super::least_squares::fit_quickly;
-use super::result::{CutoffChoice, CutoffPoint};
-use super::second_look::excerpt;
+use super::excerpt::{Excerpt, excerpt};
 use crate::description::{Cutoff, Identify, Weights};
 use crate::log::{Channels, LogError, LogSource, Quantity};
 use crate::model::Model;
-use crate::regression::Reading;
 
 /// Bounds of what is chosen, Hz: below the first the filter smears reversals of
 /// direction, above the second it passes what no arm does.
@@ -28,9 +24,6 @@ const WEIGHTED_TRANSITION: f64 = 0.4;
 /// faster with its cut-off than what noise does rises, and on the twin errors
 /// are least near 13 Hz at 4096 counts and near 26 Hz at 16384.
 const WEIGHTED_AT: f64 = 12.0;
-
-/// Cut-offs that are tried around the chosen one, as parts of it.
-const AROUND: [f64; 5] = [0.5, 0.7, 1.0, 1.4, 2.0];
 
 /// Differences of consecutive samples that are looked at.
 const LOOKED_AT: usize = 20_000;
@@ -108,7 +101,8 @@ pub fn choose_cutoff(
 ///
 /// Noise of standard deviation s, filtered twice at `f` and differentiated, has
 /// the standard deviation `s √(2 f T) 2π f / √3`.
-pub(super) fn velocity_per_position(cutoff: f64, period: f64) -> f64 {
+#[must_use]
+pub fn velocity_per_position(cutoff: f64, period: f64) -> f64 {
     (2.0 * cutoff * period).sqrt() * std::f64::consts::TAU * cutoff / 3_f64.sqrt()
 }
 
@@ -134,7 +128,7 @@ pub fn position_cutoff(
 
 /// Returns the standard deviation of a channel's noise, and the step between
 /// its values if it is quantised; nothing if it stands still.
-pub(super) fn noise(excerpt: &Excerpt, channel: usize) -> Option<(f64, Option<f64>)> {
+pub fn noise(excerpt: &Excerpt, channel: usize) -> Option<(f64, Option<f64>)> {
     let values: Vec<f64> = (excerpt.blocks().iter())
         .flat_map(|block| &block.values[channel])
         .copied()
@@ -169,7 +163,7 @@ pub(super) fn noise(excerpt: &Excerpt, channel: usize) -> Option<(f64, Option<f6
 
 /// Returns the standard deviation of the white noise on a signal; most of its
 /// samples must change little over three steps.
-pub(super) fn white_noise(values: &[f64]) -> f64 {
+pub fn white_noise(values: &[f64]) -> f64 {
     let mut third: Vec<f64> = (values.windows(4))
         .map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs())
         .collect();
@@ -177,28 +171,4 @@ pub(super) fn white_noise(values: &[f64]) -> f64 {
     let median = third.get(third.len() / 2).copied().unwrap_or(0.0);
     // A third difference of white noise has 20 times its variance.
     1.4826 * median / 20_f64.sqrt()
-}
-
-/// Estimates with cut-offs around the chosen one, from the beginning of a log.
-#[must_use]
-pub fn sweep(reading: &Reading<'_>, excerpt: &Excerpt, reason: String) -> CutoffChoice {
-    let chosen = reading.position_cutoff_hz;
-    let points = AROUND.iter().filter_map(|part| {
-        // The noise of a velocity grows so with the cut-off.
-        let weights = (reading.weights).map(|w| w.clone().with_noise(part.powf(1.5)));
-        let reading = Reading {
-            position_cutoff_hz: part * chosen,
-            weights: weights.as_ref(),
-            ..*reading
-        };
-        let system = excerpt.reduce(&reading)?;
-        Some(CutoffPoint {
-            cutoff_hz: part * chosen,
-            values: fit_quickly(reading.model, &system)?,
-        })
-    });
-    CutoffChoice {
-        reason,
-        sweep: points.collect(),
-    }
 }

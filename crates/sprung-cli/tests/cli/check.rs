@@ -1,0 +1,127 @@
+//! `sprung check`: what it prints and writes, and how it ends.
+
+use serde_json::Value;
+
+use crate::common::{Case, sprung, stderr, stdout};
+
+const Q1: usize = 1;
+const TAU2: usize = 6;
+
+fn check(case: &Case, more: &[&str]) -> (Option<i32>, String, String) {
+    let experiment = case.path("experiment.toml");
+    let mut args = vec!["check", experiment.to_str().unwrap()];
+    args.extend(more);
+    let output = sprung(&args);
+    (output.status.code(), stdout(&output), stderr(&output))
+}
+
+#[test]
+fn a_whole_log_is_one_screen() {
+    let case = Case::new();
+    let (code, out, err) = check(&case, &[]);
+    assert_eq!(code, Some(0), "{err}");
+    assert!(err.is_empty(), "{err}");
+    assert!(
+        out.contains("errors 0, serious 0, warnings 0, notes 0"),
+        "{out}"
+    );
+    assert!(out.lines().count() < 25, "{out}");
+    let json = std::fs::read_to_string(case.path("sprung-out/check.json")).unwrap();
+    let json: Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(json["format"], 1);
+    assert_eq!(json["logs"][0]["samples"], 10_000);
+    assert_eq!(json["refused"], false);
+    assert!(json["findings"].as_array().unwrap().is_empty());
+    let html = std::fs::read_to_string(case.path("sprung-out/check.html")).unwrap();
+    assert!(html.contains("nothing wrong was found"));
+    // It is no identification, and leaves that of an earlier run alone.
+    assert!(!case.path("sprung-out/identification.json").exists());
+}
+
+#[test]
+fn all_errors_are_said_at_once_with_their_lines() {
+    let case = Case::new()
+        .column(Q1, f64::to_degrees)
+        .column(TAU2, |torque| -torque);
+    let (code, out, _) = check(&case, &["--json"]);
+    assert_eq!(code, Some(3));
+    let json: Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(json["refused"], true);
+    let codes: Vec<&str> = (json["findings"].as_array().unwrap().iter())
+        .filter(|finding| finding["severity"] == "error")
+        .map(|finding| finding["code"].as_str().unwrap())
+        .collect();
+    assert_eq!(codes, ["units-disagree", "reversed-torque"]);
+    assert_eq!(
+        json["findings"][1]["setting"],
+        "[log] sign = { \"tau2_nm\" = -1 }"
+    );
+    let (code, out, _) = check(&case, &[]);
+    assert_eq!(code, Some(3));
+    for part in [
+        "error (units-disagree)",
+        "line: [log] link_position_deg",
+        "remedy:",
+    ] {
+        assert!(out.contains(part), "no {part:?} in {out}");
+    }
+    // identify refuses it with the same words, and goes on if told to.
+    let output = case.identify(&[]);
+    assert_eq!(output.status.code(), Some(3));
+    assert!(
+        stderr(&output).contains("reversed-torque"),
+        "{}",
+        stderr(&output)
+    );
+    assert!(!case.path("sprung-out/identification.json").exists());
+    let output = case.identify(&["--set", "identify.on_check_error=go-on", "-q"]);
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+}
+
+#[test]
+fn a_joint_that_stands_still_is_unusable_and_short_logs_are_said() {
+    let case = [2, 4]
+        .into_iter()
+        .fold(Case::new(), |case, column| case.column(column, |_| 0.25));
+    let (code, out, _) = check(&case, &[]);
+    assert_eq!(code, Some(1), "{out}");
+    assert!(
+        out.contains("serious (unexcited-joint): joint2 stands still"),
+        "{out}"
+    );
+    let short = Case::new().log(|row, cells| {
+        if row > 60 {
+            cells.clear();
+        }
+    });
+    let (code, out, _) = check(&short, &[]);
+    assert_eq!(code, Some(0), "{out}");
+    assert!(out.contains("too-short-to-examine"), "{out}");
+    let (code, _, err) = check(&Case::new(), &["--set", "log.file=nothing.csv"]);
+    assert_eq!(code, Some(4), "{err}");
+    let (code, _, err) = check(&Case::new(), &["--set", "identify.on_check_error=perhaps"]);
+    assert_eq!(code, Some(2), "{err}");
+    assert!(err.contains("go-on"), "{err}");
+}
+
+#[test]
+fn a_thorough_check_finds_a_delay_to_a_fraction_of_a_sample() {
+    let mut past = std::collections::VecDeque::new();
+    let case = Case::new().log(|row, cells| {
+        if row > 0 {
+            past.push_back(cells[Q1].clone());
+            if past.len() > 4 {
+                past.pop_front();
+            }
+            cells[Q1].clone_from(&past[0]);
+        }
+    });
+    let (code, out, err) = check(&case, &["--json", "--thorough"]);
+    assert_eq!(code, Some(0), "{err}");
+    let json: Value = serde_json::from_str(&out).unwrap();
+    let finding = &json["findings"][0];
+    assert_eq!(finding["code"], "delayed-channel", "{json:#}");
+    assert_eq!(finding["evidence"]["column"], "q1_rad");
+    let delay = finding["evidence"]["value"].as_f64().unwrap();
+    assert!((delay - 3e-3).abs() < 2e-4, "{delay}");
+}

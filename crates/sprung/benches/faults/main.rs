@@ -1,0 +1,223 @@
+//! How many faults of logs the check finds, and how often it cries wolf.
+//!
+//! `cargo bench -p sprung --bench faults` prints the tables; arguments behind
+//! `--` shorten or lengthen them:
+//!
+//! - `--seeds 10`: logs of each fault and size.
+//! - `--clean 100`: logs without fault.
+//! - `--delays 2`: logs of each delay that is measured by the likelihood, and a tenth of those
+//!   without.
+//! - `--late 10`: logs of each fault that is a delay, found by the likelihood, at most.
+//! - `--kinds saturated,spike`: those whose names contain one of the words.
+#![expect(clippy::print_stdout, reason = "a benchmark says what it measured")]
+
+mod faults;
+mod twin;
+
+use std::collections::BTreeMap;
+
+use faults::{Fault, KINDS, Kind};
+use rayon::prelude::*;
+use sprung::check::{CheckReport, LikelyDelay, check};
+use sprung::estimate::late_channels;
+use sprung::finding::Severity;
+use sprung::model::Model;
+use twin::{Demo, Table, with_source};
+
+/// Columns of the log.
+const COLUMNS: [&str; 6] = [
+    "q1_rad", "q2_rad", "phi1_rad", "phi2_rad", "tau1_nm", "tau2_nm",
+];
+
+struct Arguments {
+    seeds: u64,
+    clean: u64,
+    delays: u64,
+    late: u64,
+    kinds: Vec<String>,
+}
+
+impl Arguments {
+    /// Reads the command line; nothing if the program was not started by
+    /// `cargo bench`.
+    ///
+    /// # Panics
+    ///
+    /// If it is not understood.
+    fn new() -> Option<Self> {
+        let mut found = Self {
+            seeds: 10,
+            clean: 100,
+            delays: 2,
+            late: 10,
+            kinds: vec![String::new()],
+        };
+        let mut bench = false;
+        let mut words = std::env::args().skip(1);
+        while let Some(word) = words.next() {
+            let mut value = || words.next().expect("an argument lacks its value");
+            match word.as_str() {
+                "--bench" => bench = true,
+                "--seeds" => found.seeds = value().parse().expect("--seeds is a number"),
+                "--clean" => found.clean = value().parse().expect("--clean is a number"),
+                "--delays" => found.delays = value().parse().expect("--delays is a number"),
+                "--late" => found.late = value().parse().expect("--late is a number"),
+                "--kinds" => found.kinds = value().split(',').map(str::to_owned).collect(),
+                other => panic!("no argument {other}"),
+            }
+        }
+        bench.then_some(found)
+    }
+}
+
+fn main() {
+    let Some(arguments) = Arguments::new() else {
+        return;
+    };
+    let demo = Demo::new();
+    clean(&demo, arguments.clean);
+    delays(&demo, arguments.delays);
+    faults(&demo, &arguments);
+}
+
+/// What the check says; thorough, of faults that are delays.
+fn report(demo: &Demo, fault: &Fault, thorough: bool) -> CheckReport {
+    let experiment = fault.experiment(&demo.experiment);
+    let model = Model::new(&experiment).expect("the twin has a model");
+    let log = fault.table.csv();
+    let mut checked = with_source(&log, |source| {
+        check(&experiment, &model, &mut [source], &mut |_| ())
+    })
+    .expect("the log can be read");
+    if thorough && !checked.report.refused {
+        checked.with_delays(&late(demo, &fault.table));
+    }
+    checked.report
+}
+
+/// Codes of the findings that a user would act on.
+fn alarms(report: &CheckReport) -> Vec<String> {
+    (report.findings.iter())
+        .filter(|finding| finding.severity >= Severity::Warning)
+        .map(|finding| finding.code.clone())
+        .collect()
+}
+
+/// Clean logs: everything above a note is a false alarm.
+fn clean(demo: &Demo, logs: u64) {
+    let all: Vec<Vec<String>> = (0..logs)
+        .into_par_iter()
+        .map(|seed| {
+            let fault = Fault::none(demo.table(1000 + seed, 1.0));
+            alarms(&report(demo, &fault, false))
+        })
+        .collect();
+    let wrong = all.iter().filter(|codes| !codes.is_empty()).count();
+    println!("clean logs: {wrong} of {logs} with a false alarm");
+    let mut codes: BTreeMap<&str, usize> = BTreeMap::new();
+    for code in all.iter().flatten() {
+        *codes.entry(code).or_default() += 1;
+    }
+    for (code, count) in codes {
+        println!("  {code}: {count}");
+    }
+}
+
+/// Delays by the likelihood: none where there is none, and those of each channel.
+fn delays(demo: &Demo, seeds: u64) {
+    let none: usize = (0..10 * seeds)
+        .into_par_iter()
+        .map(|seed| late(demo, &demo.table(2000 + seed, 1.0)).len())
+        .sum();
+    println!(
+        "\ndelays by the likelihood: {none} in {} logs without",
+        10 * seeds
+    );
+    println!(
+        "  channel, delay: largest error in ms, times that it and another was named in {seeds} logs"
+    );
+    for (column, name) in COLUMNS.into_iter().enumerate() {
+        for samples in [1, 5, 20] {
+            let found: Vec<Vec<LikelyDelay>> = (0..seeds)
+                .into_par_iter()
+                .map(|seed| late(demo, &demo.table(2000 + seed, 1.0).delayed(column, samples)))
+                .collect();
+            let own = || found.iter().flatten().filter(|delay| delay.column == name);
+            let errors = own().map(|delay| (1e3 * delay.delay - samples as f64).abs());
+            println!(
+                "  {name:8} {samples:2} ms: error {:.4}, named {}, another {}",
+                errors.fold(0.0, f64::max),
+                own().count(),
+                found.iter().flatten().count() - own().count()
+            );
+        }
+    }
+}
+
+fn late(demo: &Demo, table: &Table) -> Vec<LikelyDelay> {
+    let model = Model::new(&demo.experiment).expect("the twin has a model");
+    with_source(&table.csv(), |source| {
+        late_channels(&demo.experiment, &model, &mut [source], &mut |_| ())
+    })
+    .expect("the log can be identified")
+}
+
+fn faults(demo: &Demo, arguments: &Arguments) {
+    println!(
+        "\nfaults: part found at five sizes, {} logs each",
+        arguments.seeds
+    );
+    let wanted =
+        |kind: &&Kind| (arguments.kinds.iter()).any(|word| kind.name.contains(word.as_str()));
+    let (mut found, mut all) = (0, 0);
+    for kind in KINDS.iter().filter(wanted) {
+        // A refinement takes seconds.
+        let seeds = if kind.is_delay() {
+            arguments.seeds.min(arguments.late)
+        } else {
+            arguments.seeds
+        };
+        let mut cells = Vec::new();
+        let mut missed: BTreeMap<String, usize> = BTreeMap::new();
+        for &size in &kind.sizes {
+            let hits: Vec<Result<(), String>> = (0..seeds)
+                .into_par_iter()
+                .map(|seed| {
+                    let fault = kind.inject(demo, size, seed);
+                    let report = report(demo, &fault, kind.is_delay());
+                    let hit = (report.findings.iter())
+                        .any(|finding| kind.codes.contains(&finding.code.as_str()));
+                    if hit {
+                        Ok(())
+                    } else {
+                        Err(alarms(&report).join("+"))
+                    }
+                })
+                .collect();
+            let hit = hits.iter().filter(|hit| hit.is_ok()).count();
+            for instead in hits.into_iter().filter_map(Result::err) {
+                *missed.entry(instead).or_default() += 1;
+            }
+            found += hit;
+            all += seeds as usize;
+            cells.push(format!(
+                "{size} {}: {:.0} %",
+                kind.unit,
+                100.0 * hit as f64 / seeds.max(1) as f64
+            ));
+        }
+        println!("  {:28} {}", kind.name, cells.join(" | "));
+        for (instead, count) in missed {
+            let instead = if instead.is_empty() {
+                "nothing"
+            } else {
+                &instead
+            };
+            println!("      {count} missed, said instead: {instead}");
+        }
+    }
+    println!(
+        "found {found} of {all}, {:.1} %",
+        100.0 * f64::from(found as u32) / f64::from(all.max(1) as u32)
+    );
+}

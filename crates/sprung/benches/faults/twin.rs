@@ -1,0 +1,154 @@
+//! Logs of the demo's twin, as tables that can be damaged.
+
+use std::path::Path;
+
+use sprung::demo;
+use sprung::description::{self, Experiment, no_files};
+use sprung::log::{Channels, Input, LogSource};
+use sprung::model::{Model, Theta};
+use sprung::simulate::{TwinSetup, record};
+
+/// The demo's experiment and the true parameters of its robot.
+pub(crate) struct Demo {
+    pub(crate) experiment: Experiment,
+    model: Model,
+    truth: Theta,
+}
+
+/// A log in memory.
+#[derive(Clone)]
+pub(crate) struct Table {
+    header: String,
+    /// Time, s.
+    pub(crate) time: Vec<f64>,
+    /// Values of the columns.
+    pub(crate) columns: Vec<Vec<f64>>,
+}
+
+impl Demo {
+    pub(crate) fn new() -> Self {
+        let experiment = description::read("experiment.toml", demo::EXPERIMENT, &[], &mut no_files)
+            .expect("the demo is right");
+        let model = Model::new(&experiment).expect("the demo has a model");
+        let truth = toml::from_str(demo::TRUTH).expect("the demo has its parameters");
+        let truth = model.theta(&truth).expect("the demo has its parameters");
+        Self {
+            experiment,
+            model,
+            truth,
+        }
+    }
+
+    /// A log of the demo.
+    ///
+    /// - `part`: of the demo's amplitudes.
+    pub(crate) fn table(&self, seed: u64, part: f64) -> Table {
+        self.with(seed, part, |_| ())
+    }
+
+    /// A log of the demo with encoders of so many counts per turn.
+    pub(crate) fn with_counts(&self, seed: u64, counts: u32) -> Table {
+        self.with(seed, 1.0, |settings| {
+            settings.link_encoder_counts_per_turn = vec![counts; 2];
+            settings.motor_encoder_counts_per_turn = vec![counts; 2];
+        })
+    }
+
+    fn with(&self, seed: u64, part: f64, change: impl Fn(&mut description::Simulate)) -> Table {
+        let mut settings = self.experiment.simulate.clone().expect("it has a twin");
+        settings.seed = seed;
+        change(&mut settings);
+        let mut controller = self.experiment.controller.clone().expect("it has one");
+        for sine in &mut controller.reference.sines {
+            sine.amplitude_deg *= part;
+        }
+        let setup = TwinSetup {
+            model: &self.model,
+            theta: &self.truth,
+            controller: &controller,
+            settings: &settings,
+        };
+        let log = self.experiment.log.as_ref().expect("it has a log");
+        let channels = Channels::new(&self.experiment.robot, log).expect("the demo is right");
+        let mut text = Vec::new();
+        record(&setup, &channels, &mut text, &mut |_| ()).expect("the twin runs");
+        Table::read(&String::from_utf8(text).expect("a log is text"))
+    }
+}
+
+impl Table {
+    fn read(text: &str) -> Self {
+        let mut lines = text.lines();
+        let header = lines.next().expect("a log has a header").to_owned();
+        let width = header.split(',').count() - 1;
+        let mut table = Self {
+            header,
+            time: Vec::new(),
+            columns: vec![Vec::new(); width],
+        };
+        for line in lines {
+            let mut cells = line.split(',').map(|cell| cell.parse().expect("a number"));
+            table.time.push(cells.next().expect("a time"));
+            for (column, value) in table.columns.iter_mut().zip(cells) {
+                column.push(value);
+            }
+        }
+        table
+    }
+
+    /// The log as CSV.
+    pub(crate) fn csv(&self) -> Vec<u8> {
+        use std::fmt::Write;
+        let mut text = format!("{}\n", self.header);
+        for (k, time) in self.time.iter().enumerate() {
+            write!(text, "{time}").expect("memory takes a log");
+            for column in &self.columns {
+                write!(text, ",{}", column[k]).expect("memory takes a log");
+            }
+            text.push('\n');
+        }
+        text.into_bytes()
+    }
+
+    /// The log with a column recorded so many samples late.
+    pub(crate) fn delayed(&self, column: usize, samples: usize) -> Self {
+        let mut late = self.clone();
+        for (k, values) in late.columns.iter_mut().enumerate() {
+            if k == column {
+                values.truncate(self.time.len() - samples);
+            } else {
+                values.drain(..samples);
+            }
+        }
+        late.time.truncate(self.time.len() - samples);
+        late
+    }
+
+    /// Removes rows that are not wanted.
+    pub(crate) fn retain(&mut self, keep: impl Fn(usize) -> bool) {
+        for values in self.columns.iter_mut().chain([&mut self.time]) {
+            let mut k = 0;
+            values.retain(|_| {
+                k += 1;
+                keep(k - 1)
+            });
+        }
+    }
+
+    /// Distance between the smallest and the largest value of a column.
+    pub(crate) fn range(&self, column: usize) -> f64 {
+        let values = &self.columns[column];
+        let fold = |pick: fn(f64, f64) -> f64| values.iter().copied().reduce(pick);
+        fold(f64::max).expect("a log has samples") - fold(f64::min).expect("a log has samples")
+    }
+}
+
+/// Runs `use_source` on a log in memory.
+pub(crate) fn with_source<T>(log: &[u8], use_source: impl FnOnce(LogSource<'_>) -> T) -> T {
+    let mut reader =
+        |_: Option<&Path>| Ok(Box::new(std::io::Cursor::new(log.to_vec())) as Box<dyn Input>);
+    use_source(LogSource {
+        name: "log".to_owned(),
+        reader: &mut reader,
+    })
+}

@@ -1,0 +1,309 @@
+//! Other meanings of the columns that would explain a joint better: exchanged,
+//! swapped, turned round, on another scale.
+
+use sprung_core::parameters::JointParameter;
+
+use super::joints::{CERTAIN, Look};
+use super::row::{MotorRowFit, RowFit, fit_motor_rows, fit_rows};
+use crate::finding::{Finding, Severity};
+use crate::log::{Channels, Quantity};
+use crate::regression::Reading;
+
+/// Part of a residual that another reading of the log must stay below to be
+/// mentioned.
+const CLEARLY: f64 = 0.9;
+
+/// Scales of a motor position that are tried on each side of that of its spread,
+/// and the ratio of neighbours.
+const SCALES: i32 = 6;
+const SCALE_STEP: f64 = 1.1;
+
+/// The least scale that is mentioned.
+const LEAST_SCALE: f64 = 1.25;
+
+impl Look<'_> {
+    /// Fits all rows with other meanings of the columns.
+    fn with(&self, channels: &Channels) -> Vec<MotorRowFit> {
+        let reading = Reading {
+            channels,
+            ..*self.reading
+        };
+        fit_motor_rows(self.excerpt, &reading).unwrap_or_default()
+    }
+
+    /// Joints whose link and motor columns look exchanged.
+    pub(super) fn exchanged(
+        &self,
+        fits: &[RowFit],
+        weak: &[usize],
+        findings: &mut Vec<Finding>,
+    ) -> Vec<usize> {
+        let channels = self.reading.channels;
+        let mut told = Vec::new();
+        let exchanged = weak.iter().fold(channels.clone(), |channels, &joint| {
+            channels.exchanged(joint).unwrap_or(channels)
+        });
+        if exchanged == *channels {
+            return told;
+        }
+        let now = self.with(&exchanged);
+        for &joint in weak {
+            let Some(fit) = now.get(joint) else { continue };
+            let better = fit.plausible
+                && fit.relative_residual < CLEARLY * fits[joint].relative_residual()
+                && channels.exchanged(joint).is_some();
+            if !better {
+                continue;
+            }
+            told.push(joint);
+            let (link, motor) = (
+                self.link(joint),
+                self.column(&[Quantity::MotorPosition], joint),
+            );
+            findings.push(
+                Finding::new(
+                    Severity::Error,
+                    "exchanged-columns",
+                    format!(
+                        "{}: with link and motor position exchanged the motor row explains {:.0} % \
+                         of the torque and every parameter is positive (stiffness {:.4} N·m/rad): \
+                         the columns look swapped",
+                        self.name(joint),
+                        100.0 * (1.0 - fit.relative_residual.powi(2)),
+                        fit.stiffness.unwrap_or_default()
+                    ),
+                    &format!(
+                        "exchange \"{link}\" and \"{motor}\" under link_position_rad and \
+                         motor_position_rad"
+                    ),
+                )
+                .about(self.about_stiffness(joint))
+                .seen(self.file, link, fit.relative_residual, "")
+                .mended_by(
+                    "[log]",
+                    &format!(
+                        "link_position_rad = [\"{motor}\"]; motor_position_rad = [\"{link}\"]"
+                    ),
+                ),
+            );
+        }
+        told
+    }
+
+    /// Pairs of joints whose columns of one quantity look swapped.
+    pub(super) fn swapped(
+        &self,
+        fits: &[RowFit],
+        weak: &[usize],
+        told: &mut Vec<usize>,
+        findings: &mut Vec<Finding>,
+    ) {
+        let channels = self.reading.channels;
+        for (k, &one) in weak.iter().enumerate() {
+            for &two in &weak[k + 1..] {
+                for quantity in [
+                    Quantity::MotorTorque,
+                    Quantity::LinkPosition,
+                    Quantity::MotorPosition,
+                    Quantity::LinkDeflection,
+                ] {
+                    if told.contains(&one) || told.contains(&two) {
+                        continue;
+                    }
+                    let Some(swapped) = channels.swapped(quantity, one, two) else {
+                        continue;
+                    };
+                    let now = self.with(&swapped);
+                    let better = |joint: usize| {
+                        now.get(joint).is_some_and(|fit| {
+                            fit.plausible
+                                && fit.relative_residual < CLEARLY * fits[joint].relative_residual()
+                        })
+                    };
+                    if better(one) && better(two) {
+                        told.extend([one, two]);
+                        findings.push(self.swap(quantity, one, two, fits, &now));
+                    }
+                }
+            }
+        }
+    }
+
+    fn swap(
+        &self,
+        quantity: Quantity,
+        one: usize,
+        two: usize,
+        before: &[RowFit],
+        after: &[MotorRowFit],
+    ) -> Finding {
+        let (a, b) = (self.column(&[quantity], one), self.column(&[quantity], two));
+        let percent = |residual: f64| 100.0 * (1.0 - residual.powi(2)).max(0.0);
+        Finding::new(
+            Severity::Error,
+            "swapped-joints",
+            format!(
+                "{} and {}: with \"{a}\" and \"{b}\" swapped the motor rows explain {:.0} % and {:.0} \
+                 % of their torque instead of {:.0} % and {:.0} %, and every parameter is positive: \
+                 the columns belong to the other joint",
+                self.name(one),
+                self.name(two),
+                percent(after[one].relative_residual),
+                percent(after[two].relative_residual),
+                percent(before[one].relative_residual()),
+                percent(before[two].relative_residual()),
+            ),
+            "give the columns in the order of the joints",
+        )
+        .seen(self.file, a, after[one].relative_residual, "")
+        .mended_by(
+            "[log]",
+            &format!("{} = [\"{b}\", \"{a}\"]", quantity.key()),
+        )
+    }
+
+    /// A torque that brakes where it should drive.
+    pub(super) fn reversed(&self, joint: usize, fit: &RowFit) -> Option<Finding> {
+        let signed: Vec<(JointParameter, f64, f64)> = (fit
+            .of_joints(self.reading.model, self.independent))
+        .into_iter()
+        .filter(|(kind, ..)| kind.is_friction() || *kind == JointParameter::Stiffness)
+        .collect();
+        let negative = |&(_, value, error): &(JointParameter, f64, f64)| value < -2.0 * error;
+        let any_clear = signed
+            .iter()
+            .any(|(_, value, error)| value < &(-CERTAIN * error));
+        if signed.len() < 2 || !signed.iter().all(negative) || !any_clear {
+            return None;
+        }
+        let torque = self.column(&[Quantity::MotorTorque], joint);
+        Some(reversed_torque(self.name(joint), torque).seen(self.file, torque, signed[0].1, ""))
+    }
+
+    /// Fits the torque's row of a joint with a column times a number.
+    fn scaled(&self, quantities: &[Quantity], joint: usize, by: f64) -> Option<MotorRowFit> {
+        let channel = (quantities.iter())
+            .find_map(|&quantity| self.reading.channels.index(quantity, joint))?;
+        let excerpt = self.excerpt.scaled(channel, by);
+        let fits = fit_rows(&excerpt, self.reading, &[joint])?;
+        Some(fits.first()?.short(self.reading.model))
+    }
+
+    /// A link that counts against its motor, as the equations show it.
+    pub(super) fn opposite(&self, joint: usize, fit: &RowFit) -> Option<Finding> {
+        let before = fit.relative_residual();
+        let (link, motor) = (
+            self.link(joint),
+            self.column(&[Quantity::MotorPosition], joint),
+        );
+        if link.is_empty() {
+            return None;
+        }
+        // Which of them it is, the torque says.
+        let (wrong, turned) = [
+            (link, Quantity::LinkPosition),
+            (motor, Quantity::MotorPosition),
+        ]
+        .into_iter()
+        .filter_map(|(column, quantity)| Some((column, self.scaled(&[quantity], joint, -1.0)?)))
+        .filter(|(_, fit)| fit.plausible && fit.relative_residual < CLEARLY * before)
+        .min_by(|(_, a), (_, b)| a.relative_residual.total_cmp(&b.relative_residual))?;
+        Some(
+            Finding::new(
+                Severity::Error,
+                "opposite-signs",
+                format!(
+                    "{}: \"{motor}\" and \"{link}\" count against each other: with \"{wrong}\" turned \
+                     the motor row leaves {:.1} % of the torque unexplained instead of {:.1} %, and \
+                     every parameter is positive",
+                    self.name(joint),
+                    100.0 * turned.relative_residual,
+                    100.0 * before
+                ),
+                &format!(
+                    "set sign = {{ \"{wrong}\" = -1 }} in [log]"
+                ),
+            )
+            .seen(self.file, wrong, turned.relative_residual, "")
+            .mended_by("[log]", &format!("sign = {{ \"{wrong}\" = -1 }}")),
+        )
+    }
+
+    /// A motor position on another scale than the link's, as the equations show it.
+    pub(super) fn other_scale(&self, joint: usize, fit: &RowFit) -> Option<Finding> {
+        let channels = self.reading.channels;
+        let motor = channels.index(Quantity::MotorPosition, joint)?;
+        let link = channels.index(Quantity::LinkPosition, joint)?;
+        let deviation = |channel: usize| {
+            let (mut n, mut sum, mut squares) = (0.0, 0.0, 0.0);
+            let first = self.excerpt.channel(channel).next().unwrap_or(0.0);
+            for value in self.excerpt.channel(channel) {
+                n += 1.0;
+                sum += value - first;
+                squares += (value - first).powi(2);
+            }
+            (squares / n - (sum / n).powi(2)).max(0.0).sqrt()
+        };
+        let about = deviation(motor) / deviation(link);
+        if !(about.is_finite() && about > 0.0) {
+            return None;
+        }
+        let mut best: Option<(f64, MotorRowFit)> = None;
+        for k in -SCALES..=SCALES {
+            let ratio = about * SCALE_STEP.powi(k);
+            let Some(now) = self.scaled(&[Quantity::MotorPosition], joint, 1.0 / ratio) else {
+                continue;
+            };
+            let better =
+                best.is_none_or(|(_, before)| now.relative_residual < before.relative_residual);
+            if now.plausible && better {
+                best = Some((ratio, now));
+            }
+        }
+        let (ratio, now) = best?;
+        let before = fit.relative_residual();
+        if now.relative_residual > CLEARLY * before || ratio.ln().abs() < LEAST_SCALE.ln() {
+            return None;
+        }
+        let column = &channels.all[motor].column;
+        Some(
+            Finding::new(
+                Severity::Error,
+                "slope-not-one",
+                format!(
+                    "{}: \"{column}\" moves about {ratio:.3} times too far beside \"{}\": on the \
+                     link's scale the motor row leaves {:.1} % of the torque unexplained instead of \
+                     {:.1} %; a gear ratio, a number of counts per turn or a unit is wrong",
+                    self.name(joint),
+                    self.link(joint),
+                    100.0 * now.relative_residual,
+                    100.0 * before
+                ),
+                "see that gear_ratio and counts_per_turn are those of the joint, and which side each \
+                 encoder is on",
+            )
+            .seen(self.file, column, ratio, "rad/rad")
+            .mended_by(
+                "[[robot.joint]]",
+                &format!(
+                    "gear_ratio = {ratio:.3}   # with motor_position_side = \"motor\" in [log]"
+                ),
+            ),
+        )
+    }
+}
+
+/// Says that stiffness and frictions came out negative, all of them.
+#[must_use]
+pub fn reversed_torque(name: &str, torque: &str) -> Finding {
+    Finding::new(
+        Severity::Error,
+        "reversed-torque",
+        format!(
+            "{name}: in the motor row stiffness and both frictions come out negative: the sign of the \
+             torque is reversed against the motor position"
+        ),
+        &format!("set sign = {{ \"{torque}\" = -1 }} in [log], or turn the signs of both positions"),
+    )
+    .mended_by("[log]", &format!("sign = {{ \"{torque}\" = -1 }}"))
+}

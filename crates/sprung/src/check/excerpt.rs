@@ -1,0 +1,127 @@
+//! The beginning of a log, for what takes more than one look.
+
+use crate::log::{Channels, LogBlock, LogError, LogSource};
+use crate::regression::{Reading, System, reduce_blocks};
+
+/// Samples that a search looks at, shared among the joints, to the end of the
+/// block they are in: half a minute at 1 kHz for two joints.
+const EXCERPT: usize = 60_000;
+
+/// The beginning of a log, kept in memory.
+#[derive(Clone, Debug)]
+pub struct Excerpt {
+    blocks: Vec<LogBlock>,
+    samples: usize,
+    limit: usize,
+    period: f64,
+}
+
+impl Excerpt {
+    /// Returns an empty excerpt of a log with period T, s, of so many joints.
+    #[must_use]
+    pub fn new(period: f64, joints: usize) -> Self {
+        Self {
+            blocks: Vec::new(),
+            samples: 0,
+            limit: EXCERPT / joints.max(2),
+            period,
+        }
+    }
+
+    /// Takes the next block; returns whether more would be kept.
+    pub fn push(&mut self, block: &LogBlock) -> bool {
+        if self.samples < self.limit {
+            self.samples += block.len();
+            self.blocks.push(block.clone());
+        }
+        self.samples < self.limit
+    }
+
+    /// Returns the blocks of the log.
+    #[must_use]
+    pub fn blocks(&self) -> &[LogBlock] {
+        &self.blocks
+    }
+
+    /// Returns the first blocks, of at least so many samples if there are.
+    #[must_use]
+    pub fn first(&self, samples: usize) -> Self {
+        let mut first = Self {
+            blocks: Vec::new(),
+            samples: 0,
+            limit: samples,
+            ..*self
+        };
+        for block in &self.blocks {
+            first.push(block);
+        }
+        first
+    }
+
+    /// Returns T, s.
+    #[must_use]
+    pub fn period(&self) -> f64 {
+        self.period
+    }
+
+    /// Returns the excerpt with a channel times a number.
+    #[must_use]
+    pub fn scaled(&self, channel: usize, by: f64) -> Self {
+        let mut scaled = self.clone();
+        for block in &mut scaled.blocks {
+            for value in &mut block.values[channel] {
+                *value *= by;
+            }
+        }
+        scaled
+    }
+
+    /// Returns how many samples it has.
+    #[must_use]
+    pub fn samples(&self) -> usize {
+        self.samples
+    }
+
+    /// Returns how long it is, s.
+    #[must_use]
+    pub fn duration(&self) -> f64 {
+        self.samples as f64 * self.period
+    }
+
+    /// Returns the values of a channel.
+    pub fn channel(&self, channel: usize) -> impl Iterator<Item = f64> + '_ {
+        (self.blocks.iter()).flat_map(move |block| block.values[channel].iter().copied())
+    }
+
+    /// Returns the regression of the excerpt; nothing if it is too short for
+    /// the filters, or they do not fit it.
+    #[must_use]
+    pub fn reduce(&self, reading: &Reading<'_>) -> Option<System> {
+        let rows: Vec<usize> = (0..reading.model.rows()).collect();
+        self.reduce_rows(reading, &rows)
+    }
+
+    /// Returns the regression of the excerpt in some rows, likewise.
+    #[must_use]
+    pub fn reduce_rows(&self, reading: &Reading<'_>, rows: &[usize]) -> Option<System> {
+        reduce_blocks(reading, self.period, &self.blocks, rows)
+            .ok()
+            .flatten()
+    }
+}
+
+/// Reads the beginning of a log.
+///
+/// # Errors
+///
+/// [`LogError`] if it cannot be read.
+pub fn excerpt(channels: &Channels, source: &mut LogSource<'_>) -> Result<Excerpt, LogError> {
+    let mut log = source.open(channels)?;
+    let mut block = LogBlock::new(channels.all.len());
+    let mut more = log.read(&mut block)?;
+    let mut excerpt = Excerpt::new(log.timing().period, channels.rigid.len());
+    while more {
+        more = excerpt.push(&block) && log.read(&mut block)?;
+    }
+    Ok(excerpt)
+}

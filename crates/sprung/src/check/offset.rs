@@ -1,0 +1,99 @@
+//! Constants between the two encoders of a joint.
+
+use sprung_core::parameters::JointParameter;
+
+use super::joints::{CERTAIN, Look};
+use super::row::{RowFit, fit_rows};
+use crate::description::EncoderOffset;
+use crate::finding::{Finding, Severity};
+use crate::log::Quantity;
+use crate::model::Model;
+use crate::regression::Reading;
+
+/// Part of the torque that a constant must make to be mentioned.
+const OFFSET_PART: f64 = 0.02;
+
+/// A constant between the two encoders.
+pub(super) struct Offset {
+    /// Motor minus link where the spring is at rest, rad (m).
+    pub(super) value: f64,
+    pub(super) standard_error: f64,
+    preload: f64,
+}
+
+impl Look<'_> {
+    /// Constants between the two encoders of each joint, where the model has
+    /// none of its own; nothing where it cannot tell.
+    pub(super) fn offsets(&self) -> Vec<Option<Offset>> {
+        let model = self.reading.model;
+        let nothing = || (0..model.joint_count()).map(|_| None).collect();
+        let own = (0..model.joint_count())
+            .any(|joint| model.index(JointParameter::Preload, joint).is_some());
+        let with = if own {
+            model.clone()
+        } else {
+            let mut experiment = self.experiment.clone();
+            experiment.identify.encoder_offset = Some(EncoderOffset::Estimate);
+            match Model::new(&experiment) {
+                Ok(model) => model,
+                Err(_) => return nothing(),
+            }
+        };
+        let reading = Reading {
+            model: &with,
+            ..*self.reading
+        };
+        let all: Vec<usize> = (0..model.joint_count()).collect();
+        let Some(fits) = fit_rows(self.excerpt, &reading, &all) else {
+            return nothing();
+        };
+        let offset = |fit: &RowFit| {
+            let parameters = fit.of_joints(&with, self.independent);
+            let of = |wanted: JointParameter| {
+                parameters
+                    .iter()
+                    .find(|(kind, ..)| *kind == wanted)
+                    .copied()
+            };
+            let (_, stiffness, _) = of(JointParameter::Stiffness)?;
+            let (_, preload, error) = of(JointParameter::Preload)?;
+            (stiffness > 0.0).then(|| Offset {
+                value: preload / stiffness,
+                standard_error: error / stiffness,
+                preload,
+            })
+        };
+        fits.iter().map(offset).collect()
+    }
+
+    pub(super) fn offset(&self, joint: usize, offset: &Offset, fit: &RowFit) -> Option<Finding> {
+        let model = self.reading.model;
+        let samples = self.excerpt.samples() as f64;
+        let torque = (fit.torque / samples).sqrt();
+        let sure = offset.value.abs() > CERTAIN * offset.standard_error
+            && offset.preload.abs() > OFFSET_PART * torque;
+        // Where the model has a place for it, nothing is wrong.
+        if !sure || model.index(JointParameter::Preload, joint).is_some() {
+            return None;
+        }
+        let link = self.link(joint);
+        Some(
+            Finding::new(
+                Severity::Warning,
+                "encoder-offset",
+                format!(
+                    "{}: \"{link}\" and \"{}\" differ by {:.3e} rad (standard error {:.1e} rad) where the \
+                     spring is at rest, which is taken for a torque of {:.3} N·m",
+                    self.name(joint),
+                    self.column(&[Quantity::MotorPosition], joint),
+                    offset.value,
+                    offset.standard_error,
+                    offset.preload
+                ),
+                "let the offset be estimated: set encoder_offset = \"estimate\" in [identify]",
+            )
+            .seen(self.file, link, offset.value, "rad")
+            .mended_by("[identify]", "encoder_offset = \"estimate\""),
+        )
+    }
+}

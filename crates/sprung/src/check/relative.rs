@@ -1,0 +1,278 @@
+//! Delays between the channels of a joint, tested where nobody asked.
+
+use super::delay::estimate_delays;
+use super::excerpt::Excerpt;
+use super::row::fit_rows;
+use crate::description::Delay;
+use crate::log::Quantity;
+use crate::regression::Reading;
+
+/// Distance at which the curvature of the residual is taken, s, at least: below
+/// it the samples at the ends count more than the delay.
+const STEP: f64 = 3e-3;
+
+/// Steps of Newton's method, and how far one may go, in those distances.
+const STEPS: usize = 10;
+const FARTHEST: f64 = 3.0;
+
+/// How far from where it starts a search may end, s: farther off the parabola is
+/// not that of the delay.
+const REACH: f64 = 0.03;
+
+/// Part of a residual that a long delay must stay below.
+const CLEARLY: f64 = 0.9;
+
+/// What a joint says about delays between its channels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RelativeDelays {
+    /// Joint, from 0.
+    pub joint: usize,
+    /// The delay of one channel alone that explains the torque best.
+    pub likely: ChannelDelay,
+    /// Residual of the torque's row as a part of the torque, root mean squares,
+    /// without and with the delay.
+    pub residual: [f64; 2],
+}
+
+/// A delay of a channel, with its standard error, s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ChannelDelay {
+    /// Index of the channel in [`Channels::all`](crate::log::Channels::all).
+    pub channel: usize,
+    /// How much later than the others it was recorded.
+    pub delay: f64,
+    /// Standard error.
+    pub standard_error: f64,
+}
+
+/// One joint while the delay of its torque is searched.
+#[derive(Clone, Copy, Debug)]
+struct Joint {
+    number: usize,
+    torque: usize,
+    motor: usize,
+    // Nothing if the link has no channel of its own.
+    link: Option<usize>,
+    // A whole number of samples, s.
+    at: f64,
+    delay: f64,
+    // Half the second derivative of the squared residual.
+    curvature: f64,
+    // Squared residuals as parts of the torque's.
+    cost: f64,
+    without: f64,
+    active: bool,
+}
+
+impl Joint {
+    /// Moves to the minimum of the parabola through costs before, at and behind
+    /// the place.
+    fn step(&mut self, costs: [f64; 3], h: f64, period: f64) {
+        let [left, centre, right] = costs;
+        let slope = (right - left) / (2.0 * h);
+        self.curvature = (right - 2.0 * centre + left) / (2.0 * h * h);
+        if !(slope.is_finite() && self.curvature.is_finite()) {
+            self.active = false;
+            self.curvature = f64::NAN;
+            return;
+        }
+        let by = if self.curvature > 0.0 {
+            -slope / (2.0 * self.curvature)
+        } else {
+            -FARTHEST * h * slope.signum()
+        };
+        let by = by.clamp(-FARTHEST * h, FARTHEST * h);
+        self.delay = self.at + by;
+        self.cost = centre + slope * by + self.curvature * by * by;
+        // Rounded towards the place: two samples would call each other for ever.
+        let whole = (by / period).trunc() * period;
+        self.active = whole.abs() > 0.5 * period;
+        self.at += whole;
+    }
+
+    /// Says which channel it is: the torque, or, if that were early, the motor.
+    ///
+    /// - `independent`: residuals that do not depend on each other.
+    fn told(&self, independent: f64) -> Option<RelativeDelays> {
+        // Of a fit without residual nothing is uncertain; never below rounding.
+        let variance = self.cost.max(1e-12) / (independent * self.curvature);
+        let settled = !self.active && self.delay.abs() < REACH;
+        (settled && variance > 0.0 && variance.is_finite()).then(|| RelativeDelays {
+            joint: self.number,
+            likely: ChannelDelay {
+                channel: if self.delay < 0.0 {
+                    self.motor
+                } else {
+                    self.torque
+                },
+                delay: self.delay.abs(),
+                standard_error: variance.sqrt(),
+            },
+            residual: [self.without.sqrt(), self.cost.max(0.0).sqrt()],
+        })
+    }
+}
+
+/// Finds the delay between torque and motor position of every joint, by Newton's
+/// method on the residual of the torque's row.
+///
+/// - `weak`: joints whose delay may be long, as a negative stiffness or a torque
+///   that is not explained show; of them all channels are searched in the whole
+///   range of [`estimate_delays`].
+///
+/// Only delays between channels show. A link that is a little late looks like more
+/// viscous friction of the motor and less of the link: such delays need the
+/// likelihood of the whole robot. Joints with a delay in the description are passed
+/// over.
+///
+/// Returns nothing of joints whose excerpt is too short.
+#[must_use]
+pub fn relative_delays(
+    excerpt: &Excerpt,
+    reading: &Reading<'_>,
+    weak: &[usize],
+) -> Vec<RelativeDelays> {
+    let mut joints = candidates(reading);
+    let search = Search { excerpt, reading };
+    let costs = search.costs(&joints, 0.0);
+    for (joint, cost) in joints.iter_mut().zip(costs) {
+        joint.without = cost;
+    }
+    let long = search.far_away(&joints, weak);
+    for _ in 0..STEPS {
+        if !joints.iter().any(|joint| joint.active) {
+            break;
+        }
+        search.step(&mut joints);
+    }
+    let independent = independent(excerpt, reading);
+    (joints.iter())
+        .filter_map(|joint| {
+            let long = long.iter().find(|long| long.joint == joint.number);
+            long.cloned().or_else(|| joint.told(independent))
+        })
+        .collect()
+}
+
+/// Returns how many filtered residuals of an excerpt do not depend on each
+/// other: they agree over about 2/λ.
+pub(super) fn independent(excerpt: &Excerpt, reading: &Reading<'_>) -> f64 {
+    (excerpt.duration() * reading.settings.filter_cutoff_rad_per_s / 2.0).max(1.0)
+}
+
+fn candidates(reading: &Reading<'_>) -> Vec<Joint> {
+    let channels = reading.channels;
+    let given = |joint: usize| {
+        (channels.all.iter()).any(|channel| {
+            let zero = matches!(channel.delay, Some(Delay::Known(delay)) if delay == 0.0);
+            channel.joint == joint && channel.delay.is_some() && !zero
+        })
+    };
+    (0..reading.model.joint_count())
+        .filter(|&joint| !given(joint))
+        .filter_map(|joint| {
+            let link = [Quantity::LinkPosition, Quantity::LinkDeflection];
+            Some(Joint {
+                number: joint,
+                torque: channels.index(Quantity::MotorTorque, joint)?,
+                motor: channels.index(Quantity::MotorPosition, joint)?,
+                link: (link.into_iter()).find_map(|quantity| channels.index(quantity, joint)),
+                at: 0.0,
+                delay: 0.0,
+                curvature: f64::NAN,
+                cost: f64::NAN,
+                without: f64::NAN,
+                active: true,
+            })
+        })
+        .collect()
+}
+
+/// What delays are searched in.
+struct Search<'a> {
+    excerpt: &'a Excerpt,
+    reading: &'a Reading<'a>,
+}
+
+impl Search<'_> {
+    /// Finds long delays of one channel of each weak joint: the one that explains
+    /// the torque best.
+    fn far_away(&self, joints: &[Joint], weak: &[usize]) -> Vec<RelativeDelays> {
+        let mut all: Vec<RelativeDelays> = Vec::new();
+        let sides: [fn(&Joint) -> Option<usize>; 3] = [
+            |joint| joint.link,
+            |joint| Some(joint.motor),
+            |joint| Some(joint.torque),
+        ];
+        for channel in sides {
+            let weak: Vec<(usize, usize)> = (joints.iter())
+                .filter(|joint| weak.contains(&joint.number))
+                .filter_map(|joint| Some((joint.number, channel(joint)?)))
+                .collect();
+            let wanted: Vec<usize> = weak.iter().map(|&(_, channel)| channel).collect();
+            if wanted.is_empty() {
+                continue;
+            }
+            let found = estimate_delays(self.excerpt, self.reading, &wanted).unwrap_or_default();
+            for ((joint, _), found) in weak.iter().zip(&found) {
+                let [without, with] = [found.without, found.with].map(|fit| fit.relative_residual);
+                let plausible = found.with.stiffness.is_none_or(|stiffness| stiffness > 0.0);
+                if !(found.found && plausible && with < CLEARLY * without) {
+                    continue;
+                }
+                let before = all.iter().position(|other| other.joint == *joint);
+                if let Some(before) = before {
+                    if all[before].residual[1] <= with {
+                        continue;
+                    }
+                    all.remove(before);
+                }
+                all.push(RelativeDelays {
+                    joint: *joint,
+                    likely: ChannelDelay {
+                        channel: found.channel,
+                        delay: found.delay,
+                        standard_error: found.standard_error,
+                    },
+                    residual: [without, with],
+                });
+            }
+        }
+        all
+    }
+
+    /// Moves every active joint by one step of Newton's method.
+    fn step(&self, joints: &mut [Joint]) {
+        let period = self.excerpt.period();
+        let h = period * (STEP / period).ceil().max(1.0);
+        let [left, centre, right] = [-h, 0.0, h].map(|by| self.costs(joints, by));
+        for (i, joint) in joints.iter_mut().enumerate() {
+            if joint.active {
+                joint.step([left[i], centre[i], right[i]], h, period);
+            }
+        }
+    }
+
+    /// Squared residuals of the torque's rows as parts of the torque, with all
+    /// torques moved; not a number where there is none.
+    fn costs(&self, joints: &[Joint], by: f64) -> Vec<f64> {
+        let mut delays = self.reading.delays.to_vec();
+        for joint in joints {
+            delays[joint.torque] += joint.at + by;
+        }
+        let reading = Reading {
+            delays: &delays,
+            ..*self.reading
+        };
+        let own: Vec<usize> = joints.iter().map(|joint| joint.number).collect();
+        let fits = fit_rows(self.excerpt, &reading, &own);
+        fits.map_or_else(
+            || vec![f64::NAN; joints.len()],
+            |fits| {
+                (fits.iter())
+                    .map(|fit| fit.relative_residual().powi(2))
+                    .collect()
+            },
+        )
+    }
+}

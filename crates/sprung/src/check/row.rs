@@ -1,0 +1,126 @@
+//! The torque's row of a joint, fitted alone.
+
+use sprung_core::parameters::JointParameter;
+
+use super::excerpt::Excerpt;
+use crate::model::Model;
+use crate::regression::{Reading, SystemPart, solve};
+
+/// What the torque's row of a joint says under an assumption about the log.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MotorRowFit {
+    /// Stiffness, N·m/rad (N/m); none for a rigid joint.
+    pub stiffness: Option<f64>,
+    /// Whether stiffness, rotor inertia and frictions are all positive.
+    pub plausible: bool,
+    /// Residual over torque, root mean squares.
+    pub relative_residual: f64,
+}
+
+/// Least squares on the torque's row of one joint.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct RowFit {
+    /// Columns of theta.
+    columns: Vec<usize>,
+    /// Their values.
+    x: Vec<f64>,
+    /// Diagonal of `(A^T A)^-1`.
+    inverse: Vec<f64>,
+    /// Sum of the squared residuals, N²·m².
+    pub(super) squares: f64,
+    /// The same of the torque.
+    pub(super) torque: f64,
+}
+
+impl RowFit {
+    /// Returns the residual as a part of the torque, root mean squares.
+    pub(super) fn relative_residual(&self) -> f64 {
+        (self.squares / self.torque).sqrt()
+    }
+
+    /// Returns kinds, values and standard errors of the joints' parameters.
+    ///
+    /// - `independent`: how many residuals there are that do not depend on
+    ///   each other.
+    pub(super) fn of_joints(
+        &self,
+        model: &Model,
+        independent: f64,
+    ) -> Vec<(JointParameter, f64, f64)> {
+        (self.columns.iter().enumerate())
+            .filter_map(|(i, &column)| {
+                let (kind, _) = model.parameters()[column].joint?;
+                let error = (self.squares * self.inverse[i] / independent).sqrt();
+                Some((kind, self.x[i], error))
+            })
+            .collect()
+    }
+
+    /// Returns values of parameters that have a nominal one, with it.
+    pub(super) fn beside_nominal(&self, model: &Model) -> Vec<(f64, f64)> {
+        (self.columns.iter().zip(&self.x))
+            .filter_map(|(&column, &value)| Some((value, model.parameters()[column].nominal?)))
+            .collect()
+    }
+
+    /// Returns what it says in short.
+    pub(super) fn short(&self, model: &Model) -> MotorRowFit {
+        let mut fit = MotorRowFit {
+            stiffness: None,
+            plausible: true,
+            relative_residual: self.relative_residual(),
+        };
+        for (kind, value, _) in self.of_joints(model, 1.0) {
+            if kind == JointParameter::Stiffness {
+                fit.stiffness = Some(value);
+            }
+            if (kind.is_vital() || kind.is_friction()) && value <= 0.0 {
+                fit.plausible = false;
+            }
+        }
+        fit
+    }
+}
+
+/// Fits the torque's rows of some joints of an excerpt, each alone; nothing if
+/// the excerpt is too short for the filters or they do not fit it.
+pub(super) fn fit_rows(
+    excerpt: &Excerpt,
+    reading: &Reading<'_>,
+    joints: &[usize],
+) -> Option<Vec<RowFit>> {
+    let model = reading.model;
+    let rows: Vec<usize> = joints.iter().map(|&j| model.torque_row(j)).collect();
+    let whole = excerpt.reduce_rows(reading, &rows)?.whole()?;
+    (rows.iter().zip(&whole))
+        .map(|(&row, factor)| {
+            let columns = model.row_columns(row);
+            let local: Vec<usize> = (0..columns.len()).collect();
+            let part = SystemPart {
+                columns: &local,
+                factor,
+            };
+            let solution = solve(&[part], columns.len())?;
+            Some(RowFit {
+                columns: columns.to_vec(),
+                inverse: (0..columns.len())
+                    .map(|i| solution.inverse[(i, i)])
+                    .collect(),
+                squares: factor.residual(&solution.x).iter().map(|r| r * r).sum(),
+                torque: factor.rhs_norm().powi(2),
+                x: solution.x,
+            })
+        })
+        .collect()
+}
+
+/// Fits the torque's row of each joint of an excerpt alone.
+///
+/// Returns nothing if the excerpt is too short for the filter or the settings
+/// do not fit the log.
+#[must_use]
+pub fn fit_motor_rows(excerpt: &Excerpt, reading: &Reading<'_>) -> Option<Vec<MotorRowFit>> {
+    let joints: Vec<usize> = (0..reading.model.joint_count()).collect();
+    let fits = fit_rows(excerpt, reading, &joints)?;
+    Some(fits.iter().map(|fit| fit.short(reading.model)).collect())
+}

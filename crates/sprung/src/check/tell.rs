@@ -1,0 +1,167 @@
+//! From figures and findings to what is shown.
+
+use std::collections::BTreeMap;
+
+use super::Examination;
+use super::cutoff::noise;
+use super::excerpt::Excerpt;
+use super::result::{CheckReport, Checked, CheckedLog, ColumnFigures, Place};
+use crate::curves::{CurveSet, Curves};
+use crate::description::Experiment;
+use crate::finding::{Finding, GENERATOR, Severity};
+use crate::log::{Channels, Figures, Overview, Sampling};
+use crate::regression::LogFigures;
+
+/// Samples that are shown on each side of a place.
+const AROUND: usize = 150;
+
+/// Puts a report and its curves together.
+pub(super) fn told(
+    experiment: &Experiment,
+    channels: &Channels,
+    names: &[String],
+    figures: &[LogFigures],
+    excerpt: &Excerpt,
+    found: Examination,
+) -> Checked {
+    let logs = (figures.iter().zip(names).enumerate())
+        .map(|(k, (figures, name))| {
+            let beginning = (k == 0).then_some(excerpt);
+            log(experiment, channels, name, figures, beginning)
+        })
+        .collect();
+    let places = (found.findings.iter().enumerate())
+        .filter_map(|(k, finding)| place(channels, names, excerpt, (k, finding)))
+        .collect();
+    let mut report = CheckReport {
+        format: 1,
+        generator: GENERATOR.to_owned(),
+        robot: experiment.robot.name.clone(),
+        logs,
+        joints: found.joints,
+        refused: (found.findings.iter()).any(|finding| finding.severity == Severity::Error),
+        counts: BTreeMap::new(),
+        findings: found.findings,
+    };
+    report.count();
+    Checked {
+        report,
+        overview: overview(channels, figures),
+        places,
+    }
+}
+
+fn log(
+    experiment: &Experiment,
+    channels: &Channels,
+    name: &str,
+    figures: &LogFigures,
+    excerpt: Option<&Excerpt>,
+) -> CheckedLog {
+    let columns = channels.all.iter().enumerate().filter_map(|(i, channel)| {
+        let of = figures.summary.figures(i)?;
+        let extent = of.extent();
+        let noise = excerpt.and_then(|excerpt| noise(excerpt, i));
+        let level = noise.map(|(level, _)| level).filter(|level| *level > 0.0);
+        Some(ColumnFigures {
+            column: channel.column.clone(),
+            quantity: channel.quantity.key().to_owned(),
+            joint: experiment.robot.joint[channel.joint].name.clone(),
+            unit: channel
+                .quantity
+                .unit(channels.turns[channel.joint])
+                .to_owned(),
+            min: extent.min,
+            max: extent.max,
+            mean: of.mean(),
+            deviation: of.deviation(),
+            noise: level,
+            step: noise.and_then(|(_, step)| step),
+            // An ideal converter's step has a standard deviation of its root of 12th.
+            effective_bits: level.map(|level| (extent.range() / (level * 12_f64.sqrt())).log2()),
+            longest_still_s: of.longest().samples as f64 * figures.timing.period,
+        })
+    });
+    CheckedLog {
+        file: name.to_owned(),
+        samples: figures.summary.samples(),
+        period_s: figures.timing.period,
+        rate_hz: 1.0 / figures.timing.period,
+        duration_s: figures.timing.duration,
+        jitter_percent: 100.0 * figures.timing.jitter,
+        sampling: (figures.timing.sampling)
+            .map_or("even", Sampling::name)
+            .to_owned(),
+        interpolated: figures.timing.interpolated,
+        dropped: figures.timing.dropped.count,
+        repeated: figures.timing.repeated.count,
+        frozen: figures.timing.frozen.count,
+        gaps: figures.timing.gaps.count,
+        gap_duration_s: figures.timing.gaps.duration,
+        columns: columns.collect(),
+    }
+}
+
+/// All columns of the first log, smallest and largest values of its parts.
+fn overview(channels: &Channels, figures: &[LogFigures]) -> Curves {
+    let all: Vec<Option<&Overview>> = (0..channels.all.len())
+        .map(|i| figures.first()?.summary.figures(i).map(Figures::overview))
+        .collect();
+    let set = |label: &str, at: usize| CurveSet {
+        label: label.to_owned(),
+        time: (all.iter().flatten().next()).map_or_else(Vec::new, |one| one.time.clone()),
+        values: (all.iter())
+            .map(|one| {
+                let bins = one.map_or(&[][..], |one| &one.between);
+                bins.iter().map(|bin| Some(bin[at])).collect()
+            })
+            .collect(),
+    };
+    Curves {
+        columns: (channels.all.iter())
+            .map(|channel| channel.column.clone())
+            .collect(),
+        sets: vec![set("smallest", 0), set("largest", 1)],
+    }
+}
+
+/// The samples around the place of a finding, if it lies in the excerpt.
+fn place(
+    channels: &Channels,
+    names: &[String],
+    excerpt: &Excerpt,
+    (index, finding): (usize, &Finding),
+) -> Option<Place> {
+    let evidence = finding.evidence.as_ref()?;
+    let (column, at) = (evidence.column.as_ref()?, evidence.time_s?);
+    if names.first() != Some(&evidence.file) {
+        return None;
+    }
+    let i = (channels.all.iter()).position(|channel| channel.column == *column)?;
+    let samples: Vec<(f64, f64)> = (excerpt.blocks().iter())
+        .flat_map(|block| {
+            block
+                .time
+                .iter()
+                .copied()
+                .zip(block.values[i].iter().copied())
+        })
+        .collect();
+    let nearest = samples.partition_point(|(time, _)| *time < at);
+    if nearest >= samples.len() {
+        return None;
+    }
+    let from = nearest.saturating_sub(AROUND);
+    let to = (nearest + AROUND).min(samples.len());
+    let channel = &channels.all[i];
+    Some(Place {
+        finding: index,
+        column: column.clone(),
+        unit: channel
+            .quantity
+            .unit(channels.turns[channel.joint])
+            .to_owned(),
+        time: samples[from..to].iter().map(|(time, _)| *time).collect(),
+        values: samples[from..to].iter().map(|(_, value)| *value).collect(),
+    })
+}

@@ -1,0 +1,265 @@
+//! What the figures of one channel say about its samples.
+
+use super::channels::{Channel, Quantity};
+use super::figures::{Event, Figures};
+use crate::finding::{Finding, Severity};
+
+/// Part of the samples, and samples in a row in units of what is usual, from
+/// which a torque lies at an extreme because it can go no farther.
+const FLAT_PART: f64 = 0.002;
+const FLAT_RUN: f64 = 8.0;
+const FLAT_LEAST: u64 = 5;
+
+/// How far a single sample stands out: in units of the distance that one in a
+/// hundred samples has from the mean of its neighbours.
+const SPIKE: f64 = 6.0;
+
+/// How far a position jumps, in units of the step that one in twenty steps
+/// exceeds; and where it stood still before, of one in a hundred.
+const JUMP: f64 = 10.0;
+const STALL_JUMP: f64 = 2.5;
+
+/// Part of its range that a counter jumps back when it wraps around.
+const WRAP: f64 = 0.95;
+
+/// Part of the samples that change in a channel that is not quantised.
+const FINE: f64 = 0.9;
+
+/// Samples in a row with one value that such a channel does not have.
+const HELD: u64 = 6;
+
+/// Returns what is wrong with samples of a channel.
+///
+/// - `file`, `joint`: names for messages.
+pub(super) fn faults(
+    file: &str,
+    joint: &str,
+    channel: &Channel,
+    figures: &Figures,
+) -> Vec<Finding> {
+    if figures.extent().is_constant() {
+        return Vec::new();
+    }
+    let of = Of {
+        file,
+        joint,
+        channel,
+        figures,
+    };
+    let jumps = of.jumps();
+    let wraps = (jumps.as_ref()).is_some_and(|finding| finding.severity == Severity::Error);
+    // A stretch with one value ends with a jump: it is said once.
+    let stays = if wraps { jumps } else { of.stalled().or(jumps) };
+    (of.saturated().into_iter())
+        .chain(stays)
+        .chain(of.spikes())
+        .collect()
+}
+
+struct Of<'a> {
+    file: &'a str,
+    joint: &'a str,
+    channel: &'a Channel,
+    figures: &'a Figures,
+}
+
+impl Of<'_> {
+    fn unit(&self) -> &'static str {
+        if self.channel.quantity.is_position() {
+            "rad (m)"
+        } else {
+            "N·m (N)"
+        }
+    }
+
+    fn finding(&self, severity: Severity, code: &str, text: &str, remedy: &str) -> Finding {
+        let text = format!("{}: \"{}\" {text}", self.joint, self.channel.column);
+        Finding::new(severity, code, text, remedy)
+    }
+
+    /// A torque that lies at its largest or smallest value again and again.
+    fn saturated(&self) -> Option<Finding> {
+        if self.channel.quantity != Quantity::MotorTorque {
+            return None;
+        }
+        let figures = self.figures;
+        let extent = figures.extent();
+        let most = extent.min.abs().max(extent.max.abs());
+        let usual = 1.0 / figures.changing().max(1e-9);
+        let flat = figures.extremes().into_iter().filter(|extreme| {
+            extreme.value.abs() > 0.5 * most
+                && extreme.longest.samples >= FLAT_LEAST.max((FLAT_RUN * usual) as u64)
+                && extreme.samples as f64 > FLAT_PART * figures.samples() as f64
+        });
+        let worst = flat.max_by_key(|extreme| extreme.samples)?;
+        let part = 100.0 * worst.samples as f64 / figures.samples() as f64;
+        let finding = self.finding(
+            Severity::Warning,
+            "torque-saturated",
+            &format!(
+                "lies at its extreme, {:.4} N·m (N), in {part:.2} % of the samples, up to {} in a \
+                 row: the amplifier or the sensor can go no farther",
+                worst.value, worst.longest.samples
+            ),
+            "log the torque that acted, not the one that was asked for; or move with less \
+             acceleration, so that the limit is not reached",
+        );
+        Some(
+            (finding.seen(self.file, &self.channel.column, worst.value, "N·m"))
+                .at(worst.longest.time),
+        )
+    }
+
+    /// A stretch in which the column repeats one value although the joint moves.
+    fn stalled(&self) -> Option<Finding> {
+        let figures = self.figures;
+        let stall = if self.channel.quantity.is_position() {
+            let step = figures.steps().quantile(0.99);
+            // What the joint could not have moved meanwhile is a jump.
+            *(figures.stalls().iter()).find(|stall| {
+                let jump = stall.jump.abs();
+                jump > STALL_JUMP * step && jump < 2.0 * step * stall.samples as f64
+            })?
+        } else {
+            // At rest, before the motion, a torque may well be one number.
+            let begins = figures.overview().time.first().copied();
+            let usual = figures.steps().quantile(0.5);
+            let stuck = figures.stalls().iter().filter(|stall| {
+                let extreme = (figures.extremes().iter())
+                    .any(|extreme| extreme.value.to_bits() == stall.value.to_bits());
+                !extreme
+                    && stall.value != 0.0
+                    && stall.samples >= HELD
+                    && stall.jump.abs() > usual
+                    && begins.is_some_and(|begins| stall.time > begins)
+            });
+            let longest = stuck.max_by_key(|stall| stall.samples);
+            *longest.filter(|_| figures.changing() > FINE)?
+        };
+        let finding = self.finding(
+            Severity::Warning,
+            "stuck-samples",
+            &format!(
+                "repeats {:.6} {} in {} samples from {:.3} s on and then goes on {:.2e} away: the \
+                 recorder or the sensor stood still, the joint did not",
+                stall.value,
+                self.unit(),
+                stall.samples,
+                stall.time,
+                stall.jump.abs()
+            ),
+            "leave those samples out of the log, which makes them a gap that sprung knows how to \
+             treat; see that the recorder keeps up",
+        );
+        Some(
+            (finding.seen(
+                self.file,
+                &self.channel.column,
+                stall.samples as f64,
+                "samples",
+            ))
+            .at(stall.time),
+        )
+    }
+
+    /// A position that steps farther than any joint moves in a sample.
+    fn jumps(&self) -> Option<Finding> {
+        if !self.channel.quantity.is_position() {
+            return None;
+        }
+        let figures = self.figures;
+        let limit = JUMP * figures.steps().quantile(0.95);
+        let range = figures.extent().range();
+        let mut all: Vec<&Event> = (figures.jumps().iter())
+            .filter(|jump| jump.size.abs() > limit)
+            .collect();
+        let largest = *all.first()?;
+        all.sort_by(|a, b| a.time.total_cmp(&b.time));
+        let first = *all.first()?;
+        let size = largest.size.abs();
+        let column = &self.channel.column;
+        if size > WRAP * range {
+            let raw = size / self.channel.factor.abs();
+            let finding = self.finding(
+                Severity::Error,
+                "wraps-around",
+                &format!(
+                    "jumps by {size:.4} {} of its range of {range:.4} at {:.3} s and {} more times: \
+                     the counter starts anew, the joint does not",
+                    self.unit(),
+                    first.time,
+                    all.len() - 1
+                ),
+                "say after how many units of the column the counter starts anew",
+            );
+            let setting = format!(
+                "{} = {{ column = \"{column}\", unit = \"…\", wrap = {} }}",
+                self.channel.quantity.key(),
+                rounded(raw)
+            );
+            return Some(
+                (finding.seen(self.file, column, largest.size, "rad"))
+                    .at(first.time)
+                    .mended_by("[log]", &setting),
+            );
+        }
+        let finding = self.finding(
+            Severity::Warning,
+            "position-jumps",
+            &format!(
+                "jumps by {:.3e} {} at {:.3} s, {:.0} times as far as it otherwise moves in a sample, \
+                 and stays there: counts were lost, or the sensor was set anew",
+                largest.size,
+                self.unit(),
+                largest.time,
+                size / figures.steps().quantile(0.95)
+            ),
+            "cut the log there and give both parts: file = [\"before\", \"after\"]",
+        );
+        Some(
+            (finding.seen(self.file, column, largest.size, "rad"))
+                .at(largest.time)
+                .mended_by("[log]", "file = [\"before.csv\", \"after.csv\"]"),
+        )
+    }
+
+    /// Single samples far from their neighbours, which agree.
+    fn spikes(&self) -> Option<Finding> {
+        let figures = self.figures;
+        let limit = SPIKE * figures.bends().quantile(0.99);
+        let largest = *figures.spikes().first()?;
+        if limit <= 0.0 || largest.size.abs() <= limit {
+            return None;
+        }
+        let count = figures.lone().above(limit).max(1);
+        let finding = self.finding(
+            Severity::Warning,
+            "spikes",
+            &format!(
+                "has samples that stand alone ({count}); the largest, at {:.4} s, is off by \
+                 {:.3e} {}, {:.0} times as far as one in a hundred samples is",
+                largest.time,
+                largest.size,
+                self.unit(),
+                largest.size.abs() / figures.bends().quantile(0.99)
+            ),
+            "replace those samples by the mean of their neighbours, or leave their rows out; look for \
+             a loose connector or a bit that flips",
+        );
+        Some((finding.seen(self.file, &self.channel.column, largest.size, "rad")).at(largest.time))
+    }
+}
+
+/// Returns a size as the whole number or the full turn that it is near to.
+fn rounded(raw: f64) -> String {
+    let near = |value: f64| (raw / value - 1.0).abs() < 0.02;
+    let powers = (4..=32).map(|bits| 2_f64.powi(bits));
+    let whole = [360.0, 400.0, 1000.0, 4000.0, 10000.0];
+    if near(std::f64::consts::TAU) {
+        return "6.283185307179586".to_owned();
+    }
+    match powers.chain(whole).find(|value| near(*value)) {
+        Some(value) => format!("{value}"),
+        None => format!("{raw:.4}"),
+    }
+}

@@ -1,0 +1,104 @@
+//! How often sizes occur, in bounded memory.
+
+/// Exponent of the smallest size that has a bin of its own; smaller ones share
+/// the first.
+const LOWEST: u64 = 1023 - 80;
+
+/// Bins: four in each of 160 octaves.
+const BINS: usize = 640;
+
+/// Counts of sizes in bins a quarter of an octave wide, zeros apart.
+#[derive(Clone, Debug)]
+pub struct Sizes {
+    counts: Vec<u64>,
+    zeros: u64,
+    total: u64,
+}
+
+impl Default for Sizes {
+    fn default() -> Self {
+        Self {
+            counts: vec![0; BINS],
+            zeros: 0,
+            total: 0,
+        }
+    }
+}
+
+impl Sizes {
+    /// Takes a size, not negative.
+    pub(super) fn take(&mut self, size: f64) {
+        if size > 0.0 {
+            self.counts[bin(size)] += 1;
+            self.total += 1;
+        } else {
+            self.zeros += 1;
+        }
+    }
+
+    /// Returns how many sizes are not zero.
+    #[must_use]
+    pub fn count(&self) -> u64 {
+        self.total
+    }
+
+    /// Returns how many are zero.
+    #[must_use]
+    pub fn zeros(&self) -> u64 {
+        self.zeros
+    }
+
+    /// Returns how many lie in bins above the one of a size.
+    #[must_use]
+    pub fn above(&self, size: f64) -> u64 {
+        self.counts[bin(size) + 1..].iter().sum()
+    }
+
+    /// Returns the upper end of the bin below which a part of all sizes lies,
+    /// zeros left out; zero if there are none.
+    #[must_use]
+    pub fn quantile(&self, part: f64) -> f64 {
+        let wanted = (part * self.total as f64).ceil() as u64;
+        let mut below = 0;
+        for (at, count) in self.counts.iter().enumerate() {
+            below += count;
+            if below >= wanted && *count > 0 {
+                return upper_end(at);
+            }
+        }
+        0.0
+    }
+}
+
+/// The bin of a size: exponent and the first two digits of its fraction.
+fn bin(size: f64) -> usize {
+    let place = (size.abs().to_bits() >> 50).saturating_sub(LOWEST << 2);
+    (place as usize).min(BINS - 1)
+}
+
+fn upper_end(bin: usize) -> f64 {
+    f64::from_bits((bin as u64 + 1 + (LOWEST << 2)) << 50)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_are_those_of_the_sizes() {
+        let mut sizes = Sizes::default();
+        for k in 1..=1000 {
+            sizes.take(f64::from(k) * 1e-5);
+            sizes.take(0.0);
+        }
+        for part in [0.1, 0.5, 0.99] {
+            let found = sizes.quantile(part) / (part * 1e-2);
+            assert!((0.99..1.26).contains(&found), "{part}: {found}");
+        }
+        assert_eq!((sizes.count(), sizes.zeros()), (1000, 1000));
+        assert!((195..=310).contains(&sizes.above(0.7e-2)));
+        sizes.take(f64::MAX);
+        sizes.take(5e-324);
+        assert_eq!(sizes.above(1e10), 1);
+    }
+}

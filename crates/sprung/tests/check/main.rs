@@ -1,0 +1,111 @@
+//! Every finding of a check fires on a log that was damaged, and none on a whole one.
+#![expect(clippy::unwrap_used, clippy::expect_used, reason = "a test may panic")]
+
+// The logs and faults of the benchmark.
+#[path = "../../benches/faults/faults.rs"]
+mod faults;
+#[path = "../../benches/faults/twin.rs"]
+mod twin;
+
+use std::collections::BTreeSet;
+
+use faults::{Fault, KINDS};
+use sprung::check::{CheckReport, check};
+use sprung::description::{Experiment, OnCheckError};
+use sprung::estimate::{IdentifyError, identify};
+use sprung::finding::Severity;
+use sprung::model::Model;
+use twin::{Demo, Table, with_source};
+
+fn report(experiment: &Experiment, table: &Table) -> CheckReport {
+    let model = Model::new(experiment).unwrap();
+    with_source(&table.csv(), |source| {
+        check(experiment, &model, &mut [source], &mut |_| ())
+    })
+    .unwrap()
+    .report
+}
+
+#[test]
+fn nothing_is_wrong_with_a_whole_log() {
+    let demo = Demo::new();
+    for seed in 1..4 {
+        let report = report(&demo.experiment, &demo.table(seed, 1.0));
+        assert!(report.findings.is_empty(), "{:#?}", report.findings);
+        assert!(!report.refused && report.worst().is_none());
+        assert_eq!(report.joints.len(), 2);
+        for joint in &report.joints {
+            assert!(joint.explained_percent > 90.0, "{joint:?}");
+            let delay = joint.delay.as_ref().unwrap();
+            assert!(delay.delay_s.abs() < 1e-3, "{joint:?}");
+        }
+        let log = &report.logs[0];
+        assert_eq!((log.samples, log.gaps), (10_000, 0));
+        for column in &log.columns {
+            assert!(column.effective_bits.unwrap() > 5.0, "{column:?}");
+        }
+    }
+}
+
+#[test]
+fn every_fault_is_found() {
+    let demo = Demo::new();
+    let mut codes = BTreeSet::new();
+    for kind in KINDS.iter().filter(|kind| !kind.is_delay()) {
+        // Stretches that stand still are not found at every reversal.
+        let seed = 2;
+        let size = kind.sizes[3];
+        let fault = kind.inject(&demo, size, seed);
+        let report = report(&fault.experiment(&demo.experiment), &fault.table);
+        let found =
+            (report.findings.iter()).find(|finding| kind.codes.contains(&finding.code.as_str()));
+        let Some(found) = found else {
+            panic!("{} of {size} {}: {report:#?}", kind.name, kind.unit);
+        };
+        assert!(found.evidence.is_some(), "{found:?}");
+        assert!(!found.remedy.is_empty() && !found.text.is_empty());
+        codes.insert(found.code.clone());
+    }
+    assert!(codes.len() >= 15, "{codes:?}");
+}
+
+#[test]
+fn a_late_torque_is_found_by_least_squares() {
+    let demo = Demo::new();
+    let late = demo.table(5, 1.0).delayed(4, 20);
+    let report = report(&demo.experiment, &late);
+    let found = (report.findings.iter()).find(|finding| finding.code == "delayed-channel");
+    let evidence = found.unwrap().evidence.as_ref().unwrap();
+    assert_eq!(evidence.column.as_deref(), Some("tau1_nm"));
+    assert!((evidence.value - 0.02).abs() < 2e-3, "{evidence:?}");
+}
+
+#[test]
+fn identify_refuses_what_the_check_refuses() {
+    let demo = Demo::new();
+    let kind = KINDS
+        .iter()
+        .find(|kind| kind.name == "sign of a torque")
+        .unwrap();
+    let Fault { table, .. } = kind.inject(&demo, 1.0, 1);
+    let mut experiment = demo.experiment.clone();
+    experiment.identify.estimator = vec![sprung::description::Estimator::LeastSquares];
+    let model = Model::new(&experiment).unwrap();
+    let run = |experiment: &Experiment| {
+        with_source(&table.csv(), |source| {
+            identify(experiment, &model, &mut [source], &mut |_| ())
+        })
+    };
+    let refused = run(&experiment).unwrap_err();
+    assert!(matches!(refused, IdentifyError::Refused(_)), "{refused}");
+    let text = refused.to_string();
+    assert!(text.contains("sign = { \"tau1_nm\" = -1 }"), "{text}");
+    assert!(text.contains("on_check_error = \"go-on\""), "{text}");
+    experiment.identify.on_check_error = OnCheckError::GoOn;
+    let gone_on = run(&experiment).unwrap().identification;
+    let error = gone_on
+        .findings
+        .iter()
+        .find(|f| f.severity == Severity::Error);
+    assert_eq!(error.unwrap().code, "reversed-torque");
+}
