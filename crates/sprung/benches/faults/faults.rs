@@ -131,12 +131,12 @@ fn noise(table: &mut Table, column: usize, size: f64, rng: &mut ChaCha8Rng) {
     }
 }
 
-pub(crate) const KINDS: [Kind; 31] = [
+pub(crate) const KINDS: [Kind; 33] = [
     Kind {
         name: "gap",
         sizes: [2.0, 5.0, 20.0, 100.0, 500.0],
         unit: "ms",
-        codes: &["gaps"],
+        codes: &["gaps", "dropped-samples"],
         damage: |table, size, rng| {
             let from = sample(table, rng);
             let gap = from..from + size as usize;
@@ -147,10 +147,36 @@ pub(crate) const KINDS: [Kind; 31] = [
         name: "dropped samples",
         sizes: [1.0, 3.0, 10.0, 30.0, 100.0],
         unit: "",
-        codes: &["gaps"],
+        codes: &["gaps", "dropped-samples"],
         damage: |table, size, rng| {
             let lost: Vec<usize> = (0..size as usize).map(|_| sample(table, rng)).collect();
             table.retain(|k| !lost.contains(&k));
+        },
+    },
+    Kind {
+        name: "repeated samples",
+        sizes: [1.0, 3.0, 10.0, 30.0, 100.0],
+        unit: "",
+        codes: &["repeated-samples"],
+        damage: |table, size, rng| {
+            for _ in 0..size as usize {
+                let at = sample(table, rng);
+                for column in table.columns.iter_mut().chain([&mut table.time]) {
+                    column.insert(at, column[at]);
+                }
+            }
+        },
+    },
+    Kind {
+        name: "stamps off",
+        sizes: [0.03, 0.05, 0.1, 0.2, 0.4],
+        unit: "periods",
+        codes: &["jitter", "uneven-sampling"],
+        damage: |table, size, rng| {
+            let period = table.time[1] - table.time[0];
+            for time in &mut table.time {
+                *time += 0.5 * size * period * rng.random_range(-1.0..1.0);
+            }
         },
     },
     Kind {
