@@ -1,7 +1,7 @@
 //! Do repeated estimates differ by more than their intervals allow?
 
 use super::result::{ComparedParameter, ComparedResult, ComparedValue};
-use crate::estimate::upper_tail;
+use crate::estimate::{NORMAL_95, upper_tail};
 use crate::finding::{Finding, Severity};
 use crate::model::short;
 
@@ -11,9 +11,6 @@ pub const SURE: f64 = 0.01;
 
 /// Code of the finding that says so.
 pub const RUNS_DISAGREE: &str = "runs-disagree";
-
-/// Half width of a 95 % interval of a normal error, in standard errors.
-const NORMAL_95: f64 = 1.959_964;
 
 /// Parameters that a finding tells of, at most.
 const TOLD: usize = 5;

@@ -19,7 +19,7 @@ use crate::named::Named;
 use crate::regression::System;
 
 /// Half width of a 95 % interval of a normal error, in standard errors.
-const NORMAL_95: f64 = 1.96;
+pub const NORMAL_95: f64 = 1.959_964;
 
 /// What an estimator leaves before it is judged.
 pub(super) struct OfEstimator {

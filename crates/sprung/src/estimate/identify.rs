@@ -167,10 +167,10 @@ fn weights(
 
 /// Identifies the parameters of a robot from its logs.
 ///
-/// Each log is read once, block by block; memory does not grow with it. What is
-/// to be chosen or searched (cut-off, delays, Stribeck velocities), and
-/// suspicions about impossible results, cost a look at the beginning of the
-/// first.
+/// Each log is read block by block; memory does not grow with it. What is to be
+/// chosen or searched (cut-off, delays, Stribeck velocities), and suspicions about
+/// impossible results, cost a look at the beginning of the first; the refinement
+/// reads the beginnings of all again.
 ///
 /// - `sources`: the logs, all with the same columns.
 /// - `progress`: called as samples are read, then as runs of a refinement begin.

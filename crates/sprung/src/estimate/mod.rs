@@ -30,6 +30,7 @@ mod weigh;
 pub use crate::check::UNEXPLAINED;
 pub use chi_square::upper_tail;
 pub use cross_check::{Route, cross_checks};
+pub use describe::NORMAL_95;
 pub use gravity::{tilted, worth_a_look};
 pub use identify::{Identified, IdentifyError, identify};
 pub use judge::{Verdict, judge};

@@ -5,11 +5,10 @@ use super::document::{Bar, BarRow, Bars, Block, Intervals, Row, Section, Table, 
 use super::intervals::{self, Ranged};
 use super::numbers::significant;
 use super::tables::{number, text};
-use crate::estimate::{EstimateResult, Identification, RefinedDelay, Refinement, RowDisturbance};
+use crate::estimate::{
+    EstimateResult, Identification, NORMAL_95, RefinedDelay, Refinement, RowDisturbance,
+};
 use crate::model::short;
-
-/// Half width of a 95 % interval of a normal error, in standard errors.
-const NORMAL_95: f64 = 1.96;
 
 /// Standard errors from which on a delay is marked: it is not chance.
 const MARKED: f64 = 4.0;

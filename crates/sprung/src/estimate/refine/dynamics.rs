@@ -205,14 +205,15 @@ impl<'m> Dynamics<'m> {
     }
 
     /// Visits what the parameters' torques change by where a torque of 1 N·m (N) on one
-    /// row more accelerates the robot: row, column of theta, and that change.
+    /// row more accelerates the robot: that row, row and column of theta of the torque,
+    /// and its change.
     ///
-    /// - `positions`: of all rows.
+    /// - `positions`: of all rows; `pushed`: rows that get the torque in turn.
     pub(super) fn of_acceleration(
         &mut self,
         positions: &[f64],
-        row: usize,
-        mut visit: impl FnMut(usize, usize, f64),
+        pushed: &[usize],
+        mut visit: impl FnMut(usize, usize, usize, f64),
     ) {
         let rows = self.rows;
         let mut rest = positions.to_vec();
@@ -221,14 +222,16 @@ impl<'m> Dynamics<'m> {
         self.rate.fill(0.0);
         self.write_entries();
         let before = self.entries.clone();
-        self.rate
-            .copy_from_slice(&self.inverse[row * rows..(row + 1) * rows]);
-        self.write_entries();
-        let places = self.entry_rows.iter().zip(&self.entry_columns);
-        for ((after, before), (&row, &column)) in self.entries.iter().zip(before).zip(places) {
-            let change = after - before;
-            if change.abs() > 0.0 {
-                visit(row, column, change);
+        for &push in pushed {
+            self.rate
+                .copy_from_slice(&self.inverse[push * rows..(push + 1) * rows]);
+            self.write_entries();
+            let places = self.entry_rows.iter().zip(&self.entry_columns);
+            for ((after, before), (&row, &column)) in self.entries.iter().zip(&before).zip(places) {
+                let change = after - before;
+                if change.abs() > 0.0 {
+                    visit(push, row, column, change);
+                }
             }
         }
     }

@@ -35,24 +35,26 @@ pub(super) fn expected_gradient(
     }
     let schedule = about.schedule;
     let mut seen = 0;
-    let mut told = vec![0.0; moving];
+    // What measurements say of the state behind a sample, as each noisy torque moves it.
+    let mut told = vec![0.0; rows * moving];
     about.information_ahead(levels, |sample, information| {
         seen += 1;
         let transition = &schedule.transitions[sample * moving * states..][..moving * states];
         let by_torque = |row: usize| transition[moving + row..].iter().step_by(states);
-        let positions = &schedule.positions[sample * rows..(sample + 1) * rows];
         for &row in &noisy {
-            for (told, own) in told.iter_mut().zip(information.chunks(states)) {
-                *told = own.iter().zip(by_torque(row)).map(|(n, b)| n * b).sum();
+            let own = told[row * moving..].iter_mut();
+            for (told, own) in own.zip(information.chunks(states).take(moving)) {
+                let both = own.iter().zip(by_torque(row)).map(|(n, b)| n * b);
+                *told = levels.white[row].powi(2) * both.sum::<f64>();
             }
-            let variance = levels.white[row].powi(2);
-            dynamics.of_acceleration(positions, row, |other, column, torque| {
-                if let Some(place) = places[column] {
-                    let both: f64 = told.iter().zip(by_torque(other)).map(|(n, b)| n * b).sum();
-                    gradient[place] -= variance * torque * both;
-                }
-            });
         }
+        let positions = &schedule.positions[sample * rows..(sample + 1) * rows];
+        dynamics.of_acceleration(positions, &noisy, |pushed, row, column, torque| {
+            if let Some(place) = places[column] {
+                let own = told[pushed * moving..].iter().zip(by_torque(row));
+                gradient[place] -= torque * own.map(|(n, b)| n * b).sum::<f64>();
+            }
+        });
     });
     let all = about.record.samples() as f64 / f64::max(f64::from(seen), 1.0);
     super::dynamics::scale(&mut gradient, all);
