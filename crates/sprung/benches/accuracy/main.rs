@@ -134,12 +134,7 @@ struct Trial {
 }
 
 fn bound(demo: &Demo, settings: &Simulate, log: &[u8]) -> Option<Vec<f64>> {
-    let noise = KnownNoise {
-        torque: settings.torque_noise_nm.clone(),
-        motor: settings.torque_disturbance_nm.clone(),
-        link: settings.link_torque_disturbance_nm.clone(),
-        corner: settings.torque_disturbance_hz,
-    };
+    let noise = KnownNoise::from(settings);
     with_source(log, |source| {
         information_bound(&demo.experiment, &demo.model, &demo.truth, &noise, source)
             .expect("the log is right")

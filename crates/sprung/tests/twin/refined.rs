@@ -50,12 +50,7 @@ fn refined(twin: &Twin, log: &[u8]) -> Result<EstimateResult, IdentifyError> {
 }
 
 fn bound(twin: &Twin, settings: &Simulate, log: &[u8]) -> Vec<f64> {
-    let noise = KnownNoise {
-        torque: settings.torque_noise_nm.clone(),
-        motor: settings.torque_disturbance_nm.clone(),
-        link: settings.link_torque_disturbance_nm.clone(),
-        corner: settings.torque_disturbance_hz,
-    };
+    let noise = KnownNoise::from(settings);
     with_source(log, |source| {
         information_bound(&twin.experiment, &twin.model, &twin.truth, &noise, source)
     })

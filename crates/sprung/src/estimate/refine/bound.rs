@@ -4,7 +4,7 @@ use super::kalman::{Levels, Wanted, run};
 use super::{Dynamics, Unknowns, build, record, solve};
 use crate::check::choose_cutoff;
 use crate::check::excerpt;
-use crate::description::{Cutoff, Experiment};
+use crate::description::{Cutoff, Experiment, Simulate};
 use crate::estimate::identify::IdentifyError;
 use crate::log::{Channels, LogError, LogSource};
 use crate::model::Model;
@@ -22,6 +22,17 @@ pub struct KnownNoise {
     pub link: Vec<f64>,
     /// Corner of the spectrum of both disturbances, Hz.
     pub corner: f64,
+}
+
+impl From<&Simulate> for KnownNoise {
+    fn from(settings: &Simulate) -> Self {
+        Self {
+            torque: settings.torque_noise_nm.clone(),
+            motor: settings.torque_disturbance_nm.clone(),
+            link: settings.link_torque_disturbance_nm.clone(),
+            corner: settings.torque_disturbance_hz,
+        }
+    }
 }
 
 /// Returns the Cramér-Rao bound of the standard deviation of each parameter, \[p\],
