@@ -55,7 +55,7 @@ fn search(refinement: &Refinement) -> Vec<(String, String)> {
     } else {
         "did not converge"
     };
-    [
+    let mut search = vec![
         (
             "Search",
             format!("{end} after {} runs of the filter", refinement.runs),
@@ -77,9 +77,19 @@ fn search(refinement: &Refinement) -> Vec<(String, String)> {
             "Minus log-likelihood, without its constant",
             significant(refinement.minus_log_likelihood, 6),
         ),
-    ]
-    .map(|(key, value)| (key.to_owned(), value))
-    .into()
+    ];
+    if let Some(held_out) = refinement.held_out_residual {
+        search.push((
+            "Missed of the last quarter's filtered torque, estimated from the first three",
+            format!(
+                "{} %, least squares {} %",
+                significant(100.0 * held_out.refined, 2),
+                significant(100.0 * held_out.linear, 2)
+            ),
+        ));
+    }
+    let owned = |(key, value): (&str, String)| (key.to_owned(), value);
+    search.into_iter().map(owned).collect()
 }
 
 /// Noise and disturbance of each row as parts of the torque, on a logarithmic scale.
@@ -439,7 +449,7 @@ mod tests {
         assert_eq!(logs.rows.len(), 1);
         let at = |i: usize| logs.rows[0].marks[i].unwrap().at;
         assert!(at(0).abs() < 1e-12 && at(1).abs() < 1e-12);
-        assert!((at(2) - 1.0 / 1.98).abs() < 1e-9);
+        assert!((at(2) - 1.0 / (1.0 + 0.5 * NORMAL_95)).abs() < 1e-9);
         // Late beyond what is used: to the right of the line, and sure of it.
         assert_eq!(delays.rows.len(), 1);
         let mark = delays.rows[0].marks[0].unwrap();
