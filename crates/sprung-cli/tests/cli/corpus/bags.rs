@@ -2,7 +2,7 @@
 
 use super::binary::TOPICS;
 use super::mcap_bytes::{JOINT_STATE, bag, file_of, joint_state, message, record, text, topic};
-use super::{Faulty, fixture};
+use super::{Faulty, fixture, run};
 
 const STATES: &str = r#"
 link_position = { topic = "/states", unit = "rad" }
@@ -298,7 +298,7 @@ fn definitions() -> Vec<Faulty> {
 fn columns(faulty: &Faulty) -> serde_json::Value {
     let folder = tempfile::TempDir::new().unwrap();
     faulty.write(folder.path());
-    let found = faulty.run(folder.path(), "check").unwrap();
+    let found = run(folder.path(), "check").unwrap();
     let report: serde_json::Value = serde_json::from_str(&found.report).unwrap();
     report["logs"][0]["columns"].clone()
 }

@@ -94,7 +94,7 @@ impl Faulty {
     fn told(&self) -> Result<(), String> {
         let folder = TempDir::new().unwrap();
         self.write(folder.path());
-        let found = self.run(folder.path(), "check")?;
+        let found = run(folder.path(), "check")?;
         if found.code != Some(self.code) {
             return Err(format!("ends with {:?}: {}", found.code, found.said()));
         }
@@ -105,7 +105,7 @@ impl Faulty {
         if self.code > 1 {
             // What is refused is so by a check, with a report, or before it.
             std::fs::remove_dir_all(folder.path().join("sprung-out")).ok();
-            let found = self.run(folder.path(), "identify")?;
+            let found = run(folder.path(), "identify")?;
             if found.code != Some(self.code) || !found.files.is_empty() {
                 return Err(format!(
                     "identify ends with {:?} and {:?}: {}",
@@ -117,38 +117,38 @@ impl Faulty {
         }
         Ok(())
     }
+}
 
-    /// Runs a command until it ends, or for as long as our patience lasts.
-    fn run(&self, folder: &Path, verb: &str) -> Result<Found, String> {
-        let (out, err) = (folder.join("stdout"), folder.join("stderr"));
-        let mut child = Command::new(env!("CARGO_BIN_EXE_sprung"))
-            .args([verb, "-v"])
-            .arg(folder)
-            .stdin(Stdio::null())
-            .stdout(std::fs::File::create(&out).unwrap())
-            .stderr(std::fs::File::create(&err).unwrap())
-            .spawn()
-            .unwrap();
-        let start = Instant::now();
-        let status = loop {
-            if let Some(status) = child.try_wait().unwrap() {
-                break status;
-            }
-            if start.elapsed() > PATIENCE {
-                child.kill().unwrap();
-                child.wait().unwrap();
-                return Err(format!("{verb} hangs"));
-            }
-            std::thread::sleep(Duration::from_millis(2));
-        };
-        let err = String::from_utf8_lossy(&std::fs::read(err).unwrap()).into_owned();
-        let found = Found::new(folder, status.code(), err);
-        if found.err.contains("panicked") || found.code.is_none() {
-            return Err(format!("{verb} panics: {}", found.err));
+/// Runs a command until it ends, or for as long as our patience lasts.
+fn run(folder: &Path, verb: &str) -> Result<Found, String> {
+    let (out, err) = (folder.join("stdout"), folder.join("stderr"));
+    let mut child = Command::new(env!("CARGO_BIN_EXE_sprung"))
+        .args([verb, "-v"])
+        .arg(folder)
+        .stdin(Stdio::null())
+        .stdout(std::fs::File::create(&out).unwrap())
+        .stderr(std::fs::File::create(&err).unwrap())
+        .spawn()
+        .unwrap();
+    let start = Instant::now();
+    let status = loop {
+        if let Some(status) = child.try_wait().unwrap() {
+            break status;
         }
-        found.whole()?;
-        Ok(found)
+        if start.elapsed() > PATIENCE {
+            child.kill().unwrap();
+            child.wait().unwrap();
+            return Err(format!("{verb} hangs"));
+        }
+        std::thread::sleep(Duration::from_millis(2));
+    };
+    let err = String::from_utf8_lossy(&std::fs::read(err).unwrap()).into_owned();
+    let found = Found::new(folder, status.code(), err);
+    if found.err.contains("panicked") || found.code.is_none() {
+        return Err(format!("{verb} panics: {}", found.err));
     }
+    found.whole()?;
+    Ok(found)
 }
 
 /// What came of a run.
