@@ -7,8 +7,12 @@ use tempfile::NamedTempFile;
 
 use crate::exit_code::{ExitCode, Failure};
 
+/// How the names of files begin and end that are not yet results.
+const TEMPORARY: (&str, &str) = (".sprung-", ".part");
+
 /// Files of one run: written beside their place, then renamed together, so
-/// that earlier results stay whole if anything fails.
+/// that earlier results stay whole if anything fails. Each file is always whole; a kill in
+/// the microseconds between the renames leaves some of this run beside some of the last.
 pub(crate) struct Output {
     folder: PathBuf,
     // Files that were read and must stay.
@@ -26,6 +30,7 @@ impl Output {
                 format!("cannot create the folder {folder}: {error}; choose another with --out"),
             )
         })?;
+        clear(folder);
         Ok(Self {
             folder: folder.to_owned(),
             inputs: Vec::new(),
@@ -101,14 +106,37 @@ impl Output {
     }
 }
 
+/// Removes what killed runs left behind. Others may be writing: their files are locked.
+fn clear(folder: &Path) {
+    let Ok(entries) = std::fs::read_dir(folder) else {
+        return;
+    };
+    for entry in entries.filter_map(Result::ok) {
+        let name = entry.file_name();
+        let is_temporary = (name.to_str())
+            .is_some_and(|name| name.starts_with(TEMPORARY.0) && name.ends_with(TEMPORARY.1));
+        if !is_temporary {
+            continue;
+        }
+        let is_left = std::fs::File::open(entry.path()).is_ok_and(|file| file.try_lock().is_ok());
+        if is_left {
+            // One that cannot be removed is in nobody's way.
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
+}
+
 fn temporary(folder: &Path) -> std::io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".sprung-").suffix(".part");
+    builder.prefix(TEMPORARY.0).suffix(TEMPORARY.1);
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
         // A temporary file is private; a result has the user's usual mode.
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
-    builder.tempfile_in(folder)
+    let file = builder.tempfile_in(folder)?;
+    // A folder on a network may know no locks; results are whole without them.
+    let _ = file.as_file().try_lock();
+    Ok(file)
 }

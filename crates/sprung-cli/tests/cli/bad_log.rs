@@ -1,4 +1,5 @@
-//! What a wrong log gets: exit code 3, line and column, what to do.
+//! What a wrong log gets: exit code 3, line and column, what to do. Single cells and whole files are in
+//! the corpus.
 
 use crate::common::{Case, sprung, stderr};
 
@@ -15,88 +16,6 @@ fn missing_log() {
     let case = Case::new();
     std::fs::remove_file(case.path("identification.csv")).unwrap();
     case.fails(4, &["cannot read", "identification.csv", "No such file"]);
-}
-
-#[test]
-fn column_not_found_offers_the_nearest() {
-    Case::new().replace("\"phi2_rad\"", "\"phi_2_rad\"").fails(
-        3,
-        &["has no column \"phi_2_rad\"; did you mean \"phi2_rad\"?"],
-    );
-}
-
-#[test]
-fn empty_log_and_one_row() {
-    let case = Case::new();
-    std::fs::write(case.path("identification.csv"), "").unwrap();
-    case.fails(3, &["has 0 samples", "not even a header line"]);
-    Case::new()
-        .log(|row, cells| {
-            if row > 0 {
-                cells.clear();
-            }
-        })
-        .fails(3, &["has 0 samples, at least 2 are needed"]);
-    Case::new()
-        .log(|row, cells| {
-            if row > 1 {
-                cells.clear();
-            }
-        })
-        .fails(3, &["has 1 samples, at least 2 are needed"]);
-}
-
-#[test]
-fn cells_that_are_not_numbers() {
-    for (text, fragments) in [
-        (
-            "n/a",
-            [
-                "line 101 of",
-                "column \"q2_rad\"",
-                "\"n/a\" is not a number",
-            ],
-        ),
-        (
-            "",
-            ["line 101 of", "column \"q2_rad\"", "the cell is empty"],
-        ),
-        (
-            "NaN",
-            ["line 101 of", "column \"q2_rad\"", "the value is NaN"],
-        ),
-        (
-            "inf",
-            ["line 101 of", "column \"q2_rad\"", "the value is inf"],
-        ),
-        (
-            "\"1,234.5\"",
-            [
-                "line 101 of",
-                "column \"q2_rad\"",
-                "no thousands separators",
-            ],
-        ),
-    ] {
-        Case::new()
-            .log(|row, cells| {
-                if row == 100 {
-                    text.clone_into(&mut cells[Q2]);
-                }
-            })
-            .fails(3, &fragments);
-    }
-}
-
-#[test]
-fn rows_of_another_width() {
-    Case::new()
-        .log(|row, cells| {
-            if row == 7 {
-                cells.pop();
-            }
-        })
-        .fails(3, &["line 8 of", "has 6 cells, the header has 7"]);
 }
 
 #[test]

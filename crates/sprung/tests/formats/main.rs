@@ -11,6 +11,7 @@ mod bags;
 mod broken;
 mod clocks;
 mod machines;
+mod mcap_bytes;
 mod resampling;
 mod same;
 mod support;

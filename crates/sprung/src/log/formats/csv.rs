@@ -9,6 +9,9 @@ use super::super::{LogError, Place};
 use super::delimited::{Delimiter, Form, date, number};
 use super::{Opened, Readings, Request, Table};
 
+/// Characters of a cell that a message shows, at most.
+const SHOWN: usize = 80;
+
 type Source = Box<dyn Read + Send>;
 
 struct CsvTable {
@@ -205,9 +208,17 @@ impl CsvTable {
             file: self.file.clone(),
             place: Place::Line(self.record.position().map_or(0, Position::line) + self.skipped),
             column: self.names[i].clone(),
-            cell: text,
+            cell: shortened(text),
             hint,
         }
+    }
+}
+
+/// Returns a text that a message can hold: a quote that is not closed makes a cell of a whole file.
+fn shortened(text: String) -> String {
+    match text.char_indices().nth(SHOWN) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text,
     }
 }
 

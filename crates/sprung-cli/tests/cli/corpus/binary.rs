@@ -1,0 +1,231 @@
+//! Binary files that are cut off, damaged, or something else than they seem.
+
+use super::{Faulty, USUAL, fixture};
+
+const RECORDS: &str = r#"
+time_s = "t"
+link_position_rad = "q[:,*]"
+motor_position_rad = "phi[:,*]"
+motor_torque_nm = "tau[:,*]"
+"#;
+
+const ARRAYS: &str = r#"
+time_s = "t"
+link_position_rad = "q[:,*]"
+motor_position_rad = ["phi[0,:]", "phi[1,:]"]
+motor_torque_nm = "tau[:,*]"
+"#;
+
+const MATLAB: &str = r#"
+time_s = "data.time"
+link_position_rad = "data.link.q(:,*)"
+motor_position_rad = "data.signals(1).values(:,*)"
+motor_torque_nm = "data.signals(2).values(:,*)"
+"#;
+
+const NUMBERS: &str = "
+time_s = 1
+link_position_rad = [2, 3]
+motor_position_rad = [4, 5]
+motor_torque_nm = [6, 7]
+";
+
+pub(super) const TOPICS: &str = r#"
+link_position = { topic = "/joint_states", unit = "rad" }
+motor_position = { topic = "/motor_states", unit = "rad" }
+motor_torque = { topic = "/motor_states", field = "effort", unit = "N·m" }
+"#;
+
+/// A file of each format, and the keys that read it.
+const FORMATS: [(&str, &str); 16] = [
+    ("log.csv.gz", USUAL),
+    ("log.csv.zst", USUAL),
+    ("plain.npy", NUMBERS),
+    ("records.npy", RECORDS),
+    ("plain.npz", ARRAYS),
+    ("packed.npz", ARRAYS),
+    ("struct.mat", MATLAB),
+    ("snappy.parquet", USUAL),
+    ("zstd.parquet", USUAL),
+    ("file.arrow", USUAL),
+    ("stream.arrows", USUAL),
+    ("zstd.mcap", TOPICS),
+    ("lz4.mcap", TOPICS),
+    ("none.mcap", TOPICS),
+    ("plain.db3", TOPICS),
+    ("defined.db3", TOPICS),
+];
+
+/// What is said of files of which the second half is missing.
+const CUT_OFF: [&str; 16] = [
+    "its gzip stream: it was cut off",
+    "its zstd stream: it was cut off",
+    "cut off",
+    "cut off",
+    "cut off",
+    "cut off",
+    "cut off",
+    "is damaged or was cut off",
+    "is damaged or was cut off",
+    "is damaged or was cut off",
+    "is damaged or was cut off",
+    "cut off",
+    "cut off",
+    "cut off",
+    "cut off",
+    "cut off",
+];
+
+pub(super) fn all() -> Vec<Faulty> {
+    [cut_off(), damaged(), in_disguise(), npy(), others()]
+        .into_iter()
+        .flatten()
+        .collect()
+}
+
+fn cut_off() -> Vec<Faulty> {
+    let one = |((file, keys), says): (&(&str, &str), &'static str)| {
+        let mut bytes = fixture(file);
+        bytes.truncate(bytes.len() / 2);
+        Faulty::log(&format!("half of {file}"), bytes, keys, &[says])
+    };
+    FORMATS.iter().zip(CUT_OFF).map(one).collect()
+}
+
+/// Files with a part written over, where the format has a sum or a packing that
+/// tells.
+fn damaged() -> Vec<Faulty> {
+    let told = [
+        ("log.csv.gz", "its gzip stream is damaged"),
+        ("log.csv.zst", "is not a number"),
+        ("packed.npz", "its checksum is wrong"),
+        ("struct.mat", "damaged"),
+        ("snappy.parquet", "is damaged"),
+        ("zstd.parquet", "is damaged"),
+        ("stream.arrows", "is damaged"),
+        ("zstd.mcap", "damaged"),
+        ("lz4.mcap", "damaged"),
+    ];
+    let one = |(file, says): (&str, &'static str)| {
+        let mut bytes = fixture(file);
+        // In most files a quarter of the way lie numbers; here it is an index that is not read.
+        let begin = match file {
+            "lz4.mcap" => 17 * bytes.len() / 20,
+            _ => bytes.len() / 4,
+        };
+        for byte in &mut bytes[begin..begin + 64] {
+            *byte = !*byte;
+        }
+        let keys = FORMATS.iter().find(|(name, _)| *name == file).unwrap().1;
+        Faulty::log(&format!("{file} written over"), bytes, keys, &[says])
+    };
+    told.into_iter().map(one).collect()
+}
+
+/// Names say nothing: what a file is shows in its first bytes.
+fn in_disguise() -> Vec<Faulty> {
+    let wrong_name = |file: &str, name: &str, keys: &str| {
+        let mut faulty = Faulty::log(
+            &format!("{file} called {name}"),
+            fixture(file),
+            keys,
+            &["\"samples\": 240"],
+        )
+        .naming("run.log", name)
+        .code(0);
+        name.clone_into(&mut faulty.files[1].0);
+        faulty
+    };
+    vec![
+        wrong_name("plain.csv", "log.parquet", USUAL),
+        wrong_name("zstd.parquet", "log.csv", USUAL),
+        wrong_name("plain.db3", "log.mcap", TOPICS),
+        Faulty::log(
+            "a table asked for topics",
+            fixture("zstd.parquet"),
+            TOPICS,
+            &["is a table and has no topics, so there is no \"/joint_states\""],
+        ),
+        Faulty::log(
+            "arrays asked for columns",
+            fixture("plain.npz"),
+            USUAL,
+            &["has no column \"t_s\""],
+        ),
+    ]
+}
+
+fn header(text: &str, data: &[u8]) -> Vec<u8> {
+    let length = u16::try_from(text.len()).unwrap().to_le_bytes();
+    [b"\x93NUMPY\x01\x00", &length[..], text.as_bytes(), data].concat()
+}
+
+fn npy() -> Vec<Faulty> {
+    let of = |name: &str, text: &str, data: &[u8], says: &[&'static str]| {
+        Faulty::log(name, header(text, data), NUMBERS, says)
+    };
+    let shape =
+        |shape: &str| format!("{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}\n");
+    vec![
+        of(
+            "objects of Python",
+            "{'descr': '|O', 'fortran_order': False, 'shape': (10, 7), }\n",
+            &[0; 560],
+            &["|O"],
+        ),
+        of(
+            "an array larger than memory",
+            &shape("(900000000000000000, 7)"),
+            &[0; 560],
+            &["its shape is absurd"],
+        ),
+        of(
+            "an array whose size overflows",
+            &shape("(18446744073709551615, 7)"),
+            &[0; 560],
+            &["run.log"],
+        ),
+        of("an array without rows", &shape("(0, 7)"), &[], &["run.log"]),
+        of(
+            "an array without a header",
+            "what?\n",
+            &[0; 560],
+            &["run.log"],
+        ),
+    ]
+}
+
+fn others() -> Vec<Faulty> {
+    let usual = |name: &str, bytes: &[u8], says: &[&'static str]| {
+        Faulty::log(name, bytes.to_vec(), USUAL, says)
+    };
+    let empty_zip = [&b"PK\x05\x06"[..], &[0; 18]].concat();
+    vec![
+        usual("an archive with nothing in it", &empty_zip, &["run.log"]),
+        usual(
+            "a MATLAB file of version 7.3",
+            b"MATLAB 7.3 MAT-file, Platform: GLNXA64",
+            &["version 7.3", "-v7"],
+        ),
+        usual("a bag of ROS 1", b"#ROSBAG V2.0\n", &["a bag of ROS 1"]),
+        usual("a picked-up database", b"SQLite format 3\0", &["run.log"]),
+        usual(
+            "the beginning of Parquet",
+            b"PAR1",
+            &["is damaged or was cut off"],
+        ),
+        usual("the beginning of gzip", b"\x1f\x8b\x08", &["cut off"]),
+        Faulty::log(
+            "text among numbers",
+            fixture("stamped.parquet"),
+            &USUAL.replace("phi1_rad", "note"),
+            &["column \"note\" is of type", "which is no number"],
+        ),
+        Faulty::log(
+            "text in MATLAB",
+            fixture("flat.mat"),
+            &NUMBERS.replace("= 1", "= \"note\""),
+            &["\"note\" is text"],
+        ),
+    ]
+}

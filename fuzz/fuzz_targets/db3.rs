@@ -1,0 +1,7 @@
+//! SQLite bags of ROS 2.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use sprung_fuzz::{TOPICS, read_log};
+
+fuzz_target!(|data: &[u8]| read_log(data, TOPICS));

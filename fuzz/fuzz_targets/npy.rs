@@ -1,0 +1,7 @@
+//! Arrays of NumPy.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use sprung_fuzz::{NUMBERS, read_log};
+
+fuzz_target!(|data: &[u8]| read_log(data, NUMBERS));

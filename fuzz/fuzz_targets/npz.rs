@@ -1,0 +1,7 @@
+//! Archives of NumPy.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use sprung_fuzz::{ARRAYS, read_log};
+
+fuzz_target!(|data: &[u8]| read_log(data, ARRAYS));

@@ -1,0 +1,7 @@
+//! Parquet.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use sprung_fuzz::{USUAL, read_log};
+
+fuzz_target!(|data: &[u8]| read_log(data, USUAL));

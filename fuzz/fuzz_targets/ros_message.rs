@@ -1,0 +1,7 @@
+//! A definition of messages, and messages in CDR.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use sprung_fuzz::{STATES, bag_of, read_log};
+
+fuzz_target!(|data: &[u8]| read_log(&bag_of(data), STATES));

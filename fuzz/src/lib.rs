@@ -1,0 +1,158 @@
+//! What the targets share: files in memory, read as a user's would be.
+//!
+//! An error is as good as a result; what must not be is a panic, an endless loop, or memory
+//! without bounds.
+
+// The bytes of a bag, as the tests make them.
+#[path = "../../crates/sprung/tests/formats/mcap_bytes.rs"]
+#[allow(dead_code, clippy::unwrap_used, reason = "made for tests")]
+mod mcap_bytes;
+
+use std::io::Cursor;
+use std::path::Path;
+
+use sprung::description::{Experiment, no_files, read};
+use sprung::log::{Channels, Input, LogBlock, LogSource, panics_are_caught};
+use sprung::model::Model;
+
+const ROBOT: &str = r#"
+format = 1
+[robot]
+name = "two joints"
+kinematics = "planar-2r"
+[[robot.joint]]
+name = "joint1"
+[[robot.joint]]
+name = "joint2"
+[log]
+"#;
+
+/// Columns with names.
+pub const USUAL: &str = r#"
+time_s = "t_s"
+link_position_rad = "q*_rad"
+motor_position_rad = ["phi1_rad", "phi2_rad"]
+motor_torque_nm = "tau*_nm"
+"#;
+
+/// Columns with numbers.
+pub const NUMBERS: &str = "
+time_s = 1
+link_position_rad = [2, 3]
+motor_position_rad = [4, 5]
+motor_torque_nm = [6, 7]
+";
+
+/// Members of an archive.
+pub const ARRAYS: &str = r#"
+time_s = "t"
+link_position_rad = "q[:,*]"
+motor_position_rad = ["phi[0,:]", "phi[1,:]"]
+motor_torque_nm = "tau[:,*]"
+"#;
+
+/// Fields of structures.
+pub const MATLAB: &str = r#"
+time_s = "data.time"
+link_position_rad = "data.link.q(:,*)"
+motor_position_rad = "data.signals(1).values(:,*)"
+motor_torque_nm = "data.signals(2).values(:,*)"
+"#;
+
+/// Topics of a bag.
+pub const TOPICS: &str = r#"
+link_position = { topic = "/joint_states", unit = "rad" }
+motor_position = { topic = "/motor_states", unit = "rad" }
+motor_torque = { topic = "/motor_states", field = "effort", unit = "N·m" }
+"#;
+
+/// One topic for all.
+pub const STATES: &str = r#"
+link_position = { topic = "/states", unit = "rad" }
+motor_position = { topic = "/states", unit = "rad" }
+motor_torque = { topic = "/states", field = "effort", unit = "N·m" }
+"#;
+
+/// Reads a log to its end.
+///
+/// - `keys`: of `[log]`, one of the constants above.
+///
+/// # Panics
+///
+/// If the keys are wrong, which are none of the input.
+pub fn read_log(data: &[u8], keys: &str) {
+    expect_some_panics();
+    let text = format!("{ROBOT}{keys}");
+    let experiment = read("experiment.toml", &text, &[], &mut no_files).expect("these are right");
+    let log = experiment.log.as_ref().expect("it is there");
+    let channels = Channels::new(&experiment.robot, log).expect("these are right");
+    let bytes = data.to_vec();
+    let mut reader = |_: Option<&Path>| -> std::io::Result<Box<dyn Input>> {
+        Ok(Box::new(Cursor::new(bytes.clone())))
+    };
+    let mut source = LogSource {
+        name: "run.log".to_owned(),
+        reader: &mut reader,
+    };
+    let Ok(mut log) = source.open(&channels) else {
+        return;
+    };
+    let mut block = LogBlock::new(channels.all.len());
+    while let Ok(true) = log.read(&mut block) {}
+}
+
+/// Crates that read some formats panic on damaged files, which the reader catches; libFuzzer
+/// ends at any panic unless it is told.
+fn expect_some_panics() {
+    static ONCE: std::sync::Once = std::sync::Once::new();
+    ONCE.call_once(|| {
+        let before = std::panic::take_hook();
+        std::panic::set_hook(Box::new(move |info| {
+            if !panics_are_caught() {
+                before(info);
+            }
+        }));
+    });
+}
+
+/// Makes a bag of a definition, up to the first zero, and of three messages alike.
+#[must_use]
+pub fn bag_of(data: &[u8]) -> Vec<u8> {
+    let end = data.iter().position(|&byte| byte == 0).unwrap_or(data.len());
+    let definition = String::from_utf8_lossy(&data[..end]);
+    let mut records = mcap_bytes::topic("my_msgs/msg/State", &definition, "cdr");
+    for k in 1..4 {
+        records.extend(mcap_bytes::message(k * 1_000_000, &data[end..]));
+    }
+    mcap_bytes::file_of(&records)
+}
+
+/// Reads an experiment, and makes the model of its robot.
+pub fn read_experiment(data: &[u8]) {
+    let Ok(text) = std::str::from_utf8(data) else {
+        return;
+    };
+    if let Ok(experiment) = read("experiment.toml", text, &[], &mut no_files) {
+        use_experiment(&experiment);
+    }
+}
+
+/// Reads a robot of one joint.
+pub fn read_urdf(data: &[u8]) {
+    let Ok(urdf) = std::str::from_utf8(data) else {
+        return;
+    };
+    let text = "format = 1\n[robot]\nname = \"r\"\nurdf = \"robot.urdf\"\n\
+                [[robot.joint]]\nname = \"joint1\"\n";
+    let mut open = |_: &Path| Ok(urdf.to_owned());
+    if let Ok(experiment) = read("experiment.toml", text, &[], &mut open) {
+        use_experiment(&experiment);
+    }
+}
+
+fn use_experiment(experiment: &Experiment) {
+    let _ = Model::new(experiment);
+    if let Some(log) = &experiment.log {
+        let _ = Channels::new(&experiment.robot, log);
+    }
+}
