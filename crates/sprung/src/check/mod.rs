@@ -32,7 +32,7 @@ pub use columns::reversed_torque;
 pub use cutoff::{choose_cutoff, noise, position_cutoff, velocity_per_position, white_noise};
 pub use delay::{DelayEstimate, estimate_delays};
 pub use excerpt::{Excerpt, excerpt};
-pub use in_use::{DelayError, Delays};
+pub use in_use::{DelayError, Delays, RefinedDelay};
 pub use relative::{ChannelDelay, RelativeDelays, relative_delays};
 pub use result::{
     CheckReport, Checked, CheckedLog, ColumnFigures, DelayFigures, JointFigures, LikelyDelay, Place,

@@ -8,6 +8,7 @@ use super::gravity::{tilted, worth_a_look};
 use super::instrumental::add_instruments;
 use super::judge::{Verdict, judge};
 use super::least_squares::{Fitted, fit, residual, trace};
+use super::likely_delays::refine_delays;
 use super::lsff::{Lsff, LsffError};
 use super::output_error::output_error;
 use super::prediction_error::{Before, prediction_error};
@@ -96,6 +97,22 @@ impl Beginning<'_, '_> {
             };
         }
         Ok(self.excerpt.as_ref())
+    }
+
+    /// Asks the likelihood of the logs for delays that are to be estimated.
+    fn refine_delays(
+        &mut self,
+        reading: &Reading<'_>,
+        delays: &mut Delays,
+        progress: &mut dyn FnMut(Progress),
+    ) -> Result<(), PassError> {
+        if self.for_delays(reading.channels)?.is_some()
+            && let Some(excerpt) = &self.excerpt
+        {
+            refine_delays(reading, delays, self.sources, excerpt, progress)?;
+        }
+        delays.settle();
+        Ok(())
     }
 
     /// Returns it if a delay is to be estimated.
@@ -208,10 +225,13 @@ pub fn identify(
     };
     let chosen = choose(&mut reading, &mut beginning)?;
     let mut findings = Vec::new();
-    let delays = Delays::new(&reading, beginning.for_delays(&channels)?, &file)?;
-    reading.delays = &delays.values;
+    let mut delays = Delays::new(&reading, beginning.for_delays(&channels)?, &file)?;
+    let searched = delays.values.clone();
+    reading.delays = &searched;
     let shaped = shape(&reading, &mut beginning, &mut findings)?;
     reading.model = &shaped;
+    beginning.refine_delays(&reading, &mut delays, progress)?;
+    reading.delays = &delays.values;
     let model = &shaped;
     let weights = weights(&reading, &mut beginning)?;
     reading.weights = weights.as_ref();

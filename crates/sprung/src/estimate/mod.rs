@@ -14,6 +14,7 @@ mod judge_parameters;
 mod judge_scale;
 mod late;
 mod least_squares;
+mod likely_delays;
 mod lsff;
 mod output_error;
 mod prediction_error;
