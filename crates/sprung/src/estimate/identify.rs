@@ -18,7 +18,10 @@ use super::stribeck::find_stribeck;
 use super::sweep::sweep;
 use super::watch::{Watch, of_lsff};
 use super::weigh::find_weights;
-use crate::check::{DelayError, Delays, Excerpt, Refusal, choose_cutoff, examine, excerpt};
+use crate::check::{
+    DelayError, Delays, Excerpt, FactorError, Refusal, choose_cutoff, examine, excerpt,
+    find_factors,
+};
 use crate::curves::Curves;
 use crate::description::{
     Controller, ControllerKind, Cutoff, Delay, Estimator, Experiment, Feedforward, Identify,
@@ -65,6 +68,9 @@ pub enum IdentifyError {
     /// A delay cannot be estimated.
     #[error(transparent)]
     Delay(#[from] DelayError),
+    /// A sign or a gain cannot be estimated.
+    #[error(transparent)]
+    Factor(FactorError),
     /// The log is wrong, or does not fit the filters.
     #[error(transparent)]
     Pass(#[from] PassError),
@@ -80,6 +86,15 @@ pub enum IdentifyError {
         /// Name of the log.
         file: String,
     },
+}
+
+impl From<FactorError> for IdentifyError {
+    fn from(error: FactorError) -> Self {
+        match error {
+            FactorError::Log(error) => Self::Pass(error.into()),
+            error => Self::Factor(error),
+        }
+    }
 }
 
 /// The beginning of the first log, read when it is first needed.
@@ -203,6 +218,8 @@ pub fn identify(
     progress: &mut (dyn FnMut(Progress) + Send),
 ) -> Result<Identified, IdentifyError> {
     let start = Instant::now();
+    let (experiment, factors) = find_factors(experiment, model, sources)?;
+    let experiment = &*experiment;
     let log = experiment.log.as_ref().ok_or(IdentifyError::NoLog)?;
     let settings = &experiment.identify;
     let controller = loop_controller(experiment)?;
@@ -224,7 +241,7 @@ pub fn identify(
         weights: None,
     };
     let chosen = choose(&mut reading, &mut beginning)?;
-    let mut findings = Vec::new();
+    let mut findings = factors.findings(names.first().map_or("", String::as_str));
     let mut delays = Delays::new(&reading, beginning.for_delays(&channels)?, &file)?;
     let searched = delays.values.clone();
     reading.delays = &searched;
@@ -269,27 +286,26 @@ pub fn identify(
         }
         thetas.push((estimator, of_estimator.theta));
     }
-    if weights.is_some()
-        && let Some(excerpt) = beginning.get(&channels).map_err(PassError::from)?
-    {
-        add_instruments(&reading, excerpt, &fitted, &mut results);
-    }
     if traces.is_empty() {
         let points = trace(model, &passed.system).collect();
         traces.push(trace_of(model, Estimator::LeastSquares, points));
     }
-    if worth_a_look(experiment, worst_residual(&results))
-        && let Some(excerpt) = beginning.get(&channels).map_err(PassError::from)?
-    {
-        findings.extend(tilted(experiment, &reading, excerpt));
-    }
+    look_again(
+        experiment,
+        &reading,
+        &mut beginning,
+        &fitted,
+        &mut results,
+        &mut findings,
+    )?;
     for result in &mut results {
         result.verdict = Verdict::of(findings.iter().chain(&result.warnings));
     }
     let excerpt = beginning.excerpt.as_ref();
     let position_cutoff_choice =
         (chosen.zip(excerpt)).map(|(reason, excerpt)| sweep(&reading, excerpt, reason));
-    let mut infos = log_infos(log, &names, &passed.logs, &delays, &channels).into_iter();
+    let mut infos =
+        log_infos(log, &names, &passed.logs, (&delays, &factors), &channels).into_iter();
     Ok(Identified {
         trace: Curves {
             columns: model.parameters().iter().map(|p| p.name.clone()).collect(),
@@ -307,6 +323,28 @@ pub fn identify(
             results,
         },
     })
+}
+
+/// Looks at the beginning again: what instruments say, and whether gravity is tilted.
+fn look_again(
+    experiment: &Experiment,
+    reading: &Reading<'_>,
+    beginning: &mut Beginning<'_, '_>,
+    fitted: &Fitted,
+    results: &mut [EstimateResult],
+    findings: &mut Vec<Finding>,
+) -> Result<(), PassError> {
+    if reading.weights.is_some()
+        && let Some(excerpt) = beginning.get(reading.channels)?
+    {
+        add_instruments(reading, excerpt, fitted, results);
+    }
+    if worth_a_look(experiment, worst_residual(results))
+        && let Some(excerpt) = beginning.get(reading.channels)?
+    {
+        findings.extend(tilted(experiment, reading, excerpt));
+    }
+    Ok(())
 }
 
 /// What estimators are made of.

@@ -29,6 +29,7 @@ mod watch;
 mod weigh;
 
 pub use crate::check::UNEXPLAINED;
+pub use about_logs::{DelayUsed, GainUsed, LogInfo, SignUsed};
 pub use chi_square::upper_tail;
 pub use cross_check::{Route, cross_checks};
 pub use gravity::{tilted, worth_a_look};
@@ -40,10 +41,10 @@ pub use lsff::{Lsff, LsffError};
 pub use progress::Progress;
 pub use refine::{KnownNoise, information_bound};
 pub use result::{
-    CrossCheckResult, CutoffChoice, CutoffPoint, DelayUsed, Determined, EncoderOffsetResult,
-    EstimateResult, GENERATOR, HeldOutResidual, Identification, LogInfo, MotorRowResult,
-    ParameterEstimate, RefinedDelay, RefinedOffset, Refinement, RowDisturbance, SensorNoise,
-    SettingsUsed, SimulationFit, StandardParameter, parameters_csv,
+    CrossCheckResult, CutoffChoice, CutoffPoint, Determined, EncoderOffsetResult, EstimateResult,
+    GENERATOR, HeldOutResidual, Identification, MotorRowResult, ParameterEstimate, RefinedDelay,
+    RefinedOffset, Refinement, RowDisturbance, SensorNoise, SettingsUsed, SimulationFit,
+    StandardParameter, parameters_csv,
 };
 pub use standard::standard_parameters;
 pub use stribeck::find_stribeck;
