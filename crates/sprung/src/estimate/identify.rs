@@ -3,12 +3,12 @@
 use std::time::Instant;
 
 use super::about_logs::log_infos;
+use super::beginning::Beginning;
 use super::describe::{OfEstimator, describe, fit_curves, trace_of};
 use super::gravity::{tilted, worth_a_look};
 use super::instrumental::add_instruments;
 use super::judge::{Verdict, judge};
 use super::least_squares::{Fitted, fit, residual, trace};
-use super::likely_delays::refine_delays;
 use super::lsff::{Lsff, LsffError};
 use super::output_error::output_error;
 use super::prediction_error::{Before, prediction_error};
@@ -19,16 +19,15 @@ use super::sweep::sweep;
 use super::watch::{Watch, of_lsff};
 use super::weigh::find_weights;
 use crate::check::{
-    DelayError, Delays, Excerpt, FactorError, Refusal, choose_cutoff, examine, excerpt,
-    find_factors,
+    DelayError, Delays, FactorError, Refusal, choose_cutoff, examine, find_factors,
 };
-use crate::curves::Curves;
+use crate::curves::{CurveSet, Curves};
 use crate::description::{
-    Controller, ControllerKind, Cutoff, Delay, Estimator, Experiment, Feedforward, Identify,
-    OnCheckError, StartName, Weights,
+    Controller, ControllerKind, Cutoff, Estimator, Experiment, Feedforward, Identify, OnCheckError,
+    StartName, Weights,
 };
 use crate::finding::{Finding, Severity};
-use crate::log::{ChannelError, Channels, LogError, LogSource};
+use crate::log::{ChannelError, Channels, LogSource};
 use crate::model::{Model, ModelError, Theta};
 use crate::regression::{PassError, Passed, Reading, System, TransitionWeights, read_through};
 
@@ -93,50 +92,6 @@ impl From<FactorError> for IdentifyError {
         match error {
             FactorError::Log(error) => Self::Pass(error.into()),
             error => Self::Factor(error),
-        }
-    }
-}
-
-/// The beginning of the first log, read when it is first needed.
-struct Beginning<'a, 's> {
-    sources: &'a mut [LogSource<'s>],
-    excerpt: Option<Excerpt>,
-}
-
-impl Beginning<'_, '_> {
-    fn get(&mut self, channels: &Channels) -> Result<Option<&Excerpt>, LogError> {
-        if self.excerpt.is_none() {
-            self.excerpt = match self.sources.first_mut() {
-                Some(first) => Some(excerpt(channels, first)?),
-                None => None,
-            };
-        }
-        Ok(self.excerpt.as_ref())
-    }
-
-    /// Asks the likelihood of the logs for delays that are to be estimated.
-    fn refine_delays(
-        &mut self,
-        reading: &Reading<'_>,
-        delays: &mut Delays,
-        progress: &mut dyn FnMut(Progress),
-    ) -> Result<(), PassError> {
-        if self.for_delays(reading.channels)?.is_some()
-            && let Some(excerpt) = &self.excerpt
-        {
-            refine_delays(reading, delays, self.sources, excerpt, progress)?;
-        }
-        delays.settle();
-        Ok(())
-    }
-
-    /// Returns it if a delay is to be estimated.
-    fn for_delays(&mut self, channels: &Channels) -> Result<Option<&Excerpt>, PassError> {
-        let wanted = (channels.all.iter()).any(|c| c.delay == Some(Delay::Estimate));
-        if wanted {
-            Ok(self.get(channels)?)
-        } else {
-            Ok(None)
         }
     }
 }
@@ -286,10 +241,6 @@ pub fn identify(
         }
         thetas.push((estimator, of_estimator.theta));
     }
-    if traces.is_empty() {
-        let points = trace(model, &passed.system).collect();
-        traces.push(trace_of(model, Estimator::LeastSquares, points));
-    }
     look_again(
         experiment,
         &reading,
@@ -307,10 +258,7 @@ pub fn identify(
     let mut infos =
         log_infos(log, &names, &passed.logs, (&delays, &factors), &channels).into_iter();
     Ok(Identified {
-        trace: Curves {
-            columns: model.parameters().iter().map(|p| p.name.clone()).collect(),
-            sets: traces,
-        },
+        trace: over_time(model, &passed.system, traces),
         fit: fit_curves(model, &thetas, &passed.system),
         identification: Identification {
             format: 1,
@@ -323,6 +271,18 @@ pub fn identify(
             results,
         },
     })
+}
+
+/// Returns parameters over time, of least squares if no estimator has any.
+fn over_time(model: &Model, system: &System, mut traces: Vec<CurveSet>) -> Curves {
+    if traces.is_empty() {
+        let points = trace(model, system).collect();
+        traces.push(trace_of(model, Estimator::LeastSquares, points));
+    }
+    Curves {
+        columns: model.parameters().iter().map(|p| p.name.clone()).collect(),
+        sets: traces,
+    }
 }
 
 /// Looks at the beginning again: what instruments say, and whether gravity is tilted.

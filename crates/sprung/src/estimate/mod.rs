@@ -1,6 +1,7 @@
 //! From a system to parameters, and how far to trust them.
 
 mod about_logs;
+mod beginning;
 mod chi_square;
 mod cross_check;
 mod describe;
