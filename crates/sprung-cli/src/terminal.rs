@@ -69,6 +69,9 @@ impl Terminal {
         identification: &Identification,
         truth: Option<&BTreeMap<String, f64>>,
     ) {
+        for line in of_log(identification) {
+            self.say(line);
+        }
         for result in &identification.results {
             self.say(format!(
                 "{}: {} ({}), {} of {} parameters determined, condition number {} ({} scaled)",
@@ -339,6 +342,34 @@ fn error_table_by_joint(run: &sprung::validate::RunResult) -> Table {
         }
     }
     table
+}
+
+/// Delays, signs and gains that were found in the log, a line each.
+fn of_log(identification: &Identification) -> Vec<String> {
+    let log = &identification.log;
+    let delays = log.delay_s.iter().filter_map(|(column, delay)| {
+        let error = delay.standard_error?;
+        Some(format!(
+            "{column}: {} s late (standard error {} s)",
+            significant(delay.value, 4),
+            significant(error, 2)
+        ))
+    });
+    let signs = log.sign.iter().map(|(column, sign)| {
+        format!(
+            "{column}: sign {} (log-likelihood +{} against the other)",
+            sign.value,
+            significant(sign.log_likelihood, 3)
+        )
+    });
+    let gains = log.gain.iter().map(|(column, gain)| {
+        format!(
+            "{column}: gain {} (standard error {})",
+            significant(gain.value, 5),
+            significant(gain.standard_error, 2)
+        )
+    });
+    delays.chain(signs).chain(gains).collect()
 }
 
 fn error_table(run: &sprung::validate::RunResult) -> Table {

@@ -94,8 +94,12 @@ pub(super) fn from_disk(
     let mut sources: Vec<Vec<LogSource<'_>>> = (paths.iter().zip(&mut openers))
         .map(|(paths, openers)| sources(paths, openers))
         .collect();
+    let mut experiment = loaded.experiment.clone();
+    if let (Some(log), Some(found)) = (&mut experiment.log, &parameters.identification) {
+        log.settle(&found.log.signs(), &found.log.gains());
+    }
     let found = validate(
-        &loaded.experiment,
+        &experiment,
         &loaded.model,
         &parameters.sets,
         &delays,

@@ -2,7 +2,7 @@
 
 use super::delay::{DelayEstimate, estimate_delays};
 use super::excerpt::Excerpt;
-use crate::description::Delay;
+use crate::description::{Delay, Estimator};
 use crate::finding::{Finding, Severity};
 use crate::log::Channels;
 use crate::regression::Reading;
@@ -12,11 +12,25 @@ use crate::regression::Reading;
 #[error("{0}")]
 pub struct DelayError(String);
 
+/// A delay by the likelihood of a log.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RefinedDelay {
+    /// Index of the channel in [`Channels::all`].
+    pub channel: usize,
+    /// How much later than the others it was recorded, s.
+    pub delay: f64,
+    /// Standard error, s.
+    pub standard_error: f64,
+}
+
 /// Delays in use.
 pub struct Delays {
     /// One per channel, s.
     pub values: Vec<f64>,
     found: Vec<DelayEstimate>,
+    refined: Vec<RefinedDelay>,
+    // Whether a refinement was, or is to be, asked.
+    by_likelihood: bool,
 }
 
 impl Delays {
@@ -67,19 +81,39 @@ impl Delays {
         for estimate in found.iter().filter(|estimate| estimate.found) {
             values[estimate.channel] = estimate.delay;
         }
-        Ok(Self { values, found })
+        Ok(Self {
+            values,
+            found,
+            refined: Vec::new(),
+            by_likelihood: (base.settings.estimator).contains(&Estimator::PredictionError),
+        })
+    }
+
+    /// Puts delays by likelihood in the place of those of the search.
+    pub fn refine(&mut self, refined: Vec<RefinedDelay>) {
+        for delay in &refined {
+            self.values[delay.channel] = delay.delay;
+        }
+        self.refined = refined;
+    }
+
+    /// Says that the likelihood was asked, and knew no more than the search.
+    pub fn settle(&mut self) {
+        self.by_likelihood = false;
     }
 
     /// Returns the delay of a channel, and its standard error if it was found
     /// in the log, s.
     #[must_use]
     pub fn used(&self, channel: usize) -> (f64, Option<f64>) {
-        let found = (self.found.iter())
+        let searched = (self.found.iter())
             .filter(|estimate| estimate.found)
-            .find(|estimate| estimate.channel == channel);
+            .find(|estimate| estimate.channel == channel)
+            .map(|estimate| estimate.standard_error);
+        let refined = self.refined.iter().find(|delay| delay.channel == channel);
         (
             self.values[channel],
-            found.map(|estimate| estimate.standard_error),
+            refined.map(|delay| delay.standard_error).or(searched),
         )
     }
 
@@ -88,13 +122,38 @@ impl Delays {
     pub fn findings(&self, channels: &Channels) -> Vec<Finding> {
         let finding = |estimate: &DelayEstimate| {
             let column = &channels.all[estimate.channel].column;
+            let refined = (self.refined.iter()).find(|d| d.channel == estimate.channel);
+            if let Some(refined) = refined {
+                return Finding::new(
+                    Severity::Info,
+                    "delay-estimated",
+                    format!(
+                        "\"{column}\" was recorded {:.6} s late (standard error {:.6} s), by the \
+                         likelihood of the log",
+                        refined.delay, refined.standard_error
+                    ),
+                    "give the delay as a number to keep it fixed",
+                );
+            }
+            if !estimate.found && self.by_likelihood {
+                return Finding::new(
+                    Severity::Info,
+                    "delay-left-to-likelihood",
+                    format!(
+                        "no delay of \"{column}\" explains the motor torque better than none, so that \
+                         it is short if there is one; identify asks the likelihood of the whole robot"
+                    ),
+                    "run sprung identify; or sprung check --thorough, which tries every channel",
+                );
+            }
             if !estimate.found {
                 return Finding::new(
                     Severity::Serious,
                     "delay-not-found",
                     format!(
                         "no delay of \"{column}\" between -0.05 s and 0.5 s explains the motor torque \
-                         better than its neighbours and than none; it was taken as 0"
+                         better than its neighbours and than none, nor does the likelihood of the log \
+                         tell one; it was taken as 0"
                     ),
                     "give the delay as a number of seconds; see that the log begins with motion \
                      and that all signs are right",

@@ -11,13 +11,16 @@ mod columns;
 mod cutoff;
 mod delay;
 mod excerpt;
+mod factors;
 mod filters;
+mod gain;
 mod in_use;
 mod joints;
 mod offset;
 mod relative;
 mod result;
 mod row;
+mod sign;
 mod tell;
 
 use crate::description::{Cutoff, Experiment};
@@ -32,7 +35,8 @@ pub use columns::reversed_torque;
 pub use cutoff::{choose_cutoff, noise, position_cutoff, velocity_per_position, white_noise};
 pub use delay::{DelayEstimate, estimate_delays};
 pub use excerpt::{Excerpt, excerpt};
-pub use in_use::{DelayError, Delays};
+pub use factors::{FactorError, Factors, FoundGain, FoundSign, find_factors};
+pub use in_use::{DelayError, Delays, RefinedDelay};
 pub use relative::{ChannelDelay, RelativeDelays, relative_delays};
 pub use result::{
     CheckReport, Checked, CheckedLog, ColumnFigures, DelayFigures, JointFigures, LikelyDelay, Place,
@@ -58,9 +62,21 @@ pub enum CheckError {
     /// A delay cannot be estimated.
     #[error(transparent)]
     Delay(#[from] DelayError),
+    /// A sign or a gain cannot be estimated.
+    #[error(transparent)]
+    Factor(FactorError),
     /// The log cannot be read.
     #[error(transparent)]
     Log(#[from] LogError),
+}
+
+impl From<FactorError> for CheckError {
+    fn from(error: FactorError) -> Self {
+        match error {
+            FactorError::Log(error) => Self::Log(error),
+            error => Self::Factor(error),
+        }
+    }
 }
 
 /// Errors about a log, for which it is refused.
@@ -258,6 +274,8 @@ pub fn check(
     sources: &mut [LogSource<'_>],
     progress: &mut (dyn FnMut(u64) + Send),
 ) -> Result<Checked, CheckError> {
+    let (experiment, factors) = find_factors(experiment, model, sources)?;
+    let experiment = &*experiment;
     let log = experiment.log.as_ref().ok_or(CheckError::NoLog)?;
     let channels = Channels::new(&experiment.robot, log)?;
     let names: Vec<String> = sources.iter().map(|source| source.name.clone()).collect();
@@ -288,7 +306,7 @@ pub fn check(
     };
     let delays = Delays::new(&reading, Some(&excerpt), &names.join(", "))?;
     reading.delays = &delays.values;
-    let found = examine(
+    let mut found = examine(
         experiment,
         &reading,
         &delays,
@@ -296,6 +314,8 @@ pub fn check(
         &figures,
         Some(&excerpt),
     );
+    let file = names.first().map_or("", String::as_str);
+    found.findings.extend(factors.findings(file));
     Ok(tell::told(
         experiment, &channels, &names, &figures, &excerpt, found,
     ))

@@ -63,6 +63,23 @@ impl RowFit {
             .collect()
     }
 
+    /// Returns parameters whose value is known and not zero: name, known value, fitted
+    /// value, standard error.
+    pub(super) fn beside_fixed(
+        &self,
+        model: &Model,
+        independent: f64,
+    ) -> Vec<(String, f64, f64, f64)> {
+        (self.columns.iter().enumerate())
+            .filter_map(|(i, &column)| {
+                let parameter = &model.parameters()[column];
+                let fixed = parameter.fixed.filter(|fixed| *fixed != 0.0)?;
+                let error = (self.squares * self.inverse[i] / independent).sqrt();
+                Some((parameter.name.clone(), fixed, self.x[i], error))
+            })
+            .collect()
+    }
+
     /// Returns what it says in short.
     pub(super) fn short(&self, model: &Model) -> MotorRowFit {
         let mut fit = MotorRowFit {

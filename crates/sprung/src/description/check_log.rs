@@ -8,7 +8,8 @@ use super::check::{Fault, fault};
 use super::check_columns::check_columns;
 use super::choice::{nearest, quoted};
 use super::columns::{Columns, PerJoint};
-use super::log::{Delay, Log};
+use super::factor::{Delay, Factor};
+use super::log::Log;
 use super::robot::{Joint, Robot};
 use super::units::{Dimension, Unit};
 
@@ -216,9 +217,15 @@ pub(super) fn check_log(log: &Log, path: &[&str], robot: &Robot) -> Result<(), F
             labels.push(label);
         }
     }
+    check_by_column(log, path, &labels)
+}
+
+/// Checks what is said by the names of columns.
+fn check_by_column(log: &Log, path: &[&str], labels: &[String]) -> Result<(), Fault> {
     let columns: Vec<&str> = labels.iter().map(String::as_str).collect();
     for (key, name) in (log.delay_s.keys().map(|name| ("delay_s", name)))
         .chain(log.sign.keys().map(|name| ("sign", name)))
+        .chain(log.gain.keys().map(|name| ("gain", name)))
     {
         // "q*[joint2]" speaks of one of those that are named together.
         let common = name
@@ -246,10 +253,25 @@ pub(super) fn check_log(log: &Log, path: &[&str], robot: &Robot) -> Result<(), F
         }
     }
     for (name, sign) in &log.sign {
-        if sign.abs().to_bits() != 1.0_f64.to_bits() {
+        if let Factor::Known(sign) = sign
+            && sign.abs().to_bits() != 1.0_f64.to_bits()
+        {
             return Err(fault(
                 &[path, &["sign", name]].concat(),
-                format!("the sign of \"{name}\" is {sign}; it must be 1 or -1"),
+                format!("the sign of \"{name}\" is {sign}; it must be 1 or -1, or \"estimate\""),
+            ));
+        }
+    }
+    for (name, gain) in &log.gain {
+        if let Factor::Known(gain) = gain
+            && !(gain.is_finite() && *gain > 0.0)
+        {
+            return Err(fault(
+                &[path, &["gain", name]].concat(),
+                format!(
+                    "the gain of \"{name}\" is {gain}; it must be positive, or \"estimate\"; what \
+                     counts the other way has a sign"
+                ),
             ));
         }
     }

@@ -8,6 +8,7 @@ use serde::Deserialize;
 
 use super::choice::choose;
 use super::columns::{Column, ColumnName, Columns};
+use super::factor::{Delay, Factor};
 use super::robot::Side;
 
 /// A log and what its columns mean; each list has one column per joint that
@@ -86,9 +87,13 @@ pub struct Log {
     /// How much later than the others a column was recorded, s, by column.
     #[serde(default)]
     pub delay_s: BTreeMap<String, Delay>,
-    /// 1 or -1 by column, for channels that count the other way.
+    /// 1 or -1 by column, for channels that count the other way; or `"estimate"`.
     #[serde(default)]
-    pub sign: BTreeMap<String, f64>,
+    pub sign: BTreeMap<String, Factor>,
+    /// What a column is multiplied with, beside what its own entry says; or
+    /// `"estimate"`.
+    #[serde(default)]
+    pub gain: BTreeMap<String, Factor>,
 }
 
 impl Log {
@@ -165,6 +170,14 @@ impl Log {
         })
     }
 
+    /// Puts signs and gains that were found, by column, in the place of those that are
+    /// to be estimated.
+    pub fn settle(&mut self, signs: &BTreeMap<String, f64>, gains: &BTreeMap<String, f64>) {
+        let known = |(column, value): (&String, &f64)| (column.clone(), Factor::Known(*value));
+        self.sign.extend(signs.iter().map(known));
+        self.gain.extend(gains.iter().map(known));
+    }
+
     /// Returns this log with what `over` says of the same things replaced.
     #[must_use]
     pub fn overlaid(&self, over: &Self) -> Self {
@@ -208,6 +221,7 @@ impl Log {
         log.motor_torque_exact |= over.motor_torque_exact;
         log.delay_s.extend(over.delay_s.clone());
         log.sign.extend(over.sign.clone());
+        log.gain.extend(over.gain.clone());
         log
     }
 }
@@ -300,54 +314,4 @@ fn files<'de, D: serde::Deserializer<'de>>(
         }
     }
     deserializer.deserialize_any(Visitor)
-}
-
-/// A delay: a number, or `"estimate"`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Delay {
-    /// Known, s.
-    Known(f64),
-    /// To be found from the log.
-    Estimate,
-}
-
-impl<'de> Deserialize<'de> for Delay {
-    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Visitor;
-        impl serde::de::Visitor<'_> for Visitor {
-            type Value = Delay;
-
-            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-                f.write_str("a number of seconds or \"estimate\"")
-            }
-
-            fn visit_f64<E>(self, value: f64) -> Result<Delay, E> {
-                Ok(Delay::Known(value))
-            }
-
-            fn visit_i64<E>(self, value: i64) -> Result<Delay, E> {
-                Ok(Delay::Known(value as f64))
-            }
-
-            fn visit_str<E: serde::de::Error>(self, word: &str) -> Result<Delay, E> {
-                choose("delay", word, &["estimate"])
-                    .map(|_| Delay::Estimate)
-                    .map_err(E::custom)
-            }
-        }
-        deserializer.deserialize_any(Visitor)
-    }
-}
-
-impl JsonSchema for Delay {
-    fn schema_name() -> std::borrow::Cow<'static, str> {
-        "Delay".into()
-    }
-
-    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
-        schemars::json_schema!({
-            "description": "seconds, or \"estimate\"",
-            "anyOf": [{ "type": "number" }, { "const": "estimate" }],
-        })
-    }
 }

@@ -10,6 +10,7 @@ mod check_log;
 mod check_robot;
 mod choice;
 mod columns;
+mod factor;
 mod identify;
 mod keys;
 mod log;
@@ -24,11 +25,12 @@ mod urdf;
 
 pub(crate) use check_log::default_field;
 pub use columns::{Column, ColumnName, Columns, PerJoint, StartsAt};
+pub use factor::{Delay, Factor};
 pub use identify::{
     Cutoff, DiscretizationName, EncoderOffset, Estimator, Identify, InitialMomentum, OnCheckError,
     StartName, Weights,
 };
-pub use log::{CsvForm, Delay, Log, SamplingTimes};
+pub use log::{CsvForm, Log, SamplingTimes};
 pub use read::{DescriptionError, Experiment, no_files, read, schema};
 pub use robot::{
     DhJoint, FrictionLaw, Joint, Kinematics, Nominal, Robot, Side, SpringTerm, Transmission, Tree,

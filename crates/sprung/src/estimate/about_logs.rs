@@ -2,22 +2,121 @@
 
 use std::collections::BTreeMap;
 
-use super::result::{DelayUsed, LogInfo};
-use crate::check::Delays;
+use serde::{Deserialize, Serialize};
+
+use crate::check::{Delays, Factors};
 use crate::description::Log;
 use crate::log::{Channels, Sampling};
 use crate::regression::LogFigures;
+
+/// What is known of a log.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LogInfo {
+    /// File as the experiment names it.
+    pub file: String,
+    /// Number of samples.
+    pub samples: u64,
+    /// Sampling period, s.
+    pub period_s: f64,
+    /// Time between first and last sample, s.
+    pub duration_s: f64,
+    /// Largest deviation of a step from the period, percent.
+    pub jitter_percent: f64,
+    /// Root mean square of these deviations, percent.
+    #[serde(default)]
+    pub jitter_rms_percent: f64,
+    /// When samples were taken: `even`, `on-cycle` or `as-stamped`.
+    #[serde(default)]
+    pub sampling: String,
+    /// The cycle at whose multiples samples were taken, s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cycle_s: Option<f64>,
+    /// Number of samples in the file.
+    #[serde(default)]
+    pub recorded: u64,
+    /// Samples used that were interpolated.
+    #[serde(default)]
+    pub interpolated: u64,
+    /// Missing samples, at most three together.
+    #[serde(default)]
+    pub dropped: u64,
+    /// Samples written twice, with one time, and left out.
+    #[serde(default)]
+    pub repeated: u64,
+    /// Samples that repeat all values of the one before although a joint moves.
+    #[serde(default)]
+    pub frozen: u64,
+    /// Number of gaps, at which filters start anew.
+    #[serde(default)]
+    pub gaps: u64,
+    /// Delays that were undone, by column.
+    #[serde(default)]
+    pub delay_s: BTreeMap<String, DelayUsed>,
+    /// Signs that were estimated, by column.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub sign: BTreeMap<String, SignUsed>,
+    /// Gains that were estimated, by column.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub gain: BTreeMap<String, GainUsed>,
+}
+
+/// A sign that was estimated.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SignUsed {
+    /// 1 or -1.
+    pub value: f64,
+    /// By how much the logarithm of the likelihood is greater than with the other one.
+    pub log_likelihood: f64,
+}
+
+/// A gain that was estimated.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GainUsed {
+    /// What the column was multiplied with.
+    pub value: f64,
+    /// Standard error of the value.
+    pub standard_error: f64,
+}
+
+impl LogInfo {
+    /// Returns the signs that were estimated, by column.
+    #[must_use]
+    pub fn signs(&self) -> BTreeMap<String, f64> {
+        let signs = self.sign.iter();
+        signs
+            .map(|(name, sign)| (name.clone(), sign.value))
+            .collect()
+    }
+
+    /// Returns the gains that were estimated, by column.
+    #[must_use]
+    pub fn gains(&self) -> BTreeMap<String, f64> {
+        let gains = self.gain.iter();
+        gains
+            .map(|(name, gain)| (name.clone(), gain.value))
+            .collect()
+    }
+}
+
+/// A delay that was undone.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DelayUsed {
+    /// Value, s.
+    pub value: f64,
+    /// Standard error, s, if it was estimated.
+    pub standard_error: Option<f64>,
+}
 
 /// Returns figures of the logs, in their order.
 pub(super) fn log_infos(
     log: &Log,
     names: &[String],
     figures: &[LogFigures],
-    delays: &Delays,
+    found: (&Delays, &Factors),
     channels: &Channels,
 ) -> Vec<LogInfo> {
     (figures.iter().zip(&log_names(log, names)))
-        .map(|(figures, name)| log_info(name, figures, delays, channels))
+        .map(|(figures, name)| log_info(name, figures, found, channels))
         .collect()
 }
 
@@ -32,7 +131,12 @@ fn log_names(log: &Log, opened: &[String]) -> Vec<String> {
     }
 }
 
-fn log_info(file: &str, figures: &LogFigures, delays: &Delays, channels: &Channels) -> LogInfo {
+fn log_info(
+    file: &str,
+    figures: &LogFigures,
+    (delays, factors): (&Delays, &Factors),
+    channels: &Channels,
+) -> LogInfo {
     let delay_s: BTreeMap<String, DelayUsed> = (channels.all.iter().enumerate())
         .filter(|(_, channel)| channel.delay.is_some())
         .map(|(i, channel)| {
@@ -61,5 +165,23 @@ fn log_info(file: &str, figures: &LogFigures, delays: &Delays, channels: &Channe
         frozen: timing.frozen.count,
         gaps: timing.gaps.count,
         delay_s,
+        sign: (factors.signs.iter())
+            .map(|sign| {
+                let used = SignUsed {
+                    value: sign.value,
+                    log_likelihood: sign.log_likelihood,
+                };
+                (sign.column.clone(), used)
+            })
+            .collect(),
+        gain: (factors.gains.iter())
+            .map(|gain| {
+                let used = GainUsed {
+                    value: gain.value,
+                    standard_error: gain.standard_error,
+                };
+                (gain.column.clone(), used)
+            })
+            .collect(),
     }
 }

@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use super::about_logs::log_infos;
+use super::beginning::Beginning;
 use super::describe::{OfEstimator, describe, fit_curves, trace_of};
 use super::gravity::{tilted, worth_a_look};
 use super::instrumental::add_instruments;
@@ -17,14 +18,16 @@ use super::stribeck::find_stribeck;
 use super::sweep::sweep;
 use super::watch::{Watch, of_lsff};
 use super::weigh::find_weights;
-use crate::check::{DelayError, Delays, Excerpt, Refusal, choose_cutoff, examine, excerpt};
-use crate::curves::Curves;
+use crate::check::{
+    DelayError, Delays, FactorError, Refusal, choose_cutoff, examine, find_factors,
+};
+use crate::curves::{CurveSet, Curves};
 use crate::description::{
-    Controller, ControllerKind, Cutoff, Delay, Estimator, Experiment, Feedforward, Identify,
-    OnCheckError, StartName, Weights,
+    Controller, ControllerKind, Cutoff, Estimator, Experiment, Feedforward, Identify, OnCheckError,
+    StartName, Weights,
 };
 use crate::finding::{Finding, Severity};
-use crate::log::{ChannelError, Channels, LogError, LogSource};
+use crate::log::{ChannelError, Channels, LogSource};
 use crate::model::{Model, ModelError, Theta};
 use crate::regression::{PassError, Passed, Reading, System, TransitionWeights, read_through};
 
@@ -64,6 +67,9 @@ pub enum IdentifyError {
     /// A delay cannot be estimated.
     #[error(transparent)]
     Delay(#[from] DelayError),
+    /// A sign or a gain cannot be estimated.
+    #[error(transparent)]
+    Factor(FactorError),
     /// The log is wrong, or does not fit the filters.
     #[error(transparent)]
     Pass(#[from] PassError),
@@ -81,30 +87,11 @@ pub enum IdentifyError {
     },
 }
 
-/// The beginning of the first log, read when it is first needed.
-struct Beginning<'a, 's> {
-    sources: &'a mut [LogSource<'s>],
-    excerpt: Option<Excerpt>,
-}
-
-impl Beginning<'_, '_> {
-    fn get(&mut self, channels: &Channels) -> Result<Option<&Excerpt>, LogError> {
-        if self.excerpt.is_none() {
-            self.excerpt = match self.sources.first_mut() {
-                Some(first) => Some(excerpt(channels, first)?),
-                None => None,
-            };
-        }
-        Ok(self.excerpt.as_ref())
-    }
-
-    /// Returns it if a delay is to be estimated.
-    fn for_delays(&mut self, channels: &Channels) -> Result<Option<&Excerpt>, PassError> {
-        let wanted = (channels.all.iter()).any(|c| c.delay == Some(Delay::Estimate));
-        if wanted {
-            Ok(self.get(channels)?)
-        } else {
-            Ok(None)
+impl From<FactorError> for IdentifyError {
+    fn from(error: FactorError) -> Self {
+        match error {
+            FactorError::Log(error) => Self::Pass(error.into()),
+            error => Self::Factor(error),
         }
     }
 }
@@ -186,6 +173,8 @@ pub fn identify(
     progress: &mut (dyn FnMut(Progress) + Send),
 ) -> Result<Identified, IdentifyError> {
     let start = Instant::now();
+    let (experiment, factors) = find_factors(experiment, model, sources)?;
+    let experiment = &*experiment;
     let log = experiment.log.as_ref().ok_or(IdentifyError::NoLog)?;
     let settings = &experiment.identify;
     let controller = loop_controller(experiment)?;
@@ -207,11 +196,14 @@ pub fn identify(
         weights: None,
     };
     let chosen = choose(&mut reading, &mut beginning)?;
-    let mut findings = Vec::new();
-    let delays = Delays::new(&reading, beginning.for_delays(&channels)?, &file)?;
-    reading.delays = &delays.values;
+    let mut findings = factors.findings(names.first().map_or("", String::as_str));
+    let mut delays = Delays::new(&reading, beginning.for_delays(&channels)?, &file)?;
+    let searched = delays.values.clone();
+    reading.delays = &searched;
     let shaped = shape(&reading, &mut beginning, &mut findings)?;
     reading.model = &shaped;
+    beginning.refine_delays(&reading, &mut delays, progress)?;
+    reading.delays = &delays.values;
     let model = &shaped;
     let weights = weights(&reading, &mut beginning)?;
     reading.weights = weights.as_ref();
@@ -249,32 +241,24 @@ pub fn identify(
         }
         thetas.push((estimator, of_estimator.theta));
     }
-    if weights.is_some()
-        && let Some(excerpt) = beginning.get(&channels).map_err(PassError::from)?
-    {
-        add_instruments(&reading, excerpt, &fitted, &mut results);
-    }
-    if traces.is_empty() {
-        let points = trace(model, &passed.system).collect();
-        traces.push(trace_of(model, Estimator::LeastSquares, points));
-    }
-    if worth_a_look(experiment, worst_residual(&results))
-        && let Some(excerpt) = beginning.get(&channels).map_err(PassError::from)?
-    {
-        findings.extend(tilted(experiment, &reading, excerpt));
-    }
+    look_again(
+        experiment,
+        &reading,
+        &mut beginning,
+        &fitted,
+        &mut results,
+        &mut findings,
+    )?;
     for result in &mut results {
         result.verdict = Verdict::of(findings.iter().chain(&result.warnings));
     }
     let excerpt = beginning.excerpt.as_ref();
     let position_cutoff_choice =
         (chosen.zip(excerpt)).map(|(reason, excerpt)| sweep(&reading, excerpt, reason));
-    let mut infos = log_infos(log, &names, &passed.logs, &delays, &channels).into_iter();
+    let mut infos =
+        log_infos(log, &names, &passed.logs, (&delays, &factors), &channels).into_iter();
     Ok(Identified {
-        trace: Curves {
-            columns: model.parameters().iter().map(|p| p.name.clone()).collect(),
-            sets: traces,
-        },
+        trace: over_time(model, &passed.system, traces),
         fit: fit_curves(model, &thetas, &passed.system),
         identification: Identification {
             format: 1,
@@ -287,6 +271,40 @@ pub fn identify(
             results,
         },
     })
+}
+
+/// Returns parameters over time, of least squares if no estimator has any.
+fn over_time(model: &Model, system: &System, mut traces: Vec<CurveSet>) -> Curves {
+    if traces.is_empty() {
+        let points = trace(model, system).collect();
+        traces.push(trace_of(model, Estimator::LeastSquares, points));
+    }
+    Curves {
+        columns: model.parameters().iter().map(|p| p.name.clone()).collect(),
+        sets: traces,
+    }
+}
+
+/// Looks at the beginning again: what instruments say, and whether gravity is tilted.
+fn look_again(
+    experiment: &Experiment,
+    reading: &Reading<'_>,
+    beginning: &mut Beginning<'_, '_>,
+    fitted: &Fitted,
+    results: &mut [EstimateResult],
+    findings: &mut Vec<Finding>,
+) -> Result<(), PassError> {
+    if reading.weights.is_some()
+        && let Some(excerpt) = beginning.get(reading.channels)?
+    {
+        add_instruments(reading, excerpt, fitted, results);
+    }
+    if worth_a_look(experiment, worst_residual(results))
+        && let Some(excerpt) = beginning.get(reading.channels)?
+    {
+        findings.extend(tilted(experiment, reading, excerpt));
+    }
+    Ok(())
 }
 
 /// What estimators are made of.

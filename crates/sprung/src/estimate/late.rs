@@ -13,8 +13,8 @@ use crate::model::Model;
 const CERTAIN: f64 = 5.0;
 const PART: f64 = 0.05;
 
-/// Refinements with a channel's delay, each from where the last one ended.
-const ROUNDS: usize = 5;
+/// Channels that are tried in a round, the surest first.
+const MOST: usize = 12;
 
 /// Finds channels that come late by the likelihood of the logs.
 ///
@@ -50,35 +50,66 @@ pub fn late_channels(
             .map(|channel| channel.column.as_str())
             .collect()
     };
+    let joints: Vec<usize> = (0..model.joint_count())
+        .filter(|joint| !given.contains(joint))
+        .collect();
     let mut found: Vec<LikelyDelay> = Vec::new();
     // One late link seems to make its neighbours late: first the one is looked for
-    // that explains them all, the surest first, then one joint after the other.
+    // that explains them all, then one joint after the other.
     for alone in [true, false] {
-        let mut tried: Vec<String> = Vec::new();
-        while let Some((joint, suspect)) = (0..model.joint_count())
-            .filter(|joint| !given.contains(joint))
-            .flat_map(|joint| {
-                let suspects = own(&now.delays, &columns(joint), now.period);
-                suspects.into_iter().map(move |suspect| (joint, suspect))
-            })
-            .filter(|(_, suspect)| !tried.contains(&suspect.column))
-            .max_by(|(_, a), (_, b)| sureness(a).total_cmp(&sureness(b)))
-        {
-            tried.push(suspect.column.clone());
-            let mut trial = experiment.clone();
-            let Some((delay, then)) =
-                settle(&mut trial, &suspect, (model, sources, progress), now.period)?
-            else {
-                continue;
+        loop {
+            let done = |joint: &&usize| {
+                let own = columns(**joint);
+                !found
+                    .iter()
+                    .any(|delay| own.contains(&delay.column.as_str()))
             };
-            let explained = (0..model.joint_count())
-                .filter(|other| alone || *other == joint)
-                .all(|other| own(&then.delays, &columns(other), then.period).is_empty());
-            if explained {
-                experiment = trial;
-                now = then;
-                found.push(delay);
+            let open: Vec<usize> = joints.iter().filter(done).copied().collect();
+            let mut suspects: Vec<(usize, RefinedDelay)> = (open.iter())
+                .flat_map(|&joint| {
+                    let own = now.suspects(&columns(joint));
+                    own.into_iter().map(move |delay| (joint, delay))
+                })
+                .collect();
+            suspects.sort_by(|(_, a), (_, b)| sureness(b).total_cmp(&sureness(a)));
+            suspects.truncate(MOST);
+            let mut best: Option<(LikelyDelay, Refined)> = None;
+            for (joint, suspect) in suspects {
+                let mut trial = experiment.clone();
+                if let Some(log) = &mut trial.log {
+                    log.delay_s.insert(suspect.column.clone(), Delay::Estimate);
+                }
+                let then = refined(&trial, model, sources, progress)?;
+                let explained = (joints.iter())
+                    .filter(|&&other| alone || other == joint)
+                    .all(|&other| then.certain(&columns(other), &suspect.column).is_empty());
+                let own = then
+                    .delays
+                    .iter()
+                    .find(|delay| delay.column == suspect.column);
+                let better = (best.as_ref()).is_none_or(|(_, before)| then.loss < before.loss);
+                if let Some(delay) = own
+                    && let Some(standard_error) = delay.standard_error_s
+                    && explained
+                    && then.used
+                    && better
+                    && is_certain(delay.delay_s, standard_error, then.period)
+                {
+                    let likely = LikelyDelay {
+                        column: delay.column.clone(),
+                        delay: delay.delay_s,
+                        standard_error,
+                    };
+                    best = Some((likely, then));
+                }
             }
+            let Some((delay, then)) = best else { break };
+            if let Some(log) = &mut experiment.log {
+                let known = Delay::Known(delay.delay);
+                log.delay_s.insert(delay.column.clone(), known);
+            }
+            now = then;
+            found.push(delay);
         }
     }
     Ok(found)
@@ -88,6 +119,47 @@ pub fn late_channels(
 struct Refined {
     delays: Vec<RefinedDelay>,
     period: f64,
+    // Whether it is used.
+    used: bool,
+    // Minus the logarithm of the likelihood of a measurement.
+    loss: f64,
+}
+
+impl Refined {
+    /// Delays of some columns that are certain, but that of one column.
+    fn certain(&self, columns: &[&str], but: &str) -> Vec<RefinedDelay> {
+        (self.delays.iter())
+            .filter(|delay| columns.contains(&delay.column.as_str()) && delay.column != but)
+            .filter(|delay| {
+                let beyond = delay.delay_s - delay.used_s;
+                (delay.standard_error_s).is_some_and(|error| is_certain(beyond, error, self.period))
+            })
+            .cloned()
+            .collect()
+    }
+
+    /// Delays that may explain the log: those that are certain, or if the refinement
+    /// failed, which a long delay may cause, all.
+    fn suspects(&self, columns: &[&str]) -> Vec<RefinedDelay> {
+        if self.used {
+            return self.certain(columns, "");
+        }
+        (columns.iter())
+            .map(|&column| {
+                let known = self.delays.iter().find(|delay| delay.column == column);
+                known.cloned().unwrap_or(RefinedDelay {
+                    column: column.to_owned(),
+                    delay_s: 0.0,
+                    standard_error_s: None,
+                    used_s: 0.0,
+                })
+            })
+            .collect()
+    }
+}
+
+fn is_certain(delay: f64, standard_error: f64, period: f64) -> bool {
+    delay.abs() > CERTAIN * standard_error && delay.abs() > PART * period
 }
 
 fn refined(
@@ -97,65 +169,18 @@ fn refined(
     progress: &mut (dyn FnMut(Progress) + Send),
 ) -> Result<Refined, IdentifyError> {
     let found = identify(experiment, model, sources, progress)?.identification;
-    let refinement = found.results.first().and_then(|result| result.refined());
+    let refinement = (found.results.first()).and_then(|result| result.refinement.as_ref());
     Ok(Refined {
         delays: refinement.map_or_else(Vec::new, |refinement| refinement.delays.clone()),
         period: found.log.period_s,
+        used: refinement.is_some_and(|refinement| refinement.used),
+        loss: refinement.map_or(f64::INFINITY, |refinement| {
+            refinement.minus_log_likelihood / refinement.measurements.max(1) as f64
+        }),
     })
 }
 
 /// How many standard errors a delay is away from what was assumed.
 fn sureness(delay: &RefinedDelay) -> f64 {
     (delay.standard_error_s).map_or(0.0, |error| (delay.delay_s - delay.used_s).abs() / error)
-}
-
-/// Delays of some columns that are not what was assumed.
-fn own(delays: &[RefinedDelay], columns: &[&str], period: f64) -> Vec<RefinedDelay> {
-    (delays.iter())
-        .filter(|delay| columns.contains(&delay.column.as_str()))
-        .filter(|delay| {
-            sureness(delay) > CERTAIN && (delay.delay_s - delay.used_s).abs() > PART * period
-        })
-        .cloned()
-        .collect()
-}
-
-/// Undoes a delay until the likelihood asks for no more of it; returns it and what
-/// is left of others, or nothing if it does not settle.
-fn settle(
-    trial: &mut Experiment,
-    suspect: &RefinedDelay,
-    (model, sources, progress): (
-        &Model,
-        &mut [LogSource<'_>],
-        &mut (dyn FnMut(Progress) + Send),
-    ),
-    period: f64,
-) -> Result<Option<(LikelyDelay, Refined)>, IdentifyError> {
-    let mut delay = suspect.delay_s;
-    for _ in 0..ROUNDS {
-        if let Some(log) = &mut trial.log {
-            log.delay_s
-                .insert(suspect.column.clone(), Delay::Known(delay));
-        }
-        let found = refined(trial, model, sources, progress)?;
-        let own = (found.delays.iter()).find(|next| next.column == suspect.column);
-        let Some(next) = own.cloned() else {
-            return Ok(None);
-        };
-        let Some(error) = next.standard_error_s else {
-            return Ok(None);
-        };
-        let step = next.delay_s - delay;
-        delay = next.delay_s;
-        if step.abs() < (0.5 * error).max(0.01 * period) {
-            let likely = LikelyDelay {
-                column: next.column,
-                delay,
-                standard_error: error,
-            };
-            return Ok(Some((likely, found)));
-        }
-    }
-    Ok(None)
 }

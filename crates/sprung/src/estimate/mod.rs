@@ -1,6 +1,7 @@
 //! From a system to parameters, and how far to trust them.
 
 mod about_logs;
+mod beginning;
 mod chi_square;
 mod cross_check;
 mod describe;
@@ -14,6 +15,7 @@ mod judge_parameters;
 mod judge_scale;
 mod late;
 mod least_squares;
+mod likely_delays;
 mod lsff;
 mod output_error;
 mod prediction_error;
@@ -28,6 +30,7 @@ mod watch;
 mod weigh;
 
 pub use crate::check::UNEXPLAINED;
+pub use about_logs::{DelayUsed, GainUsed, LogInfo, SignUsed};
 pub use chi_square::upper_tail;
 pub use cross_check::{Route, cross_checks};
 pub use describe::NORMAL_95;
@@ -40,10 +43,10 @@ pub use lsff::{Lsff, LsffError};
 pub use progress::Progress;
 pub use refine::{KnownNoise, information_bound};
 pub use result::{
-    CrossCheckResult, CutoffChoice, CutoffPoint, DelayUsed, Determined, EncoderOffsetResult,
-    EstimateResult, GENERATOR, HeldOutResidual, Identification, LogInfo, MotorRowResult,
-    ParameterEstimate, RefinedDelay, RefinedOffset, Refinement, RowDisturbance, SensorNoise,
-    SettingsUsed, SimulationFit, StandardParameter, parameters_csv,
+    CrossCheckResult, CutoffChoice, CutoffPoint, Determined, EncoderOffsetResult, EstimateResult,
+    GENERATOR, HeldOutResidual, Identification, MotorRowResult, ParameterEstimate, RefinedDelay,
+    RefinedOffset, Refinement, RowDisturbance, SensorNoise, SettingsUsed, SimulationFit,
+    StandardParameter, parameters_csv,
 };
 pub use standard::standard_parameters;
 pub use stribeck::find_stribeck;

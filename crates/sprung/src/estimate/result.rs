@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use super::about_logs::LogInfo;
 use super::judge::Verdict;
 use crate::finding::{Finding, Severity};
 use crate::model::stribeck_name;
@@ -71,60 +72,6 @@ impl Identification {
         });
         words.collect::<Vec<_>>().join(", ")
     }
-}
-
-/// What is known of a log.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct LogInfo {
-    /// File as the experiment names it.
-    pub file: String,
-    /// Number of samples.
-    pub samples: u64,
-    /// Sampling period, s.
-    pub period_s: f64,
-    /// Time between first and last sample, s.
-    pub duration_s: f64,
-    /// Largest deviation of a step from the period, percent.
-    pub jitter_percent: f64,
-    /// Root mean square of these deviations, percent.
-    #[serde(default)]
-    pub jitter_rms_percent: f64,
-    /// When samples were taken: `even`, `on-cycle` or `as-stamped`.
-    #[serde(default)]
-    pub sampling: String,
-    /// The cycle at whose multiples samples were taken, s.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub cycle_s: Option<f64>,
-    /// Number of samples in the file.
-    #[serde(default)]
-    pub recorded: u64,
-    /// Samples used that were interpolated.
-    #[serde(default)]
-    pub interpolated: u64,
-    /// Missing samples, at most three together.
-    #[serde(default)]
-    pub dropped: u64,
-    /// Samples written twice, with one time, and left out.
-    #[serde(default)]
-    pub repeated: u64,
-    /// Samples that repeat all values of the one before although a joint moves.
-    #[serde(default)]
-    pub frozen: u64,
-    /// Number of gaps, at which filters start anew.
-    #[serde(default)]
-    pub gaps: u64,
-    /// Delays that were undone, by column.
-    #[serde(default)]
-    pub delay_s: BTreeMap<String, DelayUsed>,
-}
-
-/// A delay that was undone.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct DelayUsed {
-    /// Value, s.
-    pub value: f64,
-    /// Standard error, s, if it was estimated.
-    pub standard_error: Option<f64>,
 }
 
 /// Settings of an identification.

@@ -23,7 +23,7 @@ pub enum Quantity {
 /// One column of a log.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
-    /// Name of the column for messages, and as a key of `delay_s` and `sign`.
+    /// Name of the column for messages, and as a key of `delay_s`, `sign` and `gain`.
     pub column: String,
     /// Where its readings come from.
     pub origin: Origin,
@@ -35,6 +35,10 @@ pub struct Channel {
     pub factor: f64,
     /// How much later than the others it was recorded.
     pub delay: Option<Delay>,
+    /// Whether its sign is to be found from the log; `factor` has it positive.
+    pub open_sign: bool,
+    /// Whether its gain is to be found from the log; `factor` has it 1.
+    pub open_gain: bool,
 }
 
 /// The channels of a log: links, motors and torques, joint by joint.

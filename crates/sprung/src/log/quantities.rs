@@ -1,11 +1,15 @@
 //! From the keys of a description to channels, quantity by quantity.
 
+use std::collections::BTreeMap;
+
 use sprung_core::chain::JointKind::{self, Prismatic, Revolute};
 
 use super::channels::{Channel, ChannelError, Quantity};
 use super::origin::{Origin, Pick, Start, Stream, TimeOrigin};
 use super::timing::Sampling;
-use crate::description::{Column, Columns, Joint, Log, PerJoint, Robot, SamplingTimes, Side, Unit};
+use crate::description::{
+    Column, Columns, Factor, Joint, Log, PerJoint, Robot, SamplingTimes, Side, Unit,
+};
 
 /// Returns origin, stream and factor of the time.
 pub(super) fn time(log: &Log) -> Option<(TimeOrigin, Option<Stream>, f64)> {
@@ -133,11 +137,16 @@ fn channel(
     let label = joint_in_label.map_or_else(|| common.clone(), |name| format!("{common}[{name}]"));
     let number = |values: &Option<PerJoint<f64>>| values.as_ref().and_then(|v| v.get(place));
     let unit = column.unit.map_or(1.0, Unit::size);
-    let sign_of_log = log.sign.get(&label).or_else(|| log.sign.get(&common));
+    let of_log = |factors: &BTreeMap<String, Factor>| {
+        let factor = factors.get(&label).or_else(|| factors.get(&common));
+        factor.copied().unwrap_or(Factor::Known(1.0))
+    };
+    let (sign, gain) = (of_log(&log.sign), of_log(&log.gain));
     let factor = unit / number(&column.counts_per_turn).unwrap_or(1.0)
         * number(&column.gain).unwrap_or(1.0)
         * number(&column.sign).unwrap_or(1.0)
-        * sign_of_log.copied().unwrap_or(1.0);
+        * sign.known().unwrap_or(1.0)
+        * gain.known().unwrap_or(1.0);
     let delay = log.delay_s.get(&label).or_else(|| log.delay_s.get(&common));
     Some(Channel {
         origin: Origin {
@@ -154,6 +163,8 @@ fn channel(
         joint: 0,
         factor,
         delay: delay.copied(),
+        open_sign: sign == Factor::Estimate,
+        open_gain: gain == Factor::Estimate,
     })
 }
 

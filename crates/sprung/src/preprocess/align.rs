@@ -244,6 +244,8 @@ mod tests {
                 joint,
                 factor: 1.0,
                 delay: None,
+                open_sign: false,
+                open_gain: false,
             })
             .collect();
         Channels {

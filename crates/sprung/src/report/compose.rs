@@ -378,6 +378,26 @@ fn settings(contents: &Contents<'_>) -> Section {
                 format!("{}{error} s", significant(delay.value, 4)),
             ));
         }
+        for (column, sign) in &log.sign {
+            pairs.push((
+                format!("Sign of {column}"),
+                format!(
+                    "{}, log-likelihood +{} against the other",
+                    sign.value,
+                    significant(sign.log_likelihood, 3)
+                ),
+            ));
+        }
+        for (column, gain) in &log.gain {
+            pairs.push((
+                format!("Gain of {column}"),
+                format!(
+                    "{} ± {}",
+                    significant(gain.value, 5),
+                    significant(gain.standard_error, 2)
+                ),
+            ));
+        }
         for result in &identification.results {
             pairs.push((
                 format!("Time for {}", result.estimator),

@@ -52,6 +52,15 @@ pub enum ValidateError {
         /// Name of the column.
         column: String,
     },
+    /// A sign or a gain is to be estimated, likewise.
+    #[error(
+        "the sign or gain of \"{column}\" is to be estimated, and the parameter file does not say what was \
+         found; give it as a number"
+    )]
+    UnknownFactor {
+        /// Name of the column.
+        column: String,
+    },
     /// A name of the parameter file is not one of the model.
     #[error(transparent)]
     Model(#[from] ModelError),
@@ -106,6 +115,11 @@ pub fn validate(
             None => log.clone(),
         };
         let channels = Channels::new(&experiment.robot, &log)?;
+        if let Some(open) = (channels.all.iter()).find(|c| c.open_sign || c.open_gain) {
+            return Err(ValidateError::UnknownFactor {
+                column: open.column.clone(),
+            });
+        }
         let controller = described
             .controller
             .as_ref()

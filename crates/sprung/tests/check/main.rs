@@ -1,6 +1,9 @@
 //! Every finding of a check fires on a log that was damaged, and none on a whole one.
 #![expect(clippy::unwrap_used, clippy::expect_used, reason = "a test may panic")]
 
+mod delays;
+mod factors;
+
 // The logs and faults of the benchmark.
 #[path = "../../benches/faults/faults.rs"]
 mod faults;

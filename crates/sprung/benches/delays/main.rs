@@ -1,0 +1,180 @@
+//! How well delays of channels are found, on logs of the demo's twin.
+//!
+//! `cargo bench -p sprung --bench delays -- --seeds 2`: `identify` with
+//! `delay_s = { column = "estimate" }`, and the thorough check, which is told
+//! nothing, of every channel and of delays from 0 to 20 ms.
+#![expect(clippy::print_stdout, reason = "a benchmark says what it measured")]
+#![expect(clippy::expect_used, reason = "a benchmark may panic")]
+
+#[path = "../faults/twin.rs"]
+#[expect(dead_code, reason = "the logs of another benchmark")]
+mod twin;
+
+use rayon::prelude::*;
+use sprung::description::{Delay, Estimator};
+use sprung::estimate::{identify, late_channels};
+use sprung::model::Model;
+use twin::{Demo, Table, with_source};
+
+const COLUMNS: [&str; 6] = [
+    "q1_rad", "q2_rad", "phi1_rad", "phi2_rad", "tau1_nm", "tau2_nm",
+];
+
+/// Delays, ms; samples of the demo.
+const SIZES: [usize; 6] = [0, 1, 2, 5, 10, 20];
+
+struct Arguments {
+    seeds: u64,
+    none: u64,
+    columns: Vec<usize>,
+    sizes: Vec<usize>,
+    told: bool,
+    untold: bool,
+}
+
+impl Arguments {
+    /// Reads the command line; nothing if the program was not started by
+    /// `cargo bench`.
+    fn new() -> Option<Self> {
+        let mut found = Self {
+            seeds: 2,
+            none: 20,
+            columns: (0..COLUMNS.len()).collect(),
+            sizes: SIZES.to_vec(),
+            told: true,
+            untold: true,
+        };
+        let mut bench = false;
+        let mut words = std::env::args().skip(1);
+        while let Some(word) = words.next() {
+            let mut value = || words.next().expect("an argument lacks its value");
+            match word.as_str() {
+                "--bench" => bench = true,
+                "--seeds" => found.seeds = value().parse().expect("--seeds is a number"),
+                "--none" => found.none = value().parse().expect("--none is a number"),
+                "--columns" => found.columns = numbers(&value()),
+                "--sizes" => found.sizes = numbers(&value()),
+                "--told" => found.untold = false,
+                "--untold" => found.told = false,
+                other => panic!("no argument {other}"),
+            }
+        }
+        bench.then_some(found)
+    }
+}
+
+fn numbers(list: &str) -> Vec<usize> {
+    let parts = list.split(',').map(str::parse);
+    parts
+        .collect::<Result<_, _>>()
+        .expect("numbers with commas between them")
+}
+
+fn main() {
+    let Some(arguments) = Arguments::new() else {
+        return;
+    };
+    let demo = Demo::new();
+    if arguments.told {
+        table("identify, told which channel", &arguments, |log, column| {
+            told(&demo, log, column)
+        });
+    }
+    if arguments.untold {
+        let none: usize = (0..arguments.none)
+            .into_par_iter()
+            .map(|seed| untold(&demo, &demo.table(2000 + seed, 1.0)).len())
+            .sum();
+        println!(
+            "thorough check: {none} delays in {} logs without",
+            arguments.none
+        );
+        table("thorough check, told nothing", &arguments, |log, column| {
+            let found = untold(&demo, log);
+            match &found[..] {
+                [] => Ok(0.0),
+                [(name, delay)] if name == COLUMNS[column] => Ok(*delay),
+                others => Err(format!("{others:?}")),
+            }
+        });
+    }
+}
+
+/// Prints the largest error of each channel and delay, in ms.
+fn table(
+    name: &str,
+    arguments: &Arguments,
+    find: impl Fn(&Table, usize) -> Result<f64, String> + Sync,
+) {
+    println!("{name}: largest error in ms of {} logs", arguments.seeds);
+    let head: Vec<String> = (arguments.sizes.iter())
+        .map(|size| format!("{size:>9} ms"))
+        .collect();
+    println!("  {:8} {}", "channel", head.join(" "));
+    let demo = Demo::new();
+    for &column in &arguments.columns {
+        let cells: Vec<(String, Vec<String>)> = (arguments.sizes.par_iter())
+            .map(|&samples| {
+                let found: Vec<Result<f64, String>> = (0..arguments.seeds)
+                    .into_par_iter()
+                    .map(|seed| {
+                        let log = demo.table(2000 + seed, 1.0).delayed(column, samples);
+                        find(&log, column).map(|delay| (1e3 * delay - samples as f64).abs())
+                    })
+                    .collect();
+                let wrong: Vec<String> = found.iter().filter_map(|f| f.clone().err()).collect();
+                let largest = found.into_iter().filter_map(Result::ok).fold(0.0, f64::max);
+                let cell = if wrong.is_empty() {
+                    format!("{largest:.4}")
+                } else {
+                    format!("{} wrong", wrong.len())
+                };
+                (cell, wrong)
+            })
+            .collect();
+        let row: Vec<String> = cells
+            .iter()
+            .map(|(cell, _)| format!("{cell:>12}"))
+            .collect();
+        println!("  {:8} {}", COLUMNS[column], row.join(" "));
+        for why in cells.iter().flat_map(|(_, wrong)| wrong) {
+            println!("      {why}");
+        }
+    }
+}
+
+/// The delay that an identification finds in a channel, s.
+fn told(demo: &Demo, log: &Table, column: usize) -> Result<f64, String> {
+    let mut experiment = demo.experiment.clone();
+    experiment.identify.estimator = vec![Estimator::PredictionError];
+    let name = COLUMNS[column];
+    let described = experiment.log.as_mut().expect("the demo has a log");
+    described.delay_s.insert(name.to_owned(), Delay::Estimate);
+    let model = Model::new(&experiment).expect("the twin has a model");
+    let found = with_source(&log.csv(), |source| {
+        identify(&experiment, &model, &mut [source], &mut |_| ())
+    })
+    .map_err(|error| error.to_string())?
+    .identification;
+    let result = &found.results[0];
+    let codes: Vec<&str> = (found.findings.iter().chain(&result.warnings))
+        .filter(|finding| finding.code.contains("delay") || finding.code.contains("failed"))
+        .map(|finding| finding.text.as_str())
+        .collect();
+    let refined = result.refined().ok_or_else(|| format!("{codes:?}"))?;
+    let own = refined.delays.iter().find(|delay| delay.column == name);
+    own.map(|delay| delay.delay_s)
+        .ok_or_else(|| format!("{codes:?}"))
+}
+
+/// The delays that a thorough check finds: columns, s.
+fn untold(demo: &Demo, log: &Table) -> Vec<(String, f64)> {
+    let model = Model::new(&demo.experiment).expect("the twin has a model");
+    with_source(&log.csv(), |source| {
+        late_channels(&demo.experiment, &model, &mut [source], &mut |_| ())
+    })
+    .expect("the log can be identified")
+    .into_iter()
+    .map(|delay| (delay.column, delay.delay))
+    .collect()
+}

@@ -1,0 +1,215 @@
+//! Signs of columns, by the equation of each joint's torque.
+
+use sprung_core::parameters::JointParameter;
+
+use super::excerpt::Excerpt;
+use super::factors::FoundSign;
+use super::relative::independent;
+use super::row::{RowFit, fit_rows};
+use crate::log::{Channels, Quantity};
+use crate::regression::Reading;
+
+/// How much greater the logarithm of the likelihood must be than with the other sign: a
+/// thousand to one.
+const SURE: f64 = 6.9;
+
+/// Signs that are tried together, at most: each doubles the work.
+const MOST: usize = 10;
+
+/// Part of the torque below which a residual says nothing more.
+const EXACT: f64 = 1e-4;
+
+/// Finds all signs that are open; or says which cannot be told, and what to do.
+pub(super) fn signs(
+    reading: &Reading<'_>,
+    excerpt: &Excerpt,
+    file: &str,
+) -> Result<Vec<FoundSign>, String> {
+    let channels = reading.channels;
+    let joints = reading.model.joint_count();
+    let open = |joint: usize| {
+        let own = move |&i: &usize| channels.all[i].joint == joint && channels.all[i].open_sign;
+        (0..channels.all.len()).filter(own)
+    };
+    for joint in 0..joints {
+        let all = channels.all.iter().filter(|c| c.joint == joint).count();
+        if all > 0 && open(joint).count() == all {
+            let name = &reading.model.joints()[joint];
+            return Err(format!(
+                "the signs of all columns of {name} are to be estimated, and turned together they fit \
+                 as well: which way is positive is yours to say; give one of them as 1 or -1 in sign"
+            ));
+        }
+    }
+    // Rows of rigid joints and coupled transmissions hold the positions of others.
+    let together = channels.position_mix.is_some()
+        || channels.torque_mix.is_some()
+        || (0..joints).any(|joint| !reading.model.is_flexible(joint) && open(joint).count() > 0);
+    let groups: Vec<Vec<usize>> = if together {
+        vec![(0..joints).collect()]
+    } else {
+        (0..joints).map(|joint| vec![joint]).collect()
+    };
+    let mut found = Vec::new();
+    for rows in groups {
+        let wanted: Vec<usize> = rows.iter().flat_map(|&joint| open(joint)).collect();
+        if wanted.len() > MOST {
+            return Err(format!(
+                "{} signs of joints that move each other are to be estimated, at most {MOST} can be; \
+                 give the others as 1 or -1 in sign",
+                wanted.len()
+            ));
+        }
+        if !wanted.is_empty() {
+            found.extend(decide(reading, excerpt, file, &rows, &wanted)?);
+        }
+    }
+    Ok(found)
+}
+
+/// What the rows of some joints say with some signs.
+struct Trial {
+    turned: Vec<bool>,
+    /// Logarithm of the likelihood, without its constant.
+    score: f64,
+    fits: Vec<RowFit>,
+}
+
+fn decide(
+    reading: &Reading<'_>,
+    excerpt: &Excerpt,
+    file: &str,
+    rows: &[usize],
+    wanted: &[usize],
+) -> Result<Vec<FoundSign>, String> {
+    let number = independent(excerpt, reading);
+    let trials: Vec<Trial> = (0..1_usize << wanted.len())
+        .filter_map(|bits| {
+            let turned: Vec<bool> = (0..wanted.len()).map(|k| bits >> k & 1 == 1).collect();
+            let mut tried = excerpt.clone();
+            for (&channel, _) in wanted.iter().zip(&turned).filter(|(_, turned)| **turned) {
+                tried = tried.scaled(channel, -1.0);
+            }
+            let fits = fit_rows(&tried, reading, rows)?;
+            let score = fits.iter().map(|fit| score(fit, reading, number)).sum();
+            Some(Trial {
+                turned,
+                score,
+                fits,
+            })
+        })
+        .filter(|trial| trial.score.is_finite())
+        .collect();
+    let best = trials.iter().max_by(|a, b| a.score.total_cmp(&b.score));
+    let column = |k: usize| &reading.channels.all[wanted[k]].column;
+    let Some(best) = best else {
+        return Err(format!(
+            "the sign of \"{}\" cannot be told from {file}: its joint does not move, or the log is too \
+             short for the filters; give it as 1 or -1 in sign",
+            column(0)
+        ));
+    };
+    (0..wanted.len())
+        .map(|k| {
+            let other = (trials.iter())
+                .filter(|trial| trial.turned[k] != best.turned[k])
+                .max_by(|a, b| a.score.total_cmp(&b.score));
+            let ahead = other.map_or(0.0, |other| best.score - other.score);
+            let joint = reading.channels.all[wanted[k]].joint;
+            let place = rows.iter().position(|&row| row == joint).unwrap_or(0);
+            if ahead < SURE {
+                return Err(format!(
+                    "the sign of \"{}\" cannot be told from {file}: the equation of {} fits about as \
+                     well with the other one (log-likelihood +{ahead:.1}, {SURE} is needed); give it as \
+                     1 or -1 in sign, or log a motion with more accelerations and reversals",
+                    column(k),
+                    reading.model.joints()[joint]
+                ));
+            }
+            Ok(FoundSign {
+                column: column(k).clone(),
+                value: if best.turned[k] { -1.0 } else { 1.0 },
+                log_likelihood: ahead,
+                because: because(
+                    reading,
+                    excerpt,
+                    joint,
+                    [&best.fits[place], other.map_or(&best.fits[place], |o| &o.fits[place])],
+                ),
+            })
+        })
+        .collect()
+}
+
+/// Logarithm of the likelihood of a row's residual, and of its parameters being those of
+/// a robot.
+fn score(fit: &RowFit, reading: &Reading<'_>, independent: f64) -> f64 {
+    let positive: f64 = physical(fit, reading, independent)
+        .map(|(_, value, error)| log_positive(value / error))
+        .sum();
+    positive - independent * fit.relative_residual().max(EXACT).ln()
+}
+
+/// Parameters that no robot has below zero: kind, value, standard error.
+fn physical(
+    fit: &RowFit,
+    reading: &Reading<'_>,
+    independent: f64,
+) -> impl Iterator<Item = (JointParameter, f64, f64)> {
+    let all = fit.of_joints(reading.model, independent);
+    all.into_iter()
+        .filter(|(kind, ..)| kind.is_vital() || kind.is_friction())
+}
+
+/// Logarithm of the probability that something so many standard errors from zero is
+/// positive.
+fn log_positive(z: f64) -> f64 {
+    if z < -5.0 {
+        // The tail of the normal distribution.
+        -0.5 * z * z - (-z).ln() - 0.919
+    } else {
+        (0.5 * libm::erfc(-z / std::f64::consts::SQRT_2)).ln()
+    }
+}
+
+/// Says what tells a sign: parameters, residuals, and how the two positions move.
+fn because(reading: &Reading<'_>, excerpt: &Excerpt, joint: usize, fits: [&RowFit; 2]) -> String {
+    let number = independent(excerpt, reading);
+    let [with, other] = fits.map(|fit| {
+        let negative: Vec<&str> = physical(fit, reading, number)
+            .filter(|(_, value, _)| *value < 0.0)
+            .map(|(kind, ..)| kind.name())
+            .collect();
+        let signs = if negative.is_empty() {
+            "no parameter is negative".to_owned()
+        } else {
+            format!("{} would be negative", negative.join(", "))
+        };
+        format!(
+            "{signs} and {:.1} % of the torque",
+            100.0 * fit.relative_residual()
+        )
+    });
+    let name = &reading.model.joints()[joint];
+    let both = correlation(reading.channels, excerpt, joint).map_or_else(String::new, |r| {
+        format!(" (correlation of both positions as recorded {r:+.3})")
+    });
+    format!("in the equation of {name} {with} is left over, with the other sign {other}{both}")
+}
+
+/// Correlation of link and motor position as recorded.
+fn correlation(channels: &Channels, excerpt: &Excerpt, joint: usize) -> Option<f64> {
+    let link = channels.index(Quantity::LinkPosition, joint)?;
+    let motor = channels.index(Quantity::MotorPosition, joint)?;
+    let mean = |channel| excerpt.channel(channel).sum::<f64>() / excerpt.samples().max(1) as f64;
+    let (of_link, of_motor) = (mean(link), mean(motor));
+    let (mut both, mut one, mut two) = (0.0, 0.0, 0.0);
+    for (a, b) in excerpt.channel(link).zip(excerpt.channel(motor)) {
+        let (a, b) = (a - of_link, b - of_motor);
+        both += a * b;
+        one += a * a;
+        two += b * b;
+    }
+    let correlation = both / (one * two).sqrt();
+    correlation.is_finite().then_some(correlation)
+}

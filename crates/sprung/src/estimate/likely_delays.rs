@@ -1,0 +1,174 @@
+//! Delays that are to be estimated, by likelihood from more than one start.
+
+use super::least_squares::fit;
+use super::progress::Progress;
+use super::refine::{MOST_RUNS, Refined, Start, refine};
+use crate::check::{Delays, Excerpt, RefinedDelay, fit_motor_rows};
+use crate::description::{Delay, Estimator};
+use crate::log::LogSource;
+use crate::regression::{PassError, Reading};
+
+/// Delays from which the likelihood is followed until two starts lead to one place, s:
+/// it reaches some ten milliseconds from each.
+const FURTHER: [f64; 5] = [5e-3, 1e-2, 2e-2, 3.5e-2, -1e-2];
+
+/// Standard errors, and the part of a period, within which two delays are the same.
+const SAME: f64 = 3.0;
+const PART: f64 = 0.05;
+
+/// Finds the delays that the description asks for, by likelihood, and puts them in the
+/// place of those of the search by least squares; where it fails those stand.
+///
+/// A link that is a few milliseconds late looks to the equation of one joint like more
+/// viscous friction. So the likelihood of the whole robot is asked, from no delay, from
+/// what the search found and from further delays, until two starts lead to one place;
+/// the greatest wins.
+///
+/// Does nothing where no delay is to be estimated or the refinement is not wanted.
+///
+/// # Errors
+///
+/// [`PassError`] if a log cannot be read.
+pub(super) fn refine_delays(
+    reading: &Reading<'_>,
+    delays: &mut Delays,
+    sources: &mut [LogSource<'_>],
+    excerpt: &Excerpt,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<(), PassError> {
+    let channels = reading.channels;
+    let wanted: Vec<usize> = (0..channels.all.len())
+        .filter(|&i| channels.all[i].delay == Some(Delay::Estimate))
+        .collect();
+    let asked = (reading.settings.estimator).contains(&Estimator::PredictionError);
+    if wanted.is_empty() || !asked || !is_sound(reading, delays, excerpt, &wanted) {
+        return Ok(());
+    }
+    let mut search = Search {
+        reading,
+        known: &delays.values.clone(),
+        sources,
+        excerpt,
+        wanted: &wanted,
+        progress,
+    };
+    let searched: Vec<f64> = wanted.iter().map(|&i| delays.values[i]).collect();
+    let mut starts = vec![vec![0.0; wanted.len()]];
+    if searched != starts[0] {
+        starts.push(searched);
+    }
+    starts.extend(FURTHER.map(|start| vec![start; wanted.len()]));
+    let mut found: Vec<Refined> = Vec::new();
+    for start in starts {
+        let Some(refined) = search.follow(&start)? else {
+            continue;
+        };
+        let again = found
+            .iter()
+            .any(|other| agree(other, &refined, excerpt.period()));
+        found.push(refined);
+        if again {
+            break;
+        }
+    }
+    let converged = found.into_iter().filter(|refined| refined.converged);
+    let best = converged.min_by(|a, b| per_measurement(a).total_cmp(&per_measurement(b)));
+    if let Some(best) = best {
+        let refined = (best.delays.iter())
+            .filter(|delay| delay.wanted)
+            .map(|delay| RefinedDelay {
+                channel: delay.channel,
+                delay: delay.assumed + delay.beyond,
+                standard_error: delay.standard_error,
+            });
+        delays.refine(refined.collect());
+    }
+    Ok(())
+}
+
+/// Returns whether the joints that are asked about have springs that pull back: the
+/// likelihood of a log that is wrong takes minutes to say nothing.
+fn is_sound(reading: &Reading<'_>, delays: &Delays, excerpt: &Excerpt, wanted: &[usize]) -> bool {
+    let reading = Reading {
+        delays: &delays.values,
+        weights: None,
+        ..*reading
+    };
+    fit_motor_rows(excerpt, &reading).is_some_and(|fits| {
+        wanted.iter().all(|&i| {
+            let joint = reading.channels.all[i].joint;
+            fits[joint]
+                .stiffness
+                .is_none_or(|stiffness| stiffness > 0.0)
+        })
+    })
+}
+
+/// Minus the logarithm of the likelihood of a measurement: late channels leave fewer.
+fn per_measurement(refined: &Refined) -> f64 {
+    refined.loss / refined.measurements.max(1) as f64
+}
+
+fn agree(one: &Refined, other: &Refined, period: f64) -> bool {
+    let wanted = one
+        .delays
+        .iter()
+        .zip(&other.delays)
+        .filter(|(d, _)| d.wanted);
+    let same = wanted.into_iter().all(|(a, b)| {
+        let apart = (a.assumed + a.beyond - b.assumed - b.beyond).abs();
+        apart < SAME * a.standard_error.max(PART * period)
+    });
+    one.converged && other.converged && same
+}
+
+struct Search<'a, 's, 'p> {
+    reading: &'a Reading<'a>,
+    // Of channels whose delays are given.
+    known: &'a [f64],
+    sources: &'a mut [LogSource<'s>],
+    excerpt: &'a Excerpt,
+    wanted: &'a [usize],
+    progress: &'p mut dyn FnMut(Progress),
+}
+
+impl Search<'_, '_, '_> {
+    /// Follows the likelihood from some delays and what least squares say with them.
+    fn follow(&mut self, start: &[f64]) -> Result<Option<Refined>, PassError> {
+        let mut delays = self.known.to_vec();
+        for (&channel, &delay) in self.wanted.iter().zip(start) {
+            delays[channel] = delay;
+        }
+        let reading = Reading {
+            delays: &delays,
+            weights: None,
+            ..*self.reading
+        };
+        let model = reading.model;
+        let Some(fitted) = (self.excerpt.reduce(&reading)).and_then(|system| fit(model, &system))
+        else {
+            return Ok(None);
+        };
+        if !fitted.theta.iter().all(|value| value.is_finite()) {
+            return Ok(None);
+        }
+        let parameters = model.parameters().iter().zip(&fitted.identifiable);
+        let free = (parameters.enumerate())
+            .filter(|(_, (parameter, known))| **known && parameter.fixed.is_none())
+            .map(|(i, _)| i);
+        let start = Start {
+            theta: &fitted.theta,
+            free: free.collect(),
+            exact_torque: reading.channels.exact_torque,
+            delays: self.wanted.to_vec(),
+        };
+        let progress = &mut *self.progress;
+        let mut runs = |run| {
+            progress(Progress::FilterRun {
+                run,
+                most: MOST_RUNS,
+            });
+        };
+        refine(&reading, self.sources, self.excerpt, &start, &mut runs)
+    }
+}

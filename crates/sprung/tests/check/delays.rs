@@ -1,0 +1,40 @@
+//! Delays that are to be estimated, to a fraction of a sample.
+
+use sprung::description::{Delay, Estimator};
+use sprung::estimate::{Identification, identify};
+use sprung::model::Model;
+
+use super::twin::{Demo, with_source};
+
+/// Identifies from a log of the twin with a column that many samples late.
+fn late(column: usize, name: &str, samples: usize) -> Identification {
+    let demo = Demo::new();
+    let mut experiment = demo.experiment.clone();
+    experiment.identify.estimator = vec![Estimator::PredictionError];
+    let log = experiment.log.as_mut().unwrap();
+    log.delay_s.insert(name.to_owned(), Delay::Estimate);
+    let model = Model::new(&experiment).unwrap();
+    let table = demo.table(2000, 1.0).delayed(column, samples);
+    let found = with_source(&table.csv(), |source| {
+        identify(&experiment, &model, &mut [source], &mut |_| ())
+    });
+    found.unwrap().identification
+}
+
+#[test]
+fn short_and_long_delays_of_a_link_are_found() {
+    for (column, name, samples) in [(1, "q2_rad", 2), (1, "q2_rad", 20), (0, "q1_rad", 0)] {
+        let found = late(column, name, samples);
+        let used = found.log.delay_s[name];
+        let off = used.value - 1e-3 * samples as f64;
+        assert!(off.abs() < 2e-4, "{name} {samples}: {used:?}");
+        assert!(used.standard_error.unwrap() < 1e-4, "{used:?}");
+        let refined = found.results[0].refined();
+        let refined = refined.unwrap_or_else(|| panic!("{:#?}", found.results[0].warnings));
+        let own = refined.delays.iter().find(|delay| delay.column == name);
+        assert!((own.unwrap().delay_s - used.value).abs() < 5e-5, "{own:?}");
+        let codes: Vec<&str> = found.findings.iter().map(|f| f.code.as_str()).collect();
+        assert!(codes.contains(&"delay-estimated"), "{codes:?}");
+        assert!(!codes.contains(&"delay-not-found"), "{codes:?}");
+    }
+}

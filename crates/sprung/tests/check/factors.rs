@@ -1,0 +1,148 @@
+//! Signs and gains that are to be estimated.
+
+use sprung::check::{FactorError, Factors, find_factors};
+use sprung::description::{Experiment, Factor};
+use sprung::estimate::identify;
+use sprung::model::Model;
+
+use super::twin::{Demo, Table, with_source};
+
+const COLUMNS: [&str; 6] = [
+    "q1_rad", "q2_rad", "phi1_rad", "phi2_rad", "tau1_nm", "tau2_nm",
+];
+
+fn find(experiment: &Experiment, table: &Table) -> Result<Factors, FactorError> {
+    let model = Model::new(experiment).unwrap();
+    with_source(&table.csv(), |source| {
+        find_factors(experiment, &model, &mut [source]).map(|(_, found)| found)
+    })
+}
+
+fn times(table: &Table, column: usize, by: f64) -> Table {
+    let mut table = table.clone();
+    table.columns[column]
+        .iter_mut()
+        .for_each(|value| *value *= by);
+    table
+}
+
+fn asked(experiment: &Experiment, signs: &[&str], gains: &[&str]) -> Experiment {
+    let mut experiment = experiment.clone();
+    let log = experiment.log.as_mut().unwrap();
+    for name in signs {
+        log.sign.insert((*name).to_owned(), Factor::Estimate);
+    }
+    for name in gains {
+        log.gain.insert((*name).to_owned(), Factor::Estimate);
+    }
+    experiment
+}
+
+#[test]
+fn signs_of_every_column_are_found() {
+    let demo = Demo::new();
+    let table = demo.table(1, 1.0);
+    for (column, name) in COLUMNS.into_iter().enumerate() {
+        let experiment = asked(&demo.experiment, &[name], &[]);
+        for sign in [1.0, -1.0] {
+            let found = find(&experiment, &times(&table, column, sign)).unwrap();
+            let own = &found.signs[0];
+            assert_eq!((own.column.as_str(), own.value), (name, sign), "{own:?}");
+            assert!(own.log_likelihood > 20.0, "{own:?}");
+        }
+    }
+    // A link and its torque together, and both links.
+    let two = asked(&demo.experiment, &["q1_rad", "tau1_nm"], &[]);
+    let found = find(&two, &times(&times(&table, 0, -1.0), 4, -1.0)).unwrap();
+    let values: Vec<f64> = found.signs.iter().map(|sign| sign.value).collect();
+    assert_eq!(values, [-1.0, -1.0]);
+    let two = asked(&demo.experiment, &["q1_rad", "q2_rad"], &[]);
+    let found = find(&two, &times(&table, 1, -1.0)).unwrap();
+    let values: Vec<f64> = found.signs.iter().map(|sign| sign.value).collect();
+    assert_eq!(values, [1.0, -1.0]);
+}
+
+#[test]
+fn signs_that_a_log_does_not_tell_are_refused() {
+    let demo = Demo::new();
+    let table = demo.table(1, 1.0);
+    let all = asked(&demo.experiment, &["q1_rad", "phi1_rad", "tau1_nm"], &[]);
+    let error = find(&all, &table).unwrap_err().to_string();
+    assert!(error.contains("turned together"), "{error}");
+    let mut still = table;
+    for column in [0, 2, 4] {
+        still.columns[column].fill(0.0);
+    }
+    let one = asked(&demo.experiment, &["tau1_nm"], &[]);
+    let error = find(&one, &still).unwrap_err().to_string();
+    assert!(error.contains("\"tau1_nm\" cannot be told"), "{error}");
+}
+
+#[test]
+fn gains_of_positions_are_found_within_their_errors() {
+    let demo = Demo::new();
+    for seed in 1..3 {
+        let table = demo.table(seed, 1.0);
+        for (column, name) in COLUMNS.into_iter().enumerate().take(4) {
+            let experiment = asked(&demo.experiment, &[], &[name]);
+            for wrong in [1.0, 1.3] {
+                let found = find(&experiment, &times(&table, column, wrong)).unwrap();
+                let own = &found.gains[0];
+                let off = (own.value * wrong - 1.0) / (own.standard_error * wrong);
+                assert!((own.value * wrong - 1.0).abs() < 0.03, "{wrong}: {own:?}");
+                assert!(off.abs() < 3.0, "{wrong}: {own:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_gain_of_a_torque_needs_something_known() {
+    let demo = Demo::new();
+    let table = times(&demo.table(1, 1.0), 5, 0.5);
+    let mut experiment = asked(&demo.experiment, &[], &["tau2_nm"]);
+    let error = find(&experiment, &table).unwrap_err().to_string();
+    assert!(error.contains("all parameters of joint2 scale"), "{error}");
+    let fixed = &mut experiment.robot.fixed;
+    fixed.insert("joint2.stiffness".to_owned(), 4.212_811);
+    let found = find(&experiment, &table).unwrap();
+    let own = &found.gains[0];
+    assert!(
+        (own.value - 2.0).abs() < 5.0 * own.standard_error,
+        "{own:?}"
+    );
+    assert!(own.standard_error < 0.05, "{own:?}");
+}
+
+#[test]
+fn two_gains_of_one_joint_are_refused() {
+    let demo = Demo::new();
+    let experiment = asked(&demo.experiment, &[], &["q1_rad", "phi1_rad"]);
+    let error = find(&experiment, &demo.table(1, 1.0))
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("one of both must be right"), "{error}");
+}
+
+#[test]
+fn an_identification_says_what_it_found() {
+    let demo = Demo::new();
+    let mut experiment = asked(&demo.experiment, &["tau1_nm"], &["q2_rad"]);
+    experiment.identify.estimator = vec![sprung::description::Estimator::LeastSquares];
+    let model = Model::new(&experiment).unwrap();
+    let table = times(&times(&demo.table(1, 1.0), 4, -1.0), 1, 1.1);
+    let found = with_source(&table.csv(), |source| {
+        identify(&experiment, &model, &mut [source], &mut |_| ())
+    });
+    let found = found.unwrap().identification;
+    assert_eq!(found.log.signs()["tau1_nm"].to_bits(), (-1.0_f64).to_bits());
+    let gain = found.log.gain["q2_rad"];
+    assert!((1.1 * gain.value - 1.0).abs() < 0.03, "{gain:?}");
+    for code in ["sign-estimated", "gain-estimated"] {
+        let own = found.findings.iter().find(|finding| finding.code == code);
+        let evidence = own.unwrap().evidence.as_ref().unwrap();
+        assert_eq!(evidence.file, "log");
+    }
+    let stiffness = found.results[0].values()["joint1.stiffness"];
+    assert!(stiffness > 0.0);
+}
