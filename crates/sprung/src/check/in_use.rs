@@ -14,7 +14,7 @@ pub struct DelayError(String);
 
 /// A delay by the likelihood of a log.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RefinedDelay {
+pub struct DelayByLikelihood {
     /// Index of the channel in [`Channels::all`].
     pub channel: usize,
     /// How much later than the others it was recorded, s.
@@ -28,7 +28,7 @@ pub struct Delays {
     /// One per channel, s.
     pub values: Vec<f64>,
     found: Vec<DelayEstimate>,
-    refined: Vec<RefinedDelay>,
+    refined: Vec<DelayByLikelihood>,
     // Whether a refinement was, or is to be, asked.
     by_likelihood: bool,
 }
@@ -90,7 +90,7 @@ impl Delays {
     }
 
     /// Puts delays by likelihood in the place of those of the search.
-    pub fn refine(&mut self, refined: Vec<RefinedDelay>) {
+    pub fn refine(&mut self, refined: Vec<DelayByLikelihood>) {
         for delay in &refined {
             self.values[delay.channel] = delay.delay;
         }

@@ -36,7 +36,7 @@ pub use cutoff::{choose_cutoff, noise, position_cutoff, velocity_per_position, w
 pub use delay::{DelayEstimate, estimate_delays};
 pub use excerpt::{Excerpt, excerpt};
 pub use factors::{FactorError, Factors, FoundGain, FoundSign, find_factors};
-pub use in_use::{DelayError, Delays, RefinedDelay};
+pub use in_use::{DelayByLikelihood, DelayError, Delays};
 pub use relative::{ChannelDelay, RelativeDelays, relative_delays};
 pub use result::{
     CheckReport, Checked, CheckedLog, ColumnFigures, DelayFigures, JointFigures, LikelyDelay, Place,

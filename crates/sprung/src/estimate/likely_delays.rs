@@ -3,7 +3,7 @@
 use super::least_squares::fit;
 use super::progress::Progress;
 use super::refine::{MOST_RUNS, Refined, Start, refine};
-use crate::check::{Delays, Excerpt, RefinedDelay, fit_motor_rows};
+use crate::check::{DelayByLikelihood, Delays, Excerpt, fit_motor_rows};
 use crate::description::{Delay, Estimator};
 use crate::log::LogSource;
 use crate::regression::{PassError, Reading};
@@ -76,7 +76,7 @@ pub(super) fn refine_delays(
     if let Some(best) = best {
         let refined = (best.delays.iter())
             .filter(|delay| delay.wanted)
-            .map(|delay| RefinedDelay {
+            .map(|delay| DelayByLikelihood {
                 channel: delay.channel,
                 delay: delay.assumed + delay.beyond,
                 standard_error: delay.standard_error,

@@ -158,14 +158,7 @@ impl<'m> Dynamics<'m> {
     /// Writes the accelerations at a state, and what derivatives need.
     fn rate(&mut self, x: &[f64], torque: &[f64], tangent: bool) {
         self.unpack(x);
-        let n = self.n;
-        let (link, motor) = self.joints.split_at(2 * n);
-        let state = State {
-            q: &link[..n],
-            dq: &link[n..],
-            phi: &motor[..n],
-            dphi: &motor[n..],
-        };
+        let state = state(&self.joints, self.n);
         let values = Values {
             theta: &self.theta,
             bodies: &self.bodies,
@@ -238,14 +231,7 @@ impl<'m> Dynamics<'m> {
 
     /// Writes the entries of the regressor at the state that was unpacked last.
     fn write_entries(&mut self) {
-        let n = self.n;
-        let (link, motor) = self.joints.split_at(2 * n);
-        let state = State {
-            q: &link[..n],
-            dq: &link[n..],
-            phi: &motor[..n],
-            dphi: &motor[n..],
-        };
+        let state = state(&self.joints, self.n);
         let mut workspace = self.scratch.workspace();
         let robot = self.model.robot();
         let fits = robot.torque_entries(&state, &self.rate, &mut workspace, &mut self.entries);
@@ -404,6 +390,17 @@ impl<'m> Dynamics<'m> {
                 }
             }
         }
+    }
+}
+
+/// Returns positions and velocities of links and motors as the model names them.
+fn state(joints: &[f64], n: usize) -> State<'_> {
+    let (link, motor) = joints.split_at(2 * n);
+    State {
+        q: &link[..n],
+        dq: &link[n..],
+        phi: &motor[..n],
+        dphi: &motor[n..],
     }
 }
 

@@ -1,9 +1,9 @@
 //! From a start to the parameters of the greatest likelihood.
 //!
 //! A Gauss-Newton step holds the filter's gains; the next run makes them anew, and
-//! the levels of the disturbances with them. For any gains the innovations at the
-//! true parameters do not correlate with their derivatives, so gains decide how
-//! precise the estimate is, not whether it is right.
+//! the levels of the disturbances with them. At the true parameters innovations
+//! correlate with their derivatives by noise of the logged torque alone, which is
+//! taken off, so gains decide how precise the estimate is, not whether it is right.
 
 use super::dynamics::Dynamics;
 use super::kalman::{Levels, Normal, Path, Schedule, Wanted, replay, run};
