@@ -2,6 +2,6 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use sprung_fuzz::{NUMBERS, read_log};
+use sprung_fuzz::{keys::NUMBERS, read_log};
 
 fuzz_target!(|data: &[u8]| read_log(data, NUMBERS));

@@ -8,6 +8,9 @@
 #[allow(dead_code, clippy::unwrap_used, reason = "made for tests")]
 mod mcap_bytes;
 
+#[path = "../../crates/sprung/tests/formats/keys.rs"]
+pub mod keys;
+
 use std::io::Cursor;
 use std::path::Path;
 
@@ -25,52 +28,6 @@ name = "joint1"
 [[robot.joint]]
 name = "joint2"
 [log]
-"#;
-
-/// Columns with names.
-pub const USUAL: &str = r#"
-time_s = "t_s"
-link_position_rad = "q*_rad"
-motor_position_rad = ["phi1_rad", "phi2_rad"]
-motor_torque_nm = "tau*_nm"
-"#;
-
-/// Columns with numbers.
-pub const NUMBERS: &str = "
-time_s = 1
-link_position_rad = [2, 3]
-motor_position_rad = [4, 5]
-motor_torque_nm = [6, 7]
-";
-
-/// Members of an archive.
-pub const ARRAYS: &str = r#"
-time_s = "t"
-link_position_rad = "q[:,*]"
-motor_position_rad = ["phi[0,:]", "phi[1,:]"]
-motor_torque_nm = "tau[:,*]"
-"#;
-
-/// Fields of structures.
-pub const MATLAB: &str = r#"
-time_s = "data.time"
-link_position_rad = "data.link.q(:,*)"
-motor_position_rad = "data.signals(1).values(:,*)"
-motor_torque_nm = "data.signals(2).values(:,*)"
-"#;
-
-/// Topics of a bag.
-pub const TOPICS: &str = r#"
-link_position = { topic = "/joint_states", unit = "rad" }
-motor_position = { topic = "/motor_states", unit = "rad" }
-motor_torque = { topic = "/motor_states", field = "effort", unit = "N·m" }
-"#;
-
-/// One topic for all.
-pub const STATES: &str = r#"
-link_position = { topic = "/states", unit = "rad" }
-motor_position = { topic = "/states", unit = "rad" }
-motor_torque = { topic = "/states", field = "effort", unit = "N·m" }
 "#;
 
 /// Reads a log to its end.

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::common::{sprung, stderr, value};
+use crate::common::{finding, sprung, stderr, value};
 
 /// A file of a real machine, or nothing where it is not on this computer.
 fn data(file: &str) -> Option<String> {
@@ -46,15 +46,6 @@ fn stiffness(json: &Value) -> (f64, f64) {
         .as_f64()
         .unwrap();
     (stacked, alone)
-}
-
-fn finding<'a>(json: &'a Value, code: &str) -> Option<&'a str> {
-    json["results"][0]["warnings"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .find(|warning| warning["code"] == code)
-        .map(|warning| warning["text"].as_str().unwrap())
 }
 
 #[test]
@@ -229,6 +220,28 @@ fn positioning_system_comes_out_as_published() {
     let left = relative(&json, "carriage.motor_n");
     println!("relative error {:.2} %", 100.0 * left);
     assert!(left <= 0.036, "{left}");
+}
+
+#[test]
+fn positioning_system_is_not_refined_into_a_worse_prediction() {
+    let Some(log) = data("emps/emps_estimation.csv") else {
+        return;
+    };
+    let log = format!("log.file={log}");
+    let refine = "identify.estimator=prediction-error";
+    let (code, json) = run("identify", "emps", &["--set", &log, "--set", refine]);
+    assert_eq!(code, 0);
+    let result = &json["results"][0];
+    assert_eq!(result["verdict"], "doubtful");
+    let why = finding(&json, "refinement-failed").unwrap();
+    assert!(why.contains("of the filtered torque of the last"), "{why}");
+    // The values are those of least squares.
+    near_published(&json, [0.01; 4]);
+    let missed = |of: &str| {
+        let held_out = &result["refinement"]["held_out_residual"];
+        held_out[of].as_f64().unwrap()
+    };
+    assert!(missed("refined") > 2.0 * missed("linear"));
 }
 
 #[test]

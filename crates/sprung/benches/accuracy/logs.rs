@@ -2,14 +2,13 @@
 //! describe, and files of others.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use sprung::demo;
 use sprung::description::{self, Experiment, Simulate, no_files};
-use sprung::log::{Channels, Input, LogSource, LogWriter};
+use sprung::log::{Channels, LogWriter};
 use sprung::model::{Model, Theta};
 use sprung::simulate::{ClosedLoop, TwinSetup, record};
 
@@ -80,16 +79,6 @@ fn read(text: &str) -> Experiment {
 fn channels(experiment: &Experiment) -> Channels {
     let log = experiment.log.as_ref().expect("the demo has a log");
     Channels::new(&experiment.robot, log).expect("the demo is right")
-}
-
-/// Runs `use_source` on a log in memory.
-pub(crate) fn with_source<T>(log: &[u8], use_source: impl FnOnce(LogSource<'_>) -> T) -> T {
-    let mut reader =
-        |_: Option<&Path>| Ok(Box::new(std::io::Cursor::new(log.to_vec())) as Box<dyn Input>);
-    use_source(LogSource {
-        name: "log".to_owned(),
-        reader: &mut reader,
-    })
 }
 
 /// The demo's experiment with the laws of the other plant, whose Stribeck velocity

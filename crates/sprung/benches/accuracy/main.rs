@@ -11,6 +11,8 @@
 #![expect(clippy::print_stdout, reason = "a benchmark says what it measured")]
 
 mod figures;
+#[path = "../../tests/twin/in_memory.rs"]
+mod in_memory;
 mod logs;
 
 use std::collections::BTreeMap;
@@ -18,7 +20,8 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use figures::{Runs, median};
-use logs::{Demo, Other, with_its_laws, with_source};
+use in_memory::with_source;
+use logs::{Demo, Other, with_its_laws};
 use rayon::prelude::*;
 use sprung::description::{Cutoff, DiscretizationName, Estimator, Experiment, Simulate, Weights};
 use sprung::estimate::{EstimateResult, KnownNoise, identify, information_bound};
@@ -145,11 +148,21 @@ fn bound(demo: &Demo, settings: &Simulate, log: &[u8]) -> Option<Vec<f64>> {
 fn trial(demo: &Demo, settings: &Simulate, methods: &[(&str, Experiment)]) -> Trial {
     let log = demo.log(settings);
     Trial {
-        results: methods
-            .iter()
-            .map(|(_, experiment)| result_of(experiment, &log))
-            .collect(),
         bound: bound(demo, settings, &log),
+        ..Trial::of(&log, methods)
+    }
+}
+
+impl Trial {
+    /// Runs each method on a log.
+    fn of(log: &[u8], methods: &[(&str, Experiment)]) -> Self {
+        let results = methods
+            .iter()
+            .map(|(_, experiment)| result_of(experiment, log));
+        Self {
+            results: results.collect(),
+            bound: None,
+        }
     }
 }
 
@@ -296,16 +309,7 @@ fn other_plant(demo: &Demo, arguments: &Arguments) {
     ways.push(("pred. error with its laws", richer));
     let seeds = arguments.seeds.clone().into_par_iter();
     let trials: Vec<Trial> = seeds
-        .map(|seed| {
-            let log = other.log(&demo.settings(seed));
-            let results = ways
-                .iter()
-                .map(|(_, experiment)| result_of(experiment, &log));
-            Trial {
-                results: results.collect(),
-                bound: None,
-            }
-        })
+        .map(|seed| Trial::of(&other.log(&demo.settings(seed)), &ways))
         .collect();
     println!(
         "\ncubic springs (20 % at most), Stribeck friction, torque 1 ms late, 16384 counts, {} logs",
@@ -337,13 +341,7 @@ fn mujoco(demo: &Demo, arguments: &Arguments) {
     let trials: Vec<Trial> = (files.par_iter())
         .map(|file| {
             let log = std::fs::read(file).expect("the log can be read");
-            let results = ways
-                .iter()
-                .map(|(_, experiment)| result_of(experiment, &log));
-            Trial {
-                results: results.collect(),
-                bound: None,
-            }
+            Trial::of(&log, &ways)
         })
         .collect();
     header();

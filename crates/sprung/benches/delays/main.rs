@@ -6,15 +6,18 @@
 #![expect(clippy::print_stdout, reason = "a benchmark says what it measured")]
 #![expect(clippy::expect_used, reason = "a benchmark may panic")]
 
+#[path = "../../tests/twin/in_memory.rs"]
+mod in_memory;
 #[path = "../faults/twin.rs"]
 #[expect(dead_code, reason = "the logs of another benchmark")]
 mod twin;
 
+use in_memory::with_source;
 use rayon::prelude::*;
 use sprung::description::{Delay, Estimator};
 use sprung::estimate::{identify, late_channels};
 use sprung::model::Model;
-use twin::{Demo, Table, with_source};
+use twin::{Demo, Table};
 
 const COLUMNS: [&str; 6] = [
     "q1_rad", "q2_rad", "phi1_rad", "phi2_rad", "tau1_nm", "tau2_nm",

@@ -12,17 +12,20 @@
 #![expect(clippy::print_stdout, reason = "a benchmark says what it measured")]
 
 mod faults;
+#[path = "../../tests/twin/in_memory.rs"]
+mod in_memory;
 mod twin;
 
 use std::collections::BTreeMap;
 
 use faults::{Fault, KINDS, Kind};
+use in_memory::with_source;
 use rayon::prelude::*;
 use sprung::check::{CheckReport, LikelyDelay, check};
 use sprung::estimate::late_channels;
 use sprung::finding::Severity;
 use sprung::model::Model;
-use twin::{Demo, Table, with_source};
+use twin::{Demo, Table};
 
 /// Columns of the log.
 const COLUMNS: [&str; 6] = [

@@ -1,10 +1,8 @@
 //! Logs of the demo's twin, as tables that can be damaged.
 
-use std::path::Path;
-
 use sprung::demo;
 use sprung::description::{self, Experiment, no_files};
-use sprung::log::{Channels, Input, LogSource};
+use sprung::log::Channels;
 use sprung::model::{Model, Theta};
 use sprung::simulate::{TwinSetup, record};
 
@@ -141,14 +139,4 @@ impl Table {
         let fold = |pick: fn(f64, f64) -> f64| values.iter().copied().reduce(pick);
         fold(f64::max).expect("a log has samples") - fold(f64::min).expect("a log has samples")
     }
-}
-
-/// Runs `use_source` on a log in memory.
-pub(crate) fn with_source<T>(log: &[u8], use_source: impl FnOnce(LogSource<'_>) -> T) -> T {
-    let mut reader =
-        |_: Option<&Path>| Ok(Box::new(std::io::Cursor::new(log.to_vec())) as Box<dyn Input>);
-    use_source(LogSource {
-        name: "log".to_owned(),
-        reader: &mut reader,
-    })
 }

@@ -226,13 +226,8 @@ fn row(parameter: &ComparedParameter) -> Option<IntervalRow> {
             Some((value.value?, value.ci95))
         })
         .collect();
-    let scale = intervals::percent_of(centre, &parameter.unit);
-    Some(intervals::row(
-        short(&parameter.name),
-        centre,
-        &values,
-        scale,
-    ))
+    let named = (parameter.name.as_str(), parameter.unit.as_str());
+    Some(intervals::of_parameter(named, centre, &values))
 }
 
 fn residuals(compared: &[ComparedResult]) -> Table {

@@ -2,6 +2,7 @@
 
 use super::document::{IntervalRow, Mark};
 use super::numbers::significant;
+use crate::model::short;
 
 /// A value and the ends of its interval, if it has one.
 pub(super) type Ranged = (f64, Option<[f64; 2]>);
@@ -46,9 +47,18 @@ pub(super) fn row(
     }
 }
 
+/// Places values of a parameter; half the width is a part of its centre.
+pub(super) fn of_parameter(
+    (name, unit): (&str, &str),
+    centre: f64,
+    values: &[Option<Ranged>],
+) -> IntervalRow {
+    row(short(name), centre, values, percent_of(centre, unit))
+}
+
 /// Says what half the width is as a part of the centre, or in its unit if that is
 /// zero.
-pub(super) fn percent_of(centre: f64, unit: &str) -> impl FnOnce(f64) -> String {
+fn percent_of(centre: f64, unit: &str) -> impl FnOnce(f64) -> String {
     move |half| {
         if centre == 0.0 {
             format!("± {} {unit}", significant(half, 2))

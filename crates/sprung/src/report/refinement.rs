@@ -189,13 +189,8 @@ fn logs(
         let mut values: Vec<Option<Ranged>> = each.iter().map(alone).collect();
         values.iter().any(Option::is_some).then_some(())?;
         values.insert(0, Some((centre, parameter.ci95)));
-        let scale = intervals::percent_of(centre, &parameter.unit);
-        Some(intervals::row(
-            short(&parameter.name),
-            centre,
-            &values,
-            scale,
-        ))
+        let named = (parameter.name.as_str(), parameter.unit.as_str());
+        Some(intervals::of_parameter(named, centre, &values))
     });
     Some(Intervals {
         caption:

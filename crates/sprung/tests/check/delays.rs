@@ -4,7 +4,8 @@ use sprung::description::{Delay, Estimator};
 use sprung::estimate::{Identification, identify};
 use sprung::model::Model;
 
-use super::twin::{Demo, with_source};
+use super::in_memory::with_source;
+use super::twin::Demo;
 
 /// Identifies from a log of the twin with a column that many samples late.
 fn late(column: usize, name: &str, samples: usize) -> Identification {

@@ -5,7 +5,8 @@ use sprung::description::{Experiment, Factor};
 use sprung::estimate::identify;
 use sprung::model::Model;
 
-use super::twin::{Demo, Table, with_source};
+use super::in_memory::with_source;
+use super::twin::{Demo, Table};
 
 const COLUMNS: [&str; 6] = [
     "q1_rad", "q2_rad", "phi1_rad", "phi2_rad", "tau1_nm", "tau2_nm",

@@ -7,18 +7,21 @@ mod factors;
 // The logs and faults of the benchmark.
 #[path = "../../benches/faults/faults.rs"]
 mod faults;
+#[path = "../twin/in_memory.rs"]
+mod in_memory;
 #[path = "../../benches/faults/twin.rs"]
 mod twin;
 
 use std::collections::BTreeSet;
 
 use faults::{Fault, KINDS};
+use in_memory::with_source;
 use sprung::check::{CheckReport, check};
 use sprung::description::{Experiment, OnCheckError};
 use sprung::estimate::{IdentifyError, identify};
 use sprung::finding::Severity;
 use sprung::model::Model;
-use twin::{Demo, Table, with_source};
+use twin::{Demo, Table};
 
 fn report(experiment: &Experiment, table: &Table) -> CheckReport {
     let model = Model::new(experiment).unwrap();

@@ -1,19 +1,14 @@
 //! Bags made byte by byte: what no writer would write.
 
+use crate::keys::STATES;
 use crate::mcap_bytes::{bag, joint_state, record};
 use crate::support::{Files, read_log, says};
-
-const TOPICS: &str = r#"
-link_position = { topic = "/states", unit = "rad" }
-motor_position = { topic = "/states", unit = "rad" }
-motor_torque = { topic = "/states", field = "effort", unit = "N·m" }
-"#;
 
 fn read(bytes: Vec<u8>) -> Result<Vec<Vec<f64>>, String> {
     read_log(
         &Files::Memory(vec![("run.mcap", bytes)]),
         "run.mcap",
-        TOPICS,
+        STATES,
     )
 }
 

@@ -1,42 +1,13 @@
 //! Files that are cut off, damaged, or not what was meant.
 
-use crate::support::{Files, USUAL, fixture, read_log, read_text, says};
-
-const TOPICS: &str = r#"
-link_position = { topic = "/joint_states", unit = "rad" }
-motor_position = { topic = "/motor_states", unit = "rad" }
-motor_torque = { topic = "/motor_states", field = "effort", unit = "N·m" }
-"#;
-
-const ARRAYS: &str = r#"
-time_s = "t"
-link_position_rad = "q[:,*]"
-motor_position_rad = ["phi[0,:]", "phi[1,:]"]
-motor_torque_nm = "tau[:,*]"
-"#;
-
-const MATLAB: &str = r#"
-time_s = "data.time"
-link_position_rad = "data.link.q(:,*)"
-motor_position_rad = "data.signals(1).values(:,*)"
-motor_torque_nm = "data.signals(2).values(:,*)"
-"#;
-
-const NUMBERS: &str = "
-time_s = 1
-link_position_rad = [2, 3]
-motor_position_rad = [4, 5]
-motor_torque_nm = [6, 7]
-";
+use crate::keys::{ARRAYS, MATLAB, NUMBERS, RECORDS, TOPICS, USUAL};
+use crate::support::{Files, fixture, read_log, read_text, says};
 
 const ALL: [(&str, &str); 15] = [
     ("log.csv.gz", USUAL),
     ("log.csv.zst", USUAL),
     ("plain.npy", NUMBERS),
-    (
-        "records.npy",
-        "time_s = \"t\"\nlink_position_rad = \"q[:,*]\"\nmotor_position_rad = \"phi[:,*]\"\nmotor_torque_nm = \"tau[:,*]\"\n",
-    ),
+    ("records.npy", RECORDS),
     ("plain.npz", ARRAYS),
     ("packed.npz", ARRAYS),
     ("struct.mat", MATLAB),

@@ -4,7 +4,8 @@ use std::f64::consts::TAU;
 
 use sprung::log::{Channels, Sampling};
 
-use super::support::{Files, Found, USUAL, experiment, read_timed};
+use super::keys::USUAL;
+use super::support::{Files, Found, experiment, read_timed};
 
 /// Positions and torques of two joints that never rest together.
 pub(crate) fn truth(t: f64) -> [f64; 6] {

@@ -10,6 +10,7 @@
 mod bags;
 mod broken;
 mod clocks;
+mod keys;
 mod machines;
 mod mcap_bytes;
 mod resampling;

@@ -1,26 +1,7 @@
 //! The same numbers from every format.
 
-use crate::support::{Files, USUAL, difference, read_log, says, truth};
-
-const ARRAYS: &str = r#"
-time_s = "t"
-link_position_rad = "q[:,*]"
-motor_position_rad = ["phi[0,:]", "phi[1,:]"]
-motor_torque_nm = "tau[:,*]"
-"#;
-
-const NUMBERS: &str = "
-time_s = 1
-link_position_rad = [2, 3]
-motor_position_rad = [4, 5]
-motor_torque_nm = [6, 7]
-";
-
-const TOPICS: &str = r#"
-link_position = { topic = "/joint_states", unit = "rad" }
-motor_position = { topic = "/motor_states", unit = "rad" }
-motor_torque = { topic = "/motor_states", field = "effort", unit = "N·m" }
-"#;
+use crate::keys::{ARRAYS, NUMBERS, TOPICS, USUAL};
+use crate::support::{Files, difference, read_log, says, truth};
 
 fn cases() -> Vec<(&'static str, String)> {
     let mut all: Vec<(&str, &str)> = Vec::new();

@@ -22,14 +22,6 @@ gear_ratio = 100.0
 [log]
 "#;
 
-/// Keys of a log whose columns have the usual names.
-pub(crate) const USUAL: &str = r#"
-time_s = "t_s"
-link_position_rad = "q*_rad"
-motor_position_rad = ["phi1_rad", "phi2_rad"]
-motor_torque_nm = "tau*_nm"
-"#;
-
 /// A folder, or files in memory.
 #[derive(Clone)]
 pub(crate) enum Files {

@@ -1,6 +1,7 @@
 //! Units, sides, counts and what is written in text.
 
-use crate::support::{USUAL, difference, experiment, read_text, says, truth};
+use crate::keys::USUAL;
+use crate::support::{difference, experiment, read_text, says, truth};
 
 /// A log of four rows; `cells` makes each of its time.
 fn text(header: &str, cells: impl Fn(f64) -> String) -> String {

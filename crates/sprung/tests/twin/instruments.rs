@@ -8,8 +8,9 @@ use sprung::estimate::identify;
 use sprung::finding::{Finding, Severity};
 use sprung::simulate::{Measured, subsystems};
 
+use crate::in_memory::with_source;
 use crate::linear::{COUNTS, DISTURBED, error, error_of, runs, twin};
-use crate::support::{Twin, step, with_source};
+use crate::support::{Twin, step};
 
 const METHOD: &str = "instrumental-variables";
 

@@ -8,7 +8,7 @@ use sprung::log::Channels;
 use sprung::model::Model;
 use sprung::simulate::{TwinSetup, record};
 
-use crate::support::with_source;
+use crate::in_memory::with_source;
 
 /// Two flexible joints against gravity and a rigid one that slides.
 const EXPERIMENT: &str = r#"

@@ -7,7 +7,8 @@ use sprung::description::{Cutoff, Estimator, InitialMomentum, Weights};
 use sprung::estimate::{EstimateResult, identify};
 use sprung::finding::Severity;
 
-use crate::support::{Twin, with_source};
+use crate::in_memory::with_source;
+use crate::support::Twin;
 
 pub(crate) const COUNTS: [u32; 2] = [16384, 4096];
 

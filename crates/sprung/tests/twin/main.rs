@@ -7,6 +7,7 @@
 )]
 
 mod golden;
+mod in_memory;
 mod instruments;
 mod ladder;
 mod linear;

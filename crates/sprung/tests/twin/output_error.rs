@@ -7,7 +7,8 @@ use sprung::description::{Controller, Estimator, Simulate};
 use sprung::estimate::{EstimateResult, ParameterEstimate, Verdict, identify};
 use sprung::finding::Severity;
 
-use crate::support::{Twin, with_source};
+use crate::in_memory::with_source;
+use crate::support::Twin;
 
 /// A seed and what the controller of the file has wrong.
 fn run(settings: &Simulate, change: impl Fn(&mut Controller)) -> EstimateResult {

@@ -6,7 +6,8 @@
 use sprung::description::{Cutoff, DiscretizationName, Estimator, Weights};
 use sprung::estimate::{EstimateResult, identify};
 
-use crate::support::{Twin, step, with_source};
+use crate::in_memory::with_source;
+use crate::support::{Twin, step};
 
 /// Errors in percent of least squares on exact states, without noise.
 fn noise_free(discretization: DiscretizationName) -> Vec<f64> {

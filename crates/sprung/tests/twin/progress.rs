@@ -3,7 +3,8 @@
 use sprung::description::Estimator;
 use sprung::estimate::{Progress, identify};
 
-use crate::support::{Twin, with_source};
+use crate::in_memory::with_source;
+use crate::support::Twin;
 
 #[test]
 fn samples_are_counted_then_runs_of_the_filter() {

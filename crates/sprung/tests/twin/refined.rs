@@ -9,7 +9,8 @@ use sprung::estimate::{
 };
 use sprung::finding::Severity;
 
-use crate::support::{Twin, env, with_source};
+use crate::in_memory::with_source;
+use crate::support::{Twin, env};
 
 /// Name, disturbances of motors and links in N·m rms, and the median errors in
 /// percent that ten logs have at most, at 16384 and at 4096 counts.

@@ -6,7 +6,8 @@ use sprung::estimate::{Identified, identify};
 use sprung::report::{Block, Contents, Document, compose, render};
 use sprung::validate::{ParameterSet, validate};
 
-use crate::support::{Twin, with_source};
+use crate::in_memory::with_source;
+use crate::support::Twin;
 
 fn report(name: &str) -> (Document, Identified) {
     let mut twin = Twin::new();

@@ -7,7 +7,8 @@ use sprung::description::{self, Estimator, Experiment, no_files};
 use sprung::estimate::identify;
 use sprung::model::Model;
 
-use crate::support::{Twin, with_source};
+use crate::in_memory::with_source;
+use crate::support::Twin;
 
 fn flexible(kinematics: &str, joints: usize) -> Model {
     let names: Vec<String> = (1..=joints).map(|i| format!("joint{i}")).collect();

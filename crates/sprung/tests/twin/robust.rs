@@ -9,7 +9,8 @@ use sprung::description::{Estimator, Simulate, StartName};
 use sprung::estimate::{EstimateResult, identify};
 use sprung::finding::Severity;
 
-use crate::support::{Twin, env, with_source, with_sources};
+use crate::in_memory::with_source;
+use crate::support::{Twin, env, with_sources};
 
 /// Standard errors that a parameter may be off.
 const FAR: f64 = 4.0;

@@ -9,7 +9,7 @@ use sprung::model::{Model, Theta};
 use sprung::simulate::{TwinSetup, record};
 use sprung_core::parameters::JointParameter;
 
-use crate::support::with_source;
+use crate::in_memory::with_source;
 
 const EXPERIMENT: &str = include_str!("../../../../examples/seven-joint-twin/experiment.toml");
 const TRUTH: &str = include_str!("../../../../examples/seven-joint-twin/truth.toml");

@@ -90,16 +90,6 @@ pub(crate) fn step(plant: &mut ClosedLoop) -> Vec<f64> {
     tau
 }
 
-/// Runs `use_source` on a log in memory.
-pub(crate) fn with_source<T>(log: &[u8], use_source: impl FnOnce(LogSource<'_>) -> T) -> T {
-    let mut reader =
-        |_: Option<&Path>| Ok(Box::new(std::io::Cursor::new(log.to_vec())) as Box<dyn Input>);
-    use_source(LogSource {
-        name: "twin".to_owned(),
-        reader: &mut reader,
-    })
-}
-
 /// Runs `use_sources` on several logs in memory.
 pub(crate) fn with_sources<T>(
     logs: &[&[u8]],

@@ -1,14 +1,8 @@
 //! Faulty bags.
 
-use super::binary::TOPICS;
+use super::keys::{STATES, TOPICS};
 use super::mcap_bytes::{JOINT_STATE, bag, file_of, joint_state, message, record, text, topic};
 use super::{Faulty, fixture, run};
-
-const STATES: &str = r#"
-link_position = { topic = "/states", unit = "rad" }
-motor_position = { topic = "/states", unit = "rad" }
-motor_torque = { topic = "/states", field = "effort", unit = "N·m" }
-"#;
 
 const KIND: &str = "sensor_msgs/msg/JointState";
 

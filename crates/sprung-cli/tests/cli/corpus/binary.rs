@@ -1,40 +1,7 @@
 //! Binary files that are cut off, damaged, or something else than they seem.
 
-use super::{Faulty, USUAL, fixture};
-
-const RECORDS: &str = r#"
-time_s = "t"
-link_position_rad = "q[:,*]"
-motor_position_rad = "phi[:,*]"
-motor_torque_nm = "tau[:,*]"
-"#;
-
-const ARRAYS: &str = r#"
-time_s = "t"
-link_position_rad = "q[:,*]"
-motor_position_rad = ["phi[0,:]", "phi[1,:]"]
-motor_torque_nm = "tau[:,*]"
-"#;
-
-const MATLAB: &str = r#"
-time_s = "data.time"
-link_position_rad = "data.link.q(:,*)"
-motor_position_rad = "data.signals(1).values(:,*)"
-motor_torque_nm = "data.signals(2).values(:,*)"
-"#;
-
-const NUMBERS: &str = "
-time_s = 1
-link_position_rad = [2, 3]
-motor_position_rad = [4, 5]
-motor_torque_nm = [6, 7]
-";
-
-pub(super) const TOPICS: &str = r#"
-link_position = { topic = "/joint_states", unit = "rad" }
-motor_position = { topic = "/motor_states", unit = "rad" }
-motor_torque = { topic = "/motor_states", field = "effort", unit = "N·m" }
-"#;
+use super::keys::{ARRAYS, MATLAB, NUMBERS, RECORDS, TOPICS, USUAL};
+use super::{Faulty, fixture};
 
 /// A file of each format, and the keys that read it.
 const FORMATS: [(&str, &str); 16] = [

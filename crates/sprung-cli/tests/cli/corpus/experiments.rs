@@ -1,6 +1,7 @@
 //! Faulty files beside the log.
 
-use super::{Faulty, ROBOT, USUAL, fixture};
+use super::keys::USUAL;
+use super::{Faulty, ROBOT, fixture};
 
 fn of(name: &str, experiment: impl Into<Vec<u8>>, says: &[&'static str]) -> Faulty {
     Faulty {

@@ -6,6 +6,8 @@
 mod bags;
 mod binary;
 mod experiments;
+#[path = "../../../../sprung/tests/formats/keys.rs"]
+mod keys;
 #[path = "../../../../sprung/tests/formats/mcap_bytes.rs"]
 mod mcap_bytes;
 mod motions;
@@ -33,14 +35,6 @@ kinematics = "planar-2r"
 name = "joint1"
 [[robot.joint]]
 name = "joint2"
-"#;
-
-/// Keys of a log whose columns have the usual names.
-const USUAL: &str = r#"
-time_s = "t_s"
-link_position_rad = "q*_rad"
-motor_position_rad = ["phi1_rad", "phi2_rad"]
-motor_torque_nm = "tau*_nm"
 "#;
 
 /// An experiment with something wrong.

@@ -1,6 +1,7 @@
 //! Faulty texts.
 
-use super::{Faulty, USUAL, fixture};
+use super::keys::USUAL;
+use super::{Faulty, fixture};
 
 const GERMAN_HEADER: &str = "t_s;q1_rad;q2_rad;phi1_rad;phi2_rad;tau1_nm;tau2_nm";
 
