@@ -257,6 +257,10 @@ fn findings(trials: &[Trial], methods: &[(&str, Experiment)]) {
             .map(|(what, n)| format!("{what} {n}"))
             .collect();
         println!("    {name}, of {} runs: {}", trials.len(), words.join(", "));
+        let mut warnings = trials.iter().flat_map(|t| &t.results[index].warnings);
+        if let Some(failed) = warnings.find(|warning| warning.code == "refinement-failed") {
+            println!("        first failure: {}", failed.text);
+        }
     }
 }
 

@@ -1,8 +1,8 @@
 //! The cut-off of the position filter, chosen from the noise of the positions.
 
-use super::excerpt::{Excerpt, excerpt};
+use super::excerpt::Excerpt;
 use crate::description::{Cutoff, Identify, Weights};
-use crate::log::{Channels, LogError, LogSource, Quantity};
+use crate::log::{Channels, Quantity};
 use crate::model::Model;
 
 /// Bounds of what is chosen, Hz: below the first the filter smears reversals of
@@ -102,27 +102,21 @@ pub fn choose_cutoff(
 /// Noise of standard deviation s, filtered twice at `f` and differentiated, has
 /// the standard deviation `s √(2 f T) 2π f / √3`.
 #[must_use]
-pub fn velocity_per_position(cutoff: f64, period: f64) -> f64 {
+pub(super) fn velocity_per_position(cutoff: f64, period: f64) -> f64 {
     (2.0 * cutoff * period).sqrt() * std::f64::consts::TAU * cutoff / 3_f64.sqrt()
 }
 
 /// Returns the cut-off that settings give, or the one that a log asks for, Hz.
-///
-/// # Errors
-///
-/// [`LogError`] if the log cannot be read.
+#[must_use]
 pub fn position_cutoff(
     settings: &Identify,
     model: &Model,
     channels: &Channels,
-    source: &mut LogSource<'_>,
-) -> Result<f64, LogError> {
+    excerpt: &Excerpt,
+) -> f64 {
     match settings.position_cutoff_hz {
-        Cutoff::Fixed(cutoff) => Ok(cutoff),
-        Cutoff::Auto => {
-            let excerpt = excerpt(channels, source)?;
-            Ok(choose_cutoff(model, channels, settings.weights, &excerpt).0)
-        }
+        Cutoff::Fixed(cutoff) => cutoff,
+        Cutoff::Auto => choose_cutoff(model, channels, settings.weights, excerpt).0,
     }
 }
 

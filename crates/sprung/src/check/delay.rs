@@ -1,7 +1,7 @@
 //! Delays of channels, found from the motor rows.
 
 use super::excerpt::Excerpt;
-use super::row::{MotorRowFit, fit_motor_rows};
+use super::row::{MotorRowFit, fit_rows};
 use crate::regression::Reading;
 
 /// Delays that are tried, s: sensors with filters of their own lag, some
@@ -49,10 +49,14 @@ pub fn estimate_delays(
     reading: &Reading<'_>,
     wanted: &[usize],
 ) -> Option<Vec<DelayEstimate>> {
+    let joints = (wanted.iter())
+        .map(|&channel| reading.channels.all[channel].joint)
+        .collect();
     let search = Search {
         excerpt,
         reading,
         wanted,
+        joints,
     };
     let without = search.attempt(&vec![0.0; wanted.len()])?;
     let range = search.range();
@@ -71,16 +75,15 @@ pub fn estimate_delays(
     let with = search.attempt(&at)?;
     let estimate = |i: usize| {
         let (delay, standard_error) = refined[i];
-        let joint = search.joint(i);
         let inside = delay > range.0 + 0.5 * coarse && delay < range.1 - 0.5 * coarse;
-        let better = with[joint].relative_residual <= without[joint].relative_residual;
+        let better = with[i].relative_residual <= without[i].relative_residual;
         DelayEstimate {
             channel: wanted[i],
             delay,
             standard_error,
             found: inside && better && best[i].1.is_finite() && standard_error.is_finite(),
-            without: without[joint],
-            with: with[joint],
+            without: without[i],
+            with: with[i],
         }
     };
     Some((0..wanted.len()).map(estimate).collect())
@@ -91,13 +94,11 @@ struct Search<'a> {
     excerpt: &'a Excerpt,
     reading: &'a Reading<'a>,
     wanted: &'a [usize],
+    // Of these channels.
+    joints: Vec<usize>,
 }
 
 impl Search<'_> {
-    fn joint(&self, i: usize) -> usize {
-        self.reading.channels.all[self.wanted[i]].joint
-    }
-
     fn duration(&self) -> f64 {
         self.excerpt.duration()
     }
@@ -107,6 +108,7 @@ impl Search<'_> {
         (EARLIEST.max(-eighth), LATEST.min(eighth))
     }
 
+    /// Returns what the row of each channel's joint says of delays.
     fn attempt(&self, at: &[f64]) -> Option<Vec<MotorRowFit>> {
         let mut delays = self.reading.delays.to_vec();
         for (&channel, &delay) in self.wanted.iter().zip(at) {
@@ -116,7 +118,8 @@ impl Search<'_> {
             delays: &delays,
             ..*self.reading
         };
-        fit_motor_rows(self.excerpt, &reading)
+        let fits = fit_rows(self.excerpt, &reading, &self.joints)?;
+        Some(fits.iter().map(|fit| fit.short(reading.model)).collect())
     }
 
     /// Tries delays around centres and keeps the best of each channel.
@@ -130,7 +133,7 @@ impl Search<'_> {
                 continue;
             };
             for (i, best) in best.iter_mut().enumerate() {
-                let fit = &fits[self.joint(i)];
+                let fit = &fits[i];
                 let cost = fit.relative_residual.powi(2);
                 // A spring pulls back: other minima are echoes of the motion.
                 if fit.stiffness.is_none_or(|k| k > 0.0) && cost < best.1 {
@@ -153,8 +156,8 @@ impl Search<'_> {
         // Filtered residuals agree over about 2/λ.
         let independent = (self.duration() * cutoff / 2.0).max(1.0);
         let refine = |(i, &(delay, cost)): (usize, &(f64, f64))| {
-            let left = before[self.joint(i)].relative_residual.powi(2);
-            let right = after[self.joint(i)].relative_residual.powi(2);
+            let left = before[i].relative_residual.powi(2);
+            let right = after[i].relative_residual.powi(2);
             let curvature = (left - 2.0 * cost + right) / period.powi(2);
             if curvature.is_nan() || curvature <= 0.0 {
                 return (delay, f64::INFINITY);

@@ -6,6 +6,7 @@ use sprung_core::parameters::JointParameter;
 use super::UNEXPLAINED;
 use super::excerpt::Excerpt;
 use super::relative::{ChannelDelay, RelativeDelays, independent, relative_delays};
+use super::resolution::{beyond_resolution, transition_shares};
 use super::result::{DELAYED, DelayFigures, JointFigures};
 use super::row::{RowFit, fit_rows};
 use crate::description::Experiment;
@@ -61,10 +62,17 @@ pub(super) fn joints(
     };
     let all: Vec<usize> = (0..reading.model.joint_count()).collect();
     let fits = fit_rows(excerpt, reading, &all)?;
+    let shares = if (fits.iter()).any(|fit| fit.relative_residual() > UNEXPLAINED) {
+        transition_shares(reading, excerpt, &fits)
+    } else {
+        vec![0.0; all.len()]
+    };
+    let unexplained =
+        |joint: usize, relative: f64| beyond_resolution(relative, shares[joint]) > UNEXPLAINED;
     let weak: Vec<usize> = (moving.iter().copied())
         .filter(|&joint| {
             let fit = fits[joint].short(reading.model);
-            fit.stiffness.is_some_and(|k| k < 0.0) || fit.relative_residual > UNEXPLAINED
+            fit.stiffness.is_some_and(|k| k < 0.0) || unexplained(joint, fit.relative_residual)
         })
         .collect();
     let mut findings = Vec::new();
@@ -94,7 +102,7 @@ pub(super) fn joints(
     for delay in &delays {
         if moving.contains(&delay.joint) && !told.contains(&delay.joint) {
             let finding = look.delayed(delay);
-            if finding.is_some() && delay.residual[1] < UNEXPLAINED {
+            if finding.is_some() && !unexplained(delay.joint, delay.residual[1]) {
                 told.push(delay.joint);
             }
             findings.extend(finding);
@@ -102,9 +110,13 @@ pub(super) fn joints(
     }
     for &joint in moving {
         if !told.contains(&joint) {
-            findings.extend(look.unexplained(joint, &fits[joint]));
-            findings.extend(look.scale(joint, &fits[joint]));
-            findings.extend(look.unexcited(joint, &fits[joint]));
+            let fit = &fits[joint];
+            if unexplained(joint, fit.relative_residual()) {
+                findings.push(look.unexplained(joint, fit, shares[joint]));
+            } else {
+                findings.extend(look.unexcited(joint, fit));
+            }
+            findings.extend(look.scale(joint, fit));
         }
     }
     let offsets = look.offsets();
@@ -194,25 +206,33 @@ impl Look<'_> {
     }
 
     /// The energy that the motor puts in is not what moves the joint.
-    fn unexplained(&self, joint: usize, fit: &RowFit) -> Option<Finding> {
+    ///
+    /// - `share`: what the resolution of the positions leaves of the torque.
+    fn unexplained(&self, joint: usize, fit: &RowFit, share: f64) -> Finding {
         let relative = fit.relative_residual();
-        (relative > UNEXPLAINED).then(|| {
-            let torque = self.column(&[Quantity::MotorTorque], joint);
-            Finding::new(
-                Severity::Warning,
-                "torque-unexplained",
-                format!(
-                    "{}: the motion explains {:.0} % of \"{torque}\" (squares, filtered); {:.0} % of its \
-                     root mean square is left over: the energy that goes in does not come out",
-                    self.name(joint),
-                    100.0 * (1.0 - relative.powi(2)).max(0.0),
-                    100.0 * relative
-                ),
-                "see that the column is the torque of this joint, that its sign and unit are right, \
-                 and whether a contact, a load or a friction law is missing in the model",
+        let torque = self.column(&[Quantity::MotorTorque], joint);
+        let resolution = if share > 0.0 {
+            format!(
+                ", of which the resolution of the positions explains {:.0} %",
+                100.0 * share
             )
-            .seen(self.file, torque, relative, "")
-        })
+        } else {
+            String::new()
+        };
+        Finding::new(
+            Severity::Warning,
+            "torque-unexplained",
+            format!(
+                "{}: the motion explains {:.0} % of \"{torque}\" (squares, filtered); {:.0} % of its \
+                 root mean square is left over{resolution}: the energy that goes in does not come out",
+                self.name(joint),
+                100.0 * (1.0 - relative.powi(2)).max(0.0),
+                100.0 * relative
+            ),
+            "see that the column is the torque of this joint, that its sign and unit are right, \
+             and whether a contact, a load or a friction law is missing in the model",
+        )
+        .seen(self.file, torque, relative, "")
     }
 
     /// The scale of the torque against the maker's values.
@@ -278,8 +298,7 @@ impl Look<'_> {
             .filter(|(kind, value, error)| kind.is_vital() && value.abs() < 2.0 * error)
             .map(|(kind, ..)| format!("{}.{}", self.name(joint), kind.name()))
             .collect();
-        let explained = fit.relative_residual() < UNEXPLAINED;
-        if blind.is_empty() || !explained || !self.reading.model.is_flexible(joint) {
+        if blind.is_empty() || !self.reading.model.is_flexible(joint) {
             return None;
         }
         Some(

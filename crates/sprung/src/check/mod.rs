@@ -18,12 +18,13 @@ mod in_use;
 mod joints;
 mod offset;
 mod relative;
+mod resolution;
 mod result;
 mod row;
 mod sign;
 mod tell;
 
-use crate::description::{Cutoff, Experiment};
+use crate::description::Experiment;
 use crate::finding::{Finding, Severity};
 use crate::log::{
     ChannelError, Channels, LogBlock, LogError, LogSource, Summary, Timing, check_timing,
@@ -32,18 +33,20 @@ use crate::model::Model;
 use crate::regression::{LogFigures, Reading};
 
 pub use columns::reversed_torque;
-pub use cutoff::{choose_cutoff, noise, position_cutoff, velocity_per_position, white_noise};
+pub use cutoff::{choose_cutoff, noise, position_cutoff, white_noise};
 pub use delay::{DelayEstimate, estimate_delays};
 pub use excerpt::{Excerpt, excerpt};
 pub use factors::{FactorError, Factors, FoundGain, FoundSign, find_factors};
 pub use in_use::{DelayByLikelihood, DelayError, Delays};
 pub use relative::{ChannelDelay, RelativeDelays, relative_delays};
+pub use resolution::{beyond_resolution, velocity_noise};
 pub use result::{
     CheckReport, Checked, CheckedLog, ColumnFigures, DelayFigures, JointFigures, LikelyDelay, Place,
 };
 pub use row::{MotorRowFit, fit_motor_rows};
 
-/// Part of the motor torque that may stay unexplained, root mean squares.
+/// Part of the motor torque that may stay unexplained, root mean squares, beyond what
+/// the resolution of the positions leaves of it.
 pub const UNEXPLAINED: f64 = 0.2;
 
 /// Jitter, as a part of the period, that is worth a note.
@@ -296,10 +299,7 @@ pub fn check(
     let mut reading = Reading {
         model,
         settings,
-        position_cutoff_hz: match settings.position_cutoff_hz {
-            Cutoff::Fixed(cutoff) => cutoff,
-            Cutoff::Auto => choose_cutoff(model, &channels, settings.weights, &excerpt).0,
-        },
+        position_cutoff_hz: position_cutoff(settings, model, &channels, &excerpt),
         channels: &channels,
         delays: &none,
         weights: None,

@@ -38,6 +38,11 @@ impl RowFit {
         (self.squares / self.torque).sqrt()
     }
 
+    /// Returns columns of theta and their values.
+    pub(super) fn values(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
+        self.columns.iter().copied().zip(self.x.iter().copied())
+    }
+
     /// Returns kinds, values and standard errors of the joints' parameters.
     ///
     /// - `independent`: how many residuals there are that do not depend on

@@ -133,6 +133,9 @@ pub(super) fn describe(
                 )
             })
             .collect(),
+        resolution_share: (rows.iter().enumerate())
+            .filter_map(|(i, _)| Some((named(i), system.kept().transition_share(i)?)))
+            .collect(),
         warnings: Vec::new(),
         elapsed_s: found.elapsed,
     }

@@ -8,7 +8,7 @@ use super::judge_parameters::{
 };
 use super::judge_scale::{scale_collapse, stiffness_disagrees};
 use super::result::{EstimateResult, MotorRowResult, ParameterEstimate};
-use crate::check::{UNEXPLAINED, reversed_torque};
+use crate::check::{UNEXPLAINED, beyond_resolution, reversed_torque};
 use crate::finding::{Finding, Severity};
 use crate::log::{Channels, Quantity};
 use crate::model::{Model, ModelError, short};
@@ -319,7 +319,8 @@ fn unexplained(
     let Some(relative) = result.relative_residual.get(&row) else {
         return;
     };
-    if relative > UNEXPLAINED {
+    let share = result.resolution_share.get(&row).unwrap_or(0.0);
+    if beyond_resolution(relative, share) > UNEXPLAINED {
         findings.push(Finding::new(
             Severity::Warning,
             "poor-fit",

@@ -29,7 +29,6 @@ mod sweep;
 mod watch;
 mod weigh;
 
-pub use crate::check::UNEXPLAINED;
 pub use about_logs::{DelayUsed, GainUsed, LogInfo, SignUsed};
 pub use chi_square::upper_tail;
 pub use cross_check::{Route, cross_checks};

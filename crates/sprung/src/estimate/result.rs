@@ -196,6 +196,10 @@ pub struct EstimateResult {
     pub residual_rms: Named,
     /// Residual over torque of each motor row.
     pub relative_residual: Named,
+    /// What the resolution of the positions leaves of each torque through Coulomb
+    /// transitions, likewise; absent without weights.
+    #[serde(default, skip_serializing_if = "Named::is_empty")]
+    pub resolution_share: Named,
     /// What to know before using the numbers.
     pub warnings: Vec<Finding>,
     /// Time that the estimate took, s.

@@ -1,11 +1,9 @@
 //! Weights of the samples, found on the beginning of a log.
 
 use super::least_squares::fit_values;
-use crate::check::Excerpt;
-use crate::check::{noise, velocity_per_position};
-use crate::log::{Channels, Quantity};
+use crate::check::{Excerpt, velocity_noise};
 use crate::model::Model;
-use crate::regression::{Reading, System, TransitionWeights, VelocityNoise};
+use crate::regression::{Reading, System, TransitionWeights};
 
 /// Estimates that the weights are taken from, one after the other.
 const PASSES: usize = 3;
@@ -37,37 +35,6 @@ pub fn find_weights(reading: &Reading<'_>, excerpt: &Excerpt) -> Option<Transiti
         weights = TransitionWeights::new(model, &noise, &theta, slip);
     }
     Some(weights)
-}
-
-/// Returns the noise of the filtered velocities, as far as the positions show
-/// it.
-fn velocity_noise(
-    model: &Model,
-    channels: &Channels,
-    excerpt: &Excerpt,
-    cutoff: f64,
-) -> VelocityNoise {
-    let n = model.joint_count();
-    let scale = velocity_per_position(cutoff, excerpt.period());
-    let (mut link, mut motor) = (vec![0.0_f64; n], vec![0.0_f64; n]);
-    let mut from_motor: Vec<bool> = (0..n).map(|joint| !model.is_flexible(joint)).collect();
-    for (i, channel) in channels.all.iter().enumerate() {
-        let level = || scale * noise(excerpt, i).map_or(0.0, |(noise, _)| noise);
-        match channel.quantity {
-            Quantity::MotorTorque => {}
-            Quantity::MotorPosition => motor[channel.joint] = level(),
-            Quantity::LinkPosition => link[channel.joint] = level(),
-            Quantity::LinkDeflection => {
-                link[channel.joint] = level();
-                from_motor[channel.joint] = true;
-            }
-        }
-    }
-    // What is measured from the motor carries its noise.
-    for joint in (0..n).filter(|&joint| from_motor[joint]) {
-        link[joint] = link[joint].hypot(motor[joint]);
-    }
-    VelocityNoise { link, motor }
 }
 
 /// Returns the scale of a row's residual while its joints slip, N·m (N).

@@ -418,6 +418,23 @@ pub struct Kept {
     pub variance: Vec<Vec<f64>>,
 }
 
+impl Kept {
+    /// Returns what the noise of the velocities leaves in a row through Coulomb
+    /// transitions, as a part of its right-hand side, root mean squares; nothing
+    /// without weights or without that side.
+    #[must_use]
+    pub fn transition_share(&self, row: usize) -> Option<f64> {
+        let variance = self.variance.get(row).filter(|v| !v.is_empty())?;
+        let torque: f64 = (self.rows[row].iter())
+            .filter_map(|sample| sample.last())
+            .map(|rhs| rhs * rhs)
+            .sum();
+        // A filter may swing a little below zero.
+        let noise: f64 = variance.iter().map(|variance| variance.max(0.0)).sum();
+        (torque > 0.0).then(|| (noise / torque).sqrt())
+    }
+}
+
 /// The stacked filtered regression of all logs, reduced.
 #[derive(Clone, Debug)]
 pub struct System {

@@ -80,7 +80,14 @@ impl TransitionWeights {
     #[must_use]
     pub fn unknown(model: &Model, noise: &VelocityNoise) -> Self {
         let ones = vec![1.0; model.parameters().len()];
-        Self::new(model, noise, &ones, vec![f64::INFINITY; model.rows()])
+        Self::unweighted(model, noise, &ones)
+    }
+
+    /// Returns weights that are all 1 for friction as in `theta`, \[p\], likewise: what
+    /// noise does to it is known all the same.
+    #[must_use]
+    pub fn unweighted(model: &Model, noise: &VelocityNoise, theta: &[f64]) -> Self {
+        Self::new(model, noise, theta, vec![f64::INFINITY; model.rows()])
     }
 
     /// Returns the weights for friction as in `theta`, \[p\].

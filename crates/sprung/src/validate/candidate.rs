@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 
 use super::metrics::{Rms, Spread};
 use super::result::{Outcome, RootMeanSquares, SetResult};
+use crate::check::{UNEXPLAINED, beyond_resolution};
 use crate::description::Controller;
-use crate::estimate::{Identification, UNEXPLAINED, residual};
+use crate::estimate::{Identification, residual};
 use crate::finding::{Finding, Severity};
 use crate::model::{Model, ModelError, Theta};
 use crate::named::Named;
@@ -204,6 +205,11 @@ impl Candidate {
         said
     }
 
+    /// Returns its parameters, \[p\], if it has all.
+    pub(super) fn theta(&self) -> Option<&Theta> {
+        self.theta.as_ref()
+    }
+
     pub(super) fn finish(self, system: &System) -> SetResult {
         let model = &self.model;
         let n = model.joint_count();
@@ -232,7 +238,16 @@ impl Candidate {
         };
         let relative = motor(|row| row.0 / row.1);
         let mut findings = self.findings;
-        for (joint, share) in relative.iter().filter(|(_, share)| *share > UNEXPLAINED) {
+        let unexplained = |joint: &str, relative: f64| {
+            let joint = model.joints().iter().position(|name| name == joint);
+            let share =
+                joint.and_then(|joint| system.kept().transition_share(model.torque_row(joint)));
+            beyond_resolution(relative, share.unwrap_or(0.0)) > UNEXPLAINED
+        };
+        for (joint, share) in relative
+            .iter()
+            .filter(|(joint, share)| unexplained(joint, *share))
+        {
             findings.push(Finding::new(
                 Severity::Warning,
                 "poor-prediction",
@@ -250,7 +265,7 @@ impl Candidate {
         let motion = (self.rms.iter().zip(&self.measured).take(2 * n))
             .map(|(error, measured)| error.value() / measured.value())
             .fold(0.0, f64::max);
-        let fits = relative.iter().all(|(_, share)| share <= UNEXPLAINED);
+        let fits = !(relative.iter()).any(|(joint, share)| unexplained(joint, share));
         if outcome == Outcome::Simulated && fits && motion > UNEXPLAINED {
             findings.push(Finding::new(
                 Severity::Warning,

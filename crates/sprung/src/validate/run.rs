@@ -6,7 +6,7 @@ use sprung_core::chain::JointKind;
 
 use super::candidate::{COMPARED, Candidate, MEASURED, ParameterSet};
 use super::result::{RunResult, Validation};
-use crate::check::position_cutoff;
+use crate::check::{Excerpt, excerpt, position_cutoff, velocity_noise};
 use crate::curves::{CurveSet, Curves};
 use crate::description::{Controller, Delay, Experiment, Identify, OnCheckError};
 use crate::estimate::GENERATOR;
@@ -14,7 +14,9 @@ use crate::finding::{Finding, Severity};
 use crate::log::{ChannelError, Channels, LogError, LogSource, check};
 use crate::model::{Model, ModelError};
 use crate::preprocess::{Decimator, RawBlock};
-use crate::regression::{Observer, PassError, Reading, Restart, System, read_through};
+use crate::regression::{
+    Observer, PassError, Reading, Restart, System, TransitionWeights, read_through,
+};
 
 /// Points of the curves, at most.
 const POINTS: usize = 2048;
@@ -205,6 +207,19 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
+    /// Returns weights that are all 1, and say what noise does to the friction of the
+    /// first candidate.
+    fn weights(
+        &self,
+        candidates: &[Candidate],
+        beginning: &Excerpt,
+        cutoff: f64,
+    ) -> Option<TransitionWeights> {
+        let theta = candidates.iter().find_map(Candidate::theta)?;
+        let noise = velocity_noise(self.model, self.channels, beginning, cutoff);
+        Some(TransitionWeights::unweighted(self.model, &noise, theta))
+    }
+
     /// Reads the logs once, past all candidates.
     fn simulate(
         &self,
@@ -212,17 +227,23 @@ impl Run<'_> {
         sources: &mut [LogSource<'_>],
         progress: &mut (dyn FnMut(u64) + Send),
     ) -> Result<Simulated, PassError> {
-        let position_cutoff_hz = match sources.first_mut() {
-            Some(first) => position_cutoff(self.settings, self.model, self.channels, first)?,
-            None => 0.0,
-        };
+        let first = sources.first_mut();
+        let beginning = first
+            .map(|first| excerpt(self.channels, first))
+            .transpose()?;
+        let beginning = beginning.as_ref();
+        let position_cutoff_hz = beginning.map_or(0.0, |beginning| {
+            position_cutoff(self.settings, self.model, self.channels, beginning)
+        });
+        let weights =
+            beginning.and_then(|beginning| self.weights(candidates, beginning, position_cutoff_hz));
         let reading = Reading {
             model: self.model,
             settings: self.settings,
             position_cutoff_hz,
             channels: self.channels,
             delays: self.delays,
-            weights: None,
+            weights: weights.as_ref(),
         };
         let mut comparison = Comparison {
             controller: self.controller,

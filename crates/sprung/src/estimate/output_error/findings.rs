@@ -1,7 +1,7 @@
 //! What to know before using the numbers of output error.
 
 use super::controller::TorqueMatch;
-use super::levenberg::Ending;
+use super::levenberg::{Ending, HOPELESS};
 use super::record::Record;
 use crate::estimate::result::SimulationFit;
 use crate::finding::{Finding, Severity};
@@ -16,13 +16,12 @@ const ANOTHER: f64 = 0.1;
 const SCALE: f64 = 0.005;
 const CERTAIN: f64 = 5.0;
 
-/// Cost per sample above which the loop is not the simulated one, and above
-/// which the intervals cover nothing. On the paper's twin it is 0.97 to 1.02
+/// Cost per sample above which the loop is not the simulated one; above
+/// [`HOPELESS`] the intervals cover nothing. On the paper's twin it is 0.97 to 1.02
 /// for the exact loop, 1.02 with a velocity gain 10 % wrong, 1.6 with a delay of
 /// one sample, 125 with a disturbance of 2 % of the torque, 1300 with a torque
 /// that saturates at 70 % of its peak.
 const COSTLY: f64 = 1.3;
-const HOPELESS: f64 = 25.0;
 
 /// What holds for every result.
 pub(super) fn standing() -> Vec<Finding> {

@@ -4,16 +4,28 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use rayon::prelude::*;
 
-/// Iterations, at most.
+/// Places at which derivatives are taken, at most.
 const ITERATIONS: usize = 30;
+
+/// Part of the promised fall of the cost that it may miss, for derivatives that are good
+/// enough for another step: new ones cost as many simulations as there are unknowns.
+const AS_PROMISED: f64 = 0.3;
+
+/// Mean squared residual from which another loop ran: there a step that makes the cost
+/// smaller by less than this part is the last.
+pub(super) const HOPELESS: f64 = 25.0;
+const IN_VAIN: f64 = 1e-3;
 
 /// Steps that are tried in one iteration, at most.
 const TRIES: usize = 10;
 
-/// A step is the last if it is shorter than this part of the standard errors,
-/// or the cost falls by less than this many units of noise.
+/// A step is the last if what it leaves to go is shorter than this part of the standard
+/// errors, or the cost falls by less than this many units of noise.
 const SHORT: f64 = 0.02;
 const FLAT: f64 = 1e-3;
+
+/// Damping below which a step leaves to go what the derivatives miss and no more.
+const UNDAMPED: f64 = 3e-5;
 
 /// A difference moves the cost by this part of a standard error.
 const PART_OF_ERROR: f64 = 0.5;
@@ -81,13 +93,23 @@ pub(super) fn minimise(problem: &Problem<'_>) -> Result<Found, NoStart> {
     let mut steps = problem.first.clone();
     let mut damping = 1e-3;
     let (mut moved, mut ending) = (0, Ending::Limit);
+    let mut kept: Option<(Vec<Vec<f64>>, Mat<f64>)> = None;
+    let mut evaluated = 0;
     for iteration in 1.. {
-        let jacobian = differences(problem, &x, &residuals, &steps).ok_or(NoStart)?;
-        let (normal, gradient) = normal_equations(problem, &jacobian, &residuals, &x);
+        let fresh = kept.is_none();
+        let (jacobian, normal) = if let Some(kept) = kept.take() {
+            kept
+        } else {
+            evaluated += 1;
+            let jacobian = differences(problem, &x, &residuals, &steps).ok_or(NoStart)?;
+            let normal = normal_matrix(problem, &jacobian);
+            (jacobian, normal)
+        };
+        let gradient = gradient(problem, &jacobian, &residuals, &x);
         let cost = total(problem, &residuals, &x);
         let unit = (cost / residuals.len() as f64).max(f64::MIN_POSITIVE);
         let mut accepted = None;
-        for _ in 0..TRIES {
+        for _ in 0..if fresh { TRIES } else { 1 } {
             if let Some(step) = damped(&normal, &gradient, damping) {
                 let next: Vec<f64> = x.iter().zip(&step).map(|(x, d)| x + d).collect();
                 let found = (problem.residuals)(&next);
@@ -96,9 +118,14 @@ pub(super) fn minimise(problem: &Problem<'_>) -> Result<Found, NoStart> {
                     break;
                 }
             }
-            damping = f64::max(8.0 * damping, 1e-4);
+            if fresh {
+                damping = f64::max(8.0 * damping, 1e-4);
+            }
         }
+        let (mut arrived, mut good) = (false, false);
         match accepted {
+            // What the derivatives of another place promise proves nothing.
+            None if !fresh => {}
             None => {
                 // Rounding and the tolerance of the simulation hide the rest.
                 let promised = damped(&normal, &gradient, 0.0)
@@ -114,16 +141,28 @@ pub(super) fn minimise(problem: &Problem<'_>) -> Result<Found, NoStart> {
                 moved = (0..x.len())
                     .max_by(|&a, &b| errors(a).total_cmp(&errors(b)))
                     .unwrap_or(0);
-                let fallen = (cost - total(problem, &r, &next)) / unit.max(1.0);
-                let length = quadratic(&normal, &step).max(0.0).sqrt() / unit.sqrt();
-                if length < SHORT * (x.len() as f64).sqrt() || fallen < FLAT {
-                    ending = Ending::Converged;
-                }
+                let fall = cost - total(problem, &r, &next);
+                let square = quadratic(&normal, &step).max(0.0);
+                let promised = -2.0 * dot(&step, &gradient) - square;
+                let missed = (fall / promised - 1.0).abs();
+                good = missed < AS_PROMISED;
+                let part = if damping < UNDAMPED {
+                    missed.min(1.0)
+                } else {
+                    1.0
+                };
+                let left = part * square.sqrt() / unit.sqrt();
+                arrived = left < SHORT * (x.len() as f64).sqrt()
+                    || fall / unit.max(1.0) < FLAT
+                    || (unit > HOPELESS && fall < IN_VAIN * cost);
                 (x, residuals) = (next, r);
                 damping = f64::max(damping / 10.0, 1e-9);
             }
         }
-        if ending != Ending::Limit || iteration == ITERATIONS {
+        if arrived && fresh {
+            ending = Ending::Converged;
+        }
+        if ending != Ending::Limit || (evaluated == ITERATIONS && !good) {
             return Ok(Found {
                 cost: dot(&residuals, &residuals),
                 x,
@@ -139,6 +178,7 @@ pub(super) fn minimise(problem: &Problem<'_>) -> Result<Found, NoStart> {
             let error = PART_OF_ERROR / normal[(i, i)].sqrt();
             *step = error.clamp(problem.first[i].min(problem.largest[i]), problem.largest[i]);
         }
+        kept = (good && !arrived).then_some((jacobian, normal));
     }
     Err(NoStart)
 }
@@ -185,28 +225,30 @@ fn differences(
         .collect()
 }
 
-fn normal_equations(
-    problem: &Problem<'_>,
-    jacobian: &[Vec<f64>],
-    residuals: &[f64],
-    x: &[f64],
-) -> (Mat<f64>, Vec<f64>) {
-    let m = x.len();
+/// `JᵀJ` and the prior.
+fn normal_matrix(problem: &Problem<'_>, jacobian: &[Vec<f64>]) -> Mat<f64> {
+    let m = jacobian.len();
     let rows: Vec<Vec<f64>> = (0..m)
         .into_par_iter()
         .map(|i| (0..=i).map(|j| dot(&jacobian[i], &jacobian[j])).collect())
         .collect();
     let mut normal = Mat::from_fn(m, m, |i, j| rows[i.max(j)][i.min(j)]);
-    let mut gradient: Vec<f64> = jacobian
-        .iter()
-        .map(|column| dot(column, residuals))
-        .collect();
     for i in 0..m {
-        let weight = problem.prior[i].powi(2);
-        normal[(i, i)] += weight;
-        gradient[i] += weight * x[i];
+        normal[(i, i)] += problem.prior[i].powi(2);
     }
-    (normal, gradient)
+    normal
+}
+
+/// Half the derivative of the cost.
+fn gradient(
+    problem: &Problem<'_>,
+    jacobian: &[Vec<f64>],
+    residuals: &[f64],
+    x: &[f64],
+) -> Vec<f64> {
+    (jacobian.iter().zip(x).zip(&problem.prior))
+        .map(|((column, x), prior)| dot(column, residuals) + prior.powi(2) * x)
+        .collect()
 }
 
 /// Solves `(H + damping diag(H)) step = -gradient`, unknowns scaled to unit

@@ -8,7 +8,7 @@
 use super::dynamics::Dynamics;
 use super::kalman::{Levels, Normal, Path, Schedule, Wanted, replay, run};
 use super::likelihood::About;
-use super::noise::{Search, search};
+use super::noise::{Level, Search, search};
 use super::noisy_torque::expected_gradient;
 use super::record::Record;
 use super::solve::{damped_step, length};
@@ -28,6 +28,10 @@ const SAVED: f64 = 1e-3;
 
 /// A search of the levels that gains less than this has ended.
 const SETTLED: f64 = 0.5;
+
+/// Searches in a row that leave a level at its upper bound before a descent ends: the
+/// model lacks something, which no level of a disturbance makes good.
+const BOUND: usize = 6;
 
 /// Dampings that are tried before a step is given up.
 const TRIES: usize = 8;
@@ -121,7 +125,7 @@ impl Problem<'_> {
         let samples = wanted.transitions;
         let (mut z, mut levels) = (z.to_vec(), levels.clone());
         let mut damping = 1e-3;
-        let mut settled = false;
+        let (mut settled, mut at_bound) = (false, 0);
         let mut moved = vec![0.0; z.len()];
         for runs in 1..=RUNS {
             progress(runs);
@@ -153,7 +157,7 @@ impl Problem<'_> {
                 }
             };
             let converged = short && settled;
-            if converged || runs == RUNS {
+            if converged || at_bound == BOUND || runs == RUNS {
                 return Some(Descent {
                     z,
                     levels,
@@ -176,6 +180,9 @@ impl Problem<'_> {
                 let (found, gain) = search(&about, levels_of, &levels);
                 settled = gain < SETTLED;
                 levels = found;
+                let mut bounds = levels_of.at_bound(&levels);
+                let bound = bounds.any(|level| matches!(level, Level::Drift(_)));
+                at_bound = if bound { at_bound + 1 } else { 0 };
             }
         }
         None

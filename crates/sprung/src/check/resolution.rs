@@ -1,0 +1,86 @@
+//! What the resolution of the positions alone leaves of a torque unexplained.
+
+use super::cutoff::{noise, velocity_per_position};
+use super::excerpt::Excerpt;
+use super::row::RowFit;
+use crate::log::{Channels, Quantity};
+use crate::model::Model;
+use crate::regression::{Reading, System, TransitionWeights, VelocityNoise};
+
+/// Returns the noise of the filtered velocities, as far as the positions show
+/// it.
+///
+/// - `cutoff`: of the position filter, Hz.
+#[must_use]
+pub fn velocity_noise(
+    model: &Model,
+    channels: &Channels,
+    excerpt: &Excerpt,
+    cutoff: f64,
+) -> VelocityNoise {
+    let n = model.joint_count();
+    let scale = velocity_per_position(cutoff, excerpt.period());
+    let (mut link, mut motor) = (vec![0.0_f64; n], vec![0.0_f64; n]);
+    let mut from_motor: Vec<bool> = (0..n).map(|joint| !model.is_flexible(joint)).collect();
+    for (i, channel) in channels.all.iter().enumerate() {
+        let level = || scale * noise(excerpt, i).map_or(0.0, |(noise, _)| noise);
+        match channel.quantity {
+            Quantity::MotorTorque => {}
+            Quantity::MotorPosition => motor[channel.joint] = level(),
+            Quantity::LinkPosition => link[channel.joint] = level(),
+            Quantity::LinkDeflection => {
+                link[channel.joint] = level();
+                from_motor[channel.joint] = true;
+            }
+        }
+    }
+    // What is measured from the motor carries its noise.
+    for joint in (0..n).filter(|&joint| from_motor[joint]) {
+        link[joint] = link[joint].hypot(motor[joint]);
+    }
+    VelocityNoise { link, motor }
+}
+
+/// Returns the part of a torque that a model leaves unexplained where the positions
+/// are exact.
+///
+/// - `relative`: residual over torque, root mean squares.
+/// - `share`: what noise leaves through Coulomb transitions, likewise.
+#[must_use]
+pub fn beyond_resolution(relative: f64, share: f64) -> f64 {
+    (relative.powi(2) - share.powi(2)).max(0.0).sqrt()
+}
+
+/// Returns what the noise of the velocities leaves of each joint's torque through
+/// Coulomb transitions, root mean squares over the torque, \[n\]; zero where that
+/// cannot be said.
+///
+/// - `fits`: of the torque's row of each joint.
+pub(super) fn transition_shares(
+    reading: &Reading<'_>,
+    excerpt: &Excerpt,
+    fits: &[RowFit],
+) -> Vec<f64> {
+    let model = reading.model;
+    let mut theta = vec![0.0; model.parameters().len()];
+    for fit in fits {
+        for (column, value) in fit.values() {
+            theta[column] = value;
+        }
+    }
+    let noise = velocity_noise(model, reading.channels, excerpt, reading.position_cutoff_hz);
+    let weights = TransitionWeights::unweighted(model, &noise, &theta);
+    let reading = Reading {
+        weights: Some(&weights),
+        ..*reading
+    };
+    let rows: Vec<usize> = (0..fits.len()).map(|j| model.torque_row(j)).collect();
+    let system = excerpt.reduce_rows(&reading, &rows);
+    (0..rows.len())
+        .map(|i| {
+            let kept = system.as_ref().map(System::kept);
+            kept.and_then(|kept| kept.transition_share(i))
+                .unwrap_or(0.0)
+        })
+        .collect()
+}
