@@ -6,6 +6,7 @@
 //! - `--seeds 10`, `--first 0`: logs of each case, and the first seed.
 //! - `--cases clean,motor,link,other,mujoco`: those that are run.
 //! - `--counts 16384,4096`: resolutions of the encoders.
+//! - `--methods prediction,linear`: rows with one of these words, instead of all.
 //! - `--parameters`: a row for each parameter besides.
 //! - `--mujoco FOLDER`: logs of `benches/peers/two_joints_mujoco.py`.
 #![expect(clippy::print_stdout, reason = "a benchmark says what it measured")]
@@ -39,6 +40,7 @@ struct Arguments {
     seeds: std::ops::Range<u64>,
     cases: Vec<String>,
     counts: Vec<u32>,
+    methods: Vec<String>,
     parameters: bool,
     mujoco: PathBuf,
 }
@@ -57,6 +59,7 @@ impl Arguments {
                 .map(str::to_owned)
                 .to_vec(),
             counts: vec![16384, 4096],
+            methods: Vec::new(),
             parameters: false,
             mujoco: PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../target/mujoco")),
         };
@@ -70,6 +73,7 @@ impl Arguments {
                 "--seeds" => seeds = value().parse().expect("--seeds is a number"),
                 "--first" => first = value().parse().expect("--first is a number"),
                 "--cases" => found.cases = value().split(',').map(str::to_owned).collect(),
+                "--methods" => found.methods = value().split(',').map(str::to_owned).collect(),
                 "--counts" => {
                     let counts = value();
                     let counts = counts.split(',').map(str::parse);
@@ -83,6 +87,13 @@ impl Arguments {
         }
         found.seeds = first..first + seeds;
         found
+    }
+
+    /// Returns the methods that are wanted.
+    fn chosen<'m>(&self, mut all: Vec<(&'m str, Experiment)>) -> Vec<(&'m str, Experiment)> {
+        let wanted = |name: &str| self.methods.iter().any(|word| name.contains(word));
+        all.retain(|(name, _)| self.methods.is_empty() || wanted(name));
+        all
     }
 
     fn wants(&self, case: &str) -> bool {
@@ -266,13 +277,13 @@ fn findings(trials: &[Trial], methods: &[(&str, Experiment)]) {
 
 /// The demo's twin: estimates and truth have the same model.
 fn own_model(demo: &Demo, arguments: &Arguments) {
-    let usual = methods(&demo.experiment);
+    let usual = arguments.chosen(methods(&demo.experiment));
     let mut exact = demo.experiment.clone();
     exact.identify.estimator = vec![Estimator::PredictionError];
     if let Some(log) = &mut exact.log {
         log.motor_torque_exact = true;
     }
-    let exact = vec![("pred. error, torque exact", exact)];
+    let exact = arguments.chosen(vec![("pred. error, torque exact", exact)]);
     for &counts in &arguments.counts {
         for (case, motor, link) in CASES.iter().filter(|case| arguments.wants(case.0)) {
             let settings = |seed| {
@@ -291,7 +302,7 @@ fn own_model(demo: &Demo, arguments: &Arguments) {
             println!("\n{counts} counts, {case}, {} logs", trials.len());
             header();
             print(demo, &trials, &usual, arguments.parameters);
-            if *case == "clean" {
+            if *case == "clean" && !exact.is_empty() {
                 let without_noise = |seed| {
                     let mut settings = settings(seed);
                     settings.torque_noise_nm.clear();
@@ -311,6 +322,7 @@ fn other_plant(demo: &Demo, arguments: &Arguments) {
     let mut richer = with_its_laws();
     richer.identify.estimator = vec![Estimator::PredictionError];
     ways.push(("pred. error with its laws", richer));
+    let ways = arguments.chosen(ways);
     let seeds = arguments.seeds.clone().into_par_iter();
     let trials: Vec<Trial> = seeds
         .map(|seed| Trial::of(&other.log(&demo.settings(seed)), &ways))
@@ -341,7 +353,7 @@ fn mujoco(demo: &Demo, arguments: &Arguments) {
         );
         return;
     }
-    let ways = methods(&demo.experiment);
+    let ways = arguments.chosen(methods(&demo.experiment));
     let trials: Vec<Trial> = (files.par_iter())
         .map(|file| {
             let log = std::fs::read(file).expect("the log can be read");

@@ -4,7 +4,7 @@
 //! `--` shorten or lengthen them:
 //!
 //! - `--seeds 10`: logs of each fault and size.
-//! - `--clean 100`: logs without fault.
+//! - `--clean 100`: logs without fault, of the demo's encoders and of coarser ones.
 //! - `--delays 2`: logs of each delay that is measured by the likelihood, and a tenth of those
 //!   without.
 //! - `--late 10`: logs of each fault that is a delay, found by the likelihood, at most.
@@ -78,7 +78,10 @@ fn main() {
         return;
     };
     let demo = Demo::new();
-    clean(&demo, arguments.clean);
+    clean("demo", &demo, arguments.clean, |seed| demo.table(seed, 1.0));
+    clean("4096 counts", &demo, arguments.clean, |seed| {
+        demo.with_counts(seed, 4096)
+    });
     delays(&demo, arguments.delays);
     faults(&demo, &arguments);
 }
@@ -107,16 +110,16 @@ fn alarms(report: &CheckReport) -> Vec<String> {
 }
 
 /// Clean logs: everything above a note is a false alarm.
-fn clean(demo: &Demo, logs: u64) {
+fn clean(name: &str, demo: &Demo, logs: u64, table: impl Fn(u64) -> Table + Sync) {
     let all: Vec<Vec<String>> = (0..logs)
         .into_par_iter()
         .map(|seed| {
-            let fault = Fault::none(demo.table(1000 + seed, 1.0));
+            let fault = Fault::none(table(1000 + seed));
             alarms(&report(demo, &fault, false))
         })
         .collect();
     let wrong = all.iter().filter(|codes| !codes.is_empty()).count();
-    println!("clean logs: {wrong} of {logs} with a false alarm");
+    println!("clean logs, {name}: {wrong} of {logs} with a false alarm");
     let mut codes: BTreeMap<&str, usize> = BTreeMap::new();
     for code in all.iter().flatten() {
         *codes.entry(code).or_default() += 1;

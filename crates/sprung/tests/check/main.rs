@@ -54,6 +54,21 @@ fn nothing_is_wrong_with_a_whole_log() {
 }
 
 #[test]
+fn coarse_encoders_alarm_nobody() {
+    let demo = Demo::new();
+    for seed in 1..4 {
+        let report = report(&demo.experiment, &demo.with_counts(seed, 4096));
+        // Reversals within a count leave more of the torque than a model may.
+        assert!(
+            report.joints[1].explained_percent < 96.0,
+            "{:?}",
+            report.joints
+        );
+        assert!(report.worst().is_none(), "{:#?}", report.findings);
+    }
+}
+
+#[test]
 fn every_fault_is_found() {
     let demo = Demo::new();
     let mut codes = BTreeSet::new();
