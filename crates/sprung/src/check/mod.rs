@@ -129,9 +129,13 @@ pub fn examine(
             model.joints(),
             &figures.summary,
         ));
-        findings.extend(check_timing(name, channels, &figures.timing));
+        let timing = check_timing(name, channels, &figures.timing);
+        let uneven = (timing.iter()).any(|finding| finding.code == "uneven-sampling");
+        findings.extend(timing);
         findings.extend(gaps(name, figures));
-        findings.extend(jitter(name, &figures.timing));
+        if !uneven {
+            findings.extend(jitter(name, &figures.timing));
+        }
     }
     findings.extend(delays.findings(channels));
     let mut joints = Vec::new();
@@ -229,9 +233,9 @@ fn gaps(file: &str, figures: &LogFigures) -> Option<Finding> {
     })
 }
 
-/// Says that a clock is a little uneven; where it is more, positions were asked.
+/// Says that a clock is a little uneven.
 fn jitter(file: &str, timing: &Timing) -> Option<Finding> {
-    (timing.jitter > JITTER && timing.evidence.is_none()).then(|| {
+    (timing.jitter > JITTER).then(|| {
         Finding::new(
             Severity::Info,
             "jitter",
