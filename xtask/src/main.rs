@@ -13,7 +13,11 @@ use std::process::{Command, ExitCode};
 const USAGE: &str = "usage: cargo xtask TASK
 
   test     format, lints, tests, documentation: what CI runs
-  browser  install the browser that the report is tested in";
+  browser  install the browser that the report is tested in
+  fuzz [SECONDS [TARGET…]]  feed damaged files to every reader, or to some, each for so long [120]";
+
+/// How long each fuzz target runs, s.
+const FUZZING: &str = "120";
 
 fn main() -> ExitCode {
     match std::env::args().nth(1).as_deref() {
@@ -22,11 +26,67 @@ fn main() -> ExitCode {
             browser();
             ExitCode::SUCCESS
         }
+        Some("fuzz") => {
+            let mut arguments = std::env::args().skip(2);
+            let seconds = arguments.next().unwrap_or_else(|| FUZZING.to_owned());
+            fuzz(&seconds, arguments.collect())
+        }
         _ => {
             eprintln!("{USAGE}");
             ExitCode::from(2)
         }
     }
+}
+
+/// Runs fuzz targets one after another, with seeds; stops at the first that finds something.
+fn fuzz(seconds: &str, chosen: Vec<String>) -> ExitCode {
+    let nightly = || {
+        let mut command = Command::new("rustup");
+        command.args(["run", "nightly", "cargo", "fuzz"]);
+        command
+    };
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let seeds = Command::new(env!("CARGO"))
+        .args(["test", "-p", "sprung-cli", "--test", "cli"])
+        .arg("the_corpus_is_large_and_always_the_same")
+        .env("SPRUNG_CORPUS", root.join("fuzz/corpus"))
+        .current_dir(&root)
+        .status();
+    if !seeds.is_ok_and(|status| status.success()) {
+        eprintln!("── no seeds could be written");
+        return ExitCode::FAILURE;
+    }
+    let targets = if chosen.is_empty() {
+        let list = nightly().arg("list").current_dir(&root).output();
+        list.map_or_else(
+            |_| Vec::new(),
+            |list| {
+                let names = String::from_utf8_lossy(&list.stdout);
+                names.lines().map(str::to_owned).collect()
+            },
+        )
+    } else {
+        chosen
+    };
+    if targets.is_empty() {
+        eprintln!("── there are no targets; install nightly with rustup, and cargo-fuzz");
+        return ExitCode::FAILURE;
+    }
+    for target in targets {
+        eprintln!("── {target}: {seconds} s");
+        // Without the address sanitizer, which takes half of the time: none of our code is unsafe.
+        let status = nightly()
+            .args(["run", "--sanitizer", "none", &target, "--"])
+            .arg(format!("-max_total_time={seconds}"))
+            .args(["-timeout=10", "-rss_limit_mb=2048", "-print_final_stats=1"])
+            .current_dir(&root)
+            .status();
+        if !status.is_ok_and(|status| status.success()) {
+            eprintln!("── {target}: found something; the file is in fuzz/artifacts/{target}");
+            return ExitCode::FAILURE;
+        }
+    }
+    ExitCode::SUCCESS
 }
 
 /// Runs every check, the quick ones first; stops at the first that fails.

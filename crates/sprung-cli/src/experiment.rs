@@ -11,6 +11,7 @@ use sprung::model::Model;
 use sprung::validate::ParameterSet;
 
 use crate::exit_code::{ExitCode, Failure};
+use crate::switch::finish_beside;
 
 /// An experiment that was read from disk.
 pub(crate) struct Loaded {
@@ -175,6 +176,7 @@ pub(crate) struct Parameters {
 
 /// Reads `identification.json`, or a TOML table of values by name.
 pub(crate) fn read_parameters(path: &Path) -> Result<Parameters, Failure> {
+    finish_beside(path)?;
     let text = read_text(path)?;
     let name = path.display();
     let wrong = |error: &dyn std::fmt::Display| {

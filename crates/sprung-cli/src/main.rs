@@ -6,6 +6,7 @@ mod exit_code;
 mod experiment;
 mod output;
 mod results;
+mod switch;
 mod terminal;
 
 fn main() -> std::process::ExitCode {

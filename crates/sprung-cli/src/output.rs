@@ -6,18 +6,21 @@ use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
 use crate::exit_code::{ExitCode, Failure};
+use crate::switch::{Switch, finish};
 
 /// How the names of files begin and end that are not yet results.
 const TEMPORARY: (&str, &str) = (".sprung-", ".part");
 
 /// Files of one run: written beside their place, then renamed together, so
-/// that earlier results stay whole if anything fails. Each file is always whole; a kill in
-/// the microseconds between the renames leaves some of this run beside some of the last.
+/// that earlier results stay whole if anything fails. A kill between the renames leaves a list of
+/// them, with which the next command goes on.
 pub(crate) struct Output {
     folder: PathBuf,
     // Files that were read and must stay.
     inputs: Vec<PathBuf>,
     files: Vec<(PathBuf, NamedTempFile)>,
+    // Files of earlier runs that go when these come.
+    outdated: Vec<PathBuf>,
 }
 
 impl Output {
@@ -30,11 +33,13 @@ impl Output {
                 format!("cannot create the folder {folder}: {error}; choose another with --out"),
             )
         })?;
+        finish(folder)?;
         clear(folder);
         Ok(Self {
             folder: folder.to_owned(),
             inputs: Vec::new(),
             files: Vec::new(),
+            outdated: Vec::new(),
         })
     }
 
@@ -84,26 +89,68 @@ impl Output {
         self.write(name, |write| write.write_all(text.as_bytes()))
     }
 
+    /// Says that a file of an earlier run goes when these come, if it is there and no input;
+    /// returns whether it does.
+    pub(crate) fn outdates(&mut self, name: &str) -> bool {
+        let path = self.folder.join(name);
+        let goes = (path.canonicalize()).is_ok_and(|path| !self.inputs.contains(&path));
+        if goes {
+            self.outdated.push(path);
+        }
+        goes
+    }
+
     /// Puts all files in their places.
     pub(crate) fn commit(self) -> Result<(), Failure> {
         for (path, file) in &self.files {
-            file.as_file().sync_all().map_err(|error| {
-                Failure::new(
-                    ExitCode::File,
-                    format!("cannot write {}: {error}", path.display()),
-                )
-            })?;
+            let synced = file.as_file().sync_all();
+            synced.map_err(|error| cannot_write(path, &error))?;
+            if path.is_dir() {
+                let error = std::io::Error::from(std::io::ErrorKind::IsADirectory);
+                return Err(cannot_write(path, &error));
+            }
+        }
+        if self.files.len() > 1 || !self.outdated.is_empty() {
+            return self.switch();
         }
         for (path, file) in self.files {
-            file.persist(&path).map_err(|error| {
-                Failure::new(
-                    ExitCode::File,
-                    format!("cannot write {}: {}", path.display(), error.error),
-                )
-            })?;
+            (file.persist(&path)).map_err(|error| cannot_write(&path, &error.error))?;
         }
         Ok(())
     }
+
+    /// Puts several files in their places.
+    fn switch(self) -> Result<(), Failure> {
+        let name = |path: &Path| -> Result<String, Failure> {
+            (path.file_name().and_then(|name| name.to_str()))
+                .map(str::to_owned)
+                .ok_or_else(|| cannot_write(path, &"its name is not Unicode"))
+        };
+        // Who waits for the file that was written first finds the others.
+        let renames = self.files.iter().rev().map(|(path, file)| {
+            let from = name(file.path())?;
+            Ok((from, name(path)?))
+        });
+        let switch = Switch {
+            renames: renames.collect::<Result<_, Failure>>()?,
+            outdated: (self.outdated.iter().map(|path| name(path))).collect::<Result<_, _>>()?,
+        };
+        let list = temporary(&self.folder).map_err(|error| cannot_write(&self.folder, &error))?;
+        let list = switch.decide(&self.folder, list)?;
+        // Locked until they are in their places.
+        let mut files = Vec::new();
+        for (path, file) in self.files {
+            files.push((file.keep()).map_err(|error| cannot_write(&path, &error.error))?);
+        }
+        switch.carry_out(&self.folder, &list)
+    }
+}
+
+fn cannot_write(path: &Path, error: &dyn std::fmt::Display) -> Failure {
+    Failure::new(
+        ExitCode::File,
+        format!("cannot write {}: {error}", path.display()),
+    )
 }
 
 /// Removes what killed runs left behind. Others may be writing: their files are locked.

@@ -6,6 +6,7 @@ use serde_json::Value;
 use sprung::estimate::Identification;
 
 use crate::exit_code::{ExitCode, Failure};
+use crate::switch::{finish, finish_beside};
 
 /// The version of `identification.json` that this program reads.
 const FORMAT: u64 = 1;
@@ -20,6 +21,7 @@ pub(crate) struct Identified {
 /// experiment's.
 pub(crate) fn read_identification(path: &Path) -> Result<Identified, Failure> {
     let path = found(path)?;
+    finish_beside(&path)?;
     let name = path.display();
     let bytes = std::fs::read(&path)
         .map_err(|error| Failure::new(ExitCode::File, format!("cannot read {name}: {error}")))?;
@@ -79,6 +81,9 @@ pub(crate) fn read_identification(path: &Path) -> Result<Identified, Failure> {
 fn found(path: &Path) -> Result<PathBuf, Failure> {
     if !path.is_dir() {
         return Ok(path.to_owned());
+    }
+    for folder in [path, &path.join("sprung-out")] {
+        finish(folder)?;
     }
     let inside = ["identification.json", "sprung-out/identification.json"];
     (inside.iter().map(|file| path.join(file)))

@@ -7,6 +7,7 @@ use sprung::log::LogError;
 use sprung::regression::PassError;
 use sprung::report::{Contents, compose, render};
 
+use super::validate;
 use crate::args::Identify;
 use crate::exit_code::{ExitCode, Failure};
 use crate::experiment::{Loaded, load, openers, sources};
@@ -19,8 +20,10 @@ pub(crate) fn run(args: &Identify) -> Result<ExitCode, Failure> {
     let loaded = load(&args.experiment, &common.overrides)?;
     let found = from_disk(&loaded, terminal)?;
 
-    let mut output = Output::new(&loaded.out(common.out.as_ref()))?.keeping(loaded.inputs());
+    let folder = loaded.out(common.out.as_ref());
+    let mut output = Output::new(&folder)?.keeping(loaded.inputs());
     write_results(&mut output, &found)?;
+    let outdated = validate::outdate(&mut output, &folder);
     let contents = Contents {
         identification: Some(&found.identification),
         trace: Some(&found.trace),
@@ -34,6 +37,12 @@ pub(crate) fn run(args: &Identify) -> Result<ExitCode, Failure> {
 
     terminal.json(&found.identification);
     terminal.parameters(&found.identification, None);
+    if outdated {
+        terminal.say(
+            "\nthe validation in that folder was of earlier parameters and is gone; run sprung validate \
+             again",
+        );
+    }
     terminal.say(format!("\nreport: {}", report.display()));
     Ok(code_of(&found))
 }

@@ -7,13 +7,14 @@ use sprung::curves::Curves;
 use sprung::finding::Severity;
 use sprung::log::LogSource;
 use sprung::report::Contents;
-use sprung::validate::{ValidateError, Validated, validate};
+use sprung::validate::{ValidateError, Validated, Validation, validate};
 
 use super::identify::{code_of_pass, write_report};
 use crate::args::Validate;
 use crate::exit_code::{ExitCode, Failure};
 use crate::experiment::{Files, Loaded, Parameters, load, openers, read_parameters, sources};
 use crate::output::Output;
+use crate::switch::finish;
 use crate::terminal::Terminal;
 
 pub(crate) fn run(args: &Validate) -> Result<ExitCode, Failure> {
@@ -58,6 +59,9 @@ pub(crate) fn run(args: &Validate) -> Result<ExitCode, Failure> {
 
 /// Returns the results of the last identification, in one of two folders.
 fn identified(chosen: &Path, usual: &Path) -> Result<PathBuf, Failure> {
+    for folder in [chosen, usual] {
+        finish(folder)?;
+    }
     [chosen, usual]
         .iter()
         .map(|folder| folder.join("identification.json"))
@@ -116,14 +120,35 @@ pub(super) fn from_disk(
     })
 }
 
+/// The files of a validation but the report.
+const RESULTS: [&str; 2] = ["validation.json", "signals.csv"];
+
+/// The first column of the signals.
+const LABELS: &str = "run/parameters";
+
 /// Writes all files of a validation but the report.
 pub(super) fn write_results(output: &mut Output, found: &Validated) -> Result<(), Failure> {
-    output.write("validation.json", |write| {
+    output.write(RESULTS[0], |write| {
         serde_json::to_writer_pretty(&mut *write, &found.validation)?;
         writeln!(write)
     })?;
-    output.text("signals.csv", &found.curves.to_csv("run/parameters"))?;
+    output.text(RESULTS[1], &found.curves.to_csv(LABELS))?;
     Ok(())
+}
+
+/// Lets go of the files of an earlier validation; returns whether there are any.
+pub(super) fn outdate(output: &mut Output, folder: &Path) -> bool {
+    let text = |name: &str| std::fs::read_to_string(folder.join(name)).ok();
+    // Of files with these names only what such a validation wrote.
+    let is_ours =
+        text(RESULTS[0]).is_some_and(|text| serde_json::from_str::<Validation>(&text).is_ok());
+    if !is_ours || !output.outdates(RESULTS[0]) {
+        return false;
+    }
+    if text(RESULTS[1]).is_some_and(|text| text.starts_with(LABELS)) {
+        output.outdates(RESULTS[1]);
+    }
+    true
 }
 
 fn read_curves(path: &Path) -> Option<Curves> {

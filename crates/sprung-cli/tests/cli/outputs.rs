@@ -238,6 +238,39 @@ fn delay_to_be_estimated_needs_an_identification() {
 }
 
 #[test]
+fn identify_lets_go_of_a_validation_of_earlier_parameters() {
+    let case = Case::new();
+    let out = case.path("sprung-out");
+    let copy = |names: &[&str]| {
+        std::fs::create_dir_all(&out).unwrap();
+        for name in names {
+            std::fs::copy(demo().join("sprung-out").join(name), out.join(name)).unwrap();
+        }
+    };
+    copy(&["validation.json", "signals.csv"]);
+    let output = case.identify(&[]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert!(
+        stdout(&output).contains("is gone; run sprung validate again"),
+        "{}",
+        stdout(&output)
+    );
+    let files = || std::fs::read_dir(&out).unwrap().count();
+    assert_eq!(files(), RESULTS.len());
+
+    // Files of others with these names are theirs.
+    std::fs::write(out.join("validation.json"), "{}").unwrap();
+    copy(&["signals.csv"]);
+    let output = case.identify(&[]);
+    assert!(!stdout(&output).contains("is gone"), "{}", stdout(&output));
+    assert_eq!(files(), RESULTS.len() + 2);
+    copy(&["validation.json"]);
+    std::fs::write(out.join("signals.csv"), "t,u\n0,1\n").unwrap();
+    case.identify(&[]);
+    assert_eq!(files(), RESULTS.len() + 1);
+}
+
+#[test]
 fn parameters_can_be_given_as_toml() {
     let case = Case::new();
     std::fs::copy(demo().join("validation.csv"), case.path("validation.csv")).unwrap();

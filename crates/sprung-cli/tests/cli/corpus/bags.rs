@@ -220,6 +220,11 @@ fn chunks() -> Vec<Faulty> {
             &["damaged"],
         ),
         states(
+            "a chunk of which most is missing",
+            file_of(&[&[6][..], &900_000_000_u64.to_le_bytes(), &[0; 64]].concat()),
+            &["ends in the middle of a record"],
+        ),
+        states(
             "a chunk in a chunk",
             file_of(&chunk("", &chunk("", &records, (size, 0)), (size, 0))),
             &["run.log"],
@@ -274,6 +279,11 @@ fn definitions() -> Vec<Faulty> {
             "a definition that is very deep",
             &deep,
             &["the definition of my_msgs/msg/State"],
+        ),
+        of(
+            "messages of no size",
+            &format!("my_msgs/None[] position{separator}my_msgs/None\nfloat64[0] x\n"),
+            &["the definition of my_msgs/msg/State contains a message of no size"],
         ),
         of(
             "an array of a huge length",

@@ -154,12 +154,46 @@ fn npy() -> Vec<Faulty> {
         ),
         of("an array without rows", &shape("(0, 7)"), &[], &["run.log"]),
         of(
+            "an array without rows whose columns overflow",
+            &shape("(0, 4294967296, 4294967296)"),
+            &[],
+            &["its shape is absurd"],
+        ),
+        of(
+            "records longer than memory",
+            "{'descr': [('a', '<f8'), ('', '|V99999999999')], 'fortran_order': False, 'shape': (2,), }\n",
+            &[0; 16],
+            &["its records are absurdly long"],
+        ),
+        of(
             "an array without a header",
             "what?\n",
             &[0; 560],
             &["run.log"],
         ),
     ]
+}
+
+/// A MATLAB file with one matrix of no numbers.
+fn matrix(dimensions: &[u32]) -> Vec<u8> {
+    let element = |kind: u32, bytes: &[u8]| {
+        let length = u32::try_from(bytes.len()).unwrap();
+        let mut all = [&kind.to_le_bytes()[..], &length.to_le_bytes(), bytes].concat();
+        all.resize(all.len().next_multiple_of(8), 0);
+        all
+    };
+    let sides: Vec<u8> = dimensions.iter().flat_map(|n| n.to_le_bytes()).collect();
+    let flags = [6, 0, 0, 0, 0, 0, 0, 0];
+    let parts = [
+        element(6, &flags),
+        element(5, &sides),
+        element(1, b"data"),
+        element(9, &[]),
+    ];
+    let mut head = b"MATLAB 5.0 MAT-file".to_vec();
+    head.resize(124, b' ');
+    head.extend(b"\x00\x01IM");
+    [head, element(14, &parts.concat())].concat()
 }
 
 fn others() -> Vec<Faulty> {
@@ -173,6 +207,12 @@ fn others() -> Vec<Faulty> {
             "a MATLAB file of version 7.3",
             b"MATLAB 7.3 MAT-file, Platform: GLNXA64",
             &["version 7.3", "-v7"],
+        ),
+        Faulty::log(
+            "a matrix without rows whose columns overflow",
+            matrix(&[0, 0x8000_0000, 0x8000_0000, 0x8000_0000]),
+            MATLAB,
+            &["absurd dimensions"],
         ),
         usual("a bag of ROS 1", b"#ROSBAG V2.0\n", &["a bag of ROS 1"]),
         usual("a picked-up database", b"SQLite format 3\0", &["run.log"]),

@@ -1,8 +1,9 @@
 //! Files that a fuzzer begins with.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::Faulty;
+use super::mcap_bytes::{JOINT_STATE, joint_state};
 
 /// Files larger than this make a fuzzer slow.
 const LARGEST: usize = 100_000;
@@ -47,10 +48,41 @@ pub(super) fn write(folder: &Path, corpus: &[Faulty]) {
             put(&faulty.name.replace([' ', '/'], "-"), file, bytes);
         }
     }
-    let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("../sprung/tests/formats/fixtures");
-    for entry in std::fs::read_dir(fixtures).unwrap() {
-        let path = entry.unwrap().path();
+    let crates = Path::new(env!("CARGO_MANIFEST_DIR"));
+    for path in entries(&crates.join("../sprung/tests/formats/fixtures")) {
         let name = path.file_name().unwrap().to_str().unwrap().to_owned();
         put(&name, &name, &std::fs::read(&path).unwrap());
     }
+    for path in entries(&crates.join("../../examples")) {
+        let file = "experiment.toml";
+        let name = path.file_name().unwrap().to_str().unwrap();
+        put(name, file, &std::fs::read(path.join(file)).unwrap());
+    }
+    put(
+        "demo",
+        "experiment.toml",
+        sprung::demo::EXPERIMENT.as_bytes(),
+    );
+    // A definition, and a message behind a zero.
+    let state = joint_state(7, &["joint1", "joint2"], &[0.1, 0.2], &[1.0, 2.0]);
+    let messages = folder.join("ros_message");
+    std::fs::create_dir_all(&messages).unwrap();
+    for (name, definition, message) in [
+        ("joint-state", JOINT_STATE, &state[..]),
+        (
+            "nested",
+            "my_msgs/Part[<=3] position\nbool[4] effort\nwstring x \"a\"\nint8 A=3\n\
+             ================================================================================\n\
+             MSG: my_msgs/Part\nint8 a 5\nstring<=9[2] names\nuint64[] b [1, 2]\n",
+            &[0, 1, 0, 0, 2, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0],
+        ),
+    ] {
+        let seed = [definition.as_bytes(), &[0], message].concat();
+        std::fs::write(messages.join(name), seed).unwrap();
+    }
+}
+
+fn entries(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).unwrap();
+    entries.map(|entry| entry.unwrap().path()).collect()
 }

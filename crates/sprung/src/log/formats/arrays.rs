@@ -50,6 +50,9 @@ impl Array {
     }
 }
 
+/// Most columns of all arrays of an archive that are listed.
+const MOST: usize = 1 << 21;
+
 /// Opens an `.npy` file.
 pub(super) fn open_npy(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Opened, LogError> {
     let npy =
@@ -74,16 +77,23 @@ pub(super) fn open_npz(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Open
         };
         return Err(LogError::format(file, what));
     }
-    let mut arrays = Vec::new();
+    let mut arrays: Vec<Array> = Vec::new();
     let mut refused = Vec::new();
+    let mut listed = 0;
     for member in members.into_iter().filter(|member| is_array(&member.name)) {
         let mut read = member.open(file, reopen()?)?;
         match head(&mut *read) {
             Ok(npy) if npy.scalar => {}
-            Ok(npy) => arrays.push(Array {
-                member: Some(member),
-                npy,
-            }),
+            Ok(npy) if listed + npy.columns.len() > MOST => {
+                refused.push(format!("{} has absurdly many columns", member.name));
+            }
+            Ok(npy) => {
+                listed += npy.columns.len();
+                arrays.push(Array {
+                    member: Some(member),
+                    npy,
+                });
+            }
             // Text beside numbers is nobody's fault.
             Err(what) => refused.push(format!("{} {what}", member.name)),
         }

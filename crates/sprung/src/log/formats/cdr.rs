@@ -121,7 +121,11 @@ impl Decoder<'_> {
                 Some((index, (*place, rest)))
             })
             .collect();
-        let last = wanted.iter().map(|(index, _)| index + 1).max().unwrap_or(0);
+        let last = wanted
+            .iter()
+            .map(|(index, _)| index.saturating_add(1))
+            .max()
+            .unwrap_or(0);
         for i in 0..count {
             if i >= last
                 && let Base::Number(number) = base

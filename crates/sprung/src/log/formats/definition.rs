@@ -45,6 +45,9 @@ const DEEPEST: usize = 24;
 /// Numbers that are listed, at most.
 const LISTED: usize = 1000;
 
+/// Fields that are looked at for them.
+const SEEN: usize = 100 * LISTED;
+
 /// Definitions of messages that old bags do not bring along.
 const KNOWN: [(&str, &str); 6] = [
     (
@@ -137,7 +140,40 @@ impl Definition {
         if definition.depth(0, 0, &mut depths) > DEEPEST {
             return Err("contains itself".to_owned());
         }
+        // Otherwise a few bytes could hold messages without end, each as wide as it is deep.
+        let mut sizes = vec![None; definition.types.len()];
+        if definition.least(0, &mut sizes) == 0 || sizes.contains(&Some(0)) {
+            return Err("contains a message of no size".to_owned());
+        }
         Ok(definition)
+    }
+
+    /// Returns how many bytes a message takes at least; it does not contain itself.
+    ///
+    /// - `known`: of the types that were looked at.
+    fn least(&self, kind: usize, known: &mut [Option<usize>]) -> usize {
+        if let Some(size) = known[kind] {
+            return size;
+        }
+        let mut size = 0_usize;
+        for field in &self.types[kind] {
+            let one = match field.base {
+                Base::Number(number) => number.size(),
+                // Their lengths.
+                Base::Text | Base::WideText => 4,
+                Base::Message(inner) => self.least(inner, known),
+            };
+            size = size.saturating_add(match field.count {
+                Count::One => one,
+                Count::Fixed(count) => one.saturating_mul(count),
+                Count::Any => 4,
+            });
+        }
+        if self.types[kind].is_empty() {
+            size = 1;
+        }
+        known[kind] = Some(size);
+        size
     }
 
     /// Returns how many messages are within one another.
@@ -176,13 +212,15 @@ impl Definition {
     /// Lists the paths of all numbers.
     pub(super) fn leaves(&self) -> Vec<String> {
         let mut all = Vec::new();
-        self.list(0, "", &mut all);
+        self.list(0, "", &mut all, &mut 0);
         all
     }
 
-    fn list(&self, kind: usize, path: &str, all: &mut Vec<String>) {
+    /// - `seen`: fields that were looked at.
+    fn list(&self, kind: usize, path: &str, all: &mut Vec<String>, seen: &mut usize) {
         for field in &self.types[kind] {
-            if all.len() >= LISTED {
+            *seen += 1;
+            if all.len() >= LISTED || *seen > SEEN {
                 return;
             }
             let name = format!("{path}{}", field.name);
@@ -194,7 +232,7 @@ impl Definition {
             match field.base {
                 Base::Number(_) => all.push(name),
                 Base::Message(inner) if self.is_time(inner) => all.push(name),
-                Base::Message(inner) => self.list(inner, &format!("{name}."), all),
+                Base::Message(inner) => self.list(inner, &format!("{name}."), all, seen),
                 Base::Text | Base::WideText => {}
             }
         }
@@ -303,6 +341,19 @@ mod tests {
             error.starts_with("names c/D, which is not defined"),
             "{error}"
         );
+        // Two to the power of twenty-three of nothing at all, and of texts.
+        let wide = |last: &str| {
+            let inner: String = (0..23)
+                .map(|k| format!("a/P{k} x\na/P{k} y\n===\nMSG: a/P{k}\n"))
+                .collect();
+            Definition::parse("a/msg/B", &format!("{inner}{last}\n"))
+        };
+        assert_eq!(
+            wide("float64[0] x").unwrap_err(),
+            "contains a message of no size"
+        );
+        let texts = wide("string x").unwrap();
+        assert!(texts.leaves().is_empty());
         for (kind, _) in KNOWN {
             assert!(Definition::known(kind).is_some(), "{kind}");
         }

@@ -36,6 +36,9 @@ const COMPRESSED: u32 = 15;
 /// Structures within structures that are believed.
 const DEEPEST: usize = 16;
 
+/// Longest name of a field that is believed; MATLAB's are 63 bytes at most.
+const LONGEST_NAME: usize = 256;
+
 /// Elements of a structure that are looked at.
 const MOST: u64 = 1 << 20;
 
@@ -243,10 +246,12 @@ impl Scan<'_> {
         } else {
             path.to_owned()
         };
-        let count = dimensions
-            .iter()
-            .try_fold(1_u64, |size, n| size.checked_mul(*n));
-        let count = count.ok_or_else(|| damaged("absurd dimensions"))?;
+        // Those without zeros: so that no product of a part overflows either.
+        let mut sides = dimensions.iter().map(|n| *n.max(&1));
+        if sides.try_fold(1_u64, u64::checked_mul).is_none() {
+            return Err(damaged("absurd dimensions"));
+        }
+        let count = dimensions.iter().product();
         match class {
             2 | 3 => {
                 if class == 3 {
@@ -359,6 +364,9 @@ impl Scan<'_> {
                 String::from_utf8_lossy(&bytes[..end]).into_owned()
             })
             .collect();
+        if length > LONGEST_NAME || name.len() > DEEPEST * LONGEST_NAME {
+            return Err(damaged("a name of absurd length"));
+        }
         if count.saturating_mul(fields.len() as u64) > MOST {
             return Err(damaged("a structure with absurdly many elements"));
         }

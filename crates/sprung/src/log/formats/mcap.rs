@@ -17,6 +17,9 @@ type Source = Box<dyn Read + Send>;
 /// Longest record, or chunk, that is believed.
 const LONGEST: usize = 1 << 30;
 
+/// Bytes that are read at once: the rest of a record that claims to be long may not be there.
+const AT_ONCE: usize = 1 << 20;
+
 struct Mcap {
     file: String,
     read: Source,
@@ -99,7 +102,7 @@ impl Mcap {
             None => return Ok(Step::Ended),
             Some(Err(error)) => return Err(damaged(&self.file, &error)),
             Some(Ok(LinearReadEvent::ReadRequest(count))) => {
-                let buffer = self.records.insert(count);
+                let buffer = self.records.insert(count.min(AT_ONCE));
                 let read = self.read.read(buffer);
                 let count = read.map_err(|error| LogError::read(&self.file, "it", error))?;
                 self.records.notify_read(count);

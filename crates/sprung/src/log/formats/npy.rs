@@ -76,11 +76,22 @@ pub(super) fn head(read: &mut dyn Read) -> Result<Npy, String> {
     };
     let shape: Option<Vec<u64>> = shape.iter().map(Value::number).collect();
     let shape = shape.ok_or("has a damaged head")?;
-    let total = shape.iter().try_fold(1_u64, |size, n| size.checked_mul(*n));
-    if total.is_none_or(|total| total > 1 << 48) {
-        return Err("has a damaged head: its shape is absurd".to_owned());
-    }
+    sized(&shape)?;
     layout(descr, fortran == "True", &shape, before + u64::from(length))
+}
+
+/// Most numbers of an array, and bytes of a record, that are believed.
+const LARGEST: u64 = 1 << 48;
+const LONGEST_RECORD: u64 = 1 << 24;
+
+/// Refuses a shape whose product, or that of a part of it, overflows.
+fn sized(shape: &[u64]) -> Result<(), String> {
+    let mut sides = shape.iter().map(|n| *n.max(&1));
+    let total = sides.try_fold(1_u64, |size, n| size.checked_mul(n));
+    match total {
+        Some(total) if total <= LARGEST => Ok(()),
+        _ => Err("has a damaged head: its shape is absurd".to_owned()),
+    }
 }
 
 fn layout(descr: &Value, fortran: bool, shape: &[u64], head: u64) -> Result<Npy, String> {
@@ -136,17 +147,26 @@ fn fields_of(fields: &[Value], columns: &mut Vec<NpyColumn>) -> Result<u64, Stri
             [Value::Text(name), Value::Text(kind)] => (name, kind, Vec::new()),
             [Value::Text(name), Value::Text(kind), Value::List(shape)] => {
                 let shape: Option<Vec<u64>> = shape.iter().map(Value::number).collect();
-                (name, kind, shape.ok_or("has a damaged head")?)
+                let shape = shape.ok_or("has a damaged head")?;
+                sized(&shape)?;
+                (name, kind, shape)
             }
             _ => return Err("has records within records; make them flat".to_owned()),
         };
         let count: u64 = shape.iter().product();
+        let number = Kind::of(kind);
+        let size = match &number {
+            Ok(kind) => kind.number.size() as u64,
+            Err(_) => size_of(kind).ok_or_else(|| format!("has a field of type \"{kind}\""))?,
+        };
+        let end = (size.checked_mul(count)).map(|size| at + size);
+        let end = end.filter(|end| *end <= LONGEST_RECORD);
+        let end = end.ok_or("has a damaged head: its records are absurdly long")?;
         // Text and padding between numbers are passed over.
-        let Ok(kind) = Kind::of(kind) else {
-            at += size_of(kind).ok_or_else(|| format!("has a field of type \"{kind}\""))? * count;
+        let Ok(kind) = number else {
+            at = end;
             continue;
         };
-        let size = kind.number.size() as u64;
         for (inner, place) in places(&shape)? {
             let name = if inner.is_empty() {
                 name.clone()
@@ -155,7 +175,7 @@ fn fields_of(fields: &[Value], columns: &mut Vec<NpyColumn>) -> Result<u64, Stri
             };
             columns.push(kind.column(name, at + place * size, false));
         }
-        at += size * count;
+        at = end;
     }
     Ok(at)
 }
@@ -255,7 +275,7 @@ fn size_of(text: &str) -> Option<u64> {
     let (kind, digits) = rest.split_at_checked(1)?;
     let count: u64 = digits.parse().ok()?;
     match kind {
-        "U" => Some(4 * count),
+        "U" => count.checked_mul(4),
         "S" | "V" | "f" | "c" | "i" | "u" => Some(count),
         _ => None,
     }
@@ -398,6 +418,11 @@ mod tests {
             "{'descr': '<f8', 'fortran_order': False, 'shape': (99999999999, 99999999999)}\n",
             "{'descr': '|O', 'fortran_order': False, 'shape': (10,)}\n",
             "((((((((((((((((((((",
+            // Products of parts that overflow, and records larger than memory.
+            "{'descr': '<f8', 'fortran_order': False, 'shape': (0, 4294967296, 4294967296)}\n",
+            "{'descr': [('a', '<f8', (4294967296, 4294967296))], 'fortran_order': False, 'shape': (2,)}\n",
+            "{'descr': [('a', '<f8'), ('', '|V9999999999')], 'fortran_order': False, 'shape': (2,)}\n",
+            "{'descr': [('a', '<U9223372036854775807')], 'fortran_order': False, 'shape': (2,)}\n",
         ] {
             assert!(of(text).is_err(), "{text}");
         }

@@ -139,10 +139,9 @@ impl Database {
     }
 
     /// Reads a row's payload from its leaf and the pages that it spills onto.
+    ///
+    /// - `length`: of the payload, no more than the file's.
     fn payload(&mut self, page: &[u8], at: usize, length: u64) -> IoResult<Vec<u8>> {
-        if length > self.pages * self.page_size {
-            return Err(damaged("a row is longer than the file"));
-        }
         let most = self.usable - 35;
         let local = if length <= most {
             length
@@ -183,7 +182,9 @@ pub(super) struct Scan {
     // Pages from the root to a leaf: where they begin, and their next cell.
     path: Vec<(Vec<u8>, usize, usize)>,
     started: bool,
+    // Pages that were entered, and bytes of rows: no more than there are.
     visited: u64,
+    taken: u64,
 }
 
 impl Scan {
@@ -193,6 +194,7 @@ impl Scan {
             path: Vec::new(),
             started: false,
             visited: 0,
+            taken: 0,
         }
     }
 
@@ -231,6 +233,10 @@ impl Scan {
                     let at = number(page, start + 8 + 2 * k, 2)? as usize;
                     let (length, at) = variable(page, at)?;
                     let (id, at) = variable(page, at)?;
+                    self.taken = self.taken.saturating_add(length);
+                    if self.taken > base.pages * base.page_size {
+                        return Err(damaged("its rows are longer than the file"));
+                    }
                     let page = page.clone();
                     let payload = base.payload(&page, at, length)?;
                     return Ok(Some(Row {
@@ -311,5 +317,22 @@ mod tests {
         ];
         assert_eq!(values(&payload).unwrap(), expected);
         assert!(values(&payload[..12]).is_err());
+    }
+
+    #[test]
+    fn rows_that_share_their_bytes_end() {
+        let mut file = vec![0; 1024];
+        file[16..18].copy_from_slice(&512_u16.to_be_bytes());
+        file[31] = 2;
+        // A leaf with 180 rows, all of them 30 bytes at 472.
+        file[100] = 0x0d;
+        file[104] = 180;
+        for k in 0..180 {
+            file[108 + 2 * k..110 + 2 * k].copy_from_slice(&470_u16.to_be_bytes());
+        }
+        file[470..473].copy_from_slice(&[30, 1, 1]);
+        let mut base = Database::new(Box::new(std::io::Cursor::new(file))).unwrap();
+        let error = base.tables().unwrap_err();
+        assert_eq!(error.to_string(), "its rows are longer than the file");
     }
 }
