@@ -343,10 +343,10 @@ mod tests {
         );
         // Two to the power of twenty-three of nothing at all, and of texts.
         let wide = |last: &str| {
-            let inner: String = (0..23)
+            let inner: Vec<String> = (0..23)
                 .map(|k| format!("a/P{k} x\na/P{k} y\n===\nMSG: a/P{k}\n"))
                 .collect();
-            Definition::parse("a/msg/B", &format!("{inner}{last}\n"))
+            Definition::parse("a/msg/B", &format!("{}{last}\n", inner.concat()))
         };
         assert_eq!(
             wide("float64[0] x").unwrap_err(),

@@ -87,7 +87,7 @@ const LONGEST_RECORD: u64 = 1 << 24;
 /// Refuses a shape whose product, or that of a part of it, overflows.
 fn sized(shape: &[u64]) -> Result<(), String> {
     let mut sides = shape.iter().map(|n| *n.max(&1));
-    let total = sides.try_fold(1_u64, |size, n| size.checked_mul(n));
+    let total = sides.try_fold(1_u64, u64::checked_mul);
     match total {
         Some(total) if total <= LARGEST => Ok(()),
         _ => Err("has a damaged head: its shape is absurd".to_owned()),
