@@ -27,7 +27,7 @@ use crate::description::{
     StartName, Weights,
 };
 use crate::finding::{Finding, Severity};
-use crate::log::{ChannelError, Channels, LogSource};
+use crate::log::{ChannelError, Channels, LogSource, time_unit};
 use crate::model::{Model, ModelError, Theta};
 use crate::regression::{PassError, Passed, Reading, System, TransitionWeights, read_through};
 
@@ -195,6 +195,12 @@ pub fn identify(
         delays: &none,
         weights: None,
     };
+    let excerpt = beginning.get(&channels).map_err(PassError::from)?;
+    if let (Some(excerpt), Some(name)) = (excerpt, names.first()) {
+        // No filter could be built with such a rate.
+        let wrong = time_unit(name, &channels, excerpt.period());
+        refuse(settings, wrong.as_slice())?;
+    }
     let chosen = choose(&mut reading, &mut beginning)?;
     let mut findings = factors.findings(names.first().map_or("", String::as_str));
     let mut delays = Delays::new(&reading, beginning.for_delays(&channels)?, &file)?;

@@ -3,7 +3,8 @@
 use std::io::{Read, SeekFrom};
 
 use super::super::LogError;
-use super::super::names::{Names, listed};
+use super::super::names::{Names, Refused, instead, listed};
+use super::matlab::no_topics;
 use super::npy::{Npy, NpyColumn, head};
 use super::strips::{Cell, Strip, StripTable, skip};
 use super::zip::{Member, members};
@@ -54,7 +55,7 @@ impl Array {
 pub(super) fn open_npy(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Opened, LogError> {
     let npy =
         head(&mut *reopen()?).map_err(|what| LogError::format(request.file, format!(" {what}")))?;
-    open(request, &[Array { member: None, npy }], reopen)
+    open(request, &[Array { member: None, npy }], &[], reopen)
 }
 
 /// Opens an `.npz` file.
@@ -85,23 +86,27 @@ pub(super) fn open_npz(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Open
                 npy,
             }),
             // Text beside numbers is nobody's fault.
-            Err(what) => refused.push(format!("{} {what}", member.name)),
+            Err(why) => refused.push(Refused {
+                name: member.name.trim_end_matches(".npy").to_owned(),
+                why,
+            }),
         }
     }
     if arrays.is_empty() && !refused.is_empty() {
-        return Err(LogError::format(file, format!(": {}", refused.join(", "))));
+        let all: Vec<String> = refused.iter().map(Refused::to_string).collect();
+        return Err(LogError::format(file, format!(": {}", all.join(", "))));
     }
-    open(request, &arrays, reopen)
+    open(request, &arrays, &refused, reopen)
 }
 
-fn open(request: &Request<'_>, arrays: &[Array], reopen: Reopen<'_>) -> Result<Opened, LogError> {
+fn open(
+    request: &Request<'_>,
+    arrays: &[Array],
+    refused: &[Refused],
+    reopen: Reopen<'_>,
+) -> Result<Opened, LogError> {
     let file = request.file;
-    if let Some(topic) = request.topic {
-        return Err(LogError::format(
-            file,
-            format!(" holds arrays and no topics, so there is no \"{topic}\"; name columns"),
-        ));
-    }
+    no_topics(request)?;
     let columns: Vec<(usize, &NpyColumn)> = (arrays.iter().enumerate())
         .flat_map(|(i, array)| array.npy.columns.iter().map(move |column| (i, column)))
         .collect();
@@ -116,7 +121,11 @@ fn open(request: &Request<'_>, arrays: &[Array], reopen: Reopen<'_>) -> Result<O
             .all(|name| name.is_empty() || name.starts_with('['))),
     };
     let places = (request.picks.iter())
-        .map(|pick| names.find(pick))
+        .map(|pick| {
+            names
+                .find(pick)
+                .map_err(|error| instead(file, refused, pick, error))
+        })
         .collect::<Result<Vec<usize>, LogError>>()?;
     let rows = same_rows(file, &places, |place| {
         (&all[place], arrays[columns[place].0].npy.rows)
