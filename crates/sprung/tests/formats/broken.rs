@@ -84,6 +84,13 @@ fn what_is_not_read_says_what_it_is() {
     ] {
         says(&read_bytes(bytes.to_vec(), USUAL).unwrap_err(), &fragments);
     }
+    if cfg!(not(feature = "mat73")) {
+        let mat = std::fs::read(fixture("flat73.mat")).unwrap();
+        says(
+            &read_bytes(mat, USUAL).unwrap_err(),
+            &["cargo install", "--features mat73"],
+        );
+    }
     let npy = std::fs::read(fixture("plain.npy")).unwrap();
     let packed = zstd::encode_all(&npy[..], 3).unwrap();
     says(

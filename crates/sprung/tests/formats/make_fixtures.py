@@ -122,7 +122,7 @@ def matlab73(data):
         array73(file, "on", data[:, 1:2] > 0)
         for kind in ["f4", "i1", "i2", "i4", "i8", "u8"]:
             array73(file, f"counts_{kind}", (counts % 100).astype(kind))
-        array73(file, "stamp", (1714557600 * 10**9 + np.round(data[:, :1] * 1e9)).astype("i8"))
+        array73(file, "stamp", 1714557600 * 10**9 + np.round(data[:, :1] * 1e9).astype("i8"))
         array73(file, "cube", np.zeros((40, 3, 2)))
         array73(file, "turning", data[:, :1] * (1 + 1j))
         note = array73(file, "note", np.frombuffer("a twin".encode("utf-16le"), "u2")[None])

@@ -6,10 +6,10 @@
 
 use std::io::ErrorKind;
 
-use hdf5_metno::types::{FixedAscii, FloatSize, IntSize, TypeDescriptor};
+use hdf5_metno::types::{FixedAscii, FloatSize, IntSize, Reference, TypeDescriptor};
 use hdf5_metno::{
-    Dataset, Error, File, Group, LinkType, Location, LocationType, ObjectReference1,
-    ReferencedObject, Result as Hdf5Result, Selection, SliceOrIndex,
+    Dataset, Error, File, Group, IndexType, IterationOrder, LinkType, Location, LocationType,
+    ObjectReference1, ReferencedObject, Result as Hdf5Result, Selection, SliceOrIndex,
 };
 
 use super::super::names::{Names, Refused};
@@ -139,7 +139,7 @@ impl Contents {
         if depth > DEEPEST {
             return Err("structures within structures without end".into());
         }
-        for (link, info) in group.links()? {
+        for (link, info) in group.links(IndexType::Name, IterationOrder::Increasing)? {
             // MATLAB keeps there what references point at.
             let own = depth == 0 && link.starts_with('#');
             if own || info.link_type != LinkType::Hard {
@@ -188,7 +188,7 @@ impl Contents {
         let class = class_of(&dataset);
         let kind = dataset.dtype().and_then(|kind| kind.to_descriptor());
         let stored = match (class.as_deref(), kind) {
-            (None, Ok(TypeDescriptor::Reference(_))) => {
+            (None, Ok(TypeDescriptor::Reference(Reference::Object))) => {
                 return self.elements(&dataset, name, depth);
             }
             (Some("char"), _) => Err("is text"),
@@ -244,10 +244,13 @@ impl Contents {
                 "" => format!("{last}({})", i + 1),
                 _ => format!("{before}({}).{last}", i + 1),
             };
-            match field.dereference(reference)? {
-                ReferencedObject::Group(group) => self.structure(&group, &name, depth + 1)?,
-                ReferencedObject::Dataset(dataset) => self.dataset(dataset, &name, depth + 1)?,
-                ReferencedObject::Datatype(_) => {}
+            match field.dereference(reference) {
+                Ok(ReferencedObject::Group(group)) => self.structure(&group, &name, depth + 1)?,
+                Ok(ReferencedObject::Dataset(dataset)) => {
+                    self.dataset(dataset, &name, depth + 1)?
+                }
+                Ok(ReferencedObject::Datatype(_)) => {}
+                Err(_) => self.refuse(&name, "is missing from the file, which only names it"),
             }
         }
         Ok(())
@@ -329,9 +332,9 @@ impl Column {
         let samples = array.sides.samples();
         let long: Vec<usize> = (0..shape.len()).filter(|&side| shape[side] != 1).collect();
         // Sides stand in reverse order.
-        let (along, across) = match (long[..], array.sides.lies()) {
-            ([rows], _) => (rows, None),
-            ([along, across], true) | ([across, along], false) => (along, Some(across)),
+        let (along, across) = match (&long[..], array.sides.lies()) {
+            (&[rows], _) => (rows, None),
+            (&[along, across], true) | (&[across, along], false) => (along, Some(across)),
             _ => return Err("an array of another shape than before".into()),
         };
         let mut fixed = vec![0; shape.len()];
