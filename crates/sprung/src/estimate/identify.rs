@@ -195,12 +195,7 @@ pub fn identify(
         delays: &none,
         weights: None,
     };
-    let excerpt = beginning.get(&channels).map_err(PassError::from)?;
-    if let (Some(excerpt), Some(name)) = (excerpt, names.first()) {
-        // No filter could be built with such a rate.
-        let wrong = time_unit(name, &channels, excerpt.period());
-        refuse(settings, wrong.as_slice())?;
-    }
+    refuse_rate(settings, &mut beginning, &channels, &names)?;
     let chosen = choose(&mut reading, &mut beginning)?;
     let mut findings = factors.findings(names.first().map_or("", String::as_str));
     let mut delays = Delays::new(&reading, beginning.for_delays(&channels)?, &file)?;
@@ -386,6 +381,21 @@ fn refuse(settings: &Identify, findings: &[Finding]) -> Result<(), IdentifyError
         return Ok(());
     }
     Err(IdentifyError::Refused(Refusal(errors)))
+}
+
+/// Refuses a log of which the time has another unit, for no filter could be built.
+fn refuse_rate(
+    settings: &Identify,
+    beginning: &mut Beginning<'_, '_>,
+    channels: &Channels,
+    names: &[String],
+) -> Result<(), IdentifyError> {
+    let excerpt = beginning.get(channels).map_err(PassError::from)?;
+    let (Some(excerpt), Some(name)) = (excerpt, names.first()) else {
+        return Ok(());
+    };
+    let wrong = time_unit(name, channels, excerpt.period());
+    refuse(settings, wrong.as_slice())
 }
 
 fn settings_used(reading: &Reading<'_>, choice: Option<CutoffChoice>) -> SettingsUsed {

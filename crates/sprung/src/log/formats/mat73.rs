@@ -149,10 +149,14 @@ impl Contents {
                 "" => link.clone(),
                 _ => format!("{path}.{link}"),
             };
-            match group.loc_type_by_name(&link)? {
-                LocationType::Group => self.structure(&group.group(&link)?, &name, depth)?,
-                LocationType::Dataset => self.dataset(group.dataset(&link)?, &name, depth)?,
-                _ => self.refuse(&name, "is of a type that is not read"),
+            // Which kinds there are besides depends on the version of libhdf5.
+            let kind = group.loc_type_by_name(&link)?;
+            if kind == LocationType::Group {
+                self.structure(&group.group(&link)?, &name, depth)?;
+            } else if kind == LocationType::Dataset {
+                self.dataset(group.dataset(&link)?, &name, depth)?;
+            } else {
+                self.refuse(&name, "is of a type that is not read");
             }
         }
         Ok(())
@@ -247,7 +251,7 @@ impl Contents {
             match field.dereference(reference) {
                 Ok(ReferencedObject::Group(group)) => self.structure(&group, &name, depth + 1)?,
                 Ok(ReferencedObject::Dataset(dataset)) => {
-                    self.dataset(dataset, &name, depth + 1)?
+                    self.dataset(dataset, &name, depth + 1)?;
                 }
                 Ok(ReferencedObject::Datatype(_)) => {}
                 Err(_) => self.refuse(&name, "is missing from the file, which only names it"),
@@ -300,7 +304,7 @@ impl Numbers {
         match self {
             Self::Float(values) => values[part].iter().for_each(|&value| out.push(value)),
             Self::Integer(values) => {
-                (values[part].iter()).for_each(|&value| out.push_integer(value))
+                (values[part].iter()).for_each(|&value| out.push_integer(value));
             }
             Self::Unsigned(values) => (values[part].iter()).for_each(|&value| {
                 let reading = i64::try_from(value);
