@@ -162,7 +162,7 @@ fn npy() -> Vec<Faulty> {
         of(
             "an array of three dimensions",
             &shape("(240, 7, 2)"),
-            &[0; 8 * 240 * 14],
+            &[0; 560],
             &[
                 "run.log has the shape (240, 7, 2)",
                 "reshape it to samples × columns",
