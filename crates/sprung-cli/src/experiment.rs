@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use sprung::description::{self, DescriptionError, Experiment, Log};
 use sprung::estimate::Identification;
-use sprung::log::{Input, LogSource, Opener};
+use sprung::log::{Input, LogFile, LogSource, Opener};
 use sprung::model::Model;
 use sprung::validate::ParameterSet;
 
@@ -145,7 +145,7 @@ fn open(path: &Path) -> std::io::Result<Box<dyn Input>> {
     if path.is_dir() {
         return Ok(Box::new(File::open(of_bag(path)?)?));
     }
-    Ok(Box::new(File::open(path)?))
+    Ok(Box::new(LogFile::new(File::open(path)?, path)))
 }
 
 /// Returns the one file of messages in a folder.

@@ -324,7 +324,7 @@ fn time_in_milliseconds() {
     let case = Case::new().column(TIME, |time| 1e3 * time);
     let message = stderr(&case.identify(&[]));
     assert!(
-        message.contains("time_ms if it holds milliseconds"),
+        message.contains("(time-unit); in the experiment file: [log] time_ms = \"t_s\""),
         "{message}"
     );
     let case = case.replace("time_s             = \"t_s\"", "time_ms = \"t_s\"");

@@ -131,7 +131,7 @@ fn noise(table: &mut Table, column: usize, size: f64, rng: &mut ChaCha8Rng) {
     }
 }
 
-pub(crate) const KINDS: [Kind; 33] = [
+pub(crate) const KINDS: [Kind; 34] = [
     Kind {
         name: "gap",
         sizes: [2.0, 5.0, 20.0, 100.0, 500.0],
@@ -178,6 +178,14 @@ pub(crate) const KINDS: [Kind; 33] = [
                 *time += 0.5 * size * period * rng.random_range(-1.0..1.0);
             }
         },
+    },
+    Kind {
+        // Milliseconds, microseconds and nanoseconds, read as seconds.
+        name: "time in another unit",
+        sizes: [1e3, 1e6, 1e9, 1e3, 1e6],
+        unit: "times",
+        codes: &["time-unit"],
+        damage: |table, size, _| table.time.iter_mut().for_each(|time| *time *= size),
     },
     Kind {
         name: "torque stuck",

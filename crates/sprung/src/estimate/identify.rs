@@ -27,7 +27,7 @@ use crate::description::{
     StartName, Weights,
 };
 use crate::finding::{Finding, Severity};
-use crate::log::{ChannelError, Channels, LogSource};
+use crate::log::{ChannelError, Channels, LogSource, time_unit};
 use crate::model::{Model, ModelError, Theta};
 use crate::regression::{PassError, Passed, Reading, System, TransitionWeights, read_through};
 
@@ -195,6 +195,7 @@ pub fn identify(
         delays: &none,
         weights: None,
     };
+    refuse_rate(settings, &mut beginning, &channels, &names)?;
     let chosen = choose(&mut reading, &mut beginning)?;
     let mut findings = factors.findings(names.first().map_or("", String::as_str));
     let mut delays = Delays::new(&reading, beginning.for_delays(&channels)?, &file)?;
@@ -380,6 +381,21 @@ fn refuse(settings: &Identify, findings: &[Finding]) -> Result<(), IdentifyError
         return Ok(());
     }
     Err(IdentifyError::Refused(Refusal(errors)))
+}
+
+/// Refuses a log of which the time has another unit, for no filter could be built.
+fn refuse_rate(
+    settings: &Identify,
+    beginning: &mut Beginning<'_, '_>,
+    channels: &Channels,
+    names: &[String],
+) -> Result<(), IdentifyError> {
+    let excerpt = beginning.get(channels).map_err(PassError::from)?;
+    let (Some(excerpt), Some(name)) = (excerpt, names.first()) else {
+        return Ok(());
+    };
+    let wrong = time_unit(name, channels, excerpt.period());
+    refuse(settings, wrong.as_slice())
 }
 
 fn settings_used(reading: &Reading<'_>, choice: Option<CutoffChoice>) -> SettingsUsed {

@@ -2,11 +2,23 @@
 
 use super::channels::{Channels, Quantity};
 use super::clock::JITTER_LIMIT;
+use super::origin::TimeOrigin;
 use super::timing::{Count, Evidence, Sampling, Timing};
+use crate::description::ColumnName;
 use crate::finding::{Finding, Severity};
 
 /// Part of the samples of which more is worth a warning.
 const MANY: f64 = 0.01;
+
+/// Rates, Hz, between which robots are sampled; and beyond which none is.
+const USUAL: std::ops::RangeInclusive<f64> = 10.0..=5e4;
+const POSSIBLE: std::ops::RangeInclusive<f64> = 2.0..=5e5;
+
+/// The rate, Hz, that is likeliest where two units give a usual one.
+const LIKELIEST: f64 = 1e3;
+
+/// Units of a time: their names, and their sizes in s.
+const UNITS: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
 
 /// Judges how a log was sampled.
 ///
@@ -16,6 +28,7 @@ const MANY: f64 = 0.01;
 #[must_use]
 pub fn check_timing(file: &str, channels: &Channels, timing: &Timing) -> Vec<Finding> {
     let mut findings = Vec::new();
+    findings.extend(time_unit(file, channels, timing.period));
     findings.extend(uneven(file, channels, timing));
     findings.extend(counted(
         (file, "dropped-samples", &timing.dropped, timing),
@@ -50,6 +63,63 @@ pub fn check_timing(file: &str, channels: &Channels, timing: &Timing) -> Vec<Fin
          interpolated",
     ));
     findings
+}
+
+/// Returns a finding if no robot is sampled at such a rate, but one would be if the time had
+/// another unit; an error if it is far off.
+///
+/// - `file`: name for messages.
+/// - `period`: T as the log is read, s.
+#[must_use]
+pub fn time_unit(file: &str, channels: &Channels, period: f64) -> Option<Finding> {
+    let rate = 1.0 / period;
+    if USUAL.contains(&rate) || !(rate.is_finite() && rate > 0.0) {
+        return None;
+    }
+    let off = |rate: f64| (rate / LIKELIEST).ln().abs();
+    let (unit, size, likely) = (UNITS.iter())
+        .map(|&(unit, size)| (unit, size, rate * channels.time_factor / size))
+        .filter(|(_, _, rate)| USUAL.contains(rate))
+        .min_by(|a, b| off(a.2).total_cmp(&off(b.2)))?;
+    let (what, line) = match (&channels.time, &channels.time_stream) {
+        // Messages say when they were sent.
+        (TimeOrigin::Messages, _) => return None,
+        (TimeOrigin::Period(_), _) => (
+            "period_s".to_owned(),
+            format!("period_s = {}", rounded(period * size)),
+        ),
+        (TimeOrigin::Column(column), None) => {
+            let line = match column {
+                ColumnName::Name(name) => format!("time_{unit} = {name:?}"),
+                ColumnName::Number(number) => format!("time_{unit} = {number}"),
+            };
+            (format!("\"{column}\""), line)
+        }
+        (TimeOrigin::Column(column), Some(_)) => {
+            (format!("\"{column}\""), format!("time.unit = \"{unit}\""))
+        }
+    };
+    let severity = if POSSIBLE.contains(&rate) {
+        Severity::Warning
+    } else {
+        Severity::Error
+    };
+    let finding = Finding::new(
+        severity,
+        "time-unit",
+        format!(
+            "{file}: {what} as it is read gives {} samples per second, at which no robot is \
+             recorded; in {unit} it would give {}",
+            rounded(rate),
+            rounded(likely)
+        ),
+        "give the time with its unit, in place of the line that is there",
+    );
+    let column = match &channels.time {
+        TimeOrigin::Column(column) => column.to_string(),
+        _ => String::new(),
+    };
+    Some((finding.seen(file, &column, rate, "Hz")).mended_by("[log]", &line))
 }
 
 fn samples(count: &Count) -> String {
@@ -192,6 +262,42 @@ mod tests {
             on_cycle: (1.999_996e-3, 1.5e-5),
             decisive,
         }
+    }
+
+    #[test]
+    fn a_rate_that_no_robot_has_names_the_unit() {
+        let channels = channels();
+        let told = |period| {
+            let finding = time_unit("log.csv", &channels, period)?;
+            Some((finding.severity, finding.setting?))
+        };
+        let line = |severity, line: &str| Some((severity, format!("[log] {line}")));
+        // 1 kHz in ms, µs and ns, 5 kHz in ms.
+        assert_eq!(told(1.0), line(Severity::Error, "time_ms = \"t\""));
+        assert_eq!(told(1e3), line(Severity::Error, "time_us = \"t\""));
+        assert_eq!(told(1e6), line(Severity::Error, "time_ns = \"t\""));
+        assert_eq!(told(0.2), line(Severity::Warning, "time_ms = \"t\""));
+        for period in [0.1, 0.02, 1e-3, 2.5e-5, 0.0, f64::NAN] {
+            assert_eq!(told(period), None, "{period}");
+        }
+        let channels = Channels {
+            time_factor: 1e-3,
+            ..channels.clone()
+        };
+        let finding = time_unit("log.csv", &channels, 1e-6).unwrap();
+        assert_eq!(finding.setting.as_deref(), Some("[log] time_s = \"t\""));
+        assert!(
+            finding.text.contains("gives 1000000 samples per second"),
+            "{}",
+            finding.text
+        );
+        let channels = Channels {
+            time: TimeOrigin::Period(5.0),
+            time_factor: 1.0,
+            ..channels
+        };
+        let finding = time_unit("log.csv", &channels, 5.0).unwrap();
+        assert_eq!(finding.setting.as_deref(), Some("[log] period_s = 0.005"));
     }
 
     #[test]

@@ -1,13 +1,58 @@
 //! What a log is read from, and what its first bytes say.
 
-use std::io::{Chain, Cursor, Read, Seek};
+use std::fs::File;
+use std::io::{Chain, Cursor, Read, Result as IoResult, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
 
 use super::LogError;
 
 /// What a log is read from: a file, or bytes in memory.
-pub trait Input: Read + Seek + Send {}
+pub trait Input: Read + Seek + Send {
+    /// Returns where the file is, if it is one that knows.
+    ///
+    /// The library that reads HDF5 opens files itself; nothing else asks.
+    fn path(&self) -> Option<&Path> {
+        None
+    }
+}
 
-impl<T: Read + Seek + Send> Input for T {}
+impl Input for File {}
+
+impl<T: AsRef<[u8]> + Send> Input for Cursor<T> {}
+
+/// A file that knows where it is.
+#[derive(Debug)]
+pub struct LogFile {
+    file: File,
+    path: PathBuf,
+}
+
+impl LogFile {
+    /// Returns a file with its path.
+    #[must_use]
+    pub fn new(file: File, path: &Path) -> Self {
+        let path = path.to_owned();
+        Self { file, path }
+    }
+}
+
+impl Input for LogFile {
+    fn path(&self) -> Option<&Path> {
+        Some(&self.path)
+    }
+}
+
+impl Read for LogFile {
+    fn read(&mut self, bytes: &mut [u8]) -> IoResult<usize> {
+        self.file.read(bytes)
+    }
+}
+
+impl Seek for LogFile {
+    fn seek(&mut self, to: SeekFrom) -> IoResult<u64> {
+        self.file.seek(to)
+    }
+}
 
 /// Bytes that are looked at to know a file.
 const START: usize = 1 << 16;
@@ -21,6 +66,7 @@ pub(super) enum Kind {
     Npy,
     Zip,
     Mat5,
+    Mat73,
     Parquet,
     ArrowFile,
     ArrowStream,
@@ -41,6 +87,7 @@ impl Kind {
             Self::Npy => "an .npy file",
             Self::Zip => "a zip archive",
             Self::Mat5 => "a MATLAB file",
+            Self::Mat73 => "a MATLAB file of version 7.3 (HDF5)",
             Self::Parquet => "a Parquet file",
             Self::ArrowFile | Self::ArrowStream => "an Arrow file",
             Self::Mcap => "an MCAP file",
@@ -59,12 +106,7 @@ const MAGIC: [(&[u8], Kind); 20] = [
     (b"PK\x03\x04", Kind::Zip),
     (b"PK\x05\x06", Kind::Zip),
     (b"MATLAB 5.0 MAT-file", Kind::Mat5),
-    (
-        b"MATLAB 7.3 MAT-file",
-        Kind::Other(
-            "is a MATLAB file of version 7.3 (HDF5), which is not read; save it with save(…, \"-v7\")",
-        ),
-    ),
+    (b"MATLAB 7.3 MAT-file", Kind::Mat73),
     (b"PAR1", Kind::Parquet),
     (
         b"PARE",
@@ -111,12 +153,10 @@ pub(super) fn kind_of(start: &[u8]) -> Kind {
         return *kind;
     }
     // The text of a MATLAB header is free, its end is not.
-    if start.len() >= 128
-        && [b"IM", b"MI"]
-            .iter()
-            .any(|order| &&start[126..128] == order)
-    {
-        return Kind::Mat5;
+    match start.get(124..128) {
+        Some(b"\x00\x02IM" | b"\x02\x00MI") => return Kind::Mat73,
+        Some([_, _, b'I', b'M'] | [_, _, b'M', b'I']) => return Kind::Mat5,
+        _ => {}
     }
     if start.contains(&0) {
         return Kind::Other(
@@ -163,5 +203,7 @@ mod tests {
         let mut mat = vec![b' '; 200];
         mat[126..128].copy_from_slice(b"IM");
         assert_eq!(kind_of(&mat), Kind::Mat5);
+        mat[124..126].copy_from_slice(&[0, 2]);
+        assert_eq!(kind_of(&mat), Kind::Mat73);
     }
 }

@@ -34,12 +34,12 @@ mod write;
 
 pub use channels::{Channel, ChannelError, Channels, Mix, Quantity};
 pub use check::check;
-pub use check_timing::check_timing;
+pub use check_timing::{check_timing, time_unit};
 pub use clock::JITTER_LIMIT;
 pub use error::{LogError, Place};
 pub use figures::{Event, Extent, Extreme, Figures, Overview, Stretch};
 pub use formats::panics_are_caught;
-pub use input::Input;
+pub use input::{Input, LogFile};
 pub use origin::{Origin, Pick, Start, Stream, TimeOrigin};
 pub use reader::LogReader;
 pub use sizes::Sizes;

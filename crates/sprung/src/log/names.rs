@@ -1,5 +1,7 @@
 //! Columns by their names: exact ones, numbers, patterns, and the nearest.
 
+use std::fmt;
+
 use super::LogError;
 use super::origin::Pick;
 use crate::description::ColumnName;
@@ -145,6 +147,37 @@ impl Names<'_> {
             column: column.to_owned(),
             hint,
         }
+    }
+}
+
+/// What a file holds besides columns of numbers.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Refused {
+    pub(super) name: String,
+    /// Why it is not read, and what to do.
+    pub(super) why: String,
+}
+
+impl fmt::Display for Refused {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "\"{}\" {}", self.name, self.why)
+    }
+}
+
+/// Returns why a pick is not found: what it names may be there, but no columns.
+///
+/// - `error`: what is said otherwise.
+pub(super) fn instead(file: &str, refused: &[Refused], pick: &Pick, error: LogError) -> LogError {
+    let (Pick::Column(ColumnName::Name(name)) | Pick::Matching { pattern: name, .. }) = pick else {
+        return error;
+    };
+    let is_meant = |refused: &&Refused| {
+        let index = name.strip_prefix(&refused.name);
+        index.is_some_and(|index| index.is_empty() || index.starts_with(['[', '(', '.']))
+    };
+    match refused.iter().find(is_meant) {
+        Some(refused) => LogError::format(file, format!(": {refused}")),
+        None => error,
     }
 }
 

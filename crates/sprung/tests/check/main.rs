@@ -91,6 +91,42 @@ fn every_fault_is_found() {
 }
 
 #[test]
+fn a_time_in_another_unit_is_refused_with_the_line_that_mends_it() {
+    let demo = Demo::new();
+    for (size, line) in [
+        (1.0, "time_s"),
+        (1e3, "time_ms"),
+        (1e6, "time_us"),
+        (1e9, "time_ns"),
+    ] {
+        let mut experiment = demo.experiment.clone();
+        if line == "time_s" {
+            // Seconds that are read as milliseconds.
+            let log = experiment.log.as_mut().unwrap();
+            log.time_ms = log.time_s.take();
+        }
+        let mut table = demo.table(1, 1.0);
+        table.time.iter_mut().for_each(|time| *time *= size);
+        let report = report(&experiment, &table);
+        let found = (report.findings.iter()).find(|finding| finding.code == "time-unit");
+        let found = found.unwrap_or_else(|| panic!("{size}: {report:#?}"));
+        assert_eq!(found.severity, Severity::Error);
+        let setting = found.setting.as_deref();
+        assert_eq!(setting, Some(&*format!("[log] {line} = \"t_s\"")));
+        assert!(report.refused);
+        let model = Model::new(&experiment).unwrap();
+        let refused = with_source(&table.csv(), |source| {
+            identify(&experiment, &model, &mut [source], &mut |_| ())
+        });
+        let text = refused.unwrap_err().to_string();
+        assert!(
+            text.contains("(time-unit); in the experiment file"),
+            "{text}"
+        );
+    }
+}
+
+#[test]
 fn a_late_torque_is_found_by_least_squares() {
     let demo = Demo::new();
     let late = demo.table(5, 1.0).delayed(4, 20);

@@ -12,6 +12,8 @@ mod broken;
 mod clocks;
 mod keys;
 mod machines;
+#[cfg(feature = "mat73")]
+mod mat73;
 mod mcap_bytes;
 mod resampling;
 mod same;

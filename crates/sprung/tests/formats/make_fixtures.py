@@ -1,6 +1,6 @@
 """Writes one log in every format with the writers that people use.
 
-    pip install numpy scipy pandas pyarrow zstandard mcap mcap-ros2-support rosbags
+    pip install numpy scipy h5py pandas pyarrow zstandard mcap mcap-ros2-support rosbags
     python make_fixtures.py
 
 The numbers are the same in all files; tests/formats/main.rs reads them back.
@@ -12,6 +12,7 @@ import shutil
 import sys
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pandas as pd
 import pyarrow as pa
@@ -72,6 +73,87 @@ def matlab(data):
     signals[1] = (data[:, 5:7], "torque")
     struct = {"data": {"time": data[:, 0], "link": {"q": data[:, 1:3]}, "signals": signals}}
     scipy.io.savemat(HERE / "struct.mat", struct, do_compression=True, oned_as="column")
+
+
+MATLAB_TYPES = {"f8": "double", "f4": "single", "i8": "int64", "i4": "int32", "i2": "int16", "i1": "int8",
+                "u8": "uint64", "u4": "uint32", "u2": "uint16", "u1": "uint8"}
+
+
+def classed(item, name):
+    """What MATLAB says of an object, as text of fixed length."""
+    item.attrs["MATLAB_class"] = np.bytes_(name)
+    return item
+
+
+def array73(group, name, values, **how):
+    """An array as MATLAB 7.3 has it: sides in reverse order, named as in MATLAB."""
+    values = np.atleast_2d(values)
+    if values.dtype == bool:
+        item = array73(group, name, values.astype("u1"), **how)
+        item.attrs["MATLAB_int_decode"] = np.int32(1)
+        return classed(item, "logical")
+    item = group.create_dataset(name, data=values.T, **how)
+    return classed(item, MATLAB_TYPES.get(values.dtype.str[1:], "double"))
+
+
+def struct73(group, name):
+    return classed(group.create_group(name), "struct")
+
+
+def file73(name, write):
+    """MATLAB puts 512 bytes of its own before the HDF5."""
+    path = HERE / name
+    with h5py.File(path, "w", libver="earliest", userblock_size=512) as file:
+        write(file)
+    head = b"MATLAB 7.3 MAT-file, Platform: GLNXA64, Created on: Mon Jan  5 10:00:00 2026 HDF5 schema 1.00 ."
+    with open(path, "r+b") as file:
+        file.write(head.ljust(116) + bytes(8) + b"\x00\x02IM")
+
+
+def matlab73(data):
+    counts = np.round(data[:, 1:2] * 1e6)
+    def flat(file):
+        array73(file, "t", data[:, :1])
+        array73(file, "q", data[:, 1:3])
+        array73(file, "phi", data[:, 3:5].T)
+        array73(file, "tau1", data[:, 5:6])
+        array73(file, "tau2", data[:, 6:7].T.astype(">f8"))
+        array73(file, "rate", 1000.0)
+        array73(file, "on", data[:, 1:2] > 0)
+        for kind in ["f4", "i1", "i2", "i4", "i8", "u8"]:
+            array73(file, f"counts_{kind}", (counts % 100).astype(kind))
+        array73(file, "stamp", 1714557600 * 10**9 + np.round(data[:, :1] * 1e9).astype("i8"))
+        array73(file, "cube", np.zeros((40, 3, 2)))
+        array73(file, "turning", data[:, :1] * (1 + 1j))
+        note = array73(file, "note", np.frombuffer("a twin".encode("utf-16le"), "u2")[None])
+        classed(note, "char").attrs["MATLAB_int_decode"] = np.int32(2)
+        kept = file.create_group("#refs#")
+        cells = [array73(kept, f"c{k}", data[:, k:k + 1]).ref for k in range(2)]
+        classed(file.create_dataset("cells", data=np.array([cells], h5py.ref_dtype).T,
+                                    dtype=h5py.ref_dtype), "cell")
+        sparse = classed(file.create_group("few"), "double")
+        sparse.attrs["MATLAB_sparse"] = np.uint64(240)
+        sparse["data"], sparse["ir"] = np.ones(3), np.arange(3, dtype="u8")
+        sparse["jc"] = np.array([0, 3], "u8")
+        table = array73(file, "frame", np.arange(6, dtype="u4"))
+        classed(table, "table").attrs["MATLAB_object_decode"] = np.int32(3)
+        empty = array73(file, "nothing", np.zeros((1, 2), "u8"))
+        empty.attrs["MATLAB_empty"] = np.uint8(1)
+    def struct(file):
+        packed = dict(compression="gzip", compression_opts=3, shuffle=True)
+        # Chunks across all columns, along one, and a size that does not divide the length.
+        whole = struct73(file, "data")
+        array73(whole, "time", data[:, 0:1], chunks=(1, 77), **packed)
+        array73(struct73(whole, "link"), "q", data[:, 1:3], chunks=(2, 50), **packed)
+        kept = file.create_group("#refs#")
+        signals = struct73(whole, "signals")
+        values = [array73(kept, "a", data[:, 3:5], chunks=(1, 100), **packed).ref,
+                  array73(kept, "b", data[:, 5:7], chunks=(2, 64), fletcher32=True, **packed).ref]
+        signals.create_dataset("values", data=np.array([values], h5py.ref_dtype).T, dtype=h5py.ref_dtype)
+        labels = [classed(array73(kept, key, np.array([[109, 111]], "u2")), "char").ref for key in "cd"]
+        signals.create_dataset("label", data=np.array([labels], h5py.ref_dtype).T, dtype=h5py.ref_dtype)
+    file73("flat73.mat", flat)
+    file73("struct73.mat", struct)
 
 
 def tables(data):
@@ -205,7 +287,7 @@ def bags(data):
 def main():
     HERE.mkdir(exist_ok=True)
     data = table()
-    for write in [csvs, arrays, matlab, tables, mcaps, bags]:
+    for write in [csvs, arrays, matlab, matlab73, tables, mcaps, bags]:
         write(data)
     total = sum(file.stat().st_size for file in HERE.iterdir())
     print(f"{total / 1e3:.0f} kB in {HERE}", file=sys.stderr)

@@ -4,7 +4,7 @@ use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use sprung::description::{Experiment, no_files, read};
-use sprung::log::{Channels, Input, LogBlock, LogError, LogSource, Timing};
+use sprung::log::{Channels, Input, LogBlock, LogError, LogFile, LogSource, Timing};
 
 const ROBOT: &str = r#"
 format = 1
@@ -26,6 +26,8 @@ gear_ratio = 100.0
 #[derive(Clone)]
 pub(crate) enum Files {
     Fixtures,
+    #[cfg(feature = "mat73")]
+    Folder(PathBuf),
     Memory(Vec<(&'static str, Vec<u8>)>),
 }
 
@@ -56,6 +58,10 @@ pub(crate) fn read_channels(
     read_timed(files, file, channels).map(|found| found.columns)
 }
 
+fn open(path: &Path) -> std::io::Result<Box<dyn Input>> {
+    Ok(Box::new(LogFile::new(std::fs::File::open(path)?, path)))
+}
+
 /// What came of a log.
 pub(crate) struct Found {
     /// Time, then the channels.
@@ -74,7 +80,9 @@ pub(crate) fn read_timed(
     let mut reader = move |other: Option<&Path>| -> std::io::Result<Box<dyn Input>> {
         let name = other.unwrap_or(&own).to_str().unwrap().to_owned();
         match &files {
-            Files::Fixtures => Ok(Box::new(std::fs::File::open(fixture(&name))?)),
+            Files::Fixtures => open(&fixture(&name)),
+            #[cfg(feature = "mat73")]
+            Files::Folder(folder) => open(&folder.join(&name)),
             Files::Memory(all) => match all.iter().find(|(known, _)| *known == name) {
                 Some((_, bytes)) => Ok(Box::new(Cursor::new(bytes.clone()))),
                 None => Err(std::io::ErrorKind::NotFound.into()),

@@ -44,10 +44,17 @@ const CUT_OFF: [&str; 16] = [
 ];
 
 pub(super) fn all() -> Vec<Faulty> {
-    [cut_off(), damaged(), in_disguise(), npy(), others()]
-        .into_iter()
-        .flatten()
-        .collect()
+    [
+        cut_off(),
+        damaged(),
+        in_disguise(),
+        npy(),
+        mat73(),
+        others(),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
 }
 
 fn cut_off() -> Vec<Faulty> {
@@ -152,6 +159,15 @@ fn npy() -> Vec<Faulty> {
             &[0; 560],
             &["run.log"],
         ),
+        of(
+            "an array of three dimensions",
+            &shape("(240, 7, 2)"),
+            &[0; 560],
+            &[
+                "run.log has the shape (240, 7, 2)",
+                "reshape it to samples × columns",
+            ],
+        ),
         of("an array without rows", &shape("(0, 7)"), &[], &["run.log"]),
         of(
             "an array without rows whose columns overflow",
@@ -196,6 +212,46 @@ fn matrix(dimensions: &[u32]) -> Vec<u8> {
     [head, element(14, &parts.concat())].concat()
 }
 
+/// Files of MATLAB 7.3, which not every build reads.
+fn mat73() -> Vec<Faulty> {
+    let of = |name: &str, bytes: &[u8], keys: &str, says: &'static str| {
+        let says = if cfg!(feature = "mat73") {
+            vec![says]
+        } else {
+            vec!["version 7.3", "-v7", "--features mat73"]
+        };
+        Faulty::log(name, bytes.to_vec(), keys, &says)
+    };
+    let (flat, packed) = (fixture("flat73.mat"), fixture("struct73.mat"));
+    let no_numbers = |name: &str| NUMBERS.replace("= 1", &format!("= \"{name}\""));
+    vec![
+        of(
+            "the beginning of MATLAB 7.3",
+            b"MATLAB 7.3 MAT-file, Platform: GLNXA64",
+            USUAL,
+            "is damaged",
+        ),
+        of(
+            "half of struct73.mat",
+            &packed[..packed.len() / 2],
+            MATLAB,
+            "cut off",
+        ),
+        of(
+            "text in MATLAB 7.3",
+            &flat,
+            &no_numbers("note"),
+            "\"note\" is text",
+        ),
+        of(
+            "three dimensions in MATLAB 7.3",
+            &flat,
+            &no_numbers("cube(:,1)"),
+            "\"cube\" is an array of 40 × 3 × 2",
+        ),
+    ]
+}
+
 fn others() -> Vec<Faulty> {
     let usual = |name: &str, bytes: &[u8], says: &[&'static str]| {
         Faulty::log(name, bytes.to_vec(), USUAL, says)
@@ -203,11 +259,6 @@ fn others() -> Vec<Faulty> {
     let empty_zip = [&b"PK\x05\x06"[..], &[0; 18]].concat();
     vec![
         usual("an archive with nothing in it", &empty_zip, &["run.log"]),
-        usual(
-            "a MATLAB file of version 7.3",
-            b"MATLAB 7.3 MAT-file, Platform: GLNXA64",
-            &["version 7.3", "-v7"],
-        ),
         Faulty::log(
             "a matrix without rows whose columns overflow",
             matrix(&[0, 0x8000_0000, 0x8000_0000, 0x8000_0000]),

@@ -3,7 +3,8 @@
 use std::io::{Read, SeekFrom};
 
 use super::super::LogError;
-use super::super::names::{Names, listed};
+use super::super::names::{Names, Refused, instead, listed};
+use super::matlab::no_topics;
 use super::npy::{Npy, NpyColumn, head};
 use super::strips::{Cell, Strip, StripTable, skip};
 use super::zip::{Member, members};
@@ -57,7 +58,7 @@ const MOST: usize = 1 << 21;
 pub(super) fn open_npy(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Opened, LogError> {
     let npy =
         head(&mut *reopen()?).map_err(|what| LogError::format(request.file, format!(" {what}")))?;
-    open(request, &[Array { member: None, npy }], reopen)
+    open(request, &[Array { member: None, npy }], &[], reopen)
 }
 
 /// Opens an `.npz` file.
@@ -82,11 +83,13 @@ pub(super) fn open_npz(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Open
     let mut listed = 0;
     for member in members.into_iter().filter(|member| is_array(&member.name)) {
         let mut read = member.open(file, reopen()?)?;
+        let name = || member.name.trim_end_matches(".npy").to_owned();
         match head(&mut *read) {
             Ok(npy) if npy.scalar => {}
-            Ok(npy) if listed + npy.columns.len() > MOST => {
-                refused.push(format!("{} has absurdly many columns", member.name));
-            }
+            Ok(npy) if listed + npy.columns.len() > MOST => refused.push(Refused {
+                name: name(),
+                why: "has absurdly many columns".to_owned(),
+            }),
             Ok(npy) => {
                 listed += npy.columns.len();
                 arrays.push(Array {
@@ -95,23 +98,24 @@ pub(super) fn open_npz(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Open
                 });
             }
             // Text beside numbers is nobody's fault.
-            Err(what) => refused.push(format!("{} {what}", member.name)),
+            Err(why) => refused.push(Refused { name: name(), why }),
         }
     }
     if arrays.is_empty() && !refused.is_empty() {
-        return Err(LogError::format(file, format!(": {}", refused.join(", "))));
+        let all: Vec<String> = refused.iter().map(Refused::to_string).collect();
+        return Err(LogError::format(file, format!(": {}", all.join(", "))));
     }
-    open(request, &arrays, reopen)
+    open(request, &arrays, &refused, reopen)
 }
 
-fn open(request: &Request<'_>, arrays: &[Array], reopen: Reopen<'_>) -> Result<Opened, LogError> {
+fn open(
+    request: &Request<'_>,
+    arrays: &[Array],
+    refused: &[Refused],
+    reopen: Reopen<'_>,
+) -> Result<Opened, LogError> {
     let file = request.file;
-    if let Some(topic) = request.topic {
-        return Err(LogError::format(
-            file,
-            format!(" holds arrays and no topics, so there is no \"{topic}\"; name columns"),
-        ));
-    }
+    no_topics(request)?;
     let columns: Vec<(usize, &NpyColumn)> = (arrays.iter().enumerate())
         .flat_map(|(i, array)| array.npy.columns.iter().map(move |column| (i, column)))
         .collect();
@@ -126,7 +130,11 @@ fn open(request: &Request<'_>, arrays: &[Array], reopen: Reopen<'_>) -> Result<O
             .all(|name| name.is_empty() || name.starts_with('['))),
     };
     let places = (request.picks.iter())
-        .map(|pick| names.find(pick))
+        .map(|pick| {
+            names
+                .find(pick)
+                .map_err(|error| instead(file, refused, pick, error))
+        })
         .collect::<Result<Vec<usize>, LogError>>()?;
     let rows = same_rows(file, &places, |place| {
         (&all[place], arrays[columns[place].0].npy.rows)

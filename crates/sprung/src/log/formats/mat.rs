@@ -2,6 +2,8 @@
 
 use std::io::{Error, ErrorKind, Read, Result as IoResult, Seek, SeekFrom};
 
+use super::super::names::Refused;
+use super::matlab::Sides;
 use super::number::Number;
 use super::strips::skip;
 
@@ -10,8 +12,7 @@ use super::strips::skip;
 pub(super) struct MatArray {
     /// As MATLAB writes it: `t`, `data.q`, `s(2).values`.
     pub(super) name: String,
-    pub(super) rows: u64,
-    pub(super) columns: u64,
+    pub(super) sides: Sides,
     pub(super) number: Number,
     /// Bytes before the variable in the file.
     pub(super) variable: u64,
@@ -25,7 +26,7 @@ pub(super) struct MatArray {
 pub(super) struct Contents {
     pub(super) arrays: Vec<MatArray>,
     /// What else there is, and why it is not read.
-    pub(super) refused: Vec<String>,
+    pub(super) refused: Vec<Refused>,
     pub(super) big_endian: bool,
 }
 
@@ -290,7 +291,10 @@ impl Scan<'_> {
         why: &str,
     ) -> IoResult<()> {
         if !name.is_empty() {
-            self.contents.refused.push(format!("\"{name}\" {why}"));
+            self.contents.refused.push(Refused {
+                name: name.to_owned(),
+                why: why.to_owned(),
+            });
         }
         Self::rest(read, end, depth)
     }
@@ -315,25 +319,28 @@ impl Scan<'_> {
             13 => Number::U64,
             _ => return Err(damaged("numbers of unknown type")),
         };
-        let rows = dimensions.first().copied().unwrap_or(0);
-        let columns: u64 = dimensions.iter().skip(1).product();
-        let count = rows
-            .checked_mul(columns)
-            .filter(|count| count.checked_mul(number.size() as u64) == Some(element.length));
-        if count.is_none() {
+        let count =
+            (dimensions.iter()).try_fold(number.size() as u64, |size, n| size.checked_mul(*n));
+        if count != Some(element.length) {
             return Err(damaged("an array of another size than its dimensions"));
         }
-        // Single numbers are settings, no channels.
-        if element.short.is_none() && rows * columns > 1 {
-            self.contents.arrays.push(MatArray {
+        match Sides::of(dimensions) {
+            // Single numbers are settings, no channels.
+            Ok(sides) if element.short.is_none() && sides.rows * sides.columns > 1 => {
+                self.contents.arrays.push(MatArray {
+                    name: name.to_owned(),
+                    sides,
+                    number,
+                    variable: self.variable,
+                    compressed: self.compressed,
+                    at: read.at,
+                });
+            }
+            Ok(_) => {}
+            Err(why) => self.contents.refused.push(Refused {
                 name: name.to_owned(),
-                rows,
-                columns,
-                number,
-                variable: self.variable,
-                compressed: self.compressed,
-                at: read.at,
-            });
+                why,
+            }),
         }
         Ok(())
     }

@@ -13,6 +13,8 @@ mod db3;
 mod definition;
 mod delimited;
 mod mat;
+#[cfg(feature = "mat73")]
+mod mat73;
 mod matlab;
 #[cfg(feature = "mcap")]
 mod mcap;
@@ -128,7 +130,7 @@ pub fn panics_are_caught() -> bool {
 }
 
 /// Reads with a crate that panics on some damaged files.
-#[cfg(any(feature = "arrow", feature = "mcap"))]
+#[cfg(any(feature = "arrow", feature = "mcap", feature = "mat73"))]
 fn guarded<T>(file: &str, read: impl FnOnce() -> Result<T, LogError>) -> Result<T, LogError> {
     let before = GUARDED.replace(true);
     let result = std::panic::catch_unwind(std::panic::AssertUnwindSafe(read));
@@ -170,6 +172,15 @@ pub(super) fn open(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Opened, 
         Kind::Mcap => mcap::open(request, Box::new(read)),
         Kind::Sqlite => db3::open(request, reopen()?),
         Kind::Mat5 => matlab::open(request, reopen),
+        #[cfg(feature = "mat73")]
+        Kind::Mat73 => mat73::open(request, reopen),
+        #[cfg(not(feature = "mat73"))]
+        Kind::Mat73 => Err(LogError::format(
+            file,
+            " is a MATLAB file of version 7.3 (HDF5), which this build of sprung does not read; save it \
+             with save(…, \"-v7\"), or install sprung with it: cargo install --path crates/sprung-cli \
+             --features mat73",
+        )),
         Kind::Other(what) => Err(LogError::format(file, format!(" {what}"))),
         #[cfg(not(all(feature = "arrow", feature = "mcap")))]
         kind => Err(LogError::format(

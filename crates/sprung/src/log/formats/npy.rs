@@ -97,22 +97,21 @@ fn sized(shape: &[u64]) -> Result<(), String> {
 fn layout(descr: &Value, fortran: bool, shape: &[u64], head: u64) -> Result<Npy, String> {
     let scalar = shape.iter().product::<u64>() == 1;
     // Ones say nothing, and samples run along the longer side of a matrix.
-    let shape: Vec<u64> = shape.iter().copied().filter(|n| *n != 1).collect();
-    let lying = matches!(shape[..], [rows, width] if width > rows);
-    let (rows, inner): (u64, Vec<u64>) = match &shape[..] {
-        [] => (1, vec![]),
-        [width, rows] if lying => (*rows, vec![*width]),
-        [rows, inner @ ..] => (*rows, inner.to_vec()),
+    let long: Vec<u64> = shape.iter().copied().filter(|n| *n != 1).collect();
+    let (rows, width, lying) = match long[..] {
+        [] => (1, None, false),
+        [rows] => (rows, None, false),
+        [width, rows] if rows > width => (rows, Some(width), true),
+        [rows, width] => (rows, Some(width), false),
+        _ => return Err(too_deep(shape, &long)),
     };
+    let inner: Vec<u64> = width.into_iter().collect();
     let mut columns = Vec::new();
     let record = match descr {
         Value::Text(kind) => {
             let kind = Kind::of(kind)?;
             let size = kind.number.size() as u64;
-            if fortran && inner.len() > 1 {
-                return Err("has three or more dimensions in Fortran order; give it two".to_owned());
-            }
-            let own = fortran != lying && !inner.is_empty();
+            let own = fortran != lying && width.is_some();
             for (name, place) in places(&inner)? {
                 let name = match (name.is_empty(), lying) {
                     (true, _) => name,
@@ -122,7 +121,7 @@ fn layout(descr: &Value, fortran: bool, shape: &[u64], head: u64) -> Result<Npy,
                 let at = if own { place * rows } else { place } * size;
                 columns.push(kind.column(name, at, own));
             }
-            size * inner.iter().product::<u64>()
+            size * width.unwrap_or(1)
         }
         Value::List(fields) if inner.is_empty() => fields_of(fields, &mut columns)?,
         _ => return Err("is an array of records with more than one dimension".to_owned()),
@@ -134,6 +133,20 @@ fn layout(descr: &Value, fortran: bool, shape: &[u64], head: u64) -> Result<Npy,
         columns,
         scalar,
     })
+}
+
+/// Says that an array has more than two dimensions.
+///
+/// - `long`: its sides that are longer than one.
+fn too_deep(shape: &[u64], long: &[u64]) -> String {
+    let sides: Vec<String> = shape.iter().map(u64::to_string).collect();
+    // Nobody knows which side is time; the first is what most people mean.
+    let rows = long.first().copied().unwrap_or(0);
+    format!(
+        "has the shape ({}), and a log has two dimensions; reshape it to samples × columns, as \
+         a.reshape({rows}, -1) does where the first side is time",
+        sides.join(", ")
+    )
 }
 
 /// Lists the numbers of records, and returns how long a record is.
@@ -392,6 +405,26 @@ mod tests {
         let column = of("{'descr': '>i4', 'fortran_order': False, 'shape': (100, 1)}\n").unwrap();
         assert_eq!(named(&column), [("", 0, false)]);
         assert!(column.columns[0].big_endian);
+    }
+
+    #[test]
+    fn arrays_with_three_sides_are_refused() {
+        for (order, shape) in [
+            ("False", "(100, 7, 2)"),
+            ("True", "(100, 7, 2)"),
+            ("False", "(2, 3, 4, 5)"),
+        ] {
+            let told = of(&format!(
+                "{{'descr': '<f8', 'fortran_order': {order}, 'shape': {shape}}}\n"
+            ));
+            let told = told.unwrap_err();
+            assert!(told.contains(&format!("has the shape {shape}")), "{told}");
+            assert!(told.contains("reshape it to samples × columns"), "{told}");
+        }
+        // Sides of one are none.
+        let flat = of("{'descr': '<f8', 'fortran_order': False, 'shape': (1, 100, 2)}\n").unwrap();
+        assert_eq!((flat.rows, flat.record), (100, 16));
+        assert_eq!(named(&flat), [("[:,0]", 0, false), ("[:,1]", 8, false)]);
     }
 
     #[test]

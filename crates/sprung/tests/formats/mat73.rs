@@ -1,0 +1,189 @@
+//! MATLAB 7.3: HDF5 files as MATLAB lays them out.
+
+use std::path::{Path, PathBuf};
+
+use hdf5_metno as hdf5;
+
+use crate::keys::{MATLAB, NUMBERS};
+use crate::support::{Files, difference, fixture, read_log, says, truth};
+
+/// Columns of flat73.mat, as of flat.mat.
+const FLAT: &str = r#"
+time_s = "t"
+link_position_rad = "q(:,*)"
+motor_position_rad = ["phi(1,:)", "phi(2, :)"]
+motor_torque_nm = ["tau1(:,1)", "tau2"]
+"#;
+
+/// Writes a file where HDF5 can open it, and reads it.
+fn read_bytes(name: &str, bytes: &[u8], log: &str) -> Result<Vec<Vec<f64>>, String> {
+    let path = folder(name).join("run.log");
+    std::fs::write(&path, bytes).unwrap();
+    read_log(&Files::Folder(folder(name)), "run.log", log)
+}
+
+/// A folder for one test.
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("mat73-{name}"));
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+#[test]
+fn the_same_numbers_as_from_other_formats() {
+    // Contiguous, big-endian, and packed in chunks within structures.
+    for (file, log) in [("flat73.mat", FLAT), ("struct73.mat", MATLAB)] {
+        let found = read_log(&Files::Fixtures, file, log).unwrap();
+        let worst = difference(&found, &truth());
+        println!("{file}: {worst:.1e}");
+        assert!(worst <= 1e-12, "{file}: {worst}");
+    }
+}
+
+#[test]
+fn every_class_of_numbers() {
+    let read = |first: &str, second: &str, time: &str| {
+        let log = format!(
+            "{time}\nlink_position_rad = [\"{first}\", \"{second}\"]\nmotor_position_rad = \"phi(*,:)\"\n\
+             motor_torque_nm = [\"tau1\", \"tau2\"]"
+        );
+        read_log(&Files::Fixtures, "flat73.mat", &log).unwrap()
+    };
+    let whole = read("counts_i8", "q(:,1)", "time_s = \"t\"");
+    let truth = truth();
+    for (found, q) in whole[1].iter().zip(&truth[1]) {
+        let off = (found - q * 1e6).rem_euclid(100.0);
+        assert!(off.min(100.0 - off) < 0.501, "{found} {q}");
+    }
+    for class in ["f4", "i1", "i2", "i4", "u8"] {
+        let found = read(&format!("counts_{class}"), "on", "time_s = \"t\"");
+        assert_eq!(found[1], whole[1], "{class}");
+        for (on, q) in found[2].iter().zip(&truth[1]) {
+            assert_eq!(*on > 0.5, *q > 0.0);
+        }
+    }
+    // Nanoseconds since 1970, exactly.
+    let stamped = read("q(:,1)", "q(:,2)", "time_ns = \"stamp\"");
+    assert!(difference(&stamped, &truth) <= 1e-12);
+}
+
+#[test]
+fn what_is_no_numbers_is_told() {
+    for (name, why) in [
+        ("note", "\"note\" is text"),
+        ("cells", "\"cells\" is a cell array"),
+        ("few", "\"few\" is sparse; save full(…) of it"),
+        ("turning", "\"turning\" is complex"),
+        ("turning(:,1)", "\"turning\" is complex"),
+        ("frame", "\"frame\" is an object (a table"),
+        (
+            "cube(:,1)",
+            "\"cube\" is an array of 40 × 3 × 2, and a log has two dimensions; reshape it",
+        ),
+        ("nothing", "has no column \"nothing\""),
+        ("rate", "has no column \"rate\""),
+        ("tau_1", "has no column \"tau_1\"; did you mean \"tau1\"?"),
+    ] {
+        let log = FLAT.replace("\"t\"", &format!("\"{name}\""));
+        let message = read_log(&Files::Fixtures, "flat73.mat", &log).unwrap_err();
+        says(&message, &["flat73.mat", why]);
+    }
+    let message = read_log(
+        &Files::Fixtures,
+        "struct73.mat",
+        &MATLAB.replace("data.time", "data.signals(2).label"),
+    );
+    says(
+        &message.unwrap_err(),
+        &["\"data.signals(2).label\" is text"],
+    );
+}
+
+#[test]
+fn a_log_in_memory_is_told_to_be_a_file() {
+    let bytes = std::fs::read(fixture("flat73.mat")).unwrap();
+    let files = Files::Memory(vec![("run.log", bytes)]);
+    let message = read_log(&files, "run.log", FLAT).unwrap_err();
+    says(&message, &["read from a file and not from memory"]);
+}
+
+#[test]
+fn files_that_were_cut_off_are_told() {
+    for (file, log) in [("flat73.mat", FLAT), ("struct73.mat", MATLAB)] {
+        let whole = std::fs::read(fixture(file)).unwrap();
+        for part in [0.001, 0.1, 0.5, 0.9, 0.999] {
+            let length = (part * whole.len() as f64) as usize;
+            let message = read_bytes("cut", &whole[..length], log).unwrap_err();
+            assert!(message.contains("run.log"), "{file}: {message}");
+            if part >= 0.1 {
+                says(&message, &["cut off"]);
+            }
+            assert!(message.len() < 500, "{message}");
+        }
+    }
+    let head = b"MATLAB 7.3 MAT-file, Platform: GLNXA64";
+    let message = read_bytes("head", head, NUMBERS).unwrap_err();
+    says(&message, &["run.log"]);
+}
+
+#[test]
+fn damaged_files_are_errors_or_other_numbers() {
+    for (file, log) in [("flat73.mat", FLAT), ("struct73.mat", MATLAB)] {
+        let whole = std::fs::read(fixture(file)).unwrap();
+        let (mut errors, mut state) = (0, 0x9e37_79b9_7f4a_7c15_u64);
+        for _ in 0..150 {
+            let mut bytes = whole.clone();
+            for _ in 0..3 {
+                // xorshift64.
+                state ^= state << 13;
+                state ^= state >> 7;
+                state ^= state << 17;
+                let at = (state >> 16) as usize % bytes.len();
+                bytes[at] = (state >> 8) as u8;
+            }
+            errors += i32::from(read_bytes("damaged", &bytes, log).is_err());
+        }
+        println!("{file}: {errors} of 150 damaged files are refused");
+    }
+}
+
+/// Writes a variable as MATLAB does.
+fn variable(file: &hdf5::File, name: &str, shape: [usize; 2], chunk: [usize; 2], value: &[f64]) {
+    let builder = file.new_dataset::<f64>().shape(shape).chunk(chunk);
+    let dataset = builder.deflate(1).create(name).unwrap();
+    dataset.write_raw(value).unwrap();
+}
+
+#[test]
+fn long_arrays_are_read_in_parts() {
+    const ROWS: usize = 50_000;
+    let path = folder("long").join("run.log");
+    let time: Vec<f64> = (0..ROWS).map(|k| k as f64 / 1000.0).collect();
+    let wave = |k: usize| (0..ROWS).map(move |i| (0.001 * i as f64 + k as f64).sin());
+    let file = hdf5::File::with_options()
+        .with_fcpl(|create| create.userblock(512))
+        .create(&path)
+        .unwrap();
+    // Chunks along one column, across both, across rows, and one of the whole array.
+    variable(&file, "t", [1, ROWS], [1, 1000], &time);
+    let pair = |a, b| wave(a).chain(wave(b)).collect::<Vec<f64>>();
+    variable(&file, "q", [2, ROWS], [2, 30_000], &pair(0, 1));
+    let rows = wave(2).zip(wave(3)).flat_map(|(a, b)| [a, b]);
+    let rows: Vec<f64> = rows.collect();
+    variable(&file, "phi", [ROWS, 2], [7000, 1], &rows);
+    variable(&file, "tau", [2, ROWS], [2, ROWS], &pair(4, 5));
+    file.close().unwrap();
+    let mut bytes = std::fs::read(&path).unwrap();
+    let head = b"MATLAB 7.3 MAT-file, Platform: GLNXA64";
+    bytes[..head.len()].copy_from_slice(head);
+    let log = r#"
+time_s = "t"
+link_position_rad = "q(:,*)"
+motor_position_rad = "phi(*,:)"
+motor_torque_nm = "tau(:,*)"
+"#;
+    let found = read_bytes("long", &bytes, log).unwrap();
+    let mut truth = vec![time];
+    truth.extend((0..6).map(|k| wave(k).collect()));
+    assert!(difference(&found, &truth) <= 1e-12);
+}
