@@ -83,7 +83,7 @@ fn units() -> Vec<Faulty> {
             |x| -x,
         ),
         column("a torque in mN·m", TAU1, &["torque-scale"], |x| 1e3 * x).code(0),
-        column("a time in ms", TIME, &["too-short-to-examine"], |t| 1e3 * t).code(0),
+        column("a time in ms", TIME, &["time-unit"], |t| 1e3 * t),
         faulty(
             "columns of two encoders exchanged",
             &["exchanged-columns"],
