@@ -22,16 +22,11 @@ use super::super::input::{Input, Kind};
 use super::super::names::Names;
 use super::super::origin::Pick;
 use super::super::{BLOCK, LogError, Place};
+use super::arrow_claims::refuse_absurd;
 use super::{Opened, Readings, Reopen, Request, Table, guarded};
 use crate::description::ColumnName;
 
 type Batches = Box<dyn Iterator<Item = Result<RecordBatch, ArrowError>> + Send>;
-
-/// Bytes that a compressed buffer may hold.
-const LARGEST: u64 = 1 << 30;
-
-/// What precedes the length of a message.
-const CONTINUATION: [u8; 4] = [0xff; 4];
 
 /// A wanted column: its place in a batch, and what leads into it.
 #[derive(Clone, Debug)]
@@ -135,77 +130,7 @@ pub(super) fn open(
     })
 }
 
-/// Refuses compressed buffers that claim to hold more than any recorder puts into one: the
-/// library makes room for what they claim before it unpacks them.
-///
-/// What cannot be followed is left to the library.
-fn refuse_absurd(file: &str, kind: Kind, input: Box<dyn Input>) -> Result<(), LogError> {
-    let mut read = BufReader::new(input);
-    let begin = if kind == Kind::ArrowFile { 8 } else { 0 };
-    let mut largest = 0;
-    // Where the file ends early, or is no longer one, the library says so.
-    let _ = claims(&mut read, begin, |claim| largest = largest.max(claim));
-    if largest > LARGEST {
-        let claim = format_args!("a buffer claims to hold {largest} bytes");
-        return Err(damaged(file, &claim));
-    }
-    Ok(())
-}
-
-/// Gives out how many bytes each compressed buffer claims to hold.
-///
-/// - `begin`: where the first message is.
-///
-/// # Source
-///
-/// Arrow Columnar Format, "Encapsulated message format" and "Compression".
-fn claims(
-    read: &mut (impl Read + Seek),
-    begin: u64,
-    mut claimed: impl FnMut(u64),
-) -> std::io::Result<()> {
-    let mut place = begin;
-    loop {
-        read.seek(SeekFrom::Start(place))?;
-        let mut word = [0; 4];
-        read.read_exact(&mut word)?;
-        place += 4;
-        if word == CONTINUATION {
-            read.read_exact(&mut word)?;
-            place += 4;
-        }
-        let length = u64::from(u32::from_le_bytes(word));
-        // Files may fill the line of 64 bytes that they begin with.
-        if length == 0 && place <= 64 {
-            continue;
-        }
-        let mut head = Vec::new();
-        read.by_ref().take(length).read_to_end(&mut head)?;
-        let Ok(message) = arrow_ipc::root_as_message(&head) else {
-            return Ok(());
-        };
-        place += length;
-        let dictionary = message
-            .header_as_dictionary_batch()
-            .and_then(|dictionary| dictionary.data());
-        let batch = message.header_as_record_batch().or(dictionary);
-        let buffers = batch.filter(|batch| batch.compression().is_some());
-        let buffers = buffers.and_then(|batch| batch.buffers());
-        for buffer in buffers.iter().flatten().filter(|b| b.length() >= 8) {
-            let offset = u64::try_from(buffer.offset()).unwrap_or(0);
-            read.seek(SeekFrom::Start(place.saturating_add(offset)))?;
-            let mut claim = [0; 8];
-            read.read_exact(&mut claim)?;
-            // Minus one says that it is not compressed.
-            if let Ok(claim) = u64::try_from(i64::from_le_bytes(claim)) {
-                claimed(claim);
-            }
-        }
-        place = place.saturating_add(u64::try_from(message.bodyLength()).unwrap_or(u64::MAX));
-    }
-}
-
-fn damaged(file: &str, error: &dyn std::fmt::Display) -> LogError {
+pub(super) fn damaged(file: &str, error: &dyn std::fmt::Display) -> LogError {
     let error = error.to_string();
     if let Some((_, what)) = error.split_once("Disabled feature at compile time: ") {
         return LogError::format(
@@ -487,51 +412,5 @@ impl ChunkReader for Shared {
         input.seek(SeekFrom::Start(start))?;
         input.read_exact(&mut bytes)?;
         Ok(bytes.into())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use std::io::Cursor;
-
-    use arrow_array::Float64Array;
-    use arrow_ipc::CompressionType;
-    use arrow_ipc::writer::{FileWriter, IpcWriteOptions, StreamWriter};
-
-    use super::*;
-
-    #[test]
-    fn buffers_that_claim_too_much_are_refused() {
-        let rest: Arc<dyn Array> = Arc::new(Float64Array::from(vec![0.0; 1000]));
-        let batch = RecordBatch::try_from_iter([("t", rest)]).unwrap();
-        let options = || {
-            let plain = IpcWriteOptions::default();
-            (plain.try_with_compression(Some(CompressionType::ZSTD))).unwrap()
-        };
-        let mut file = Vec::new();
-        let mut writer =
-            FileWriter::try_new_with_options(&mut file, &batch.schema(), options()).unwrap();
-        writer.write(&batch).unwrap();
-        writer.finish().unwrap();
-        drop(writer);
-        let mut stream = Vec::new();
-        let mut writer =
-            StreamWriter::try_new_with_options(&mut stream, &batch.schema(), options()).unwrap();
-        writer.write(&batch).unwrap();
-        drop(writer);
-        for (kind, bytes) in [(Kind::ArrowFile, file), (Kind::ArrowStream, stream)] {
-            let refuse =
-                |bytes: &[u8]| refuse_absurd("run", kind, Box::new(Cursor::new(bytes.to_vec())));
-            refuse(&bytes).unwrap();
-            let claim = 8000_u64.to_le_bytes();
-            let at = bytes.windows(8).rposition(|part| part == claim).unwrap();
-            let mut absurd = bytes.clone();
-            absurd[at..at + 8].copy_from_slice(&(1_u64 << 50).to_le_bytes());
-            let error = refuse(&absurd).unwrap_err().to_string();
-            assert!(
-                error.contains("a buffer claims to hold 1125899906842624 bytes"),
-                "{error}"
-            );
-        }
     }
 }

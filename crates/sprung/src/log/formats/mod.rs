@@ -6,6 +6,7 @@
 mod arrays;
 #[cfg(feature = "arrow")]
 mod arrow;
+mod arrow_claims;
 mod bag;
 mod cdr;
 mod csv;
