@@ -75,7 +75,9 @@ pub(super) fn joints(
             fit.stiffness.is_some_and(|k| k < 0.0) || unexplained(joint, fit.relative_residual)
         })
         .collect();
-    let mut findings = Vec::new();
+    let mut findings: Vec<Finding> = (all.iter())
+        .filter_map(|&joint| look.zeros_apart(joint))
+        .collect();
     let mut told = look.exchanged(&fits, &weak, &mut findings);
     look.swapped(&fits, &weak, &mut told, &mut findings);
     for &joint in &weak {

@@ -1,5 +1,6 @@
 //! Constants between the two encoders of a joint.
 
+use sprung_core::chain::JointKind;
 use sprung_core::parameters::JointParameter;
 
 use super::joints::{CERTAIN, Look};
@@ -12,6 +13,9 @@ use crate::regression::Reading;
 
 /// Part of the torque that a constant must make to be mentioned.
 const OFFSET_PART: f64 = 0.02;
+
+/// Angle, rad, that no spring is turned by on average.
+const APART: f64 = 0.3;
 
 /// A constant between the two encoders.
 pub(super) struct Offset {
@@ -64,6 +68,40 @@ impl Look<'_> {
             })
         };
         fits.iter().map(offset).collect()
+    }
+
+    /// Encoders of a joint that count from different zeros, as those do that lose theirs.
+    pub(super) fn zeros_apart(&self, joint: usize) -> Option<Finding> {
+        let Reading {
+            model, channels, ..
+        } = self.reading;
+        let link = channels.index(Quantity::LinkPosition, joint)?;
+        let motor = channels.index(Quantity::MotorPosition, joint)?;
+        let sum: f64 = (self.excerpt.channel(link))
+            .zip(self.excerpt.channel(motor))
+            .map(|(link, motor)| link - motor)
+            .sum();
+        let apart = sum / self.excerpt.samples() as f64;
+        let turns = model.is_flexible(joint) && model.kind(joint) == JointKind::Revolute;
+        if !turns || apart.abs() < APART {
+            return None;
+        }
+        let [link, motor] = [link, motor].map(|channel| &channels.all[channel].column);
+        Some(
+            Finding::new(
+                Severity::Info,
+                "zeros-apart",
+                format!(
+                    "{}: \"{link}\" less \"{motor}\" is {apart:.3} rad on average: no spring is turned so \
+                     far, so one of them has lost its zero. The motor's only moves a constant; the \
+                     link's would turn gravity and the other joints with it",
+                    self.name(joint)
+                ),
+                "see that the link's is right; if another column knows where the joint was, name it in \
+                 starts_at_rad beside the column",
+            )
+            .seen(self.file, link, apart, "rad"),
+        )
     }
 
     pub(super) fn offset(&self, joint: usize, offset: &Offset, fit: &RowFit) -> Option<Finding> {

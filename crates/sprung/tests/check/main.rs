@@ -69,6 +69,20 @@ fn coarse_encoders_alarm_nobody() {
 }
 
 #[test]
+fn an_encoder_that_lost_its_zero_is_noted() {
+    let demo = Demo::new();
+    let mut table = demo.table(1, 1.0);
+    for phi2 in &mut table.columns[3] {
+        *phi2 += 1.5;
+    }
+    let report = report(&demo.experiment, &table);
+    let found = (report.findings.iter()).find(|finding| finding.code == "zeros-apart");
+    let evidence = found.unwrap().evidence.as_ref().unwrap();
+    assert_eq!(evidence.column.as_deref(), Some("q2_rad"));
+    assert!((evidence.value + 1.5).abs() < 0.1, "{evidence:?}");
+}
+
+#[test]
 fn every_fault_is_found() {
     let demo = Demo::new();
     let mut codes = BTreeSet::new();
