@@ -1,7 +1,7 @@
 //! Files that are cut off, damaged, or not what was meant.
 
 use crate::keys::{ARRAYS, MATLAB, NUMBERS, RECORDS, TOPICS, USUAL};
-use crate::support::{Files, fixture, read_log, read_text, says};
+use crate::support::{Files, damage, fixture, read_log, read_text, says};
 
 const ALL: [(&str, &str); 15] = [
     ("log.csv.gz", USUAL),
@@ -54,15 +54,7 @@ fn damaged_files_are_errors_or_other_numbers() {
         let whole = std::fs::read(fixture(file)).unwrap();
         let (mut errors, mut state) = (0, 0x9e37_79b9_7f4a_7c15_u64);
         for _ in 0..150 {
-            let mut bytes = whole.clone();
-            for _ in 0..3 {
-                // xorshift64.
-                state ^= state << 13;
-                state ^= state >> 7;
-                state ^= state << 17;
-                let at = (state >> 16) as usize % bytes.len();
-                bytes[at] = (state >> 8) as u8;
-            }
+            let bytes = damage(&whole, &mut state);
             errors += i32::from(read_bytes(bytes, log).is_err());
         }
         println!("{file}: {errors} of 150 damaged files are refused");

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use hdf5_metno as hdf5;
 
 use crate::keys::{MATLAB, NUMBERS};
-use crate::support::{Files, difference, fixture, read_log, says, truth};
+use crate::support::{Files, damage, difference, fixture, read_log, says, truth};
 
 /// Columns of flat73.mat, as of flat.mat.
 const FLAT: &str = r#"
@@ -132,15 +132,7 @@ fn damaged_files_are_errors_or_other_numbers() {
         let whole = std::fs::read(fixture(file)).unwrap();
         let (mut errors, mut state) = (0, 0x9e37_79b9_7f4a_7c15_u64);
         for _ in 0..150 {
-            let mut bytes = whole.clone();
-            for _ in 0..3 {
-                // xorshift64.
-                state ^= state << 13;
-                state ^= state >> 7;
-                state ^= state << 17;
-                let at = (state >> 16) as usize % bytes.len();
-                bytes[at] = (state >> 8) as u8;
-            }
+            let bytes = damage(&whole, &mut state);
             errors += i32::from(read_bytes("damaged", &bytes, log).is_err());
         }
         println!("{file}: {errors} of 150 damaged files are refused");

@@ -162,7 +162,7 @@ pub(super) fn minimise(problem: &Problem<'_>) -> Result<Found, NoStart> {
         if arrived && fresh {
             ending = Ending::Converged;
         }
-        if ending != Ending::Limit || (evaluated == ITERATIONS && !good) {
+        if ending != Ending::Limit || (evaluated >= ITERATIONS && !good) {
             return Ok(Found {
                 cost: dot(&residuals, &residuals),
                 x,
