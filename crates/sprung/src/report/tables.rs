@@ -80,7 +80,7 @@ pub(super) fn parameters(
     let first = results.first();
     Table {
         caption: format!(
-            "Identified parameters. Marked rows carry a warning of {}.",
+            "Identified parameters. Marked rows are named in a note or a warning of {}.",
             first.map_or("the first estimator", |result| &result.estimator)
         ),
         columns,
