@@ -9,10 +9,13 @@ use crate::named::Named;
 use crate::preprocess::RawBlock;
 use crate::simulate::ClosedLoop;
 
-/// Tolerance of the integration, rad and rad/s: its error, 2e-10 rad over the
-/// 10 s experiment, is a thousandth of what a difference of half a standard
-/// error moves, where the encoder has 2e5 counts per turn.
-const TOLERANCE: f64 = 1e-8;
+/// Tolerance of the integration, rad and rad/s, as a part of the finest position's
+/// noise, and its bounds. With 1e-8, which is that part of an encoder of 2e5 counts per
+/// turn, the integration errs by 2e-10 rad over the 10 s experiment: a thousandth of
+/// what a difference of half a standard error moves.
+const TOLERANCE: f64 = 1e-3;
+const FINEST: f64 = 1e-8;
+const COARSEST: f64 = 1e-6;
 
 /// Steps of the integration, at most, per sample and per millisecond: ten times
 /// what a robot takes. Parameters so stiff that they need more are no robot's.
@@ -30,6 +33,7 @@ pub(super) struct Loop<'a> {
     model: &'a Model,
     controller: &'a Controller,
     record: &'a Record,
+    tolerance: f64,
     base: Theta,
     // Index in theta of each unknown parameter; offsets of the positions follow.
     free: Vec<usize>,
@@ -50,10 +54,13 @@ impl<'a> Loop<'a> {
             .filter(|(i, parameter)| parameter.fixed.is_none() && determined[*i])
             .map(|(i, _)| i)
             .collect();
+        let noises = record.positions.iter().map(|position| position.noise);
+        let tolerance = TOLERANCE * noises.fold(f64::INFINITY, f64::min);
         Self {
             model,
             controller,
             record,
+            tolerance: tolerance.clamp(FINEST, COARSEST),
             base,
             free,
         }
@@ -149,7 +156,7 @@ impl<'a> Loop<'a> {
         let start = Some((&q[..], &phi[..]));
         let mut plant = ClosedLoop::new(model, &theta, self.controller, record.period, start)
             .ok()?
-            .with_tolerance(TOLERANCE);
+            .with_tolerance(self.tolerance);
         let offsets = &x[self.free.len()..];
         let samples = record.len();
         let per_sample = STEPS * (1.0 + 1e3 * record.period);
