@@ -268,9 +268,35 @@ fn findings(trials: &[Trial], methods: &[(&str, Experiment)]) {
             .map(|(what, n)| format!("{what} {n}"))
             .collect();
         println!("    {name}, of {} runs: {}", trials.len(), words.join(", "));
-        let mut warnings = trials.iter().flat_map(|t| &t.results[index].warnings);
-        if let Some(failed) = warnings.find(|warning| warning.code == "refinement-failed") {
-            println!("        first failure: {}", failed.text);
+    }
+    refinements(trials, methods);
+}
+
+/// Prints how refinements predict what they have not seen, and why the first stood back.
+fn refinements(trials: &[Trial], methods: &[(&str, Experiment)]) {
+    for (index, (name, _)) in methods.iter().enumerate() {
+        let refined = trials.iter().filter_map(|trial| {
+            let refinement = trial.results[index].refinement.as_ref()?;
+            let held = refinement.held_out_residual.as_ref()?;
+            Some(held.refined / held.linear)
+        });
+        let ratios: Vec<f64> = refined.collect();
+        if !ratios.is_empty() {
+            let (least, most) = (ratios.iter())
+                .fold((f64::INFINITY, 0.0_f64), |(least, most), r| {
+                    (least.min(*r), most.max(*r))
+                });
+            println!(
+                "    {name}, residual of held-out torque over that of least squares: {least:.2} to {most:.2}"
+            );
+        }
+        let failed = trials.iter().enumerate().find_map(|(log, trial)| {
+            let mut warnings = trial.results[index].warnings.iter();
+            let failed = warnings.find(|warning| warning.code == "refinement-failed")?;
+            Some((log, failed))
+        });
+        if let Some((log, failed)) = failed {
+            println!("    {name}, first failure, log {log}: {}", failed.text);
         }
     }
 }
@@ -302,6 +328,7 @@ fn own_model(demo: &Demo, arguments: &Arguments) {
             println!("\n{counts} counts, {case}, {} logs", trials.len());
             header();
             print(demo, &trials, &usual, arguments.parameters);
+            refinements(&trials, &usual);
             if *case == "clean" && !exact.is_empty() {
                 let without_noise = |seed| {
                     let mut settings = settings(seed);
