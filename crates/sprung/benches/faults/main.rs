@@ -78,11 +78,15 @@ fn main() {
         return;
     };
     let demo = Demo::new();
-    clean("demo", &demo, arguments.clean, |seed| demo.table(seed, 1.0));
-    clean("4096 counts", &demo, arguments.clean, |seed| {
-        demo.with_counts(seed, 4096)
-    });
-    delays(&demo, arguments.delays);
+    if arguments.clean > 0 {
+        clean("demo", &demo, arguments.clean, |seed| demo.table(seed, 1.0));
+        clean("4096 counts", &demo, arguments.clean, |seed| {
+            demo.with_counts(seed, 4096)
+        });
+    }
+    if arguments.delays > 0 {
+        delays(&demo, arguments.delays);
+    }
     faults(&demo, &arguments);
 }
 
