@@ -93,8 +93,13 @@ impl Case {
     }
 
     /// Changes the cells of the log; row 0 is the header.
-    pub(crate) fn log(self, mut change: impl FnMut(usize, &mut Vec<String>)) -> Self {
-        let file = self.path("identification.csv");
+    pub(crate) fn log(self, change: impl FnMut(usize, &mut Vec<String>)) -> Self {
+        self.cells("identification.csv", change)
+    }
+
+    /// Changes the cells of a log, likewise.
+    fn cells(self, file: &str, mut change: impl FnMut(usize, &mut Vec<String>)) -> Self {
+        let file = self.path(file);
         let text = std::fs::read_to_string(&file).unwrap();
         let mut changed = String::new();
         for (row, line) in text.lines().enumerate() {
@@ -111,7 +116,12 @@ impl Case {
 
     /// Applies a function to the numbers of one column of the log.
     pub(crate) fn column(self, column: usize, change: impl Fn(f64) -> f64) -> Self {
-        self.log(|row, cells| {
+        self.column_of("identification.csv", column, change)
+    }
+
+    /// Applies a function to the numbers of one column of a log.
+    pub(crate) fn column_of(self, file: &str, column: usize, change: impl Fn(f64) -> f64) -> Self {
+        self.cells(file, |row, cells| {
             if row > 0 {
                 cells[column] = change(cells[column].parse().unwrap()).to_string();
             }

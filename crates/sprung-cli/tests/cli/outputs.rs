@@ -1,5 +1,6 @@
 //! Files, exit codes, streams: what scripts rely on.
 
+use crate::arm::recorded;
 use crate::common::{Case, demo, sprung, stderr, stdout};
 
 const RESULTS: [&str; 5] = [
@@ -175,6 +176,38 @@ fn validate_reads_what_identify_wrote() {
     assert!(!stdout(&output).contains("NaN"));
     let report = std::fs::read_to_string(case.path("sprung-out/report.html")).unwrap();
     assert!(report.contains("Parameters over time") && report.contains("Validation"));
+}
+
+#[test]
+fn validate_takes_the_signs_and_gains_that_were_found() {
+    // The rigid elbow counts the other way, the shoulder's torque is in units of 2.5 N·m.
+    let case = recorded()
+        .replace(
+            "[identify]",
+            "sign = { phi2 = \"estimate\" }\ngain = { tau1 = \"estimate\" }\n[identify]",
+        )
+        .replace(
+            "gravity_m_per_s2",
+            "fixed = { \"shoulder.rotor_inertia\" = 0.3 }\ngravity_m_per_s2",
+        )
+        .column_of("run.csv", 3, |phi| -phi)
+        .column_of("run.csv", 4, |tau| tau / 2.5);
+    let (code, found) = case.results(&[]);
+    assert_eq!(
+        (code, &found["log"]["sign"]["phi2"]["value"]),
+        (0, &(-1.0).into())
+    );
+    let gain = found["log"]["gain"]["tau1"]["value"].as_f64().unwrap();
+    assert!((gain / 2.5 - 1.0).abs() < 0.03, "{gain}");
+    let experiment = case.path("experiment.toml");
+    let direct = "validate=[{name=\"direct\"}]";
+    let experiment = experiment.to_str().unwrap();
+    let output = sprung(&["validate", experiment, "--set", direct, "--json"]);
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let left = &json["runs"][0]["sets"][0]["torque_relative_residual"];
+    for joint in ["shoulder", "elbow"] {
+        assert!(left[joint].as_f64().unwrap() < 0.02, "{left}");
+    }
 }
 
 #[test]
