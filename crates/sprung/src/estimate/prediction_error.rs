@@ -37,10 +37,6 @@ const ALARM: f64 = 0.01;
 /// Part of a motor's torque that disturbances may have before they are mentioned.
 const LOUD: f64 = 0.05;
 
-/// How much worse than least squares a refinement may predict what neither has seen:
-/// by chance, a few seconds of a disturbance make it a tenth on one good log in a hundred.
-const WORSE: f64 = 1.2;
-
 /// What a refinement begins with.
 #[derive(Clone, Copy)]
 pub(super) struct Before<'a> {
@@ -116,7 +112,7 @@ pub(super) fn prediction_error(
             "the filter does not follow the log from the linear values, or the log is too short"
                 .to_owned(),
         ),
-        Some(refined) => failure(model, refined).or_else(|| unpredictive(held)),
+        Some(refined) => failure(model, refined).or_else(|| held.and_then(HeldOut::unpredictive)),
     };
     if let Some(refined) = &refined {
         findings.extend(about(reading, excerpt.period(), refined));
@@ -192,17 +188,6 @@ fn failure(model: &Model, refined: &Refined) -> Option<String> {
         "it did not converge in {} runs of the filter; last moved, in standard errors, {}",
         refined.runs,
         moved.collect::<Vec<_>>().join(", ")
-    ))
-}
-
-/// Says that a refinement predicts worse than what it began with.
-fn unpredictive(held: Option<HeldOut>) -> Option<String> {
-    let held = held.filter(|held| held.refined > WORSE * held.linear)?;
-    Some(format!(
-        "estimated from the first three quarters of the logs it misses {:.1} % of the filtered torque of \
-         the last, least squares {:.1} %: what it takes for disturbances repeats with the motion",
-        100.0 * held.refined,
-        100.0 * held.linear
     ))
 }
 
