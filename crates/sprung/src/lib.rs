@@ -3,7 +3,7 @@
 //! The data flow one way, and a module uses only what stands to its left:
 //!
 //! ```text
-//! description → model → log → simulate → preprocess → regression → check → estimate → validate → compare → report
+//! description → model → log → simulate → preprocess → regression → fit → prepare → check → estimate → validate → compare → report
 //! ```
 //!
 //! Functions take values and readers and return values or strings; they open
@@ -16,9 +16,11 @@ pub mod demo;
 pub mod description;
 pub mod estimate;
 pub mod finding;
+pub mod fit;
 pub mod log;
 pub mod model;
 pub mod named;
+pub mod prepare;
 pub mod preprocess;
 pub mod regression;
 pub mod report;

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Modules of `sprung`; each uses only those before it.
-const ORDER: [&str; 14] = [
+const ORDER: [&str; 16] = [
     "finding",
     "curves",
     "named",
@@ -16,6 +16,8 @@ const ORDER: [&str; 14] = [
     "simulate",
     "preprocess",
     "regression",
+    "fit",
+    "prepare",
     "check",
     "estimate",
     "validate",

@@ -4,9 +4,9 @@
 use sprung_core::parameters::JointParameter;
 
 use super::joints::{CERTAIN, Look};
-use super::row::{MotorRowFit, RowFit, fit_motor_rows, fit_rows};
 use crate::finding::{Finding, Severity};
 use crate::log::{Channels, Quantity};
+use crate::prepare::{MotorRowFit, RowFit, fit_motor_rows, fit_rows};
 use crate::regression::Reading;
 
 /// Part of a residual that another reading of the log must stay below to be

@@ -1,11 +1,10 @@
 //! The bandwidth of the data against the filters of the file, and noise against
 //! the motion.
 
-use super::cutoff::{choose_cutoff, noise, velocity_per_position};
-use super::excerpt::Excerpt;
 use crate::description::Cutoff;
 use crate::finding::{Finding, Severity};
 use crate::log::Quantity;
+use crate::prepare::{Excerpt, choose_cutoff, noise, velocity_per_position};
 use crate::preprocess::SignalBlock;
 use crate::regression::{Reading, signals};
 

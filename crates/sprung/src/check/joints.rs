@@ -4,14 +4,13 @@
 use sprung_core::parameters::JointParameter;
 
 use super::UNEXPLAINED;
-use super::excerpt::Excerpt;
-use super::relative::{ChannelDelay, RelativeDelays, independent, relative_delays};
+use super::relative::{ChannelDelay, RelativeDelays, relative_delays};
 use super::resolution::{beyond_resolution, transition_shares};
 use super::result::{DELAYED, DelayFigures, JointFigures};
-use super::row::{RowFit, fit_rows};
 use crate::description::Experiment;
 use crate::finding::{Finding, Severity};
 use crate::log::Quantity;
+use crate::prepare::{Excerpt, RowFit, fit_rows, independent};
 use crate::regression::Reading;
 
 /// Standard errors that a value must be away from zero to be believed.

@@ -8,20 +8,12 @@
 //! log is looked at, an [`Excerpt`].
 
 mod columns;
-mod cutoff;
-mod delay;
-mod excerpt;
-mod factors;
 mod filters;
-mod gain;
-mod in_use;
 mod joints;
 mod offset;
 mod relative;
 mod resolution;
 mod result;
-mod row;
-mod sign;
 mod tell;
 
 use crate::description::Experiment;
@@ -33,17 +25,16 @@ use crate::model::Model;
 use crate::regression::{LogFigures, Reading};
 
 pub use columns::reversed_torque;
-pub use cutoff::{choose_cutoff, noise, position_cutoff, white_noise};
-pub use delay::{DelayEstimate, estimate_delays};
-pub use excerpt::{Excerpt, excerpt};
-pub use factors::{FactorError, Factors, FoundGain, FoundSign, find_factors};
-pub use in_use::{DelayByLikelihood, DelayError, Delays};
 pub use relative::{ChannelDelay, RelativeDelays, relative_delays};
-pub use resolution::{beyond_resolution, velocity_noise};
+pub use resolution::beyond_resolution;
 pub use result::{
     CheckReport, Checked, CheckedLog, ColumnFigures, DelayFigures, JointFigures, LikelyDelay, Place,
 };
-pub use row::{MotorRowFit, fit_motor_rows};
+
+pub use crate::prepare::{
+    DelayByLikelihood, DelayError, Delays, Excerpt, FactorError, Factors, choose_cutoff, excerpt,
+    find_factors, fit_motor_rows, noise, position_cutoff, velocity_noise,
+};
 
 /// Part of the motor torque that may stay unexplained, root mean squares, beyond what
 /// the resolution of the positions leaves of it.

@@ -4,11 +4,11 @@ use sprung_core::chain::JointKind;
 use sprung_core::parameters::JointParameter;
 
 use super::joints::{CERTAIN, Look};
-use super::row::{RowFit, fit_rows};
 use crate::description::EncoderOffset;
 use crate::finding::{Finding, Severity};
 use crate::log::Quantity;
 use crate::model::Model;
+use crate::prepare::{RowFit, fit_rows};
 use crate::regression::Reading;
 
 /// Part of the torque that a constant must make to be mentioned.

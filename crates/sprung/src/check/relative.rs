@@ -1,10 +1,8 @@
 //! Delays between the channels of a joint, tested where nobody asked.
 
-use super::delay::estimate_delays;
-use super::excerpt::Excerpt;
-use super::row::fit_rows;
 use crate::description::Delay;
 use crate::log::Quantity;
+use crate::prepare::{Excerpt, estimate_delays, fit_rows, independent};
 use crate::regression::Reading;
 
 /// Distance at which the curvature of the residual is taken, s, at least: below
@@ -152,12 +150,6 @@ pub fn relative_delays(
             long.cloned().or_else(|| joint.told(independent))
         })
         .collect()
-}
-
-/// Returns how many filtered residuals of an excerpt do not depend on each
-/// other: they agree over about 2/λ.
-pub(super) fn independent(excerpt: &Excerpt, reading: &Reading<'_>) -> f64 {
-    (excerpt.duration() * reading.settings.filter_cutoff_rad_per_s / 2.0).max(1.0)
 }
 
 fn candidates(reading: &Reading<'_>) -> Vec<Joint> {

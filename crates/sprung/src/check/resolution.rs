@@ -1,45 +1,7 @@
 //! What the resolution of the positions alone leaves of a torque unexplained.
 
-use super::cutoff::{noise, velocity_per_position};
-use super::excerpt::Excerpt;
-use super::row::RowFit;
-use crate::log::{Channels, Quantity};
-use crate::model::Model;
-use crate::regression::{Reading, System, TransitionWeights, VelocityNoise};
-
-/// Returns the noise of the filtered velocities, as far as the positions show
-/// it.
-///
-/// - `cutoff`: of the position filter, Hz.
-#[must_use]
-pub fn velocity_noise(
-    model: &Model,
-    channels: &Channels,
-    excerpt: &Excerpt,
-    cutoff: f64,
-) -> VelocityNoise {
-    let n = model.joint_count();
-    let scale = velocity_per_position(cutoff, excerpt.period());
-    let (mut link, mut motor) = (vec![0.0_f64; n], vec![0.0_f64; n]);
-    let mut from_motor: Vec<bool> = (0..n).map(|joint| !model.is_flexible(joint)).collect();
-    for (i, channel) in channels.all.iter().enumerate() {
-        let level = || scale * noise(excerpt, i).map_or(0.0, |(noise, _)| noise);
-        match channel.quantity {
-            Quantity::MotorTorque => {}
-            Quantity::MotorPosition => motor[channel.joint] = level(),
-            Quantity::LinkPosition => link[channel.joint] = level(),
-            Quantity::LinkDeflection => {
-                link[channel.joint] = level();
-                from_motor[channel.joint] = true;
-            }
-        }
-    }
-    // What is measured from the motor carries its noise.
-    for joint in (0..n).filter(|&joint| from_motor[joint]) {
-        link[joint] = link[joint].hypot(motor[joint]);
-    }
-    VelocityNoise { link, motor }
-}
+use crate::prepare::{Excerpt, RowFit, velocity_noise};
+use crate::regression::{Reading, System, TransitionWeights};
 
 /// Returns the part of a torque that a model leaves unexplained where the positions
 /// are exact.

@@ -3,13 +3,12 @@
 use std::collections::BTreeMap;
 
 use super::Examination;
-use super::cutoff::noise;
-use super::excerpt::Excerpt;
 use super::result::{CheckReport, Checked, CheckedLog, ColumnFigures, Place};
 use crate::curves::{CurveSet, Curves};
 use crate::description::Experiment;
 use crate::finding::{Finding, GENERATOR, Severity};
 use crate::log::{Channels, Figures, Overview, Sampling};
+use crate::prepare::{Excerpt, noise};
 use crate::regression::LogFigures;
 
 /// Samples that are shown on each side of a place.

@@ -3,17 +3,17 @@
 use sprung_core::friction::Law;
 use sprung_core::parameters::{JointParameter, Side};
 
-use super::cross_check::cross_checks;
-use super::judge::Verdict;
-use super::least_squares::{Fitted, MotorRow, residual, torques, unweighted};
+use super::least_squares::cross_checks;
 use super::result::{
     CrossCheckResult, EncoderOffsetResult, EstimateResult, MotorRowResult, ParameterEstimate,
     Refinement, SimulationFit,
 };
 use super::standard::standard_parameters;
+use super::verdict::Verdict;
 use crate::curves::{CurveSet, Curves};
 use crate::description::Estimator;
 use crate::finding::Finding;
+use crate::fit::{Fitted, MotorRow, residual, torques, unweighted};
 use crate::model::{Model, Parameter, Theta};
 use crate::named::Named;
 use crate::regression::System;

@@ -5,30 +5,28 @@ use std::time::Instant;
 use super::about_logs::log_infos;
 use super::beginning::Beginning;
 use super::describe::{OfEstimator, describe, fit_curves, trace_of};
-use super::gravity::{tilted, worth_a_look};
-use super::instrumental::add_instruments;
-use super::judge::{Verdict, judge};
-use super::least_squares::{Fitted, fit, residual, trace};
+use super::judge::{judge, tilted, worth_a_look};
+use super::least_squares::{add_instruments, sweep};
 use super::lsff::{Lsff, LsffError};
 use super::output_error::output_error;
 use super::prediction_error::{Before, prediction_error};
 use super::progress::Progress;
 use super::result::{CutoffChoice, EstimateResult, GENERATOR, Identification, SettingsUsed};
-use super::stribeck::find_stribeck;
-use super::sweep::sweep;
+use super::verdict::Verdict;
 use super::watch::{Watch, of_lsff};
-use super::weigh::find_weights;
-use crate::check::{
-    DelayError, Delays, FactorError, Refusal, choose_cutoff, examine, find_factors,
-};
+use crate::check::{Refusal, examine};
 use crate::curves::{CurveSet, Curves};
 use crate::description::{
     Controller, ControllerKind, Cutoff, Estimator, Experiment, Feedforward, Identify, OnCheckError,
     StartName, Weights,
 };
 use crate::finding::{Finding, Severity};
+use crate::fit::{Fitted, fit, residual, trace};
 use crate::log::{ChannelError, Channels, LogSource, time_unit};
 use crate::model::{Model, ModelError, Theta};
+use crate::prepare::{
+    DelayError, Delays, FactorError, choose_cutoff, find_factors, find_stribeck, find_weights,
+};
 use crate::regression::{PassError, Passed, Reading, System, TransitionWeights, read_through};
 
 /// What an identification leaves.

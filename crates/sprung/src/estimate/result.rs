@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::about_logs::LogInfo;
-use super::judge::Verdict;
+use super::verdict::Verdict;
 use crate::finding::{Finding, Severity};
 use crate::model::stribeck_name;
 use crate::named::Named;

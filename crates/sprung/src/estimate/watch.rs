@@ -3,10 +3,10 @@
 use std::time::Instant;
 
 use super::describe::OfEstimator;
-use super::least_squares::Fitted;
 use super::lsff::{Lsff, LsffError};
 use crate::description::{Estimator, Identify};
 use crate::finding::{Finding, Severity};
+use crate::fit::Fitted;
 use crate::model::Model;
 use crate::preprocess::RawBlock;
 use crate::regression::{Observer, Restart};

@@ -1,6 +1,6 @@
 //! Signs and gains that are to be estimated.
 
-use sprung::check::{FactorError, Factors, find_factors};
+use sprung::prepare::{FactorError, Factors, find_factors};
 use sprung::description::{Experiment, Factor};
 use sprung::estimate::identify;
 use sprung::model::Model;

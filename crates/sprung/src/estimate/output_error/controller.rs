@@ -1,9 +1,9 @@
 //! Is the controller of the file the one that ran?
 
 use super::record::Record;
-use crate::check::white_noise;
 use crate::description::Controller;
 use crate::model::{Model, Theta};
+use crate::prepare::white_noise;
 use crate::preprocess::RawBlock;
 use crate::simulate::ClosedLoop;
 

@@ -15,13 +15,13 @@ mod simulated;
 
 use std::time::Instant;
 
-use crate::check::Excerpt;
 use crate::description::Controller;
 use crate::estimate::describe::OfEstimator;
 use crate::estimate::least_squares::Fitted;
 use crate::estimate::result::SimulationFit;
 use crate::finding::Severity;
 use crate::named::Named;
+use crate::prepare::Excerpt;
 use crate::regression::Reading;
 
 use crate::estimate::start::feasible;

@@ -1,8 +1,8 @@
 //! What of a log a simulation is compared with.
 
-use crate::check::Excerpt;
-use crate::check::noise;
 use crate::log::{LogBlock, Quantity};
+use crate::prepare::Excerpt;
+use crate::prepare::noise;
 use crate::preprocess::{Aligner, RawBlock};
 use crate::regression::Reading;
 

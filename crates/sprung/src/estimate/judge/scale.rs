@@ -2,7 +2,7 @@
 
 use sprung_core::parameters::JointParameter;
 
-use super::result::EstimateResult;
+use crate::estimate::result::EstimateResult;
 use crate::finding::{Finding, Severity};
 use crate::model::Model;
 

@@ -19,7 +19,7 @@ pub struct MotorRowFit {
 
 /// Least squares on the torque's row of one joint.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct RowFit {
+pub(crate) struct RowFit {
     /// Columns of theta.
     columns: Vec<usize>,
     /// Their values.
@@ -27,19 +27,19 @@ pub(super) struct RowFit {
     /// Diagonal of `(A^T A)^-1`.
     inverse: Vec<f64>,
     /// Sum of the squared residuals, N²·m².
-    pub(super) squares: f64,
+    pub(crate) squares: f64,
     /// The same of the torque.
-    pub(super) torque: f64,
+    pub(crate) torque: f64,
 }
 
 impl RowFit {
     /// Returns the residual as a part of the torque, root mean squares.
-    pub(super) fn relative_residual(&self) -> f64 {
+    pub(crate) fn relative_residual(&self) -> f64 {
         (self.squares / self.torque).sqrt()
     }
 
     /// Returns columns of theta and their values.
-    pub(super) fn values(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
+    pub(crate) fn values(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
         self.columns.iter().copied().zip(self.x.iter().copied())
     }
 
@@ -47,7 +47,7 @@ impl RowFit {
     ///
     /// - `independent`: how many residuals there are that do not depend on
     ///   each other.
-    pub(super) fn of_joints(
+    pub(crate) fn of_joints(
         &self,
         model: &Model,
         independent: f64,
@@ -62,7 +62,7 @@ impl RowFit {
     }
 
     /// Returns values of parameters that have a nominal one, with it.
-    pub(super) fn beside_nominal(&self, model: &Model) -> Vec<(f64, f64)> {
+    pub(crate) fn beside_nominal(&self, model: &Model) -> Vec<(f64, f64)> {
         (self.columns.iter().zip(&self.x))
             .filter_map(|(&column, &value)| Some((value, model.parameters()[column].nominal?)))
             .collect()
@@ -70,7 +70,7 @@ impl RowFit {
 
     /// Returns parameters whose value is known and not zero: name, known value, fitted
     /// value, standard error.
-    pub(super) fn beside_fixed(
+    pub(crate) fn beside_fixed(
         &self,
         model: &Model,
         independent: f64,
@@ -86,7 +86,7 @@ impl RowFit {
     }
 
     /// Returns what it says in short.
-    pub(super) fn short(&self, model: &Model) -> MotorRowFit {
+    pub(crate) fn short(&self, model: &Model) -> MotorRowFit {
         let mut fit = MotorRowFit {
             stiffness: None,
             plausible: true,
@@ -106,7 +106,7 @@ impl RowFit {
 
 /// Fits the torque's rows of some joints of an excerpt, each alone; nothing if
 /// the excerpt is too short for the filters or they do not fit it.
-pub(super) fn fit_rows(
+pub(crate) fn fit_rows(
     excerpt: &Excerpt,
     reading: &Reading<'_>,
     joints: &[usize],
@@ -145,4 +145,10 @@ pub fn fit_motor_rows(excerpt: &Excerpt, reading: &Reading<'_>) -> Option<Vec<Mo
     let joints: Vec<usize> = (0..reading.model.joint_count()).collect();
     let fits = fit_rows(excerpt, reading, &joints)?;
     Some(fits.iter().map(|fit| fit.short(reading.model)).collect())
+}
+
+/// Returns how many filtered residuals of an excerpt do not depend on each
+/// other: they agree over about 2/λ.
+pub(crate) fn independent(excerpt: &Excerpt, reading: &Reading<'_>) -> f64 {
+    (excerpt.duration() * reading.settings.filter_cutoff_rad_per_s / 2.0).max(1.0)
 }

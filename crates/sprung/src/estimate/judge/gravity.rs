@@ -1,10 +1,10 @@
 //! Gravity in the wrong frame: a static residual that a tilt explains.
 
-use super::least_squares::{fit_quickly, residual};
-use crate::check::Excerpt;
 use crate::description::Experiment;
 use crate::finding::{Finding, Severity};
+use crate::fit::{fit_quickly, residual};
 use crate::model::Model;
+use crate::prepare::Excerpt;
 use crate::regression::Reading;
 
 /// Part of a residual that another direction must stay below to be mentioned.

@@ -3,13 +3,13 @@
 
 use faer::Mat;
 
-use super::least_squares::{Fitted, Free};
-use super::result::{CrossCheckResult, EstimateResult};
-use super::start::feasible;
-use crate::check::Excerpt;
+use crate::estimate::result::{CrossCheckResult, EstimateResult};
+use crate::estimate::start::feasible;
 use crate::finding::{Finding, Severity};
+use crate::fit::{Fitted, Free};
 use crate::model::{Model, Theta};
 use crate::named::Named;
+use crate::prepare::Excerpt;
 use crate::preprocess::{Butterworth, RawBlock, SignalBlock, Smoother};
 use crate::regression::{CrossProducts, Reading, cross_products, signals};
 use crate::simulate::{Measured, Positions, subsystems};
@@ -48,7 +48,7 @@ enum Refusal {
 
 /// Adds the estimate, or why there is none, to the results whose other cross-checks
 /// it stands beside.
-pub(super) fn add_instruments(
+pub(in crate::estimate) fn add_instruments(
     reading: &Reading<'_>,
     excerpt: &Excerpt,
     fitted: &Fitted,

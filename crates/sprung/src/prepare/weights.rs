@@ -1,7 +1,8 @@
 //! Weights of the samples, found on the beginning of a log.
 
-use super::least_squares::fit_values;
-use crate::check::{Excerpt, velocity_noise};
+use super::excerpt::Excerpt;
+use super::noise::velocity_noise;
+use crate::fit::fit_values;
 use crate::model::Model;
 use crate::regression::{Reading, System, TransitionWeights};
 

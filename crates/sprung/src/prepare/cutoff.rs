@@ -1,6 +1,7 @@
 //! The cut-off of the position filter, chosen from the noise of the positions.
 
 use super::excerpt::Excerpt;
+use super::noise::{noise, velocity_per_position};
 use crate::description::{Cutoff, Identify, Weights};
 use crate::log::{Channels, Quantity};
 use crate::model::Model;
@@ -24,9 +25,6 @@ const WEIGHTED_TRANSITION: f64 = 0.4;
 /// faster with its cut-off than what noise does rises, and on the twin errors
 /// are least near 13 Hz at 4096 counts and near 26 Hz at 16384.
 const WEIGHTED_AT: f64 = 12.0;
-
-/// Differences of consecutive samples that are looked at.
-const LOOKED_AT: usize = 20_000;
 
 /// Chooses the cut-off of the position filter from the noise of the positions.
 ///
@@ -92,20 +90,6 @@ pub fn choose_cutoff(
     (best.0.max(LOWEST.min(highest)), reason)
 }
 
-/// Returns the standard deviation of a filtered velocity over that of the
-/// position's white noise, 1/s.
-///
-/// - `cutoff`: f, Hz; `period`: T, s.
-///
-/// # Source
-///
-/// Noise of standard deviation s, filtered twice at `f` and differentiated, has
-/// the standard deviation `s √(2 f T) 2π f / √3`.
-#[must_use]
-pub(super) fn velocity_per_position(cutoff: f64, period: f64) -> f64 {
-    (2.0 * cutoff * period).sqrt() * std::f64::consts::TAU * cutoff / 3_f64.sqrt()
-}
-
 /// Returns the cut-off that settings give, or the one that a log asks for, Hz.
 #[must_use]
 pub fn position_cutoff(
@@ -118,51 +102,4 @@ pub fn position_cutoff(
         Cutoff::Fixed(cutoff) => cutoff,
         Cutoff::Auto => choose_cutoff(model, channels, settings.weights, excerpt).0,
     }
-}
-
-/// Returns the standard deviation of a channel's noise, and the step between
-/// its values if it is quantised; nothing if it stands still.
-pub fn noise(excerpt: &Excerpt, channel: usize) -> Option<(f64, Option<f64>)> {
-    let values: Vec<f64> = (excerpt.blocks().iter())
-        .flat_map(|block| &block.values[channel])
-        .copied()
-        .take(LOOKED_AT)
-        .collect();
-    let largest = values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-    let steps: Vec<f64> = (values.windows(2))
-        .map(|w| (w[1] - w[0]).abs())
-        // Rounding makes no step.
-        .filter(|step| *step > 1e-9 * largest)
-        .collect();
-    let smallest = steps.iter().copied().fold(f64::INFINITY, f64::min);
-    if !smallest.is_finite() {
-        return None;
-    }
-    let whole = (steps.iter())
-        .filter(|step| {
-            let counts = *step / smallest;
-            (counts - counts.round()).abs() < 0.05 * counts.clamp(1.0, 4.0)
-        })
-        .count();
-    let few = steps.iter().filter(|step| **step < 1.5 * smallest).count();
-    // Values between steps would not all be multiples of the smallest.
-    let quantised = whole * 50 >= steps.len() * 49 && few * 100 >= steps.len();
-    let white = white_noise(&values);
-    let step = quantised.then_some(smallest);
-    Some((
-        step.map_or(0.0, |step| step / 12_f64.sqrt()).max(white),
-        step,
-    ))
-}
-
-/// Returns the standard deviation of the white noise on a signal; most of its
-/// samples must change little over three steps.
-pub fn white_noise(values: &[f64]) -> f64 {
-    let mut third: Vec<f64> = (values.windows(4))
-        .map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs())
-        .collect();
-    third.sort_by(f64::total_cmp);
-    let median = third.get(third.len() / 2).copied().unwrap_or(0.0);
-    // A third difference of white noise has 20 times its variance.
-    1.4826 * median / 20_f64.sqrt()
 }

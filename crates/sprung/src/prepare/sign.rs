@@ -3,9 +3,8 @@
 use sprung_core::parameters::JointParameter;
 
 use super::excerpt::Excerpt;
-use super::factors::FoundSign;
-use super::relative::independent;
-use super::row::{RowFit, fit_rows};
+use super::found::FoundSign;
+use super::row::{RowFit, fit_rows, independent};
 use crate::log::{Channels, Quantity};
 use crate::regression::Reading;
 

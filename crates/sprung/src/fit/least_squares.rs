@@ -66,19 +66,19 @@ pub struct MotorRow {
 }
 
 /// Rows of a system without the parameters that are known.
-pub(super) struct Free {
+pub(crate) struct Free {
     /// Index in theta of each unknown.
-    pub(super) unknowns: Vec<usize>,
+    pub(crate) unknowns: Vec<usize>,
     /// Value of each known parameter.
     known: Vec<Option<f64>>,
     /// Unknowns that each row touches, by their place among the unknowns.
-    pub(super) columns: Vec<Vec<usize>>,
+    pub(crate) columns: Vec<Vec<usize>>,
     /// Columns of theta that each row touches.
     touched: Vec<Vec<usize>>,
 }
 
 impl Free {
-    pub(super) fn new(model: &Model) -> Self {
+    pub(crate) fn new(model: &Model) -> Self {
         let known: Vec<Option<f64>> = model.parameters().iter().map(|p| p.fixed).collect();
         let unknowns: Vec<usize> = (0..known.len()).filter(|&i| known[i].is_none()).collect();
         let place = |column: &usize| unknowns.binary_search(column).ok();
@@ -96,7 +96,7 @@ impl Free {
     }
 
     /// Moves known parameters to the right-hand side.
-    pub(super) fn factors(&self, factors: Vec<Triangle>) -> Vec<Triangle> {
+    pub(crate) fn factors(&self, factors: Vec<Triangle>) -> Vec<Triangle> {
         if self.unknowns.len() == self.known.len() {
             return factors;
         }
@@ -115,7 +115,7 @@ impl Free {
     }
 
     /// Puts values of the unknowns among all parameters.
-    pub(super) fn whole<T: Copy>(&self, of_unknowns: &[T], of_known: impl Fn(f64) -> T) -> Vec<T> {
+    pub(crate) fn whole<T: Copy>(&self, of_unknowns: &[T], of_known: impl Fn(f64) -> T) -> Vec<T> {
         let mut next = of_unknowns.iter();
         (self.known.iter())
             .filter_map(|known| match known {
@@ -228,7 +228,7 @@ pub fn fit_quickly(model: &Model, system: &System) -> Option<Theta> {
 /// Returns the parameter vector alone, \[p\]: the shortest that fits if the data
 /// do not determine it, columns scaled.
 #[must_use]
-pub(super) fn fit_values(model: &Model, system: &System) -> Option<Theta> {
+pub(crate) fn fit_values(model: &Model, system: &System) -> Option<Theta> {
     let free = Free::new(model);
     let whole = free.factors(system.whole()?);
     let solution = solve(&free.parts(&whole), free.unknowns.len())?;
@@ -272,7 +272,7 @@ pub fn trace<'a>(
 
 /// Returns the parameter vectors of the samples up to ever later times, in s, at
 /// most `count` of them; nothing where they are not determined.
-pub(super) fn fits_of_growing<'a>(
+pub(crate) fn fits_of_growing<'a>(
     model: &'a Model,
     system: &'a System,
     count: usize,
@@ -290,7 +290,7 @@ pub(super) fn fits_of_growing<'a>(
 /// explain its log must not hide behind them. Nothing if all count alike.
 ///
 /// - `values`: parameters of the row's entries.
-pub(super) fn unweighted(system: &System, row: usize, values: &[f64]) -> Option<f64> {
+pub(crate) fn unweighted(system: &System, row: usize, values: &[f64]) -> Option<f64> {
     let kept = system.kept();
     if kept.variance.get(row)?.is_empty() {
         return None;

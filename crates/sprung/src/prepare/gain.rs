@@ -3,9 +3,8 @@
 use sprung_core::parameters::JointParameter;
 
 use super::excerpt::Excerpt;
-use super::factors::FoundGain;
-use super::relative::independent;
-use super::row::fit_rows;
+use super::found::FoundGain;
+use super::row::{fit_rows, independent};
 use crate::description::{EncoderOffset, Experiment};
 use crate::log::Quantity;
 use crate::model::Model;

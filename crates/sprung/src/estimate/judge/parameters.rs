@@ -1,6 +1,6 @@
 //! What single parameters of a result mean: weak, collinear, impossible friction.
 
-use super::result::{EstimateResult, ParameterEstimate};
+use crate::estimate::result::{EstimateResult, ParameterEstimate};
 use crate::finding::{Finding, Severity};
 use crate::model::{Model, short};
 

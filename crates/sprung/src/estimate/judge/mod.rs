@@ -1,14 +1,17 @@
 //! What a result means: findings and verdict.
 
-use serde::{Deserialize, Serialize};
+mod gravity;
+mod parameters;
+mod scale;
+
 use sprung_core::parameters::JointParameter;
 
-use super::judge_parameters::{
-    collinear, listed, little_torque, negative, negative_friction, weak,
-};
-use super::judge_scale::{scale_collapse, stiffness_disagrees};
-use super::result::{EstimateResult, MotorRowResult, ParameterEstimate};
+pub use gravity::{tilted, worth_a_look};
+
+use self::parameters::{collinear, listed, little_torque, negative, negative_friction, weak};
+use self::scale::{scale_collapse, stiffness_disagrees};
 use crate::check::{UNEXPLAINED, beyond_resolution, reversed_torque};
+use crate::estimate::result::{EstimateResult, MotorRowResult, ParameterEstimate};
 use crate::finding::{Finding, Severity};
 use crate::log::{Channels, Quantity};
 use crate::model::{Model, ModelError, short};
@@ -17,41 +20,6 @@ use crate::model::{Model, ModelError, short};
 /// reported, the first only if the standard errors agree.
 const SMALL_GAP: f64 = 0.05;
 const LARGE_GAP: f64 = 0.1;
-
-/// How far to trust a result.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Verdict {
-    /// No warnings.
-    Good,
-    /// Some numbers carry a warning.
-    Doubtful,
-    /// An inertia or a stiffness is impossible or unknown.
-    Unusable,
-}
-
-impl Verdict {
-    /// Returns the verdict that findings lead to: one that is serious makes a
-    /// result unusable, a warning makes it doubtful.
-    #[must_use]
-    pub fn of<'a>(findings: impl IntoIterator<Item = &'a Finding>) -> Self {
-        match findings.into_iter().map(|finding| finding.severity).max() {
-            Some(Severity::Serious | Severity::Error) => Self::Unusable,
-            Some(Severity::Warning) => Self::Doubtful,
-            Some(Severity::Info) | None => Self::Good,
-        }
-    }
-
-    /// Returns the verdict as a word.
-    #[must_use]
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Good => "good",
-            Self::Doubtful => "doubtful",
-            Self::Unusable => "unusable",
-        }
-    }
-}
 
 fn motor_row<'a>(
     model: &Model,

@@ -3,7 +3,7 @@
 use sprung_core::friction::Law;
 use sprung_core::parameters::{JointParameter, Side};
 
-use crate::check::Excerpt;
+use super::excerpt::Excerpt;
 use crate::finding::{Finding, Severity};
 use crate::model::Model;
 use crate::regression::{Reading, SystemPart, Triangle, solve};

@@ -1,8 +1,8 @@
 //! Estimates with cut-offs of the position filter around the chosen one.
 
-use super::least_squares::fit_quickly;
-use super::result::{CutoffChoice, CutoffPoint};
-use crate::check::Excerpt;
+use crate::estimate::result::{CutoffChoice, CutoffPoint};
+use crate::fit::fit_quickly;
+use crate::prepare::Excerpt;
 use crate::regression::Reading;
 
 /// Cut-offs that are tried around the chosen one, as parts of it.

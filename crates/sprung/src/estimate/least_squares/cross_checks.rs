@@ -1,6 +1,6 @@
 //! The same system solved by other routes, which fail in other ways.
 
-use super::least_squares::Free;
+use crate::fit::Free;
 use crate::model::{Model, Theta};
 use crate::regression::{System, SystemPart, Triangle, solve, solve_quickly};
 use sprung_core::parameters::JointParameter;

@@ -1,0 +1,12 @@
+//! What stands beside least squares: sweeps of the cut-off, cross-checks, instruments.
+
+mod cross_checks;
+mod instruments;
+mod sweep;
+
+pub use cross_checks::{Route, cross_checks};
+pub use sweep::sweep;
+
+pub(super) use instruments::add_instruments;
+
+pub(super) use crate::fit::{Fitted, fit, fits_of_growing, trace};

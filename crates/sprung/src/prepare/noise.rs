@@ -1,0 +1,104 @@
+//! Noise of positions and velocities, as far as a log shows it.
+
+use super::excerpt::Excerpt;
+use crate::log::{Channels, Quantity};
+use crate::model::Model;
+use crate::regression::VelocityNoise;
+
+/// Differences of consecutive samples that are looked at.
+const LOOKED_AT: usize = 20_000;
+
+/// Returns the standard deviation of a channel's noise, and the step between
+/// its values if it is quantised; nothing if it stands still.
+pub fn noise(excerpt: &Excerpt, channel: usize) -> Option<(f64, Option<f64>)> {
+    let values: Vec<f64> = (excerpt.blocks().iter())
+        .flat_map(|block| &block.values[channel])
+        .copied()
+        .take(LOOKED_AT)
+        .collect();
+    let largest = values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+    let steps: Vec<f64> = (values.windows(2))
+        .map(|w| (w[1] - w[0]).abs())
+        // Rounding makes no step.
+        .filter(|step| *step > 1e-9 * largest)
+        .collect();
+    let smallest = steps.iter().copied().fold(f64::INFINITY, f64::min);
+    if !smallest.is_finite() {
+        return None;
+    }
+    let whole = (steps.iter())
+        .filter(|step| {
+            let counts = *step / smallest;
+            (counts - counts.round()).abs() < 0.05 * counts.clamp(1.0, 4.0)
+        })
+        .count();
+    let few = steps.iter().filter(|step| **step < 1.5 * smallest).count();
+    // Values between steps would not all be multiples of the smallest.
+    let quantised = whole * 50 >= steps.len() * 49 && few * 100 >= steps.len();
+    let white = white_noise(&values);
+    let step = quantised.then_some(smallest);
+    Some((
+        step.map_or(0.0, |step| step / 12_f64.sqrt()).max(white),
+        step,
+    ))
+}
+
+/// Returns the standard deviation of the white noise on a signal; most of its
+/// samples must change little over three steps.
+pub fn white_noise(values: &[f64]) -> f64 {
+    let mut third: Vec<f64> = (values.windows(4))
+        .map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs())
+        .collect();
+    third.sort_by(f64::total_cmp);
+    let median = third.get(third.len() / 2).copied().unwrap_or(0.0);
+    // A third difference of white noise has 20 times its variance.
+    1.4826 * median / 20_f64.sqrt()
+}
+
+/// Returns the standard deviation of a filtered velocity over that of the
+/// position's white noise, 1/s.
+///
+/// - `cutoff`: f, Hz; `period`: T, s.
+///
+/// # Source
+///
+/// Noise of standard deviation s, filtered twice at `f` and differentiated, has
+/// the standard deviation `s √(2 f T) 2π f / √3`.
+#[must_use]
+pub(crate) fn velocity_per_position(cutoff: f64, period: f64) -> f64 {
+    (2.0 * cutoff * period).sqrt() * std::f64::consts::TAU * cutoff / 3_f64.sqrt()
+}
+
+/// Returns the noise of the filtered velocities, as far as the positions show
+/// it.
+///
+/// - `cutoff`: of the position filter, Hz.
+#[must_use]
+pub fn velocity_noise(
+    model: &Model,
+    channels: &Channels,
+    excerpt: &Excerpt,
+    cutoff: f64,
+) -> VelocityNoise {
+    let n = model.joint_count();
+    let scale = velocity_per_position(cutoff, excerpt.period());
+    let (mut link, mut motor) = (vec![0.0_f64; n], vec![0.0_f64; n]);
+    let mut from_motor: Vec<bool> = (0..n).map(|joint| !model.is_flexible(joint)).collect();
+    for (i, channel) in channels.all.iter().enumerate() {
+        let level = || scale * noise(excerpt, i).map_or(0.0, |(noise, _)| noise);
+        match channel.quantity {
+            Quantity::MotorTorque => {}
+            Quantity::MotorPosition => motor[channel.joint] = level(),
+            Quantity::LinkPosition => link[channel.joint] = level(),
+            Quantity::LinkDeflection => {
+                link[channel.joint] = level();
+                from_motor[channel.joint] = true;
+            }
+        }
+    }
+    // What is measured from the motor carries its noise.
+    for joint in (0..n).filter(|&joint| from_motor[joint]) {
+        link[joint] = link[joint].hypot(motor[joint]);
+    }
+    VelocityNoise { link, motor }
+}
