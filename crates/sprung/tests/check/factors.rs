@@ -1,9 +1,9 @@
 //! Signs and gains that are to be estimated.
 
-use sprung::prepare::{FactorError, Factors, find_factors};
 use sprung::description::{Experiment, Factor};
 use sprung::estimate::identify;
 use sprung::model::Model;
+use sprung::prepare::{FactorError, Factors, find_factors};
 
 use super::in_memory::with_source;
 use super::twin::{Demo, Table};
