@@ -5,9 +5,6 @@
 //! module can rely on the lengths and signs that [`read`] has checked.
 
 mod check;
-mod check_columns;
-mod check_log;
-mod check_robot;
 mod choice;
 mod columns;
 mod factor;
@@ -23,7 +20,7 @@ mod types;
 mod units;
 mod urdf;
 
-pub(crate) use check_log::default_field;
+pub(crate) use check::default_field;
 pub use columns::{Column, ColumnName, Columns, PerJoint, StartsAt};
 pub use factor::{Delay, Factor};
 pub use identify::{

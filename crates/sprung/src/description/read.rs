@@ -4,8 +4,8 @@ use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
+use super::check::kinematics;
 use super::check::{Fault, check, check_format};
-use super::check_robot::kinematics;
 use super::identify::Identify;
 use super::keys::{self, Misfit};
 use super::log::Log;

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{Chain, Cursor, Read, Result as IoResult, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
-use super::LogError;
+use super::error::LogError;
 
 /// What a log is read from: a file, or bytes in memory.
 pub trait Input: Read + Seek + Send {

@@ -2,15 +2,20 @@
 
 use std::path::Path;
 
-use super::channels::{Channel, Channels};
-use super::follow::Follower;
-use super::formats::{Opened, Request, open};
-use super::grid::Grid;
+use super::block::{BLOCK, LogBlock};
+use super::error::LogError;
+use super::formats::open::open;
+use super::formats::table::{Opened, Request};
 use super::input::Input;
-use super::origin::{Pick, Start, Stream, TimeOrigin};
-use super::rows::{Rows, TimeOfRows};
-use super::{BLOCK, Gaps, LogBlock, LogError, Quantity, Timing};
 use crate::description::ColumnName;
+use crate::log::clock::grid::Grid;
+use crate::log::clock::timing::{Gaps, Timing};
+use crate::log::columns::channel::Channel;
+use crate::log::columns::channels::Channels;
+use crate::log::columns::follow::Follower;
+use crate::log::columns::origin::{Pick, Start, Stream, TimeOrigin};
+use crate::log::columns::quantity::Quantity;
+use crate::log::columns::rows::{Rows, TimeOfRows};
 
 /// A log that is read block by block.
 pub struct LogReader {

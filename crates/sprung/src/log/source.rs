@@ -2,8 +2,10 @@
 
 use std::path::Path;
 
-use super::channels::Channels;
-use super::{Input, LogError, LogReader};
+use super::error::LogError;
+use super::input::Input;
+use super::reader::LogReader;
+use crate::log::columns::channels::Channels;
 
 /// Opens the log's own file at its beginning, or another that a channel
 /// names; as often as it is called.

@@ -2,8 +2,10 @@
 
 use std::io::Write;
 
-use super::channels::{Channels, Mix, Quantity};
-use super::origin::TimeOrigin;
+use crate::log::columns::channels::Channels;
+use crate::log::columns::mix::Mix;
+use crate::log::columns::origin::TimeOrigin;
+use crate::log::columns::quantity::Quantity;
 
 /// Writes samples as CSV under the names and units of the channels.
 pub struct LogWriter<W: Write> {

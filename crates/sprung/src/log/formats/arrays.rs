@@ -2,13 +2,13 @@
 
 use std::io::{Read, SeekFrom};
 
-use super::super::LogError;
-use super::super::names::{Names, Refused, instead, listed};
-use super::matlab::no_topics;
+use super::array_shape::{no_topics, same_rows};
 use super::npy::{Npy, NpyColumn, head};
 use super::strips::{Cell, Strip, StripTable, skip};
+use super::table::{Opened, Reopen, Request};
 use super::zip::{Member, members};
-use super::{Opened, Reopen, Request};
+use crate::log::columns::names::{Names, Refused, instead, listed};
+use crate::log::error::LogError;
 
 /// An array of a file.
 struct Array {
@@ -178,31 +178,4 @@ fn open(
         names: places.iter().map(|&place| all[place].clone()).collect(),
         time_unit: (request.time).and_then(|time| columns[places[time]].1.time_unit),
     })
-}
-
-/// Checks that columns are of one length, and returns it.
-///
-/// - `of`: name and length of a column.
-pub(super) fn same_rows<'a>(
-    file: &str,
-    places: &[usize],
-    of: impl Fn(usize) -> (&'a String, u64),
-) -> Result<u64, LogError> {
-    let Some((first, rows)) = places.first().map(|&place| of(place)) else {
-        return Ok(0);
-    };
-    for &place in places {
-        let (name, own) = of(place);
-        if own != rows {
-            return Err(LogError::format(
-                file,
-                format!(
-                    ": \"{first}\" has {rows} rows and \"{name}\" {own}; the channels of a log are of \
-                     one length, or have a time of their own: {{ file = \"…\", column = \"{name}\", \
-                     time = \"…\" }}"
-                ),
-            ));
-        }
-    }
-    Ok(rows)
 }

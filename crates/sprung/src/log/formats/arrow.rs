@@ -18,13 +18,15 @@ use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use parquet::errors::ParquetError;
 use parquet::file::reader::{ChunkReader, Length};
 
-use super::super::input::{Input, Kind};
-use super::super::names::Names;
-use super::super::origin::Pick;
-use super::super::{BLOCK, LogError, Place};
 use super::arrow_claims::refuse_absurd;
-use super::{Opened, Readings, Reopen, Request, Table, guarded};
+use super::damaged::{damaged, guarded};
+use super::table::{Opened, Readings, Reopen, Request, Table};
 use crate::description::ColumnName;
+use crate::log::block::BLOCK;
+use crate::log::columns::names::Names;
+use crate::log::columns::origin::Pick;
+use crate::log::error::{LogError, Place};
+use crate::log::input::{Input, Kind};
 
 type Batches = Box<dyn Iterator<Item = Result<RecordBatch, ArrowError>> + Send>;
 
@@ -128,20 +130,6 @@ pub(super) fn open(
         names,
         time_unit,
     })
-}
-
-pub(super) fn damaged(file: &str, error: &dyn std::fmt::Display) -> LogError {
-    let error = error.to_string();
-    if let Some((_, what)) = error.split_once("Disabled feature at compile time: ") {
-        return LogError::format(
-            file,
-            format!(" is compressed with {what}, which is not read; write it with zstd or snappy"),
-        );
-    }
-    LogError::format(
-        file,
-        format!(" is damaged or was cut off ({error}); copy or write it again"),
-    )
 }
 
 /// Finds the wanted columns.

@@ -2,9 +2,9 @@
 
 use std::io::{BufReader, Read, Seek, SeekFrom};
 
-use super::super::LogError;
-use super::super::input::{Input, Kind};
-use super::arrow::damaged;
+use super::damaged::damaged;
+use crate::log::error::LogError;
+use crate::log::input::{Input, Kind};
 
 /// Bytes that a compressed buffer may hold.
 const LARGEST: u64 = 1 << 30;

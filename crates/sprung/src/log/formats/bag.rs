@@ -2,13 +2,13 @@
 
 use std::collections::VecDeque;
 
-use super::super::names::listed;
-use super::super::origin::Pick;
-use super::super::{LogError, Place};
 use super::cdr::{Found, Step, decode};
 use super::definition::{Base, Count, Definition, NAMES};
 use super::number::Reading;
-use super::{Opened, Readings, Request, Table};
+use super::table::{Opened, Readings, Request, Table};
+use crate::log::columns::names::listed;
+use crate::log::columns::origin::Pick;
+use crate::log::error::{LogError, Place};
 
 /// A message of a topic.
 #[derive(Clone, Debug)]

@@ -4,10 +4,10 @@ use std::io::Read;
 
 use csv::{ByteRecord, Position, Reader, ReaderBuilder};
 
-use super::super::names::Names;
-use super::super::{LogError, Place};
 use super::delimited::{Delimiter, Form, date, number};
-use super::{Opened, Readings, Request, Table};
+use super::table::{Opened, Readings, Request, Table};
+use crate::log::columns::names::Names;
+use crate::log::error::{LogError, Place};
 
 /// Characters of a cell that a message shows, at most.
 const SHOWN: usize = 80;

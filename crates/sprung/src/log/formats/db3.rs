@@ -1,11 +1,11 @@
 //! Bags of ROS 2 in databases (`.db3`).
 
-use super::super::LogError;
-use super::super::input::Input;
 use super::bag::{Message, Messages, Topic, absent, no_topic, table};
 use super::definition::Definition;
 use super::sqlite::{Database, Scan, TableInfo, Value};
-use super::{Opened, Request};
+use super::table::{Opened, Request};
+use crate::log::error::LogError;
+use crate::log::input::Input;
 
 struct Db3 {
     file: String,

@@ -1,7 +1,7 @@
 //! Definitions of ROS 2 messages, as text (`.msg`).
 
-use super::super::names::listed;
 use super::number::Number;
+use crate::log::columns::names::listed;
 
 /// What a field holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,10 +2,10 @@
 
 use std::io::{Error, ErrorKind, Read, Result as IoResult, Seek, SeekFrom};
 
-use super::super::names::Refused;
-use super::matlab::Sides;
+use super::array_shape::Sides;
 use super::number::Number;
 use super::strips::skip;
+use crate::log::columns::names::Refused;
 
 /// An array of numbers in a file.
 #[derive(Clone, Debug, PartialEq)]

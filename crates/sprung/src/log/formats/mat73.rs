@@ -12,12 +12,13 @@ use hdf5_metno::{
     ObjectReference1, ReferencedObject, Result as Hdf5Result, Selection, SliceOrIndex,
 };
 
-use super::super::names::{Names, Refused};
-use super::super::{LogError, Place};
-use super::arrays::same_rows;
-use super::matlab::{Sides, find, no_topics};
+use super::array_shape::{Sides, no_topics, same_rows};
+use super::damaged::guarded;
+use super::matlab::find;
 use super::number::Reading;
-use super::{Opened, Readings, Reopen, Request, Table, guarded};
+use super::table::{Opened, Readings, Reopen, Request, Table};
+use crate::log::columns::names::{Names, Refused};
+use crate::log::error::{LogError, Place};
 
 /// Structures within structures that are believed.
 const DEEPEST: usize = 16;

@@ -2,73 +2,14 @@
 
 use std::io::{Read, Seek, SeekFrom};
 
-use super::super::LogError;
-use super::super::names::{Names, Refused, instead};
-use super::super::origin::Pick;
-use super::arrays::same_rows;
+use super::array_shape::{no_topics, same_rows};
 use super::mat::{MatArray, contents};
 use super::strips::{Cell, Strip, StripTable, skip};
-use super::{Opened, Reopen, Request};
+use super::table::{Opened, Reopen, Request};
 use crate::description::ColumnName;
-
-/// The sides of an array.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Sides {
-    pub(super) rows: u64,
-    pub(super) columns: u64,
-}
-
-impl Sides {
-    /// Returns the two sides of an array that are longer than one; says what is wrong if there are
-    /// more.
-    ///
-    /// - `dimensions`: as MATLAB counts them; their product is no overflow.
-    pub(super) fn of(dimensions: &[u64]) -> Result<Self, String> {
-        let long: Vec<u64> = dimensions.iter().copied().filter(|n| *n != 1).collect();
-        match long[..] {
-            [] => Ok(Self {
-                rows: 1,
-                columns: 1,
-            }),
-            [rows] => Ok(Self { rows, columns: 1 }),
-            [rows, columns] => Ok(Self { rows, columns }),
-            _ => {
-                let sides: Vec<String> = dimensions.iter().map(u64::to_string).collect();
-                Err(format!(
-                    "is an array of {}, and a log has two dimensions; reshape it to samples × columns \
-                     and save that",
-                    sides.join(" × ")
-                ))
-            }
-        }
-    }
-
-    /// Whether samples lie in a row; they run along the longer side.
-    pub(super) fn lies(self) -> bool {
-        self.columns > self.rows
-    }
-
-    pub(super) fn samples(self) -> u64 {
-        self.rows.max(self.columns)
-    }
-
-    /// Returns the names of the columns of an array, `t`, `q(:,1)` or `q(1,:)`, with their
-    /// places.
-    pub(super) fn columns_of(self, array: &str) -> impl Iterator<Item = (String, u64)> + '_ {
-        let width = self.rows.min(self.columns);
-        (0..width.min(MOST)).map(move |place| {
-            let name = match (width, self.lies()) {
-                (1, _) => array.to_owned(),
-                (_, false) => format!("{array}(:,{})", place + 1),
-                (_, true) => format!("{array}({},:)", place + 1),
-            };
-            (name, place)
-        })
-    }
-}
-
-/// Most columns of an array that are listed.
-const MOST: u64 = 1 << 16;
+use crate::log::columns::names::{Names, Refused, instead};
+use crate::log::columns::origin::Pick;
+use crate::log::error::LogError;
 
 /// A column of an array.
 struct Column<'a> {
@@ -144,17 +85,6 @@ pub(super) fn open(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Opened, 
     })
 }
 
-/// Checks that no topic is asked for.
-pub(super) fn no_topics(request: &Request<'_>) -> Result<(), LogError> {
-    match request.topic {
-        None => Ok(()),
-        Some(topic) => Err(LogError::format(
-            request.file,
-            format!(" holds arrays and no topics, so there is no \"{topic}\"; name columns"),
-        )),
-    }
-}
-
 /// Finds a column; that of a vector may be written `t`, `t(:)` or `t(:,1)`.
 pub(super) fn find(names: &Names<'_>, pick: &Pick, refused: &[Refused]) -> Result<usize, LogError> {
     let error = match names.find(pick) {
@@ -173,23 +103,4 @@ pub(super) fn find(names: &Names<'_>, pick: &Pick, refused: &[Refused]) -> Resul
         }
     }
     Err(instead(names.file, refused, pick, error))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn sides_of_one_are_none() {
-        let sides = |dimensions: &[u64]| {
-            let sides = Sides::of(dimensions)?;
-            Ok::<_, String>((sides.rows, sides.columns))
-        };
-        assert_eq!(sides(&[100, 2]), Ok((100, 2)));
-        assert_eq!(sides(&[2, 1, 100]), Ok((2, 100)));
-        assert_eq!(sides(&[1, 1, 100]), Ok((100, 1)));
-        assert_eq!(sides(&[1, 1]), Ok((1, 1)));
-        let told = sides(&[100, 7, 2]).unwrap_err();
-        assert!(told.contains("array of 100 × 7 × 2"), "{told}");
-    }
 }

@@ -7,10 +7,11 @@ use mcap::records::Record;
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{McapError, parse_record};
 
-use super::super::LogError;
 use super::bag::{Message, Messages, Topic, absent, no_topic, table};
+use super::damaged::guarded;
 use super::definition::Definition;
-use super::{Opened, Request, guarded};
+use super::table::{Opened, Request};
+use crate::log::error::LogError;
 
 type Source = Box<dyn Read + Send>;
 

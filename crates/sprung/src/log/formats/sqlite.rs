@@ -2,7 +2,7 @@
 
 use std::io::{Error, ErrorKind, Read, Result as IoResult, Seek, SeekFrom};
 
-use super::super::input::Input;
+use crate::log::input::Input;
 
 /// A value of a row.
 #[derive(Clone, Debug, PartialEq)]

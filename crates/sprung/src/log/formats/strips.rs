@@ -2,9 +2,9 @@
 
 use std::io::Read;
 
-use super::super::{LogError, Place};
 use super::number::Number;
-use super::{Readings, Table};
+use super::table::{Readings, Table};
+use crate::log::error::{LogError, Place};
 
 /// A number within a record.
 #[derive(Clone, Copy, Debug)]

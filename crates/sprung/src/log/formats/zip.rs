@@ -2,8 +2,8 @@
 
 use std::io::{Error, ErrorKind, Read, Seek, SeekFrom};
 
-use super::super::LogError;
-use super::super::input::Input;
+use crate::log::error::LogError;
+use crate::log::input::Input;
 
 /// A member of an archive.
 #[derive(Clone, Debug)]

@@ -4,21 +4,21 @@ use std::path::PathBuf;
 
 use sprung_core::chain::JointKind;
 
-use super::check::{Fault, fault};
-use super::check_columns::check_columns;
-use super::choice::{nearest, quoted};
-use super::columns::{Columns, PerJoint};
-use super::factor::{Delay, Factor};
-use super::log::Log;
-use super::robot::{Joint, Robot};
-use super::units::{Dimension, Unit};
+use super::columns::check_columns;
+use super::fault::{Fault, fault};
+use crate::description::choice::{nearest, quoted};
+use crate::description::columns::{Columns, PerJoint};
+use crate::description::factor::{Delay, Factor};
+use crate::description::log::Log;
+use crate::description::robot::{Joint, Robot};
+use crate::description::units::{Dimension, Unit};
 
 /// Longest delay of a channel, s.
 const LONGEST_DELAY: f64 = 60.0;
 
 /// The joints that a list of columns speaks of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Of {
+pub(in crate::description) enum Of {
     /// Flexible joints of a kind: only they have a link position of their own.
     Flexible(JointKind),
     /// Flexible joints.
@@ -29,7 +29,7 @@ pub(super) enum Of {
     All,
 }
 
-pub(super) type List<'a> = (&'static str, &'a Option<Columns>, Of);
+pub(in crate::description) type List<'a> = (&'static str, &'a Option<Columns>, Of);
 
 fn lists(log: &Log) -> [List<'_>; 18] {
     use JointKind::{Prismatic, Revolute};
@@ -162,7 +162,11 @@ fn turning(robot: &Robot, kind: JointKind) -> &'static str {
     }
 }
 
-pub(super) fn check_log(log: &Log, path: &[&str], robot: &Robot) -> Result<(), Fault> {
+pub(in crate::description) fn check_log(
+    log: &Log,
+    path: &[&str],
+    robot: &Robot,
+) -> Result<(), Fault> {
     let lists = lists(log);
     let at = |key| [path, &[key]].concat();
     let rigid = !robot.joint.iter().any(Joint::is_flexible);
@@ -357,7 +361,11 @@ fn check_files(log: &Log, path: &[&str]) -> Result<(), Fault> {
 }
 
 /// Checks that a log of its own does not borrow columns from another recording.
-pub(super) fn check_overlay(log: Option<&Log>, over: &Log, path: &[&str]) -> Result<(), Fault> {
+pub(in crate::description) fn check_overlay(
+    log: Option<&Log>,
+    over: &Log,
+    path: &[&str],
+) -> Result<(), Fault> {
     let own = over.columns().iter().any(|(_, columns)| columns.is_some());
     let of_columns = |log: &Log| {
         let listed = log.file.as_ref().map_or(0, Vec::len);

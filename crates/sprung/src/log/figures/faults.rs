@@ -1,8 +1,9 @@
 //! What the figures of one channel say about its samples.
 
-use super::channels::{Channel, Quantity};
-use super::figures::{Event, Figures};
+use super::channel::{Event, Figures};
 use crate::finding::{Finding, Severity};
+use crate::log::columns::channel::Channel;
+use crate::log::columns::quantity::Quantity;
 
 /// Part of the samples, and samples in a row in units of what is usual, from
 /// which a torque lies at an extreme because it can go no farther.
@@ -31,7 +32,7 @@ const HELD: u64 = 6;
 /// Returns what is wrong with samples of a channel.
 ///
 /// - `file`, `joint`: names for messages.
-pub(super) fn faults(
+pub(in crate::log) fn faults(
     file: &str,
     joint: &str,
     channel: &Channel,

@@ -5,10 +5,10 @@
 //! velocities keep their mean. Torques are held from sample to sample; their mean
 //! over a period is a straight line between two.
 
-use super::LogBlock;
+use crate::log::block::LogBlock;
 
 /// Times that differ by less than this part of a period are the same.
-pub(super) const SAME: f64 = 1e-9;
+pub(in crate::log) const SAME: f64 = 1e-9;
 
 /// Outer samples of a cubic are at least this far from the inner ones, as a part
 /// of the step between those, or of a period: samples that are almost one would
@@ -23,7 +23,7 @@ const KEPT: usize = 256;
 
 /// Samples on their way to even ones.
 #[derive(Clone, Debug)]
-pub(super) struct Resampler {
+pub(in crate::log) struct Resampler {
     // Of each channel: whether it is a position, not a torque.
     smooth: Vec<bool>,
     // In periods since the segment began.
@@ -33,12 +33,12 @@ pub(super) struct Resampler {
     // The next even sample, and the last one at or before it.
     next: f64,
     last: usize,
-    pub(super) interpolated: u64,
+    pub(in crate::log) interpolated: u64,
 }
 
 impl Resampler {
     /// - `smooth`: of each channel whether it is a position.
-    pub(super) fn new(smooth: Vec<bool>) -> Self {
+    pub(in crate::log) fn new(smooth: Vec<bool>) -> Self {
         Self {
             at: Vec::new(),
             time: Vec::new(),
@@ -53,7 +53,7 @@ impl Resampler {
     /// Takes the next sample and appends even ones to `out`.
     ///
     /// - `at`: when it was taken, in periods since the segment began; `time`: in s.
-    pub(super) fn push(
+    pub(in crate::log) fn push(
         &mut self,
         at: f64,
         time: f64,
@@ -78,7 +78,7 @@ impl Resampler {
     }
 
     /// Ends a segment: the next sample has nothing to do with those before.
-    pub(super) fn end(&mut self, out: &mut LogBlock) {
+    pub(in crate::log) fn end(&mut self, out: &mut LogBlock) {
         self.advance(true, out);
         self.at.clear();
         self.time.clear();
@@ -154,7 +154,7 @@ impl Resampler {
 }
 
 /// Returns the weight of the `i`th of some values in the polynomial through all.
-pub(super) fn lagrange(times: &[f64], i: usize, time: f64) -> f64 {
+pub(in crate::log) fn lagrange(times: &[f64], i: usize, time: f64) -> f64 {
     (times.iter().enumerate())
         .filter(|&(j, _)| j != i)
         .map(|(_, other)| (time - other) / (times[i] - other))

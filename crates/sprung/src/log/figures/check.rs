@@ -1,10 +1,12 @@
 //! What the figures of a log say about its columns.
 
-use super::Summary;
-use super::channels::{Channel, Channels, Quantity};
+use super::channel::Extent;
 use super::faults::faults;
-use super::figures::Extent;
+use super::summary::Summary;
 use crate::finding::{Finding, Severity};
+use crate::log::columns::channel::Channel;
+use crate::log::columns::channels::Channels;
+use crate::log::columns::quantity::Quantity;
 
 const DEGREES_PER_RADIAN: f64 = 180.0 / std::f64::consts::PI;
 
@@ -59,38 +61,6 @@ pub fn check(
         }
     }
     findings
-}
-
-impl Quantity {
-    /// Returns whether it is a position or a difference of positions.
-    #[must_use]
-    pub fn is_position(self) -> bool {
-        self != Self::MotorTorque
-    }
-
-    /// Returns the name of its key in `[log]`, without unit.
-    #[must_use]
-    pub fn key(self) -> &'static str {
-        match self {
-            Self::LinkPosition => "link_position",
-            Self::LinkDeflection => "link_deflection",
-            Self::MotorPosition => "motor_position",
-            Self::MotorTorque => "motor_torque",
-        }
-    }
-
-    /// Returns its unit.
-    ///
-    /// - `turns`: whether the joint turns; otherwise it slides.
-    #[must_use]
-    pub fn unit(self, turns: bool) -> &'static str {
-        match (self.is_position(), turns) {
-            (true, true) => "rad",
-            (true, false) => "m",
-            (false, true) => "N·m",
-            (false, false) => "N",
-        }
-    }
 }
 
 /// A log and its figures.

@@ -4,15 +4,16 @@ use std::collections::BTreeMap;
 
 use sprung_core::chain::JointKind::{self, Prismatic, Revolute};
 
-use super::channels::{Channel, ChannelError, Quantity};
+use super::channel::{Channel, ChannelError};
 use super::origin::{Origin, Pick, Start, Stream, TimeOrigin};
-use super::timing::Sampling;
+use super::quantity::Quantity;
 use crate::description::{
     Column, Columns, Factor, Joint, Log, PerJoint, Robot, SamplingTimes, Side, Unit,
 };
+use crate::log::clock::timing::Sampling;
 
 /// Returns origin, stream and factor of the time.
-pub(super) fn time(log: &Log) -> Option<(TimeOrigin, Option<Stream>, f64)> {
+pub(in crate::log) fn time(log: &Log) -> Option<(TimeOrigin, Option<Stream>, f64)> {
     let named = [
         (&log.time_s, 1.0),
         (&log.time_ms, 1e-3),
@@ -37,7 +38,7 @@ pub(super) fn time(log: &Log) -> Option<(TimeOrigin, Option<Stream>, f64)> {
 }
 
 /// Returns when samples were taken, if that is said.
-pub(super) fn sampling(log: &Log) -> Option<Sampling> {
+pub(in crate::log) fn sampling(log: &Log) -> Option<Sampling> {
     match (log.period_s, log.sampling.unwrap_or_default()) {
         (Some(period), _) if log.has_time() => Some(Sampling::OnCycle(period)),
         (_, SamplingTimes::Auto) => None,
@@ -169,7 +170,7 @@ fn channel(
 }
 
 /// Returns the channels of the link positions.
-pub(super) fn link(robot: &Robot, log: &Log) -> Result<Vec<Channel>, ChannelError> {
+pub(in crate::log) fn link(robot: &Robot, log: &Log) -> Result<Vec<Channel>, ChannelError> {
     use Quantity::{LinkDeflection, LinkPosition};
     let keys: [Key<'_>; 7] = [
         (
@@ -227,7 +228,7 @@ pub(super) fn link(robot: &Robot, log: &Log) -> Result<Vec<Channel>, ChannelErro
 }
 
 /// Returns the channels of the motor positions.
-pub(super) fn motor(robot: &Robot, log: &Log) -> Result<Vec<Channel>, ChannelError> {
+pub(in crate::log) fn motor(robot: &Robot, log: &Log) -> Result<Vec<Channel>, ChannelError> {
     use Quantity::MotorPosition;
     let scale = |joint: &Joint| match log.position_side().unwrap_or_default() {
         Side::Output => Ok(1.0),
@@ -306,7 +307,7 @@ pub(super) fn motor(robot: &Robot, log: &Log) -> Result<Vec<Channel>, ChannelErr
 }
 
 /// Returns the channels of the motor torques.
-pub(super) fn torque(robot: &Robot, log: &Log) -> Result<Vec<Channel>, ChannelError> {
+pub(in crate::log) fn torque(robot: &Robot, log: &Log) -> Result<Vec<Channel>, ChannelError> {
     use Quantity::MotorTorque;
     let converted = |unit, factor: fn(&Joint) -> Option<f64>| {
         move |joint: &Joint| {

@@ -1,14 +1,14 @@
 //! Rows of one stream in SI units: readings checked, unwrapped, shifted and
 //! scaled.
 
-use super::channels::Channel;
-use super::formats::{Opened, Readings, Table};
+use super::channel::Channel;
 use super::origin::Start;
-use super::{LogError, Place};
+use crate::log::error::{LogError, Place};
+use crate::log::formats::table::{Opened, Readings, Table};
 
 /// How a stream says its time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum TimeOfRows {
+pub(in crate::log) enum TimeOfRows {
     /// The first column, times this.
     Column(f64),
     /// Rows follow one another so, s.
@@ -46,7 +46,7 @@ enum StartState {
 }
 
 /// Rows of one stream.
-pub(super) struct Rows {
+pub(in crate::log) struct Rows {
     file: String,
     table: Box<dyn Table>,
     names: Vec<String>,
@@ -56,16 +56,16 @@ pub(super) struct Rows {
     // Rows before those in memory.
     before: u64,
     // Time, s, less the origin.
-    pub(super) times: Vec<f64>,
+    pub(in crate::log) times: Vec<f64>,
     // One vector per channel of this stream.
-    pub(super) values: Vec<Vec<f64>>,
+    pub(in crate::log) values: Vec<Vec<f64>>,
 }
 
 impl Rows {
     /// - `time`: how the time is said; if in a column, that is the first.
     /// - `channels`: in the order of the columns that follow.
     /// - `starts`: columns, behind those, that hold the first values of some.
-    pub(super) fn new(
+    pub(in crate::log) fn new(
         file: &str,
         opened: Opened,
         time: TimeOfRows,
@@ -113,7 +113,7 @@ impl Rows {
     /// # Errors
     ///
     /// [`LogError`] with the place of what is wrong.
-    pub(super) fn read(&mut self, limit: usize) -> Result<usize, LogError> {
+    pub(in crate::log) fn read(&mut self, limit: usize) -> Result<usize, LogError> {
         self.before += self.len() as u64;
         for readings in &mut self.readings {
             readings.values.clear();
@@ -146,12 +146,12 @@ impl Rows {
     }
 
     /// Returns where the `i`th row in memory stands.
-    pub(super) fn place(&self, i: usize) -> Place {
+    pub(in crate::log) fn place(&self, i: usize) -> Place {
         self.table.place(i)
     }
 
     /// Returns what was taken off the times, ns.
-    pub(super) fn origin(&self) -> i128 {
+    pub(in crate::log) fn origin(&self) -> i128 {
         match self.time {
             TimeOfRows::Column(factor) => {
                 i128::from(self.readings[0].origin) * (factor * 1e9).round() as i128

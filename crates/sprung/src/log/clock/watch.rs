@@ -1,7 +1,7 @@
 //! Samples that were written twice.
 
-use super::Place;
 use super::timing::Timing;
+use crate::log::error::Place;
 
 /// Counts per step that a position moves at least where a sample that repeats the
 /// one before is no rest.
@@ -9,7 +9,7 @@ const MOVES: f64 = 3.0;
 
 /// Looks for samples that repeat the one before.
 #[derive(Clone, Debug)]
-pub(super) struct Watch {
+pub(in crate::log) struct Watch {
     smooth: Vec<bool>,
     last: Vec<f64>,
     // The last step that was one, and the smallest, of each channel.
@@ -22,7 +22,7 @@ pub(super) struct Watch {
 
 impl Watch {
     /// - `smooth`: of each channel whether it is a position.
-    pub(super) fn new(smooth: Vec<bool>) -> Self {
+    pub(in crate::log) fn new(smooth: Vec<bool>) -> Self {
         let count = smooth.len();
         Self {
             smooth,
@@ -35,13 +35,13 @@ impl Watch {
     }
 
     /// Returns whether these are the values of the last sample.
-    pub(super) fn same(&self, values: impl Iterator<Item = f64>) -> bool {
+    pub(in crate::log) fn same(&self, values: impl Iterator<Item = f64>) -> bool {
         let same = |(a, b): (&f64, f64)| a.to_bits() == b.to_bits();
         self.last.iter().zip(values).all(same)
     }
 
     /// Takes the values of the next sample.
-    pub(super) fn take(
+    pub(in crate::log) fn take(
         &mut self,
         place: Place,
         values: impl Iterator<Item = f64> + Clone,

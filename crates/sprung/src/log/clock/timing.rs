@@ -1,6 +1,6 @@
 //! Figures of how a log was sampled.
 
-use super::Place;
+use crate::log::error::Place;
 
 /// When the samples of a log were taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,7 +45,7 @@ pub struct Count {
 
 impl Count {
     /// Counts `more` at a place.
-    pub(super) fn add(&mut self, more: u64, place: impl Into<Option<Place>>) {
+    pub(in crate::log) fn add(&mut self, more: u64, place: impl Into<Option<Place>>) {
         if more > 0 {
             self.count += more;
             self.first = self.first.or(place.into());
@@ -71,7 +71,7 @@ pub struct Gaps {
 pub struct Evidence {
     /// Samples that were looked at.
     pub samples: u64,
-    /// Index of the channel in [`Channels::all`](super::Channels::all).
+    /// Index of the channel in [`Channels::all`](crate::log::Channels::all).
     pub channel: usize,
     /// If samples were taken when stamped.
     pub stamped: f64,

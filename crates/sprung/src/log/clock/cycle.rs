@@ -13,10 +13,10 @@ const MISSING: f64 = 1.5;
 
 /// A step of at least so many periods is a gap: the log goes on as if it began
 /// anew. In shorter ones the missing samples, three at most, are interpolated.
-pub(super) const LONGEST: f64 = 4.5;
+pub(in crate::log) const LONGEST: f64 = 4.5;
 
 /// Samples that tell whether a late stamp was late: those behind it come at once.
-pub(super) const AHEAD: usize = 32;
+pub(in crate::log) const AHEAD: usize = 32;
 
 /// Part of a stamp's deviation by which the clock is corrected: it follows the
 /// drift of clocks, a few parts in 10 000, and not the lateness of stamps.
@@ -34,7 +34,7 @@ const FINE: f64 = 1e-2;
 const CLIP: f64 = 0.25;
 
 /// Returns the usual step between time stamps; 0 if there is none.
-pub(super) fn usual_step(times: &[f64]) -> f64 {
+pub(in crate::log) fn usual_step(times: &[f64]) -> f64 {
     let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
     steps.sort_by(f64::total_cmp);
     let Some(&median) = steps.get(steps.len() / 2) else {
@@ -53,7 +53,7 @@ pub(super) fn usual_step(times: &[f64]) -> f64 {
 
 /// A clock that ticks once a cycle, told from stamps that may be late.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Cycle {
+pub(in crate::log) struct Cycle {
     // s.
     period: f64,
     // When it was 0.
@@ -64,7 +64,7 @@ pub(super) struct Cycle {
 
 impl Cycle {
     /// Returns a clock that will tick 0 at the first of `times`.
-    pub(super) fn new(cycle: f64, times: &[f64]) -> Self {
+    pub(in crate::log) fn new(cycle: f64, times: &[f64]) -> Self {
         let first = times.first().copied().unwrap_or_default();
         Self {
             period: cycle,
@@ -74,7 +74,7 @@ impl Cycle {
     }
 
     /// Returns a clock that ticked `index` at the stamp `last`.
-    pub(super) fn after(cycle: f64, last: f64, index: f64, times: &[f64]) -> Self {
+    pub(in crate::log) fn after(cycle: f64, last: f64, index: f64, times: &[f64]) -> Self {
         Self {
             period: cycle,
             base: last + phase(cycle, last, times) - index * cycle,
@@ -88,7 +88,7 @@ impl Cycle {
     ///
     /// A stamp is late, not early, and each tick gives one sample: a sample came no
     /// later than any behind it, less one tick for each between.
-    pub(super) fn next(&mut self, times: &[f64]) -> f64 {
+    pub(in crate::log) fn next(&mut self, times: &[f64]) -> f64 {
         let nearest = |time: f64| ((time - self.base) / self.period).round();
         let bounds = times.iter().take(AHEAD).enumerate();
         let mut index = bounds
@@ -108,14 +108,14 @@ impl Cycle {
     }
 
     /// Returns the time of the last tick, as stamps have it on average, s.
-    pub(super) fn time(&self) -> f64 {
+    pub(in crate::log) fn time(&self) -> f64 {
         self.base + self.index.unwrap_or_default() * self.period
     }
 
     /// Calls the tick of the next sample 0.
     ///
     /// - `times`: its stamp and those that follow.
-    pub(super) fn begin(&mut self, times: &[f64]) {
+    pub(in crate::log) fn begin(&mut self, times: &[f64]) {
         self.index = None;
         // A first stamp that is late shows by those that come at once behind it.
         let index = self.next(times);
@@ -124,7 +124,7 @@ impl Cycle {
     }
 
     /// Begins anew and listens anew to when ticks come, as after a gap.
-    pub(super) fn restart(&mut self, times: &[f64]) {
+    pub(in crate::log) fn restart(&mut self, times: &[f64]) {
         *self = Self::new(self.period, times);
         self.begin(times);
     }
@@ -155,7 +155,7 @@ fn coherence(cycle: f64, from: f64, times: &[f64]) -> (f64, f64) {
 ///
 /// The peak of their periodogram: stamps that are late now and then, and samples
 /// that are missing, do not move it as they move means and medians of steps.
-pub(super) fn refined(cycle: f64, times: &[f64]) -> f64 {
+pub(in crate::log) fn refined(cycle: f64, times: &[f64]) -> f64 {
     let Some(&first) = times.first() else {
         return cycle;
     };

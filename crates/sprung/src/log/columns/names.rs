@@ -2,21 +2,21 @@
 
 use std::fmt;
 
-use super::LogError;
 use super::origin::Pick;
 use crate::description::ColumnName;
+use crate::log::error::LogError;
 
 /// Names that a message lists, at most.
 const LISTED: usize = 30;
 
 /// The columns that a file has.
-pub(super) struct Names<'a> {
+pub(in crate::log) struct Names<'a> {
     /// Name of the file.
-    pub(super) file: &'a str,
+    pub(in crate::log) file: &'a str,
     /// Names of the columns.
-    pub(super) all: &'a [String],
+    pub(in crate::log) all: &'a [String],
     /// Whether they are names that somebody gave, and not just numbers.
-    pub(super) given: bool,
+    pub(in crate::log) given: bool,
 }
 
 impl Names<'_> {
@@ -25,7 +25,7 @@ impl Names<'_> {
     /// # Errors
     ///
     /// [`LogError`] if there is none, or more than one.
-    pub(super) fn find(&self, pick: &Pick) -> Result<usize, LogError> {
+    pub(in crate::log) fn find(&self, pick: &Pick) -> Result<usize, LogError> {
         match pick {
             Pick::Column(ColumnName::Number(number)) => self.by_number(*number),
             Pick::Column(ColumnName::Name(name)) => self.by_name(name),
@@ -152,10 +152,10 @@ impl Names<'_> {
 
 /// What a file holds besides columns of numbers.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Refused {
-    pub(super) name: String,
+pub(in crate::log) struct Refused {
+    pub(in crate::log) name: String,
     /// Why it is not read, and what to do.
-    pub(super) why: String,
+    pub(in crate::log) why: String,
 }
 
 impl fmt::Display for Refused {
@@ -167,7 +167,12 @@ impl fmt::Display for Refused {
 /// Returns why a pick is not found: what it names may be there, but no columns.
 ///
 /// - `error`: what is said otherwise.
-pub(super) fn instead(file: &str, refused: &[Refused], pick: &Pick, error: LogError) -> LogError {
+pub(in crate::log) fn instead(
+    file: &str,
+    refused: &[Refused],
+    pick: &Pick,
+    error: LogError,
+) -> LogError {
     let (Pick::Column(ColumnName::Name(name)) | Pick::Matching { pattern: name, .. }) = pick else {
         return error;
     };
@@ -182,7 +187,7 @@ pub(super) fn instead(file: &str, refused: &[Refused], pick: &Pick, error: LogEr
 }
 
 /// Returns the first of some names, and how many there are besides.
-pub(super) fn listed(names: &[&str]) -> String {
+pub(in crate::log) fn listed(names: &[&str]) -> String {
     let shown = names[..names.len().min(LISTED)].join(", ");
     match names.len().saturating_sub(LISTED) {
         0 => shown,

@@ -1,11 +1,12 @@
 //! Samples as they come, and even ones as they go.
 
-use super::clock::{AHEAD, Cycle, JITTER_LIMIT, LONGEST, refined, usual_step};
+use super::cycle::{AHEAD, Cycle, JITTER_LIMIT, LONGEST, refined, usual_step};
 use super::evidence::{EVEN, weigh};
 use super::resample::{Resampler, SAME};
 use super::timing::{Sampling, Timing};
 use super::watch::Watch;
-use super::{LogBlock, LogError, Place};
+use crate::log::block::LogBlock;
+use crate::log::error::{LogError, Place};
 
 /// Samples from which the period is learned.
 const LEARNING: usize = 257;
@@ -14,7 +15,7 @@ const LEARNING: usize = 257;
 const DECIDING: usize = 4096;
 
 /// Puts samples on a uniform grid.
-pub(super) struct Grid {
+pub(in crate::log) struct Grid {
     file: String,
     asked: Option<Sampling>,
     // Channels that tell of motion, by their index among all.
@@ -64,7 +65,7 @@ impl Grid {
     /// - `asked`: when samples were taken, if it is said.
     /// - `smooth`: of each channel of the stream whether it is a position.
     /// - `channels`: their indices among all.
-    pub(super) fn new(
+    pub(in crate::log) fn new(
         file: &str,
         asked: Option<Sampling>,
         smooth: &[bool],
@@ -94,7 +95,7 @@ impl Grid {
     }
 
     /// Returns how the log was sampled, so far.
-    pub(super) fn timing(&self) -> Timing {
+    pub(in crate::log) fn timing(&self) -> Timing {
         let (steps, squares) = self.steps;
         Timing {
             duration: self.last.unwrap_or_default() - self.first,
@@ -105,14 +106,14 @@ impl Grid {
     }
 
     /// Returns the number of samples that are ready.
-    pub(super) fn ready(&self) -> usize {
+    pub(in crate::log) fn ready(&self) -> usize {
         self.ready.len()
     }
 
     /// Moves at most `limit` samples that are ready to the end of `out`.
     ///
     /// - `channels`: places of the own channels in it.
-    pub(super) fn hand_on(&mut self, limit: usize, channels: &[usize], out: &mut LogBlock) {
+    pub(in crate::log) fn hand_on(&mut self, limit: usize, channels: &[usize], out: &mut LogBlock) {
         let count = limit.min(self.ready.len());
         let begin = out.len();
         out.time.extend(self.ready.time.drain(..count));
@@ -136,7 +137,7 @@ impl Grid {
     /// # Errors
     ///
     /// [`LogError::TimeNotIncreasing`], or that a period is not that of the log.
-    pub(super) fn take(
+    pub(in crate::log) fn take(
         &mut self,
         place: Place,
         time: f64,
@@ -190,7 +191,7 @@ impl Grid {
     ///
     /// [`LogError::TooShort`] for fewer than two samples, and those of
     /// [`take`](Self::take).
-    pub(super) fn finish(&mut self) -> Result<(), LogError> {
+    pub(in crate::log) fn finish(&mut self) -> Result<(), LogError> {
         if self.timing.recorded < 2 {
             return Err(LogError::TooShort {
                 file: self.file.clone(),

@@ -145,7 +145,7 @@ pub struct Figures {
 impl Figures {
     /// Returns the figures of a channel with one sample.
     #[must_use]
-    pub(super) fn new(time: f64, value: f64) -> Self {
+    pub(in crate::log) fn new(time: f64, value: f64) -> Self {
         let run = Stretch {
             time,
             samples: 0,
@@ -184,7 +184,7 @@ impl Figures {
     }
 
     /// Takes the next sample.
-    pub(super) fn take(&mut self, time: f64, value: f64) {
+    pub(in crate::log) fn take(&mut self, time: f64, value: f64) {
         self.samples += 1;
         let deviation = value - self.mean;
         self.mean += deviation / self.samples as f64;
@@ -207,7 +207,7 @@ impl Figures {
     }
 
     /// Says that samples are missing before the next one.
-    pub(super) fn gap(&mut self) {
+    pub(in crate::log) fn gap(&mut self) {
         self.last.clear();
         // What changed meanwhile says nothing.
         self.run.samples = 0;

@@ -1,11 +1,11 @@
 //! Whether samples were taken when their time stamps say.
 
-use super::clock::{Cycle, refined};
+use super::cycle::{Cycle, refined};
 use super::resample::lagrange;
 use super::timing::{Evidence, Sampling};
 
 /// Steps that differ by less than this part of a period are even.
-pub(super) const EVEN: f64 = 0.02;
+pub(in crate::log) const EVEN: f64 = 0.02;
 
 /// Parts of the usual step that a cycle may be.
 const PARTS: [f64; 6] = [2.0, 3.0, 4.0, 5.0, 8.0, 10.0];
@@ -29,7 +29,7 @@ const CLEARLY: f64 = 0.5;
 ///
 /// A joint that moves at v and is seen δ too early misses its place by v·δ: with
 /// the right times samples lie nearest to the cubic through their neighbours.
-pub(super) fn weigh(
+pub(in crate::log) fn weigh(
     times: &[f64],
     period: f64,
     longest: f64,

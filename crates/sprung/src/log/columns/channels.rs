@@ -2,44 +2,13 @@
 
 use sprung_core::chain::JointKind;
 
-use super::origin::{Origin, Stream, TimeOrigin};
-use super::quantities::{link, motor, sampling, time, torque};
-use super::timing::Sampling;
-use crate::description::{CsvForm, Delay, Log, Robot, Side, Unit};
-
-/// What a channel measures.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Quantity {
-    /// Link position q, rad.
-    LinkPosition,
-    /// Deflection q - phi, rad.
-    LinkDeflection,
-    /// Motor position phi after the gearbox, rad.
-    MotorPosition,
-    /// Motor torque tau after the gearbox, N·m.
-    MotorTorque,
-}
-
-/// One column of a log.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Channel {
-    /// Name of the column for messages, and as a key of `delay_s`, `sign` and `gain`.
-    pub column: String,
-    /// Where its readings come from.
-    pub origin: Origin,
-    /// What it measures.
-    pub quantity: Quantity,
-    /// Joint, from 0.
-    pub joint: usize,
-    /// The reading times this is the quantity in SI units.
-    pub factor: f64,
-    /// How much later than the others it was recorded.
-    pub delay: Option<Delay>,
-    /// Whether its sign is to be found from the log; `factor` has it positive.
-    pub open_sign: bool,
-    /// Whether its gain is to be found from the log; `factor` has it 1.
-    pub open_gain: bool,
-}
+use super::channel::{Channel, ChannelError};
+use super::from_keys::{link, motor, sampling, time, torque};
+use super::mix::Mix;
+use super::origin::{Stream, TimeOrigin};
+use super::quantity::Quantity;
+use crate::description::{CsvForm, Log, Robot, Side, Unit};
+use crate::log::clock::timing::Sampling;
 
 /// The channels of a log: links, motors and torques, joint by joint.
 #[derive(Clone, Debug, PartialEq)]
@@ -71,48 +40,6 @@ pub struct Channels {
     pub position_mix: Option<Mix>,
     /// From torques of the motors to those of the joints, likewise.
     pub torque_mix: Option<Mix>,
-}
-
-/// A linear change of coordinates, and back.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Mix {
-    /// From the log to the joints, \[n × n\], row by row.
-    pub forward: Vec<Vec<f64>>,
-    /// From the joints to the log.
-    pub back: Vec<Vec<f64>>,
-}
-
-impl Mix {
-    /// Returns a matrix times a vector.
-    #[must_use]
-    pub fn apply(matrix: &[Vec<f64>], values: &[f64]) -> Vec<f64> {
-        let product = |row: &Vec<f64>| row.iter().zip(values).map(|(a, x)| a * x).sum();
-        matrix.iter().map(product).collect()
-    }
-}
-
-/// What a description leaves open about a log.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum ChannelError {
-    /// A quantity has no columns.
-    #[error("[log] does not say which columns hold {what}; add {keys}")]
-    NotSaid {
-        /// The quantity.
-        what: &'static str,
-        /// The keys that say it.
-        keys: &'static str,
-    },
-    /// Currents or voltages cannot become torques.
-    #[error("{joint}: {key} is needed to turn the log's {unit} into motor torque")]
-    NoConstant {
-        /// Name of the joint.
-        joint: String,
-        /// The key that is missing.
-        key: &'static str,
-        /// What the log holds.
-        unit: &'static str,
-    },
 }
 
 impl Channels {

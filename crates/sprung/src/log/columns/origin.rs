@@ -54,7 +54,7 @@ impl Default for Pick {
 
 impl Pick {
     /// Returns the column that a description names.
-    pub(super) fn named(name: &ColumnName, joint: &str, index: usize, of: usize) -> Self {
+    pub(in crate::log) fn named(name: &ColumnName, joint: &str, index: usize, of: usize) -> Self {
         match name {
             ColumnName::Name(pattern) if name.is_pattern() => Self::Matching {
                 pattern: pattern.clone(),
@@ -97,7 +97,7 @@ pub enum Start {
 }
 
 impl Start {
-    pub(super) fn new(start: &StartsAt, joint: &str, index: usize, of: usize) -> Self {
+    pub(in crate::log) fn new(start: &StartsAt, joint: &str, index: usize, of: usize) -> Self {
         match start {
             StartsAt::Position(position) => Self::At(*position),
             StartsAt::Column(name) => {

@@ -27,7 +27,7 @@ impl Default for Sizes {
 
 impl Sizes {
     /// Takes a size, not negative.
-    pub(super) fn take(&mut self, size: f64) {
+    pub(in crate::log) fn take(&mut self, size: f64) {
         if size > 0.0 {
             self.counts[bin(size)] += 1;
             self.total += 1;

@@ -1,165 +1,18 @@
-//! What types cannot say: lengths, signs, names that must exist.
+//! What types cannot say of a controller, its reference and a digital twin.
 
 use sprung_core::chain::JointKind;
 
-use super::check_log::{check_log, check_overlay};
-use super::check_robot::robot;
-use super::choice::{nearest, quoted};
-use super::identify::Cutoff;
-use super::robot::Robot;
-use super::run::{Controller, ControllerKind, Reference, Simulate};
-use super::types::ExperimentFile;
+use super::fault::{Fault, fault};
+use super::window::check_window;
+use crate::description::choice::{nearest, quoted};
+use crate::description::robot::Robot;
+use crate::description::run::{Controller, ControllerKind, Reference, Simulate};
 
-/// A fault and the path of keys to it.
-#[derive(Debug)]
-pub(super) struct Fault {
-    pub(super) path: Vec<String>,
-    pub(super) message: String,
-}
-
-pub(super) fn fault(path: &[&str], message: impl Into<String>) -> Fault {
-    Fault {
-        path: path.iter().map(|&part| part.to_owned()).collect(),
-        message: message.into(),
-    }
-}
-
-/// Checks that this version knows the format.
-pub(super) fn check_format(file: &ExperimentFile) -> Result<(), Fault> {
-    if file.format == 1 {
-        return Ok(());
-    }
-    Err(fault(
-        &["format"],
-        format!(
-            "format {} is not known; this version reads format 1",
-            file.format
-        ),
-    ))
-}
-
-/// Checks what the types do not say.
-pub(super) fn check(file: &ExperimentFile) -> Result<(), Fault> {
-    robot(file)?;
-    identify(file)?;
-    let joints: Vec<&str> = file.robot.joint.iter().map(|j| j.name.as_str()).collect();
-    if let Some(log) = &file.log {
-        check_log(log, &["log"], &file.robot)?;
-    }
-    for (i, run) in file.validate.iter().enumerate() {
-        check_name(&run.name, &["validate", &i.to_string(), "name"])?;
-        if file.validate[..i]
-            .iter()
-            .any(|other| other.name == run.name)
-        {
-            return Err(fault(
-                &["validate", &i.to_string(), "name"],
-                format!("two validation runs are called \"{}\"", run.name),
-            ));
-        }
-    }
-    if let Some(controller) = &file.controller {
-        check_controller(controller, &["controller"], &file.robot)?;
-    }
-    for (i, run) in file.validate.iter().enumerate() {
-        let i = i.to_string();
-        if let Some(over) = &run.log {
-            let log = file
-                .log
-                .as_ref()
-                .map_or_else(|| over.clone(), |log| log.overlaid(over));
-            check_overlay(file.log.as_ref(), over, &["validate", &i, "log"])?;
-            check_log(&log, &["validate", &i, "log"], &file.robot)?;
-        }
-        if let Some(controller) = &run.controller {
-            check_controller(controller, &["validate", &i, "controller"], &file.robot)?;
-        }
-    }
-    if let Some(twin) = &file.simulate {
-        check_twin(twin, &joints)?;
-    }
-    Ok(())
-}
-
-/// Names stand in files and in column titles.
-pub(super) fn check_name(name: &str, path: &[&str]) -> Result<(), Fault> {
-    let allowed = |c: char| c.is_alphanumeric() || "_-. ".contains(c);
-    if !name.trim().is_empty() && name.chars().all(allowed) {
-        return Ok(());
-    }
-    Err(fault(
-        path,
-        format!(
-            "the name \"{name}\" must consist of letters, digits, spaces, \"_\", \"-\" and \".\""
-        ),
-    ))
-}
-
-fn identify(file: &ExperimentFile) -> Result<(), Fault> {
-    let settings = &file.identify;
-    if settings.estimator.is_empty() {
-        return Err(fault(
-            &["identify", "estimator"],
-            "the list of estimators is empty",
-        ));
-    }
-    for (i, one) in settings.estimator.iter().enumerate() {
-        if settings.estimator[..i].contains(one) {
-            return Err(fault(
-                &["identify", "estimator"],
-                format!("estimator \"{}\" is listed twice", one.name()),
-            ));
-        }
-    }
-    for (key, value) in [
-        ("filter_cutoff_rad_per_s", settings.filter_cutoff_rad_per_s),
-        (
-            "position_cutoff_hz",
-            match settings.position_cutoff_hz {
-                Cutoff::Fixed(cutoff) => cutoff,
-                Cutoff::Auto => 1.0,
-            },
-        ),
-        ("lsff_forgetting_per_s", settings.lsff_forgetting_per_s),
-        ("lsff_initial_gain", settings.lsff_initial_gain),
-    ] {
-        if !(value.is_finite() && value > 0.0) {
-            return Err(fault(
-                &["identify", key],
-                format!("{key} = {value} must be positive"),
-            ));
-        }
-    }
-    if !(1..=10).contains(&settings.position_filter_order) {
-        return Err(fault(
-            &["identify", "position_filter_order"],
-            format!(
-                "position_filter_order = {} must be between 1 and 10",
-                settings.position_filter_order
-            ),
-        ));
-    }
-    check_window(
-        settings.lsff_velocity_window,
-        &["identify", "lsff_velocity_window"],
-    )
-}
-
-fn check_window(window: [usize; 2], path: &[&str]) -> Result<(), Fault> {
-    let limit = sprung_core::velocity::LONGEST_WINDOW;
-    match window.iter().find(|&&p| p >= limit) {
-        Some(p) => Err(fault(
-            path,
-            format!(
-                "a velocity window of {p} is too long; the longest is {}",
-                limit - 1
-            ),
-        )),
-        None => Ok(()),
-    }
-}
-
-fn check_controller(controller: &Controller, path: &[&str], robot: &Robot) -> Result<(), Fault> {
+pub(super) fn check_controller(
+    controller: &Controller,
+    path: &[&str],
+    robot: &Robot,
+) -> Result<(), Fault> {
     let joints: Vec<&str> = robot.joint.iter().map(|j| j.name.as_str()).collect();
     let at = |key| [path, &[key]].concat();
     let n = joints.len();
@@ -270,7 +123,7 @@ fn check_reference(reference: &Reference, path: &[&str], robot: &Robot) -> Resul
     Ok(())
 }
 
-fn check_twin(twin: &Simulate, joints: &[&str]) -> Result<(), Fault> {
+pub(super) fn check_twin(twin: &Simulate, joints: &[&str]) -> Result<(), Fault> {
     for (key, value) in [
         ("duration_s", twin.duration_s),
         ("period_s", twin.period_s),

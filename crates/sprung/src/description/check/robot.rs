@@ -3,15 +3,16 @@
 use sprung_core::chain::JointKind;
 use sprung_core::spatial::BODY_NAMES;
 
-use super::check::{Fault, check_name, fault};
-use super::choice::nearest;
-use super::robot::{FrictionLaw, Joint, Robot, SpringTerm};
-use super::types::ExperimentFile;
+use super::fault::{Fault, fault};
+use super::name::check_name;
+use crate::description::choice::nearest;
+use crate::description::robot::{FrictionLaw, Joint, Robot, SpringTerm};
+use crate::description::types::ExperimentFile;
 
 /// Longest length of a table, m.
 const LONGEST_LINK: f64 = 100.0;
 
-pub(super) fn robot(file: &ExperimentFile) -> Result<(), Fault> {
+pub(in crate::description) fn robot(file: &ExperimentFile) -> Result<(), Fault> {
     let robot = &file.robot;
     let joints = &robot.joint;
     for (name, value) in &robot.fixed {
@@ -140,7 +141,7 @@ fn zeros(robot: &Robot) -> Result<(), Fault> {
 }
 
 /// Checks that one thing says how the links hang together.
-pub(super) fn kinematics(robot: &Robot) -> Result<(), Fault> {
+pub(in crate::description) fn kinematics(robot: &Robot) -> Result<(), Fault> {
     let given: Vec<&str> = [
         ("kinematics", robot.kinematics.is_some()),
         ("urdf", robot.urdf.is_some()),

@@ -1,11 +1,12 @@
 //! What the clock of a log says.
 
-use super::channels::{Channels, Quantity};
-use super::clock::JITTER_LIMIT;
-use super::origin::TimeOrigin;
+use super::cycle::JITTER_LIMIT;
 use super::timing::{Count, Evidence, Sampling, Timing};
 use crate::description::ColumnName;
 use crate::finding::{Finding, Severity};
+use crate::log::columns::channels::Channels;
+use crate::log::columns::origin::TimeOrigin;
+use crate::log::columns::quantity::Quantity;
 
 /// Part of the samples of which more is worth a warning.
 const MANY: f64 = 0.01;
@@ -241,9 +242,9 @@ fn rounded(x: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Place;
     use super::*;
     use crate::description::{no_files, read};
+    use crate::log::error::Place;
 
     fn channels() -> Channels {
         let text = "format = 1\n[robot]\nname = \"one\"\ndh_modified = [{}]\n[[robot.joint]]\nname = \"j\"\n\

@@ -1,8 +1,9 @@
 //! Figures gathered while a log is read.
 
-use super::LogBlock;
-use super::channels::{Channels, Quantity};
-use super::figures::{Extent, Figures};
+use super::channel::{Extent, Figures};
+use crate::log::block::LogBlock;
+use crate::log::columns::channels::Channels;
+use crate::log::columns::quantity::Quantity;
 
 #[derive(Clone, Copy, Debug, Default)]
 struct Cross {

@@ -3,16 +3,16 @@
 
 use sprung_core::chain::JointKind;
 
-use super::check::{Fault, fault};
-use super::choice::quoted;
-use super::columns::{Column, Columns, PerJoint};
-use super::robot::Robot;
-use super::units::{Dimension, Unit};
+use super::fault::{Fault, fault};
+use crate::description::choice::quoted;
+use crate::description::columns::{Column, Columns, PerJoint};
+use crate::description::robot::Robot;
+use crate::description::units::{Dimension, Unit};
 
 /// Checks the entries of a quantity's columns.
 ///
 /// - `joints`: the joints that the quantity has, from 0.
-pub(super) fn check_columns(
+pub(in crate::description) fn check_columns(
     (key, list, joints): (&str, &Columns, &[usize]),
     path: &[&str],
     robot: &Robot,
@@ -58,7 +58,9 @@ fn check_source(key: &str, column: &Column, path: &[&str]) -> Result<(), Fault> 
     }
     let patterns = column.column.iter().any(|columns| match columns {
         PerJoint::One(_) => false,
-        PerJoint::Each(list) => list.iter().any(super::columns::ColumnName::is_pattern),
+        PerJoint::Each(list) => list
+            .iter()
+            .any(crate::description::columns::ColumnName::is_pattern),
     });
     if patterns {
         return wrong(format!(

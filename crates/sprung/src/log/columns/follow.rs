@@ -1,10 +1,10 @@
 //! Streams on other clocks, brought onto the time of the first.
 
-use super::BLOCK;
-use super::LogError;
-use super::resample::lagrange;
 use super::rows::Rows;
-use super::timing::Count;
+use crate::log::block::BLOCK;
+use crate::log::clock::resample::lagrange;
+use crate::log::clock::timing::Count;
+use crate::log::error::LogError;
 
 /// A step of so many usual steps is a gap, over which nothing is interpolated.
 const GAP: f64 = 3.5;
@@ -16,10 +16,10 @@ const LEARNING: usize = 64;
 const SAME: f64 = 1e-6;
 
 /// A stream that is read beside the first.
-pub(super) struct Follower {
+pub(in crate::log) struct Follower {
     rows: Rows,
     /// Places of its channels among all.
-    pub(super) channels: Vec<usize>,
+    pub(in crate::log) channels: Vec<usize>,
     // Samples around the times that are asked for; the time of the first stream.
     times: Vec<f64>,
     values: Vec<Vec<f64>>,
@@ -28,13 +28,13 @@ pub(super) struct Follower {
     ended: bool,
     name: String,
     /// Rows that were written twice.
-    pub(super) repeated: Count,
+    pub(in crate::log) repeated: Count,
 }
 
 impl Follower {
     /// - `name`: of the stream, for messages.
     /// - `channels`: places of its channels among all.
-    pub(super) fn new(name: String, rows: Rows, channels: Vec<usize>) -> Self {
+    pub(in crate::log) fn new(name: String, rows: Rows, channels: Vec<usize>) -> Self {
         Self {
             values: vec![Vec::new(); channels.len()],
             rows,
@@ -57,7 +57,7 @@ impl Follower {
     /// # Errors
     ///
     /// [`LogError`] if the stream cannot be read or its time runs back.
-    pub(super) fn at(
+    pub(in crate::log) fn at(
         &mut self,
         times: &[f64],
         origin: i128,

@@ -1,0 +1,66 @@
+//! What types cannot say of an experiment: lengths, signs, names that must exist.
+
+use super::fault::{Fault, fault};
+use super::identify::identify;
+use super::log::{check_log, check_overlay};
+use super::name::check_name;
+use super::robot::robot;
+use super::run::{check_controller, check_twin};
+use crate::description::types::ExperimentFile;
+
+/// Checks that this version knows the format.
+pub(in crate::description) fn check_format(file: &ExperimentFile) -> Result<(), Fault> {
+    if file.format == 1 {
+        return Ok(());
+    }
+    Err(fault(
+        &["format"],
+        format!(
+            "format {} is not known; this version reads format 1",
+            file.format
+        ),
+    ))
+}
+
+/// Checks what the types do not say.
+pub(in crate::description) fn check(file: &ExperimentFile) -> Result<(), Fault> {
+    robot(file)?;
+    identify(file)?;
+    let joints: Vec<&str> = file.robot.joint.iter().map(|j| j.name.as_str()).collect();
+    if let Some(log) = &file.log {
+        check_log(log, &["log"], &file.robot)?;
+    }
+    for (i, run) in file.validate.iter().enumerate() {
+        check_name(&run.name, &["validate", &i.to_string(), "name"])?;
+        if file.validate[..i]
+            .iter()
+            .any(|other| other.name == run.name)
+        {
+            return Err(fault(
+                &["validate", &i.to_string(), "name"],
+                format!("two validation runs are called \"{}\"", run.name),
+            ));
+        }
+    }
+    if let Some(controller) = &file.controller {
+        check_controller(controller, &["controller"], &file.robot)?;
+    }
+    for (i, run) in file.validate.iter().enumerate() {
+        let i = i.to_string();
+        if let Some(over) = &run.log {
+            let log = file
+                .log
+                .as_ref()
+                .map_or_else(|| over.clone(), |log| log.overlaid(over));
+            check_overlay(file.log.as_ref(), over, &["validate", &i, "log"])?;
+            check_log(&log, &["validate", &i, "log"], &file.robot)?;
+        }
+        if let Some(controller) = &run.controller {
+            check_controller(controller, &["validate", &i, "controller"], &file.robot)?;
+        }
+    }
+    if let Some(twin) = &file.simulate {
+        check_twin(twin, &joints)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,17 @@
+//! What types cannot say of a description, each fault with the path of keys to it.
+
+mod columns;
+mod experiment;
+mod fault;
+mod identify;
+mod log;
+mod name;
+mod robot;
+mod run;
+mod window;
+
+pub(super) use experiment::{check, check_format};
+pub(super) use fault::{Fault, fault};
+pub(crate) use log::default_field;
+pub(super) use name::check_name;
+pub(super) use robot::kinematics;

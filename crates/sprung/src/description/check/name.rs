@@ -1,0 +1,17 @@
+//! Names that stand in files and in column titles.
+
+use super::fault::{Fault, fault};
+
+/// Names stand in files and in column titles.
+pub(in crate::description) fn check_name(name: &str, path: &[&str]) -> Result<(), Fault> {
+    let allowed = |c: char| c.is_alphanumeric() || "_-. ".contains(c);
+    if !name.trim().is_empty() && name.chars().all(allowed) {
+        return Ok(());
+    }
+    Err(fault(
+        path,
+        format!(
+            "the name \"{name}\" must consist of letters, digits, spaces, \"_\", \"-\" and \".\""
+        ),
+    ))
+}

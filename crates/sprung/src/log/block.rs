@@ -1,0 +1,54 @@
+//! Consecutive samples of a log.
+
+/// Samples in a block, at most.
+pub const BLOCK: usize = 2048;
+
+/// Consecutive samples of a log; channels in the order of [`Channels::all`](super::Channels::all).
+#[derive(Clone, Debug, Default)]
+pub struct LogBlock {
+    /// Time, s.
+    pub time: Vec<f64>,
+    /// One vector per channel: rad (m) or N·m (N), as its factor makes them.
+    pub values: Vec<Vec<f64>>,
+    /// Samples of the block that come after a gap.
+    pub gaps: Vec<usize>,
+}
+
+impl LogBlock {
+    /// Returns an empty block for `channels` channels.
+    #[must_use]
+    pub fn new(channels: usize) -> Self {
+        Self {
+            time: Vec::with_capacity(BLOCK),
+            values: (0..channels).map(|_| Vec::with_capacity(BLOCK)).collect(),
+            gaps: Vec::new(),
+        }
+    }
+
+    /// Returns the number of samples.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.time.len()
+    }
+
+    /// Returns whether the block has no samples.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.time.is_empty()
+    }
+
+    /// Appends a part of another block to this one, without its gaps.
+    pub fn extend(&mut self, other: &Self, part: std::ops::Range<usize>) {
+        self.time.extend_from_slice(&other.time[part.clone()]);
+        for (own, values) in self.values.iter_mut().zip(&other.values) {
+            own.extend_from_slice(&values[part.clone()]);
+        }
+    }
+
+    /// Removes all samples.
+    pub fn clear(&mut self) {
+        self.time.clear();
+        self.values.iter_mut().for_each(Vec::clear);
+        self.gaps.clear();
+    }
+}

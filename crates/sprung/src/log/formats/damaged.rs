@@ -1,0 +1,50 @@
+//! Damaged files: what is said of them, and crates that panic on some of them.
+
+use std::cell::Cell;
+
+#[cfg(any(feature = "arrow", feature = "mcap", feature = "mat73"))]
+use crate::log::error::LogError;
+
+thread_local! {
+    static GUARDED: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Returns whether a panic of this thread will come out as an error: while a
+/// file is read by a crate that panics on some damaged ones.
+#[must_use]
+pub fn panics_are_caught() -> bool {
+    GUARDED.get()
+}
+
+/// Reads with a crate that panics on some damaged files.
+#[cfg(any(feature = "arrow", feature = "mcap", feature = "mat73"))]
+pub(super) fn guarded<T>(
+    file: &str,
+    read: impl FnOnce() -> Result<T, LogError>,
+) -> Result<T, LogError> {
+    let before = GUARDED.replace(true);
+    let result = std::panic::catch_unwind(std::panic::AssertUnwindSafe(read));
+    GUARDED.set(before);
+    result.unwrap_or_else(|_| {
+        Err(LogError::format(
+            file,
+            " is damaged: what it says of itself does not hold; copy or write it again",
+        ))
+    })
+}
+
+/// What is said of a file of which a crate that reads it found an error.
+#[cfg(feature = "arrow")]
+pub(super) fn damaged(file: &str, error: &dyn std::fmt::Display) -> LogError {
+    let error = error.to_string();
+    if let Some((_, what)) = error.split_once("Disabled feature at compile time: ") {
+        return LogError::format(
+            file,
+            format!(" is compressed with {what}, which is not read; write it with zstd or snappy"),
+        );
+    }
+    LogError::format(
+        file,
+        format!(" is damaged or was cut off ({error}); copy or write it again"),
+    )
+}
