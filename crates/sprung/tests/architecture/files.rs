@@ -1,0 +1,315 @@
+//! Which file of a crate uses which other, read from the code.
+//!
+//! A path is followed through re-exports to the file that defines its item. A `mod.rs` that hands names of its
+//! children on does not use them thereby. Modules of tests are left out.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use syn::visit::{self, Visit};
+use syn::{Item, UseTree, Visibility};
+
+/// Names of enclosing modules, from the crate's root.
+pub(crate) type ModulePath = Vec<String>;
+
+/// A file of a crate: what it defines, imports and names.
+#[derive(Default)]
+struct Scope {
+    file: PathBuf,
+    defined: BTreeSet<String>,
+    /// Path of each imported name.
+    imported: BTreeMap<String, ModulePath>,
+    /// Modules of which all names are imported.
+    globs: Vec<ModulePath>,
+    /// Paths that the code names.
+    used: Vec<ModulePath>,
+}
+
+/// Files of a crate, and which uses which.
+pub(crate) struct Files {
+    scopes: BTreeMap<ModulePath, Scope>,
+}
+
+/// One file uses another.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Use {
+    pub(crate) from: ModulePath,
+    pub(crate) to: ModulePath,
+    /// The item that is used.
+    pub(crate) name: String,
+}
+
+impl Files {
+    /// Reads all files below the folder of a crate's root.
+    pub(crate) fn read(root: &Path) -> Self {
+        let texts = crate::sources(root).into_iter().map(|(path, text)| {
+            let inside = path.strip_prefix(root).unwrap().with_extension("");
+            let mut module: ModulePath = (inside.iter())
+                .map(|part| part.to_str().unwrap().to_owned())
+                .collect();
+            if module.last().is_some_and(|last| last == "mod") || is_root(&module) {
+                module.pop();
+            }
+            (module, path, text)
+        });
+        Self::of(texts)
+    }
+
+    /// Reads files from memory: module, path and text of each.
+    pub(crate) fn of(texts: impl IntoIterator<Item = (ModulePath, PathBuf, String)>) -> Self {
+        let mut scopes = BTreeMap::new();
+        for (module, file, text) in texts {
+            // A file `tests` is a test module like those at the end of other files.
+            if module.last().is_some_and(|last| last == "tests") {
+                continue;
+            }
+            let parsed =
+                syn::parse_file(&text).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
+            let mut scope = Scope {
+                file,
+                ..Scope::default()
+            };
+            let mut reader = Reader {
+                scope: &mut scope,
+                module: module.clone(),
+            };
+            reader.visit_file(&parsed);
+            scopes.insert(module, scope);
+        }
+        Self { scopes }
+    }
+
+    /// Returns which file uses which, without repetition.
+    pub(crate) fn uses(&self) -> BTreeSet<Use> {
+        let mut all = BTreeSet::new();
+        for (module, scope) in &self.scopes {
+            for path in &scope.used {
+                if let Some((to, name)) = self.resolve(path, 0)
+                    && to != *module
+                {
+                    let from = module.clone();
+                    all.insert(Use { from, to, name });
+                }
+            }
+        }
+        all
+    }
+
+    /// Returns the file that defines what a path ends at; nothing if that is a module or outside the crate.
+    fn resolve(&self, path: &[String], depth: usize) -> Option<(ModulePath, String)> {
+        // Re-exports are a few steps deep; a loop of globs would not end.
+        if depth > 8 {
+            return None;
+        }
+        let inside = (0..=path.len())
+            .rev()
+            .find(|&end| self.scopes.contains_key(&path[..end]))?;
+        let (module, rest) = path.split_at(inside);
+        let (name, behind) = rest.split_first()?;
+        let scope = &self.scopes[module];
+        if scope.defined.contains(name) {
+            return Some((module.to_vec(), name.clone()));
+        }
+        let on = |from: &ModulePath| [from, behind].concat();
+        if let Some(from) = scope.imported.get(name) {
+            return self.resolve(&on(from), depth + 1);
+        }
+        (scope.globs.iter()).find_map(|glob| self.resolve(&[&glob[..], rest].concat(), depth + 1))
+    }
+
+    /// Returns the uses that close a circle: what is used leads back, by further uses.
+    pub(crate) fn circles(&self) -> Vec<String> {
+        let uses = self.uses();
+        let file = |module: &ModulePath| self.scopes[module].file.display();
+        (uses.iter())
+            .filter(|u| reaches(&uses, &u.to, &u.from))
+            .map(|u| format!("{} uses {} of {}", file(&u.from), u.name, file(&u.to)))
+            .collect()
+    }
+}
+
+/// Returns whether one file uses another, directly or by others.
+fn reaches(uses: &BTreeSet<Use>, from: &ModulePath, to: &ModulePath) -> bool {
+    let mut seen = BTreeSet::from([from]);
+    let mut open = vec![from];
+    while let Some(at) = open.pop() {
+        if at == to {
+            return true;
+        }
+        let next = uses.iter().filter(|u| u.from == *at).map(|u| &u.to);
+        open.extend(next.filter(|module| seen.insert(module)));
+    }
+    false
+}
+
+fn is_root(module: &[String]) -> bool {
+    matches!(module, [one] if one == "lib" || one == "main")
+}
+
+/// Gathers what a file defines, imports and names.
+struct Reader<'s> {
+    scope: &'s mut Scope,
+    module: ModulePath,
+}
+
+impl Reader<'_> {
+    /// Returns a path from the crate's root; nothing if it leads out of the crate.
+    fn absolute(&self, path: &[String]) -> Option<ModulePath> {
+        let (first, rest) = path.split_first()?;
+        match first.as_str() {
+            "crate" => Some(rest.to_vec()),
+            "self" => Some([&self.module, rest].concat()),
+            "super" => {
+                let ups = path.iter().take_while(|part| *part == "super").count();
+                let kept = self.module.len().checked_sub(ups)?;
+                Some([&self.module[..kept], &path[ups..]].concat())
+            }
+            name => {
+                if let Some(from) = self.scope.imported.get(name) {
+                    return Some([from, rest].concat());
+                }
+                // A child module, or an item of this file.
+                Some([&self.module, path].concat())
+            }
+        }
+    }
+
+    fn import(&mut self, tree: &UseTree, before: &[String], hands_on: bool) {
+        let with = |name: &syn::Ident| [before, &[name.to_string()]].concat();
+        match tree {
+            UseTree::Path(path) => self.import(&path.tree, &with(&path.ident), hands_on),
+            UseTree::Group(group) => {
+                for tree in &group.items {
+                    self.import(tree, before, hands_on);
+                }
+            }
+            UseTree::Glob(_) => {
+                if let Some(from) = self.absolute(before) {
+                    self.scope.globs.push(from);
+                }
+            }
+            UseTree::Name(name) if name.ident == "self" => {
+                let local = before.last().cloned().unwrap_or_default();
+                self.take(local, before, hands_on);
+            }
+            UseTree::Name(name) => self.take(name.ident.to_string(), &with(&name.ident), hands_on),
+            UseTree::Rename(name) => {
+                self.take(name.rename.to_string(), &with(&name.ident), hands_on);
+            }
+        }
+    }
+
+    fn take(&mut self, local: String, path: &[String], hands_on: bool) {
+        let Some(from) = self.absolute(path) else {
+            return;
+        };
+        let of_child = from.starts_with(&self.module) && from.len() > self.module.len();
+        if !(hands_on && of_child) {
+            self.scope.used.push(from.clone());
+        }
+        self.scope.imported.insert(local, from);
+    }
+}
+
+impl<'ast> Visit<'ast> for Reader<'_> {
+    fn visit_file(&mut self, file: &'ast syn::File) {
+        // Imports and definitions first: code may name them before they stand.
+        for item in &file.items {
+            if is_test(attributes(item)) {
+                continue;
+            }
+            if let Item::Use(item) = item {
+                let hands_on = !matches!(item.vis, Visibility::Inherited);
+                self.import(&item.tree, &[], hands_on);
+            } else if let Some(name) = name_of(item) {
+                self.scope.defined.insert(name);
+            }
+        }
+        visit::visit_file(self, file);
+    }
+
+    fn visit_item(&mut self, item: &'ast Item) {
+        if !is_test(attributes(item)) && !matches!(item, Item::Use(_)) {
+            visit::visit_item(self, item);
+        }
+    }
+
+    fn visit_path(&mut self, path: &'ast syn::Path) {
+        let parts: Vec<String> = (path.segments.iter())
+            .map(|part| part.ident.to_string())
+            .collect();
+        if path.leading_colon.is_none()
+            && let Some(path) = self.absolute(&parts)
+        {
+            self.scope.used.push(path);
+        }
+        visit::visit_path(self, path);
+    }
+}
+
+fn attributes(item: &Item) -> &[syn::Attribute] {
+    match item {
+        Item::Const(item) => &item.attrs,
+        Item::Enum(item) => &item.attrs,
+        Item::Fn(item) => &item.attrs,
+        Item::Impl(item) => &item.attrs,
+        Item::Mod(item) => &item.attrs,
+        Item::Struct(item) => &item.attrs,
+        Item::Use(item) => &item.attrs,
+        _ => &[],
+    }
+}
+
+fn is_test(attributes: &[syn::Attribute]) -> bool {
+    (attributes.iter()).any(|attribute| {
+        let mut tests = false;
+        if attribute.path().is_ident("cfg") {
+            let _ = attribute.parse_nested_meta(|meta| {
+                tests |= meta.path.is_ident("test");
+                Ok(())
+            });
+        }
+        tests
+    })
+}
+
+fn name_of(item: &Item) -> Option<String> {
+    let name = match item {
+        Item::Const(item) => &item.ident,
+        Item::Enum(item) => &item.ident,
+        Item::Fn(item) => &item.sig.ident,
+        Item::Macro(item) => item.ident.as_ref()?,
+        Item::Static(item) => &item.ident,
+        Item::Struct(item) => &item.ident,
+        Item::Trait(item) => &item.ident,
+        Item::Type(item) => &item.ident,
+        Item::Union(item) => &item.ident,
+        _ => return None,
+    };
+    Some(name.to_string())
+}
+
+#[test]
+fn circles_are_found_through_what_is_handed_on() {
+    let file = |module: &str, text: &str| {
+        let path: ModulePath = (module.split('/').filter(|part| !part.is_empty()))
+            .map(str::to_owned)
+            .collect();
+        (path, PathBuf::from(module), text.to_owned())
+    };
+    let common = [
+        file("", "mod a; mod b; pub use a::Alone;"),
+        file("a", "mod child; pub use child::Shown; pub struct Alone;"),
+        file("b", "use crate::a::Shown; pub fn b(_: Shown) {}"),
+    ];
+    let child = |text: &str| Files::of(common.clone().into_iter().chain([file("a/child", text)]));
+    let straight = child("pub struct Shown; #[cfg(test)] mod tests { use crate::b::b; }");
+    assert!(straight.circles().is_empty(), "{:?}", straight.circles());
+    let ring = child("pub struct Shown; fn f() { crate::b::b(Shown) }");
+    assert_eq!(
+        ring.circles(),
+        ["a/child uses b of b", "b uses Shown of a/child"]
+    );
+    let up = child("use super::Alone; pub struct Shown(Alone);");
+    assert!(up.circles().is_empty(), "a parent may be used that uses nothing");
+}
