@@ -311,5 +311,8 @@ fn circles_are_found_through_what_is_handed_on() {
         ["a/child uses b of b", "b uses Shown of a/child"]
     );
     let up = child("use super::Alone; pub struct Shown(Alone);");
-    assert!(up.circles().is_empty(), "a parent may be used that uses nothing");
+    assert!(
+        up.circles().is_empty(),
+        "a parent may be used that uses nothing"
+    );
 }

@@ -35,7 +35,10 @@ const LEAVES: [&str; 1] = ["demo"];
 const LONGEST_FILE: usize = 800;
 
 fn crates() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().to_owned()
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .parent()
+        .unwrap()
+        .to_owned()
 }
 
 /// Every Rust file below a folder, with its text.
@@ -103,7 +106,11 @@ fn every_module_uses_only_those_to_its_left() {
         .filter_map(|found| Some((found, found.from.first()?, found.to.first()?)))
         .filter(|(_, from, to)| !may_use(from, to))
         .map(|(found, from, to)| {
-            format!("{} uses {}: {from} must not use {to}", found.from.join("/"), found.name)
+            format!(
+                "{} uses {}: {from} must not use {to}",
+                found.from.join("/"),
+                found.name
+            )
         })
         .collect();
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
