@@ -9,6 +9,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use sprung::estimate::{EstimateResult, Identification, Refinement, Verdict};
 use sprung::finding::{Finding, Severity};
 use sprung::model::short;
+use sprung::progress::{Answer, Phase, Progress};
 use sprung::report::significant;
 use sprung::validate::Validation;
 
@@ -171,14 +172,25 @@ impl Terminal {
     }
 }
 
-/// Makes a bar count runs of a filter, of which there are `most` at most.
-pub(crate) fn count_runs(bar: &ProgressBar, run: usize, most: usize) {
-    let template = "refining {spinner} filter run {human_pos} of at most {human_len}, {elapsed}";
+/// Shows progress on a bar, and lets the run go on.
+pub(crate) fn show(bar: &ProgressBar, progress: Progress) -> Answer {
+    match progress.phase {
+        Phase::FindingDelays | Phase::Refining => count_runs(bar, progress),
+        Phase::Reading | Phase::Simulating | Phase::Validating => bar.set_position(progress.done),
+        _ => bar.tick(),
+    }
+    Answer::GoOn
+}
+
+/// Makes a bar count runs of a filter.
+fn count_runs(bar: &ProgressBar, progress: Progress) {
+    let template = "{msg} {spinner} filter run {human_pos} of at most {human_len}, {elapsed}";
     if let Ok(style) = ProgressStyle::with_template(template) {
         bar.set_style(style);
     }
-    bar.set_length(most as u64);
-    bar.set_position(run as u64);
+    bar.set_message(progress.phase.word());
+    bar.set_length(progress.total.unwrap_or(progress.done));
+    bar.set_position(progress.done);
     // A run may take seconds in which the bar hears nothing.
     bar.enable_steady_tick(TICK);
 }

@@ -13,6 +13,7 @@ use sprung::description::{self, Cutoff, Estimator, Experiment, no_files};
 use sprung::estimate::identify;
 use sprung::log::{Channels, Input, LogSource};
 use sprung::model::Model;
+use sprung::progress::Unheard;
 use sprung::simulate::{TwinSetup, record};
 
 /// Bytes that every opened reader shares.
@@ -50,7 +51,7 @@ fn log_of(experiment: &str, truth: &str, seconds: u32) -> (Experiment, Model, Sh
         settings: &settings,
     };
     let mut csv = Vec::new();
-    record(&setup, &channels, &mut csv, &mut |_| {}).expect("the twin is stable");
+    record(&setup, &channels, &mut csv, &mut Unheard).expect("the twin is stable");
     (experiment, model, Shared(Arc::new(csv)))
 }
 
@@ -79,7 +80,7 @@ fn bench_seven(bencher: Bencher, logs: usize, threads: usize) {
             })
             .collect();
         pool.install(|| {
-            identify(&experiment, &model, &mut sources, &mut |_| {}).expect("the twin is right")
+            identify(&experiment, &model, &mut sources, &mut Unheard).expect("the twin is right")
         })
     });
 }
@@ -106,7 +107,7 @@ fn bench_identify(bencher: Bencher, seconds: u32) {
                 name: "demo.csv".to_owned(),
                 reader: &mut reader,
             };
-            identify(&experiment, &model, &mut [source], &mut |_| {}).expect("the demo is right")
+            identify(&experiment, &model, &mut [source], &mut Unheard).expect("the demo is right")
         });
 }
 

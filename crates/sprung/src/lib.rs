@@ -3,7 +3,7 @@
 //! The data flow one way, and a module uses only what stands to its left:
 //!
 //! ```text
-//! description → model → log → simulate → preprocess → regression → fit → prepare → check → estimate → validate → compare → report
+//! finding, curves, named, progress | description → model → log → simulate → preprocess → regression → fit → prepare → check → estimate → validate → compare → report
 //! ```
 //!
 //! Functions take values and readers and return values or strings; they open
@@ -22,9 +22,11 @@ pub mod model;
 pub mod named;
 pub mod prepare;
 pub mod preprocess;
+pub mod progress;
 pub mod regression;
 pub mod report;
 pub mod simulate;
+mod stopwatch;
 pub mod validate;
 
 #[cfg(doctest)]

@@ -2,16 +2,17 @@
 
 use comfy_table::Table;
 use sprung::check::{CheckError, CheckReport, Checked, CheckedLog, check};
-use sprung::estimate::{Progress, late_channels};
+use sprung::estimate::late_channels;
 use sprung::finding::Severity;
 use sprung::log::LogError;
+use sprung::progress::Progress;
 use sprung::report::{compose_check, render, significant};
 
 use crate::args::Check;
 use crate::exit_code::{ExitCode, Failure};
 use crate::experiment::{Loaded, load, openers, sources};
 use crate::output::Output;
-use crate::terminal::{Terminal, count_runs, dash, plain};
+use crate::terminal::{Terminal, dash, plain, show};
 
 pub(crate) fn run(args: &Check) -> Result<ExitCode, Failure> {
     let common = &args.common;
@@ -54,7 +55,7 @@ fn from_disk(loaded: &Loaded, terminal: Terminal) -> Result<Checked, Failure> {
         &loaded.experiment,
         &loaded.model,
         &mut sources,
-        &mut |samples| bar.set_position(samples),
+        &mut |progress: Progress| show(&bar, progress),
     );
     bar.finish_and_clear();
     checked.map_err(|error| {
@@ -73,10 +74,7 @@ fn delays(loaded: &Loaded, checked: &mut Checked, terminal: Terminal) -> Result<
     let bar = terminal.progress("finding delays", None);
     let mut openers = openers(&loaded.folder, &paths);
     let mut sources = sources(&paths, &mut openers);
-    let mut progress = |progress| match progress {
-        Progress::Samples(samples) => bar.set_position(samples),
-        Progress::FilterRun { run, most } => count_runs(&bar, run, most),
-    };
+    let mut progress = |progress: Progress| show(&bar, progress);
     let found = late_channels(
         &loaded.experiment,
         &loaded.model,

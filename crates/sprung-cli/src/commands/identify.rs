@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use sprung::estimate::{Identified, IdentifyError, Progress, Verdict, identify, parameters_csv};
+use sprung::estimate::{Identified, IdentifyError, Verdict, identify, parameters_csv};
 use sprung::log::LogError;
+use sprung::progress::Progress;
 use sprung::regression::PassError;
 use sprung::report::{Contents, compose, render};
 
@@ -12,7 +13,7 @@ use crate::args::Identify;
 use crate::exit_code::{ExitCode, Failure};
 use crate::experiment::{Loaded, load, openers, sources};
 use crate::output::Output;
-use crate::terminal::{Terminal, count_runs};
+use crate::terminal::{Terminal, show};
 
 pub(crate) fn run(args: &Identify) -> Result<ExitCode, Failure> {
     let common = &args.common;
@@ -53,10 +54,7 @@ pub(super) fn from_disk(loaded: &Loaded, terminal: Terminal) -> Result<Identifie
     let bar = terminal.progress("identifying", None);
     let mut openers = openers(&loaded.folder, &paths);
     let mut sources = sources(&paths, &mut openers);
-    let mut progress = |progress| match progress {
-        Progress::Samples(samples) => bar.set_position(samples),
-        Progress::FilterRun { run, most } => count_runs(&bar, run, most),
-    };
+    let mut progress = |progress: Progress| show(&bar, progress);
     let found = identify(
         &loaded.experiment,
         &loaded.model,

@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 use sprung::description::{Log, Simulate as Settings};
 use sprung::log::Channels;
 use sprung::model::Theta;
+use sprung::progress::Progress;
 use sprung::simulate::{RecordError, TwinSetup, record};
 
 use crate::args::Simulate;
 use crate::exit_code::{ExitCode, Failure};
 use crate::experiment::{Loaded, load, read_parameters};
 use crate::output::Output;
-use crate::terminal::Terminal;
+use crate::terminal::{Terminal, show};
 
 pub(crate) fn run(args: &Simulate) -> Result<ExitCode, Failure> {
     let common = &args.common;
@@ -85,7 +86,7 @@ pub(super) fn write_log(
     let bar = terminal.progress("simulating", Some(total));
     let mut failure = None;
     let written = output.write(name, |write| {
-        let mut progress = |samples| bar.set_position(samples);
+        let mut progress = |progress: Progress| show(&bar, progress);
         match record(twin, &channels, &mut *write, &mut progress) {
             Ok(_) => Ok(()),
             Err(RecordError::Write(error)) => Err(error),

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use sprung::curves::Curves;
 use sprung::finding::Severity;
 use sprung::log::LogSource;
+use sprung::progress::Progress;
 use sprung::report::Contents;
 use sprung::validate::{ValidateError, Validated, Validation, validate};
 
@@ -15,7 +16,7 @@ use crate::exit_code::{ExitCode, Failure};
 use crate::experiment::{Files, Loaded, Parameters, load, openers, read_parameters, sources};
 use crate::output::Output;
 use crate::switch::finish;
-use crate::terminal::Terminal;
+use crate::terminal::{Terminal, show};
 
 pub(crate) fn run(args: &Validate) -> Result<ExitCode, Failure> {
     let common = &args.common;
@@ -108,7 +109,7 @@ pub(super) fn from_disk(
         &parameters.sets,
         &delays,
         &mut sources,
-        &mut |samples| bar.set_position(samples),
+        &mut |progress: Progress| show(&bar, progress),
     );
     bar.finish_and_clear();
     found.map_err(|error| {

@@ -10,6 +10,7 @@ use sprung::demo;
 use sprung::description::{self, Experiment, Simulate, no_files};
 use sprung::log::{Channels, LogWriter};
 use sprung::model::{Model, Theta};
+use sprung::progress::Unheard;
 use sprung::simulate::{ClosedLoop, TwinSetup, record};
 
 /// Part by which the spring of the other plant is stiffer at its largest
@@ -63,7 +64,7 @@ impl Demo {
             settings,
         };
         let mut log = Vec::new();
-        record(&setup, &channels(&self.experiment), &mut log, &mut |_| ()).expect("the twin runs");
+        record(&setup, &channels(&self.experiment), &mut log, &mut Unheard).expect("the twin runs");
         log
     }
 }

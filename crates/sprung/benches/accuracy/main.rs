@@ -28,6 +28,7 @@ use sprung::description::{Cutoff, DiscretizationName, Estimator, Experiment, Sim
 use sprung::estimate::{EstimateResult, KnownNoise, identify, information_bound};
 use sprung::finding::Severity;
 use sprung::model::Model;
+use sprung::progress::Unheard;
 
 /// Disturbances of motors and links, N·m rms.
 const CASES: [(&str, [f64; 2], [f64; 2]); 3] = [
@@ -132,7 +133,7 @@ fn methods(experiment: &Experiment) -> Vec<(&'static str, Experiment)> {
 fn result_of(experiment: &Experiment, log: &[u8]) -> EstimateResult {
     let model = Model::new(experiment).expect("the experiment has a model");
     with_source(log, |source| {
-        let found = identify(experiment, &model, &mut [source], &mut |_| ());
+        let found = identify(experiment, &model, &mut [source], &mut Unheard);
         found
             .expect("the log is right")
             .identification

@@ -17,6 +17,7 @@ use rayon::prelude::*;
 use sprung::description::{Delay, Estimator};
 use sprung::estimate::{identify, late_channels};
 use sprung::model::Model;
+use sprung::progress::Unheard;
 use twin::{Demo, Table};
 
 const COLUMNS: [&str; 6] = [
@@ -155,7 +156,7 @@ fn told(demo: &Demo, log: &Table, column: usize) -> Result<f64, String> {
     described.delay_s.insert(name.to_owned(), Delay::Estimate);
     let model = Model::new(&experiment).expect("the twin has a model");
     let found = with_source(&log.csv(), |source| {
-        identify(&experiment, &model, &mut [source], &mut |_| ())
+        identify(&experiment, &model, &mut [source], &mut Unheard)
     })
     .map_err(|error| error.to_string())?
     .identification;
@@ -174,7 +175,7 @@ fn told(demo: &Demo, log: &Table, column: usize) -> Result<f64, String> {
 fn untold(demo: &Demo, log: &Table) -> Vec<(String, f64)> {
     let model = Model::new(&demo.experiment).expect("the twin has a model");
     with_source(&log.csv(), |source| {
-        late_channels(&demo.experiment, &model, &mut [source], &mut |_| ())
+        late_channels(&demo.experiment, &model, &mut [source], &mut Unheard)
     })
     .expect("the log can be identified")
     .into_iter()

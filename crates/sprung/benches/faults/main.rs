@@ -25,6 +25,7 @@ use sprung::check::{CheckReport, LikelyDelay, check};
 use sprung::estimate::late_channels;
 use sprung::finding::Severity;
 use sprung::model::Model;
+use sprung::progress::Unheard;
 use twin::{Demo, Table};
 
 /// Columns of the log.
@@ -96,7 +97,7 @@ fn report(demo: &Demo, fault: &Fault, thorough: bool) -> CheckReport {
     let model = Model::new(&experiment).expect("the twin has a model");
     let log = fault.table.csv();
     let mut checked = with_source(&log, |source| {
-        check(&experiment, &model, &mut [source], &mut |_| ())
+        check(&experiment, &model, &mut [source], &mut Unheard)
     })
     .expect("the log can be read");
     if thorough && !checked.report.refused {
@@ -167,7 +168,7 @@ fn delays(demo: &Demo, seeds: u64) {
 fn late(demo: &Demo, table: &Table) -> Vec<LikelyDelay> {
     let model = Model::new(&demo.experiment).expect("the twin has a model");
     with_source(&table.csv(), |source| {
-        late_channels(&demo.experiment, &model, &mut [source], &mut |_| ())
+        late_channels(&demo.experiment, &model, &mut [source], &mut Unheard)
     })
     .expect("the log can be identified")
 }

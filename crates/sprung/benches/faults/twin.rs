@@ -4,6 +4,7 @@ use sprung::demo;
 use sprung::description::{self, Experiment, no_files};
 use sprung::log::Channels;
 use sprung::model::{Model, Theta};
+use sprung::progress::Unheard;
 use sprung::simulate::{TwinSetup, record};
 
 /// The demo's experiment and the true parameters of its robot.
@@ -69,7 +70,7 @@ impl Demo {
         let log = self.experiment.log.as_ref().expect("it has a log");
         let channels = Channels::new(&self.experiment.robot, log).expect("the demo is right");
         let mut text = Vec::new();
-        record(&setup, &channels, &mut text, &mut |_| ()).expect("the twin runs");
+        record(&setup, &channels, &mut text, &mut Unheard).expect("the twin runs");
         Table::read(&String::from_utf8(text).expect("a log is text"))
     }
 }

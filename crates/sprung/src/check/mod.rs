@@ -22,6 +22,7 @@ use crate::log::{
     ChannelError, Channels, LogBlock, LogError, LogSource, Summary, Timing, check_timing,
 };
 use crate::model::Model;
+use crate::progress::{Listener, Phase, Stopped};
 use crate::regression::{LogFigures, Reading};
 
 pub use columns::reversed_torque;
@@ -62,6 +63,9 @@ pub enum CheckError {
     /// The log cannot be read.
     #[error(transparent)]
     Log(#[from] LogError),
+    /// The caller stopped it.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
 }
 
 impl From<FactorError> for CheckError {
@@ -260,7 +264,7 @@ fn too_short(file: &str, excerpt: &Excerpt) -> Finding {
 /// Each is read once, block by block; memory does not grow with it.
 ///
 /// - `sources`: the logs, all with the same columns.
-/// - `progress`: called with the number of samples read so far.
+/// - `progress`: told of the samples read so far.
 ///
 /// # Errors
 ///
@@ -270,7 +274,7 @@ pub fn check(
     experiment: &Experiment,
     model: &Model,
     sources: &mut [LogSource<'_>],
-    progress: &mut (dyn FnMut(u64) + Send),
+    progress: &mut dyn Listener,
 ) -> Result<Checked, CheckError> {
     let (experiment, factors) = find_factors(experiment, model, sources)?;
     let experiment = &*experiment;
@@ -321,8 +325,8 @@ fn read(
     channels: &Channels,
     source: &mut LogSource<'_>,
     before: u64,
-    progress: &mut (dyn FnMut(u64) + Send),
-) -> Result<(LogFigures, Excerpt), LogError> {
+    progress: &mut dyn Listener,
+) -> Result<(LogFigures, Excerpt), CheckError> {
     let mut log = source.open(channels)?;
     let mut block = LogBlock::new(channels.all.len());
     let mut summary = Summary::new(channels);
@@ -331,7 +335,7 @@ fn read(
     while more {
         summary.take(&block);
         excerpt.push(&block);
-        progress(before + log.timing().recorded);
+        progress.tell(Phase::Reading, before + log.timing().recorded, None)?;
         more = log.read(&mut block)?;
     }
     let figures = LogFigures {

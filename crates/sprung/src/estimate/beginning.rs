@@ -1,10 +1,10 @@
 //! The beginning of the first log, for what is chosen or searched.
 
 use super::likely_delays::refine_delays;
-use super::progress::Progress;
 use crate::check::{Delays, Excerpt, excerpt};
 use crate::description::Delay;
 use crate::log::{Channels, LogError, LogSource};
+use crate::progress::Listener;
 use crate::regression::{PassError, Reading};
 
 /// The beginning of the first log, read when it is first needed.
@@ -29,7 +29,7 @@ impl Beginning<'_, '_> {
         &mut self,
         reading: &Reading<'_>,
         delays: &mut Delays,
-        progress: &mut dyn FnMut(Progress),
+        progress: &mut dyn Listener,
     ) -> Result<(), PassError> {
         if self.for_delays(reading.channels)?.is_some()
             && let Some(excerpt) = &self.excerpt

@@ -1,7 +1,5 @@
 //! The main job: one log in, parameters out.
 
-use std::time::Instant;
-
 use super::about_logs::log_infos;
 use super::beginning::Beginning;
 use super::describe::{OfEstimator, describe, fit_curves, trace_of};
@@ -10,7 +8,6 @@ use super::least_squares::{add_instruments, sweep};
 use super::lsff::{Lsff, LsffError};
 use super::output_error::output_error;
 use super::prediction_error::{Before, prediction_error};
-use super::progress::Progress;
 use super::result::{CutoffChoice, EstimateResult, GENERATOR, Identification, SettingsUsed};
 use super::verdict::Verdict;
 use super::watch::{Watch, of_lsff};
@@ -27,7 +24,15 @@ use crate::model::{Model, ModelError, Theta};
 use crate::prepare::{
     DelayError, Delays, FactorError, choose_cutoff, find_factors, find_stribeck, find_weights,
 };
+use crate::progress::{Listener, Phase, Stopped};
 use crate::regression::{PassError, Passed, Reading, System, TransitionWeights, read_through};
+use crate::stopwatch::Stopwatch;
+
+/// What is chosen before an estimate: cut-off, delays, Stribeck velocities and weights.
+const CHOICES: u64 = 4;
+
+/// Looks at what was found: instruments and gravity, then other cut-offs.
+const LOOKS: u64 = 2;
 
 /// What an identification leaves.
 #[derive(Clone, Debug)]
@@ -70,7 +75,10 @@ pub enum IdentifyError {
     Factor(FactorError),
     /// The log is wrong, or does not fit the filters.
     #[error(transparent)]
-    Pass(#[from] PassError),
+    Pass(PassError),
+    /// The caller stopped it.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
     /// The log is not what the experiment file says.
     #[error("{0}; to go on nevertheless set on_check_error = \"go-on\" in [identify]")]
     Refused(Refusal),
@@ -83,6 +91,15 @@ pub enum IdentifyError {
         /// Name of the log.
         file: String,
     },
+}
+
+impl From<PassError> for IdentifyError {
+    fn from(error: PassError) -> Self {
+        match error {
+            PassError::Stopped(stopped) => Self::Stopped(stopped),
+            error => Self::Pass(error),
+        }
+    }
 }
 
 impl From<FactorError> for IdentifyError {
@@ -158,7 +175,8 @@ fn weights(
 /// reads the beginnings of all again.
 ///
 /// - `sources`: the logs, all with the same columns.
-/// - `progress`: called as samples are read, then as runs of a refinement begin.
+/// - `progress`: told of what is chosen, of samples as they are read, of runs of a filter and of
+///   simulations.
 ///
 /// # Errors
 ///
@@ -168,9 +186,9 @@ pub fn identify(
     experiment: &Experiment,
     model: &Model,
     sources: &mut [LogSource<'_>],
-    progress: &mut (dyn FnMut(Progress) + Send),
+    progress: &mut dyn Listener,
 ) -> Result<Identified, IdentifyError> {
-    let start = Instant::now();
+    let start = Stopwatch::start();
     let (experiment, factors) = find_factors(experiment, model, sources)?;
     let experiment = &*experiment;
     let log = experiment.log.as_ref().ok_or(IdentifyError::NoLog)?;
@@ -193,23 +211,28 @@ pub fn identify(
         delays: &none,
         weights: None,
     };
+    let mut choosing = |choice| progress.tell(Phase::Preparing, choice, Some(CHOICES));
+    choosing(1)?;
     refuse_rate(settings, &mut beginning, &channels, &names)?;
     let chosen = choose(&mut reading, &mut beginning)?;
     let mut findings = factors.findings(names.first().map_or("", String::as_str));
+    choosing(2)?;
     let mut delays = Delays::new(&reading, beginning.for_delays(&channels)?, &file)?;
     let searched = delays.values.clone();
     reading.delays = &searched;
+    choosing(3)?;
     let shaped = shape(&reading, &mut beginning, &mut findings)?;
     reading.model = &shaped;
     beginning.refine_delays(&reading, &mut delays, progress)?;
     reading.delays = &delays.values;
     let model = &shaped;
+    progress.tell(Phase::Preparing, CHOICES, Some(CHOICES))?;
     let weights = weights(&reading, &mut beginning)?;
     reading.weights = weights.as_ref();
 
     let mut watch = Watch::new(model, settings);
-    let mut samples = |samples| progress(Progress::Samples(samples));
-    let passed = read_through(&reading, beginning.sources, &mut watch, &mut samples)?;
+    let sources = &mut *beginning.sources;
+    let passed = read_through(&reading, sources, &mut watch, Phase::Reading, progress)?;
     let excerpt = beginning.get(&channels).map_err(PassError::from)?;
     let examined = examine(experiment, &reading, &delays, &names, &passed.logs, excerpt);
     refuse(settings, &examined.findings)?;
@@ -231,7 +254,7 @@ pub fn identify(
             controller,
             nominal: nominal.as_deref(),
             findings: &findings,
-            elapsed: start.elapsed().as_secs_f64() - watch.elapsed,
+            elapsed: start.seconds() - watch.elapsed,
         };
         let of_estimator = job.run(estimator, &mut beginning, progress)?;
         results.push(job.judged(estimator, &of_estimator));
@@ -240,6 +263,7 @@ pub fn identify(
         }
         thetas.push((estimator, of_estimator.theta));
     }
+    progress.tell(Phase::Examining, 1, Some(LOOKS))?;
     look_again(
         experiment,
         &reading,
@@ -251,6 +275,7 @@ pub fn identify(
     for result in &mut results {
         result.verdict = Verdict::of(findings.iter().chain(&result.warnings));
     }
+    progress.tell(Phase::Examining, LOOKS, Some(LOOKS))?;
     let excerpt = beginning.excerpt.as_ref();
     let position_cutoff_choice =
         (chosen.zip(excerpt)).map(|(reason, excerpt)| sweep(&reading, excerpt, reason));
@@ -325,7 +350,7 @@ impl Job<'_> {
         &self,
         estimator: Estimator,
         beginning: &mut Beginning<'_, '_>,
-        progress: &mut dyn FnMut(Progress),
+        progress: &mut dyn Listener,
     ) -> Result<OfEstimator, IdentifyError> {
         let (reading, fitted) = (self.reading, self.fitted);
         Ok(match (estimator, self.lsff, self.controller) {
@@ -333,7 +358,7 @@ impl Job<'_> {
             (Estimator::OutputError, _, Some(controller)) => {
                 let excerpt = beginning.get(reading.channels).map_err(PassError::from)?;
                 let excerpt = excerpt.ok_or(IdentifyError::NoLog)?;
-                output_error(reading, controller, excerpt, fitted)
+                output_error(reading, controller, excerpt, fitted, progress)?
             }
             (Estimator::PredictionError, ..) => {
                 beginning.get(reading.channels).map_err(PassError::from)?;

@@ -1,12 +1,12 @@
 //! Delays of channels, to a fraction of a sample: by the likelihood of the log.
 
 use super::identify::{IdentifyError, identify};
-use super::progress::Progress;
 use super::result::RefinedDelay;
 use crate::check::LikelyDelay;
 use crate::description::{Delay, Estimator, Experiment, OnCheckError};
 use crate::log::{Channels, LogSource};
 use crate::model::Model;
+use crate::progress::Listener;
 
 /// Standard errors that a delay must be away from what is assumed, and the part
 /// of a sampling period.
@@ -32,7 +32,7 @@ pub fn late_channels(
     experiment: &Experiment,
     model: &Model,
     sources: &mut [LogSource<'_>],
-    progress: &mut (dyn FnMut(Progress) + Send),
+    progress: &mut dyn Listener,
 ) -> Result<Vec<LikelyDelay>, IdentifyError> {
     let mut experiment = experiment.clone();
     experiment.identify.estimator = vec![Estimator::PredictionError];
@@ -166,7 +166,7 @@ fn refined(
     experiment: &Experiment,
     model: &Model,
     sources: &mut [LogSource<'_>],
-    progress: &mut (dyn FnMut(Progress) + Send),
+    progress: &mut dyn Listener,
 ) -> Result<Refined, IdentifyError> {
     let found = identify(experiment, model, sources, progress)?.identification;
     let refinement = (found.results.first()).and_then(|result| result.refinement.as_ref());

@@ -1,11 +1,11 @@
 //! Delays that are to be estimated, by likelihood from more than one start.
 
 use super::least_squares::fit;
-use super::progress::Progress;
-use super::refine::{MOST_RUNS, Refined, Start, refine};
+use super::refine::{Refined, Start, refine};
 use crate::check::{DelayByLikelihood, Delays, Excerpt, fit_motor_rows};
 use crate::description::{Delay, Estimator};
 use crate::log::LogSource;
+use crate::progress::{Listener, Phase};
 use crate::regression::{PassError, Reading};
 
 /// Delays from which the likelihood is followed until two starts lead to one place, s:
@@ -34,7 +34,7 @@ pub(super) fn refine_delays(
     delays: &mut Delays,
     sources: &mut [LogSource<'_>],
     excerpt: &Excerpt,
-    progress: &mut dyn FnMut(Progress),
+    progress: &mut dyn Listener,
 ) -> Result<(), PassError> {
     let channels = reading.channels;
     let wanted: Vec<usize> = (0..channels.all.len())
@@ -129,7 +129,7 @@ struct Search<'a, 's, 'p> {
     sources: &'a mut [LogSource<'s>],
     excerpt: &'a Excerpt,
     wanted: &'a [usize],
-    progress: &'p mut dyn FnMut(Progress),
+    progress: &'p mut dyn Listener,
 }
 
 impl Search<'_, '_, '_> {
@@ -162,13 +162,14 @@ impl Search<'_, '_, '_> {
             exact_torque: reading.channels.exact_torque,
             delays: self.wanted.to_vec(),
         };
-        let progress = &mut *self.progress;
-        let mut runs = |run| {
-            progress(Progress::FilterRun {
-                run,
-                most: MOST_RUNS,
-            });
-        };
-        refine(&reading, self.sources, self.excerpt, &start, &mut runs)
+        let phase = Phase::FindingDelays;
+        refine(
+            &reading,
+            self.sources,
+            self.excerpt,
+            &start,
+            phase,
+            self.progress,
+        )
     }
 }

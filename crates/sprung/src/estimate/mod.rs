@@ -13,7 +13,6 @@ mod likely_delays;
 mod lsff;
 mod output_error;
 mod prediction_error;
-mod progress;
 mod refine;
 mod result;
 mod standard;
@@ -29,7 +28,6 @@ pub use judge::{judge, tilted, worth_a_look};
 pub use late::late_channels;
 pub use least_squares::{Route, cross_checks, sweep};
 pub use lsff::{Lsff, LsffError};
-pub use progress::Progress;
 pub use refine::{KnownNoise, information_bound};
 pub use result::{
     CrossCheckResult, CutoffChoice, CutoffPoint, Determined, EncoderOffsetResult, EstimateResult,

@@ -1,14 +1,11 @@
 //! The prediction-error estimator: a refinement of least squares, and what there is
 //! to know of it.
 
-use std::time::Instant;
-
 use super::chi_square::upper_tail;
 use super::describe::OfEstimator;
 use super::held_out::{HeldOut, held_out};
 use super::least_squares::{Fitted, trace};
-use super::progress::Progress;
-use super::refine::{ChannelDelay, MOST_RUNS, Refined, Start, refine};
+use super::refine::{ChannelDelay, Refined, Start, refine};
 use super::result::{
     HeldOutResidual, RefinedDelay, RefinedOffset, Refinement, RowDisturbance, SensorNoise,
 };
@@ -17,7 +14,9 @@ use crate::description::Delay;
 use crate::finding::{Finding, Severity};
 use crate::log::{Channels, LogSource};
 use crate::model::Model;
+use crate::progress::{Listener, Phase};
 use crate::regression::{PassError, Reading, System};
+use crate::stopwatch::Stopwatch;
 
 /// Pairs of parameters that are listed, and the correlation from which on they are.
 const PAIRS: usize = 5;
@@ -64,7 +63,7 @@ pub(super) fn prediction_error(
     reading: &Reading<'_>,
     sources: &mut [LogSource<'_>],
     before: Before<'_>,
-    progress: &mut dyn FnMut(Progress),
+    progress: &mut dyn Listener,
 ) -> Result<OfEstimator, PassError> {
     let Before {
         excerpt,
@@ -73,7 +72,7 @@ pub(super) fn prediction_error(
         nominal,
         about_logs,
     } = before;
-    let begin = Instant::now();
+    let begin = Stopwatch::start();
     let (model, channels) = (reading.model, reading.channels);
     let parameters = model.parameters().iter();
     let free: Vec<usize> = (parameters.zip(&fitted.identifiable).enumerate())
@@ -88,18 +87,12 @@ pub(super) fn prediction_error(
             .filter(|&i| channels.all[i].delay == Some(Delay::Estimate))
             .collect(),
     };
-    let mut runs = |run| {
-        progress(Progress::FilterRun {
-            run,
-            most: MOST_RUNS,
-        });
-    };
     let wrong = (about_logs.iter()).find(|finding| {
         finding.severity >= Severity::Serious || finding.code == "looks-like-degrees"
     });
     let refined = match wrong {
         Some(_) => None,
-        None => refine(reading, sources, excerpt, &start, &mut runs)?,
+        None => refine(reading, sources, excerpt, &start, Phase::Refining, progress)?,
     };
     let held = (refined.as_ref()).and_then(|refined| held_out(model, system, refined));
     let mut findings = Vec::new();
@@ -124,7 +117,7 @@ pub(super) fn prediction_error(
             theta: refined.theta,
             errors: refined.standard_error,
             seen: fitted.identifiable.clone(),
-            elapsed: begin.elapsed().as_secs_f64(),
+            elapsed: begin.seconds(),
             points: (refined.trace.into_iter())
                 .map(|(time, theta)| (time, Some(theta)))
                 .collect(),
@@ -139,7 +132,7 @@ pub(super) fn prediction_error(
                 theta: fitted.theta.clone(),
                 errors: fitted.standard_error.clone(),
                 seen: fitted.identifiable.clone(),
-                elapsed: begin.elapsed().as_secs_f64(),
+                elapsed: begin.seconds(),
                 points: trace(model, system).collect(),
                 simulation: None,
                 refinement,

@@ -1,7 +1,5 @@
 //! LSFF, fed while the logs pass.
 
-use std::time::Instant;
-
 use super::describe::OfEstimator;
 use super::lsff::{Lsff, LsffError};
 use crate::description::{Estimator, Identify};
@@ -10,6 +8,7 @@ use crate::fit::Fitted;
 use crate::model::Model;
 use crate::preprocess::RawBlock;
 use crate::regression::{Observer, Restart};
+use crate::stopwatch::Stopwatch;
 
 /// What is gathered besides the system while the logs pass.
 pub(super) struct Watch<'a> {
@@ -43,7 +42,7 @@ impl Observer for Watch<'_> {
         if !self.settings.estimator.contains(&Estimator::Lsff) {
             return;
         }
-        let start = Instant::now();
+        let start = Stopwatch::start();
         let (model, settings) = (self.model, self.settings);
         let lsff = self
             .lsff
@@ -54,7 +53,7 @@ impl Observer for Watch<'_> {
                 Err(error) => *lsff = Err(error),
             }
         }
-        self.elapsed += start.elapsed().as_secs_f64();
+        self.elapsed += start.seconds();
     }
 }
 

@@ -8,6 +8,7 @@ use crate::description::Identify;
 use crate::log::{Channels, LogBlock, LogError, LogReader, LogSource, Summary, Timing};
 use crate::model::Model;
 use crate::preprocess::{Aligner, Butterworth, FilterDesignError, RawBlock, SignalBlock, Smoother};
+use crate::progress::{Listener, Phase, Stopped};
 
 /// What keeps a log from being reduced.
 #[derive(Debug, thiserror::Error)]
@@ -34,6 +35,9 @@ pub enum PassError {
     /// The log is wrong.
     #[error(transparent)]
     Log(#[from] LogError),
+    /// The caller stopped it.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
 }
 
 /// How a log is to be read.
@@ -335,7 +339,7 @@ pub struct LogFigures {
 /// The next block, of this log or the next, is read and smoothed while the last
 /// one is reduced, if there is a thread for it.
 ///
-/// - `progress`: called with the number of samples read so far.
+/// - `progress`: told of the samples read so far, as part of a phase.
 ///
 /// # Errors
 ///
@@ -344,7 +348,8 @@ pub fn read_through(
     reading: &Reading<'_>,
     sources: &mut [LogSource<'_>],
     observer: &mut impl Observer,
-    progress: &mut (dyn FnMut(u64) + Send),
+    phase: Phase,
+    progress: &mut dyn Listener,
 ) -> Result<Passed, PassError> {
     let mut reduction = Reduction::new(reading.model)
         .weighted(reading.weights)
@@ -374,7 +379,7 @@ pub fn read_through(
             let mut prepare = || -> Result<(), PassError> {
                 summary.take(&block);
                 preparation.push(&block, observer, &mut next);
-                progress(before + log.timing().recorded);
+                progress.tell(phase, before + log.timing().recorded, None)?;
                 log.read(&mut block)?;
                 Ok(())
             };

@@ -5,6 +5,7 @@ use std::io::Write;
 use super::closed_loop::{Diverged, LoopError};
 use super::twin::{Twin, TwinSetup};
 use crate::log::{Channels, LogWriter};
+use crate::progress::{Listener, Phase, Stopped};
 
 /// What keeps a twin from being recorded.
 #[derive(Debug, thiserror::Error)]
@@ -28,11 +29,17 @@ pub enum RecordError {
     /// The log cannot be written.
     #[error("cannot write the log: {0}")]
     Write(#[from] std::io::Error),
+    /// The caller stopped it.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
 }
+
+/// Samples from one word of progress to the next: some ten milliseconds of work.
+const BETWEEN: u64 = 1024;
 
 /// Runs a twin and writes its log in the columns and units of `channels`.
 ///
-/// - `progress`: called with the number of samples written so far.
+/// - `progress`: told of the samples written so far.
 ///
 /// Returns the number of samples.
 ///
@@ -43,7 +50,7 @@ pub fn record(
     setup: &TwinSetup<'_>,
     channels: &Channels,
     write: impl Write,
-    progress: &mut dyn FnMut(u64),
+    progress: &mut dyn Listener,
 ) -> Result<u64, RecordError> {
     if let Some(channel) = channels.all.iter().find(|c| c.delay.is_some()) {
         return Err(RecordError::Delayed {
@@ -58,8 +65,8 @@ pub fn record(
     for k in 1..=samples {
         let sample = twin.sample()?;
         log.write(sample.time, &sample.q, &sample.phi, &sample.tau)?;
-        if k.is_multiple_of(1024) {
-            progress(k);
+        if k.is_multiple_of(BETWEEN) {
+            progress.tell(Phase::Simulating, k, Some(samples))?;
         }
     }
     log.finish()?;

@@ -14,6 +14,7 @@ use crate::finding::{Finding, Severity};
 use crate::log::{ChannelError, Channels, LogError, LogSource, check};
 use crate::model::{Model, ModelError};
 use crate::preprocess::{Decimator, RawBlock};
+use crate::progress::{Listener, Phase, Stopped};
 use crate::regression::{
     Observer, PassError, Reading, Restart, System, TransitionWeights, read_through,
 };
@@ -68,7 +69,19 @@ pub enum ValidateError {
     Model(#[from] ModelError),
     /// A log is wrong, or does not fit the filters.
     #[error(transparent)]
-    Pass(#[from] PassError),
+    Pass(PassError),
+    /// The caller stopped it.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
+}
+
+impl From<PassError> for ValidateError {
+    fn from(error: PassError) -> Self {
+        match error {
+            PassError::Stopped(stopped) => Self::Stopped(stopped),
+            error => Self::Pass(error),
+        }
+    }
 }
 
 /// Validates parameter sets on every `[[validate]]` experiment.
@@ -76,7 +89,7 @@ pub enum ValidateError {
 /// - `delays`: delays that an identification found, s, by column.
 /// - `sources`: the logs of the validation experiments, in their order, one or
 ///   several each; more or fewer are passed over.
-/// - `progress`: called with the number of samples read so far.
+/// - `progress`: told of the samples read so far.
 ///
 /// With a controller the closed loop is simulated from rest under the same
 /// reference, which runs on the log's time, and compared with the log. Without,
@@ -97,7 +110,7 @@ pub fn validate(
     sets: &[ParameterSet],
     delays: &BTreeMap<String, f64>,
     sources: &mut [Vec<LogSource<'_>>],
-    progress: &mut (dyn FnMut(u64) + Send),
+    progress: &mut dyn Listener,
 ) -> Result<Validated, ValidateError> {
     if experiment.validate.is_empty() {
         return Err(ValidateError::NoRuns);
@@ -225,7 +238,7 @@ impl Run<'_> {
         &self,
         candidates: &mut [Candidate],
         sources: &mut [LogSource<'_>],
-        progress: &mut (dyn FnMut(u64) + Send),
+        progress: &mut dyn Listener,
     ) -> Result<Simulated, PassError> {
         let first = sources.first_mut();
         let beginning = first
@@ -252,7 +265,13 @@ impl Run<'_> {
             started: false,
             gap: false,
         };
-        let passed = read_through(&reading, sources, &mut comparison, progress)?;
+        let passed = read_through(
+            &reading,
+            sources,
+            &mut comparison,
+            Phase::Validating,
+            progress,
+        )?;
         let gap = comparison.gap && self.controller.is_some();
         let points = comparison.points.into_items();
         let mut findings = Vec::new();

@@ -10,10 +10,12 @@ use std::path::{Path, PathBuf};
 use files::Files;
 
 /// Modules of `sprung`; each uses only those before it.
-const ORDER: [&str; 16] = [
+const ORDER: [&str; 18] = [
     "finding",
     "curves",
     "named",
+    "progress",
+    "stopwatch",
     "description",
     "model",
     "log",
@@ -152,6 +154,22 @@ fn core_needs_no_standard_library() {
                 .match_indices(name)
                 .any(|(at, _)| !code[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_'));
             assert!(!used, "{} uses {name}", path.display());
+        }
+    }
+}
+
+#[test]
+fn one_place_asks_for_the_time() {
+    for name in ["sprung-core", "sprung"] {
+        for (path, text) in sources(&crates().join(name).join("src")) {
+            let asks = ["Instant", "SystemTime"]
+                .iter()
+                .any(|clock| code_of(&text).contains(clock));
+            assert!(
+                !asks || path.ends_with("stopwatch.rs"),
+                "{} asks for the time",
+                path.display()
+            );
         }
     }
 }

@@ -3,6 +3,7 @@
 use sprung::description::{Delay, Estimator};
 use sprung::estimate::{Identification, identify};
 use sprung::model::Model;
+use sprung::progress::Unheard;
 
 use super::in_memory::with_source;
 use super::twin::Demo;
@@ -17,7 +18,7 @@ fn late(column: usize, name: &str, samples: usize) -> Identification {
     let model = Model::new(&experiment).unwrap();
     let table = demo.table(2000, 1.0).delayed(column, samples);
     let found = with_source(&table.csv(), |source| {
-        identify(&experiment, &model, &mut [source], &mut |_| ())
+        identify(&experiment, &model, &mut [source], &mut Unheard)
     });
     found.unwrap().identification
 }

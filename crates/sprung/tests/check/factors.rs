@@ -4,6 +4,7 @@ use sprung::description::{Experiment, Factor};
 use sprung::estimate::identify;
 use sprung::model::Model;
 use sprung::prepare::{FactorError, Factors, find_factors};
+use sprung::progress::Unheard;
 
 use super::in_memory::with_source;
 use super::twin::{Demo, Table};
@@ -133,7 +134,7 @@ fn an_identification_says_what_it_found() {
     let model = Model::new(&experiment).unwrap();
     let table = times(&times(&demo.table(1, 1.0), 4, -1.0), 1, 1.1);
     let found = with_source(&table.csv(), |source| {
-        identify(&experiment, &model, &mut [source], &mut |_| ())
+        identify(&experiment, &model, &mut [source], &mut Unheard)
     });
     let found = found.unwrap().identification;
     assert_eq!(found.log.signs()["tau1_nm"].to_bits(), (-1.0_f64).to_bits());

@@ -21,12 +21,13 @@ use sprung::description::{Experiment, OnCheckError};
 use sprung::estimate::{IdentifyError, identify};
 use sprung::finding::Severity;
 use sprung::model::Model;
+use sprung::progress::Unheard;
 use twin::{Demo, Table};
 
 fn report(experiment: &Experiment, table: &Table) -> CheckReport {
     let model = Model::new(experiment).unwrap();
     with_source(&table.csv(), |source| {
-        check(experiment, &model, &mut [source], &mut |_| ())
+        check(experiment, &model, &mut [source], &mut Unheard)
     })
     .unwrap()
     .report
@@ -130,7 +131,7 @@ fn a_time_in_another_unit_is_refused_with_the_line_that_mends_it() {
         assert!(report.refused);
         let model = Model::new(&experiment).unwrap();
         let refused = with_source(&table.csv(), |source| {
-            identify(&experiment, &model, &mut [source], &mut |_| ())
+            identify(&experiment, &model, &mut [source], &mut Unheard)
         });
         let text = refused.unwrap_err().to_string();
         assert!(
@@ -164,7 +165,7 @@ fn identify_refuses_what_the_check_refuses() {
     let model = Model::new(&experiment).unwrap();
     let run = |experiment: &Experiment| {
         with_source(&table.csv(), |source| {
-            identify(experiment, &model, &mut [source], &mut |_| ())
+            identify(experiment, &model, &mut [source], &mut Unheard)
         })
     };
     let refused = run(&experiment).unwrap_err();

@@ -6,6 +6,7 @@
 use sprung::description::Weights;
 use sprung::estimate::identify;
 use sprung::finding::{Finding, Severity};
+use sprung::progress::Unheard;
 use sprung::simulate::{Measured, subsystems};
 
 use crate::in_memory::with_source;
@@ -113,7 +114,7 @@ fn a_log_without_usable_instruments_says_so() {
         let mut experiment = twin.experiment.clone();
         experiment.identify.weights = weights;
         let result = with_source(&twin.log(&settings), |source| {
-            let found = identify(&experiment, &twin.model, &mut [source], &mut |_| ());
+            let found = identify(&experiment, &twin.model, &mut [source], &mut Unheard);
             found.unwrap().identification.results.remove(0)
         });
         let methods = result.cross_checks.iter().map(|c| c.method.clone());

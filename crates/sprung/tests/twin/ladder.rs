@@ -6,6 +6,7 @@ use sprung::description::{self, no_files};
 use sprung::estimate::identify;
 use sprung::log::Channels;
 use sprung::model::Model;
+use sprung::progress::Unheard;
 use sprung::simulate::{TwinSetup, record};
 
 use crate::in_memory::with_source;
@@ -122,9 +123,9 @@ fn every_law_is_found_again() {
     };
     let channels = Channels::new(&experiment.robot, experiment.log.as_ref().unwrap()).unwrap();
     let mut log = Vec::new();
-    record(&setup, &channels, &mut log, &mut |_| ()).unwrap();
+    record(&setup, &channels, &mut log, &mut Unheard).unwrap();
     let found = with_source(&log, |source| {
-        identify(&experiment, &model, &mut [source], &mut |_| ()).unwrap()
+        identify(&experiment, &model, &mut [source], &mut Unheard).unwrap()
     });
     let result = &found.identification.results[0];
     for (p, truth) in result.parameters.iter().zip(&truth) {

@@ -6,6 +6,7 @@
 use sprung::description::{Cutoff, Estimator, InitialMomentum, Weights};
 use sprung::estimate::{EstimateResult, identify};
 use sprung::finding::Severity;
+use sprung::progress::Unheard;
 
 use crate::in_memory::with_source;
 use crate::support::Twin;
@@ -46,7 +47,7 @@ pub(crate) fn runs(
         settings.torque_disturbance_nm = motor.to_vec();
         settings.link_torque_disturbance_nm = link.to_vec();
         with_source(&twin.log(&settings), |source| {
-            let found = identify(&twin.experiment, &twin.model, &mut [source], &mut |_| ());
+            let found = identify(&twin.experiment, &twin.model, &mut [source], &mut Unheard);
             found.unwrap().identification.results.remove(0)
         })
     };
@@ -164,7 +165,7 @@ fn exact_positions_need_no_weights() {
         settings.torque_noise_nm.clear();
         let settings = settings.clone();
         let result = with_source(&twin.log(&settings), |source| {
-            let found = identify(&twin.experiment, &twin.model, &mut [source], &mut |_| ());
+            let found = identify(&twin.experiment, &twin.model, &mut [source], &mut Unheard);
             found.unwrap().identification.results.remove(0)
         });
         let values = |p: &sprung::estimate::ParameterEstimate| p.value.unwrap();
@@ -200,7 +201,7 @@ fn wrong_velocity_at_the_start_is_estimated_away() {
         experiment.identify.position_cutoff_hz = Cutoff::Fixed(400.0);
         experiment.identify.initial_momentum = momentum;
         let result = with_source(log.as_bytes(), |source| {
-            let found = identify(&experiment, &twin.model, &mut [source], &mut |_| ());
+            let found = identify(&experiment, &twin.model, &mut [source], &mut Unheard);
             found.unwrap().identification.results.remove(0)
         });
         // What the first samples do beyond the start stays.
@@ -222,7 +223,7 @@ fn encoders_that_disagree_split_stacked_and_motor_row_stiffness() {
         let mut settings = twin.experiment.simulate.clone().unwrap();
         settings.motor_encoder_offset_rad = vec![0.0, offset];
         let result = with_source(&twin.log(&settings), |source| {
-            let found = identify(&twin.experiment, &twin.model, &mut [source], &mut |_| ());
+            let found = identify(&twin.experiment, &twin.model, &mut [source], &mut Unheard);
             found.unwrap().identification.results.remove(0)
         });
         (result.warnings.iter())

@@ -6,6 +6,7 @@
 use sprung::description::{Controller, Estimator, Simulate};
 use sprung::estimate::{EstimateResult, ParameterEstimate, Verdict, identify};
 use sprung::finding::Severity;
+use sprung::progress::Unheard;
 
 use crate::in_memory::with_source;
 use crate::support::Twin;
@@ -17,7 +18,7 @@ fn run(settings: &Simulate, change: impl Fn(&mut Controller)) -> EstimateResult 
     twin.experiment.identify.estimator = vec![Estimator::OutputError];
     change(twin.experiment.controller.as_mut().unwrap());
     with_source(&log, |source| {
-        let found = identify(&twin.experiment, &twin.model, &mut [source], &mut |_| ());
+        let found = identify(&twin.experiment, &twin.model, &mut [source], &mut Unheard);
         found.unwrap().identification.results.remove(0)
     })
 }

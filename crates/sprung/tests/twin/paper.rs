@@ -5,6 +5,7 @@
 
 use sprung::description::{Cutoff, DiscretizationName, Estimator, Weights};
 use sprung::estimate::{EstimateResult, identify};
+use sprung::progress::Unheard;
 
 use crate::in_memory::with_source;
 use crate::support::{Twin, step};
@@ -59,7 +60,7 @@ fn quantised(discretization: DiscretizationName) -> Vec<Vec<EstimateResult>> {
         let mut settings = twin.experiment.simulate.clone().unwrap();
         settings.seed = seed;
         with_source(&twin.log(&settings), |source| {
-            identify(&twin.experiment, &twin.model, &mut [source], &mut |_| ())
+            identify(&twin.experiment, &twin.model, &mut [source], &mut Unheard)
                 .unwrap()
                 .identification
                 .results

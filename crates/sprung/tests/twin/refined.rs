@@ -8,6 +8,7 @@ use sprung::estimate::{
     EstimateResult, IdentifyError, KnownNoise, Verdict, identify, information_bound,
 };
 use sprung::finding::Severity;
+use sprung::progress::Unheard;
 
 use crate::in_memory::with_source;
 use crate::support::{Twin, env};
@@ -45,7 +46,7 @@ fn twin() -> Twin {
 
 fn refined(twin: &Twin, log: &[u8]) -> Result<EstimateResult, IdentifyError> {
     with_source(log, |source| {
-        let found = identify(&twin.experiment, &twin.model, &mut [source], &mut |_| ())?;
+        let found = identify(&twin.experiment, &twin.model, &mut [source], &mut Unheard)?;
         Ok(found.identification.results.into_iter().next().unwrap())
     })
 }

@@ -3,6 +3,7 @@
 
 use sprung::demo;
 use sprung::estimate::{Identified, identify};
+use sprung::progress::Unheard;
 use sprung::report::{Block, Contents, Document, compose, render};
 use sprung::validate::{ParameterSet, validate};
 
@@ -18,11 +19,11 @@ fn report(name: &str) -> (Document, Identified) {
     let (experiment, model) = (&twin.experiment, &twin.model);
     let (found, validated) = with_source(&twin.log(&settings), |source| {
         let mut sources = [vec![source]];
-        let found = identify(experiment, model, &mut sources[0], &mut |_| ()).unwrap();
+        let found = identify(experiment, model, &mut sources[0], &mut Unheard).unwrap();
         let sets = ParameterSet::of(&found.identification);
         let none = std::collections::BTreeMap::new();
         let validated =
-            validate(experiment, model, &sets, &none, &mut sources, &mut |_| ()).unwrap();
+            validate(experiment, model, &sets, &none, &mut sources, &mut Unheard).unwrap();
         (found, validated)
     });
     let contents = Contents {

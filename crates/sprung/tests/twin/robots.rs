@@ -6,6 +6,7 @@ use std::path::Path;
 use sprung::description::{self, Estimator, Experiment, no_files};
 use sprung::estimate::identify;
 use sprung::model::Model;
+use sprung::progress::Unheard;
 
 use crate::in_memory::with_source;
 use crate::support::Twin;
@@ -102,7 +103,7 @@ fn urdf_and_closed_form_give_the_same_estimates() {
     let values = |experiment: &Experiment| -> Vec<f64> {
         let model = Model::new(experiment).unwrap();
         with_source(&log, |source| {
-            let found = identify(experiment, &model, &mut [source], &mut |_| ()).unwrap();
+            let found = identify(experiment, &model, &mut [source], &mut Unheard).unwrap();
             let result = &found.identification.results[0];
             result.parameters.iter().map(|p| p.value.unwrap()).collect()
         })

@@ -8,6 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use sprung::description::{Estimator, Simulate, StartName};
 use sprung::estimate::{EstimateResult, identify};
 use sprung::finding::Severity;
+use sprung::progress::Unheard;
 
 use crate::in_memory::with_source;
 use crate::support::{Twin, env, with_sources};
@@ -21,7 +22,7 @@ const SAME: f64 = 1.0;
 
 fn refined(twin: &Twin, log: &[u8]) -> EstimateResult {
     with_source(log, |source| {
-        let found = identify(&twin.experiment, &twin.model, &mut [source], &mut |_| ());
+        let found = identify(&twin.experiment, &twin.model, &mut [source], &mut Unheard);
         found.unwrap().identification.results.remove(0)
     })
 }
@@ -173,7 +174,7 @@ fn logs_of_two_robots_disagree() {
     experiment.identify.estimator = vec![Estimator::PredictionError];
     let both = |first: &[u8], second: &[u8]| {
         with_sources(&[first, second], |sources| {
-            let found = identify(&experiment, &one.model, sources, &mut |_| ()).unwrap();
+            let found = identify(&experiment, &one.model, sources, &mut Unheard).unwrap();
             let all = found.identification.results[0].warnings.clone();
             all.into_iter().find(|f| f.code == "logs-disagree")
         })

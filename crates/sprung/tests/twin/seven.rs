@@ -6,6 +6,7 @@ use sprung::description::{self, Cutoff, EncoderOffset, Estimator, Experiment, Si
 use sprung::estimate::{Determined, EstimateResult, Identified, identify};
 use sprung::log::Channels;
 use sprung::model::{Model, Theta};
+use sprung::progress::Unheard;
 use sprung::simulate::{TwinSetup, record};
 use sprung_core::parameters::JointParameter;
 
@@ -65,13 +66,13 @@ impl Arm {
         let columns = self.experiment.log.as_ref().unwrap();
         let channels = Channels::new(&self.experiment.robot, columns).unwrap();
         let mut log = Vec::new();
-        record(&setup, &channels, &mut log, &mut |_| ()).unwrap();
+        record(&setup, &channels, &mut log, &mut Unheard).unwrap();
         log
     }
 
     fn identify(&self, log: &[u8]) -> Identified {
         with_source(log, |source| {
-            identify(&self.experiment, &self.model, &mut [source], &mut |_| ()).unwrap()
+            identify(&self.experiment, &self.model, &mut [source], &mut Unheard).unwrap()
         })
     }
 

@@ -8,6 +8,7 @@ use sprung::estimate::fit;
 use sprung::log::{Channels, Input, LogSource};
 use sprung::model::{Model, Theta};
 use sprung::preprocess::SignalBlock;
+use sprung::progress::Unheard;
 use sprung::regression::Reduction;
 use sprung::simulate::{ClosedLoop, TwinSetup, record};
 
@@ -77,7 +78,7 @@ impl Twin {
         let columns = self.experiment.log.as_ref().unwrap();
         let channels = Channels::new(&self.experiment.robot, columns).unwrap();
         let mut log = Vec::new();
-        record(&setup, &channels, &mut log, &mut |_| ()).unwrap();
+        record(&setup, &channels, &mut log, &mut Unheard).unwrap();
         log
     }
 }

@@ -12,8 +12,7 @@ mod findings;
 mod levenberg;
 mod record;
 mod simulated;
-
-use std::time::Instant;
+mod told;
 
 use crate::description::Controller;
 use crate::estimate::describe::OfEstimator;
@@ -22,7 +21,9 @@ use crate::estimate::result::SimulationFit;
 use crate::finding::Severity;
 use crate::named::Named;
 use crate::prepare::Excerpt;
+use crate::progress::{Listener, Stopped};
 use crate::regression::Reading;
+use crate::stopwatch::Stopwatch;
 
 use crate::estimate::start::feasible;
 use controller::compare_torques;
@@ -30,12 +31,14 @@ use covariance::standard_errors;
 use levenberg::{Ending, minimise};
 use record::Record;
 use simulated::Loop;
+use told::Told;
 
 /// Fits the simulated closed loop to the beginning of a log.
 ///
 /// - `excerpt`: the beginning of the log; what is in memory bounds the work:
 ///   the first samples up to its end or the first gap.
 /// - `linear`: where the search starts, and what stands if it fails.
+/// - `progress`: told of each simulation.
 ///
 /// Memory is that of the derivatives: samples times positions times unknowns,
 /// 18 MB for two joints, 80 MB for seven.
@@ -49,16 +52,23 @@ use simulated::Loop;
 /// Levenberg-Marquardt; standard errors: the larger of those of the
 /// linearisation and of a sandwich over overlapping blocks, since quantisation
 /// is no white noise.
+///
+/// # Errors
+///
+/// [`Stopped`] if who listens to the progress says so.
 pub(super) fn output_error(
     reading: &Reading<'_>,
     controller: &Controller,
     excerpt: &Excerpt,
     linear: &Fitted,
-) -> OfEstimator {
-    let begun = Instant::now();
-    let mut found = simulate_and_fit(reading, controller, excerpt, linear);
-    found.elapsed = begun.elapsed().as_secs_f64();
-    found
+    progress: &mut dyn Listener,
+) -> Result<OfEstimator, Stopped> {
+    let begun = Stopwatch::start();
+    let told = Told::new(progress);
+    let mut found = simulate_and_fit(reading, controller, excerpt, linear, &told);
+    told.outcome()?;
+    found.elapsed = begun.seconds();
+    Ok(found)
 }
 
 fn simulate_and_fit(
@@ -66,6 +76,7 @@ fn simulate_and_fit(
     controller: &Controller,
     excerpt: &Excerpt,
     linear: &Fitted,
+    told: &Told<'_>,
 ) -> OfEstimator {
     let model = reading.model;
     let mut failed = OfEstimator {
@@ -105,7 +116,7 @@ fn simulate_and_fit(
     }
 
     let plant = Loop::new(model, controller, &record, start, &linear.identifiable);
-    let problem = plant.problem(&linear.standard_error);
+    let problem = plant.problem(&linear.standard_error, told);
     let Ok(found) = minimise(&problem) else {
         let why = "its simulated loop runs away, or is too stiff to be followed";
         failed.findings.push(findings::no_start(why));

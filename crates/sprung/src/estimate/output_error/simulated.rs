@@ -2,6 +2,7 @@
 
 use super::levenberg::Problem;
 use super::record::{Position, Record};
+use super::told::Told;
 use crate::description::Controller;
 use crate::log::Quantity;
 use crate::model::{Model, Theta};
@@ -69,7 +70,8 @@ impl<'a> Loop<'a> {
     /// Returns the search for the unknowns.
     ///
     /// - `errors`: linear standard errors, \[p\].
-    pub(super) fn problem<'b>(&'b self, errors: &[f64]) -> Problem<'b> {
+    /// - `told`: of each simulation; none is made after a stop.
+    pub(super) fn problem<'b>(&'b self, errors: &[f64], told: &'b Told<'_>) -> Problem<'b> {
         let own = self.free.iter().map(|&i| {
             let error = Some(errors[i]).filter(|e| e.is_finite()).unwrap_or(0.0);
             self.base[i].abs().max(error).max(f64::MIN_POSITIVE.sqrt())
@@ -78,7 +80,10 @@ impl<'a> Loop<'a> {
         let scale: Vec<f64> = own.chain(offsets()).collect();
         let parameters = self.free.len();
         Problem {
-            residuals: Box::new(|x| self.residuals(x)),
+            residuals: Box::new(|x| {
+                told.begins().ok()?;
+                self.residuals(x)
+            }),
             start: (self.free.iter().map(|&i| self.base[i]))
                 .chain(offsets().map(|_| 0.0))
                 .collect(),

@@ -29,11 +29,12 @@ use crate::check::{self, Excerpt};
 use crate::log::LogSource;
 use crate::model::{Model, Theta};
 use crate::preprocess::Butterworth;
+use crate::progress::{Listener, Phase, Stopped};
 use crate::regression::{PassError, Reading};
 pub use bound::{KnownNoise, information_bound};
 use dynamics::Dynamics;
 use kalman::{Levels, Wanted, run};
-use newton::{Descent, Problem, RUNS};
+use newton::{Descent, Problem};
 use noise::Search;
 use record::{Noise, Raw, Record};
 use unknowns::Unknowns;
@@ -71,9 +72,6 @@ const FINEST: f64 = 1e-9;
 const ROUNDS: usize = 6;
 const CLOSE: f64 = 0.1;
 const REACH: f64 = 10.0;
-
-/// Runs of the filter between two moves of a delay, at most.
-pub(super) const MOST_RUNS: usize = RUNS;
 
 /// Points of a trace, at most.
 const TRACE: usize = 60;
@@ -171,7 +169,7 @@ pub(super) struct Start<'a> {
 /// Refines parameters from a start.
 ///
 /// - `excerpt`: the beginning of the first log, for the noise of its channels.
-/// - `progress`: called with the number of each filter run, from 1 to [`MOST_RUNS`].
+/// - `progress`: told of each run of the filter, as part of a phase.
 ///
 /// Returns nothing if the logs are too short, or the filter does not follow them
 /// from this start.
@@ -184,7 +182,8 @@ pub(super) fn refine(
     sources: &mut [LogSource<'_>],
     excerpt: &Excerpt,
     start: &Start<'_>,
-    progress: &mut dyn FnMut(usize),
+    phase: Phase,
+    progress: &mut dyn Listener,
 ) -> Result<Option<Refined>, PassError> {
     let (model, channels) = (reading.model, reading.channels);
     let limit = most_samples(model.rows());
@@ -217,7 +216,8 @@ pub(super) fn refine(
             unknowns: &unknowns,
             search,
         };
-        let Some((descent, search)) = descend(&problem, &searches, (z, levels), progress) else {
+        let Some((descent, search)) = descend(&problem, &searches, (z, levels), phase, progress)?
+        else {
             return Ok(None);
         };
         let problem = problem(search);
@@ -256,20 +256,22 @@ fn descend<'p>(
     problem: &impl Fn(&'p Search) -> Problem<'p>,
     [shown, every]: &'p [Search; 2],
     (z, levels): (Vec<f64>, Levels),
-    progress: &mut dyn FnMut(usize),
-) -> Option<(Descent, &'p Search)> {
+    phase: Phase,
+    progress: &mut dyn Listener,
+) -> Result<Option<(Descent, &'p Search)>, Stopped> {
     let first = problem(shown);
     let scales = first.record.sensors.iter().map(|sensor| sensor.scale);
-    let descent = first.descend(&z, &levels, progress);
+    let descent = first.descend(&z, &levels, phase, progress)?;
     let rough = |d: &Descent| d.cost > ROUGH * d.measurements as f64;
     if !descent.as_ref().is_none_or(rough) || shown.all.len() == every.all.len() {
-        return Some((descent?, shown));
+        return Ok(descent.map(|descent| (descent, shown)));
     }
     let (z, mut levels) = descent.map_or((z, levels), |d| (d.z, d.levels));
     for (level, scale) in levels.sensor.iter_mut().zip(scales) {
         *level = level.max(START_SENSOR * scale);
     }
-    Some((problem(every).descend(&z, &levels, progress)?, every))
+    let descent = problem(every).descend(&z, &levels, phase, progress)?;
+    Ok(descent.map(|descent| (descent, every)))
 }
 
 fn build(

@@ -14,9 +14,10 @@ use super::record::Record;
 use super::solve::{damped_step, length};
 use super::unknowns::Unknowns;
 use crate::model::Model;
+use crate::progress::{Listener, Phase, Stopped};
 
 /// Runs of the filter, at most.
-pub(super) const RUNS: usize = 30;
+const RUNS: usize = 30;
 
 /// Runs before levels are searched: innovations of a poor start are not noise.
 const FIRST: usize = 2;
@@ -101,15 +102,16 @@ impl Problem<'_> {
 
     /// Goes down from a start.
     ///
-    /// - `progress`: called with the number of runs so far.
+    /// - `progress`: told of each run of the filter, as part of a phase.
     ///
     /// Returns nothing if the filter does not follow the log from there.
     pub(super) fn descend(
         &self,
         z: &[f64],
         levels: &Levels,
-        progress: &mut dyn FnMut(usize),
-    ) -> Option<Descent> {
+        phase: Phase,
+        progress: &mut dyn Listener,
+    ) -> Result<Option<Descent>, Stopped> {
         let Self {
             model,
             record,
@@ -128,9 +130,11 @@ impl Problem<'_> {
         let (mut settled, mut at_bound) = (false, 0);
         let mut moved = vec![0.0; z.len()];
         for runs in 1..=RUNS {
-            progress(runs);
-            let (mut outcome, mut schedule) =
-                run(record, &mut dynamics, unknowns, &z, &levels, wanted)?;
+            progress.tell(phase, runs as u64, Some(RUNS as u64))?;
+            let ran = run(record, &mut dynamics, unknowns, &z, &levels, wanted);
+            let Some((mut outcome, mut schedule)) = ran else {
+                return Ok(None);
+            };
             let by_noise = {
                 let about = About::new(record, &schedule, samples);
                 expected_gradient(&about, &mut dynamics, unknowns, &levels)
@@ -158,7 +162,7 @@ impl Problem<'_> {
             };
             let converged = short && settled;
             if converged || at_bound == BOUND || runs == RUNS {
-                return Some(Descent {
+                return Ok(Some(Descent {
                     z,
                     levels,
                     runs,
@@ -167,7 +171,7 @@ impl Problem<'_> {
                     measurements: outcome.measurements,
                     converged,
                     moved,
-                });
+                }));
             }
             if let Some((step, _, path)) = step {
                 super::dynamics::add(&mut z, 1.0, &step);
@@ -185,7 +189,7 @@ impl Problem<'_> {
                 at_bound = if bound { at_bound + 1 } else { 0 };
             }
         }
-        None
+        Ok(None)
     }
 
     /// Returns a step that lowers the cost with the gains held, by how much, and where
