@@ -1,6 +1,6 @@
 //! The beginning of the first log, for what is chosen or searched.
 
-use super::likely_delays::refine_delays;
+use super::prediction_error::refine_delays;
 use crate::check::{Delays, Excerpt, excerpt};
 use crate::description::Delay;
 use crate::log::{Channels, LogError, LogSource};

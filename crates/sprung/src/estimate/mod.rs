@@ -4,16 +4,13 @@ mod about_logs;
 mod beginning;
 mod chi_square;
 mod describe;
-mod held_out;
 mod identify;
 mod judge;
-mod late;
+mod late_channels;
 mod least_squares;
-mod likely_delays;
 mod lsff;
 mod output_error;
 mod prediction_error;
-mod refine;
 mod result;
 mod standard;
 mod start;
@@ -25,10 +22,10 @@ pub use chi_square::upper_tail;
 pub use describe::NORMAL_95;
 pub use identify::{Identified, IdentifyError, identify};
 pub use judge::{judge, tilted, worth_a_look};
-pub use late::late_channels;
+pub use late_channels::late_channels;
 pub use least_squares::{Route, cross_checks, sweep};
 pub use lsff::{Lsff, LsffError};
-pub use refine::{KnownNoise, information_bound};
+pub use prediction_error::{KnownNoise, information_bound};
 pub use result::{
     CrossCheckResult, CutoffChoice, CutoffPoint, Determined, EncoderOffsetResult, EstimateResult,
     GENERATOR, HeldOutResidual, Identification, MotorRowResult, ParameterEstimate, RefinedDelay,

@@ -9,42 +9,27 @@
 //! Ljung, System Identification, chapters 7 and 10; Åström, Automatica 1980:
 //! "Maximum likelihood and prediction error methods".
 
-mod bound;
-mod covariance;
-mod dynamics;
-mod kalman;
-mod level_gradient;
-mod likelihood;
-mod newton;
-mod noise;
-mod noisy_torque;
-mod record;
-mod solve;
-#[cfg(test)]
-mod tests;
-mod unknowns;
-
-use super::start::feasible;
+use super::descent::{Descent, Problem};
+use super::dynamics::Dynamics;
+use super::filter::{Levels, Wanted, run};
+use super::levels::Search;
+use super::measurements::{Noise, Raw, Record};
+use super::unknowns::Unknowns;
+use super::{dynamics, filter, levels as level, measurements, solve};
 use crate::check::{self, Excerpt};
+use crate::estimate::start::feasible;
 use crate::log::LogSource;
 use crate::model::{Model, Theta};
 use crate::preprocess::Butterworth;
 use crate::progress::{Listener, Phase, Stopped};
 use crate::regression::{PassError, Reading};
-pub use bound::{KnownNoise, information_bound};
-use dynamics::Dynamics;
-use kalman::{Levels, Wanted, run};
-use newton::{Descent, Problem};
-use noise::Search;
-use record::{Noise, Raw, Record};
-use unknowns::Unknowns;
 
 /// Samples times rows times rows that the filter goes through, at most: its work
 /// grows with the rows, and more would take minutes and tell little.
 const MOST: usize = 2_400_000;
 
 /// Returns how many samples the filter goes through at most.
-fn most_samples(rows: usize) -> usize {
+pub(super) fn most_samples(rows: usize) -> usize {
     MOST / (rows * rows).max(1)
 }
 
@@ -187,7 +172,7 @@ pub(super) fn refine(
 ) -> Result<Option<Refined>, PassError> {
     let (model, channels) = (reading.model, reading.channels);
     let limit = most_samples(model.rows());
-    let (raw, left_out) = record::read(channels, sources, limit)?;
+    let (raw, left_out) = measurements::read(channels, sources, limit)?;
     let Ok((theta, _)) = feasible(model, start.theta) else {
         return Ok(None);
     };
@@ -274,7 +259,7 @@ fn descend<'p>(
     Ok(descent.map(|descent| (descent, every)))
 }
 
-fn build(
+pub(super) fn build(
     reading: &Reading<'_>,
     excerpt: &Excerpt,
     raw: &[Raw],
@@ -286,20 +271,20 @@ fn build(
         Some((deviation, None)) => Noise::White(deviation.max(FINEST)),
         None => Noise::White(FINEST),
     };
-    let sensors = record::sensors(model, channels, raw, of_channel);
+    let sensors = measurements::sensors(model, channels, raw, of_channel);
     let order = reading.settings.position_filter_order;
     let mut stretches = Vec::new();
     for raw in raw {
         let filter = Butterworth::new(order, reading.position_cutoff_hz, raw.period())?;
         let delays = reading.delays;
-        stretches.extend(record::stretch(
+        stretches.extend(measurements::stretch(
             raw, model, channels, &sensors, delays, &filter,
         ));
     }
     if stretches.is_empty() {
         return Ok(None);
     }
-    let torque_scale = record::torque_scale(model, &stretches);
+    let torque_scale = measurements::torque_scale(model, &stretches);
     Ok(Some(Record {
         sensors,
         stretches,
@@ -325,7 +310,7 @@ fn first_levels(model: &Model, record: &Record, exact_torque: bool) -> Levels {
     Levels {
         white: of(if exact_torque { EXACT } else { START_MOTOR }, 0.0),
         drift: of(START_MOTOR, START_LINK),
-        corner: noise::CORNER,
+        corner: level::CORNER,
         sensor: (record.sensors.iter())
             .map(|sensor| match sensor.noise {
                 Noise::Counts(_) => 0.0,
@@ -436,7 +421,7 @@ fn finish(
 fn alone(
     problem: &Problem<'_>,
     descent: &Descent,
-    part: &kalman::Normal,
+    part: &filter::Normal,
     share: f64,
 ) -> Option<(Vec<f64>, Vec<f64>)> {
     let values = problem.unknowns.values();
@@ -449,7 +434,7 @@ fn alone(
 }
 
 fn row_levels(problem: &Problem<'_>, levels: &Levels) -> Vec<RowLevel> {
-    let bound: Vec<noise::Level> = problem.search.at_bound(levels).collect();
+    let bound: Vec<level::Level> = problem.search.at_bound(levels).collect();
     (0..levels.drift.len())
         .map(|row| RowLevel {
             white: levels.white[row],
@@ -457,7 +442,7 @@ fn row_levels(problem: &Problem<'_>, levels: &Levels) -> Vec<RowLevel> {
             torque: problem.record.torque_scale[row],
             // Positions may show so little of the white noise that any level will do; what
             // a model lacks is slower.
-            at_bound: bound.contains(&noise::Level::Drift(row)),
+            at_bound: bound.contains(&level::Level::Drift(row)),
         })
         .collect()
 }
@@ -466,7 +451,7 @@ fn row_levels(problem: &Problem<'_>, levels: &Levels) -> Vec<RowLevel> {
 /// following; of those that were not wanted, each alone.
 fn delays(
     unknowns: &Unknowns,
-    normal: &kalman::Normal,
+    normal: &filter::Normal,
     covariance: &[f64],
     count: usize,
     assumed: &[f64],

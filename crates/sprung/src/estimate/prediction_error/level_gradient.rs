@@ -1,8 +1,8 @@
 //! Derivatives of the loss by the levels, gathered on the way back.
 
-use super::kalman::Levels;
+use super::filter::Levels;
+use super::levels::Level;
 use super::likelihood::Part;
-use super::noise::Level;
 
 /// Returns the variance that a period adds to a disturbance.
 pub(super) fn fresh(levels: &Levels, row: usize, left: f64) -> f64 {

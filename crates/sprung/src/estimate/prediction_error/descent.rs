@@ -6,11 +6,11 @@
 //! taken off, so gains decide how precise the estimate is, not whether it is right.
 
 use super::dynamics::Dynamics;
-use super::kalman::{Levels, Normal, Path, Schedule, Wanted, replay, run};
+use super::filter::{Levels, Normal, Path, Schedule, Wanted, replay, run};
+use super::levels::{Level, Search, search};
 use super::likelihood::About;
-use super::noise::{Level, Search, search};
+use super::measurements::Record;
 use super::noisy_torque::expected_gradient;
-use super::record::Record;
 use super::solve::{damped_step, length};
 use super::unknowns::Unknowns;
 use crate::model::Model;

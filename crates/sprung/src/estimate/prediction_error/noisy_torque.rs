@@ -12,7 +12,7 @@
 //! section 1.1.
 
 use super::dynamics::Dynamics;
-use super::kalman::Levels;
+use super::filter::Levels;
 use super::likelihood::About;
 use super::unknowns::Unknowns;
 

@@ -1,7 +1,10 @@
 //! How precisely a log of known noise can show its parameters.
 
-use super::kalman::{Levels, Wanted, run};
-use super::{Dynamics, Unknowns, build, record, solve};
+use super::dynamics::Dynamics;
+use super::filter::{Levels, Wanted, run};
+use super::refine::{build, most_samples};
+use super::unknowns::Unknowns;
+use super::{measurements, solve};
 use crate::check::choose_cutoff;
 use crate::check::excerpt;
 use crate::description::{Cutoff, Experiment, Simulate};
@@ -79,8 +82,8 @@ pub fn information_bound(
         delays: &delays,
         weights: None,
     };
-    let limit = super::most_samples(model.rows());
-    let (raw, left_out) = record::read(&channels, &mut sources, limit).map_err(failed)?;
+    let limit = most_samples(model.rows());
+    let (raw, left_out) = measurements::read(&channels, &mut sources, limit).map_err(failed)?;
     let Some(record) = build(&reading, &excerpt, &raw, left_out)? else {
         return Ok(None);
     };

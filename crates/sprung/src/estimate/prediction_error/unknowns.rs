@@ -1,6 +1,6 @@
 //! What the refinement estimates: parameters, offsets between encoders, delays.
 
-use super::record::{Record, Stretch};
+use super::measurements::{Record, Stretch};
 use crate::log::{Channels, Quantity};
 use crate::model::{Model, Theta};
 use sprung_core::parameters::JointParameter;

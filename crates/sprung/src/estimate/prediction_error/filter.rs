@@ -8,7 +8,7 @@
 
 use super::covariance::{disturb, propagate, start_covariance, update};
 use super::dynamics::{Dynamics, Tangent, add, scale};
-use super::record::{Event, Record, Sensor, Stretch};
+use super::measurements::{Event, Record, Sensor, Stretch};
 use super::unknowns::Unknowns;
 
 /// Levels of the disturbances.

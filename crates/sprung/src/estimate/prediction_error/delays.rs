@@ -1,9 +1,9 @@
 //! Delays that are to be estimated, by likelihood from more than one start.
 
-use super::least_squares::fit;
 use super::refine::{Refined, Start, refine};
 use crate::check::{DelayByLikelihood, Delays, Excerpt, fit_motor_rows};
 use crate::description::{Delay, Estimator};
+use crate::estimate::least_squares::fit;
 use crate::log::LogSource;
 use crate::progress::{Listener, Phase};
 use crate::regression::{PassError, Reading};
@@ -29,7 +29,7 @@ const PART: f64 = 0.05;
 /// # Errors
 ///
 /// [`PassError`] if a log cannot be read.
-pub(super) fn refine_delays(
+pub(in crate::estimate) fn refine_delays(
     reading: &Reading<'_>,
     delays: &mut Delays,
     sources: &mut [LogSource<'_>],

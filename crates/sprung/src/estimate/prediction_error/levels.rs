@@ -3,9 +3,9 @@
 //! Steps are those of scoring: the information that the innovations show, brought
 //! to the size that is expected of it.
 
-use super::kalman::Levels;
+use super::filter::Levels;
 use super::likelihood::{About, Slope};
-use super::record::Record;
+use super::measurements::Record;
 use super::solve::damped_step;
 
 /// Bounds of a level, as parts of the torque's standard deviation: more drift than

@@ -15,10 +15,10 @@ use super::covariance::{
     carry, disturb, dot, propagate, pull, pull_product, pull_state, start_covariance, update,
 };
 use super::dynamics::add;
-use super::kalman::{Levels, Schedule, measured, seen};
+use super::filter::{Levels, Schedule, measured, seen};
 use super::level_gradient::{Gradient, fresh};
-use super::noise::{Level, Search};
-use super::record::{Event, Record, Stretch};
+use super::levels::{Level, Search};
+use super::measurements::{Event, Record, Stretch};
 
 /// The innovations of a run about which the likelihood is linear.
 #[derive(Clone, Copy)]

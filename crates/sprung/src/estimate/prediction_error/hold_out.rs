@@ -1,7 +1,7 @@
 //! Whether a refinement predicts what it has not seen as well as least squares does.
 
-use super::least_squares::fits_of_growing;
 use super::refine::Refined;
+use crate::estimate::least_squares::fits_of_growing;
 use crate::model::Model;
 use crate::regression::System;
 

@@ -3,8 +3,8 @@
 //! it on their way back.
 
 use super::dynamics::{add, scale};
-use super::kalman::{Levels, measured};
-use super::record::Stretch;
+use super::filter::{Levels, measured};
+use super::measurements::Stretch;
 
 /// Returns the covariance at the start of a stretch, \[3 rows × 3 rows\].
 pub(super) fn start_covariance(rows: usize, stretch: &Stretch, levels: &Levels) -> Vec<f64> {

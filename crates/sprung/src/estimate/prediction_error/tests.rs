@@ -1,10 +1,10 @@
 //! The filter's derivatives against differences, on a short log of the demo's robot.
 
 use super::dynamics::{Dynamics, Tangent};
-use super::kalman::{Levels, Schedule, Wanted, replay, run};
+use super::filter::{Levels, Schedule, Wanted, replay, run};
+use super::levels::{Level, Search};
 use super::likelihood::About;
-use super::noise::{Level, Search};
-use super::record::{Event, Noise, Record, Sensor, Stretch};
+use super::measurements::{Event, Noise, Record, Sensor, Stretch};
 use super::unknowns::Unknowns;
 use crate::demo;
 use crate::description::{self, no_files};
