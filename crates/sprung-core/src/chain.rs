@@ -59,11 +59,21 @@ impl core::fmt::Display for ChainError {
 
 impl core::error::Error for ChainError {}
 
+/// Where the links of a tree can move.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Motions {
+    /// In the plane across the z axes of all frames: turns about z, slides across.
+    InPlane,
+    /// Anywhere.
+    InSpace,
+}
+
 /// A tree of joints on a fixed base; parents come before their children.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chain<'a> {
     joints: &'a [ChainJoint],
     gravity: Vector,
+    motions: Motions,
 }
 
 impl<'a> Chain<'a> {
@@ -85,13 +95,34 @@ impl<'a> Chain<'a> {
                 return Err(ChainError::Axis { joint });
             }
         }
-        Ok(Self { joints, gravity })
+        let in_plane = joints.iter().all(ChainJoint::moves_in_plane);
+        Ok(Self {
+            joints,
+            gravity,
+            motions: if in_plane {
+                Motions::InPlane
+            } else {
+                Motions::InSpace
+            },
+        })
     }
 
     /// Returns the tree of joints that [`Chain::new`] has accepted before.
+    ///
+    /// - `motions`: those of the tree that it returned.
     #[must_use]
-    pub const fn checked(joints: &'a [ChainJoint], gravity: Vector) -> Self {
-        Self { joints, gravity }
+    pub const fn checked(joints: &'a [ChainJoint], gravity: Vector, motions: Motions) -> Self {
+        Self {
+            joints,
+            gravity,
+            motions,
+        }
+    }
+
+    /// Returns where the links can move.
+    #[must_use]
+    pub const fn motions(&self) -> Motions {
+        self.motions
     }
 
     /// Returns the joints.
@@ -100,13 +131,19 @@ impl<'a> Chain<'a> {
         self.joints
     }
 
-    /// Returns the acceleration of the base that stands for gravity.
+    /// Returns the acceleration of the base that stands for gravity; nothing if
+    /// gravity does no work on any motion.
     #[must_use]
-    pub fn base_acceleration(&self) -> Motion {
-        Motion {
+    pub(crate) fn base_acceleration(&self) -> Option<Motion> {
+        let [x, y, z] = self.gravity;
+        let weightless = match self.motions {
+            Motions::InPlane => x.abs().max(y.abs()) <= 0.0,
+            Motions::InSpace => x.abs().max(y.abs()).max(z.abs()) <= 0.0,
+        };
+        (!weightless).then(|| Motion {
             angular: [0.0; 3],
             linear: self.gravity.map(|g| -g),
-        }
+        })
     }
 }
 
@@ -161,6 +198,25 @@ impl ChainJoint {
         }
     }
 
+    /// Returns whether the joint leaves its link in the plane across the z axis of
+    /// its parent's frame, and z along z.
+    fn moves_in_plane(&self) -> bool {
+        let zero = |x: f64| x.abs() <= 0.0;
+        let [[_, _, xz], [_, _, yz], [zx, zy, zz]] = self.rotation;
+        let upright = [xz, yz, zx, zy, zz - 1.0].into_iter().all(zero);
+        let [x, y, z] = self.axis;
+        upright
+            && match self.kind {
+                JointKind::Revolute => zero(x) && zero(y),
+                JointKind::Prismatic => zero(z),
+            }
+    }
+
+    fn turns_about_z(&self) -> bool {
+        let [x, y, z] = self.axis;
+        x.abs().max(y.abs()) <= 0.0 && z > 0.0
+    }
+
     /// Returns the joint's axis as a motion, in its own frame.
     #[must_use]
     pub fn motion(&self) -> Motion {
@@ -180,6 +236,18 @@ impl ChainJoint {
     #[must_use]
     pub fn transform<S: Scalar>(&self, q: S) -> Transform<S> {
         match self.kind {
+            // A turn about z, as of every table, costs less than one about any axis.
+            JointKind::Revolute if self.turns_about_z() => {
+                let (sin, cos) = q.sin_cos();
+                Transform {
+                    axes: [
+                        self.rotation.map(|r| cos * r[0] + sin * r[1]),
+                        self.rotation.map(|r| cos * r[1] - sin * r[0]),
+                        self.rotation.map(|r| S::constant(r[2])),
+                    ],
+                    origin: self.origin.map(S::constant),
+                }
+            }
             JointKind::Revolute => Transform {
                 axes: transposed(&product(&self.rotation, &rotation(&self.axis, q))),
                 origin: self.origin.map(S::constant),

@@ -4,7 +4,7 @@
 use crate::drives::State;
 use crate::links::{LengthError, Step, lengths};
 use crate::parameters::JointParameter;
-use crate::regressor::{Robot, TorqueSeries, Values};
+use crate::robot::{Robot, Values};
 use crate::scalar::Jet;
 
 /// Writes the motor torques of PD control, \[n\], N·m (N).
@@ -34,6 +34,9 @@ pub fn pd(
         *tau = kp * (phi_d - phi) + kd * (dphi_d - dphi);
     }
 }
+
+/// Taylor series that give a torque and its first two time derivatives.
+pub type TorqueSeries = Jet<3>;
 
 /// Memory of a feedforward, each \[n\].
 #[derive(Debug)]
@@ -116,7 +119,8 @@ impl Feedforward<'_> {
                 let motor: f64 = (0..n)
                     .map(|k| robot.ratio(term.joint, k) * dq[k].derivative(0))
                     .sum();
-                self.tau[robot.joint_of(term.row)] += term.gain * values.theta[term.column] * motor;
+                self.tau[robot.joint_of(term.row)] +=
+                    values.theta[term.column] * term.momentum(motor);
             }
         }
         Ok(())

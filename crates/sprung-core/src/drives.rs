@@ -3,8 +3,9 @@
 //! Each [`Term`] puts one parameter into one row: a link row, the motor row of
 //! a flexible joint, or the only row of a rigid one.
 
-use crate::friction::Shape;
+use crate::friction::{Conditions, Shape};
 use crate::parameters::{JointParameter, Side};
+use crate::scalar::{Dual, Scalar};
 
 /// One parameter of a drive in one row of the regressor.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,37 +39,84 @@ pub struct State<'s> {
     pub dphi: &'s [f64],
 }
 
+/// A joint as its drive sees it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drive<S = f64> {
+    /// Motor position minus link position, rad (m).
+    pub deflection: S,
+    /// Motor velocity minus link velocity, rad/s (m/s).
+    pub deflection_rate: S,
+    /// Link velocity, rad/s (m/s).
+    pub link_velocity: S,
+    /// Velocity of the motor itself, before a coupling, rad/s (m/s).
+    pub motor_velocity: S,
+}
+
 impl Term {
-    /// Returns the entries of `Y_a` and `Y_b`.
+    /// Returns the entry of `Y_a`, or its rate: what the row takes of the
+    /// parameter's momentum.
     ///
-    /// - `motor_velocity`: of the motors, before a coupling, \[n\], rad/s.
+    /// - `motor_rate`: velocity of the motor, before a coupling, rad/s (m/s); with
+    ///   its acceleration instead, the entry's rate.
+    ///
+    /// # Source
+    ///
+    /// Eq. (1): `M_2 ddphi` in a motor row.
+    #[must_use]
+    #[inline]
+    pub fn momentum(&self, motor_rate: f64) -> f64 {
+        match self.what {
+            JointParameter::RotorInertia => self.gain * motor_rate,
+            _ => 0.0,
+        }
+    }
+
+    /// Returns the entry of `Y_b`: what the row takes of the parameter's torque.
     ///
     /// # Source
     ///
     /// Eq. (1): `F_v1 dq + f_c1(dq) + K (q - phi)` in a link row,
-    /// `M_2 ddphi + F_v2 dphi + f_c2(dphi) + K (phi - q)` in a motor row.
+    /// `F_v2 dphi + f_c2(dphi) + K (phi - q)` in a motor row.
     #[must_use]
     #[inline]
-    pub fn columns(
-        &self,
-        state: &State<'_>,
-        motor_velocity: &[f64],
-        shapes: &[Shape],
-    ) -> (f64, f64) {
-        let i = self.joint;
-        let deflection = || state.phi[i] - state.q[i];
-        let rest = match self.what {
-            JointParameter::RotorInertia => return (self.gain * motor_velocity[i], 0.0),
-            JointParameter::Stiffness => deflection(),
+    pub fn rest<S: Scalar>(&self, drive: &Drive<S>, shape: &Shape) -> S {
+        let torque = match self.what {
+            JointParameter::RotorInertia => return S::ZERO,
+            JointParameter::Stiffness => drive.deflection,
             JointParameter::CubicStiffness => {
-                let d = deflection();
-                d * d * d
+                drive.deflection * drive.deflection * drive.deflection
             }
-            JointParameter::Damping => state.dphi[i] - state.dq[i],
-            JointParameter::Preload => -1.0,
-            JointParameter::Friction(Side::Link, law) => law.column(state.dq[i], &shapes[i]),
-            JointParameter::Friction(Side::Motor, law) => law.column(motor_velocity[i], &shapes[i]),
+            JointParameter::Damping => drive.deflection_rate,
+            JointParameter::Preload => S::constant(-1.0),
+            JointParameter::Friction(side, law) => {
+                let at = Conditions {
+                    velocity: match side {
+                        Side::Link => drive.link_velocity,
+                        Side::Motor => drive.motor_velocity,
+                    },
+                    load: drive.deflection * shape.load_stiffness,
+                };
+                law.column(&at, shape)
+            }
         };
-        (0.0, self.gain * rest)
+        torque * self.gain
+    }
+    /// Returns the derivatives of [`Term::rest`] by what the drive sees.
+    #[must_use]
+    pub fn slopes(&self, drive: &Drive, shape: &Shape) -> Drive {
+        let at = Drive {
+            deflection: Dual::<4>::variable(drive.deflection, 0),
+            deflection_rate: Dual::variable(drive.deflection_rate, 1),
+            link_velocity: Dual::variable(drive.link_velocity, 2),
+            motor_velocity: Dual::variable(drive.motor_velocity, 3),
+        };
+        let [deflection, deflection_rate, link_velocity, motor_velocity] =
+            self.rest(&at, shape).partials;
+        Drive {
+            deflection,
+            deflection_rate,
+            link_velocity,
+            motor_velocity,
+        }
     }
 }

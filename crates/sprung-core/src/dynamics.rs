@@ -1,14 +1,15 @@
 //! The equations of motion solved for torques and for accelerations.
 //!
 //! The bodies' momentum is the same bilinear form as the regressor's columns:
-//! [`momentum`] times a motion is [`kernel`](crate::spatial::kernel) times the
-//! inertial parameters. Summed from the tips to the base it costs a tenth of
+//! [`momentum`](crate::spatial::momentum) times a motion is
+//! [`kernel`](crate::spatial::kernel) times the inertial parameters. Summed from the tips to the base it costs a tenth of
 //! the columns, which is what a simulation needs.
 
-use crate::chain::{Chain, JointKind};
+use crate::chain::{Chain, Motions};
 use crate::links::{LengthError, Step, Workspace, lengths};
 use crate::scalar::Scalar;
-use crate::spatial::{BODY, Motion, dot, momentum};
+use crate::space::{Planar, Space, Spatial};
+use crate::spatial::{BODY, Force, Motion};
 
 /// Writes the joint torques that a motion of the links takes.
 ///
@@ -47,34 +48,14 @@ pub fn inverse_dynamics<S: Scalar>(
         ],
         n,
     )?;
-    let base = Step {
-        acceleration: Motion::constant(&chain.base_acceleration()),
-        ..Step::default()
-    };
-    for (j, joint) in chain.joints().iter().enumerate() {
-        let (done, rest) = steps.split_at_mut(j);
-        let before = joint.parent.map_or(&base, |parent| &done[parent]);
-        let step = &mut rest[0];
-        let axis = Motion::constant(&joint.motion());
-        let own = axis.times(dq[j]);
-        step.transform = joint.transform(q[j]);
-        step.velocity = step.transform.apply(&before.velocity).plus(&own);
-        step.acceleration = (step.transform.apply(&before.acceleration))
-            .plus(&axis.times(ddq[j]))
-            .plus(&step.velocity.cross(&own));
-        step.force = momentum(&bodies[j], &step.acceleration)
-            .plus(&(step.velocity).cross_force(&momentum(&bodies[j], &step.velocity)));
-    }
-    for (j, joint) in chain.joints().iter().enumerate().rev() {
-        let force = steps[j].force;
-        let along = match joint.kind {
-            JointKind::Revolute => &force.moment,
-            JointKind::Prismatic => &force.force,
-        };
-        tau[j] = dot(along, &joint.axis.map(S::constant));
-        if let Some(parent) = joint.parent {
-            let carried = steps[j].transform.back(&force);
-            steps[parent].force = steps[parent].force.plus(&carried);
+    match chain.motions() {
+        Motions::InPlane => {
+            place::<Planar, S>(chain, q, steps);
+            torques::<Planar, S>(chain, bodies, [dq, ddq], steps, tau);
+        }
+        Motions::InSpace => {
+            place::<Spatial, S>(chain, q, steps);
+            torques::<Spatial, S>(chain, bodies, [dq, ddq], steps, tau);
         }
     }
     Ok(())
@@ -105,110 +86,131 @@ pub fn mass_matrix(
             ("bodies", bodies.len()),
             ("q", q.len()),
             ("workspace.joints", workspace.joints.len()),
+            ("workspace.steps", workspace.steps.len()),
         ],
         n,
     )?;
     lengths(&[("matrix", matrix.len())], n * n)?;
-    let links = &mut *workspace.joints;
-    for (j, joint) in chain.joints().iter().enumerate() {
-        links[j].transform = joint.transform(q[j]);
-        links[j].composite = bodies[j];
-    }
     matrix.fill(0.0);
-    for (j, joint) in chain.joints().iter().enumerate().rev() {
-        if let Some(parent) = joint.parent {
-            let carried = links[j].transform.back_body(&links[j].composite);
-            for (sum, part) in links[parent].composite.iter_mut().zip(carried) {
-                *sum += part;
-            }
+    match chain.motions() {
+        Motions::InPlane => {
+            place::<Planar, f64>(chain, q, workspace.steps);
+            masses::<Planar>(chain, bodies, workspace, n, matrix);
         }
-        let axis = joint.motion();
-        let mut force = momentum(&links[j].composite, &axis);
-        matrix[j * n + j] = axis.power(&force);
-        let mut at = j;
-        while let Some(i) = chain.joints()[at].parent {
-            force = links[at].transform.back(&force);
-            let entry = chain.joints()[i].motion().power(&force);
-            matrix[i * n + j] = entry;
-            matrix[j * n + i] = entry;
-            at = i;
+        Motions::InSpace => {
+            place::<Spatial, f64>(chain, q, workspace.steps);
+            masses::<Spatial>(chain, bodies, workspace, n, matrix);
         }
     }
     Ok(())
 }
 
-/// Solves `A x = b` in place for a symmetric positive definite matrix; `b`
-/// holds NaN afterwards if `A` is not one.
+/// Writes the torques that the links take while they do not accelerate, and
+/// their mass matrix, of slices whose lengths are checked.
 ///
-/// - `a`: \[n × n\], of which the lower triangle is read, overwritten by `L` of
-///   `L D L^T`, and `1 / D` on the diagonal; `b`: \[n\].
-pub fn solve_positive(a: &mut [f64], b: &mut [f64]) {
-    let n = b.len();
-    for i in 0..n {
-        let (above, row) = a.split_at_mut(i * n);
-        let mut pivot = row[i];
-        for j in 0..i {
-            // Row i holds L D so far: entries behind j are still those of A.
-            let known: f64 = (0..j).map(|k| row[k] * above[j * n + k]).sum();
-            row[j] -= known;
+/// - `width`: numbers in a row of the matrix, which holds zeros.
+pub(crate) fn bias_and_masses(
+    chain: &Chain<'_>,
+    bodies: &[[f64; BODY]],
+    [q, dq, zeros]: [&[f64]; 3],
+    workspace: &mut Workspace<'_>,
+    tau: &mut [f64],
+    width: usize,
+    matrix: &mut [f64],
+) {
+    match chain.motions() {
+        Motions::InPlane => {
+            place::<Planar, f64>(chain, q, workspace.steps);
+            torques::<Planar, f64>(chain, bodies, [dq, zeros], workspace.steps, tau);
+            masses::<Planar>(chain, bodies, workspace, width, matrix);
         }
-        for j in 0..i {
-            let scaled = row[j] * above[j * n + j];
-            pivot -= row[j] * scaled;
-            row[j] = scaled;
+        Motions::InSpace => {
+            place::<Spatial, f64>(chain, q, workspace.steps);
+            torques::<Spatial, f64>(chain, bodies, [dq, zeros], workspace.steps, tau);
+            masses::<Spatial>(chain, bodies, workspace, width, matrix);
         }
-        row[i] = if pivot > 0.0 { 1.0 / pivot } else { f64::NAN };
-    }
-    for i in 1..n {
-        let known: f64 = (0..i).map(|k| a[i * n + k] * b[k]).sum();
-        b[i] -= known;
-    }
-    for i in (0..n).rev() {
-        let known: f64 = (i + 1..n).map(|k| a[k * n + i] * b[k]).sum();
-        b[i] = b[i] * a[i * n + i] - known;
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn known_system_is_solved() {
-        // A = L D L^T with L = [1 0 0; 1/2 1 0; -1/2 2/3 1] and D = diag(4, 9, 1), and
-        // b = A [1 -2 3]^T; the upper triangle is not read.
-        let unread = f64::NAN;
-        let mut a = [4.0, unread, unread, 2.0, 10.0, unread, -2.0, 5.0, 6.0];
-        let mut b = [-6.0, -3.0, 6.0];
-        solve_positive(&mut a, &mut b);
-        for (found, expected) in b.iter().zip([1.0, -2.0, 3.0]) {
-            assert!((found - expected).abs() < 1e-15);
-        }
-        for (at, expected) in [
-            (0, 0.25),
-            (3, 0.5),
-            (4, 1.0 / 9.0),
-            (6, -0.5),
-            (7, 2.0 / 3.0),
-            (8, 1.0),
-        ] {
-            assert!((a[at] - expected).abs() < 1e-15);
+/// Writes the transforms of all joints.
+fn place<P: Space, S: Scalar>(chain: &Chain<'_>, q: &[S], steps: &mut [Step<S>]) {
+    let weightless = chain.base_acceleration().is_none();
+    for ((joint, q), step) in chain.joints().iter().zip(q).zip(steps) {
+        // On a base that nothing pulls it does not matter where a link is.
+        if joint.parent.is_some() || !weightless {
+            step.transform = P::transform(joint, *q);
         }
     }
+}
 
-    #[test]
-    fn matrix_that_is_not_positive_has_no_solution() {
-        for mut a in [
-            [1.0, 2.0, 2.0, 1.0],
-            [-1.0, 0.0, 0.0, 1.0],
-            [1.0, 0.0, 0.0, -1.0],
-            [1.0, 1.0, 1.0, 1.0],
-            [0.0; 4],
-            [f64::NAN, 0.0, 0.0, 1.0],
-        ] {
-            let mut b = [1.0, 2.0];
-            solve_positive(&mut a, &mut b);
-            assert!(b.iter().all(|x| x.is_nan()), "{a:?}: {b:?}");
+/// Writes the torques that a motion of links takes whose transforms are known.
+fn torques<P: Space, S: Scalar>(
+    chain: &Chain<'_>,
+    bodies: &[[f64; BODY]],
+    [dq, ddq]: [&[S]; 2],
+    steps: &mut [Step<S>],
+    tau: &mut [S],
+) {
+    let base = chain.base_acceleration();
+    for (j, joint) in chain.joints().iter().enumerate() {
+        let (done, rest) = steps.split_at_mut(j);
+        let step = &mut rest[0];
+        let [mut velocity, mut acceleration] = [Motion::default(); 2];
+        match (joint.parent, &base) {
+            (Some(parent), _) => {
+                velocity = P::apply(&step.transform, &done[parent].velocity);
+                acceleration = P::apply(&step.transform, &done[parent].acceleration);
+            }
+            (None, Some(base)) => {
+                acceleration = P::apply(&step.transform, &Motion::constant(base));
+            }
+            (None, None) => {}
+        }
+        P::add_along(joint, dq[j], &mut velocity);
+        P::add_along(joint, ddq[j], &mut acceleration);
+        P::add_times(&P::axis_rate(&velocity, joint), dq[j], &mut acceleration);
+        step.force = P::force(&bodies[j], &velocity, &acceleration);
+        (step.velocity, step.acceleration) = (velocity, acceleration);
+    }
+    for (j, joint) in chain.joints().iter().enumerate().rev() {
+        let (done, rest) = steps.split_at_mut(j);
+        let step = &rest[0];
+        tau[j] = P::along(joint, &step.force);
+        if let Some(parent) = joint.parent {
+            P::add_back(&step.transform, &step.force, &mut done[parent].force);
+        }
+    }
+}
+
+/// Writes the mass matrix of links whose transforms are known.
+fn masses<P: Space>(
+    chain: &Chain<'_>,
+    bodies: &[[f64; BODY]],
+    workspace: &mut Workspace<'_>,
+    width: usize,
+    matrix: &mut [f64],
+) {
+    let (links, steps) = (&mut *workspace.joints, &*workspace.steps);
+    for (link, body) in links.iter_mut().zip(bodies) {
+        link.composite = *body;
+    }
+    for (j, joint) in chain.joints().iter().enumerate().rev() {
+        let (done, rest) = links.split_at_mut(j);
+        let composite = &rest[0].composite;
+        if let Some(parent) = joint.parent {
+            P::add_body_back(&steps[j].transform, composite, &mut done[parent].composite);
+        }
+        let mut force = P::momentum_along(composite, joint);
+        matrix[j * width + j] = P::along(joint, &force);
+        let mut at = j;
+        while let Some(i) = chain.joints()[at].parent {
+            let mut carried = Force::default();
+            P::add_back(&steps[at].transform, &force, &mut carried);
+            force = carried;
+            let entry = P::along(&chain.joints()[i], &force);
+            matrix[i * width + j] = entry;
+            matrix[j * width + i] = entry;
+            at = i;
         }
     }
 }

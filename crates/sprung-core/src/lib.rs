@@ -9,16 +9,19 @@
 //! Modules in the order of the data flow; each uses only those before it:
 //!
 //! - [`scalar`]: numbers and truncated Taylor series,
-//! - [`friction`]: friction columns, one function per law,
+//! - [`linear`]: positive definite equations,
 //! - [`spatial`]: motions of rigid bodies and the kernel of every link column,
 //! - [`chain`]: trees of joints,
+//! - `space`: what the algorithms on trees do with motions, in space or in a plane,
+//! - [`friction`]: the table of friction laws, one formula each,
 //! - [`parameters`]: kinds of parameter, their order, names and units,
 //! - [`links`]: link columns of any tree,
-//! - [`dynamics`]: torques and accelerations of any tree,
-//! - [`planar_2r`]: link columns of the planar arm with two joints, in closed form,
+//! - [`dynamics`]: torques and mass matrix of any tree,
 //! - [`drives`]: rotor inertia, spring and friction columns of a joint,
-//! - [`regressor`]: one sample's `[Y_a | Y_b]`, and the same as dynamics,
-//! - [`linearized`]: accelerations and their derivatives,
+//! - [`robot`]: links and drives as rows and entries,
+//! - `regressor`: one sample's `[Y_a | Y_b]`,
+//! - `motion`: the equations of motion and the accelerations that solve them,
+//! - [`linearized`]: derivatives of the accelerations,
 //! - [`filter`]: the filter pair `f_D`, `g_D`,
 //! - [`velocity`]: on-line averaged velocity,
 //! - [`controller`]: PD, and feedforward with state feedback,
@@ -34,12 +37,15 @@ pub mod drives;
 pub mod dynamics;
 pub mod filter;
 pub mod friction;
+pub mod linear;
 pub mod linearized;
 pub mod links;
+mod motion;
 pub mod parameters;
-pub mod planar_2r;
 pub mod recursive;
-pub mod regressor;
+mod regressor;
+pub mod robot;
 pub mod scalar;
+mod space;
 pub mod spatial;
 pub mod velocity;

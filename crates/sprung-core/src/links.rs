@@ -2,16 +2,16 @@
 //!
 //! Row `i` and link `j` share columns only if joint `i` carries link `j`. The
 //! axis of joint `i` and its rate are carried down to link `j`, and every
-//! column is the [`kernel`] at a pair of motions.
+//! column is the [`kernel`](crate::spatial::kernel) at a pair of motions.
 
-use crate::chain::{Chain, ChainJoint};
+use crate::chain::{Chain, ChainJoint, Motions};
 use crate::scalar::Scalar;
-use crate::spatial::{BODY, Force, Motion, Transform, kernel};
+use crate::space::{Planar, Space, Spatial};
+use crate::spatial::{BODY, Force, Motion, Transform};
 
 /// Scratch memory for one joint.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct JointScratch {
-    pub(crate) transform: Transform,
     pub(crate) composite: [f64; BODY],
     velocity: Motion,
     acceleration: Motion,
@@ -61,8 +61,41 @@ pub struct Workspace<'w> {
 /// Returns how many numbers a [`Workspace`] needs for `joints` joints.
 #[must_use]
 pub const fn numbers_len(joints: usize) -> usize {
-    // A matrix, and six vectors.
-    joints * (joints + 6)
+    // A matrix of as many coordinates as links and motors, and four vectors.
+    4 * joints * (joints + 1)
+}
+
+/// What the numbers of a [`Workspace`] are.
+pub(crate) struct Parts<'p> {
+    /// Mass matrix of all coordinates, or its factors, \[(2n)²\] or less.
+    pub(crate) masses: &'p mut [f64],
+    /// A number for each motor, \[n\].
+    pub(crate) motors: &'p mut [f64],
+    /// A number for each coordinate, \[2n\] or less.
+    pub(crate) vector: &'p mut [f64],
+    /// A number for each joint, \[n\].
+    pub(crate) more: &'p mut [f64],
+}
+
+impl<'p> Parts<'p> {
+    pub(crate) fn new(numbers: &'p mut [f64], joints: usize) -> Self {
+        let (masses, rest) = numbers.split_at_mut(4 * joints * joints);
+        let (motors, rest) = rest.split_at_mut(joints);
+        let (vector, more) = rest.split_at_mut(2 * joints);
+        Self {
+            masses,
+            motors,
+            vector,
+            more,
+        }
+    }
+}
+
+impl Workspace<'_> {
+    /// Returns the numbers by what they are; lengths are checked.
+    pub(crate) fn parts(&mut self) -> Parts<'_> {
+        Parts::new(self.numbers, self.joints.len())
+    }
 }
 
 /// A slice has the wrong length.
@@ -110,21 +143,42 @@ pub fn columns(
     q: &[f64],
     dq: &[f64],
     workspace: &mut Workspace<'_>,
-    mut visit: impl FnMut(usize, usize, &[f64; BODY], &[f64; BODY]),
+    visit: impl FnMut(usize, usize, &[f64; BODY], &[f64; BODY]),
 ) -> Result<(), LengthError> {
     let n = chain.joints().len();
     check(n, &[("q", q.len()), ("dq", dq.len())], workspace)?;
-    move_all(chain, q, dq, None, workspace);
+    match chain.motions() {
+        Motions::InPlane => visit_columns::<Planar>(chain, q, dq, workspace, visit),
+        Motions::InSpace => visit_columns::<Spatial>(chain, q, dq, workspace, visit),
+    }
+    Ok(())
+}
+
+fn visit_columns<P: Space>(
+    chain: &Chain<'_>,
+    q: &[f64],
+    dq: &[f64],
+    workspace: &mut Workspace<'_>,
+    mut visit: impl FnMut(usize, usize, &[f64; BODY], &[f64; BODY]),
+) {
+    move_all::<P>(chain, q, dq, None, workspace);
+    let heavy = chain.base_acceleration().is_some();
+    let [mut momentum, mut energy, mut rest] = [[0.0; BODY]; 3];
     for_pairs(chain, workspace, |i, j, pair, link| {
-        let momentum = kernel(&pair.axis, &link.velocity);
-        let energy = kernel(&pair.axis_rate, &link.velocity);
-        let mut rest = kernel(&pair.axis, &link.gravity);
-        for (rest, energy) in rest.iter_mut().zip(energy) {
-            *rest -= energy;
+        P::kernel(&pair.axis, &link.velocity, &mut momentum);
+        P::kernel(&pair.axis_rate, &link.velocity, &mut energy);
+        if heavy {
+            P::kernel(&pair.axis, &link.gravity, &mut rest);
+            for &k in P::SHOWN {
+                rest[k] -= energy[k];
+            }
+        } else {
+            for &k in P::SHOWN {
+                rest[k] = -energy[k];
+            }
         }
         visit(i, j, &momentum, &rest);
     });
-    Ok(())
 }
 
 /// Writes the columns of the filtered regression, those of all links.
@@ -195,22 +249,39 @@ pub fn torque_columns(
     chain: &Chain<'_>,
     motion: [&[f64]; 3],
     workspace: &mut Workspace<'_>,
-    mut visit: impl FnMut(usize, usize, &[f64; BODY]),
+    visit: impl FnMut(usize, usize, &[f64; BODY]),
 ) -> Result<(), LengthError> {
     let n = chain.joints().len();
     let [q, dq, ddq] = motion;
     let given = [("q", q.len()), ("dq", dq.len()), ("ddq", ddq.len())];
     check(n, &given, workspace)?;
-    move_all(chain, q, dq, Some(ddq), workspace);
+    match chain.motions() {
+        Motions::InPlane => visit_torque_columns::<Planar>(chain, motion, workspace, visit),
+        Motions::InSpace => visit_torque_columns::<Spatial>(chain, motion, workspace, visit),
+    }
+    Ok(())
+}
+
+fn visit_torque_columns<P: Space>(
+    chain: &Chain<'_>,
+    [q, dq, ddq]: [&[f64]; 3],
+    workspace: &mut Workspace<'_>,
+    mut visit: impl FnMut(usize, usize, &[f64; BODY]),
+) {
+    move_all::<P>(chain, q, dq, Some(ddq), workspace);
+    let [mut columns, mut turning] = [[0.0; BODY]; 2];
     for_pairs(chain, workspace, |i, j, pair, link| {
-        let mut columns = kernel(&pair.axis, &link.acceleration);
-        let turning = kernel(&link.velocity.cross(&pair.axis), &link.velocity);
-        for (column, turning) in columns.iter_mut().zip(turning) {
-            *column -= turning;
+        P::kernel(&pair.axis, &link.acceleration, &mut columns);
+        P::kernel(
+            &P::cross(&link.velocity, &pair.axis),
+            &link.velocity,
+            &mut turning,
+        );
+        for &k in P::SHOWN {
+            columns[k] -= turning[k];
         }
         visit(i, j, &columns);
     });
-    Ok(())
 }
 
 pub(crate) fn check(
@@ -247,7 +318,7 @@ pub(crate) fn lengths(given: &[(&'static str, usize)], expected: usize) -> Resul
 }
 
 /// Carries velocities, accelerations and axes from the base to the tips.
-fn move_all(
+fn move_all<P: Space>(
     chain: &Chain<'_>,
     q: &[f64],
     dq: &[f64],
@@ -255,39 +326,48 @@ fn move_all(
     workspace: &mut Workspace<'_>,
 ) {
     let n = chain.joints().len();
-    let base = JointScratch {
-        acceleration: chain.base_acceleration(),
-        gravity: chain.base_acceleration(),
-        ..JointScratch::default()
-    };
+    let base = chain.base_acceleration();
     for (j, joint) in chain.joints().iter().enumerate() {
-        let transform = joint.transform(q[j]);
-        let axis = joint.motion();
-        let own = axis.times(dq[j]);
         let (done, rest) = workspace.joints.split_at_mut(j);
-        let before = joint.parent.map_or(&base, |parent| &done[parent]);
         let link = &mut rest[0];
-        link.velocity = transform.apply(&before.velocity).plus(&own);
-        link.gravity = transform.apply(&before.gravity);
+        let [mut velocity, mut acceleration, mut gravity] = [Motion::default(); 3];
+        match (joint.parent, &base) {
+            (Some(parent), _) => {
+                let (parent_link, transform) = (&done[parent], P::transform(joint, q[j]));
+                velocity = P::apply(&transform, &parent_link.velocity);
+                if ddq.is_some() {
+                    acceleration = P::apply(&transform, &parent_link.acceleration);
+                } else if base.is_some() {
+                    gravity = P::apply(&transform, &parent_link.gravity);
+                }
+                let mut ancestor = Some(parent);
+                while let Some(i) = ancestor {
+                    let carried = &workspace.pairs[i * n + parent];
+                    workspace.pairs[i * n + j] = PairScratch {
+                        axis: P::apply(&transform, &carried.axis),
+                        axis_rate: P::apply(&transform, &carried.axis_rate),
+                    };
+                    ancestor = parent_of(chain.joints(), i);
+                }
+            }
+            (None, Some(base)) => {
+                gravity = P::apply(&P::transform(joint, q[j]), base);
+                acceleration = gravity;
+            }
+            // On a base that nothing pulls it does not matter where a link is.
+            (None, None) => {}
+        }
+        P::add_along(joint, dq[j], &mut velocity);
+        let axis_rate = P::axis_rate(&velocity, joint);
         if let Some(ddq) = ddq {
-            link.acceleration = transform
-                .apply(&before.acceleration)
-                .plus(&axis.times(ddq[j]))
-                .plus(&link.velocity.cross(&own));
+            P::add_along(joint, ddq[j], &mut acceleration);
+            P::add_times(&axis_rate, dq[j], &mut acceleration);
         }
+        (link.velocity, link.acceleration, link.gravity) = (velocity, acceleration, gravity);
         workspace.pairs[j * n + j] = PairScratch {
-            axis,
-            axis_rate: link.velocity.cross(&axis),
+            axis: joint.motion(),
+            axis_rate,
         };
-        let mut ancestor = joint.parent;
-        while let (Some(i), Some(parent)) = (ancestor, joint.parent) {
-            let carried = &workspace.pairs[i * n + parent];
-            workspace.pairs[i * n + j] = PairScratch {
-                axis: transform.apply(&carried.axis),
-                axis_rate: transform.apply(&carried.axis_rate),
-            };
-            ancestor = parent_of(chain.joints(), i);
-        }
     }
 }
 

@@ -7,7 +7,7 @@
 //! passed over.
 
 use crate::chain::JointKind;
-use crate::friction::Law;
+use crate::friction::{FAMILIES, Law};
 
 /// A side of the joint's spring.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -40,30 +40,9 @@ use JointParameter::Friction;
 use Side::{Link, Motor};
 
 impl JointParameter {
-    /// All kinds, in the order of the vector theta.
-    pub const ALL: [Self; 21] = [
-        Self::RotorInertia,
-        Friction(Link, Law::Viscous),
-        Friction(Motor, Law::Viscous),
-        Self::Stiffness,
-        Friction(Link, Law::Coulomb),
-        Friction(Motor, Law::Coulomb),
-        Friction(Link, Law::Offset),
-        Friction(Motor, Law::Offset),
-        Friction(Link, Law::ViscousPositive),
-        Friction(Link, Law::ViscousNegative),
-        Friction(Motor, Law::ViscousPositive),
-        Friction(Motor, Law::ViscousNegative),
-        Friction(Link, Law::CoulombPositive),
-        Friction(Link, Law::CoulombNegative),
-        Friction(Motor, Law::CoulombPositive),
-        Friction(Motor, Law::CoulombNegative),
-        Friction(Link, Law::Stribeck),
-        Friction(Motor, Law::Stribeck),
-        Self::Damping,
-        Self::CubicStiffness,
-        Self::Preload,
-    ];
+    /// All kinds, in the order of the vector theta: the paper's, the other
+    /// friction laws family by family, what springs have beyond stiffness.
+    pub const ALL: [Self; KINDS] = in_order();
 
     /// Returns the name after the joint's, as in `joint1.stiffness`.
     #[must_use]
@@ -74,26 +53,7 @@ impl JointParameter {
             Self::CubicStiffness => "cubic_stiffness",
             Self::Damping => "spring_damping",
             Self::Preload => "spring_preload",
-            Friction(Link, law) => match law {
-                Law::Viscous => "link_viscous",
-                Law::Coulomb => "link_coulomb",
-                Law::Offset => "link_offset",
-                Law::ViscousPositive => "link_viscous_positive",
-                Law::ViscousNegative => "link_viscous_negative",
-                Law::CoulombPositive => "link_coulomb_positive",
-                Law::CoulombNegative => "link_coulomb_negative",
-                Law::Stribeck => "link_stribeck",
-            },
-            Friction(Motor, law) => match law {
-                Law::Viscous => "motor_viscous",
-                Law::Coulomb => "motor_coulomb",
-                Law::Offset => "motor_offset",
-                Law::ViscousPositive => "motor_viscous_positive",
-                Law::ViscousNegative => "motor_viscous_negative",
-                Law::CoulombPositive => "motor_coulomb_positive",
-                Law::CoulombNegative => "motor_coulomb_negative",
-                Law::Stribeck => "motor_stribeck",
-            },
+            Friction(side, law) => law.names()[side as usize],
         }
     }
 
@@ -108,21 +68,11 @@ impl JointParameter {
             Self::Stiffness => "N/m",
             Self::CubicStiffness if turns => "N·m/rad³",
             Self::CubicStiffness => "N/m³",
-            Self::Damping
-            | Friction(_, Law::Viscous | Law::ViscousPositive | Law::ViscousNegative) => {
-                if turns {
-                    "N·m·s/rad"
-                } else {
-                    "N·s/m"
-                }
-            }
-            Self::Preload | Friction(..) => {
-                if turns {
-                    "N·m"
-                } else {
-                    "N"
-                }
-            }
+            Self::Damping if turns => "N·m·s/rad",
+            Self::Damping => "N·s/m",
+            Self::Preload if turns => "N·m",
+            Self::Preload => "N",
+            Friction(_, law) => law.unit(kind),
         }
     }
 
@@ -131,7 +81,7 @@ impl JointParameter {
     pub const fn is_friction(self) -> bool {
         match self {
             Self::Damping => true,
-            Friction(_, law) => !matches!(law, Law::Offset | Law::Stribeck),
+            Friction(_, law) => law.takes_energy(),
             _ => false,
         }
     }
@@ -144,23 +94,98 @@ impl JointParameter {
     }
 }
 
+/// The paper's kinds, which come first.
+const PAPER: [JointParameter; 6] = [
+    JointParameter::RotorInertia,
+    Friction(Link, Law::Viscous),
+    Friction(Motor, Law::Viscous),
+    JointParameter::Stiffness,
+    Friction(Link, Law::Coulomb),
+    Friction(Motor, Law::Coulomb),
+];
+
+/// What springs have beyond stiffness, which comes last.
+const OF_SPRINGS: [JointParameter; 3] = [
+    JointParameter::Damping,
+    JointParameter::CubicStiffness,
+    JointParameter::Preload,
+];
+
+const KINDS: usize = {
+    let (mut laws, mut family) = (0, 0);
+    while family < FAMILIES.len() {
+        laws += FAMILIES[family].laws.len();
+        family += 1;
+    }
+    // Rotor inertia and stiffness stand beside the laws on either side.
+    2 + 2 * laws + OF_SPRINGS.len()
+};
+
+const fn in_order() -> [JointParameter; KINDS] {
+    let mut all = [JointParameter::RotorInertia; KINDS];
+    let mut count = 0;
+    while count < PAPER.len() {
+        all[count] = PAPER[count];
+        count += 1;
+    }
+    let mut family = 0;
+    while family < FAMILIES.len() {
+        let laws = FAMILIES[family].laws;
+        let mut i = 0;
+        while i < 2 * laws.len() {
+            let side = if i < laws.len() { Link } else { Motor };
+            let law = laws[i % laws.len()];
+            // The paper's stand in its order.
+            if !matches!(law, Law::Viscous | Law::Coulomb) {
+                all[count] = Friction(side, law);
+                count += 1;
+            }
+            i += 1;
+        }
+        family += 1;
+    }
+    let mut i = 0;
+    while i < OF_SPRINGS.len() {
+        all[count + i] = OF_SPRINGS[i];
+        i += 1;
+    }
+    all
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn order_is_that_of_the_paper() {
-        let paper = [
+    fn order_is_that_of_the_paper_and_then_as_files_have_it() {
+        let order = [
             "rotor_inertia",
             "link_viscous",
             "motor_viscous",
             "stiffness",
             "link_coulomb",
             "motor_coulomb",
+            "link_offset",
+            "motor_offset",
+            "link_viscous_positive",
+            "link_viscous_negative",
+            "motor_viscous_positive",
+            "motor_viscous_negative",
+            "link_coulomb_positive",
+            "link_coulomb_negative",
+            "motor_coulomb_positive",
+            "motor_coulomb_negative",
+            "link_stribeck",
+            "motor_stribeck",
+            "spring_damping",
+            "cubic_stiffness",
+            "spring_preload",
         ];
-        for (kind, name) in JointParameter::ALL.iter().zip(paper) {
-            assert_eq!(kind.name(), name);
-        }
+        // A law that is added stands before the springs'.
+        let known = JointParameter::ALL.map(JointParameter::name);
+        let of_springs = order.len() - OF_SPRINGS.len();
+        assert_eq!(known[..of_springs], order[..of_springs]);
+        assert!(known.ends_with(&order[of_springs..]));
     }
 
     #[test]

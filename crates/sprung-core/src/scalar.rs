@@ -22,9 +22,21 @@ pub trait Scalar:
     #[must_use]
     fn constant(value: f64) -> Self;
 
+    /// Returns the number itself, without derivatives.
+    #[must_use]
+    fn value(self) -> f64;
+
     /// Returns the sine and the cosine.
     #[must_use]
     fn sin_cos(self) -> (Self, Self);
+
+    /// Returns the exponential.
+    #[must_use]
+    fn exp(self) -> Self;
+
+    /// Returns the hyperbolic tangent.
+    #[must_use]
+    fn tanh(self) -> Self;
 }
 
 impl Scalar for f64 {
@@ -34,8 +46,20 @@ impl Scalar for f64 {
         value
     }
 
+    fn value(self) -> f64 {
+        self
+    }
+
     fn sin_cos(self) -> (Self, Self) {
         libm::sincos(self)
+    }
+
+    fn exp(self) -> Self {
+        libm::exp(self)
+    }
+
+    fn tanh(self) -> Self {
+        libm::tanh(self)
     }
 }
 
@@ -132,6 +156,10 @@ impl<const N: usize> Scalar for Jet<N> {
         Self { coefficients }
     }
 
+    fn value(self) -> f64 {
+        self.coefficients[0]
+    }
+
     fn sin_cos(self) -> (Self, Self) {
         let mut sin = [0.0; N];
         let mut cos = [0.0; N];
@@ -145,6 +173,30 @@ impl<const N: usize> Scalar for Jet<N> {
         }
         (Self { coefficients: sin }, Self { coefficients: cos })
     }
+
+    fn exp(self) -> Self {
+        let mut exp = [0.0; N];
+        exp[0] = libm::exp(self.coefficients[0]);
+        for k in 1..N {
+            for i in 1..=k {
+                exp[k] += i as f64 * self.coefficients[i] * exp[k - i] / k as f64;
+            }
+        }
+        Self { coefficients: exp }
+    }
+
+    fn tanh(self) -> Self {
+        let mut tanh = Self::constant(libm::tanh(self.coefficients[0]));
+        for k in 1..N {
+            // The derivative of tanh is 1 - tanh²; orders below k are known.
+            let slope = Self::constant(1.0) - tanh * tanh;
+            for i in 1..=k {
+                let rate = i as f64 * self.coefficients[i] / k as f64;
+                tanh.coefficients[k] += rate * slope.coefficients[k - i];
+            }
+        }
+        tanh
+    }
 }
 
 /// A value with its partial derivatives with respect to `N` variables.
@@ -157,6 +209,14 @@ pub struct Dual<const N: usize> {
 }
 
 impl<const N: usize> Dual<N> {
+    /// Returns the value of a function with the slope that it has here.
+    fn chain(self, value: f64, slope: f64) -> Self {
+        Self {
+            value,
+            partials: self.partials.map(|p| p * slope),
+        }
+    }
+
     /// Returns the `i`-th variable at a value.
     #[must_use]
     pub fn variable(value: f64, i: usize) -> Self {
@@ -235,13 +295,23 @@ impl<const N: usize> Scalar for Dual<N> {
         }
     }
 
+    fn value(self) -> f64 {
+        self.value
+    }
+
     fn sin_cos(self) -> (Self, Self) {
         let (sin, cos) = libm::sincos(self.value);
-        let with = |value: f64, slope: f64| Self {
-            value,
-            partials: self.partials.map(|p| p * slope),
-        };
-        (with(sin, cos), with(cos, -sin))
+        (self.chain(sin, cos), self.chain(cos, -sin))
+    }
+
+    fn exp(self) -> Self {
+        let exp = libm::exp(self.value);
+        self.chain(exp, exp)
+    }
+
+    fn tanh(self) -> Self {
+        let tanh = libm::tanh(self.value);
+        self.chain(tanh, 1.0 - tanh * tanh)
     }
 }
 
@@ -264,6 +334,30 @@ mod tests {
         ] {
             assert!((found - expected).abs() < 1e-15);
         }
+    }
+
+    #[test]
+    fn functions_of_series_have_the_derivatives_of_their_differential_equations() {
+        // y = exp(x): y' = y x'. y = tanh(x): y' = (1 - y²) x'.
+        let x = Jet::<4>::from_derivatives([0.3, -0.7, 0.2, 1.1]);
+        let x_rate = Jet::<3>::from_derivatives([-0.7, 0.2, 1.1]);
+        let cut = |y: Jet<4>| Jet::from_derivatives([0, 1, 2].map(|k| y.derivative(k)));
+        let rate = |y: Jet<4>| Jet::<3>::from_derivatives([1, 2, 3].map(|k| y.derivative(k)));
+        let (exp, tanh) = (x.exp(), x.tanh());
+        let of_tanh = cut(tanh);
+        for (found, expected) in [
+            (rate(exp), cut(exp) * x_rate),
+            (
+                rate(tanh),
+                (Jet::constant(1.0) - of_tanh * of_tanh) * x_rate,
+            ),
+        ] {
+            for order in 0..3 {
+                assert!((found.derivative(order) - expected.derivative(order)).abs() < 1e-13);
+            }
+        }
+        assert!((exp.value() - libm::exp(0.3)).abs() < 1e-15);
+        assert!((tanh.value() - libm::tanh(0.3)).abs() < 1e-15);
     }
 
     #[test]

@@ -10,13 +10,19 @@
     reason = "a test may panic, and says what it measured"
 )]
 
+#[path = "planar_2r/mod.rs"]
+mod planar_2r;
+#[path = "planar_2r/rows.rs"]
+mod rows;
+
+use planar_2r::{ENTRIES, JOINTS, PARAMETERS, bodies, robot};
+use rows::ROW_COLUMNS;
 use serde_json::Value;
 use sprung_core::drives::State;
 use sprung_core::filter::{Discretization, FilterPair, FilterState};
 use sprung_core::friction::Shape;
 use sprung_core::links::{JointScratch, PairScratch, Step, Workspace, numbers_len};
-use sprung_core::planar_2r::{ENTRIES, JOINTS, PARAMETERS, ROW_COLUMNS, robot};
-use sprung_core::regressor::{Robot, Values};
+use sprung_core::robot::{Robot, Values};
 
 /// Largest error, as part of the largest number of the same kind.
 const TOLERANCE: f64 = 1e-12;
@@ -94,6 +100,7 @@ fn check_filters(golden: &Value) {
 const SHAPES: [Shape; JOINTS] = [Shape {
     sharpness: 100.0,
     stribeck_velocity: 0.1,
+    load_stiffness: 0.0,
 }; JOINTS];
 
 fn check_regressor(golden: &Value) {
@@ -156,17 +163,19 @@ fn check_against_bodies(
 ) {
     let values = Values {
         theta: &THETA,
-        bodies: &[],
+        bodies: &bodies(&THETA),
     };
     let mut torque = [f64::NAN; JOINTS];
     let ddq = pair(&case["qdd"]);
-    arm.link_torque(&values, state.q, state.dq, &ddq, &mut [], &mut torque)
+    let steps = &mut [Step::default(); JOINTS];
+    arm.link_torque(&values, state.q, state.dq, &ddq, steps, &mut torque)
         .unwrap();
     assert_close("inverse dynamics", &torque, &numbers(&case["pin_tau"]));
-    let mut mass = [f64::NAN; JOINTS * JOINTS];
+    let mut mass = [f64::NAN; 4 * JOINTS * JOINTS];
     arm.mass_matrix(&values, state.q, workspace, &mut mass)
         .unwrap();
-    let momentum: Vec<f64> = (mass.chunks(JOINTS).map(|row| times(row, state.dq))).collect();
+    let of_links = mass.chunks(2 * JOINTS).take(JOINTS);
+    let momentum: Vec<f64> = of_links.map(|row| times(row, state.dq)).collect();
     assert_close("momentum", &momentum, &numbers(&case["pin_momentum"]));
 }
 

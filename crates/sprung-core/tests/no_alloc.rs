@@ -1,19 +1,22 @@
 //! Nothing that runs once per sample allocates.
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
+#[path = "planar_2r/mod.rs"]
+mod planar_2r;
+
 use std::hint::black_box;
 
 use allocation_counter::measure;
+use planar_2r::PARAMETERS;
 use sprung_core::chain::{Chain, ChainJoint, DhRow};
-use sprung_core::controller::{Feedforward, FeedforwardScratch, pd, state_feedback};
+use sprung_core::controller::{Feedforward, FeedforwardScratch, TorqueSeries, pd, state_feedback};
 use sprung_core::drives::{State, Term};
 use sprung_core::filter::{Discretization, FilterPair, FilterState};
 use sprung_core::friction::Shape;
 use sprung_core::links::{JointScratch, PairScratch, Step, Workspace, numbers_len};
 use sprung_core::parameters::JointParameter::{RotorInertia, Stiffness};
-use sprung_core::planar_2r::{self, PARAMETERS};
 use sprung_core::recursive::{ForgettingLeastSquares, Settings, memory_len};
-use sprung_core::regressor::{Accelerations, Links, Robot, TorqueSeries, Values};
+use sprung_core::robot::{Links, Robot, Torques, Values};
 use sprung_core::scalar::Scalar;
 use sprung_core::spatial::BODY;
 use sprung_core::velocity::AveragedVelocity;
@@ -27,6 +30,7 @@ const fn shapes<const N: usize>() -> [Shape; N] {
     [Shape {
         sharpness: 100.0,
         stribeck_velocity: 0.1,
+        load_stiffness: 0.0,
     }; N]
 }
 
@@ -70,13 +74,16 @@ fn assert_physics_is_free<const N: usize, const PAIRS: usize, const NUMBERS: usi
         black_box((momentum, rest));
     });
     assert_free("an acceleration", || {
-        let mut out = Accelerations {
-            ddq: &mut [0.0; N],
-            ddphi: &mut [0.0; N],
+        let torques = Torques {
+            motor: &black_box([1.0; N]),
+            link: None,
         };
-        let tau = black_box([1.0; N]);
-        (robot.acceleration(values, &state, &tau, &mut workspace, &mut out)).unwrap();
-        assert!(out.ddq.iter().chain(&*out.ddphi).all(|x| x.is_finite()));
+        let [mut torque, mut out] = [[0.0; NUMBERS]; 2];
+        let torque = &mut torque[..robot.rows()];
+        let out = &mut out[..robot.rows()];
+        robot.coordinate_torques(&torques, torque).unwrap();
+        (robot.acceleration(values, &state, torque, &mut workspace, out)).unwrap();
+        assert!(out.iter().all(|x| x.is_finite()));
     });
     assert_free("a feedforward", || {
         let mut series = [[TorqueSeries::ZERO; N]; 4];
@@ -100,7 +107,7 @@ fn physics_of_the_planar_arm_is_free_of_allocations() {
     const N: usize = planar_2r::JOINTS;
     let values = Values {
         theta: &THETA,
-        bodies: &[],
+        bodies: &planar_2r::bodies(&THETA),
     };
     let [mut momentum, mut rest] = [[0.0; planar_2r::ENTRIES]; 2];
     assert_physics_is_free::<N, { N * N }, { numbers_len(N) }>(
@@ -167,7 +174,8 @@ fn physics_of_a_tree_is_free_of_allocations() {
         theta.extend([0.1, 200.0]);
     }
     let robot = Robot {
-        links: Links::Tree {
+        links: Links {
+            shares: &[],
             chain,
             selected: &std::array::from_fn::<usize, { N * BODY }, _>(|k| k % BODY),
             first: &std::array::from_fn::<usize, { N + 1 }, _>(|j| j * BODY),

@@ -4,9 +4,9 @@ use serde_json::Value;
 use sprung_core::chain::{Chain, ChainJoint, JointKind};
 use sprung_core::dynamics::{inverse_dynamics, mass_matrix};
 use sprung_core::links::{Step, regressor, torque};
-use sprung_core::planar_2r::{self, Pose};
 use sprung_core::spatial::BODY;
 
+use crate::closed_form::{Pose, torque as closed_torque};
 use crate::support::{Memory, Random, Worst};
 
 /// Largest error, as part of the largest number of the same kind.
@@ -187,7 +187,7 @@ fn planar_arm_in_closed_form_is_the_chain_with_vertical_axes() {
             &closed(pose.momentum(&dq)),
         );
         assert_close("rest", &times(&found.rest, &pi), &closed(pose.rest(&dq)));
-        let closed = planar_2r::torque(&theta, &q, &dq, &ddq);
+        let closed = closed_torque(&theta, &q, &dq, &ddq);
         assert_close("torque", &times(&found.torque, &pi), &closed);
     }
 }

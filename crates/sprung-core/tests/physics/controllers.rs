@@ -2,18 +2,20 @@
 use sprung_core::controller::{pd, state_feedback};
 use sprung_core::drives::State;
 use sprung_core::friction::Shape;
-use sprung_core::planar_2r::{PARAMETERS, robot};
-use sprung_core::regressor::Values;
+use sprung_core::robot::Values;
 
+use crate::planar_2r::{PARAMETERS, bodies, robot};
 use crate::support::{JointState, feedforward};
 
 const SHAPES: [Shape; 2] = [Shape {
     sharpness: 100.0,
     stribeck_velocity: 0.1,
+    load_stiffness: 0.0,
 }; 2];
 
 fn nominal(theta: &[f64; PARAMETERS], q_d: &[[f64; 5]; 2]) -> (Vec<f64>, JointState) {
-    feedforward(&robot(&SHAPES), &Values { theta, bodies: &[] }, q_d)
+    let bodies = &bodies(theta);
+    feedforward(&robot(&SHAPES), &Values { theta, bodies }, q_d)
 }
 
 #[test]

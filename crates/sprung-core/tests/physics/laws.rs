@@ -5,11 +5,15 @@
 //! so they share nothing with the columns but the definition of theta.
 use sprung_core::friction::Shape;
 use sprung_core::links::LengthError;
+use sprung_core::links::Step;
 use sprung_core::parameters::JointParameter;
-use sprung_core::planar_2r::{ENTRIES, INERTIAL, JOINTS, PARAMETERS, Pose, ROW_COLUMNS, robot};
-use sprung_core::regressor::Values;
+use sprung_core::robot::Values;
+use sprung_core::spatial::BODY;
 
 use crate::bodies::Body;
+use crate::closed_form::{INERTIAL, Pose};
+use crate::planar_2r::{self, ENTRIES, JOINTS, PARAMETERS, robot};
+use crate::rows::ROW_COLUMNS;
 use crate::support::{
     JointState, Memory, Random, Waves, Worst, acceleration, feedforward, products, slope,
 };
@@ -23,6 +27,7 @@ const H: f64 = 1e-4;
 struct Case {
     bodies: Body,
     theta: [f64; PARAMETERS],
+    links: [[f64; BODY]; JOINTS],
     shapes: [Shape; JOINTS],
     state: JointState,
     tau: [f64; 2],
@@ -31,13 +36,16 @@ struct Case {
 impl Case {
     fn draw(random: &mut Random) -> Self {
         let bodies = Body::draw(random);
+        let theta = bodies.theta(random);
         let (q, deflection) = (random.pair(3.0), random.pair(0.3));
         Self {
-            theta: bodies.theta(random),
+            links: planar_2r::bodies(&theta),
+            theta,
             bodies,
             shapes: [(); 2].map(|()| Shape {
                 sharpness: random.between(20.0, 200.0),
                 stribeck_velocity: 0.1,
+                load_stiffness: 0.0,
             }),
             state: JointState {
                 q: q.to_vec(),
@@ -52,7 +60,7 @@ impl Case {
     fn values(&self) -> Values<'_> {
         Values {
             theta: &self.theta,
-            bodies: &[],
+            bodies: &self.links,
         }
     }
 
@@ -66,12 +74,12 @@ impl Case {
     }
 
     fn mass(&self, q: &[f64]) -> [[f64; 2]; 2] {
-        let mut m = [f64::NAN; 4];
+        let mut m = [f64::NAN; 4 * JOINTS * JOINTS];
         let mut memory = Memory::new(JOINTS);
         robot(&self.shapes)
             .mass_matrix(&self.values(), q, &mut memory.workspace(), &mut m)
             .unwrap();
-        [[m[0], m[1]], [m[2], m[3]]]
+        [[m[0], m[1]], [m[4], m[5]]]
     }
 
     /// Torques of link and motor friction.
@@ -118,6 +126,7 @@ fn terms_stand_where_the_order_of_theta_puts_them() {
         &[Shape {
             sharpness: 1.0,
             stribeck_velocity: 1.0,
+            load_stiffness: 0.0,
         }; 2],
     );
     for term in arm.terms {
@@ -282,7 +291,8 @@ fn slices_that_do_not_fit_are_refused() {
         found: 3,
     };
     let torque = |q: &[f64], dq: &[f64], ddq: &[f64]| {
-        arm.link_torque(&case.values(), q, dq, ddq, &mut [], &mut [0.0; 2])
+        let steps = &mut [Step::default(); JOINTS];
+        arm.link_torque(&case.values(), q, dq, ddq, steps, &mut [0.0; 2])
             .unwrap_err()
     };
     assert_eq!(torque(&three, &two, &two), refused("q", 2));
@@ -293,6 +303,6 @@ fn slices_that_do_not_fit_are_refused() {
         arm.mass_matrix(&case.values(), q, &mut memory.workspace(), matrix)
             .unwrap_err()
     };
-    assert_eq!(mass(&three, &mut [0.0; 4]), refused("q", 2));
-    assert_eq!(mass(&two, &mut [0.0; 3]), refused("matrix", 4));
+    assert_eq!(mass(&three, &mut [0.0; 16]), refused("q", 2));
+    assert_eq!(mass(&two, &mut [0.0; 3]), refused("matrix", 16));
 }

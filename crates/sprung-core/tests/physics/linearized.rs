@@ -3,7 +3,7 @@
 
 use sprung_core::linearized::{Derivatives, Partial, Partials};
 use sprung_core::links::Step;
-use sprung_core::regressor::{Robot, Values};
+use sprung_core::robot::{Robot, Values};
 use sprung_core::scalar::Scalar;
 
 use crate::mixed::for_random_robots;

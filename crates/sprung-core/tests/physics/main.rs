@@ -8,10 +8,15 @@
 
 mod bodies;
 mod chains;
+mod closed_form;
 mod controllers;
 mod laws;
 mod linearized;
 mod mixed;
+#[path = "../planar_2r/mod.rs"]
+mod planar_2r;
+#[path = "../planar_2r/rows.rs"]
+mod rows;
 mod support;
 mod tables;
 mod trees;

@@ -9,7 +9,7 @@ use sprung_core::friction::{Law, Shape};
 use sprung_core::links::LengthError;
 use sprung_core::parameters::JointParameter::{self, Friction};
 use sprung_core::parameters::Side;
-use sprung_core::regressor::{Accelerations, Links, Robot, Torques, Values};
+use sprung_core::robot::{Links, Robot, Torques, Values};
 use sprung_core::spatial::BODY;
 
 use crate::bodies::Tree;
@@ -62,6 +62,7 @@ impl Mixed {
                 .map(|_| Shape {
                     sharpness: random.between(20.0, 200.0),
                     stribeck_velocity: random.between(0.1, 1.0),
+                    load_stiffness: 100.0,
                 })
                 .collect(),
             coupling: coupled.then(|| ratios.concat()),
@@ -144,7 +145,8 @@ impl Mixed {
 
     pub(crate) fn with<T>(&self, use_robot: impl FnOnce(&Robot<'_>, &Values<'_>) -> T) -> T {
         let robot = Robot {
-            links: Links::Tree {
+            links: Links {
+                shares: &[],
                 chain: self.tree.chain(),
                 selected: &self.selected,
                 first: &self.first,
@@ -429,7 +431,6 @@ fn slices_that_do_not_fit_are_refused() {
     robot.with(|robot, values| {
         let mut memory = Memory::new(3);
         let mut entries = vec![0.0; robot.entries];
-        let [mut ddq, mut ddphi] = [[0.0; 3]; 2];
         let mut short = memory.workspace();
         short.numbers = &mut short.numbers[1..];
         let refused = robot.regressor(
@@ -445,11 +446,10 @@ fn slices_that_do_not_fit_are_refused() {
         let workspace = &mut memory.workspace();
         let refused = robot.regressor(&state.view(), workspace, &mut entries, &mut []);
         assert_eq!(refused.unwrap_err(), expect("rest", robot.entries, 0));
-        let mut out = Accelerations {
-            ddq: &mut ddq,
-            ddphi: &mut ddphi[1..],
-        };
-        let refused = robot.acceleration(values, &state.view(), &[0.0; 3], workspace, &mut out);
-        assert_eq!(refused.unwrap_err(), expect("ddphi", 3, 2));
+        let torque = vec![0.0; robot.rows()];
+        let mut out = vec![0.0; robot.rows() - 1];
+        let refused = robot.acceleration(values, &state.view(), &torque, workspace, &mut out);
+        let error = expect("acceleration", robot.rows(), robot.rows() - 1);
+        assert_eq!(refused.unwrap_err(), error);
     });
 }

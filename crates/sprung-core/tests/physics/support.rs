@@ -1,8 +1,8 @@
 //! Random numbers, robots on the heap, and derivatives by differences.
-use sprung_core::controller::{Feedforward, FeedforwardScratch};
+use sprung_core::controller::{Feedforward, FeedforwardScratch, TorqueSeries};
 use sprung_core::drives::State;
 use sprung_core::links::{JointScratch, PairScratch, Step, Workspace, numbers_len};
-use sprung_core::regressor::{Accelerations, Robot, TorqueSeries, Torques, Values};
+use sprung_core::robot::{Robot, Torques, Values};
 use sprung_core::scalar::Scalar;
 
 /// The generator `SplitMix64`: the same numbers on every machine.
@@ -113,22 +113,15 @@ pub(crate) fn forced_acceleration(
     torques: &Torques<'_>,
 ) -> [Vec<f64>; 2] {
     let n = robot.joints();
-    let [mut ddq, mut ddphi] = [(); 2].map(|()| vec![f64::NAN; n]);
-    let mut out = Accelerations {
-        ddq: &mut ddq,
-        ddphi: &mut ddphi,
-    };
+    let [mut torque, mut out] = [(); 2].map(|()| vec![f64::NAN; robot.rows()]);
+    robot.coordinate_torques(torques, &mut torque).unwrap();
     let mut memory = Memory::new(n);
+    let workspace = &mut memory.workspace();
     robot
-        .forced_acceleration(
-            values,
-            &state.view(),
-            torques,
-            &mut memory.workspace(),
-            &mut out,
-        )
+        .acceleration(values, &state.view(), &torque, workspace, &mut out)
         .unwrap();
-    [ddq, ddphi]
+    let motors = (0..n).map(|joint| out[robot.motor_coordinate(joint)]);
+    [out[..n].to_vec(), motors.collect()]
 }
 
 /// Entries of `Y_a` and `Y_b`.

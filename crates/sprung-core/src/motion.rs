@@ -1,0 +1,191 @@
+//! The equations of motion: the mass matrix of all coordinates, the torques
+//! that are left for it, and the accelerations that both give.
+//!
+//! Torques of drives are the columns of the regressor times theta, those of
+//! links the same bilinear form summed up by [`dynamics`](crate::dynamics).
+
+use crate::drives::State;
+use crate::dynamics::{bias_and_masses, inverse_dynamics, mass_matrix};
+use crate::linear::{factor, invert, solve};
+use crate::links::{LengthError, Parts, Step, Workspace, lengths};
+use crate::parameters::JointParameter;
+use crate::robot::{Robot, Values};
+use crate::scalar::Scalar;
+
+impl Robot<'_> {
+    /// Writes the torques that the links take, without drives, \[n\], N·m (N).
+    ///
+    /// With Taylor series for numbers it gives the torques' time derivatives.
+    ///
+    /// # Errors
+    ///
+    /// [`LengthError`] if a slice does not fit the robot.
+    pub fn link_torque<S: Scalar>(
+        &self,
+        values: &Values<'_>,
+        q: &[S],
+        dq: &[S],
+        ddq: &[S],
+        steps: &mut [Step<S>],
+        tau: &mut [S],
+    ) -> Result<(), LengthError> {
+        inverse_dynamics(&self.links.chain, values.bodies, q, dq, ddq, steps, tau)
+    }
+
+    /// Writes the mass matrix of all coordinates, \[rows × rows\], row by row.
+    ///
+    /// # Errors
+    ///
+    /// [`LengthError`] if a slice does not fit the robot.
+    pub fn mass_matrix(
+        &self,
+        values: &Values<'_>,
+        q: &[f64],
+        workspace: &mut Workspace<'_>,
+        matrix: &mut [f64],
+    ) -> Result<(), LengthError> {
+        let (n, rows) = (self.joints(), self.rows());
+        lengths(&[("matrix", matrix.len())], rows * rows)?;
+        mass_matrix(
+            &self.links.chain,
+            values.bodies,
+            q,
+            workspace,
+            &mut matrix[..n * n],
+        )?;
+        if rows > n {
+            // From n to more numbers in a row, the last row first.
+            for i in (0..n).rev() {
+                matrix.copy_within(i * n..(i + 1) * n, i * rows);
+                matrix[i * rows + n..(i + 1) * rows].fill(0.0);
+            }
+            matrix[n * rows..].fill(0.0);
+        }
+        self.add_rotors(values.theta, matrix);
+        Ok(())
+    }
+
+    /// Adds the rotors to a mass matrix of all coordinates.
+    fn add_rotors(&self, theta: &[f64], matrix: &mut [f64]) {
+        let rows = self.rows();
+        for term in self.terms {
+            if term.what != JointParameter::RotorInertia {
+                continue;
+            }
+            for k in 0..self.joints() {
+                let ratio = self.ratio(term.joint, k);
+                if ratio != 0.0 {
+                    let at = term.row * rows + self.motor_coordinate(k);
+                    matrix[at] += theta[term.column] * term.momentum(ratio);
+                }
+            }
+        }
+    }
+
+    /// Writes the accelerations that torques cause.
+    ///
+    /// - `torque`: on each coordinate, \[rows\], N·m (N), as
+    ///   [`Robot::coordinate_torques`] writes them.
+    /// - `acceleration`: of each coordinate, \[rows\], rad/s² (m/s²); NaN if the
+    ///   mass matrix is not positive.
+    ///
+    /// # Errors
+    ///
+    /// [`LengthError`] if a slice does not fit the robot.
+    ///
+    /// # Source
+    ///
+    /// Eq. (1).
+    pub fn acceleration(
+        &self,
+        values: &Values<'_>,
+        state: &State<'_>,
+        torque: &[f64],
+        workspace: &mut Workspace<'_>,
+        acceleration: &mut [f64],
+    ) -> Result<(), LengthError> {
+        self.assemble(values, state, torque, workspace, acceleration)?;
+        let rows = self.rows();
+        let masses = &mut workspace.parts().masses[..rows * rows];
+        if factor(masses, rows) {
+            solve(masses, acceleration);
+        } else {
+            acceleration.fill(f64::NAN);
+        }
+        Ok(())
+    }
+
+    /// Writes the accelerations that torques cause as [`Robot::acceleration`]
+    /// does, and the inverse of the mass matrix.
+    ///
+    /// - `inverse`: \[rows × rows\], row by row; NaN if the matrix is not positive.
+    ///
+    /// # Errors
+    ///
+    /// [`LengthError`] if a slice does not fit the robot.
+    pub fn motion(
+        &self,
+        values: &Values<'_>,
+        state: &State<'_>,
+        torque: &[f64],
+        workspace: &mut Workspace<'_>,
+        acceleration: &mut [f64],
+        inverse: &mut [f64],
+    ) -> Result<(), LengthError> {
+        let rows = self.rows();
+        lengths(&[("inverse", inverse.len())], rows * rows)?;
+        self.acceleration(values, state, torque, workspace, acceleration)?;
+        if acceleration.iter().any(|a| a.is_nan()) {
+            inverse.fill(f64::NAN);
+            return Ok(());
+        }
+        let factors = &workspace.parts().masses[..rows * rows];
+        invert(factors, rows, inverse);
+        Ok(())
+    }
+
+    /// Writes the mass matrix into the workspace, and what torques leave for it.
+    fn assemble(
+        &self,
+        values: &Values<'_>,
+        state: &State<'_>,
+        torque: &[f64],
+        workspace: &mut Workspace<'_>,
+        left: &mut [f64],
+    ) -> Result<(), LengthError> {
+        self.check(state, workspace)?;
+        let (n, rows) = (self.joints(), self.rows());
+        lengths(&[("bodies", values.bodies.len())], n)?;
+        lengths(
+            &[("torque", torque.len()), ("acceleration", left.len())],
+            rows,
+        )?;
+        let numbers = core::mem::take(&mut workspace.numbers);
+        let parts = Parts::new(numbers, n);
+        let masses = &mut parts.masses[..rows * rows];
+        masses.fill(0.0);
+        parts.more.fill(0.0);
+        let motion = [state.q, state.dq, &*parts.more];
+        bias_and_masses(
+            &self.links.chain,
+            values.bodies,
+            motion,
+            workspace,
+            &mut left[..n],
+            rows,
+            masses,
+        );
+        self.add_rotors(values.theta, masses);
+        for (i, (left, torque)) in left.iter_mut().zip(torque).enumerate() {
+            *left = if i < n { torque - *left } else { *torque };
+        }
+        self.motor_rates(state.dphi, parts.motors);
+        for term in self.terms {
+            let drive = self.drive(state, parts.motors, term.joint);
+            let rest = term.rest(&drive, &self.shapes[term.joint]);
+            left[term.row] -= values.theta[term.column] * rest;
+        }
+        workspace.numbers = numbers;
+        Ok(())
+    }
+}

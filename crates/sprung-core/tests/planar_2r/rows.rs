@@ -1,0 +1,10 @@
+//! Where the entries of the paper's arm stand.
+
+/// Columns of theta that each of its rows touches: two link rows, two motor
+/// rows.
+pub(crate) const ROW_COLUMNS: [&[usize]; 4] = [
+    &[0, 1, 2, 5, 9, 11],
+    &[1, 2, 6, 10, 12],
+    &[3, 7, 9, 13],
+    &[4, 8, 10, 14],
+];
