@@ -6,8 +6,16 @@ use sprung::description::{self, no_files};
 use sprung::estimate::Lsff;
 use sprung::model::Model;
 use sprung::preprocess::RawBlock;
-use sprung_core::planar_2r::{PARAMETERS, ROW_COLUMNS};
 use sprung_core::recursive::{ForgettingLeastSquares, Settings, memory_len};
+
+/// Parameters of the paper's arm, and the columns that each of its rows touches.
+const PARAMETERS: usize = 15;
+const ROW_COLUMNS: [&[usize]; 4] = [
+    &[0, 1, 2, 5, 9, 11],
+    &[1, 2, 6, 10, 12],
+    &[3, 7, 9, 13],
+    &[4, 8, 10, 14],
+];
 
 fn main() {
     divan::main();

@@ -7,7 +7,7 @@ use sprung::description::{self, DiscretizationName, no_files};
 use sprung::model::{Model, Scratch};
 use sprung::regression::FilteredRegression;
 use sprung_core::drives::State;
-use sprung_core::regressor::{Accelerations, Values};
+use sprung_core::robot::Values;
 
 /// Kinematics of the Franka Panda with a spring in every joint.
 const PANDA: &str = r#"
@@ -87,19 +87,17 @@ fn acceleration(bencher: Bencher, robot: &str) {
         .map(|p| if p.name.contains("ixy") { 0.0 } else { 1.0 })
         .collect();
     let bodies = vec![[1.0, 0.0, 0.0, 0.0, 0.1, 0.0, 0.1, 0.0, 0.0, 0.1]; n];
-    let (mut ddq, mut ddphi) = (vec![0.0; n], vec![0.0; n]);
+    let mut out = vec![0.0; model.rows()];
+    // On motors: all joints are flexible.
+    let torque = [vec![0.0; n], numbers[1].clone()].concat();
     let equations = model.robot();
     bencher.bench_local(move || {
         let values = Values {
             theta: &theta,
             bodies: &bodies,
         };
-        let mut out = Accelerations {
-            ddq: &mut ddq,
-            ddphi: &mut ddphi,
-        };
         let mut workspace = scratch.workspace();
         let state = state(black_box(&numbers));
-        equations.acceleration(&values, &state, &numbers[1], &mut workspace, &mut out)
+        equations.acceleration(&values, &state, &torque, &mut workspace, &mut out)
     });
 }

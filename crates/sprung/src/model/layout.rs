@@ -2,8 +2,9 @@
 
 use sprung_core::drives::Term;
 use sprung_core::parameters::{JointParameter, Side};
-use sprung_core::planar_2r;
+use sprung_core::robot::Share;
 
+use super::inertial::Inertial;
 use super::links::TreeLinks;
 use crate::description::{EncoderOffset, Experiment, Joint, SpringTerm};
 
@@ -14,9 +15,9 @@ pub(super) struct Layout {
     pub(super) drives: Vec<(JointParameter, usize)>,
     pub(super) terms: Vec<Term>,
     pub(super) motor_rows: Vec<Option<usize>>,
-    /// First link entry of joint `i` and link `j`, \[n × n\]; of a row in closed
-    /// form, \[n\].
+    /// First link entry of joint `i` and link `j`, \[n × n\].
     pub(super) link_entries: Vec<usize>,
+    pub(super) shares: Vec<Share>,
     pub(super) entries: usize,
     /// Columns of theta that each row touches.
     pub(super) row_columns: Vec<Vec<usize>>,
@@ -38,12 +39,12 @@ pub(super) fn coupling(experiment: &Experiment) -> Option<Vec<f64>> {
 impl Layout {
     pub(super) fn new(
         experiment: &Experiment,
+        inertial: &Inertial,
         links: Option<&TreeLinks>,
         coupling: Option<&[f64]>,
     ) -> Self {
         let joints = &experiment.robot.joint;
         let n = joints.len();
-        let inertial = links.map_or(planar_2r::INERTIAL, |links| links.selected.len());
         let offset = match experiment.identify.encoder_offset {
             Some(choice) => choice == EncoderOffset::Estimate,
             None => links.is_some(),
@@ -59,7 +60,7 @@ impl Layout {
                 .flat_map(|kind| (0..n).map(move |i| (kind, i)))
                 .filter(|&(kind, i)| has(kind, i))
                 .collect(),
-            link_entries: vec![0; if links.is_some() { n * n } else { n }],
+            link_entries: vec![0; n * n],
             ..Self::default()
         };
         let mut next = n;
@@ -71,21 +72,15 @@ impl Layout {
         }
         for row in 0..n {
             layout.row_entries.push(layout.entries);
-            let mut columns = if let Some(links) = links {
-                layout.tree_row(links, row)
-            } else {
-                layout.link_entries[row] = layout.entries;
-                (row..planar_2r::INERTIAL).collect()
-            };
-            layout.entries += columns.len();
-            layout.drive_row(row, row, inertial, coupling, &mut columns);
+            let mut columns = layout.link_row(inertial, row);
+            layout.drive_row(row, row, inertial.len(), coupling, &mut columns);
             layout.row_columns.push(columns);
         }
         for joint in 0..n {
             if let Some(row) = layout.motor_rows[joint] {
                 layout.row_entries.push(layout.entries);
                 let mut columns = Vec::new();
-                layout.drive_row(row, joint, inertial, coupling, &mut columns);
+                layout.drive_row(row, joint, inertial.len(), coupling, &mut columns);
                 layout.row_columns.push(columns);
             }
         }
@@ -94,19 +89,26 @@ impl Layout {
     }
 
     /// Returns the link columns of a joint's row: those of all that it carries.
-    fn tree_row(&mut self, links: &TreeLinks, row: usize) -> Vec<usize> {
-        let n = links.tree.joints.len();
+    fn link_row(&mut self, inertial: &Inertial, row: usize) -> Vec<usize> {
+        let n = inertial.first.len() - 1;
         let mut columns = Vec::new();
-        for body in row..n {
-            let mut carrier = Some(body);
-            while carrier.is_some_and(|joint| joint > row) {
-                carrier = carrier.and_then(|joint| links.tree.joints[joint].parent);
-            }
-            if carrier == Some(row) {
-                self.link_entries[row * n + body] = self.entries + columns.len();
-                columns.extend(links.first[body]..links.first[body + 1]);
-            }
+        for link in (row..n).filter(|link| inertial.carries(row, *link)) {
+            self.link_entries[row * n + link] = self.entries + columns.len();
+            columns.extend(inertial.first[link]..inertial.first[link + 1]);
         }
+        let entry = |parameter: usize| {
+            let place = columns.iter().position(|column| *column == parameter)?;
+            Some(self.entries + place)
+        };
+        self.shares
+            .extend(inertial.shared.iter().filter_map(|shared| {
+                Some(Share {
+                    entry: entry(shared.parameter)?,
+                    of: entry(shared.of)?,
+                    factor: shared.factor,
+                })
+            }));
+        self.entries += columns.len();
         columns
     }
 

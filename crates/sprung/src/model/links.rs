@@ -20,10 +20,6 @@ pub struct TreeLinks {
     pub base: BaseParameters,
     /// Standard index of each link parameter in theta, link by link.
     pub selected: Vec<usize>,
-    /// Which of the [`BODY`] parameters each is.
-    pub kinds: Vec<usize>,
-    /// Where each link's parameters begin in theta, and where the last end.
-    pub first: Vec<usize>,
     /// Known values by standard index; zeros of links stand in no column.
     pub known: BTreeMap<usize, f64>,
     names: Vec<String>,
@@ -74,9 +70,6 @@ impl TreeLinks {
             .filter(|index| *index < n * BODY)
             .collect();
         selected.sort_unstable();
-        let first = (0..=n)
-            .map(|j| selected.partition_point(|index| *index < j * BODY))
-            .collect();
         let nominal = (tree.inertial.iter())
             .flat_map(|body| (0..BODY).map(move |k| body.map(|body| body[k])))
             .chain(robot.joint.iter().map(|joint| joint.nominal.rotor_inertia))
@@ -86,9 +79,7 @@ impl TreeLinks {
         Ok(Self {
             gravity: robot.gravity(),
             tree: tree.clone(),
-            kinds: selected.iter().map(|index| index % BODY).collect(),
             selected,
-            first,
             base,
             known,
             names,
@@ -172,14 +163,5 @@ impl TreeLinks {
             }
         }
         Some(sum)
-    }
-
-    /// Returns bodies that move as the link parameters of theta say.
-    pub(super) fn bodies(&self, theta: &[f64]) -> Vec<[f64; BODY]> {
-        let mut bodies = vec![[0.0; BODY]; self.tree.joints.len()];
-        for (&index, value) in self.selected.iter().zip(theta) {
-            bodies[index / BODY][index % BODY] = *value;
-        }
-        bodies
     }
 }

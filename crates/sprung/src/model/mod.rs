@@ -1,6 +1,7 @@
 //! From the description of a robot to its parameters and equations.
 
 mod base_parameters;
+mod inertial;
 mod layout;
 mod links;
 mod parameter;
@@ -10,14 +11,14 @@ mod values;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use sprung_core::chain::{Chain, JointKind};
+use sprung_core::chain::JointKind;
 use sprung_core::friction::{Law, Shape};
 use sprung_core::parameters::{JointParameter, Side};
-use sprung_core::planar_2r::INERTIAL_NAMES;
-use sprung_core::regressor::{Links, Robot};
+use sprung_core::robot::{Links, Robot};
 use sprung_core::spatial::BODY;
 
 use crate::description::{self, Experiment, Tree};
+use inertial::{Inertial, PLANAR_2R_NAMES};
 use layout::Layout;
 
 pub use base_parameters::{BaseParameters, Candidates};
@@ -52,6 +53,7 @@ struct Fixed {
     joints: Vec<JointInfo>,
     names: Vec<String>,
     parameters: Vec<Parameter>,
+    inertial: Inertial,
     links: Option<TreeLinks>,
     coupling: Option<Vec<f64>>,
     layout: Layout,
@@ -73,9 +75,14 @@ impl Model {
             Some(tree) => Some(TreeLinks::new(robot, tree, coupling.as_deref())?),
             None => None,
         };
-        let layout = Layout::new(experiment, links.as_ref(), coupling.as_deref());
+        let inertial = match &links {
+            Some(links) => Inertial::of_tree(&links.tree.joints, links.gravity, &links.selected),
+            None => Inertial::planar_2r(),
+        };
+        let inertial = inertial.map_err(ModelError::Chain)?;
+        let layout = Layout::new(experiment, &inertial, links.as_ref(), coupling.as_deref());
         let mut parameters: Vec<Parameter> = match &links {
-            None => (INERTIAL_NAMES.iter().enumerate())
+            None => (PLANAR_2R_NAMES.iter().enumerate())
                 .map(|(i, &(name, unit))| Parameter {
                     name: name.to_owned(),
                     symbol: format!("theta{}", i + 1),
@@ -129,6 +136,7 @@ impl Model {
                 .map(|joint| Shape {
                     sharpness: joint.coulomb_sharpness_s_per_rad,
                     stribeck_velocity: joint.stribeck_velocity_rad_per_s.unwrap_or(STRIBECK),
+                    load_stiffness: joint.nominal.stiffness.unwrap_or_default(),
                 })
                 .collect(),
             fixed: Arc::new(Fixed {
@@ -146,6 +154,7 @@ impl Model {
                     .filter(|&i| robot.joint[i].stribeck_velocity_rad_per_s.is_none())
                     .collect(),
                 parameters,
+                inertial,
                 links,
                 coupling,
                 layout,
@@ -194,16 +203,12 @@ impl Model {
         let fixed = &*self.fixed;
         let layout = &fixed.layout;
         Robot {
-            links: match &fixed.links {
-                None => Links::Planar2R {
-                    entries: [layout.link_entries[0], layout.link_entries[1]],
-                },
-                Some(links) => Links::Tree {
-                    chain: Chain::checked(&links.tree.joints, links.gravity),
-                    selected: &links.kinds,
-                    first: &links.first,
-                    entries: &layout.link_entries,
-                },
+            links: Links {
+                chain: fixed.inertial.chain(),
+                selected: &fixed.inertial.kinds,
+                first: &fixed.inertial.first,
+                entries: &layout.link_entries,
+                shares: &layout.shares,
             },
             terms: &layout.terms,
             shapes: &self.shapes,
@@ -213,19 +218,19 @@ impl Model {
         }
     }
 
-    /// Returns bodies that move as theta says, \[n\]; none in closed form.
+    /// Returns bodies that move as theta says, \[n\].
     #[must_use]
     pub fn bodies(&self, theta: &[f64]) -> Vec<[f64; BODY]> {
-        (self.fixed.links.as_ref()).map_or_else(Vec::new, |links| links.bodies(theta))
+        self.fixed.inertial.bodies(theta)
     }
 
-    /// Returns the links of a tree; nothing for a robot in closed form.
+    /// Returns the links of a described tree; nothing for the paper's arm.
     #[must_use]
     pub fn links(&self) -> Option<&TreeLinks> {
         self.fixed.links.as_ref()
     }
 
-    /// Returns the tree of the joints; nothing for a robot in closed form.
+    /// Returns the described tree of the joints; nothing for the paper's arm.
     #[must_use]
     pub fn tree(&self) -> Option<&Tree> {
         Some(&self.fixed.links.as_ref()?.tree)

@@ -2,14 +2,17 @@
 
 use std::collections::BTreeMap;
 
+use sprung_core::linear::factor;
 use sprung_core::parameters::JointParameter;
-use sprung_core::planar_2r::INERTIAL;
-use sprung_core::regressor::{Rotors, Values};
+use sprung_core::robot::Values;
 use sprung_core::spatial::BODY;
 
 use super::parameter::{ModelError, Parameter};
 use super::scratch::Scratch;
 use super::{Model, Theta, stribeck_name};
+
+/// Link parameters that a message about a mass matrix shows.
+const PARAMETERS_SHOWN: usize = 3;
 
 impl Model {
     /// Returns the vector theta of named values.
@@ -129,16 +132,14 @@ impl Model {
             bodies: &bodies,
         };
         let mut scratch = Scratch::new(n);
-        let mut matrix = vec![0.0; n * n];
+        let rows = self.rows();
+        let mut matrix = vec![0.0; rows * rows];
         for pose in poses(n) {
             let mut workspace = scratch.workspace();
             robot
                 .mass_matrix(&values, &pose, &mut workspace, &mut matrix)
                 .map_err(ModelError::Length)?;
-            robot.add_motors(theta, Rotors::OfRigidJoints, &mut matrix);
-            let mut column = vec![1.0; n];
-            sprung_core::dynamics::solve_positive(&mut matrix, &mut column);
-            if column.iter().any(|x| !x.is_finite()) {
+            if !factor(&mut matrix, rows) {
                 return Err(self.mass_matrix_error(theta, &pose));
             }
         }
@@ -148,7 +149,7 @@ impl Model {
     fn mass_matrix_error(&self, theta: &[f64], pose: &[f64]) -> ModelError {
         let shown: Vec<String> = (theta.iter().zip(self.parameters()))
             .filter(|(_, p)| p.joint.is_none())
-            .take(INERTIAL)
+            .take(PARAMETERS_SHOWN)
             .map(|(value, p)| format!("{} = {value:.4e} {}", p.short(), p.unit))
             .collect();
         let shown = match &shown[..] {
@@ -156,7 +157,7 @@ impl Model {
             shown => shown.join(", "),
         };
         let more = match &self.fixed.links {
-            Some(links) if links.selected.len() > INERTIAL => ", …",
+            Some(links) if links.selected.len() > PARAMETERS_SHOWN => ", …",
             _ => "",
         };
         let angles: Vec<String> = pose.iter().map(|q| format!("{q:.2}")).collect();

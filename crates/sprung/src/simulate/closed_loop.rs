@@ -1,9 +1,9 @@
 //! Plant and controller, sample by sample.
 
-use sprung_core::controller::{Feedforward, FeedforwardScratch, pd, state_feedback};
+use sprung_core::controller::{Feedforward, FeedforwardScratch, TorqueSeries, pd, state_feedback};
 use sprung_core::drives::State;
 use sprung_core::links::Step;
-use sprung_core::regressor::{TorqueSeries, Torques, Values};
+use sprung_core::robot::{Torques, Values};
 use sprung_core::scalar::Scalar;
 use sprung_core::spatial::BODY;
 use sprung_core::velocity::{AveragedVelocity, VelocityError};

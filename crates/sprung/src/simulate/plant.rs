@@ -1,7 +1,7 @@
 //! A robot that moves: its equations integrated over time.
 
 use sprung_core::drives::State;
-use sprung_core::regressor::{Accelerations, Torques, Values};
+use sprung_core::robot::{Torques, Values};
 use sprung_core::spatial::BODY;
 
 use super::integrator::{Integrator, StepsExhausted};
@@ -51,11 +51,13 @@ pub(super) struct Plant {
     theta: Vec<f64>,
     bodies: Vec<[f64; BODY]>,
     flexible: Vec<usize>,
-    // Links, rotors of flexible joints, then their velocities.
+    // Coordinates of all rows: links, rotors of flexible joints; then velocities.
     x: Vec<f64>,
     scratch: Scratch,
-    // q, dq, phi, dphi, and two accelerations.
-    numbers: Vec<f64>,
+    // q, dq, phi, dphi.
+    joints: Vec<f64>,
+    // On each coordinate.
+    torque: Vec<f64>,
 }
 
 impl Plant {
@@ -75,7 +77,8 @@ impl Plant {
             x: x.concat(),
             flexible,
             scratch: Scratch::new(n),
-            numbers: vec![0.0; 6 * n],
+            joints: vec![0.0; 4 * n],
+            torque: vec![0.0; model.rows()],
             model: model.clone(),
         }
     }
@@ -115,35 +118,28 @@ impl Plant {
             flexible,
             x,
             scratch,
-            numbers,
+            joints,
+            torque,
         } = self;
         let (robot, n) = (model.robot(), torques.motor.len());
+        // The memory is made to fit, here and below, so there is no other outcome.
+        let fits = robot.coordinate_torques(torques, torque).is_ok();
         let values = Values { theta, bodies };
         integrator.advance(x, duration, |x, rate| {
-            let (all, accelerations) = numbers.split_at_mut(4 * n);
-            unpack(x, flexible, n, all);
-            let (link, motor) = all.split_at(2 * n);
+            unpack(x, flexible, n, joints);
+            let (link, motor) = joints.split_at(2 * n);
             let state = State {
                 q: &link[..n],
                 dq: &link[n..],
                 phi: &motor[..n],
                 dphi: &motor[n..],
             };
-            let (ddq, ddphi) = accelerations.split_at_mut(n);
-            let mut out = Accelerations { ddq, ddphi };
+            let (positions, accelerations) = rate.split_at_mut(x.len() / 2);
+            positions.copy_from_slice(&x[positions.len()..]);
             let mut workspace = scratch.workspace();
-            let solved =
-                robot.forced_acceleration(&values, &state, torques, &mut workspace, &mut out);
-            if solved.is_err() {
-                // The memory is made to fit, so there is no other outcome.
+            let solved = robot.acceleration(&values, &state, torque, &mut workspace, accelerations);
+            if !fits || solved.is_err() {
                 rate.fill(f64::NAN);
-                return;
-            }
-            let half = x.len() / 2;
-            rate[..half].copy_from_slice(&x[half..]);
-            rate[half..half + n].copy_from_slice(ddq);
-            for (rate, &joint) in rate[half + n..].iter_mut().zip(&*flexible) {
-                *rate = ddphi[joint];
             }
         })
     }

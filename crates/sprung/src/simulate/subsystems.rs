@@ -1,7 +1,7 @@
 //! Links and motors simulated apart, each driven by the other as it was measured.
 
 use sprung_core::drives::State;
-use sprung_core::regressor::{Accelerations, Torques, Values};
+use sprung_core::robot::{Torques, Values};
 
 use super::integrator::{Integrator, StepsExhausted};
 use crate::model::{Model, Scratch};
@@ -91,7 +91,8 @@ pub fn subsystems(
         scratch: Scratch::new(n),
         links: vec![0.0; 4 * n],
         motors: vec![0.0; 4 * n],
-        out: vec![0.0; 4 * n],
+        torque: vec![0.0; model.rows()],
+        out: vec![0.0; 2 * model.rows()],
     };
     let mut integrator = Integrator::new(TOLERANCE, x.len());
     let (mut from, mut to) = (vec![0.0; 4 * n], vec![0.0; 4 * n]);
@@ -135,7 +136,8 @@ struct Apart<'a> {
     // q, dq, phi, dphi of links that are simulated, and of motors that are.
     links: Vec<f64>,
     motors: Vec<f64>,
-    // Accelerations of links and motors in either state.
+    // On each coordinate, and what it causes in either state.
+    torque: Vec<f64>,
     out: Vec<f64>,
 }
 
@@ -172,33 +174,27 @@ impl Apart<'_> {
             motor: tau,
             link: None,
         };
+        let robot = self.model.robot();
+        // The memory is made to fit, here and below, so there is no other outcome.
+        let mut fits = robot.coordinate_torques(&torques, &mut self.torque).is_ok();
         let halves = [&self.links, &self.motors].into_iter();
-        for (all, out) in halves.zip(self.out.chunks_mut(2 * n)) {
+        for (all, out) in halves.zip(self.out.chunks_mut(half)) {
             let state = State {
                 q: &all[..n],
                 dq: &all[n..2 * n],
                 phi: &all[2 * n..3 * n],
                 dphi: &all[3 * n..],
             };
-            let (ddq, ddphi) = out.split_at_mut(n);
             let mut workspace = self.scratch.workspace();
-            let solved = self.model.robot().forced_acceleration(
-                &values,
-                &state,
-                &torques,
-                &mut workspace,
-                &mut Accelerations { ddq, ddphi },
-            );
-            if solved.is_err() {
-                // The memory is made to fit, so there is no other outcome.
-                rate.fill(f64::NAN);
-                return;
-            }
+            let solved = robot.acceleration(&values, &state, &self.torque, &mut workspace, out);
+            fits &= solved.is_ok();
+        }
+        if !fits {
+            rate.fill(f64::NAN);
+            return;
         }
         rate[..half].copy_from_slice(&x[half..2 * half]);
         rate[half..half + n].copy_from_slice(&self.out[..n]);
-        for (rate, &joint) in rate[half + n..].iter_mut().zip(self.flexible) {
-            *rate = self.out[3 * n + joint];
-        }
+        rate[half + n..2 * half].copy_from_slice(&self.out[half + n..]);
     }
 }

@@ -4,7 +4,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use sprung_core::chain::JointKind;
-use sprung_core::regressor::Torques;
+use sprung_core::robot::Torques;
 
 use super::closed_loop::{ClosedLoop, Diverged, LoopError};
 use super::sensors::{Disturbance, Encoder};

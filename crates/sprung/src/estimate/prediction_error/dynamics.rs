@@ -3,11 +3,10 @@
 //! State: the coordinates of all rows, then their velocities, \[2 rows\]. Inputs:
 //! one torque per row, held for the period.
 
-use sprung_core::drives::State;
+use sprung_core::drives::{Drive, State};
 use sprung_core::linearized::{Derivatives, Partial, Partials};
 use sprung_core::links::Step;
-use sprung_core::parameters::{JointParameter, Side};
-use sprung_core::regressor::Values;
+use sprung_core::robot::Values;
 use sprung_core::scalar::Scalar;
 use sprung_core::spatial::BODY;
 
@@ -262,25 +261,23 @@ impl<'m> Dynamics<'m> {
         let mut pull = vec![0.0; rows];
         let mut spring = vec![0.0; rows];
         for term in robot.terms {
+            let (joint, motor) = (term.joint, self.motors[term.joint]);
+            let drive = Drive {
+                deflection: x[motor] - x[joint],
+                deflection_rate: x[rows + motor] - x[rows + joint],
+                link_velocity: slowest(joint),
+                motor_velocity: slowest(motor),
+            };
+            let slopes = term.slopes(&drive, &robot.shapes[joint]);
             let mass = self.inverse[term.row * rows + term.row];
-            let value = (term.gain * self.theta[term.column]).abs() * mass;
-            match term.what {
-                JointParameter::Friction(side, law) => {
-                    let coordinate = match side {
-                        Side::Link => term.joint,
-                        Side::Motor => self.motors[term.joint],
-                    };
-                    let shape = &robot.shapes[term.joint];
-                    let (_, slope) = law.column_and_slope(slowest(coordinate), shape);
-                    pull[term.row] += value * slope.abs();
-                }
-                JointParameter::Damping => pull[term.row] += value,
-                JointParameter::Stiffness => spring[term.row] += value,
-                JointParameter::CubicStiffness => {
-                    let deflection = x[self.motors[term.joint]] - x[term.joint];
-                    spring[term.row] += 3.0 * value * deflection * deflection;
-                }
-                JointParameter::RotorInertia | JointParameter::Preload => {}
+            let value = self.theta[term.column].abs() * mass;
+            spring[term.row] += value * slopes.deflection.abs();
+            for slope in [
+                slopes.deflection_rate,
+                slopes.link_velocity,
+                slopes.motor_velocity,
+            ] {
+                pull[term.row] += value * slope.abs();
             }
         }
         let most = |all: &[f64]| all.iter().fold(0.0_f64, |m, x| m.max(*x));
