@@ -1,5 +1,7 @@
 //! How the program ends.
 
+use sprung::session::{ErrorKind, SessionError, Usability};
+
 /// Exit codes; documented in the README and in `--help`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ExitCode {
@@ -21,6 +23,27 @@ impl From<ExitCode> for std::process::ExitCode {
     }
 }
 
+impl From<Usability> for ExitCode {
+    fn from(usability: Usability) -> Self {
+        match usability {
+            Usability::Usable => Self::Done,
+            Usability::Unusable => Self::Unusable,
+            Usability::WrongLog => Self::Log,
+        }
+    }
+}
+
+impl From<ErrorKind> for ExitCode {
+    fn from(kind: ErrorKind) -> Self {
+        match kind {
+            // The terminal stops no run: Ctrl-C ends the program.
+            ErrorKind::Usage | ErrorKind::Stopped => Self::Usage,
+            ErrorKind::Log => Self::Log,
+            ErrorKind::File => Self::File,
+        }
+    }
+}
+
 /// Why a command did not finish.
 #[derive(Debug)]
 pub(crate) struct Failure {
@@ -34,5 +57,11 @@ impl Failure {
             code,
             message: format!("{message}"),
         }
+    }
+}
+
+impl From<SessionError> for Failure {
+    fn from(error: SessionError) -> Self {
+        Self::new(error.kind().into(), error)
     }
 }

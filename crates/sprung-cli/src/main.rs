@@ -1,10 +1,11 @@
 //! The command line of sprung.
 
 mod args;
+mod command_line;
 mod commands;
 mod exit_code;
-mod experiment;
 mod output;
+mod record;
 mod results;
 mod switch;
 mod terminal;

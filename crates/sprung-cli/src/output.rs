@@ -3,13 +3,20 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use sprung::session::{Session, Switch, finish};
 use tempfile::NamedTempFile;
 
+use crate::args::Common;
 use crate::exit_code::{ExitCode, Failure};
-use crate::switch::{Switch, finish};
+use crate::switch::decide;
 
 /// How the names of files begin and end that are not yet results.
 const TEMPORARY: (&str, &str) = (".sprung-", ".part");
+
+/// Returns the folder for results of a command.
+pub(crate) fn results_folder(session: &Session, common: &Common) -> PathBuf {
+    (common.out.clone()).unwrap_or_else(|| session.results_folder())
+}
 
 /// Files of one run: written beside their place, then renamed together, so
 /// that earlier results stay whole if anything fails. A kill between the renames leaves a list of
@@ -136,13 +143,13 @@ impl Output {
             outdated: (self.outdated.iter().map(|path| name(path))).collect::<Result<_, _>>()?,
         };
         let list = temporary(&self.folder).map_err(|error| cannot_write(&self.folder, &error))?;
-        let list = switch.decide(&self.folder, list)?;
+        let list = decide(&switch, &self.folder, list)?;
         // Locked until they are in their places.
         let mut files = Vec::new();
         for (path, file) in self.files {
             files.push((file.keep()).map_err(|error| cannot_write(&path, &error.error))?);
         }
-        switch.carry_out(&self.folder, &list)
+        Ok(switch.carry_out(&self.folder, &list)?)
     }
 }
 

@@ -1,149 +1,97 @@
-//! Files of results on disk.
+//! The files of results.
 
 use std::path::{Path, PathBuf};
 
-use serde_json::Value;
-use sprung::estimate::Identification;
+use serde::Serialize;
+use sprung::curves::Curves;
+use sprung::estimate::{Identified, parameters_csv};
+use sprung::report::{Contents, Document, compose, render};
+use sprung::session::IDENTIFICATION_FILE;
+use sprung::validate::{Validated, Validation};
 
 use crate::exit_code::{ExitCode, Failure};
-use crate::switch::{finish, finish_beside};
+use crate::output::Output;
 
-/// The version of `identification.json` that this program reads.
-const FORMAT: u64 = 1;
+/// Curves of an identification.
+const TRACE_FILE: &str = "trace.csv";
+const FIT_FILE: &str = "fit.csv";
 
-/// An identification, and where it was read from.
-pub(crate) struct Identified {
-    pub(crate) path: PathBuf,
-    pub(crate) identification: Identification,
+/// The files of a validation but the report.
+const VALIDATION_FILE: &str = "validation.json";
+const SIGNALS_FILE: &str = "signals.csv";
+
+/// The first column of the signals.
+const SIGNALS_LABEL: &str = "run/parameters";
+
+/// Writes a value as JSON.
+pub(crate) fn write_json(
+    output: &mut Output,
+    name: &str,
+    value: &impl Serialize,
+) -> Result<(), Failure> {
+    output.write(name, |write| {
+        serde_json::to_writer_pretty(&mut *write, value)?;
+        writeln!(write)
+    })?;
+    Ok(())
 }
 
-/// Reads `identification.json`, that of a results folder, or that of an
-/// experiment's.
-pub(crate) fn read_identification(path: &Path) -> Result<Identified, Failure> {
-    let path = found(path)?;
-    finish_beside(&path)?;
-    let name = path.display();
-    let bytes = std::fs::read(&path)
-        .map_err(|error| Failure::new(ExitCode::File, format!("cannot read {name}: {error}")))?;
-    let wrong = |why: &str| {
-        Failure::new(
-            ExitCode::Usage,
-            format!("{name} is not an identification: {why}"),
-        )
-    };
-    let Ok(text) = String::from_utf8(bytes) else {
-        return Err(wrong("it is not text; give an identification.json"));
-    };
-    let json: Value = match serde_json::from_str(&text) {
-        Ok(json) => json,
-        Err(error) => return Err(wrong(&looks_like_text(&path, &text, &error))),
-    };
-    let looks = looks_like_json(&json);
-    if let Some(other) = looks {
-        return Err(wrong(&format!(
-            "it looks like {other}; give the identification.json of a results folder"
-        )));
-    }
-    match json.get("format").map(Value::as_u64) {
-        Some(Some(FORMAT)) => {}
-        Some(Some(newer)) if newer > FORMAT => {
-            let by = json.get("generator").and_then(Value::as_str);
-            return Err(Failure::new(
-                ExitCode::Usage,
-                format!(
-                    "{name} has format {newer}, written by {}; this is sprung {}, which reads format \
-                     {FORMAT}: use a newer version",
-                    by.unwrap_or("another program"),
-                    env!("CARGO_PKG_VERSION")
-                ),
-            ));
-        }
-        Some(_) => {
-            let format = &json["format"];
-            return Err(wrong(&format!(
-                "its format is {format}; this version reads format {FORMAT}"
-            )));
-        }
-        None => return Err(wrong("it says no format; give an identification.json")),
-    }
-    let identification: Identification =
-        serde_json::from_value(json).map_err(|error| wrong(&format!("{error}")))?;
-    if identification.results.is_empty() {
-        return Err(wrong("it holds no results; run sprung identify again"));
-    }
-    Ok(Identified {
-        path,
-        identification,
-    })
+/// Writes all files of an identification but the report.
+pub(crate) fn write_identified(output: &mut Output, found: &Identified) -> Result<(), Failure> {
+    write_json(output, IDENTIFICATION_FILE, &found.identification)?;
+    output.text("parameters.csv", &parameters_csv(&found.identification))?;
+    output.text(TRACE_FILE, &found.trace.to_csv("estimator"))?;
+    output.text(FIT_FILE, &found.fit.to_csv("source"))?;
+    Ok(())
 }
 
-/// Returns the file that a path stands for.
-fn found(path: &Path) -> Result<PathBuf, Failure> {
-    if !path.is_dir() {
-        return Ok(path.to_owned());
-    }
-    for folder in [path, &path.join("sprung-out")] {
-        finish(folder)?;
-    }
-    let inside = ["identification.json", "sprung-out/identification.json"];
-    (inside.iter().map(|file| path.join(file)))
-        .find(|file| file.exists())
-        .ok_or_else(|| {
-            Failure::new(
-                ExitCode::File,
-                format!(
-                    "there is no identification.json in the folder {}, nor in its sprung-out; run \
-                     sprung identify first",
-                    path.display()
-                ),
-            )
-        })
+/// Writes all files of a validation but the report.
+pub(crate) fn write_validated(output: &mut Output, found: &Validated) -> Result<(), Failure> {
+    write_json(output, VALIDATION_FILE, &found.validation)?;
+    output.text(SIGNALS_FILE, &found.curves.to_csv(SIGNALS_LABEL))?;
+    Ok(())
 }
 
-/// Says what JSON that is no identification looks like; nothing if it may be
-/// one.
-fn looks_like_json(json: &Value) -> Option<&'static str> {
-    let has = |key: &str| json.get(key).is_some();
-    if !json.is_object() {
-        Some("JSON of another program")
-    } else if has("results") && has("log") {
-        None
-    } else if has("runs") {
-        Some("a validation.json")
-    } else if has("compared") {
-        Some("a comparison.json")
-    } else if has("$schema") || has("$defs") {
-        Some("a JSON schema")
-    } else {
-        Some("JSON of another program")
-    }
+/// Writes the report of what was found, and returns where it will be.
+pub(crate) fn write_report(
+    output: &mut Output,
+    contents: &Contents<'_>,
+) -> Result<PathBuf, Failure> {
+    write_html(output, "report.html", &compose(contents))
 }
 
-/// Says what a text that is no JSON looks like, and what to give instead.
-fn looks_like_text(path: &Path, text: &str, error: &serde_json::Error) -> String {
-    let ends = |extension: &str| path.extension().is_some_and(|own| own == extension);
-    let line = |start: &str| {
-        text.lines()
-            .any(|line| line.trim_start().starts_with(start))
+/// Writes a document, and returns where it will be.
+pub(crate) fn write_html(
+    output: &mut Output,
+    name: &str,
+    document: &Document,
+) -> Result<PathBuf, Failure> {
+    let html = render(document).map_err(|error| {
+        Failure::new(ExitCode::File, format!("cannot make the report: {error}"))
+    })?;
+    output.text(name, &html)
+}
+
+/// Lets go of the files of an earlier validation; returns whether there are any.
+pub(crate) fn outdate_validation(output: &mut Output, folder: &Path) -> bool {
+    let text = |name: &str| std::fs::read_to_string(folder.join(name)).ok();
+    // Of files with these names only what such a validation wrote.
+    let is_ours =
+        text(VALIDATION_FILE).is_some_and(|text| serde_json::from_str::<Validation>(&text).is_ok());
+    if !is_ours || !output.outdates(VALIDATION_FILE) {
+        return false;
+    }
+    if text(SIGNALS_FILE).is_some_and(|text| text.starts_with(SIGNALS_LABEL)) {
+        output.outdates(SIGNALS_FILE);
+    }
+    true
+}
+
+/// Returns the curves that lie beside an identification, trace and fit, if they are there.
+pub(crate) fn curves_beside(identification: &Path) -> (Option<Curves>, Option<Curves>) {
+    let read = |name: &str| {
+        let text = std::fs::read_to_string(identification.with_file_name(name)).ok()?;
+        Curves::from_csv(&text).ok()
     };
-    let first = text.lines().next().unwrap_or_default();
-    if text.trim().is_empty() {
-        "it is empty; run sprung identify again".to_owned()
-    } else if ends("html") || first.starts_with("<!DOCTYPE") {
-        "it looks like a report; give the identification.json beside it".to_owned()
-    } else if line("[robot]") || line("[[robot.joint]]") {
-        "it looks like an experiment file; give the identification.json in its results folder"
-            .to_owned()
-    } else if first.starts_with("estimator,name,") {
-        "it looks like a parameters.csv; give the identification.json beside it".to_owned()
-    } else if ends("csv") || first.split(',').count() > 2 && !first.starts_with('{') {
-        "it looks like a log or a table in CSV; give the identification.json made from it"
-            .to_owned()
-    } else if ends("toml") {
-        "it looks like a file of parameter values, which has no standard errors; give an \
-         identification.json"
-            .to_owned()
-    } else {
-        format!("{error}; if it was cut off, run sprung identify again")
-    }
+    (read(TRACE_FILE), read(FIT_FILE))
 }

@@ -9,7 +9,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use sprung::estimate::{EstimateResult, Identification, Refinement, Verdict};
 use sprung::finding::{Finding, Severity};
 use sprung::model::short;
-use sprung::progress::{Answer, Phase, Progress};
+use sprung::progress::{Answer, Listener, Phase, Progress};
 use sprung::report::significant;
 use sprung::validate::Validation;
 
@@ -41,25 +41,28 @@ impl Terminal {
         }
     }
 
-    /// Returns a bar that counts samples; `total` if it is known.
-    pub(crate) fn progress(self, what: &str, total: Option<u64>) -> ProgressBar {
+    /// Runs something, and shows how far it is.
+    ///
+    /// - `what`: what is done, until the run says more.
+    pub(crate) fn follow<T>(self, what: &str, run: impl FnOnce(&mut dyn Listener) -> T) -> T {
+        let bar = self.bar(what);
+        let outcome = run(&mut |progress: Progress| {
+            show(&bar, progress);
+            Answer::GoOn
+        });
+        bar.finish_and_clear();
+        outcome
+    }
+
+    fn bar(self, what: &str) -> ProgressBar {
         let hidden = self.voice.no_progress || self.voice.quiet || self.json;
-        let bar = match total {
-            Some(total) => ProgressBar::new(total),
-            None => ProgressBar::new_spinner(),
-        };
+        let bar = ProgressBar::new_spinner();
         bar.set_draw_target(if hidden {
             ProgressDrawTarget::hidden()
         } else {
             ProgressDrawTarget::stderr()
         });
-        let template = match total {
-            Some(_) => "{msg} [{bar:30}] {human_pos} of {human_len} samples, {eta} left",
-            None => "{msg} {spinner} {human_pos} samples",
-        };
-        if let Ok(style) = ProgressStyle::with_template(template) {
-            bar.set_style(style);
-        }
+        set_template(&bar, OPEN_END);
         bar.set_message(what.to_owned());
         bar
     }
@@ -172,27 +175,48 @@ impl Terminal {
     }
 }
 
-/// Shows progress on a bar, and lets the run go on.
-pub(crate) fn show(bar: &ProgressBar, progress: Progress) -> Answer {
-    match progress.phase {
-        Phase::FindingDelays | Phase::Refining => count_runs(bar, progress),
-        Phase::Reading | Phase::Simulating | Phase::Validating => bar.set_position(progress.done),
-        _ => bar.tick(),
-    }
-    Answer::GoOn
-}
+/// Looks of a bar: for samples of which the total is not known or is, and for runs of a filter.
+const OPEN_END: &str = "{msg} {spinner} {human_pos} samples";
+const TO_THE_END: &str = "{msg} [{bar:30}] {human_pos} of {human_len} samples, {eta} left";
+const FILTER_RUNS: &str =
+    "{msg} {spinner} filter run {human_pos} of at most {human_len}, {elapsed}";
 
-/// Makes a bar count runs of a filter.
-fn count_runs(bar: &ProgressBar, progress: Progress) {
-    let template = "{msg} {spinner} filter run {human_pos} of at most {human_len}, {elapsed}";
+fn set_template(bar: &ProgressBar, template: &str) {
     if let Ok(style) = ProgressStyle::with_template(template) {
         bar.set_style(style);
     }
-    bar.set_message(progress.phase.word());
-    bar.set_length(progress.total.unwrap_or(progress.done));
-    bar.set_position(progress.done);
-    // A run may take seconds in which the bar hears nothing.
-    bar.enable_steady_tick(TICK);
+}
+
+/// Shows progress on a bar.
+fn show(bar: &ProgressBar, progress: Progress) {
+    match (progress.phase, progress.total) {
+        (Phase::FindingDelays | Phase::Refining, Some(most)) => {
+            set_template(bar, FILTER_RUNS);
+            bar.set_message(progress.phase.word());
+            bar.set_length(most);
+            bar.set_position(progress.done);
+            // A run may take seconds in which the bar hears nothing.
+            bar.enable_steady_tick(TICK);
+        }
+        (Phase::Simulating, Some(total)) => {
+            if bar.length() != Some(total) {
+                set_template(bar, TO_THE_END);
+                bar.set_length(total);
+            }
+            bar.set_position(progress.done);
+        }
+        (Phase::Reading | Phase::Validating, _) => {
+            // After runs of the filter samples are counted again.
+            if bar.length().is_some() {
+                bar.disable_steady_tick();
+                set_template(bar, OPEN_END);
+                bar.set_message(progress.phase.word());
+                bar.unset_length();
+            }
+            bar.set_position(progress.done);
+        }
+        _ => bar.tick(),
+    }
 }
 
 /// Between two pictures of a bar that hears nothing.

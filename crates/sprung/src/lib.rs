@@ -3,7 +3,7 @@
 //! The data flow one way, and a module uses only what stands to its left:
 //!
 //! ```text
-//! finding, curves, named, progress | description → model → log → simulate → preprocess → regression → fit → prepare → check → estimate → validate → compare → report
+//! finding, curves, named, progress | description → model → log → simulate → preprocess → regression → fit → prepare → check → estimate → validate → compare → session → report
 //! ```
 //!
 //! Functions take values and readers and return values or strings; they open
@@ -25,6 +25,7 @@ pub mod preprocess;
 pub mod progress;
 pub mod regression;
 pub mod report;
+pub mod session;
 pub mod simulate;
 mod stopwatch;
 pub mod validate;

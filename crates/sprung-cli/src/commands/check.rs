@@ -1,89 +1,40 @@
 //! `sprung check`: what is wrong with a log, before any fit.
 
 use comfy_table::Table;
-use sprung::check::{CheckError, CheckReport, Checked, CheckedLog, check};
-use sprung::estimate::late_channels;
+use sprung::check::{CheckReport, CheckedLog};
 use sprung::finding::Severity;
-use sprung::log::LogError;
-use sprung::progress::Progress;
-use sprung::report::{compose_check, render, significant};
+use sprung::report::{compose_check, significant};
+use sprung::session::{Depth, Session, Usability};
 
 use crate::args::Check;
+use crate::command_line::command_line;
 use crate::exit_code::{ExitCode, Failure};
-use crate::experiment::{Loaded, load, openers, sources};
-use crate::output::Output;
-use crate::terminal::{Terminal, dash, plain, show};
+use crate::output::{Output, results_folder};
+use crate::results::{write_html, write_json};
+use crate::terminal::{Terminal, dash, plain};
 
 pub(crate) fn run(args: &Check) -> Result<ExitCode, Failure> {
     let common = &args.common;
     let terminal = Terminal::new(common.voice, common.json);
-    let loaded = load(&args.experiment, &common.overrides)?;
-    let mut checked = from_disk(&loaded, terminal)?;
-    // Of a log that is not what the file says no likelihood says anything.
-    if args.thorough && !checked.report.refused {
-        delays(&loaded, &mut checked, terminal)?;
-    }
+    let session = Session::open(&args.experiment, &common.overrides)?;
+    let depth = if args.thorough {
+        Depth::Likelihood
+    } else {
+        Depth::OnePass
+    };
+    let checked = terminal.follow("checking", |progress| session.check(depth, progress))?;
 
-    let mut output = Output::new(&loaded.out(common.out.as_ref()))?.keeping(loaded.inputs());
-    output.write("check.json", |write| {
-        serde_json::to_writer_pretty(&mut *write, &checked.report)?;
-        writeln!(write)
-    })?;
-    let document = compose_check(&checked, &super::command_line(), &loaded.text);
-    let html = render(&document).map_err(|error| {
-        Failure::new(ExitCode::File, format!("cannot make the report: {error}"))
-    })?;
-    let report = output.text("check.html", &html)?;
+    let folder = results_folder(&session, common);
+    let mut output = Output::new(&folder)?.keeping(session.inputs());
+    write_json(&mut output, "check.json", &checked.report)?;
+    let document = compose_check(&checked, &command_line(), session.text());
+    let report = write_html(&mut output, "check.html", &document)?;
     output.commit()?;
 
     terminal.json(&checked.report);
     say(terminal, &checked.report);
     terminal.say(format!("\nreport: {}", report.display()));
-    Ok(match checked.report.worst() {
-        Some(Severity::Error) => ExitCode::Log,
-        Some(Severity::Serious) => ExitCode::Unusable,
-        Some(Severity::Warning | Severity::Info) | None => ExitCode::Done,
-    })
-}
-
-fn from_disk(loaded: &Loaded, terminal: Terminal) -> Result<Checked, Failure> {
-    let paths = loaded.log_paths(None)?;
-    let bar = terminal.progress("checking", None);
-    let mut openers = openers(&loaded.folder, &paths);
-    let mut sources = sources(&paths, &mut openers);
-    let checked = check(
-        &loaded.experiment,
-        &loaded.model,
-        &mut sources,
-        &mut |progress: Progress| show(&bar, progress),
-    );
-    bar.finish_and_clear();
-    checked.map_err(|error| {
-        let code = match &error {
-            CheckError::Log(LogError::Io { .. }) => ExitCode::File,
-            CheckError::Log(_) => ExitCode::Log,
-            _ => ExitCode::Usage,
-        };
-        Failure::new(code, error)
-    })
-}
-
-/// Finds delays by the likelihood.
-fn delays(loaded: &Loaded, checked: &mut Checked, terminal: Terminal) -> Result<(), Failure> {
-    let paths = loaded.log_paths(None)?;
-    let bar = terminal.progress("finding delays", None);
-    let mut openers = openers(&loaded.folder, &paths);
-    let mut sources = sources(&paths, &mut openers);
-    let mut progress = |progress: Progress| show(&bar, progress);
-    let found = late_channels(
-        &loaded.experiment,
-        &loaded.model,
-        &mut sources,
-        &mut progress,
-    );
-    bar.finish_and_clear();
-    checked.with_delays(&found.map_err(|error| super::identify::failure(&error))?);
-    Ok(())
+    Ok(Usability::from(&checked.report).into())
 }
 
 /// One screen: logs, joints, and findings with their remedies.

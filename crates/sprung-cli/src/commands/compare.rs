@@ -1,66 +1,34 @@
 //! `sprung compare`: results side by side.
 
 use comfy_table::Table;
-use sprung::compare::{Compared, ComparedParameter, Comparison, compare};
+use sprung::compare::{ComparedParameter, Comparison};
 use sprung::model::short;
-use sprung::report::{compose_comparison, render, significant};
+use sprung::progress::Unheard;
+use sprung::report::{compose_comparison, significant};
+use sprung::session::compare_files;
 
 use crate::args::Compare;
+use crate::command_line::command_line;
 use crate::exit_code::{ExitCode, Failure};
 use crate::output::Output;
-use crate::results::{Identified, read_identification};
+use crate::results::{write_html, write_json};
 use crate::terminal::{Terminal, dash, plain};
 
 pub(crate) fn run(args: &Compare) -> Result<ExitCode, Failure> {
     let terminal = Terminal::new(args.voice, args.json);
-    let read = (args.files.iter())
-        .map(|file| read_identification(file))
-        .collect::<Result<Vec<Identified>, Failure>>()?;
-    check_twice(&read)?;
-    let names: Vec<String> = (read.iter())
-        .map(|one| one.path.display().to_string())
-        .collect();
-    let files: Vec<Compared<'_>> = (names.iter().zip(&read))
-        .map(|(file, one)| Compared {
-            file,
-            identification: &one.identification,
-        })
-        .collect();
-    let comparison = compare(&files).map_err(|error| Failure::new(ExitCode::Usage, error))?;
+    let found = compare_files(&args.files, &mut Unheard)?;
+    let comparison = found.comparison;
 
-    let mut output = Output::new(&args.out)?.keeping(read.into_iter().map(|one| one.path));
-    output.write("comparison.json", |write| {
-        serde_json::to_writer_pretty(&mut *write, &comparison)?;
-        writeln!(write)
-    })?;
-    let document = compose_comparison(&comparison, &super::command_line());
-    let html = render(&document).map_err(|error| {
-        Failure::new(ExitCode::File, format!("cannot make the report: {error}"))
-    })?;
-    let report = output.text("report.html", &html)?;
+    let mut output = Output::new(&args.out)?.keeping(found.files);
+    write_json(&mut output, "comparison.json", &comparison)?;
+    let document = compose_comparison(&comparison, &command_line());
+    let report = write_html(&mut output, "report.html", &document)?;
     output.commit()?;
 
     terminal.json(&comparison);
     say(terminal, &comparison);
     terminal.say(format!("\nreport: {}", report.display()));
     Ok(ExitCode::Done)
-}
-
-/// A file beside itself agrees with anything.
-fn check_twice(read: &[Identified]) -> Result<(), Failure> {
-    for (i, one) in read.iter().enumerate() {
-        let same = |other: &&Identified| {
-            let (a, b) = (one.path.canonicalize(), other.path.canonicalize());
-            matches!((a, b), (Ok(a), Ok(b)) if a == b)
-        };
-        if read[..i].iter().any(|other| same(&other)) {
-            return Err(Failure::new(
-                ExitCode::Usage,
-                format!("{} is given twice; give each file once", one.path.display()),
-            ));
-        }
-    }
-    Ok(())
 }
 
 fn say(terminal: Terminal, comparison: &Comparison) {

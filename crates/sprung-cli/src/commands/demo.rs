@@ -1,19 +1,15 @@
 //! `sprung demo`: the paper's experiment on a digital twin.
 
-use std::collections::BTreeMap;
-use std::path::Path;
-
 use sprung::demo;
 use sprung::report::Contents;
-use sprung::simulate::TwinSetup;
-use sprung::validate::ParameterSet;
+use sprung::session::{Parameters, Session};
 
-use super::simulate::{parameters, write_log};
-use super::{identify, validate};
 use crate::args::Demo;
+use crate::command_line::command_line;
 use crate::exit_code::{ExitCode, Failure};
-use crate::experiment::{Parameters, load};
 use crate::output::Output;
+use crate::record::write_log;
+use crate::results::{write_identified, write_report, write_validated};
 use crate::terminal::Terminal;
 
 pub(crate) fn run(args: &Demo) -> Result<ExitCode, Failure> {
@@ -35,57 +31,36 @@ pub(crate) fn run(args: &Demo) -> Result<ExitCode, Failure> {
     output.text("truth.toml", demo::TRUTH)?;
     output.commit()?;
 
-    let loaded = load(&file, &[])?;
-    let experiment = &loaded.experiment;
-    let incomplete = || Failure::new(ExitCode::Usage, "the experiment of the demo is incomplete");
-    let settings = experiment.simulate.as_ref().ok_or_else(incomplete)?;
-    let prediction = experiment.validate.last().ok_or_else(incomplete)?;
-    let theta = parameters(&loaded, settings, None)?;
-    let mut second = settings.clone();
-    second.seed = settings.seed.wrapping_add(1);
+    let session = Session::open(&file, &[])?;
+    let prediction = session.experiment().validate.last();
+    let identified = session.twin(None, None)?;
+    let predicted = session.twin(prediction.map(|run| run.name.as_str()), None)?;
+    let seed = identified.seed().wrapping_add(1);
     let mut output = Output::new(&args.out)?;
-    for (name, controller, settings) in [
-        (
-            "identification.csv",
-            experiment.controller.as_ref(),
-            settings,
-        ),
-        ("validation.csv", prediction.controller.as_ref(), &second),
-    ] {
-        let twin = TwinSetup {
-            model: &loaded.model,
-            theta: &theta,
-            controller: controller.ok_or_else(incomplete)?,
-            settings,
-        };
-        write_log(&loaded, &twin, None, &mut output, Path::new(name), terminal)?;
-    }
+    write_log(&identified, &mut output, terminal)?;
+    write_log(&predicted.with_seed(seed), &mut output, terminal)?;
     output.commit()?;
 
-    let found = identify::from_disk(&loaded, terminal)?;
-    let identified = Parameters {
-        sets: ParameterSet::of(&found.identification),
-        identification: Some(found.identification.clone()),
-    };
-    let validated = validate::from_disk(&loaded, &identified, terminal)?;
+    let found = terminal.follow("identifying", |progress| session.identify(progress))?;
+    let parameters = Parameters::from(found.identification.clone());
+    let validated = terminal.follow("validating", |progress| {
+        session.validate(&parameters, progress)
+    })?;
 
-    let truth: BTreeMap<String, f64> = (loaded.model.parameters().iter())
-        .zip(theta)
-        .map(|(parameter, value)| (parameter.name.clone(), value))
-        .collect();
-    let mut output = Output::new(&loaded.out(None))?;
-    identify::write_results(&mut output, &found)?;
-    validate::write_results(&mut output, &validated)?;
+    let truth = identified.truth();
+    let mut output = Output::new(&session.results_folder())?;
+    write_identified(&mut output, &found)?;
+    write_validated(&mut output, &validated)?;
     let contents = Contents {
         identification: Some(&found.identification),
         trace: Some(&found.trace),
         fit: Some(&found.fit),
         validation: Some((&validated.validation, &validated.curves)),
         truth: Some(&truth),
-        command: &super::command_line(),
-        experiment: &loaded.text,
+        command: &command_line(),
+        experiment: session.text(),
     };
-    let report = identify::write_report(&mut output, &contents)?;
+    let report = write_report(&mut output, &contents)?;
     output.commit()?;
 
     terminal.parameters(&found.identification, Some(&truth));

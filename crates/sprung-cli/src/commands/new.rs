@@ -1,13 +1,13 @@
 //! `sprung new`: an experiment file to start from.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use sprung::description::{Start, StartError, Urdf, template};
+use sprung::description::{Start, template};
+use sprung::session::{SessionError, start_from_urdf};
 
-use super::quoted;
 use crate::args::New;
+use crate::command_line::quoted;
 use crate::exit_code::{ExitCode, Failure};
-use crate::experiment::read_text;
 use crate::output::Output;
 use crate::terminal::Terminal;
 
@@ -19,9 +19,9 @@ pub(crate) fn run(args: &New) -> Result<ExitCode, Failure> {
     let folder = &args.folder;
     refuse_what_is_there(folder)?;
     let (start, table) = match &args.urdf {
-        Some(file) => (from_urdf(file, folder)?, ""),
+        Some(file) => (start_from_urdf(file, folder)?, ""),
         None => (
-            Start::table(args.joints.unwrap_or(JOINTS)).map_err(wrong)?,
+            Start::table(args.joints.unwrap_or(JOINTS)).map_err(SessionError::from)?,
             "the table, ",
         ),
     };
@@ -65,55 +65,4 @@ fn refuse_what_is_there(folder: &Path) -> Result<(), Failure> {
         ));
     }
     Ok(())
-}
-
-fn from_urdf(file: &Path, folder: &Path) -> Result<Start, Failure> {
-    let text = read_text(file)?;
-    let urdf = Urdf::parse(&file.display().to_string(), &text)
-        .map_err(|error| Failure::new(ExitCode::Usage, error))?;
-    let path = reference(file, folder).map_err(|error| {
-        Failure::new(
-            ExitCode::File,
-            format!("cannot find the folder of {}: {error}", file.display()),
-        )
-    })?;
-    let path = path.to_str().ok_or_else(|| {
-        Failure::new(
-            ExitCode::Usage,
-            format!(
-                "the path {} is not Unicode and cannot stand in experiment.toml; rename it",
-                path.display()
-            ),
-        )
-    })?;
-    Start::urdf(&urdf, path).map_err(wrong)
-}
-
-fn wrong(error: StartError) -> Failure {
-    Failure::new(ExitCode::Usage, error)
-}
-
-/// Returns the path of a file as an experiment in `folder` names it: relative
-/// if it lies below the folder or beside it, otherwise absolute.
-fn reference(file: &Path, folder: &Path) -> std::io::Result<PathBuf> {
-    // The file keeps its name, be it that of a link.
-    let file = std::path::absolute(file)?;
-    let (Some(parent), Some(name)) = (file.parent(), file.file_name()) else {
-        return Ok(file);
-    };
-    let file = parent.canonicalize()?.join(name);
-    let relative = resolved(folder).and_then(|folder| {
-        let below = |root: &Path| file.strip_prefix(root).ok().map(Path::to_owned);
-        below(&folder).or_else(|| Some(Path::new("..").join(below(folder.parent()?)?)))
-    });
-    Ok(relative.unwrap_or(file))
-}
-
-/// Returns the absolute path of a folder, which need not be there yet.
-fn resolved(folder: &Path) -> Option<PathBuf> {
-    let folder = std::path::absolute(folder).ok()?;
-    folder.ancestors().find_map(|known| {
-        let rest = folder.strip_prefix(known).ok()?;
-        Some(known.canonicalize().ok()?.join(rest))
-    })
 }

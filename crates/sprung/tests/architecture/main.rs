@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use files::Files;
 
 /// Modules of `sprung`; each uses only those before it.
-const ORDER: [&str; 18] = [
+const ORDER: [&str; 19] = [
     "finding",
     "curves",
     "named",
@@ -28,6 +28,7 @@ const ORDER: [&str; 18] = [
     "estimate",
     "validate",
     "compare",
+    "session",
     "report",
 ];
 

@@ -1,0 +1,20 @@
+//! The command as it was typed.
+
+/// Returns the command as it was typed, for reports.
+pub(crate) fn command_line() -> String {
+    let mut words = std::env::args_os();
+    words.next();
+    std::iter::once("sprung".to_owned())
+        .chain(words.map(|word| quoted(&word.to_string_lossy())))
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
+/// Returns a word as a shell takes it.
+pub(crate) fn quoted(word: &str) -> String {
+    if word.is_empty() || word.contains(|c: char| c.is_whitespace() || "\"'$`\\".contains(c)) {
+        format!("'{}'", word.replace('\'', r"'\''"))
+    } else {
+        word.to_owned()
+    }
+}

@@ -1,0 +1,288 @@
+//! What keeps a session from its work, and whose fault it is.
+
+use std::path::PathBuf;
+
+use crate::check::CheckError;
+use crate::compare::CompareError;
+use crate::description::{DescriptionError, StartError, UrdfError};
+use crate::estimate::IdentifyError;
+use crate::log::{ChannelError, LogError};
+use crate::model::ModelError;
+use crate::progress::Stopped;
+use crate::regression::PassError;
+use crate::simulate::RecordError;
+use crate::validate::ValidateError;
+
+/// Whose fault an error is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ErrorKind {
+    /// The experiment file, or what was asked for, is wrong.
+    Usage,
+    /// A log is wrong.
+    Log,
+    /// A file cannot be read or written.
+    File,
+    /// The caller stopped it.
+    Stopped,
+}
+
+/// What keeps a session from its work.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SessionError {
+    /// A log was given where an experiment file belongs.
+    #[error("{file} is a log; give the experiment file that names it, or its folder")]
+    IsALog {
+        /// Name of the file.
+        file: String,
+    },
+    /// A text file cannot be read.
+    #[error("cannot read {file}: {source}")]
+    Unreadable {
+        /// Name of the file.
+        file: String,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// The experiment file is wrong.
+    #[error(transparent)]
+    Description(#[from] DescriptionError),
+    /// The robot has no equations.
+    #[error("{file}: {error}")]
+    Robot {
+        /// Name of the experiment file.
+        file: String,
+        /// Why.
+        error: ModelError,
+    },
+    /// The experiment has no log.
+    #[error("the experiment has no [log]; say which columns hold what")]
+    NoLog,
+    /// The log has no file.
+    #[error(
+        "the experiment does not say which log to read; give file in [log], or --set log.file=FILE"
+    )]
+    NoLogFile,
+    /// The log cannot be checked.
+    #[error(transparent)]
+    Check(#[from] CheckError),
+    /// Nothing can be identified.
+    #[error(transparent)]
+    Identify(#[from] IdentifyError),
+    /// Parameters cannot be validated.
+    #[error(transparent)]
+    Validate(#[from] ValidateError),
+    /// A file holds no parameters.
+    #[error("{file} is not a file of parameters: {why}")]
+    NotParameters {
+        /// Name of the file.
+        file: String,
+        /// What is wrong with it.
+        why: String,
+    },
+    /// A file holds no identification.
+    #[error("{file} is not an identification: {why}")]
+    NotAnIdentification {
+        /// Name of the file.
+        file: String,
+        /// What is wrong with it, and what to give.
+        why: String,
+    },
+    /// A file was written by a newer version.
+    #[error(
+        "{file} has format {format}, written by {generator}; this is sprung {}, which reads format \
+         {known}: use a newer version",
+        env!("CARGO_PKG_VERSION")
+    )]
+    NewerFormat {
+        /// Name of the file.
+        file: String,
+        /// Its format.
+        format: u64,
+        /// What wrote it.
+        generator: String,
+        /// The format that is read.
+        known: u64,
+    },
+    /// A folder holds no identification.
+    #[error(
+        "there is no identification.json in the folder {}, nor in its sprung-out; run sprung identify \
+         first",
+        .folder.display()
+    )]
+    NoIdentification {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// A folder holds no identification to validate.
+    #[error(
+        "there is no identification.json in {}; run sprung identify first, or give --parameters FILE",
+        .folder.display()
+    )]
+    NothingIdentified {
+        /// The folder that was looked at first.
+        folder: PathBuf,
+    },
+    /// A file is to be compared with itself.
+    #[error("{} is given twice; give each file once", .file.display())]
+    GivenTwice {
+        /// The file.
+        file: PathBuf,
+    },
+    /// Results cannot be compared.
+    #[error(transparent)]
+    Compare(#[from] CompareError),
+    /// The experiment has no twin.
+    #[error("the experiment has no [simulate] block; add one")]
+    NoTwin,
+    /// The experiment has no validation run of this name.
+    #[error("no [[validate]] block is called \"{name}\"; there are: {}", .known.join(", "))]
+    NoRun {
+        /// The name.
+        name: String,
+        /// Names that there are.
+        known: Vec<String>,
+    },
+    /// Nothing moves the twin.
+    #[error("the experiment has no [controller]; a twin needs one to move")]
+    NoController,
+    /// The columns of the twin's log are not complete.
+    #[error(transparent)]
+    Channel(#[from] ChannelError),
+    /// The parameters are not those of the robot.
+    #[error(transparent)]
+    Parameters(#[from] ModelError),
+    /// The twin cannot be recorded.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    /// A URDF file is wrong.
+    #[error(transparent)]
+    Urdf(#[from] UrdfError),
+    /// The folder of a file cannot be found.
+    #[error("cannot find the folder of {}: {source}", .file.display())]
+    NoFolder {
+        /// The file.
+        file: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// A path cannot stand in an experiment file.
+    #[error(
+        "the path {} is not Unicode and cannot stand in experiment.toml; rename it",
+        .path.display()
+    )]
+    NotUnicode {
+        /// The path.
+        path: PathBuf,
+    },
+    /// No experiment file can be made of a robot.
+    #[error(transparent)]
+    Start(#[from] StartError),
+    /// Results that a run left half in place cannot be put there.
+    #[error(
+        "cannot {what} in {}: {source}; files there may be of two runs until the next command \
+         that can finish this",
+        .folder.display()
+    )]
+    Unfinished {
+        /// What cannot be done.
+        what: String,
+        /// The folder of the results.
+        folder: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// The list of results that are to be put in their places is damaged.
+    #[error(
+        "{} is no list of files; remove it, and run again what made the results there",
+        .list.display()
+    )]
+    NoSwitch {
+        /// Where the list is.
+        list: PathBuf,
+    },
+    /// The caller stopped it.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
+}
+
+impl SessionError {
+    /// Returns whose fault it is.
+    #[must_use]
+    pub fn kind(&self) -> ErrorKind {
+        match self {
+            Self::Description(error) => match error {
+                DescriptionError::Unreadable { .. } => ErrorKind::File,
+                _ => ErrorKind::Usage,
+            },
+            Self::Check(error) => of_check(error),
+            Self::Identify(error) => of_identify(error),
+            Self::Validate(error) => match error {
+                ValidateError::Pass(pass) => of_pass(pass),
+                ValidateError::Stopped(_) => ErrorKind::Stopped,
+                _ => ErrorKind::Usage,
+            },
+            Self::Record(error) => match error {
+                RecordError::Write(_) => ErrorKind::File,
+                RecordError::Stopped(_) => ErrorKind::Stopped,
+                _ => ErrorKind::Usage,
+            },
+            Self::Unreadable { .. }
+            | Self::NoIdentification { .. }
+            | Self::NothingIdentified { .. }
+            | Self::NoFolder { .. }
+            | Self::Unfinished { .. }
+            | Self::NoSwitch { .. } => ErrorKind::File,
+            Self::Stopped(_) => ErrorKind::Stopped,
+            Self::IsALog { .. }
+            | Self::Robot { .. }
+            | Self::NoLog
+            | Self::NoLogFile
+            | Self::NotParameters { .. }
+            | Self::NotAnIdentification { .. }
+            | Self::NewerFormat { .. }
+            | Self::GivenTwice { .. }
+            | Self::Compare(_)
+            | Self::NoTwin
+            | Self::NoRun { .. }
+            | Self::NoController
+            | Self::Channel(_)
+            | Self::Parameters(_)
+            | Self::Urdf(_)
+            | Self::NotUnicode { .. }
+            | Self::Start(_) => ErrorKind::Usage,
+        }
+    }
+}
+
+fn of_check(error: &CheckError) -> ErrorKind {
+    match error {
+        CheckError::Log(log) => of_log(log),
+        CheckError::Stopped(_) => ErrorKind::Stopped,
+        _ => ErrorKind::Usage,
+    }
+}
+
+fn of_identify(error: &IdentifyError) -> ErrorKind {
+    match error {
+        IdentifyError::Pass(pass) => of_pass(pass),
+        IdentifyError::NotFinite { .. } | IdentifyError::Refused(_) => ErrorKind::Log,
+        IdentifyError::Stopped(_) => ErrorKind::Stopped,
+        _ => ErrorKind::Usage,
+    }
+}
+
+fn of_pass(error: &PassError) -> ErrorKind {
+    match error {
+        PassError::Log(log) => of_log(log),
+        PassError::Stopped(_) => ErrorKind::Stopped,
+        _ => ErrorKind::Usage,
+    }
+}
+
+fn of_log(error: &LogError) -> ErrorKind {
+    match error {
+        LogError::Io { .. } => ErrorKind::File,
+        _ => ErrorKind::Log,
+    }
+}

@@ -1,0 +1,151 @@
+//! Experiments, from their files.
+
+use std::path::{Path, PathBuf};
+
+use super::error::SessionError;
+use super::files::{Disk, Files, read_text};
+use crate::description::{self, Experiment, Log};
+use crate::model::Model;
+
+/// Name of the experiment file in its folder.
+const EXPERIMENT_FILE: &str = "experiment.toml";
+
+/// Folder of results beside the experiment file.
+pub(super) const RESULTS_FOLDER: &str = "sprung-out";
+
+/// What logs are called.
+const LOG_EXTENSIONS: [&str; 10] = [
+    "csv", "gz", "zst", "parquet", "arrow", "npy", "npz", "mat", "mcap", "db3",
+];
+
+/// An experiment that was read, its robot's equations, and where its files come from.
+pub struct Session {
+    experiment: Experiment,
+    model: Model,
+    text: String,
+    // The experiment file, if it is one.
+    file: Option<PathBuf>,
+    // What paths in the experiment are relative to.
+    pub(super) folder: PathBuf,
+    pub(super) files: Box<dyn Files>,
+}
+
+impl Session {
+    /// Reads an experiment from disk.
+    ///
+    /// - `path`: the experiment file, or the folder that holds `experiment.toml`.
+    /// - `overrides`: assignments `key.path=value`, as [`description::read`] takes them.
+    ///
+    /// # Errors
+    ///
+    /// [`SessionError`] if the file or one that it names cannot be read, or is wrong.
+    pub fn open(path: &Path, overrides: &[String]) -> Result<Self, SessionError> {
+        let file = if path.is_dir() {
+            path.join(EXPERIMENT_FILE)
+        } else {
+            path.to_owned()
+        };
+        let name = file.display().to_string();
+        let is_log =
+            |extension: &std::ffi::OsStr| LOG_EXTENSIONS.iter().any(|known| extension == *known);
+        if file.extension().is_some_and(is_log) {
+            return Err(SessionError::IsALog { file: name });
+        }
+        let text = read_text(&Disk, &file)?;
+        let folder = file.parent().map_or_else(PathBuf::new, Path::to_owned);
+        let session = Self::with_folder(&name, &text, overrides, folder, Box::new(Disk))?;
+        Ok(Self {
+            file: Some(file),
+            ..session
+        })
+    }
+
+    /// Reads an experiment from text.
+    ///
+    /// - `name`: of the experiment, for messages.
+    /// - `files`: opens what the experiment names, by the paths that stand there.
+    ///
+    /// # Errors
+    ///
+    /// [`SessionError`] if the text or a file that it names is wrong.
+    pub fn read(
+        name: &str,
+        text: &str,
+        overrides: &[String],
+        files: impl Files + 'static,
+    ) -> Result<Self, SessionError> {
+        Self::with_folder(name, text, overrides, PathBuf::new(), Box::new(files))
+    }
+
+    fn with_folder(
+        name: &str,
+        text: &str,
+        overrides: &[String],
+        folder: PathBuf,
+        files: Box<dyn Files>,
+    ) -> Result<Self, SessionError> {
+        let mut open = |path: &Path| files.text(&folder.join(path));
+        let experiment = description::read(name, text, overrides, &mut open)?;
+        let model = Model::new(&experiment).map_err(|error| SessionError::Robot {
+            file: name.to_owned(),
+            error,
+        })?;
+        Ok(Self {
+            experiment,
+            model,
+            text: text.to_owned(),
+            file: None,
+            folder,
+            files,
+        })
+    }
+
+    /// Returns the experiment as it was read, overrides included.
+    #[must_use]
+    pub fn experiment(&self) -> &Experiment {
+        &self.experiment
+    }
+
+    /// Returns the robot's parameters and equations.
+    #[must_use]
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// Returns the text of the experiment, for reports.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Returns the folder that results of this experiment are usually in.
+    #[must_use]
+    pub fn results_folder(&self) -> PathBuf {
+        self.folder.join(RESULTS_FOLDER)
+    }
+
+    /// Returns all files that the experiment names, and its own.
+    #[must_use]
+    pub fn inputs(&self) -> Vec<PathBuf> {
+        let experiment = &self.experiment;
+        let logs = (experiment.validate.iter())
+            .filter_map(|run| run.log.as_ref())
+            .chain(&experiment.log)
+            .flat_map(Log::files);
+        let robot = experiment.robot.urdf.iter();
+        let twin = (experiment.simulate.iter()).filter_map(|twin| twin.parameters.as_ref());
+        (logs.chain(robot).chain(twin))
+            .map(|file| self.folder.join(file))
+            .chain(self.file.clone())
+            .collect()
+    }
+}
+
+impl std::fmt::Debug for Session {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        (f.debug_struct("Session"))
+            .field("experiment", &self.experiment)
+            .field("folder", &self.folder)
+            .finish_non_exhaustive()
+    }
+}

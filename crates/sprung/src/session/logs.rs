@@ -1,0 +1,74 @@
+//! The logs that an experiment names.
+
+use std::path::{Path, PathBuf};
+
+use super::error::SessionError;
+use super::files::Files;
+use super::load::Session;
+use crate::description::Log;
+use crate::log::{LogSource, Opener};
+
+/// A function that opens the files of a log as often as it is called.
+type BoxedOpener<'a> = Box<Opener<'a>>;
+
+/// Logs of one run, which can be read any number of times.
+pub(super) struct Logs<'a> {
+    paths: Vec<PathBuf>,
+    openers: Vec<BoxedOpener<'a>>,
+}
+
+impl Logs<'_> {
+    /// Returns the logs as sources.
+    pub(super) fn sources(&mut self) -> Vec<LogSource<'_>> {
+        (self.paths.iter().zip(&mut self.openers))
+            .map(|(path, reader)| LogSource {
+                name: path.display().to_string(),
+                reader: &mut **reader,
+            })
+            .collect()
+    }
+}
+
+impl Session {
+    /// Returns the description of the log, with what a validation run says of its own.
+    ///
+    /// # Errors
+    ///
+    /// [`SessionError::NoLog`] if there is none.
+    pub(super) fn log(&self, overlay: Option<&Log>) -> Result<Log, SessionError> {
+        let log = self.experiment().log.as_ref();
+        let log = log.ok_or(SessionError::NoLog)?;
+        Ok(overlay.map_or_else(|| log.clone(), |over| log.overlaid(over)))
+    }
+
+    /// Returns where the files of a log are.
+    ///
+    /// # Errors
+    ///
+    /// [`SessionError`] if the experiment has no log, or the log no file.
+    pub(super) fn log_paths(&self, overlay: Option<&Log>) -> Result<Vec<PathBuf>, SessionError> {
+        let files = self.log(overlay)?.file.ok_or(SessionError::NoLogFile)?;
+        Ok(files.iter().map(|file| self.folder.join(file)).collect())
+    }
+
+    /// Returns the logs that the experiment, or one of its validation runs, names.
+    ///
+    /// # Errors
+    ///
+    /// [`SessionError`] likewise.
+    pub(super) fn logs(&self, overlay: Option<&Log>) -> Result<Logs<'_>, SessionError> {
+        let paths = self.log_paths(overlay)?;
+        let openers = (paths.iter())
+            .map(|path| opener(&*self.files, &self.folder, path.clone()))
+            .collect();
+        Ok(Logs { paths, openers })
+    }
+}
+
+/// Returns a function that opens a log, and other files beside the experiment.
+fn opener<'a>(files: &'a dyn Files, folder: &'a Path, own: PathBuf) -> BoxedOpener<'a> {
+    Box::new(move |other: Option<&Path>| match other {
+        None => files.open(&own),
+        Some(other) => files.open(&folder.join(other)),
+    })
+}

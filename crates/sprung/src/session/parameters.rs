@@ -1,0 +1,80 @@
+//! Parameters to validate or to simulate, from files.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use super::error::SessionError;
+use super::files::{Disk, Files, read_text};
+use crate::estimate::Identification;
+use crate::validate::ParameterSet;
+
+/// Parameters, and the identification that they come from.
+#[derive(Clone, Debug)]
+pub struct Parameters {
+    /// One set for each estimator of an identification; one set of a TOML file.
+    pub sets: Vec<ParameterSet>,
+    /// The identification, if they come from one.
+    pub identification: Option<Identification>,
+}
+
+impl Parameters {
+    /// Reads `identification.json`, or a TOML table of values by name.
+    ///
+    /// # Errors
+    ///
+    /// [`SessionError`] if the file cannot be read or holds something else.
+    pub fn open(path: &Path) -> Result<Self, SessionError> {
+        Self::from_file(&Disk, path)
+    }
+
+    /// Reads such a file where the files of a session come from.
+    pub(super) fn from_file(files: &dyn Files, path: &Path) -> Result<Self, SessionError> {
+        if let Some(folder) = path.parent() {
+            files.settle(folder)?;
+        }
+        let text = read_text(files, path)?;
+        let wrong = |why: String| SessionError::NotParameters {
+            file: path.display().to_string(),
+            why,
+        };
+        if path
+            .extension()
+            .is_some_and(|extension| extension == "json")
+        {
+            return of_json(&text).map_err(wrong);
+        }
+        let values: BTreeMap<String, f64> =
+            toml::from_str(&text).map_err(|error| wrong(error.message().to_owned()))?;
+        let label = path
+            .file_stem()
+            .map_or_else(|| "given".to_owned(), |stem| stem.display().to_string());
+        Ok(Self {
+            sets: vec![ParameterSet { label, values }],
+            identification: None,
+        })
+    }
+}
+
+impl From<Identification> for Parameters {
+    fn from(identification: Identification) -> Self {
+        Self {
+            sets: ParameterSet::of(&identification),
+            identification: Some(identification),
+        }
+    }
+}
+
+fn of_json(text: &str) -> Result<Parameters, String> {
+    let identification: Identification =
+        serde_json::from_str(text).map_err(|error| error.to_string())?;
+    if identification.format != 1 {
+        return Err(format!(
+            "format {} is not known; this version reads format 1",
+            identification.format
+        ));
+    }
+    if identification.results.is_empty() {
+        return Err("it holds no results".to_owned());
+    }
+    Ok(identification.into())
+}

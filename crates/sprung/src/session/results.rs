@@ -1,0 +1,171 @@
+//! Identifications on disk.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+use super::error::SessionError;
+use super::load::RESULTS_FOLDER;
+use super::switch::finish;
+use crate::estimate::Identification;
+
+/// Name of an identification in its folder of results.
+pub const IDENTIFICATION_FILE: &str = "identification.json";
+
+/// The version of `identification.json` that is read.
+const FORMAT: u64 = 1;
+
+/// An identification, and where it was read from.
+#[derive(Clone, Debug)]
+pub struct ReadIdentification {
+    /// The file.
+    pub path: PathBuf,
+    /// What it holds.
+    pub identification: Identification,
+}
+
+/// Returns where the last identification is, in one of two folders of results.
+///
+/// # Errors
+///
+/// [`SessionError::NothingIdentified`] if it is in neither.
+pub fn find_identification(chosen: &Path, usual: &Path) -> Result<PathBuf, SessionError> {
+    for folder in [chosen, usual] {
+        finish(folder)?;
+    }
+    [chosen, usual]
+        .iter()
+        .map(|folder| folder.join(IDENTIFICATION_FILE))
+        .find(|file| file.exists())
+        .ok_or_else(|| SessionError::NothingIdentified {
+            folder: chosen.to_owned(),
+        })
+}
+
+/// Reads `identification.json`, that of a results folder, or that of an
+/// experiment's.
+///
+/// # Errors
+///
+/// [`SessionError`] if there is none, or the file holds something else.
+pub fn read_identification(path: &Path) -> Result<ReadIdentification, SessionError> {
+    let path = found(path)?;
+    if let Some(folder) = path.parent() {
+        finish(folder)?;
+    }
+    let file = path.display().to_string();
+    let bytes = std::fs::read(&path).map_err(|source| SessionError::Unreadable {
+        file: file.clone(),
+        source,
+    })?;
+    let wrong = |why: &str| SessionError::NotAnIdentification {
+        file: file.clone(),
+        why: why.to_owned(),
+    };
+    let Ok(text) = String::from_utf8(bytes) else {
+        return Err(wrong("it is not text; give an identification.json"));
+    };
+    let json: Value = match serde_json::from_str(&text) {
+        Ok(json) => json,
+        Err(error) => return Err(wrong(&looks_like_text(&path, &text, &error))),
+    };
+    let looks = looks_like_json(&json);
+    if let Some(other) = looks {
+        return Err(wrong(&format!(
+            "it looks like {other}; give the identification.json of a results folder"
+        )));
+    }
+    match json.get("format").map(Value::as_u64) {
+        Some(Some(FORMAT)) => {}
+        Some(Some(newer)) if newer > FORMAT => {
+            let by = json.get("generator").and_then(Value::as_str);
+            return Err(SessionError::NewerFormat {
+                file: file.clone(),
+                format: newer,
+                generator: by.unwrap_or("another program").to_owned(),
+                known: FORMAT,
+            });
+        }
+        Some(_) => {
+            let format = &json["format"];
+            return Err(wrong(&format!(
+                "its format is {format}; this version reads format {FORMAT}"
+            )));
+        }
+        None => return Err(wrong("it says no format; give an identification.json")),
+    }
+    let identification: Identification =
+        serde_json::from_value(json).map_err(|error| wrong(&format!("{error}")))?;
+    if identification.results.is_empty() {
+        return Err(wrong("it holds no results; run sprung identify again"));
+    }
+    Ok(ReadIdentification {
+        path,
+        identification,
+    })
+}
+
+/// Returns the file that a path stands for.
+fn found(path: &Path) -> Result<PathBuf, SessionError> {
+    if !path.is_dir() {
+        return Ok(path.to_owned());
+    }
+    let folders = [path.to_owned(), path.join(RESULTS_FOLDER)];
+    for folder in &folders {
+        finish(folder)?;
+    }
+    (folders.iter())
+        .map(|folder| folder.join(IDENTIFICATION_FILE))
+        .find(|file| file.exists())
+        .ok_or_else(|| SessionError::NoIdentification {
+            folder: path.to_owned(),
+        })
+}
+
+/// Says what JSON that is no identification looks like; nothing if it may be
+/// one.
+fn looks_like_json(json: &Value) -> Option<&'static str> {
+    let has = |key: &str| json.get(key).is_some();
+    if !json.is_object() {
+        Some("JSON of another program")
+    } else if has("results") && has("log") {
+        None
+    } else if has("runs") {
+        Some("a validation.json")
+    } else if has("compared") {
+        Some("a comparison.json")
+    } else if has("$schema") || has("$defs") {
+        Some("a JSON schema")
+    } else {
+        Some("JSON of another program")
+    }
+}
+
+/// Says what a text that is no JSON looks like, and what to give instead.
+fn looks_like_text(path: &Path, text: &str, error: &serde_json::Error) -> String {
+    let ends = |extension: &str| path.extension().is_some_and(|own| own == extension);
+    let line = |start: &str| {
+        text.lines()
+            .any(|line| line.trim_start().starts_with(start))
+    };
+    let first = text.lines().next().unwrap_or_default();
+    if text.trim().is_empty() {
+        "it is empty; run sprung identify again".to_owned()
+    } else if ends("html") || first.starts_with("<!DOCTYPE") {
+        "it looks like a report; give the identification.json beside it".to_owned()
+    } else if line("[robot]") || line("[[robot.joint]]") {
+        "it looks like an experiment file; give the identification.json in its results folder"
+            .to_owned()
+    } else if first.starts_with("estimator,name,") {
+        "it looks like a parameters.csv; give the identification.json beside it".to_owned()
+    } else if ends("csv") || first.split(',').count() > 2 && !first.starts_with('{') {
+        "it looks like a log or a table in CSV; give the identification.json made from it"
+            .to_owned()
+    } else if ends("toml") {
+        "it looks like a file of parameter values, which has no standard errors; give an \
+         identification.json"
+            .to_owned()
+    } else {
+        format!("{error}; if it was cut off, run sprung identify again")
+    }
+}

@@ -1,0 +1,150 @@
+//! Logs of the digital twin.
+
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use super::error::SessionError;
+use super::load::Session;
+use super::parameters::Parameters;
+use crate::description::{Controller, Log, Simulate, Validate};
+use crate::log::Channels;
+use crate::model::{Model, Theta};
+use crate::progress::Listener;
+use crate::simulate::{TwinSetup, record};
+
+/// A twin that is ready to be recorded.
+#[derive(Clone, Debug)]
+pub struct Recording<'a> {
+    model: &'a Model,
+    controller: &'a Controller,
+    settings: Simulate,
+    theta: Theta,
+    channels: Channels,
+    name: PathBuf,
+}
+
+impl Session {
+    /// Prepares the twin that the experiment describes.
+    ///
+    /// - `run`: name of the `[[validate]]` run whose controller and log are used instead of the
+    ///   experiment's own.
+    /// - `parameters`: of the twin; else those of the `[simulate]` block, or the nominal ones.
+    ///
+    /// # Errors
+    ///
+    /// [`SessionError`] if the experiment lacks the twin, its controller, its parameters or the
+    /// description of its log.
+    pub fn twin(
+        &self,
+        run: Option<&str>,
+        parameters: Option<&Parameters>,
+    ) -> Result<Recording<'_>, SessionError> {
+        let experiment = self.experiment();
+        let settings = experiment.simulate.as_ref().ok_or(SessionError::NoTwin)?;
+        let run = run.map(|name| self.run(name)).transpose()?;
+        let controller = run.and_then(|run| run.controller.as_ref());
+        let controller = controller.or(experiment.controller.as_ref());
+        let controller = controller.ok_or(SessionError::NoController)?;
+        let theta = self.true_theta(settings, parameters)?;
+        let overlay = run.and_then(|run| run.log.as_ref());
+        Ok(Recording {
+            model: self.model(),
+            controller,
+            settings: settings.clone(),
+            theta,
+            name: self.recorded_name(overlay)?,
+            channels: Channels::new(&experiment.robot, &self.log(overlay)?)?,
+        })
+    }
+
+    /// Returns a validation run.
+    fn run(&self, name: &str) -> Result<&Validate, SessionError> {
+        let runs = &self.experiment().validate;
+        (runs.iter().find(|run| run.name == name)).ok_or_else(|| SessionError::NoRun {
+            name: name.to_owned(),
+            known: runs.iter().map(|run| run.name.clone()).collect(),
+        })
+    }
+
+    /// Returns the twin's true parameters.
+    fn true_theta(
+        &self,
+        settings: &Simulate,
+        parameters: Option<&Parameters>,
+    ) -> Result<Theta, SessionError> {
+        let of_block;
+        let parameters = match (parameters, &settings.parameters) {
+            (None, Some(file)) => {
+                of_block = Parameters::from_file(&*self.files, &self.folder.join(file))?;
+                Some(&of_block)
+            }
+            (given, _) => given,
+        };
+        let set = parameters.and_then(|parameters| parameters.sets.first());
+        Ok(match set {
+            Some(set) => self.model().theta(&set.values)?,
+            None => self.model().nominal()?,
+        })
+    }
+
+    /// Returns the name of the log that is recorded: that of the first log, as CSV.
+    fn recorded_name(&self, overlay: Option<&Log>) -> Result<PathBuf, SessionError> {
+        let paths = self.log_paths(overlay)?;
+        let name = paths.first().and_then(|path| path.file_name());
+        Ok(name.map_or_else(
+            || PathBuf::from("simulated.csv"),
+            |name| PathBuf::from(name).with_extension("csv"),
+        ))
+    }
+}
+
+impl Recording<'_> {
+    /// Returns the twin with another seed of its sensors and noise.
+    #[must_use]
+    pub fn with_seed(mut self, seed: u64) -> Self {
+        self.settings.seed = seed;
+        self
+    }
+
+    /// Returns the seed of its sensors and noise.
+    #[must_use]
+    pub fn seed(&self) -> u64 {
+        self.settings.seed
+    }
+
+    /// Returns the name of the file that the log belongs in, without folder.
+    #[must_use]
+    pub fn name(&self) -> &Path {
+        &self.name
+    }
+
+    /// Returns the true parameters by name.
+    #[must_use]
+    pub fn truth(&self) -> BTreeMap<String, f64> {
+        (self.model.parameters().iter().zip(&self.theta))
+            .map(|(parameter, value)| (parameter.name.clone(), *value))
+            .collect()
+    }
+
+    /// Runs the twin and writes its log in the columns of the experiment; returns the number of
+    /// samples.
+    ///
+    /// # Errors
+    ///
+    /// [`SessionError::Record`] if the loop cannot run, the log cannot be written, or the caller
+    /// stops it.
+    pub fn write(
+        &self,
+        write: impl Write,
+        progress: &mut dyn Listener,
+    ) -> Result<u64, SessionError> {
+        let twin = TwinSetup {
+            model: self.model,
+            theta: &self.theta,
+            controller: self.controller,
+            settings: &self.settings,
+        };
+        Ok(record(&twin, &self.channels, write, progress)?)
+    }
+}

@@ -1,0 +1,62 @@
+//! Parameters against other logs.
+
+use std::collections::BTreeMap;
+
+use super::error::SessionError;
+use super::load::Session;
+use super::logs::Logs;
+use super::parameters::Parameters;
+use crate::log::LogSource;
+use crate::progress::Listener;
+use crate::validate::{Validated, validate};
+
+impl Session {
+    /// Validates parameters on the logs of the experiment's `[[validate]]` runs.
+    ///
+    /// Delays, signs and gains that the description leaves open are those that the identification
+    /// found, if the parameters come from one.
+    ///
+    /// # Errors
+    ///
+    /// [`SessionError`] if a description or a log is wrong. A loop that runs away is a finding.
+    pub fn validate(
+        &self,
+        parameters: &Parameters,
+        progress: &mut dyn Listener,
+    ) -> Result<Validated, SessionError> {
+        let mut logs = (self.experiment().validate.iter())
+            .map(|run| self.logs(run.log.as_ref()))
+            .collect::<Result<Vec<Logs<'_>>, SessionError>>()?;
+        let mut sources: Vec<Vec<LogSource<'_>>> = logs.iter_mut().map(Logs::sources).collect();
+        self.validate_with(parameters, &mut sources, progress)
+    }
+
+    /// Validates parameters on other logs, a list for each `[[validate]]` run.
+    ///
+    /// # Errors
+    ///
+    /// [`SessionError`] likewise.
+    pub fn validate_with(
+        &self,
+        parameters: &Parameters,
+        sources: &mut [Vec<LogSource<'_>>],
+        progress: &mut dyn Listener,
+    ) -> Result<Validated, SessionError> {
+        let delays: BTreeMap<String, f64> = (parameters.identification.iter())
+            .flat_map(|identification| &identification.log.delay_s)
+            .map(|(column, delay)| (column.clone(), delay.value))
+            .collect();
+        let mut experiment = self.experiment().clone();
+        if let (Some(log), Some(found)) = (&mut experiment.log, &parameters.identification) {
+            log.settle(&found.log.signs(), &found.log.gains());
+        }
+        Ok(validate(
+            &experiment,
+            self.model(),
+            &parameters.sets,
+            &delays,
+            sources,
+            progress,
+        )?)
+    }
+}
