@@ -3,11 +3,10 @@
 
 use sprung_core::parameters::JointParameter;
 
-use super::joints::{CERTAIN, Look};
+use super::look::{Look, SIGNIFICANT_SIGMAS};
 use crate::finding::{Finding, Severity};
 use crate::log::{Channels, Quantity};
 use crate::prepare::{MotorRowFit, RowFit, fit_motor_rows, fit_rows};
-use crate::regression::Reading;
 
 /// Part of a residual that another reading of the log must stay below to be
 /// mentioned.
@@ -24,10 +23,7 @@ const LEAST_SCALE: f64 = 1.25;
 impl Look<'_> {
     /// Fits all rows with other meanings of the columns.
     fn with(&self, channels: &Channels) -> Vec<MotorRowFit> {
-        let reading = Reading {
-            channels,
-            ..*self.reading
-        };
+        let reading = self.reading.with_channels(channels.clone());
         fit_motor_rows(self.excerpt, &reading).unwrap_or_default()
     }
 
@@ -38,7 +34,7 @@ impl Look<'_> {
         weak: &[usize],
         findings: &mut Vec<Finding>,
     ) -> Vec<usize> {
-        let channels = self.reading.channels;
+        let channels = self.reading.channels();
         let mut told = Vec::new();
         let exchanged = weak.iter().fold(channels.clone(), |channels, &joint| {
             channels.exchanged(joint).unwrap_or(channels)
@@ -98,7 +94,7 @@ impl Look<'_> {
         told: &mut Vec<usize>,
         findings: &mut Vec<Finding>,
     ) {
-        let channels = self.reading.channels;
+        let channels = self.reading.channels();
         for (k, &one) in weak.iter().enumerate() {
             for &two in &weak[k + 1..] {
                 for quantity in [
@@ -165,14 +161,14 @@ impl Look<'_> {
     /// A torque that brakes where it should drive.
     pub(super) fn reversed(&self, joint: usize, fit: &RowFit) -> Option<Finding> {
         let signed: Vec<(JointParameter, f64, f64)> = (fit
-            .of_joints(self.reading.model, self.independent))
+            .of_joints(self.reading.model(), self.independent))
         .into_iter()
         .filter(|(kind, ..)| kind.is_friction() || *kind == JointParameter::Stiffness)
         .collect();
         let negative = |&(_, value, error): &(JointParameter, f64, f64)| value < -2.0 * error;
         let any_clear = signed
             .iter()
-            .any(|(_, value, error)| value < &(-CERTAIN * error));
+            .any(|(_, value, error)| value < &(-SIGNIFICANT_SIGMAS * error));
         if signed.len() < 2 || !signed.iter().all(negative) || !any_clear {
             return None;
         }
@@ -183,10 +179,10 @@ impl Look<'_> {
     /// Fits the torque's row of a joint with a column times a number.
     fn scaled(&self, quantities: &[Quantity], joint: usize, by: f64) -> Option<MotorRowFit> {
         let channel = (quantities.iter())
-            .find_map(|&quantity| self.reading.channels.index(quantity, joint))?;
+            .find_map(|&quantity| self.reading.channels().index(quantity, joint))?;
         let excerpt = self.excerpt.scaled(channel, by);
         let fits = fit_rows(&excerpt, self.reading, &[joint])?;
-        Some(fits.first()?.short(self.reading.model))
+        Some(fits.first()?.short(self.reading.model()))
     }
 
     /// A link that counts against its motor, as the equations show it.
@@ -231,7 +227,7 @@ impl Look<'_> {
 
     /// A motor position on another scale than the link's, as the equations show it.
     pub(super) fn other_scale(&self, joint: usize, fit: &RowFit) -> Option<Finding> {
-        let channels = self.reading.channels;
+        let channels = self.reading.channels();
         let motor = channels.index(Quantity::MotorPosition, joint)?;
         let link = channels.index(Quantity::LinkPosition, joint)?;
         let deviation = |channel: usize| {

@@ -30,7 +30,7 @@ const DEFLECTION_NOISE: f64 = 0.1;
 const TORQUE_NOISE: f64 = 0.35;
 
 struct Look<'a> {
-    reading: &'a Reading<'a>,
+    reading: &'a Reading,
     excerpt: &'a Excerpt,
     file: &'a str,
     signals: Vec<SignalBlock>,
@@ -38,7 +38,7 @@ struct Look<'a> {
 
 /// Judges filters and noise of the joints that move.
 pub(super) fn filters(
-    reading: &Reading<'_>,
+    reading: &Reading,
     excerpt: &Excerpt,
     file: &str,
     moving: &[usize],
@@ -75,18 +75,18 @@ fn deviation(values: impl Iterator<Item = f64>) -> f64 {
 
 impl Look<'_> {
     fn name(&self, joint: usize) -> &str {
-        &self.reading.model.joints()[joint]
+        &self.reading.model().joints()[joint]
     }
 
     /// The cut-off that the file gives lets too much noise through.
     fn too_high(&self) -> Option<Finding> {
-        let Cutoff::Fixed(given) = self.reading.settings.position_cutoff_hz else {
+        let Cutoff::Fixed(given) = self.reading.settings().position_cutoff_hz else {
             return None;
         };
         let (chosen, reason) = choose_cutoff(
-            self.reading.model,
-            self.reading.channels,
-            self.reading.settings.weights,
+            self.reading.model(),
+            self.reading.channels(),
+            self.reading.settings().weights,
             self.excerpt,
         );
         (given > TOO_HIGH * chosen && reason.starts_with('"')).then(|| {
@@ -134,15 +134,15 @@ impl Look<'_> {
 
     /// The position filter takes away motion, not only noise.
     fn takes_motion(&self, joint: usize) -> Option<Finding> {
-        let channels = self.reading.channels;
+        let channels = self.reading.channels();
         let channel = channels.index(Quantity::MotorPosition, joint)?;
-        let delayed = self.reading.delays.iter().any(|delay| *delay != 0.0);
+        let delayed = self.reading.delays().iter().any(|delay| *delay != 0.0);
         if channels.position_mix.is_some() || delayed {
             return None;
         }
         let (taken, motion) = self.taken(joint, channel)?;
         let (white, _) = noise(self.excerpt, channel)?;
-        let cutoff = self.reading.position_cutoff_hz;
+        let cutoff = self.reading.position_cutoff_hz();
         (taken > TAKEN_NOISE * white && taken > TAKEN_MOTION * motion).then(|| {
             Finding::new(
                 Severity::Warning,
@@ -181,7 +181,7 @@ impl Look<'_> {
             return None;
         }
         let samples = std::f64::consts::TAU / (frequency * period);
-        let lambda = self.reading.settings.filter_cutoff_rad_per_s;
+        let lambda = self.reading.settings().filter_cutoff_rad_per_s;
         let name = self.name(joint);
         if samples < SAMPLES_PER_PERIOD {
             return Some(
@@ -227,8 +227,8 @@ impl Look<'_> {
 
     /// Noise against what is measured.
     fn noises(&self, joint: usize) -> Vec<Finding> {
-        let (channels, period) = (self.reading.channels, self.excerpt.period());
-        let per_position = velocity_per_position(self.reading.position_cutoff_hz, period);
+        let (channels, period) = (self.reading.channels(), self.excerpt.period());
+        let per_position = velocity_per_position(self.reading.position_cutoff_hz(), period);
         let of = |quantity| {
             let i = channels.index(quantity, joint)?;
             Some((i, noise(self.excerpt, i)?.0))
@@ -278,7 +278,7 @@ impl Look<'_> {
                 .flat_map(|s| s.q[joint].iter().zip(&s.phi[joint]).map(|(q, phi)| q - phi));
             let size = deviation(deflection);
             // What the filter leaves of white noise.
-            let cutoff = self.reading.position_cutoff_hz;
+            let cutoff = self.reading.position_cutoff_hz();
             let noise = noise * (2.0 * cutoff * period).min(1.0).sqrt();
             tell(
                 channel,

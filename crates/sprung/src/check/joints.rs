@@ -1,20 +1,15 @@
 //! What the torque's row of each joint says about the log: does the torque
 //! explain the motion, and would another reading of the columns explain it better?
 
-use sprung_core::parameters::JointParameter;
-
-use super::UNEXPLAINED;
+use super::look::Look;
 use super::relative::{ChannelDelay, RelativeDelays, relative_delays};
-use super::resolution::{beyond_resolution, transition_shares};
+use super::resolution::{UNEXPLAINED, beyond_resolution, transition_shares};
 use super::result::{DELAYED, DelayFigures, JointFigures};
 use crate::description::Experiment;
 use crate::finding::{Finding, Severity};
 use crate::log::Quantity;
 use crate::prepare::{Excerpt, RowFit, fit_rows, independent};
 use crate::regression::Reading;
-
-/// Standard errors that a value must be away from zero to be believed.
-pub(super) const CERTAIN: f64 = 5.0;
 
 /// Part of the torque's squared residual that a delay must take away, and the
 /// standard errors that it must be away from none.
@@ -31,15 +26,6 @@ pub(super) struct Examined {
     pub(super) joints: Vec<JointFigures>,
 }
 
-/// What is looked at.
-pub(super) struct Look<'a> {
-    pub(super) experiment: &'a Experiment,
-    pub(super) reading: &'a Reading<'a>,
-    pub(super) excerpt: &'a Excerpt,
-    pub(super) file: &'a str,
-    pub(super) independent: f64,
-}
-
 /// Examines the torque's rows of the beginning of a log.
 ///
 /// - `moving`: joints that move; others say nothing.
@@ -47,7 +33,7 @@ pub(super) struct Look<'a> {
 /// Returns nothing if it is too short for the filters.
 pub(super) fn joints(
     experiment: &Experiment,
-    reading: &Reading<'_>,
+    reading: &Reading,
     excerpt: &Excerpt,
     file: &str,
     moving: &[usize],
@@ -59,7 +45,7 @@ pub(super) fn joints(
         file,
         independent: independent(excerpt, reading),
     };
-    let all: Vec<usize> = (0..reading.model.joint_count()).collect();
+    let all: Vec<usize> = (0..reading.model().joint_count()).collect();
     let fits = fit_rows(excerpt, reading, &all)?;
     let shares = if (fits.iter()).any(|fit| fit.relative_residual() > UNEXPLAINED) {
         transition_shares(reading, excerpt, &fits)
@@ -70,7 +56,7 @@ pub(super) fn joints(
         |joint: usize, relative: f64| beyond_resolution(relative, shares[joint]) > UNEXPLAINED;
     let weak: Vec<usize> = (moving.iter().copied())
         .filter(|&joint| {
-            let fit = fits[joint].short(reading.model);
+            let fit = fits[joint].short(reading.model());
             fit.stiffness.is_some_and(|k| k < 0.0) || unexplained(joint, fit.relative_residual)
         })
         .collect();
@@ -130,9 +116,9 @@ pub(super) fn joints(
     }
     let of = |joint: usize| delays.iter().find(|delay| delay.joint == joint);
     let joints = all.iter().map(|&joint| {
-        let row = fits[joint].short(reading.model);
+        let row = fits[joint].short(reading.model());
         JointFigures {
-            joint: reading.model.joints()[joint].clone(),
+            joint: reading.model().joints()[joint].clone(),
             slope: None,
             explained_percent: 100.0 * (1.0 - row.relative_residual.powi(2)),
             stiffness: row.stiffness,
@@ -149,26 +135,6 @@ pub(super) fn joints(
 }
 
 impl Look<'_> {
-    pub(super) fn name(&self, joint: usize) -> &str {
-        &self.reading.model.joints()[joint]
-    }
-
-    pub(super) fn column(&self, quantities: &[Quantity], joint: usize) -> &str {
-        (self.reading.channels.all.iter())
-            .find(|c| c.joint == joint && quantities.contains(&c.quantity))
-            .map_or("", |c| &c.column)
-    }
-
-    pub(super) fn link(&self, joint: usize) -> &str {
-        self.column(&[Quantity::LinkPosition, Quantity::LinkDeflection], joint)
-    }
-
-    pub(super) fn about_stiffness(&self, joint: usize) -> Option<String> {
-        let model = self.reading.model;
-        let index = model.index(JointParameter::Stiffness, joint)?;
-        Some(model.parameters()[index].name.clone())
-    }
-
     fn delayed(&self, found: &RelativeDelays) -> Option<Finding> {
         let [without, with] = found.residual;
         let ChannelDelay {
@@ -181,7 +147,7 @@ impl Look<'_> {
         if !sure {
             return None;
         }
-        let column = &self.reading.channels.all[channel].column;
+        let column = &self.reading.channels().all[channel].column;
         let setting = format!("delay_s = {{ \"{column}\" = \"estimate\" }}");
         Some(
             Finding::new(
@@ -238,7 +204,7 @@ impl Look<'_> {
 
     /// The scale of the torque against the maker's values.
     fn scale(&self, joint: usize, fit: &RowFit) -> Option<Finding> {
-        let mut ratios: Vec<f64> = (fit.beside_nominal(self.reading.model).iter())
+        let mut ratios: Vec<f64> = (fit.beside_nominal(self.reading.model()).iter())
             .map(|(value, nominal)| value / nominal)
             .filter(|ratio| ratio.is_finite() && *ratio > 0.0)
             .collect();
@@ -294,12 +260,12 @@ impl Look<'_> {
 
     /// A motion that shows friction and nothing else.
     fn unexcited(&self, joint: usize, fit: &RowFit) -> Option<Finding> {
-        let parameters = fit.of_joints(self.reading.model, self.independent);
+        let parameters = fit.of_joints(self.reading.model(), self.independent);
         let blind: Vec<String> = (parameters.iter())
             .filter(|(kind, value, error)| kind.is_vital() && value.abs() < 2.0 * error)
             .map(|(kind, ..)| format!("{}.{}", self.name(joint), kind.name()))
             .collect();
-        if blind.is_empty() || !self.reading.model.is_flexible(joint) {
+        if blind.is_empty() || !self.reading.model().is_flexible(joint) {
             return None;
         }
         Some(
@@ -326,7 +292,7 @@ impl Look<'_> {
 
     fn as_figures(&self, delay: &ChannelDelay) -> DelayFigures {
         DelayFigures {
-            column: self.reading.channels.all[delay.channel].column.clone(),
+            column: self.reading.channels().all[delay.channel].column.clone(),
             delay_s: delay.delay,
             standard_error_s: delay.standard_error,
         }

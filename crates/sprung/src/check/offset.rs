@@ -3,13 +3,12 @@
 use sprung_core::chain::JointKind;
 use sprung_core::parameters::JointParameter;
 
-use super::joints::{CERTAIN, Look};
+use super::look::{Look, SIGNIFICANT_SIGMAS};
 use crate::description::EncoderOffset;
 use crate::finding::{Finding, Severity};
 use crate::log::Quantity;
 use crate::model::Model;
 use crate::prepare::{RowFit, fit_rows};
-use crate::regression::Reading;
 
 /// Part of the torque that a constant must make to be mentioned.
 const OFFSET_PART: f64 = 0.02;
@@ -29,7 +28,7 @@ impl Look<'_> {
     /// Constants between the two encoders of each joint, where the model has
     /// none of its own; nothing where it cannot tell.
     pub(super) fn offsets(&self) -> Vec<Option<Offset>> {
-        let model = self.reading.model;
+        let model = self.reading.model();
         let nothing = || (0..model.joint_count()).map(|_| None).collect();
         let own = (0..model.joint_count())
             .any(|joint| model.index(JointParameter::Preload, joint).is_some());
@@ -43,10 +42,7 @@ impl Look<'_> {
                 Err(_) => return nothing(),
             }
         };
-        let reading = Reading {
-            model: &with,
-            ..*self.reading
-        };
+        let reading = self.reading.with_model(with.clone());
         let all: Vec<usize> = (0..model.joint_count()).collect();
         let Some(fits) = fit_rows(self.excerpt, &reading, &all) else {
             return nothing();
@@ -72,9 +68,7 @@ impl Look<'_> {
 
     /// Encoders of a joint that count from different zeros, as those do that lose theirs.
     pub(super) fn zeros_apart(&self, joint: usize) -> Option<Finding> {
-        let Reading {
-            model, channels, ..
-        } = self.reading;
+        let (model, channels) = (self.reading.model(), self.reading.channels());
         let link = channels.index(Quantity::LinkPosition, joint)?;
         let motor = channels.index(Quantity::MotorPosition, joint)?;
         let sum: f64 = (self.excerpt.channel(link))
@@ -105,10 +99,10 @@ impl Look<'_> {
     }
 
     pub(super) fn offset(&self, joint: usize, offset: &Offset, fit: &RowFit) -> Option<Finding> {
-        let model = self.reading.model;
+        let model = self.reading.model();
         let samples = self.excerpt.samples() as f64;
         let torque = (fit.torque / samples).sqrt();
-        let sure = offset.value.abs() > CERTAIN * offset.standard_error
+        let sure = offset.value.abs() > SIGNIFICANT_SIGMAS * offset.standard_error
             && offset.preload.abs() > OFFSET_PART * torque;
         // Where the model has a place for it, nothing is wrong.
         if !sure || model.index(JointParameter::Preload, joint).is_some() {

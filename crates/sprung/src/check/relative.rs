@@ -127,7 +127,7 @@ impl Joint {
 #[must_use]
 pub fn relative_delays(
     excerpt: &Excerpt,
-    reading: &Reading<'_>,
+    reading: &Reading,
     weak: &[usize],
 ) -> Vec<RelativeDelays> {
     let mut joints = candidates(reading);
@@ -152,15 +152,15 @@ pub fn relative_delays(
         .collect()
 }
 
-fn candidates(reading: &Reading<'_>) -> Vec<Joint> {
-    let channels = reading.channels;
+fn candidates(reading: &Reading) -> Vec<Joint> {
+    let channels = reading.channels();
     let given = |joint: usize| {
         (channels.all.iter()).any(|channel| {
             let zero = matches!(channel.delay, Some(Delay::Known(delay)) if delay == 0.0);
             channel.joint == joint && channel.delay.is_some() && !zero
         })
     };
-    (0..reading.model.joint_count())
+    (0..reading.model().joint_count())
         .filter(|&joint| !given(joint))
         .filter_map(|joint| {
             let link = [Quantity::LinkPosition, Quantity::LinkDeflection];
@@ -183,7 +183,7 @@ fn candidates(reading: &Reading<'_>) -> Vec<Joint> {
 /// What delays are searched in.
 struct Search<'a> {
     excerpt: &'a Excerpt,
-    reading: &'a Reading<'a>,
+    reading: &'a Reading,
 }
 
 impl Search<'_> {
@@ -248,14 +248,11 @@ impl Search<'_> {
     /// Squared residuals of the torque's rows as parts of the torque, with all
     /// torques moved; not a number where there is none.
     fn costs(&self, joints: &[Joint], by: f64) -> Vec<f64> {
-        let mut delays = self.reading.delays.to_vec();
+        let mut delays = self.reading.delays().to_vec();
         for joint in joints {
             delays[joint.torque] += joint.at + by;
         }
-        let reading = Reading {
-            delays: &delays,
-            ..*self.reading
-        };
+        let reading = self.reading.with_delays(&delays);
         let own: Vec<usize> = joints.iter().map(|joint| joint.number).collect();
         let fits = fit_rows(self.excerpt, &reading, &own);
         fits.map_or_else(

@@ -3,6 +3,10 @@
 use crate::prepare::{Excerpt, RowFit, velocity_noise};
 use crate::regression::{Reading, System, TransitionWeights};
 
+/// Part of the motor torque that may stay unexplained, root mean squares, beyond what
+/// the resolution of the positions leaves of it.
+pub const UNEXPLAINED: f64 = 0.2;
+
 /// Returns the part of a torque that a model leaves unexplained where the positions
 /// are exact.
 ///
@@ -18,24 +22,22 @@ pub fn beyond_resolution(relative: f64, share: f64) -> f64 {
 /// cannot be said.
 ///
 /// - `fits`: of the torque's row of each joint.
-pub(super) fn transition_shares(
-    reading: &Reading<'_>,
-    excerpt: &Excerpt,
-    fits: &[RowFit],
-) -> Vec<f64> {
-    let model = reading.model;
+pub(super) fn transition_shares(reading: &Reading, excerpt: &Excerpt, fits: &[RowFit]) -> Vec<f64> {
+    let model = reading.model();
     let mut theta = vec![0.0; model.parameters().len()];
     for fit in fits {
         for (column, value) in fit.values() {
             theta[column] = value;
         }
     }
-    let noise = velocity_noise(model, reading.channels, excerpt, reading.position_cutoff_hz);
+    let noise = velocity_noise(
+        model,
+        reading.channels(),
+        excerpt,
+        reading.position_cutoff_hz(),
+    );
     let weights = TransitionWeights::unweighted(model, &noise, &theta);
-    let reading = Reading {
-        weights: Some(&weights),
-        ..*reading
-    };
+    let reading = reading.with_weights(weights);
     let rows: Vec<usize> = (0..fits.len()).map(|j| model.torque_row(j)).collect();
     let system = excerpt.reduce_rows(&reading, &rows);
     (0..rows.len())

@@ -2,27 +2,22 @@
 
 use std::collections::BTreeMap;
 
-use super::Examination;
+use super::examine::Examination;
 use super::result::{CheckReport, Checked, CheckedLog, ColumnFigures, Place};
 use crate::curves::{CurveSet, Curves};
 use crate::description::Experiment;
 use crate::finding::{Finding, GENERATOR, Severity};
 use crate::log::{Channels, Figures, Overview, Sampling};
-use crate::prepare::{Excerpt, noise};
+use crate::prepare::{Excerpt, Prepared, noise};
 use crate::regression::LogFigures;
 
 /// Samples that are shown on each side of a place.
 const AROUND: usize = 150;
 
 /// Puts a report and its curves together.
-pub(super) fn told(
-    experiment: &Experiment,
-    channels: &Channels,
-    names: &[String],
-    figures: &[LogFigures],
-    excerpt: &Excerpt,
-    found: Examination,
-) -> Checked {
+pub(super) fn told(prepared: &Prepared, figures: &[LogFigures], found: Examination) -> Checked {
+    let (experiment, channels) = (prepared.experiment(), prepared.reading().channels());
+    let (names, excerpt) = (prepared.names(), prepared.excerpt());
     let logs = (figures.iter().zip(names).enumerate())
         .map(|(k, (figures, name))| {
             let beginning = (k == 0).then_some(excerpt);

@@ -25,6 +25,8 @@ pub struct Identify {
     pub position_filter_order: usize,
     /// Weights of the samples; least squares only.
     pub weights: Weights,
+    /// Cross-check by instrumental variables; needs `weights = "transition"`.
+    pub instruments: Instruments,
     /// Constant offset between the two encoders of a joint; `none` for
     /// `planar-2r` if absent, `estimate` otherwise.
     pub encoder_offset: Option<EncoderOffset>,
@@ -50,6 +52,7 @@ impl Default for Identify {
             position_cutoff_hz: Cutoff::Auto,
             position_filter_order: 2,
             weights: Weights::Transition,
+            instruments: Instruments::None,
             encoder_offset: None,
             initial_momentum: InitialMomentum::Measured,
             on_check_error: OnCheckError::Refuse,
@@ -272,6 +275,27 @@ impl TryFrom<String> for Weights {
     fn try_from(word: String) -> Result<Self, String> {
         let index = choose("weights", &word, &["transition", "none"])?;
         Ok([Self::Transition, Self::None][index])
+    }
+}
+
+/// Instrumental variables, as a cross-check of least squares.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(try_from = "String")]
+#[schemars(extend("enum" = ["none", "simulated"]))]
+pub enum Instruments {
+    /// Not asked for: on the twin they are no better than weights, and take as long as the
+    /// rest of least squares.
+    None,
+    /// The regression of a simulated motion.
+    Simulated,
+}
+
+impl TryFrom<String> for Instruments {
+    type Error = String;
+
+    fn try_from(word: String) -> Result<Self, String> {
+        let index = choose("instruments", &word, &["none", "simulated"])?;
+        Ok([Self::None, Self::Simulated][index])
     }
 }
 

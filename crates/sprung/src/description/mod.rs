@@ -24,8 +24,8 @@ pub(crate) use check::default_field;
 pub use columns::{Column, ColumnName, Columns, PerJoint, StartsAt};
 pub use factor::{Delay, Factor};
 pub use identify::{
-    Cutoff, DiscretizationName, EncoderOffset, Estimator, Identify, InitialMomentum, OnCheckError,
-    StartName, Weights,
+    Cutoff, DiscretizationName, EncoderOffset, Estimator, Identify, InitialMomentum, Instruments,
+    OnCheckError, StartName, Weights,
 };
 pub use log::{CsvForm, Log, SamplingTimes};
 pub use read::{DescriptionError, Experiment, no_files, read, schema};

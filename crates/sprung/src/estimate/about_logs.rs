@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::check::{Delays, Factors};
 use crate::description::Log;
-use crate::log::{Channels, Sampling};
+use crate::log::Sampling;
+use crate::prepare::Prepared;
 use crate::regression::LogFigures;
 
 /// What is known of a log.
@@ -108,21 +108,16 @@ pub struct DelayUsed {
 }
 
 /// Returns figures of the logs, in their order.
-pub(super) fn log_infos(
-    log: &Log,
-    names: &[String],
-    figures: &[LogFigures],
-    found: (&Delays, &Factors),
-    channels: &Channels,
-) -> Vec<LogInfo> {
-    (figures.iter().zip(&log_names(log, names)))
-        .map(|(figures, name)| log_info(name, figures, found, channels))
+pub(super) fn log_infos(prepared: &Prepared, figures: &[LogFigures]) -> Vec<LogInfo> {
+    let log = prepared.experiment().log.as_ref();
+    (figures.iter().zip(&log_names(log, prepared.names())))
+        .map(|(figures, name)| log_info(name, figures, prepared))
         .collect()
 }
 
 /// Returns the names of the logs as the experiment has them.
-fn log_names(log: &Log, opened: &[String]) -> Vec<String> {
-    match &log.file {
+fn log_names(log: Option<&Log>, opened: &[String]) -> Vec<String> {
+    match log.and_then(|log| log.file.as_ref()) {
         Some(files) if files.len() == opened.len() => files
             .iter()
             .map(|file| file.display().to_string())
@@ -131,12 +126,9 @@ fn log_names(log: &Log, opened: &[String]) -> Vec<String> {
     }
 }
 
-fn log_info(
-    file: &str,
-    figures: &LogFigures,
-    (delays, factors): (&Delays, &Factors),
-    channels: &Channels,
-) -> LogInfo {
+fn log_info(file: &str, figures: &LogFigures, prepared: &Prepared) -> LogInfo {
+    let (delays, factors) = (prepared.delays(), prepared.factors());
+    let channels = prepared.reading().channels();
     let delay_s: BTreeMap<String, DelayUsed> = (channels.all.iter().enumerate())
         .filter(|(_, channel)| channel.delay.is_some())
         .map(|(i, channel)| {

@@ -3,55 +3,29 @@
 use sprung_core::friction::Law;
 use sprung_core::parameters::{JointParameter, Side};
 
+use super::found::Numbers;
 use super::least_squares::cross_checks;
 use super::result::{
     CrossCheckResult, EncoderOffsetResult, EstimateResult, MotorRowResult, ParameterEstimate,
-    Refinement, SimulationFit,
 };
 use super::standard::standard_parameters;
 use super::verdict::Verdict;
 use crate::curves::{CurveSet, Curves};
 use crate::description::Estimator;
-use crate::finding::Finding;
-use crate::fit::{Fitted, MotorRow, residual, torques, unweighted};
+use crate::fit::{Fitted, MotorRow, residual, torques, trace, unweighted};
 use crate::model::{Model, Parameter, Theta};
 use crate::named::Named;
 use crate::regression::System;
-
-/// Half width of a 95 % interval of a normal error, in standard errors.
-pub const NORMAL_95: f64 = 1.959_964;
-
-/// What an estimator leaves before it is judged.
-pub(super) struct OfEstimator {
-    /// Parameters, \[p\].
-    pub(super) theta: Theta,
-    /// Standard errors, \[p\].
-    pub(super) errors: Vec<f64>,
-    /// Whether each parameter is determined, \[p\].
-    pub(super) seen: Vec<bool>,
-    /// Time that it took, s.
-    pub(super) elapsed: f64,
-    /// Its estimates over time, s; none if it takes the log as a whole.
-    pub(super) points: Vec<(f64, Option<Theta>)>,
-    /// How the simulated loop fits, if one was simulated.
-    pub(super) simulation: Option<SimulationFit>,
-    /// How the filter fits, if one was run.
-    pub(super) refinement: Option<Refinement>,
-    /// Whether the values are those of least squares, because a search failed.
-    pub(super) fallback: bool,
-    /// What it says of itself.
-    pub(super) findings: Vec<Finding>,
-}
 
 /// Returns the result of an estimator, without its warnings.
 pub(super) fn describe(
     model: &Model,
     estimator: Estimator,
-    found: &OfEstimator,
+    found: &Numbers,
     fitted: &Fitted,
     system: &System,
 ) -> EstimateResult {
-    let OfEstimator {
+    let Numbers {
         theta,
         errors,
         seen,
@@ -68,13 +42,7 @@ pub(super) fn describe(
                 parameter,
                 known.then_some(theta[i]),
                 Some(errors[i]).filter(|e| known && e.is_finite()),
-                match estimator {
-                    // How far a running estimate wandered makes no interval.
-                    Estimator::Lsff => f64::INFINITY,
-                    Estimator::PredictionError if !found.fallback => NORMAL_95,
-                    Estimator::LeastSquares | Estimator::PredictionError => fitted.interval,
-                    Estimator::OutputError => NORMAL_95,
-                },
+                found.interval,
             );
             if known {
                 let torque = torques[i];
@@ -88,6 +56,11 @@ pub(super) fn describe(
     let encoder_offsets = encoder_offsets(model, &parameters);
     let rows = residual(model, system, theta);
     let named = |i: usize| model.row_name(i);
+    let (motor_rows, cross_checks) = if found.criterion.stands_beside_equations() {
+        (motor_rows(model, fitted), other_routes(model, system))
+    } else {
+        (Vec::new(), Vec::new())
+    };
     EstimateResult {
         estimator: estimator.name().to_owned(),
         verdict: Verdict::Good,
@@ -99,26 +72,10 @@ pub(super) fn describe(
         encoder_offsets,
         stribeck_velocity: stribeck_velocities(model),
         standard_parameters: standard_parameters(model, theta, seen),
-        motor_rows: match estimator {
-            Estimator::LeastSquares | Estimator::PredictionError => (fitted.motor_rows.iter())
-                .map(|row| describe_motor_row(model, row, fitted.interval))
-                .collect(),
-            Estimator::Lsff | Estimator::OutputError => Vec::new(),
-        },
-        simulation: found.simulation.clone(),
-        refinement: found.refinement.clone(),
-        cross_checks: match estimator {
-            Estimator::LeastSquares | Estimator::PredictionError => (cross_checks(model, system)
-                .into_iter())
-            .map(|(route, theta)| CrossCheckResult {
-                method: route.name().to_owned(),
-                values: (model.parameters().iter().zip(theta))
-                    .map(|(parameter, value)| (parameter.name.clone(), value))
-                    .collect(),
-            })
-            .collect(),
-            Estimator::Lsff | Estimator::OutputError => Vec::new(),
-        },
+        motor_rows,
+        simulation: found.criterion.simulation().cloned(),
+        refinement: found.criterion.refinement().cloned(),
+        cross_checks,
         residual_rms: (rows.iter().enumerate())
             .map(|(i, (rms, _))| (named(i), *rms))
             .collect(),
@@ -139,6 +96,24 @@ pub(super) fn describe(
         warnings: Vec::new(),
         elapsed_s: found.elapsed,
     }
+}
+
+fn motor_rows(model: &Model, fitted: &Fitted) -> Vec<MotorRowResult> {
+    (fitted.motor_rows.iter())
+        .map(|row| describe_motor_row(model, row, fitted.interval))
+        .collect()
+}
+
+/// Returns what other ways to solve the same equations say.
+fn other_routes(model: &Model, system: &System) -> Vec<CrossCheckResult> {
+    (cross_checks(model, system).into_iter())
+        .map(|(route, theta)| CrossCheckResult {
+            method: route.name().to_owned(),
+            values: (model.parameters().iter().zip(theta))
+                .map(|(parameter, value)| (parameter.name.clone(), value))
+                .collect(),
+        })
+        .collect()
 }
 
 /// Returns by how much each link encoder reads higher than its motor's: minus
@@ -225,6 +200,18 @@ fn finite(value: f64) -> Option<f64> {
     Some(value).filter(|v| v.is_finite())
 }
 
+/// Returns parameters over time, of least squares if no estimator has any.
+pub(super) fn over_time(model: &Model, system: &System, mut traces: Vec<CurveSet>) -> Curves {
+    if traces.is_empty() {
+        let points = trace(model, system).collect();
+        traces.push(trace_of(model, Estimator::LeastSquares, points));
+    }
+    Curves {
+        columns: model.parameters().iter().map(|p| p.name.clone()).collect(),
+        sets: traces,
+    }
+}
+
 /// Returns the trace of an estimator.
 pub(super) fn trace_of(
     model: &Model,
@@ -246,7 +233,11 @@ pub(super) fn trace_of(
 }
 
 /// Returns the filtered right-hand sides, measured and by each estimator.
-pub(super) fn fit_curves(model: &Model, thetas: &[(Estimator, Theta)], system: &System) -> Curves {
+pub(super) fn fit_curves<'a>(
+    model: &Model,
+    thetas: impl IntoIterator<Item = (Estimator, &'a Theta)>,
+    system: &System,
+) -> Curves {
     let kept = system.kept();
     let rows = |of: &dyn Fn(usize, &[f64]) -> f64| -> Vec<Vec<Option<f64>>> {
         (kept.rows.iter().enumerate())

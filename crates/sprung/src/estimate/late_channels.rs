@@ -1,6 +1,7 @@
 //! Delays of channels, to a fraction of a sample: by the likelihood of the log.
 
-use super::identify::{IdentifyError, identify};
+use super::error::IdentifyError;
+use super::identify::identify;
 use super::result::RefinedDelay;
 use crate::check::LikelyDelay;
 use crate::description::{Delay, Estimator, Experiment, OnCheckError};

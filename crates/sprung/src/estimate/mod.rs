@@ -1,26 +1,30 @@
 //! From a system to parameters, and how far to trust them.
 
 mod about_logs;
-mod beginning;
+mod asked;
 mod chi_square;
 mod describe;
+mod error;
+mod estimators;
+mod found;
 mod identify;
 mod judge;
 mod late_channels;
 mod least_squares;
 mod lsff;
+mod on_line;
 mod output_error;
 mod prediction_error;
 mod result;
 mod standard;
 mod start;
 mod verdict;
-mod watch;
 
 pub use about_logs::{DelayUsed, GainUsed, LogInfo, SignUsed};
 pub use chi_square::upper_tail;
-pub use describe::NORMAL_95;
-pub use identify::{Identified, IdentifyError, identify};
+pub use error::IdentifyError;
+pub use found::NORMAL_95;
+pub use identify::{Identified, identify};
 pub use judge::{judge, tilted, worth_a_look};
 pub use late_channels::late_channels;
 pub use least_squares::{Route, cross_checks, sweep};

@@ -2,7 +2,7 @@
 
 use super::excerpt::Excerpt;
 use super::noise::{noise, velocity_per_position};
-use crate::description::{Cutoff, Identify, Weights};
+use crate::description::Weights;
 use crate::log::{Channels, Quantity};
 use crate::model::Model;
 
@@ -88,18 +88,4 @@ pub fn choose_cutoff(
         }
     };
     (best.0.max(LOWEST.min(highest)), reason)
-}
-
-/// Returns the cut-off that settings give, or the one that a log asks for, Hz.
-#[must_use]
-pub fn position_cutoff(
-    settings: &Identify,
-    model: &Model,
-    channels: &Channels,
-    excerpt: &Excerpt,
-) -> f64 {
-    match settings.position_cutoff_hz {
-        Cutoff::Fixed(cutoff) => cutoff,
-        Cutoff::Auto => choose_cutoff(model, channels, settings.weights, excerpt).0,
-    }
 }

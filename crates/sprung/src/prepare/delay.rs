@@ -46,11 +46,11 @@ pub struct DelayEstimate {
 #[must_use]
 pub fn estimate_delays(
     excerpt: &Excerpt,
-    reading: &Reading<'_>,
+    reading: &Reading,
     wanted: &[usize],
 ) -> Option<Vec<DelayEstimate>> {
     let joints = (wanted.iter())
-        .map(|&channel| reading.channels.all[channel].joint)
+        .map(|&channel| reading.channels().all[channel].joint)
         .collect();
     let search = Search {
         excerpt,
@@ -92,7 +92,7 @@ pub fn estimate_delays(
 /// What a search for delays looks at.
 struct Search<'a> {
     excerpt: &'a Excerpt,
-    reading: &'a Reading<'a>,
+    reading: &'a Reading,
     wanted: &'a [usize],
     // Of these channels.
     joints: Vec<usize>,
@@ -110,16 +110,13 @@ impl Search<'_> {
 
     /// Returns what the row of each channel's joint says of delays.
     fn attempt(&self, at: &[f64]) -> Option<Vec<MotorRowFit>> {
-        let mut delays = self.reading.delays.to_vec();
+        let mut delays = self.reading.delays().to_vec();
         for (&channel, &delay) in self.wanted.iter().zip(at) {
             delays[channel] = delay;
         }
-        let reading = Reading {
-            delays: &delays,
-            ..*self.reading
-        };
+        let reading = self.reading.with_delays(&delays);
         let fits = fit_rows(self.excerpt, &reading, &self.joints)?;
-        Some(fits.iter().map(|fit| fit.short(reading.model)).collect())
+        Some(fits.iter().map(|fit| fit.short(reading.model())).collect())
     }
 
     /// Tries delays around centres and keeps the best of each channel.
@@ -152,7 +149,7 @@ impl Search<'_> {
             self.attempt(&at)
         };
         let (before, after) = (shifted(-period)?, shifted(period)?);
-        let cutoff = self.reading.settings.filter_cutoff_rad_per_s;
+        let cutoff = self.reading.settings().filter_cutoff_rad_per_s;
         // Filtered residuals agree over about 2/λ.
         let independent = (self.duration() * cutoff / 2.0).max(1.0);
         let refine = |(i, &(delay, cost)): (usize, &(f64, f64))| {

@@ -24,6 +24,7 @@ pub struct DelayByLikelihood {
 }
 
 /// Delays in use.
+#[derive(Clone, Debug)]
 pub struct Delays {
     /// One per channel, s.
     pub values: Vec<f64>,
@@ -37,24 +38,17 @@ impl Delays {
     /// Returns the delays that a description gives, and estimates those that it
     /// asks for.
     ///
+    /// - `reading`: with the delays that are given.
+    ///
     /// # Errors
     ///
     /// [`DelayError`] if the log cannot tell.
-    pub fn new(
-        base: &Reading<'_>,
-        excerpt: Option<&Excerpt>,
-        file: &str,
-    ) -> Result<Self, DelayError> {
-        let (channels, model) = (base.channels, base.model);
-        let mut values = vec![0.0; channels.all.len()];
-        let mut wanted = Vec::new();
-        for (i, channel) in channels.all.iter().enumerate() {
-            match channel.delay {
-                Some(Delay::Known(value)) => values[i] = value,
-                Some(Delay::Estimate) => wanted.push(i),
-                None => {}
-            }
-        }
+    pub fn new(reading: &Reading, excerpt: &Excerpt, file: &str) -> Result<Self, DelayError> {
+        let (channels, model) = (reading.channels(), reading.model());
+        let mut values = reading.delays().to_vec();
+        let wanted: Vec<usize> = (0..channels.all.len())
+            .filter(|&i| channels.all[i].delay == Some(Delay::Estimate))
+            .collect();
         let mut found = Vec::new();
         if !wanted.is_empty() {
             for (joint, name) in model.joints().iter().enumerate() {
@@ -66,11 +60,7 @@ impl Delays {
                     )));
                 }
             }
-            let reading = Reading {
-                delays: &values,
-                ..*base
-            };
-            let search = excerpt.and_then(|excerpt| estimate_delays(excerpt, &reading, &wanted));
+            let search = estimate_delays(excerpt, reading, &wanted);
             found = search.ok_or_else(|| {
                 DelayError(format!(
                     "{file} is too short to estimate a delay from; give the delay as a number of \
@@ -85,20 +75,27 @@ impl Delays {
             values,
             found,
             refined: Vec::new(),
-            by_likelihood: (base.settings.estimator).contains(&Estimator::PredictionError),
+            by_likelihood: (reading.settings().estimator).contains(&Estimator::PredictionError),
         })
     }
 
-    /// Puts delays by likelihood in the place of those of the search.
-    pub fn refine(&mut self, refined: Vec<DelayByLikelihood>) {
+    /// Returns the delays that a description gives, and searches for none.
+    pub(super) fn given(reading: &Reading) -> Self {
+        Self {
+            values: reading.delays().to_vec(),
+            found: Vec::new(),
+            refined: Vec::new(),
+            by_likelihood: false,
+        }
+    }
+
+    /// Puts delays by likelihood in the place of those of the search; the likelihood knew no
+    /// more if there are none.
+    pub(super) fn refine(&mut self, refined: Vec<DelayByLikelihood>) {
         for delay in &refined {
             self.values[delay.channel] = delay.delay;
         }
         self.refined = refined;
-    }
-
-    /// Says that the likelihood was asked, and knew no more than the search.
-    pub fn settle(&mut self) {
         self.by_likelihood = false;
     }
 

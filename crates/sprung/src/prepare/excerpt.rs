@@ -96,14 +96,14 @@ impl Excerpt {
     /// Returns the regression of the excerpt; nothing if it is too short for
     /// the filters, or they do not fit it.
     #[must_use]
-    pub fn reduce(&self, reading: &Reading<'_>) -> Option<System> {
-        let rows: Vec<usize> = (0..reading.model.rows()).collect();
+    pub fn reduce(&self, reading: &Reading) -> Option<System> {
+        let rows: Vec<usize> = (0..reading.model().rows()).collect();
         self.reduce_rows(reading, &rows)
     }
 
     /// Returns the regression of the excerpt in some rows, likewise.
     #[must_use]
-    pub fn reduce_rows(&self, reading: &Reading<'_>, rows: &[usize]) -> Option<System> {
+    pub fn reduce_rows(&self, reading: &Reading, rows: &[usize]) -> Option<System> {
         reduce_blocks(reading, self.period, &self.blocks, rows)
             .ok()
             .flatten()

@@ -2,13 +2,13 @@
 
 use std::borrow::Cow;
 
-use super::cutoff::choose_cutoff;
+use super::as_given::as_given;
 use super::delays::{DelayError, Delays};
 use super::excerpt::{Excerpt, excerpt};
 use super::found::{FoundGain, FoundSign};
 use super::gain::gain;
 use super::sign::signs;
-use crate::description::{Cutoff, Delay, Experiment, Factor};
+use crate::description::{Experiment, Factor};
 use crate::finding::{Finding, Severity};
 use crate::log::{ChannelError, Channels, LogError, LogSource};
 use crate::model::Model;
@@ -127,8 +127,8 @@ pub fn find_factors<'a>(
     let channels = Channels::new(&now.robot, log)?;
     let beginning = excerpt(&channels, first)?;
     if channels.all.iter().any(|channel| channel.open_sign) {
-        let look = Look::new(&now, model, &channels, &beginning, &file)?;
-        found.signs = signs(&look.reading(), &beginning, &file).map_err(FactorError::NotTold)?;
+        let reading = look(&now, model, &channels, &beginning, &file)?;
+        found.signs = signs(&reading, &beginning, &file).map_err(FactorError::NotTold)?;
         found.put_into(&mut now);
     }
     // A sign is part of what the reader makes of a column.
@@ -138,9 +138,9 @@ pub fn find_factors<'a>(
         .filter(|&i| settled.all[i].open_gain)
         .collect();
     if !open.is_empty() {
-        let look = Look::new(&now, model, &settled, &beginning, &file)?;
+        let reading = look(&now, model, &settled, &beginning, &file)?;
         for channel in open {
-            let own = gain(&now, &look.reading(), &beginning, channel);
+            let own = gain(&now, &reading, &beginning, channel);
             found.gains.push(own.map_err(FactorError::NotTold)?);
         }
         found.put_into(&mut now);
@@ -148,53 +148,19 @@ pub fn find_factors<'a>(
     Ok((Cow::Owned(now), found))
 }
 
-/// How the beginning of a log is looked at.
-struct Look<'a> {
-    experiment: &'a Experiment,
-    model: &'a Model,
-    channels: &'a Channels,
-    delays: Vec<f64>,
-    cutoff: f64,
-}
-
-impl<'a> Look<'a> {
-    fn new(
-        experiment: &'a Experiment,
-        model: &'a Model,
-        channels: &'a Channels,
-        excerpt: &Excerpt,
-        file: &str,
-    ) -> Result<Self, FactorError> {
-        let settings = &experiment.identify;
-        let known = channels.all.iter().map(|channel| match channel.delay {
-            Some(Delay::Known(delay)) => delay,
-            Some(Delay::Estimate) | None => 0.0,
-        });
-        let mut look = Self {
-            experiment,
-            model,
-            channels,
-            delays: known.collect(),
-            cutoff: match settings.position_cutoff_hz {
-                Cutoff::Fixed(cutoff) => cutoff,
-                Cutoff::Auto => choose_cutoff(model, channels, settings.weights, excerpt).0,
-            },
-        };
-        // With a wrong sign no delay shows; with all signs known it may move a gain.
-        if !channels.all.iter().any(|channel| channel.open_sign) {
-            look.delays = Delays::new(&look.reading(), Some(excerpt), file)?.values;
-        }
-        Ok(look)
+/// Returns how the beginning of a log is read before its signs or gains are known.
+fn look(
+    experiment: &Experiment,
+    model: &Model,
+    channels: &Channels,
+    excerpt: &Excerpt,
+    file: &str,
+) -> Result<Reading, FactorError> {
+    let (reading, _) = as_given(model, &experiment.identify, channels, excerpt);
+    // With a wrong sign no delay shows; with all signs known it may move a gain.
+    if channels.all.iter().any(|channel| channel.open_sign) {
+        return Ok(reading);
     }
-
-    fn reading(&self) -> Reading<'_> {
-        Reading {
-            model: self.model,
-            settings: &self.experiment.identify,
-            position_cutoff_hz: self.cutoff,
-            channels: self.channels,
-            delays: &self.delays,
-            weights: None,
-        }
-    }
+    let delays = Delays::new(&reading, excerpt, file)?;
+    Ok(reading.with_delays(&delays.values))
 }

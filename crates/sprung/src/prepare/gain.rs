@@ -27,11 +27,11 @@ const TOLD: f64 = 0.1;
 /// Finds the gain of a channel; or says why it cannot be told, and what to do.
 pub(super) fn gain(
     experiment: &Experiment,
-    reading: &Reading<'_>,
+    reading: &Reading,
     excerpt: &Excerpt,
     channel: usize,
 ) -> Result<FoundGain, String> {
-    match reading.channels.all[channel].quantity {
+    match reading.channels().all[channel].quantity {
         Quantity::MotorTorque => of_torque(reading, excerpt, channel),
         _ => of_position(experiment, reading, excerpt, channel),
     }
@@ -43,13 +43,13 @@ pub(super) fn gain(
 /// The slope of both alone would hold the spring's deflection, which follows the motion.
 fn of_position(
     experiment: &Experiment,
-    reading: &Reading<'_>,
+    reading: &Reading,
     excerpt: &Excerpt,
     channel: usize,
 ) -> Result<FoundGain, String> {
-    let channels = reading.channels;
+    let channels = reading.channels();
     let own = &channels.all[channel];
-    let name = &reading.model.joints()[own.joint];
+    let name = &reading.model().joints()[own.joint];
     let untold = |why: String| {
         format!(
             "the gain of \"{}\" cannot be told: {why}; give it as a number in gain",
@@ -83,9 +83,9 @@ fn of_position(
         experiment.identify.encoder_offset = Some(EncoderOffset::Estimate);
         Model::new(&experiment).ok()
     };
-    let model = with_offset.as_ref().unwrap_or(reading.model);
+    let with_offset = with_offset.map(|model| reading.with_model(model));
     let search = Search {
-        reading: &Reading { model, ..*reading },
+        reading: with_offset.as_ref().unwrap_or(reading),
         excerpt,
         channel,
         joint: own.joint,
@@ -122,7 +122,7 @@ fn spread(excerpt: &Excerpt, channel: usize) -> f64 {
 }
 
 struct Search<'a> {
-    reading: &'a Reading<'a>,
+    reading: &'a Reading,
     excerpt: &'a Excerpt,
     channel: usize,
     joint: usize,
@@ -137,7 +137,7 @@ impl Search<'_> {
         let Some(fit) = fits.as_ref().and_then(|fits| fits.first()) else {
             return f64::INFINITY;
         };
-        let stiffness = fit.short(self.reading.model).stiffness;
+        let stiffness = fit.short(self.reading.model()).stiffness;
         if stiffness.is_none_or(|stiffness| stiffness > 0.0) {
             fit.relative_residual().powi(2)
         } else {
@@ -176,12 +176,8 @@ impl Search<'_> {
 }
 
 /// The gain of a torque: known parameters over those that the torque as logged gives.
-fn of_torque(
-    reading: &Reading<'_>,
-    excerpt: &Excerpt,
-    channel: usize,
-) -> Result<FoundGain, String> {
-    let (own, model) = (&reading.channels.all[channel], reading.model);
+fn of_torque(reading: &Reading, excerpt: &Excerpt, channel: usize) -> Result<FoundGain, String> {
+    let (own, model) = (&reading.channels().all[channel], reading.model());
     let name = &model.joints()[own.joint];
     let fits = fit_rows(excerpt, reading, &[own.joint]);
     let fit = fits.as_ref().and_then(|fits| fits.first());

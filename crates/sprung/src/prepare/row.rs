@@ -108,10 +108,10 @@ impl RowFit {
 /// the excerpt is too short for the filters or they do not fit it.
 pub(crate) fn fit_rows(
     excerpt: &Excerpt,
-    reading: &Reading<'_>,
+    reading: &Reading,
     joints: &[usize],
 ) -> Option<Vec<RowFit>> {
-    let model = reading.model;
+    let model = reading.model();
     let rows: Vec<usize> = joints.iter().map(|&j| model.torque_row(j)).collect();
     let whole = excerpt.reduce_rows(reading, &rows)?.whole()?;
     (rows.iter().zip(&whole))
@@ -141,14 +141,14 @@ pub(crate) fn fit_rows(
 /// Returns nothing if the excerpt is too short for the filter or the settings
 /// do not fit the log.
 #[must_use]
-pub fn fit_motor_rows(excerpt: &Excerpt, reading: &Reading<'_>) -> Option<Vec<MotorRowFit>> {
-    let joints: Vec<usize> = (0..reading.model.joint_count()).collect();
+pub fn fit_motor_rows(excerpt: &Excerpt, reading: &Reading) -> Option<Vec<MotorRowFit>> {
+    let joints: Vec<usize> = (0..reading.model().joint_count()).collect();
     let fits = fit_rows(excerpt, reading, &joints)?;
-    Some(fits.iter().map(|fit| fit.short(reading.model)).collect())
+    Some(fits.iter().map(|fit| fit.short(reading.model())).collect())
 }
 
 /// Returns how many filtered residuals of an excerpt do not depend on each
 /// other: they agree over about 2/λ.
-pub(crate) fn independent(excerpt: &Excerpt, reading: &Reading<'_>) -> f64 {
-    (excerpt.duration() * reading.settings.filter_cutoff_rad_per_s / 2.0).max(1.0)
+pub(crate) fn independent(excerpt: &Excerpt, reading: &Reading) -> f64 {
+    (excerpt.duration() * reading.settings().filter_cutoff_rad_per_s / 2.0).max(1.0)
 }

@@ -20,12 +20,12 @@ const EXACT: f64 = 1e-4;
 
 /// Finds all signs that are open; or says which cannot be told, and what to do.
 pub(super) fn signs(
-    reading: &Reading<'_>,
+    reading: &Reading,
     excerpt: &Excerpt,
     file: &str,
 ) -> Result<Vec<FoundSign>, String> {
-    let channels = reading.channels;
-    let joints = reading.model.joint_count();
+    let channels = reading.channels();
+    let joints = reading.model().joint_count();
     let open = |joint: usize| {
         let own = move |&i: &usize| channels.all[i].joint == joint && channels.all[i].open_sign;
         (0..channels.all.len()).filter(own)
@@ -33,7 +33,7 @@ pub(super) fn signs(
     for joint in 0..joints {
         let all = channels.all.iter().filter(|c| c.joint == joint).count();
         if all > 0 && open(joint).count() == all {
-            let name = &reading.model.joints()[joint];
+            let name = &reading.model().joints()[joint];
             return Err(format!(
                 "the signs of all columns of {name} are to be estimated, and turned together they fit \
                  as well: which way is positive is yours to say; give one of them as 1 or -1 in sign"
@@ -43,7 +43,7 @@ pub(super) fn signs(
     // Rows of rigid joints and coupled transmissions hold the positions of others.
     let together = channels.position_mix.is_some()
         || channels.torque_mix.is_some()
-        || (0..joints).any(|joint| !reading.model.is_flexible(joint) && open(joint).count() > 0);
+        || (0..joints).any(|joint| !reading.model().is_flexible(joint) && open(joint).count() > 0);
     let groups: Vec<Vec<usize>> = if together {
         vec![(0..joints).collect()]
     } else {
@@ -75,7 +75,7 @@ struct Trial {
 }
 
 fn decide(
-    reading: &Reading<'_>,
+    reading: &Reading,
     excerpt: &Excerpt,
     file: &str,
     rows: &[usize],
@@ -100,7 +100,7 @@ fn decide(
         .filter(|trial| trial.score.is_finite())
         .collect();
     let best = trials.iter().max_by(|a, b| a.score.total_cmp(&b.score));
-    let column = |k: usize| &reading.channels.all[wanted[k]].column;
+    let column = |k: usize| &reading.channels().all[wanted[k]].column;
     let Some(best) = best else {
         return Err(format!(
             "the sign of \"{}\" cannot be told from {file}: its joint does not move, or the log is too \
@@ -114,7 +114,7 @@ fn decide(
                 .filter(|trial| trial.turned[k] != best.turned[k])
                 .max_by(|a, b| a.score.total_cmp(&b.score));
             let ahead = other.map_or(0.0, |other| best.score - other.score);
-            let joint = reading.channels.all[wanted[k]].joint;
+            let joint = reading.channels().all[wanted[k]].joint;
             let place = rows.iter().position(|&row| row == joint).unwrap_or(0);
             if ahead < SURE {
                 return Err(format!(
@@ -122,7 +122,7 @@ fn decide(
                      well with the other one (log-likelihood +{ahead:.1}, {SURE} is needed); give it as \
                      1 or -1 in sign, or log a motion with more accelerations and reversals",
                     column(k),
-                    reading.model.joints()[joint]
+                    reading.model().joints()[joint]
                 ));
             }
             Ok(FoundSign {
@@ -142,7 +142,7 @@ fn decide(
 
 /// Logarithm of the likelihood of a row's residual, and of its parameters being those of
 /// a robot.
-fn score(fit: &RowFit, reading: &Reading<'_>, independent: f64) -> f64 {
+fn score(fit: &RowFit, reading: &Reading, independent: f64) -> f64 {
     let positive: f64 = physical(fit, reading, independent)
         .map(|(_, value, error)| log_positive(value / error))
         .sum();
@@ -152,10 +152,10 @@ fn score(fit: &RowFit, reading: &Reading<'_>, independent: f64) -> f64 {
 /// Parameters that no robot has below zero: kind, value, standard error.
 fn physical(
     fit: &RowFit,
-    reading: &Reading<'_>,
+    reading: &Reading,
     independent: f64,
 ) -> impl Iterator<Item = (JointParameter, f64, f64)> {
-    let all = fit.of_joints(reading.model, independent);
+    let all = fit.of_joints(reading.model(), independent);
     all.into_iter()
         .filter(|(kind, ..)| kind.is_vital() || kind.is_friction())
 }
@@ -172,7 +172,7 @@ fn log_positive(z: f64) -> f64 {
 }
 
 /// Says what tells a sign: parameters, residuals, and how the two positions move.
-fn because(reading: &Reading<'_>, excerpt: &Excerpt, joint: usize, fits: [&RowFit; 2]) -> String {
+fn because(reading: &Reading, excerpt: &Excerpt, joint: usize, fits: [&RowFit; 2]) -> String {
     let number = independent(excerpt, reading);
     let [with, other] = fits.map(|fit| {
         let negative: Vec<&str> = physical(fit, reading, number)
@@ -189,8 +189,8 @@ fn because(reading: &Reading<'_>, excerpt: &Excerpt, joint: usize, fits: [&RowFi
             100.0 * fit.relative_residual()
         )
     });
-    let name = &reading.model.joints()[joint];
-    let both = correlation(reading.channels, excerpt, joint).map_or_else(String::new, |r| {
+    let name = &reading.model().joints()[joint];
+    let both = correlation(reading.channels(), excerpt, joint).map_or_else(String::new, |r| {
         format!(" (correlation of both positions as recorded {r:+.3})")
     });
     format!("in the equation of {name} {with} is left over, with the other sign {other}{both}")

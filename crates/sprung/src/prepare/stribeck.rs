@@ -27,18 +27,15 @@ const REFINED: usize = 8;
 /// searched at once: velocities in equal ratios first, then by sections of the
 /// golden ratio between the best and its neighbours.
 #[must_use]
-pub fn find_stribeck(reading: &Reading<'_>, excerpt: &Excerpt) -> (Model, Vec<Finding>) {
-    let model = reading.model;
+pub fn find_stribeck(reading: &Reading, excerpt: &Excerpt) -> (Model, Vec<Finding>) {
+    let model = reading.model();
     let joints = model.unknown_stribeck();
     let Some(fastest) = fastest(reading, excerpt) else {
         return (model.clone(), Vec::new());
     };
     let cost = |at: &[f64]| -> Vec<f64> {
         let changed = with(model, joints, at);
-        let reading = Reading {
-            model: &changed,
-            ..*reading
-        };
+        let reading = reading.with_model(changed.clone());
         let whole = excerpt.reduce(&reading).and_then(|system| system.whole());
         joints
             .iter()
@@ -121,10 +118,10 @@ fn say(model: &Model, joint: usize, velocity: f64, at_edge: bool) -> Finding {
 }
 
 /// Returns the fastest motion of each joint, rad/s (m/s).
-fn fastest(reading: &Reading<'_>, excerpt: &Excerpt) -> Option<Vec<f64>> {
-    let n = reading.model.joint_count();
+fn fastest(reading: &Reading, excerpt: &Excerpt) -> Option<Vec<f64>> {
+    let n = reading.model().joint_count();
     let mut fastest = vec![0.0_f64; n];
-    for (i, channel) in reading.channels.all.iter().enumerate() {
+    for (i, channel) in reading.channels().all.iter().enumerate() {
         if channel.quantity != crate::log::Quantity::MotorPosition {
             continue;
         }

@@ -19,16 +19,17 @@ const MEDIAN_TO_DEVIATION: f64 = 1.4826;
 /// alike; the scale of a row is that of its residual in the half of the samples
 /// that transitions touch least.
 #[must_use]
-pub fn find_weights(reading: &Reading<'_>, excerpt: &Excerpt) -> Option<TransitionWeights> {
-    let model = reading.model;
-    let noise = velocity_noise(model, reading.channels, excerpt, reading.position_cutoff_hz);
+pub fn find_weights(reading: &Reading, excerpt: &Excerpt) -> Option<TransitionWeights> {
+    let model = reading.model();
+    let noise = velocity_noise(
+        model,
+        reading.channels(),
+        excerpt,
+        reading.position_cutoff_hz(),
+    );
     let mut weights = TransitionWeights::unknown(model, &noise);
     for _ in 0..PASSES {
-        let reading = Reading {
-            weights: Some(&weights),
-            ..*reading
-        };
-        let system = excerpt.reduce(&reading)?;
+        let system = excerpt.reduce(&reading.with_weights(weights))?;
         let theta = fit_values(model, &system)?;
         let slip = (0..model.rows())
             .map(|row| slip_scale(model, &system, &theta, row))

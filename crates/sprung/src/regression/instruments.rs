@@ -5,7 +5,7 @@ use sprung_core::drives::State;
 use sprung_core::filter::{FilterError, FilterState};
 
 use super::filtered::{FilteredRegression, Pairs};
-use super::pass::Reading;
+use super::reading::Reading;
 use super::start::FORGOTTEN;
 use crate::description::InitialMomentum;
 use crate::preprocess::SignalBlock;
@@ -39,11 +39,11 @@ pub struct CrossProducts {
 ///
 /// The normal equations of instrumental variables, `Z^T Y θ = Z^T b`.
 pub fn cross_products(
-    reading: &Reading<'_>,
+    reading: &Reading,
     pairs: &[(&SignalBlock, &SignalBlock)],
     period: f64,
 ) -> Result<Vec<CrossProducts>, FilterError> {
-    let (model, settings) = (reading.model, reading.settings);
+    let (model, settings) = (reading.model(), reading.settings());
     let cutoff = settings.filter_cutoff_rad_per_s;
     let mut measured = FilteredRegression::new(model, cutoff, period, settings.discretization)?;
     let mut instrument = measured.clone();
@@ -73,11 +73,11 @@ pub fn cross_products(
             let (y, b) = measured.process(&sample.state(), &sample.tau);
             let other = Sample::of(with, first_with + k);
             let (z, _) = instrument.process(&other.state(), &other.tau);
-            if let Some(weights) = reading.weights {
+            if let Some(weights) = reading.weights() {
                 weights.variances(model, &sample.state(), &mut variance);
             }
             for (row, sum) in sums.iter_mut().enumerate() {
-                let weight = reading.weights.map_or(1.0, |weights| {
+                let weight = reading.weights().map_or(1.0, |weights| {
                     let variance = filters
                         .entries
                         .process(&mut memory[row], 0.0, variance[row]);

@@ -9,6 +9,7 @@ mod batch;
 mod filtered;
 mod instruments;
 mod pass;
+mod reading;
 mod reduction;
 mod solution;
 mod start;
@@ -18,8 +19,10 @@ mod weights;
 pub use filtered::FilteredRegression;
 pub use instruments::{CrossProducts, cross_products};
 pub use pass::{
-    LogFigures, Observer, PassError, Passed, Reading, Restart, read_through, reduce_blocks, signals,
+    LogFigures, Observer, PassError, Passed, Restart, read_through, reduce_blocks,
+    shortest_segment, signals,
 };
+pub use reading::Reading;
 pub use reduction::{Kept, Reduction, System};
 pub use solution::{Solution, SystemPart, solve, solve_quickly};
 pub use triangle::Triangle;

@@ -2,10 +2,10 @@
 
 use sprung_core::filter::FilterError;
 
+use super::reading::Reading;
 use super::reduction::{Reduction, System};
-use super::weights::TransitionWeights;
 use crate::description::Identify;
-use crate::log::{Channels, LogBlock, LogError, LogReader, LogSource, Summary, Timing};
+use crate::log::{LogBlock, LogError, LogReader, LogSource, Summary, Timing};
 use crate::model::Model;
 use crate::preprocess::{Aligner, Butterworth, FilterDesignError, RawBlock, SignalBlock, Smoother};
 use crate::progress::{Listener, Phase, Stopped};
@@ -38,23 +38,6 @@ pub enum PassError {
     /// The caller stopped it.
     #[error(transparent)]
     Stopped(#[from] Stopped),
-}
-
-/// How a log is to be read.
-#[derive(Clone, Copy, Debug)]
-pub struct Reading<'a> {
-    /// The equations.
-    pub model: &'a Model,
-    /// Filters.
-    pub settings: &'a Identify,
-    /// Cut-off of the position filter, Hz.
-    pub position_cutoff_hz: f64,
-    /// Meaning of the columns.
-    pub channels: &'a Channels,
-    /// Delays to undo, s, one per channel.
-    pub delays: &'a [f64],
-    /// Weights of the samples; all 1 if absent.
-    pub weights: Option<&'a TransitionWeights>,
 }
 
 /// Why filters start anew.
@@ -90,8 +73,8 @@ struct Piece {
 
 /// From blocks of a log to signals.
 #[derive(Clone, Debug)]
-struct Preparation<'a> {
-    reading: Reading<'a>,
+struct Preparation {
+    reading: Reading,
     period: f64,
     filter: Butterworth,
     needed: usize,
@@ -106,14 +89,14 @@ struct Preparation<'a> {
     used: u64,
 }
 
-impl<'a> Preparation<'a> {
+impl Preparation {
     /// - `period`: T of the log, s.
     /// - `later`: what is added to its time, s.
-    fn new(reading: &Reading<'a>, period: f64, later: f64) -> Result<Self, PassError> {
-        let settings = reading.settings;
+    fn new(reading: &Reading, period: f64, later: f64) -> Result<Self, PassError> {
+        let settings = reading.settings();
         let filter = Butterworth::new(
             settings.position_filter_order,
-            reading.position_cutoff_hz,
+            reading.position_cutoff_hz(),
             period,
         )?;
         if settings.filter_cutoff_rad_per_s * period > 1.0 {
@@ -122,21 +105,21 @@ impl<'a> Preparation<'a> {
                 rate: 1.0 / period,
             });
         }
-        let aligner = Aligner::new(reading.channels, reading.delays, period);
+        let aligner = Aligner::new(reading.channels(), reading.delays(), period);
         Ok(Self {
-            reading: *reading,
+            reading: reading.clone(),
             period,
             // The filter's padding, one sample beyond it, and the two that
             // the central difference takes.
             needed: filter.padding() + aligner.lost() + 3,
             aligner,
-            smoother: smoother(reading.model, &filter, period),
+            smoother: smoother(reading.model(), &filter, period),
             filter,
             raw: RawBlock {
                 later,
-                ..RawBlock::new(reading.model.joint_count())
+                ..RawBlock::new(reading.model().joint_count())
             },
-            part: LogBlock::new(reading.channels.all.len()),
+            part: LogBlock::new(reading.channels().all.len()),
             begins: true,
             in_segment: 0,
             lost: 0,
@@ -183,7 +166,7 @@ impl<'a> Preparation<'a> {
 
     /// Ends a segment: what follows does not belong together with it.
     fn end(&mut self, next: Restart, out: &mut Vec<Piece>) {
-        let model = self.reading.model;
+        let model = self.reading.model();
         let fresh = smoother(model, &self.filter, self.period).behind_gap();
         let mut piece = self.piece();
         let ended = std::mem::replace(&mut self.smoother, fresh);
@@ -197,7 +180,7 @@ impl<'a> Preparation<'a> {
         } else {
             self.lost += self.in_segment;
         }
-        self.aligner = Aligner::new(self.reading.channels, self.reading.delays, self.period);
+        self.aligner = Aligner::new(self.reading.channels(), self.reading.delays(), self.period);
         self.begins = true;
         self.in_segment = 0;
     }
@@ -206,7 +189,7 @@ impl<'a> Preparation<'a> {
         Piece {
             begins: self.begins,
             period: self.period,
-            signals: SignalBlock::new(self.reading.model.joint_count()),
+            signals: SignalBlock::new(self.reading.model().joint_count()),
         }
     }
 
@@ -216,6 +199,19 @@ impl<'a> Preparation<'a> {
             out.push(piece);
         }
     }
+}
+
+/// Returns how many samples between two gaps the filters need at least; nothing if no filter
+/// fits the log.
+///
+/// - `period`: T, s.
+#[must_use]
+pub fn shortest_segment(reading: &Reading, period: f64) -> Option<u64> {
+    let order = reading.settings().position_filter_order;
+    let filter = Butterworth::new(order, reading.position_cutoff_hz(), period).ok()?;
+    let aligner = Aligner::new(reading.channels(), reading.delays(), period);
+    // The filter's padding, and one sample beyond it.
+    Some((filter.padding() + aligner.lost() + 1) as u64)
 }
 
 fn smoother(model: &Model, filter: &Butterworth, period: f64) -> Smoother {
@@ -258,23 +254,23 @@ fn reduce(
 ///
 /// [`PassError`] if a filter does not fit the period.
 pub fn reduce_blocks(
-    reading: &Reading<'_>,
+    reading: &Reading,
     period: f64,
     blocks: &[LogBlock],
     rows: &[usize],
 ) -> Result<Option<System>, PassError> {
     let mut preparation = Preparation::new(reading, period, 0.0)?;
-    let mut reduction = Reduction::of_rows(reading.model, rows)
-        .weighted(reading.weights)
-        .with_start(reading.settings.initial_momentum);
+    let mut reduction = Reduction::of_rows(reading.model(), rows)
+        .weighted(reading.weights())
+        .with_start(reading.settings().initial_momentum);
     let mut pieces = Vec::new();
     for block in blocks {
         preparation.push(block, &mut (), &mut pieces);
-        reduce(&mut reduction, reading.settings, &pieces)?;
+        reduce(&mut reduction, reading.settings(), &pieces)?;
         pieces.clear();
     }
     preparation.end(Restart::Begin, &mut pieces);
-    reduce(&mut reduction, reading.settings, &pieces)?;
+    reduce(&mut reduction, reading.settings(), &pieces)?;
     Ok((preparation.used > 0).then(|| reduction.finish()))
 }
 
@@ -287,7 +283,7 @@ pub fn reduce_blocks(
 ///
 /// [`PassError`] if a filter does not fit the period.
 pub fn signals(
-    reading: &Reading<'_>,
+    reading: &Reading,
     period: f64,
     blocks: &[LogBlock],
 ) -> Result<Vec<SignalBlock>, PassError> {
@@ -345,24 +341,24 @@ pub struct LogFigures {
 ///
 /// [`PassError`] if a log is wrong, too short, or does not fit the filters.
 pub fn read_through(
-    reading: &Reading<'_>,
+    reading: &Reading,
     sources: &mut [LogSource<'_>],
     observer: &mut impl Observer,
     phase: Phase,
     progress: &mut dyn Listener,
 ) -> Result<Passed, PassError> {
-    let mut reduction = Reduction::new(reading.model)
-        .weighted(reading.weights)
-        .with_start(reading.settings.initial_momentum);
+    let mut reduction = Reduction::new(reading.model())
+        .weighted(reading.weights())
+        .with_start(reading.settings().initial_momentum);
     let mut logs = Vec::new();
     let mut before = 0;
     let mut ready: Vec<Piece> = Vec::new();
     let mut ended: Option<f64> = None;
     for source in sources {
-        let mut log = source.open(reading.channels)?;
-        let mut block = LogBlock::new(reading.channels.all.len());
+        let mut log = source.open(reading.channels())?;
+        let mut block = LogBlock::new(reading.channels().all.len());
         let mut begin = || log.read(&mut block);
-        let mut fold = || reduce(&mut reduction, reading.settings, &ready);
+        let mut fold = || reduce(&mut reduction, reading.settings(), &ready);
         let (begun, folded) = rayon::join(&mut begin, &mut fold);
         folded?;
         begun?;
@@ -372,7 +368,7 @@ pub fn read_through(
         let first = block.time.first().copied().unwrap_or_default();
         let later = ended.map_or(0.0, |end| end + period - first);
         let mut preparation = Preparation::new(reading, period, later)?;
-        let mut summary = Summary::new(reading.channels);
+        let mut summary = Summary::new(reading.channels());
         observer.restart(Restart::Begin);
         while !block.is_empty() {
             let mut next = Vec::new();
@@ -383,7 +379,7 @@ pub fn read_through(
                 log.read(&mut block)?;
                 Ok(())
             };
-            let mut fold = || reduce(&mut reduction, reading.settings, &ready);
+            let mut fold = || reduce(&mut reduction, reading.settings(), &ready);
             let (prepared, folded) = rayon::join(&mut prepare, &mut fold);
             folded?;
             prepared?;
@@ -401,7 +397,7 @@ pub fn read_through(
             lost: preparation.lost,
         });
     }
-    reduce(&mut reduction, reading.settings, &ready)?;
+    reduce(&mut reduction, reading.settings(), &ready)?;
     Ok(Passed {
         system: reduction.finish(),
         logs,
@@ -410,8 +406,8 @@ pub fn read_through(
 
 fn too_short(
     source: &LogSource<'_>,
-    reading: &Reading<'_>,
-    preparation: &Preparation<'_>,
+    reading: &Reading,
+    preparation: &Preparation,
     log: &LogReader,
 ) -> LogError {
     let gaps = match log.timing().gaps.count {
@@ -425,8 +421,8 @@ fn too_short(
         why: format!(
             "three periods of position_cutoff_hz = {} pad each end of the zero-phase filter, and \
              delays take {:.3} s{gaps}",
-            reading.position_cutoff_hz,
-            longest_delay(reading.delays)
+            reading.position_cutoff_hz(),
+            longest_delay(reading.delays())
         ),
     }
 }

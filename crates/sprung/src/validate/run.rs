@@ -6,13 +6,13 @@ use sprung_core::chain::JointKind;
 
 use super::candidate::{COMPARED, Candidate, MEASURED, ParameterSet};
 use super::result::{RunResult, Validation};
-use crate::check::{Excerpt, excerpt, position_cutoff, velocity_noise};
 use crate::curves::{CurveSet, Curves};
 use crate::description::{Controller, Delay, Experiment, Identify, OnCheckError};
 use crate::estimate::GENERATOR;
 use crate::finding::{Finding, Severity};
 use crate::log::{ChannelError, Channels, LogError, LogSource, check};
 use crate::model::{Model, ModelError};
+use crate::prepare::{Excerpt, as_given, excerpt, velocity_noise};
 use crate::preprocess::{Decimator, RawBlock};
 use crate::progress::{Listener, Phase, Stopped};
 use crate::regression::{
@@ -220,17 +220,20 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// Returns weights that are all 1, and say what noise does to the friction of the
-    /// first candidate.
-    fn weights(
-        &self,
-        candidates: &[Candidate],
-        beginning: &Excerpt,
-        cutoff: f64,
-    ) -> Option<TransitionWeights> {
-        let theta = candidates.iter().find_map(Candidate::theta)?;
-        let noise = velocity_noise(self.model, self.channels, beginning, cutoff);
-        Some(TransitionWeights::unweighted(self.model, &noise, theta))
+    /// Returns how the logs are read: samples count alike, and weights say what noise does to
+    /// the friction of the first candidate.
+    fn reading(&self, candidates: &[Candidate], beginning: Option<&Excerpt>) -> Reading {
+        let (model, settings, channels) = (self.model, self.settings, self.channels);
+        let Some(beginning) = beginning else {
+            return Reading::new(model, settings, channels, 0.0).with_delays(self.delays);
+        };
+        let (reading, _) = as_given(model, settings, channels, beginning);
+        let reading = reading.with_delays(self.delays);
+        let Some(theta) = candidates.iter().find_map(Candidate::theta) else {
+            return reading;
+        };
+        let noise = velocity_noise(model, channels, beginning, reading.position_cutoff_hz());
+        reading.with_weights(TransitionWeights::unweighted(model, &noise, theta))
     }
 
     /// Reads the logs once, past all candidates.
@@ -244,20 +247,7 @@ impl Run<'_> {
         let beginning = first
             .map(|first| excerpt(self.channels, first))
             .transpose()?;
-        let beginning = beginning.as_ref();
-        let position_cutoff_hz = beginning.map_or(0.0, |beginning| {
-            position_cutoff(self.settings, self.model, self.channels, beginning)
-        });
-        let weights =
-            beginning.and_then(|beginning| self.weights(candidates, beginning, position_cutoff_hz));
-        let reading = Reading {
-            model: self.model,
-            settings: self.settings,
-            position_cutoff_hz,
-            channels: self.channels,
-            delays: self.delays,
-            weights: weights.as_ref(),
-        };
+        let reading = self.reading(candidates, beginning.as_ref());
         let mut comparison = Comparison {
             controller: self.controller,
             candidates,

@@ -34,11 +34,7 @@ pub fn worth_a_look(experiment: &Experiment, worst: f64) -> bool {
 /// Says which direction of gravity explains the motor torques far better than
 /// the one of the file, if there is one; see [`worth_a_look`] before.
 #[must_use]
-pub fn tilted(
-    experiment: &Experiment,
-    reading: &Reading<'_>,
-    excerpt: &Excerpt,
-) -> Option<Finding> {
+pub fn tilted(experiment: &Experiment, reading: &Reading, excerpt: &Excerpt) -> Option<Finding> {
     let given = experiment.robot.gravity();
     let size = given.iter().map(|g| g * g).sum::<f64>().sqrt();
     let excerpt = excerpt.first(LOOKED_AT);
@@ -111,18 +107,14 @@ fn turned(v: [f64; 3], towards: usize, angle: f64) -> [f64; 3] {
 /// unexplained, root mean squares over all joints.
 fn unexplained(
     experiment: &Experiment,
-    reading: &Reading<'_>,
+    reading: &Reading,
     excerpt: &Excerpt,
     direction: [f64; 3],
 ) -> Option<f64> {
     let mut changed = experiment.clone();
     changed.robot.gravity_m_per_s2 = Some(direction);
     let model = Model::new(&changed).ok()?;
-    let reading = Reading {
-        model: &model,
-        ..*reading
-    };
-    let system = excerpt.reduce(&reading)?;
+    let system = excerpt.reduce(&reading.with_model(model.clone()))?;
     let theta = fit_quickly(&model, &system)?;
     let rows = residual(&model, &system, &theta);
     // Each row as a part of its joint's torque, so that small joints count.

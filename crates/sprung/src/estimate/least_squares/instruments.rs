@@ -26,7 +26,7 @@ const WIDER: f64 = 3.0;
 const PART_OF_RATE: f64 = 0.4;
 
 /// Cosine that a column and its instrument must have at least.
-const ALIKE: f64 = 0.5;
+const LEAST_COSINE: f64 = 0.5;
 
 /// Condition number of the products, columns scaled, from which on they say
 /// nothing; that of the regression is about its root.
@@ -38,6 +38,12 @@ const NAMED: usize = 5;
 /// Why there is no estimate.
 #[derive(Clone, Debug, PartialEq)]
 enum Refusal {
+    /// There is no spring between links and motors.
+    Rigid,
+    /// All samples count alike.
+    Unweighted,
+    /// The beginning of the log is too short for the filters.
+    TooShort,
     /// The simulated motion has nothing to do with the log.
     RanAway,
     /// Columns that the simulated motion does not follow.
@@ -49,12 +55,12 @@ enum Refusal {
 /// Adds the estimate, or why there is none, to the results whose other cross-checks
 /// it stands beside.
 pub(in crate::estimate) fn add_instruments(
-    reading: &Reading<'_>,
+    reading: &Reading,
     excerpt: &Excerpt,
     fitted: &Fitted,
     results: &mut [EstimateResult],
 ) {
-    let model = reading.model;
+    let model = reading.model();
     let mut beside: Vec<&mut EstimateResult> = (results.iter_mut())
         .filter(|result| !result.cross_checks.is_empty())
         .collect();
@@ -62,8 +68,7 @@ pub(in crate::estimate) fn add_instruments(
         return;
     }
     match instrumental(reading, excerpt, &fitted.theta) {
-        None => {}
-        Some(Ok(theta)) => {
+        Ok(theta) => {
             let values: Named = (model.parameters().iter().zip(theta))
                 .map(|(parameter, value)| (parameter.name.clone(), value))
                 .collect();
@@ -74,7 +79,8 @@ pub(in crate::estimate) fn add_instruments(
                 });
             }
         }
-        Some(Err(finding)) => {
+        Err(why) => {
+            let finding = why.finding(model);
             for result in &mut beside {
                 result.warnings.push(finding.clone());
             }
@@ -83,8 +89,7 @@ pub(in crate::estimate) fn add_instruments(
 }
 
 /// Solves the weighted regression of the beginning of a log by instrumental
-/// variables: parameter vector, \[p\], or why there is none. Nothing at all if
-/// samples have no weights or there are no springs.
+/// variables: parameter vector, \[p\], or why there is none.
 ///
 /// The instruments are the regression of a simulated motion, with the same
 /// filters, weights and samples: [`subsystems`] with the estimate before, driven by
@@ -99,35 +104,32 @@ pub(in crate::estimate) fn add_instruments(
 /// `θ = (Z^T Y)^-1 Z^T b`, columns scaled; instruments from a simulation as in Janot,
 /// Vandanjon and Gautier, "A generic instrumental variable approach for industrial
 /// robot identification", 2014, but without a controller.
-fn instrumental(
-    reading: &Reading<'_>,
-    excerpt: &Excerpt,
-    linear: &[f64],
-) -> Option<Result<Theta, Finding>> {
-    let model = reading.model;
+fn instrumental(reading: &Reading, excerpt: &Excerpt, linear: &[f64]) -> Result<Theta, Refusal> {
+    let model = reading.model();
     let springs = (0..model.joint_count()).any(|joint| model.is_flexible(joint));
-    if reading.weights.is_none() || !springs {
-        return None;
+    if !springs {
+        return Err(Refusal::Rigid);
+    }
+    if reading.weights().is_none() {
+        return Err(Refusal::Unweighted);
     }
     let (period, blocks) = (excerpt.period(), excerpt.blocks());
-    let measured = signals(reading, period, blocks).ok()?;
-    let wider = Reading {
-        position_cutoff_hz: (WIDER * reading.position_cutoff_hz).min(PART_OF_RATE / period),
-        ..*reading
-    };
-    let driving = signals(&wider, period, blocks).ok()?;
+    let measured = signals(reading, period, blocks).map_err(|_| Refusal::TooShort)?;
+    let cutoff = (WIDER * reading.position_cutoff_hz()).min(PART_OF_RATE / period);
+    let wider = reading.with_position_cutoff(cutoff);
+    let driving = signals(&wider, period, blocks).map_err(|_| Refusal::TooShort)?;
     let search = Search {
         reading,
         period,
         measured: &measured,
         driving: &driving,
     };
-    Some(search.run(linear).map_err(|why| why.finding(model)))
+    search.run(linear)
 }
 
 /// What the instruments are made from.
 struct Search<'a> {
-    reading: &'a Reading<'a>,
+    reading: &'a Reading,
     period: f64,
     measured: &'a [SignalBlock],
     driving: &'a [SignalBlock],
@@ -135,7 +137,7 @@ struct Search<'a> {
 
 impl Search<'_> {
     fn run(&self, linear: &[f64]) -> Result<Theta, Refusal> {
-        let model = self.reading.model;
+        let model = self.reading.model();
         let mut theta = linear.to_vec();
         for _ in 0..ROUNDS {
             let (start, _) = feasible(model, &theta).map_err(|_| Refusal::RanAway)?;
@@ -159,7 +161,7 @@ impl Search<'_> {
         theta: &[f64],
         stretch: &SignalBlock,
     ) -> Result<Option<SignalBlock>, Refusal> {
-        let model = self.reading.model;
+        let model = self.reading.model();
         let measured = Measured {
             q: &stretch.q,
             dq: &stretch.dq,
@@ -169,8 +171,8 @@ impl Search<'_> {
         };
         let Positions { q, phi } =
             subsystems(model, theta, &measured, self.period).map_err(|_| Refusal::RanAway)?;
-        let order = self.reading.settings.position_filter_order;
-        let Ok(filter) = Butterworth::new(order, self.reading.position_cutoff_hz, self.period)
+        let order = self.reading.settings().position_filter_order;
+        let Ok(filter) = Butterworth::new(order, self.reading.position_cutoff_hz(), self.period)
         else {
             return Ok(None);
         };
@@ -230,7 +232,7 @@ fn solve(model: &Model, products: &[CrossProducts]) -> Result<Theta, Refusal> {
     let unlike: Vec<usize> = (0..count)
         .filter(|&i| {
             let cosine = a[(i, i)] / (of_y[i] * of_z[i]).sqrt();
-            cosine.is_nan() || cosine < ALIKE
+            cosine.is_nan() || cosine < LEAST_COSINE
         })
         .map(|i| free.unknowns[i])
         .collect();
@@ -261,6 +263,18 @@ fn solve(model: &Model, products: &[CrossProducts]) -> Result<Theta, Refusal> {
 impl Refusal {
     fn finding(&self, model: &Model) -> Finding {
         let (why, about) = match self {
+            Self::Rigid => (
+                "no joint has a spring, so nothing is to be simulated apart".to_owned(),
+                Vec::new(),
+            ),
+            Self::Unweighted => (
+                "without weights = \"transition\" they gain nothing".to_owned(),
+                Vec::new(),
+            ),
+            Self::TooShort => (
+                "the beginning of the log is too short for the filters".to_owned(),
+                Vec::new(),
+            ),
             Self::RanAway => (
                 "the simulated motion of links and motors does not stay near the measured one"
                     .to_owned(),

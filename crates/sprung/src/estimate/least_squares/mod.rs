@@ -1,12 +1,14 @@
-//! What stands beside least squares: sweeps of the cut-off, cross-checks, instruments.
+//! Least squares, and what stands beside it: sweeps of the cut-off, cross-checks, instruments.
 
 mod cross_checks;
+mod estimate;
 mod instruments;
 mod sweep;
 
 pub use cross_checks::{Route, cross_checks};
 pub use sweep::sweep;
 
+pub(super) use estimate::least_squares;
 pub(super) use instruments::add_instruments;
 
 pub(super) use crate::fit::{Fitted, fit, fits_of_growing, trace};

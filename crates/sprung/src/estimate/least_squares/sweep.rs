@@ -10,20 +10,19 @@ const AROUND: [f64; 5] = [0.5, 0.7, 1.0, 1.4, 2.0];
 
 /// Estimates with cut-offs around the chosen one, from the beginning of a log.
 #[must_use]
-pub fn sweep(reading: &Reading<'_>, excerpt: &Excerpt, reason: String) -> CutoffChoice {
-    let chosen = reading.position_cutoff_hz;
+pub fn sweep(reading: &Reading, excerpt: &Excerpt, reason: String) -> CutoffChoice {
+    let chosen = reading.position_cutoff_hz();
     let points = AROUND.iter().filter_map(|part| {
         // The noise of a velocity grows so with the cut-off.
-        let weights = (reading.weights).map(|w| w.clone().with_noise(part.powf(1.5)));
-        let reading = Reading {
-            position_cutoff_hz: part * chosen,
-            weights: weights.as_ref(),
-            ..*reading
-        };
+        let weights = (reading.weights()).map(|w| w.clone().with_noise(part.powf(1.5)));
+        let mut reading = reading.with_position_cutoff(part * chosen);
+        if let Some(weights) = weights {
+            reading = reading.with_weights(weights);
+        }
         let system = excerpt.reduce(&reading)?;
         Some(CutoffPoint {
             cutoff_hz: part * chosen,
-            values: fit_quickly(reading.model, &system)?,
+            values: fit_quickly(reading.model(), &system)?,
         })
     });
     CutoffChoice {

@@ -15,7 +15,7 @@ mod simulated;
 mod told;
 
 use crate::description::Controller;
-use crate::estimate::describe::OfEstimator;
+use crate::estimate::found::{Criterion, Found, NORMAL_95, Numbers};
 use crate::estimate::least_squares::Fitted;
 use crate::estimate::result::SimulationFit;
 use crate::finding::Severity;
@@ -57,39 +57,36 @@ use told::Told;
 ///
 /// [`Stopped`] if who listens to the progress says so.
 pub(super) fn output_error(
-    reading: &Reading<'_>,
+    reading: &Reading,
     controller: &Controller,
     excerpt: &Excerpt,
     linear: &Fitted,
     progress: &mut dyn Listener,
-) -> Result<OfEstimator, Stopped> {
+) -> Result<Found, Stopped> {
     let begun = Stopwatch::start();
     let told = Told::new(progress);
     let mut found = simulate_and_fit(reading, controller, excerpt, linear, &told);
     told.outcome()?;
-    found.elapsed = begun.seconds();
+    found.numbers.elapsed = begun.seconds();
     Ok(found)
 }
 
 fn simulate_and_fit(
-    reading: &Reading<'_>,
+    reading: &Reading,
     controller: &Controller,
     excerpt: &Excerpt,
     linear: &Fitted,
     told: &Told<'_>,
-) -> OfEstimator {
-    let model = reading.model;
-    let mut failed = OfEstimator {
-        theta: linear.theta.clone(),
-        errors: linear.standard_error.clone(),
-        seen: linear.identifiable.clone(),
-        simulation: None,
-        refinement: None,
-        fallback: true,
-        findings: findings::standing(),
-        elapsed: 0.0,
+) -> Found {
+    let model = reading.model();
+    let mut failed = Found {
         // Simulated from beginning to end, it has no course over time.
-        points: Vec::new(),
+        numbers: Numbers {
+            interval: NORMAL_95,
+            criterion: Criterion::Loop(None),
+            ..Numbers::of(linear)
+        },
+        findings: findings::standing(),
     };
     let Some(record) = Record::new(reading, excerpt) else {
         failed.findings.push(findings::no_record());
@@ -136,25 +133,24 @@ fn simulate_and_fit(
         let last = plant.name(found.moved);
         let finding = findings::not_converged(found.ending, &last, &simulation);
         failed.findings.push(finding);
-        failed.simulation = Some(simulation);
+        failed.numbers.criterion = Criterion::Loop(Some(simulation));
         return failed;
     }
     let errors = standard_errors(&found, record.len());
     let mut findings = failed.findings;
     findings.extend(findings::cost(&simulation));
-    OfEstimator {
-        theta: plant.theta(&found.x),
-        seen: plant.spread(&errors, |error| error.is_some(), &linear.identifiable),
-        errors: plant.spread(
-            &errors,
-            |error| error.unwrap_or(f64::INFINITY),
-            &vec![0.0; linear.theta.len()],
-        ),
-        simulation: Some(simulation),
-        refinement: None,
-        fallback: false,
+    Found {
+        numbers: Numbers {
+            theta: plant.theta(&found.x),
+            seen: plant.spread(&errors, |error| error.is_some(), &linear.identifiable),
+            errors: plant.spread(
+                &errors,
+                |error| error.unwrap_or(f64::INFINITY),
+                &vec![0.0; linear.theta.len()],
+            ),
+            criterion: Criterion::Loop(Some(simulation)),
+            ..failed.numbers
+        },
         findings,
-        elapsed: 0.0,
-        points: Vec::new(),
     }
 }

@@ -55,11 +55,11 @@ pub(super) struct Record {
 
 impl Record {
     /// Returns nothing if there are too few samples, or nothing moves.
-    pub(super) fn new(reading: &Reading<'_>, excerpt: &Excerpt) -> Option<Self> {
-        let channels = reading.channels;
+    pub(super) fn new(reading: &Reading, excerpt: &Excerpt) -> Option<Self> {
+        let channels = reading.channels();
         let period = excerpt.period();
-        let mut aligner = Aligner::new(channels, reading.delays, period);
-        let mut samples = RawBlock::new(reading.model.joint_count());
+        let mut aligner = Aligner::new(channels, reading.delays(), period);
+        let mut samples = RawBlock::new(reading.model().joint_count());
         let mut at_gap = false;
         for block in excerpt.blocks() {
             let until = block.gaps.first().copied();

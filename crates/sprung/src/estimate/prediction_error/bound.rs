@@ -5,13 +5,13 @@ use super::filter::{Levels, Wanted, run};
 use super::refine::{build, most_samples};
 use super::unknowns::Unknowns;
 use super::{measurements, solve};
-use crate::check::choose_cutoff;
-use crate::check::excerpt;
-use crate::description::{Cutoff, Experiment, Simulate};
-use crate::estimate::identify::IdentifyError;
+use crate::description::{Experiment, Simulate};
+use crate::estimate::error::IdentifyError;
 use crate::log::{Channels, LogError, LogSource};
 use crate::model::Model;
-use crate::regression::{PassError, Reading};
+use crate::prepare::as_given;
+use crate::prepare::excerpt;
+use crate::regression::PassError;
 
 /// What is known of the noise of a log and of the disturbances of its robot, as
 /// standard deviations in N·m (N), \[n\].
@@ -69,19 +69,8 @@ pub fn information_bound(
     let mut sources = [source];
     let excerpt = excerpt(&channels, &mut sources[0]).map_err(failed)?;
     let settings = &experiment.identify;
-    let position_cutoff_hz = match settings.position_cutoff_hz {
-        Cutoff::Fixed(cutoff) => cutoff,
-        Cutoff::Auto => choose_cutoff(model, &channels, settings.weights, &excerpt).0,
-    };
-    let delays = vec![0.0; channels.all.len()];
-    let reading = Reading {
-        model,
-        settings,
-        position_cutoff_hz,
-        channels: &channels,
-        delays: &delays,
-        weights: None,
-    };
+    let (reading, _) = as_given(model, settings, &channels, &excerpt);
+    let reading = reading.with_delays(&vec![0.0; channels.all.len()]);
     let limit = most_samples(model.rows());
     let (raw, left_out) = measurements::read(&channels, &mut sources, limit).map_err(failed)?;
     let Some(record) = build(&reading, &excerpt, &raw, left_out)? else {

@@ -1,10 +1,10 @@
 //! Delays that are to be estimated, by likelihood from more than one start.
 
 use super::refine::{Refined, Start, refine};
-use crate::check::{DelayByLikelihood, Delays, Excerpt, fit_motor_rows};
 use crate::description::{Delay, Estimator};
 use crate::estimate::least_squares::fit;
 use crate::log::LogSource;
+use crate::prepare::{DelayByLikelihood, Excerpt, fit_motor_rows};
 use crate::progress::{Listener, Phase};
 use crate::regression::{PassError, Reading};
 
@@ -16,43 +16,41 @@ const FURTHER: [f64; 5] = [5e-3, 1e-2, 2e-2, 3.5e-2, -1e-2];
 const SAME: f64 = 3.0;
 const PART: f64 = 0.05;
 
-/// Finds the delays that the description asks for, by likelihood, and puts them in the
-/// place of those of the search by least squares; where it fails those stand.
+/// Finds the delays that the description asks for, by likelihood; none where it fails, so
+/// that those of the search by least squares stand.
 ///
 /// A link that is a few milliseconds late looks to the equation of one joint like more
 /// viscous friction. So the likelihood of the whole robot is asked, from no delay, from
 /// what the search found and from further delays, until two starts lead to one place;
 /// the greatest wins.
 ///
-/// Does nothing where no delay is to be estimated or the refinement is not wanted.
+/// Returns none where no delay is to be estimated or the refinement is not wanted.
 ///
 /// # Errors
 ///
 /// [`PassError`] if a log cannot be read.
-pub(in crate::estimate) fn refine_delays(
-    reading: &Reading<'_>,
-    delays: &mut Delays,
+pub(in crate::estimate) fn likely_delays(
+    reading: &Reading,
     sources: &mut [LogSource<'_>],
     excerpt: &Excerpt,
     progress: &mut dyn Listener,
-) -> Result<(), PassError> {
-    let channels = reading.channels;
+) -> Result<Vec<DelayByLikelihood>, PassError> {
+    let channels = reading.channels();
     let wanted: Vec<usize> = (0..channels.all.len())
         .filter(|&i| channels.all[i].delay == Some(Delay::Estimate))
         .collect();
-    let asked = (reading.settings.estimator).contains(&Estimator::PredictionError);
-    if wanted.is_empty() || !asked || !is_sound(reading, delays, excerpt, &wanted) {
-        return Ok(());
+    let asked = (reading.settings().estimator).contains(&Estimator::PredictionError);
+    if wanted.is_empty() || !asked || !is_sound(reading, excerpt, &wanted) {
+        return Ok(Vec::new());
     }
     let mut search = Search {
         reading,
-        known: &delays.values.clone(),
         sources,
         excerpt,
         wanted: &wanted,
         progress,
     };
-    let searched: Vec<f64> = wanted.iter().map(|&i| delays.values[i]).collect();
+    let searched: Vec<f64> = wanted.iter().map(|&i| reading.delays()[i]).collect();
     let mut starts = vec![vec![0.0; wanted.len()]];
     if searched != starts[0] {
         starts.push(searched);
@@ -73,30 +71,22 @@ pub(in crate::estimate) fn refine_delays(
     }
     let converged = found.into_iter().filter(|refined| refined.converged);
     let best = converged.min_by(|a, b| per_measurement(a).total_cmp(&per_measurement(b)));
-    if let Some(best) = best {
-        let refined = (best.delays.iter())
-            .filter(|delay| delay.wanted)
-            .map(|delay| DelayByLikelihood {
-                channel: delay.channel,
-                delay: delay.assumed + delay.beyond,
-                standard_error: delay.standard_error,
-            });
-        delays.refine(refined.collect());
-    }
-    Ok(())
+    let best = best.map(|best| best.delays).unwrap_or_default();
+    Ok((best.iter().filter(|delay| delay.wanted))
+        .map(|delay| DelayByLikelihood {
+            channel: delay.channel,
+            delay: delay.assumed + delay.beyond,
+            standard_error: delay.standard_error,
+        })
+        .collect())
 }
 
 /// Returns whether the joints that are asked about have springs that pull back: the
 /// likelihood of a log that is wrong takes minutes to say nothing.
-fn is_sound(reading: &Reading<'_>, delays: &Delays, excerpt: &Excerpt, wanted: &[usize]) -> bool {
-    let reading = Reading {
-        delays: &delays.values,
-        weights: None,
-        ..*reading
-    };
-    fit_motor_rows(excerpt, &reading).is_some_and(|fits| {
+fn is_sound(reading: &Reading, excerpt: &Excerpt, wanted: &[usize]) -> bool {
+    fit_motor_rows(excerpt, &reading.without_weights()).is_some_and(|fits| {
         wanted.iter().all(|&i| {
-            let joint = reading.channels.all[i].joint;
+            let joint = reading.channels().all[i].joint;
             fits[joint]
                 .stiffness
                 .is_none_or(|stiffness| stiffness > 0.0)
@@ -123,9 +113,7 @@ fn agree(one: &Refined, other: &Refined, period: f64) -> bool {
 }
 
 struct Search<'a, 's, 'p> {
-    reading: &'a Reading<'a>,
-    // Of channels whose delays are given.
-    known: &'a [f64],
+    reading: &'a Reading,
     sources: &'a mut [LogSource<'s>],
     excerpt: &'a Excerpt,
     wanted: &'a [usize],
@@ -135,16 +123,12 @@ struct Search<'a, 's, 'p> {
 impl Search<'_, '_, '_> {
     /// Follows the likelihood from some delays and what least squares say with them.
     fn follow(&mut self, start: &[f64]) -> Result<Option<Refined>, PassError> {
-        let mut delays = self.known.to_vec();
+        let mut delays = self.reading.delays().to_vec();
         for (&channel, &delay) in self.wanted.iter().zip(start) {
             delays[channel] = delay;
         }
-        let reading = Reading {
-            delays: &delays,
-            weights: None,
-            ..*self.reading
-        };
-        let model = reading.model;
+        let reading = self.reading.with_delays(&delays).without_weights();
+        let model = reading.model();
         let Some(fitted) = (self.excerpt.reduce(&reading)).and_then(|system| fit(model, &system))
         else {
             return Ok(None);
@@ -159,7 +143,7 @@ impl Search<'_, '_, '_> {
         let start = Start {
             theta: &fitted.theta,
             free: free.collect(),
-            exact_torque: reading.channels.exact_torque,
+            exact_torque: reading.channels().exact_torque,
             delays: self.wanted.to_vec(),
         };
         let phase = Phase::FindingDelays;

@@ -39,8 +39,8 @@ pub(super) fn stands_back(why: &str) -> Finding {
 }
 
 /// Returns what there is to know of a refinement.
-pub(super) fn about(reading: &Reading<'_>, period: f64, refined: &Refined) -> Vec<Finding> {
-    let model = reading.model;
+pub(super) fn about(reading: &Reading, period: f64, refined: &Refined) -> Vec<Finding> {
+    let model = reading.model();
     let mut findings = Vec::new();
     if refined.left_out {
         findings.push(Finding::new(
@@ -54,7 +54,7 @@ pub(super) fn about(reading: &Reading<'_>, period: f64, refined: &Refined) -> Ve
             "put the most exciting part first, or cut the log",
         ));
     }
-    findings.extend(late(reading.channels, period, &refined.delays));
+    findings.extend(late(reading.channels(), period, &refined.delays));
     findings.extend(together(model, refined));
     findings.extend(disagree(model, refined));
     let loud: Vec<String> = (refined.levels.iter().enumerate())

@@ -20,21 +20,21 @@ mod solve;
 mod tests;
 mod unknowns;
 
-use super::describe::OfEstimator;
+use super::found::{Criterion, Found, NORMAL_95, Numbers};
 use super::least_squares::{Fitted, trace};
 use super::result::{
     HeldOutResidual, RefinedDelay, RefinedOffset, Refinement, RowDisturbance, SensorNoise,
 };
-use crate::check::Excerpt;
 use crate::description::Delay;
 use crate::finding::{Finding, Severity};
 use crate::log::{Channels, LogSource};
 use crate::model::Model;
+use crate::prepare::Excerpt;
 use crate::progress::{Listener, Phase};
 use crate::regression::{PassError, Reading, System};
 use crate::stopwatch::Stopwatch;
 pub use bound::{KnownNoise, information_bound};
-pub(super) use delays::refine_delays;
+pub(super) use delays::likely_delays;
 use findings::{about, correlations, stands_back};
 use hold_out::{HeldOut, held_out};
 use refine::{Refined, Start, refine};
@@ -63,11 +63,11 @@ pub(super) struct Before<'a> {
 ///
 /// [`PassError`] if a log cannot be read again.
 pub(super) fn prediction_error(
-    reading: &Reading<'_>,
+    reading: &Reading,
     sources: &mut [LogSource<'_>],
     before: Before<'_>,
     progress: &mut dyn Listener,
-) -> Result<OfEstimator, PassError> {
+) -> Result<Found, PassError> {
     let Before {
         excerpt,
         system,
@@ -76,7 +76,7 @@ pub(super) fn prediction_error(
         about_logs,
     } = before;
     let begin = Stopwatch::start();
-    let (model, channels) = (reading.model, reading.channels);
+    let (model, channels) = (reading.model(), reading.channels());
     let parameters = model.parameters().iter();
     let free: Vec<usize> = (parameters.zip(&fitted.identifiable).enumerate())
         .filter(|(_, (parameter, known))| **known && parameter.fixed.is_none())
@@ -116,30 +116,29 @@ pub(super) fn prediction_error(
     let used = failure.is_none();
     let refinement = (refined.as_ref()).map(|r| describe(model, channels, r, held, used));
     Ok(match (refined, failure) {
-        (Some(refined), None) => OfEstimator {
-            theta: refined.theta,
-            errors: refined.standard_error,
-            seen: fitted.identifiable.clone(),
-            elapsed: begin.seconds(),
-            points: (refined.trace.into_iter())
-                .map(|(time, theta)| (time, Some(theta)))
-                .collect(),
-            simulation: None,
-            refinement,
-            fallback: false,
+        (Some(refined), None) => Found {
+            numbers: Numbers {
+                theta: refined.theta,
+                errors: refined.standard_error,
+                seen: fitted.identifiable.clone(),
+                interval: NORMAL_95,
+                points: (refined.trace.into_iter())
+                    .map(|(time, theta)| (time, Some(theta)))
+                    .collect(),
+                criterion: Criterion::Likelihood(refinement.map(Box::new)),
+                elapsed: begin.seconds(),
+            },
             findings,
         },
         (_, failure) => {
             findings.insert(0, stands_back(&failure.unwrap_or_default()));
-            OfEstimator {
-                theta: fitted.theta.clone(),
-                errors: fitted.standard_error.clone(),
-                seen: fitted.identifiable.clone(),
-                elapsed: begin.seconds(),
-                points: trace(model, system).collect(),
-                simulation: None,
-                refinement,
-                fallback: true,
+            Found {
+                numbers: Numbers {
+                    points: trace(model, system).collect(),
+                    criterion: Criterion::Likelihood(refinement.map(Box::new)),
+                    elapsed: begin.seconds(),
+                    ..Numbers::of(fitted)
+                },
                 findings,
             }
         }

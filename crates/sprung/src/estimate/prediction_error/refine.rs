@@ -16,10 +16,10 @@ use super::levels::Search;
 use super::measurements::{Noise, Raw, Record};
 use super::unknowns::Unknowns;
 use super::{dynamics, filter, levels as level, measurements, solve};
-use crate::check::{self, Excerpt};
 use crate::estimate::start::feasible;
 use crate::log::LogSource;
 use crate::model::{Model, Theta};
+use crate::prepare::{Excerpt, noise as noise_of};
 use crate::preprocess::Butterworth;
 use crate::progress::{Listener, Phase, Stopped};
 use crate::regression::{PassError, Reading};
@@ -163,26 +163,23 @@ pub(super) struct Start<'a> {
 ///
 /// [`PassError`] if a log cannot be read, or the filter does not fit it.
 pub(super) fn refine(
-    reading: &Reading<'_>,
+    reading: &Reading,
     sources: &mut [LogSource<'_>],
     excerpt: &Excerpt,
     start: &Start<'_>,
     phase: Phase,
     progress: &mut dyn Listener,
 ) -> Result<Option<Refined>, PassError> {
-    let (model, channels) = (reading.model, reading.channels);
+    let (model, channels) = (reading.model(), reading.channels());
     let limit = most_samples(model.rows());
     let (raw, left_out) = measurements::read(channels, sources, limit)?;
     let Ok((theta, _)) = feasible(model, start.theta) else {
         return Ok(None);
     };
-    let mut delays = reading.delays.to_vec();
+    let mut delays = reading.delays().to_vec();
     let mut before: Option<Descent> = None;
     for round in 1.. {
-        let reading = Reading {
-            delays: &delays,
-            ..*reading
-        };
+        let reading = reading.with_delays(&delays);
         let Some(record) = build(&reading, excerpt, &raw, left_out)? else {
             return Ok(None);
         };
@@ -260,23 +257,23 @@ fn descend<'p>(
 }
 
 pub(super) fn build(
-    reading: &Reading<'_>,
+    reading: &Reading,
     excerpt: &Excerpt,
     raw: &[Raw],
     left_out: bool,
 ) -> Result<Option<Record>, PassError> {
-    let (model, channels) = (reading.model, reading.channels);
-    let of_channel = |i: usize| match check::noise(excerpt, i) {
+    let (model, channels) = (reading.model(), reading.channels());
+    let of_channel = |i: usize| match noise_of(excerpt, i) {
         Some((_, Some(step))) => Noise::Counts(step),
         Some((deviation, None)) => Noise::White(deviation.max(FINEST)),
         None => Noise::White(FINEST),
     };
     let sensors = measurements::sensors(model, channels, raw, of_channel);
-    let order = reading.settings.position_filter_order;
+    let order = reading.settings().position_filter_order;
     let mut stretches = Vec::new();
     for raw in raw {
-        let filter = Butterworth::new(order, reading.position_cutoff_hz, raw.period())?;
-        let delays = reading.delays;
+        let filter = Butterworth::new(order, reading.position_cutoff_hz(), raw.period())?;
+        let delays = reading.delays();
         stretches.extend(measurements::stretch(
             raw, model, channels, &sensors, delays, &filter,
         ));
@@ -323,13 +320,13 @@ fn first_levels(model: &Model, record: &Record, exact_torque: bool) -> Levels {
 /// Turns the end of a descent into a result.
 fn finish(
     problem: &Problem<'_>,
-    reading: &Reading<'_>,
+    reading: &Reading,
     start: &Start<'_>,
     descent: &Descent,
 ) -> Option<Refined> {
     let (model, record) = (problem.model, problem.record);
     let all =
-        (problem.unknowns.clone()).with_delays(model, reading.channels, record, &start.delays);
+        (problem.unknowns.clone()).with_delays(model, reading.channels(), record, &start.delays);
     let mut dynamics = Dynamics::new(model, &all.theta(&descent.z));
     let wanted = Wanted {
         transitions: 0,
@@ -407,7 +404,7 @@ fn finish(
                 (offset.joint, channel, descent.z[at], error(at))
             })
             .collect(),
-        delays: delays(&all, &outcome.normal, &covariance, count, reading.delays),
+        delays: delays(&all, &outcome.normal, &covariance, count, reading.delays()),
         trace,
         logs,
         free,

@@ -1,6 +1,6 @@
-//! LSFF, fed while the logs pass.
+//! The on-line estimator, fed while the logs pass.
 
-use super::describe::OfEstimator;
+use super::found::{Criterion, Found, Numbers};
 use super::lsff::{Lsff, LsffError};
 use crate::description::{Estimator, Identify};
 use crate::finding::{Finding, Severity};
@@ -10,28 +10,28 @@ use crate::preprocess::RawBlock;
 use crate::regression::{Observer, Restart};
 use crate::stopwatch::Stopwatch;
 
-/// What is gathered besides the system while the logs pass.
-pub(super) struct Watch<'a> {
+/// The on-line estimator, if it is asked for, while the logs pass.
+pub(super) struct OnLine<'a> {
     model: &'a Model,
     settings: &'a Identify,
     pub(super) lsff: Option<Result<Lsff, LsffError>>,
     // Time that LSFF took, s.
-    pub(super) elapsed: f64,
+    pub(super) seconds: f64,
 }
 
-impl<'a> Watch<'a> {
-    /// Returns a watch that has seen nothing.
+impl<'a> OnLine<'a> {
+    /// Returns one that has seen nothing.
     pub(super) fn new(model: &'a Model, settings: &'a Identify) -> Self {
         Self {
             model,
             settings,
             lsff: None,
-            elapsed: 0.0,
+            seconds: 0.0,
         }
     }
 }
 
-impl Observer for Watch<'_> {
+impl Observer for OnLine<'_> {
     fn restart(&mut self, _: Restart) {
         if let Some(Ok(lsff)) = &mut self.lsff {
             lsff.restart();
@@ -53,22 +53,26 @@ impl Observer for Watch<'_> {
                 Err(error) => *lsff = Err(error),
             }
         }
-        self.elapsed += start.seconds();
+        self.seconds += start.seconds();
     }
 }
 
 /// Returns what LSFF leaves.
-pub(super) fn of_lsff(lsff: &Lsff, fitted: &Fitted, elapsed: f64) -> OfEstimator {
+///
+/// - `elapsed`: time that it took, s.
+pub(super) fn on_line((lsff, elapsed): (&Lsff, f64), fitted: &Fitted) -> Found {
     let points = lsff.trace().iter();
-    OfEstimator {
-        theta: lsff.theta(),
-        errors: lsff.wandering(),
-        seen: fitted.identifiable.clone(),
-        elapsed,
-        points: points.map(|(t, x)| (*t, Some(x.clone()))).collect(),
-        simulation: None,
-        refinement: None,
-        fallback: false,
+    Found {
+        numbers: Numbers {
+            theta: lsff.theta(),
+            errors: lsff.wandering(),
+            // How far a running estimate wandered makes no interval.
+            interval: f64::INFINITY,
+            points: points.map(|(t, x)| (*t, Some(x.clone()))).collect(),
+            criterion: Criterion::RecentEquations,
+            elapsed,
+            ..Numbers::of(fitted)
+        },
         findings: about_lsff(lsff),
     }
 }

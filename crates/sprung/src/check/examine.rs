@@ -1,0 +1,169 @@
+//! What is wrong with logs, by their figures and the beginning of the first.
+
+use super::filters::filters;
+use super::joints::joints as examine_joints;
+use super::result::JointFigures;
+use crate::finding::{Finding, Severity};
+use crate::log::{Channels, Summary, Timing, check_timing};
+use crate::model::Model;
+use crate::prepare::{Excerpt, Prepared};
+use crate::regression::LogFigures;
+
+/// Jitter, as a part of the period, that is worth a note.
+const JITTER: f64 = 0.01;
+
+/// What [`examine`] says.
+#[derive(Clone, Debug, Default)]
+pub struct Examination {
+    /// What is wrong, worst first.
+    pub findings: Vec<Finding>,
+    /// Figures of the joints; none if the log is too short for the filters.
+    pub joints: Vec<JointFigures>,
+}
+
+/// Judges logs by their figures and the beginning of the first.
+///
+/// - `figures`: of each log.
+#[must_use]
+pub fn examine(prepared: &Prepared, figures: &[LogFigures]) -> Examination {
+    let (reading, excerpt) = (prepared.reading(), prepared.excerpt());
+    let (model, channels) = (reading.model(), reading.channels());
+    let mut findings: Vec<Finding> = (figures.iter().zip(prepared.names()))
+        .flat_map(|(figures, name)| about_log(name, channels, model, figures))
+        .collect();
+    findings.extend(prepared.delays().findings(channels));
+    let mut joints = Vec::new();
+    if let (Some(name), Some(first)) = (prepared.names().first(), figures.first()) {
+        // Samples that are weighed say less of what is wrong with some.
+        let reading = reading.without_weights();
+        let moving: Vec<usize> = (0..model.joint_count())
+            .filter(|&joint| moves(channels, &first.summary, joint))
+            .filter(|&joint| !is_wrong(&findings, channels, joint))
+            .collect();
+        match examine_joints(prepared.experiment(), &reading, excerpt, name, &moving) {
+            Some(examined) => {
+                findings.extend(filters(&reading, excerpt, name, &moving));
+                // What the equations say of signs and scales is surer than correlations.
+                let again = |found: &Finding| {
+                    (examined.findings.iter())
+                        .any(|other| other.code == found.code && same_joint(found, other, channels))
+                };
+                findings.retain(|found| !again(found));
+                findings.extend(examined.findings);
+                joints = examined.joints;
+                for (joint, figures) in joints.iter_mut().enumerate() {
+                    figures.slope = first.summary.line(joint).map(|line| line.slope);
+                }
+            }
+            None => findings.push(too_short(name, excerpt)),
+        }
+    }
+    findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
+    Examination { findings, joints }
+}
+
+/// Returns what one log says by itself: its columns and its clock.
+fn about_log(name: &str, channels: &Channels, model: &Model, figures: &LogFigures) -> Vec<Finding> {
+    let mut findings = crate::log::check(name, channels, model.joints(), &figures.summary);
+    let timing = check_timing(name, channels, &figures.timing);
+    let uneven = (timing.iter()).any(|finding| finding.code == "uneven-sampling");
+    findings.extend(timing);
+    findings.extend(gaps(name, figures));
+    if !uneven {
+        findings.extend(jitter(name, &figures.timing));
+    }
+    findings
+}
+
+/// Returns whether a position of a joint changes.
+fn moves(channels: &Channels, summary: &Summary, joint: usize) -> bool {
+    (channels.all.iter().enumerate())
+        .filter(|(_, channel)| channel.joint == joint && channel.quantity.is_position())
+        .any(|(i, _)| {
+            summary
+                .extent(i)
+                .is_some_and(|extent| !extent.is_constant())
+        })
+}
+
+/// Returns whether a column of a joint is known to be wrong: what its equations
+/// say follows from that.
+fn is_wrong(findings: &[Finding], channels: &Channels, joint: usize) -> bool {
+    let own = |column: &str| {
+        (channels.all.iter()).any(|channel| channel.joint == joint && channel.column == column)
+    };
+    (findings.iter())
+        .filter(|finding| finding.severity == Severity::Error)
+        .filter_map(|finding| finding.evidence.as_ref()?.column.as_ref())
+        .any(|column| own(column))
+}
+
+/// Returns whether two findings are about columns of one joint.
+fn same_joint(one: &Finding, other: &Finding, channels: &Channels) -> bool {
+    let joint = |finding: &Finding| {
+        let column = finding.evidence.as_ref()?.column.as_ref()?;
+        let channel = channels
+            .all
+            .iter()
+            .find(|channel| channel.column == *column)?;
+        Some(channel.joint)
+    };
+    joint(one).is_some() && joint(one) == joint(other)
+}
+
+fn gaps(file: &str, figures: &LogFigures) -> Option<Finding> {
+    let gaps = &figures.timing.gaps;
+    (gaps.count > 0).then(|| {
+        let lost = match figures.lost {
+            0 => String::new(),
+            lost => format!("; {lost} samples between gaps are too few for the filters"),
+        };
+        Finding::new(
+            if figures.lost > 0 {
+                Severity::Warning
+            } else {
+                Severity::Info
+            },
+            "gaps",
+            format!(
+                "{file} has {} gap{}, {:.3} s together, at which the filters start anew{lost}",
+                gaps.count,
+                if gaps.count == 1 { "" } else { "s" },
+                gaps.duration
+            ),
+            "see that the recorder keeps up; nothing needs to be cut",
+        )
+        .seen(file, "", gaps.duration, "s")
+    })
+}
+
+/// Says that a clock is a little uneven.
+fn jitter(file: &str, timing: &Timing) -> Option<Finding> {
+    (timing.jitter > JITTER).then(|| {
+        Finding::new(
+            Severity::Info,
+            "jitter",
+            format!(
+                "{file}: steps of the time differ from the period of {:.4} ms by up to {:.1} %",
+                1e3 * timing.period,
+                100.0 * timing.jitter
+            ),
+            "nothing, if the times are rounded; otherwise stamp samples where they are taken",
+        )
+        .seen(file, "", 100.0 * timing.jitter, "%")
+    })
+}
+
+fn too_short(file: &str, excerpt: &Excerpt) -> Finding {
+    Finding::new(
+        Severity::Warning,
+        "too-short-to-examine",
+        format!(
+            "{file}: {:.3} s are too short for the filters, so that torques, signs and delays were not \
+             looked at",
+            excerpt.duration()
+        ),
+        "record a longer log; three periods of position_cutoff_hz pad each end",
+    )
+    .seen(file, "", excerpt.duration(), "s")
+}

@@ -1,0 +1,42 @@
+//! What is looked at when the joints of a log are examined.
+
+use sprung_core::parameters::JointParameter;
+
+use crate::description::Experiment;
+use crate::log::Quantity;
+use crate::prepare::Excerpt;
+use crate::regression::Reading;
+
+/// Standard errors that a value must be away from zero to be believed.
+pub(super) const SIGNIFICANT_SIGMAS: f64 = 5.0;
+
+/// What is looked at.
+pub(super) struct Look<'a> {
+    pub(super) experiment: &'a Experiment,
+    pub(super) reading: &'a Reading,
+    pub(super) excerpt: &'a Excerpt,
+    pub(super) file: &'a str,
+    pub(super) independent: f64,
+}
+
+impl Look<'_> {
+    pub(super) fn name(&self, joint: usize) -> &str {
+        &self.reading.model().joints()[joint]
+    }
+
+    pub(super) fn column(&self, quantities: &[Quantity], joint: usize) -> &str {
+        (self.reading.channels().all.iter())
+            .find(|c| c.joint == joint && quantities.contains(&c.quantity))
+            .map_or("", |c| &c.column)
+    }
+
+    pub(super) fn link(&self, joint: usize) -> &str {
+        self.column(&[Quantity::LinkPosition, Quantity::LinkDeflection], joint)
+    }
+
+    pub(super) fn about_stiffness(&self, joint: usize) -> Option<String> {
+        let model = self.reading.model();
+        let index = model.index(JointParameter::Stiffness, joint)?;
+        Some(model.parameters()[index].name.clone())
+    }
+}

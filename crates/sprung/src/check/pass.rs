@@ -1,0 +1,89 @@
+//! Figures of logs, read through once without filters.
+
+use super::error::CheckError;
+use crate::log::{LogBlock, LogSource, Summary};
+use crate::progress::{Listener, Phase};
+use crate::regression::{LogFigures, Reading, shortest_segment};
+
+/// Reads logs through, one after the other.
+pub(super) fn read_all(
+    reading: &Reading,
+    sources: &mut [LogSource<'_>],
+    progress: &mut dyn Listener,
+) -> Result<Vec<LogFigures>, CheckError> {
+    let mut figures: Vec<LogFigures> = Vec::new();
+    for source in sources {
+        let before = figures.iter().map(|log| log.summary.samples()).sum();
+        figures.push(read(reading, source, before, progress)?);
+    }
+    Ok(figures)
+}
+
+/// Reads a log through.
+///
+/// - `before`: samples of the logs before.
+fn read(
+    reading: &Reading,
+    source: &mut LogSource<'_>,
+    before: u64,
+    progress: &mut dyn Listener,
+) -> Result<LogFigures, CheckError> {
+    let channels = reading.channels();
+    let mut log = source.open(channels)?;
+    let mut block = LogBlock::new(channels.all.len());
+    let mut summary = Summary::new(channels);
+    let mut more = log.read(&mut block)?;
+    let mut segments = Segments::new(shortest_segment(reading, log.timing().period));
+    while more {
+        summary.take(&block);
+        segments.take(&block);
+        progress.tell(Phase::Reading, before + log.timing().recorded, None)?;
+        more = log.read(&mut block)?;
+    }
+    Ok(LogFigures {
+        timing: log.timing(),
+        lost: segments.lost(),
+        summary,
+    })
+}
+
+/// Samples between gaps, and how many of them are too few for the filters.
+struct Segments {
+    // Samples that the filters need; none if no filter fits the log.
+    shortest: Option<u64>,
+    current: u64,
+    lost: u64,
+}
+
+impl Segments {
+    fn new(shortest: Option<u64>) -> Self {
+        Self {
+            shortest,
+            current: 0,
+            lost: 0,
+        }
+    }
+
+    fn take(&mut self, block: &LogBlock) {
+        let mut from = 0;
+        for &gap in &block.gaps {
+            self.current += (gap - from) as u64;
+            self.end();
+            from = gap;
+        }
+        self.current += (block.len() - from) as u64;
+    }
+
+    fn end(&mut self) {
+        let samples = std::mem::take(&mut self.current);
+        if self.shortest.is_some_and(|shortest| samples < shortest) {
+            self.lost += samples;
+        }
+    }
+
+    /// Returns the samples in segments that are too short for the filters.
+    fn lost(mut self) -> u64 {
+        self.end();
+        self.lost
+    }
+}

@@ -1,0 +1,68 @@
+//! The estimators, by name.
+
+use super::asked::Asked;
+use super::error::IdentifyError;
+use super::found::Found;
+use super::least_squares::least_squares;
+use super::lsff::Lsff;
+use super::on_line::on_line;
+use super::output_error::output_error;
+use super::prediction_error::{Before, prediction_error};
+use crate::description::Estimator;
+use crate::finding::Finding;
+use crate::fit::Fitted;
+use crate::log::LogSource;
+use crate::prepare::Prepared;
+use crate::progress::Listener;
+use crate::regression::System;
+
+/// What estimators begin with.
+pub(super) struct Basis<'a> {
+    pub(super) prepared: &'a Prepared,
+    pub(super) system: &'a System,
+    /// Least squares, which others start from and stand back to.
+    pub(super) fitted: &'a Fitted,
+    /// Time that it took to read the logs and to fit, s.
+    pub(super) fit_seconds: f64,
+    /// The on-line estimator if it ran, and the time that it took, s.
+    pub(super) lsff: Option<(&'a Lsff, f64)>,
+    pub(super) asked: &'a Asked<'a>,
+    /// What was noticed about the logs.
+    pub(super) about_logs: &'a [Finding],
+}
+
+impl Basis<'_> {
+    /// Runs an estimator; every name has an arm here.
+    ///
+    /// # Errors
+    ///
+    /// [`IdentifyError`] if a log cannot be read again, or the caller stops it.
+    pub(super) fn run(
+        &self,
+        estimator: Estimator,
+        sources: &mut [LogSource<'_>],
+        progress: &mut dyn Listener,
+    ) -> Result<Found, IdentifyError> {
+        let (reading, excerpt) = (self.prepared.reading(), self.prepared.excerpt());
+        Ok(match estimator {
+            Estimator::LeastSquares => {
+                least_squares(reading.model(), self.system, self.fitted, self.fit_seconds)
+            }
+            Estimator::Lsff => on_line(self.lsff.ok_or(IdentifyError::NoLog)?, self.fitted),
+            Estimator::OutputError => {
+                let controller = self.asked.controller.ok_or(IdentifyError::NoLog)?;
+                output_error(reading, controller, excerpt, self.fitted, progress)?
+            }
+            Estimator::PredictionError => {
+                let before = Before {
+                    excerpt,
+                    system: self.system,
+                    fitted: self.fitted,
+                    nominal: self.asked.nominal.as_deref(),
+                    about_logs: self.about_logs,
+                };
+                prediction_error(reading, sources, before, progress)?
+            }
+        })
+    }
+}

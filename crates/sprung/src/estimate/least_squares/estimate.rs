@@ -1,0 +1,38 @@
+//! Least squares as an estimator.
+
+use crate::estimate::found::{Found, Numbers};
+use crate::finding::{Finding, Severity};
+use crate::fit::{Fitted, trace};
+use crate::model::Model;
+use crate::regression::System;
+
+/// Returns what least squares leaves.
+///
+/// - `elapsed`: time that it took, s.
+pub(in crate::estimate) fn least_squares(
+    model: &Model,
+    system: &System,
+    fitted: &Fitted,
+    elapsed: f64,
+) -> Found {
+    Found {
+        numbers: Numbers {
+            points: trace(model, system).collect(),
+            elapsed,
+            ..Numbers::of(fitted)
+        },
+        findings: vec![standard_error_of_stretches()],
+    }
+}
+
+fn standard_error_of_stretches() -> Finding {
+    Finding::new(
+        Severity::Info,
+        "standard-error-of-stretches",
+        "the standard errors say how much stretches of this log disagree; a bias that all \
+         stretches share, as by quantised positions through the Coulomb transition or by a \
+         disturbance, is not in them: ci95 is a lower bound of the interval"
+            .to_owned(),
+        "compare cut-offs and repeated experiments",
+    )
+}

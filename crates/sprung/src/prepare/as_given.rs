@@ -1,0 +1,32 @@
+//! How a log is read before anything is searched in it.
+
+use super::cutoff::choose_cutoff;
+use super::excerpt::Excerpt;
+use crate::description::{Cutoff, Delay, Identify};
+use crate::log::Channels;
+use crate::model::Model;
+use crate::regression::Reading;
+
+/// Returns how settings and description say that a log is read, and why its cut-off was
+/// chosen if it was: delays that are not given are zero, and all samples count alike.
+#[must_use]
+pub fn as_given(
+    model: &Model,
+    settings: &Identify,
+    channels: &Channels,
+    excerpt: &Excerpt,
+) -> (Reading, Option<String>) {
+    let (cutoff, reason) = match settings.position_cutoff_hz {
+        Cutoff::Fixed(cutoff) => (cutoff, None),
+        Cutoff::Auto => {
+            let (cutoff, reason) = choose_cutoff(model, channels, settings.weights, excerpt);
+            (cutoff, Some(reason))
+        }
+    };
+    let known = channels.all.iter().map(|channel| match channel.delay {
+        Some(Delay::Known(delay)) => delay,
+        Some(Delay::Estimate) | None => 0.0,
+    });
+    let reading = Reading::new(model, settings, channels, cutoff);
+    (reading.with_delays(&known.collect::<Vec<f64>>()), reason)
+}

@@ -1,0 +1,213 @@
+//! Logs that are ready to be identified from.
+
+use super::as_given::as_given;
+use super::delays::{DelayByLikelihood, DelayError, Delays};
+use super::excerpt::{Excerpt, excerpt};
+use super::factors::{FactorError, Factors, find_factors};
+use super::stribeck::find_stribeck;
+use super::weights::find_weights;
+use crate::description::{Experiment, Weights};
+use crate::finding::{Finding, Severity};
+use crate::log::{ChannelError, Channels, LogError, LogSource, time_unit};
+use crate::model::Model;
+use crate::progress::{Listener, Phase, Stopped};
+use crate::regression::Reading;
+
+/// Choices that progress counts: cut-off, delays, Stribeck velocities, weights.
+const CHOICES: u64 = 4;
+
+/// What keeps logs from being prepared.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PrepareError {
+    /// The experiment names no log.
+    #[error("the experiment has no [log]; say which file to read")]
+    NoLog,
+    /// The description of the log is not complete.
+    #[error(transparent)]
+    Channel(#[from] ChannelError),
+    /// A delay cannot be estimated.
+    #[error(transparent)]
+    Delay(#[from] DelayError),
+    /// A sign or a gain cannot be estimated.
+    #[error(transparent)]
+    Factor(FactorError),
+    /// The log cannot be read.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// The caller stopped it.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
+}
+
+impl From<FactorError> for PrepareError {
+    fn from(error: FactorError) -> Self {
+        match error {
+            FactorError::Log(error) => Self::Log(error),
+            error => Self::Factor(error),
+        }
+    }
+}
+
+/// Logs with everything that is chosen before an estimate: made once, by [`prepare`].
+#[derive(Clone, Debug)]
+pub struct Prepared {
+    experiment: Experiment,
+    names: Vec<String>,
+    reading: Reading,
+    cutoff_reason: Option<String>,
+    factors: Factors,
+    delays: Delays,
+    excerpt: Excerpt,
+    about_stribeck: Vec<Finding>,
+    wrong_time_unit: Option<Finding>,
+}
+
+/// Prepares logs: finds signs and gains that are open, keeps the beginning of the first
+/// log, and from it chooses the cut-off, finds delays by least squares and the Stribeck
+/// velocities.
+///
+/// A log whose time has another unit fits no filter: nothing is searched in it.
+///
+/// - `sources`: the logs, all with the same columns.
+/// - `progress`: told of each choice.
+///
+/// # Errors
+///
+/// [`PrepareError`] if the description is not complete, the first log cannot be read, or it
+/// does not tell what is to be estimated from it.
+pub fn prepare(
+    experiment: &Experiment,
+    model: &Model,
+    sources: &mut [LogSource<'_>],
+    progress: &mut dyn Listener,
+) -> Result<Prepared, PrepareError> {
+    let (experiment, factors) = find_factors(experiment, model, sources)?;
+    let experiment = experiment.into_owned();
+    let log = experiment.log.as_ref().ok_or(PrepareError::NoLog)?;
+    let channels = Channels::new(&experiment.robot, log)?;
+    let names: Vec<String> = sources.iter().map(|source| source.name.clone()).collect();
+    let mut choosing = |choice| progress.tell(Phase::Preparing, choice, Some(CHOICES));
+    choosing(1)?;
+    let first = sources.first_mut().ok_or(PrepareError::NoLog)?;
+    let excerpt = excerpt(&channels, first)?;
+    let wrong_time_unit = time_unit(&first.name, &channels, excerpt.period())
+        .filter(|finding| finding.severity == Severity::Error);
+    let (reading, cutoff_reason) = as_given(model, &experiment.identify, &channels, &excerpt);
+    choosing(2)?;
+    let delays = if wrong_time_unit.is_some() {
+        Delays::given(&reading)
+    } else {
+        Delays::new(&reading, &excerpt, &names.join(", "))?
+    };
+    choosing(3)?;
+    let reading = reading.with_delays(&delays.values);
+    let (reading, about_stribeck) = shaped(reading, &excerpt);
+    Ok(Prepared {
+        experiment,
+        names,
+        reading,
+        cutoff_reason,
+        factors,
+        delays,
+        excerpt,
+        about_stribeck,
+        wrong_time_unit,
+    })
+}
+
+/// Returns the reading with the Stribeck velocities that the model leaves open, and what
+/// there is to know about them.
+fn shaped(reading: Reading, excerpt: &Excerpt) -> (Reading, Vec<Finding>) {
+    if reading.model().unknown_stribeck().is_empty() {
+        return (reading, Vec::new());
+    }
+    let (model, findings) = find_stribeck(&reading, excerpt);
+    (reading.with_model(model), findings)
+}
+
+impl Prepared {
+    /// Returns the experiment, with the signs and gains that were found.
+    #[must_use]
+    pub fn experiment(&self) -> &Experiment {
+        &self.experiment
+    }
+
+    /// Returns the names of the logs, for messages.
+    #[must_use]
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// Returns how the logs are read.
+    #[must_use]
+    pub fn reading(&self) -> &Reading {
+        &self.reading
+    }
+
+    /// Returns why the cut-off is what it is, if it was chosen.
+    #[must_use]
+    pub fn cutoff_reason(&self) -> Option<&str> {
+        self.cutoff_reason.as_deref()
+    }
+
+    /// Returns the signs and gains that were found.
+    #[must_use]
+    pub fn factors(&self) -> &Factors {
+        &self.factors
+    }
+
+    /// Returns the delays in use.
+    #[must_use]
+    pub fn delays(&self) -> &Delays {
+        &self.delays
+    }
+
+    /// Returns the beginning of the first log.
+    #[must_use]
+    pub fn excerpt(&self) -> &Excerpt {
+        &self.excerpt
+    }
+
+    /// Returns what there is to know about signs, gains and Stribeck velocities.
+    #[must_use]
+    pub fn findings(&self) -> Vec<Finding> {
+        let file = self.names.first().map_or("", String::as_str);
+        let mut findings = self.factors.findings(file);
+        findings.extend(self.about_stribeck.iter().cloned());
+        findings
+    }
+
+    /// Returns the error that the time of the first log has another unit, if it has.
+    #[must_use]
+    pub fn wrong_time_unit(&self) -> Option<&Finding> {
+        self.wrong_time_unit.as_ref()
+    }
+
+    /// Returns the same with delays by likelihood in the place of those by least squares.
+    ///
+    /// - `likely`: empty if the likelihood knew no more.
+    #[must_use]
+    pub fn with_likely_delays(mut self, likely: Vec<DelayByLikelihood>) -> Self {
+        self.delays.refine(likely);
+        self.reading = self.reading.with_delays(&self.delays.values);
+        self
+    }
+
+    /// Returns the same with the weights of samples that the settings ask for.
+    ///
+    /// # Errors
+    ///
+    /// [`Stopped`] if who listens to the progress says so.
+    pub fn weighted(mut self, progress: &mut dyn Listener) -> Result<Self, Stopped> {
+        progress.tell(Phase::Preparing, CHOICES, Some(CHOICES))?;
+        let weights = match self.reading.settings().weights {
+            Weights::None => None,
+            Weights::Transition => find_weights(&self.reading, &self.excerpt),
+        };
+        if let Some(weights) = weights {
+            self.reading = self.reading.with_weights(weights);
+        }
+        Ok(self)
+    }
+}

@@ -1,0 +1,136 @@
+//! How a log is to be read.
+
+use std::sync::Arc;
+
+use super::weights::TransitionWeights;
+use crate::description::Identify;
+use crate::log::Channels;
+use crate::model::Model;
+
+/// How a log is to be read: made once, with methods that return variants of it.
+///
+/// A copy shares what does not change, so that searches may make many.
+#[derive(Clone, Debug)]
+pub struct Reading {
+    model: Arc<Model>,
+    settings: Arc<Identify>,
+    channels: Arc<Channels>,
+    position_cutoff_hz: f64,
+    delays: Arc<[f64]>,
+    weights: Option<Arc<TransitionWeights>>,
+}
+
+impl Reading {
+    /// Returns how to read a log without delays, all of whose samples count alike.
+    ///
+    /// - `model`: the equations; `settings`: the filters; `channels`: meaning of the columns.
+    /// - `position_cutoff_hz`: cut-off of the position filter, Hz.
+    #[must_use]
+    pub fn new(
+        model: &Model,
+        settings: &Identify,
+        channels: &Channels,
+        position_cutoff_hz: f64,
+    ) -> Self {
+        Self {
+            model: Arc::new(model.clone()),
+            settings: Arc::new(settings.clone()),
+            delays: vec![0.0; channels.all.len()].into(),
+            channels: Arc::new(channels.clone()),
+            position_cutoff_hz,
+            weights: None,
+        }
+    }
+
+    /// Returns the equations.
+    #[must_use]
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// Returns the settings, of the filters among others.
+    #[must_use]
+    pub fn settings(&self) -> &Identify {
+        &self.settings
+    }
+
+    /// Returns the meaning of the columns.
+    #[must_use]
+    pub fn channels(&self) -> &Channels {
+        &self.channels
+    }
+
+    /// Returns the cut-off of the position filter, Hz.
+    #[must_use]
+    pub fn position_cutoff_hz(&self) -> f64 {
+        self.position_cutoff_hz
+    }
+
+    /// Returns the delays to undo, s, one per channel.
+    #[must_use]
+    pub fn delays(&self) -> &[f64] {
+        &self.delays
+    }
+
+    /// Returns the weights of the samples; nothing if all count alike.
+    #[must_use]
+    pub fn weights(&self) -> Option<&TransitionWeights> {
+        self.weights.as_deref()
+    }
+
+    /// Returns the same with other equations.
+    #[must_use]
+    pub fn with_model(&self, model: Model) -> Self {
+        Self {
+            model: Arc::new(model),
+            ..self.clone()
+        }
+    }
+
+    /// Returns the same with another meaning of the columns, as many as before.
+    #[must_use]
+    pub fn with_channels(&self, channels: Channels) -> Self {
+        debug_assert_eq!(channels.all.len(), self.delays.len());
+        Self {
+            channels: Arc::new(channels),
+            ..self.clone()
+        }
+    }
+
+    /// Returns the same with another cut-off of the position filter, Hz.
+    #[must_use]
+    pub fn with_position_cutoff(&self, position_cutoff_hz: f64) -> Self {
+        Self {
+            position_cutoff_hz,
+            ..self.clone()
+        }
+    }
+
+    /// Returns the same with other delays, s, one per channel.
+    #[must_use]
+    pub fn with_delays(&self, delays: &[f64]) -> Self {
+        debug_assert_eq!(delays.len(), self.channels.all.len());
+        Self {
+            delays: delays.into(),
+            ..self.clone()
+        }
+    }
+
+    /// Returns the same with weights of the samples.
+    #[must_use]
+    pub fn with_weights(&self, weights: TransitionWeights) -> Self {
+        Self {
+            weights: Some(Arc::new(weights)),
+            ..self.clone()
+        }
+    }
+
+    /// Returns the same with samples that all count alike.
+    #[must_use]
+    pub fn without_weights(&self) -> Self {
+        Self {
+            weights: None,
+            ..self.clone()
+        }
+    }
+}
