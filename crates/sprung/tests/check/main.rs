@@ -1,6 +1,7 @@
 //! Every finding of a check fires on a log that was damaged, and none on a whole one.
 #![expect(clippy::unwrap_used, clippy::expect_used, reason = "a test may panic")]
 
+mod agreement;
 mod delays;
 mod factors;
 

@@ -3,7 +3,7 @@
 //! `cargo test --release --package sprung --test twin -- instruments --nocapture`
 //! prints the table.
 
-use sprung::description::Weights;
+use sprung::description::{Instruments, Weights};
 use sprung::estimate::identify;
 use sprung::finding::{Finding, Severity};
 use sprung::progress::Unheard;
@@ -24,7 +24,8 @@ fn bias(twin: &Twin, name: &str, values: impl Iterator<Item = f64>) -> f64 {
 
 #[test]
 fn instruments_are_no_better_than_weights_but_shrink_less() {
-    let twin = twin(Weights::Transition);
+    let mut twin = twin(Weights::Transition);
+    twin.experiment.identify.instruments = Instruments::Simulated;
     // Medians as measured, and a quarter more.
     let limits = [[0.47, 0.92, 1.28], [1.01, 1.67, 2.08]].map(|all| all.map(|x| 1.25 * x));
     for (counts, limits) in COUNTS.into_iter().zip(limits) {
@@ -107,11 +108,12 @@ fn halves_driven_by_each_other_are_the_whole() {
 #[test]
 fn a_log_without_usable_instruments_says_so() {
     let twin = twin(Weights::Transition);
-    let found = |weights, counts: u32| {
+    let found = |instruments, weights, counts: u32| {
         let mut settings = twin.experiment.simulate.clone().unwrap();
         settings.link_encoder_counts_per_turn = vec![counts; 2];
         settings.motor_encoder_counts_per_turn = vec![counts; 2];
         let mut experiment = twin.experiment.clone();
+        experiment.identify.instruments = instruments;
         experiment.identify.weights = weights;
         let result = with_source(&twin.log(&settings), |source| {
             let found = identify(&experiment, &twin.model, &mut [source], &mut Unheard);
@@ -127,16 +129,21 @@ fn a_log_without_usable_instruments_says_so() {
             refusals.cloned().collect::<Vec<Finding>>(),
         )
     };
-    let (methods, refusals) = found(Weights::Transition, 16384);
+    let (methods, refusals) = found(Instruments::Simulated, Weights::Transition, 16384);
     assert_eq!(methods, ["two-stage", "scale-invariant", METHOD]);
     assert!(refusals.is_empty(), "{refusals:?}");
     // Counts as large as the springs' deflection.
-    let (methods, refusals) = found(Weights::Transition, 200);
+    let (methods, refusals) = found(Instruments::Simulated, Weights::Transition, 200);
     assert!(!methods.contains(&METHOD.to_owned()), "{methods:?}");
     assert_eq!(refusals.len(), 1);
     assert_eq!(refusals[0].severity, Severity::Info);
-    // Without weights nobody asks for them.
-    let (methods, refusals) = found(Weights::None, 16384);
+    // Without weights they gain nothing.
+    let (methods, refusals) = found(Instruments::Simulated, Weights::None, 16384);
+    assert_eq!(methods, ["two-stage", "scale-invariant"]);
+    assert_eq!(refusals.len(), 1);
+    assert!(refusals[0].text.contains("weights"), "{refusals:?}");
+    // Where nobody asks for them they stay away.
+    let (methods, refusals) = found(Instruments::None, Weights::Transition, 200);
     assert_eq!(methods, ["two-stage", "scale-invariant"]);
     assert!(refusals.is_empty(), "{refusals:?}");
 }
