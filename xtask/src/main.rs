@@ -94,7 +94,8 @@ fn fuzz(seconds: &str, chosen: Vec<String>) -> ExitCode {
 /// Where libhdf5 is, all but the documentation has MATLAB 7.3 besides: nothing is compiled twice.
 fn test() -> ExitCode {
     browser();
-    let features = if hdf5() {
+    let has_hdf5 = hdf5();
+    let features = if has_hdf5 {
         "--features=sprung/mat73,sprung-cli/mat73"
     } else {
         "--features="
@@ -120,26 +121,76 @@ fn test() -> ExitCode {
         ),
         ("documentation", &["doc", "--workspace", "--no-deps"]),
     ];
-    for (name, arguments) in steps {
-        eprintln!("── {name}: cargo {}", arguments.join(" "));
-        let status = Command::new(env!("CARGO"))
-            .args(arguments)
-            .env("RUSTDOCFLAGS", "--deny warnings")
-            .status();
-        match status {
-            Ok(status) if status.success() => {}
-            Ok(_) => {
-                eprintln!("── {name}: failed");
-                return ExitCode::FAILURE;
-            }
-            Err(error) => {
-                eprintln!("── {name}: cannot run cargo: {error}");
-                return ExitCode::FAILURE;
-            }
-        }
+    let passed =
+        (steps.iter()).all(|(name, arguments)| step(name, arguments)) && features_compile(has_hdf5);
+    if !passed {
+        return ExitCode::FAILURE;
     }
     eprintln!("── all passed");
     ExitCode::SUCCESS
+}
+
+/// Runs cargo; returns whether that went well.
+fn step(name: &str, arguments: &[&str]) -> bool {
+    eprintln!("── {name}: cargo {}", arguments.join(" "));
+    let status = Command::new(env!("CARGO"))
+        .args(arguments)
+        .env("RUSTDOCFLAGS", "--deny warnings")
+        .status();
+    match status {
+        Ok(status) if status.success() => return true,
+        Ok(_) => eprintln!("── {name}: failed"),
+        Err(error) => eprintln!("── {name}: cannot run cargo: {error}"),
+    }
+    false
+}
+
+/// Checks that the library compiles without features, with each alone and with all that build here.
+fn features_compile(has_hdf5: bool) -> bool {
+    let mut sets = vec!["", "arrow", "mcap"];
+    if has_hdf5 {
+        sets.extend(["mat73", "arrow,mcap,mat73"]);
+    }
+    if builds_hdf5() {
+        sets.push("mat73-static");
+    } else {
+        eprintln!(
+            "── mat73-static is not checked: it takes CMake {}.{} or newer",
+            CMAKE.0, CMAKE.1
+        );
+    }
+    sets.iter().all(|set| {
+        let name = match *set {
+            "" => "no features",
+            set => set,
+        };
+        step(
+            name,
+            &[
+                "clippy",
+                "--package=sprung",
+                "--no-default-features",
+                "--features",
+                set,
+                "--",
+                "--deny=warnings",
+            ],
+        )
+    })
+}
+
+/// The oldest CMake that configures the sources of libhdf5: major and minor version.
+const CMAKE: (u32, u32) = (3, 26);
+
+/// Returns whether libhdf5 can be compiled from its sources.
+fn builds_hdf5() -> bool {
+    let Ok(output) = Command::new("cmake").arg("--version").output() else {
+        return false;
+    };
+    let text = String::from_utf8_lossy(&output.stdout);
+    let version = text.split_whitespace().nth(2).unwrap_or_default();
+    let mut parts = version.split('.').map_while(|part| part.parse().ok());
+    (parts.next(), parts.next()) >= (Some(CMAKE.0), Some(CMAKE.1))
 }
 
 /// Installs Chromium where the machine is a Debian and we may.
