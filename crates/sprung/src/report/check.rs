@@ -1,10 +1,10 @@
 //! The report of a check: what is wrong with a log, and what shows it.
 
-use super::compose::{section, shown};
 use super::document::{
     Badge, Block, Column, Document, Figure, Layout, Panel, Row, Series, Style, Table, Tone,
 };
 use super::numbers::{or_dash, significant};
+use super::section::{section, shown};
 use crate::check::{CheckReport, Checked, CheckedLog, Place};
 use crate::curves::Curves;
 use crate::finding::{Finding, Severity};

@@ -1,9 +1,9 @@
 //! The report of a comparison.
 
-use super::compose::{section, shown};
 use super::document::{Badge, Block, Document, IntervalRow, Intervals, Row, Table, Tone};
 use super::intervals::{self, Ranged};
 use super::numbers::{or_dash, significant};
+use super::section::{section, shown};
 use super::tables::{number, text};
 use crate::compare::{
     ComparedParameter, ComparedResult, ComparedValue, Comparison, RUNS_DISAGREE, SURE,

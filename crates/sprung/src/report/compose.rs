@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use super::document::{Badge, Block, Document, Finding as Shown, Section, Tone};
+use super::document::{Badge, Block, Document, Section, Tone};
 use super::numbers::{or_dash, significant};
+use super::section::{section, shown};
 use super::{plots, refinement, robot_tables, tables, validation_tables};
 use crate::curves::Curves;
 use crate::estimate::{EstimateResult, Identification, LogInfo, Verdict};
-use crate::finding::{Finding, Severity};
 use crate::validate::Validation;
 
 /// Everything that a report may show.
@@ -84,15 +84,6 @@ fn badge(result: &EstimateResult) -> Badge {
     }
 }
 
-pub(super) fn section(id: &str, heading: &str, lead: &str, blocks: Vec<Block>) -> Section {
-    Section {
-        id: id.to_owned(),
-        heading: heading.to_owned(),
-        lead: lead.to_owned(),
-        blocks,
-    }
-}
-
 fn parameters(identification: &Identification, contents: &Contents<'_>) -> Section {
     let table = tables::parameters(identification, contents.truth);
     let mut blocks = vec![Block::Table(table)];
@@ -123,20 +114,6 @@ fn parameters(identification: &Identification, contents: &Contents<'_>) -> Secti
          value, or that nobody gave it.",
         blocks,
     )
-}
-
-pub(super) fn shown(finding: &Finding) -> Shown {
-    Shown {
-        severity: match finding.severity {
-            Severity::Info => Tone::Neutral,
-            Severity::Warning => Tone::Doubtful,
-            Severity::Serious | Severity::Error => Tone::Bad,
-        },
-        code: finding.code.clone(),
-        title: finding.code.replace('-', " "),
-        text: finding.text.clone(),
-        remedy: finding.remedy.clone(),
-    }
 }
 
 fn warnings(identification: &Identification) -> Section {
@@ -195,7 +172,7 @@ fn validation_section(validation: &Validation, curves: &Curves) -> Section {
             blocks.push(Block::Table(validation_tables::errors(run)));
         }
         let of_sets = run.sets.iter().flat_map(|set| &set.findings);
-        let findings: Vec<Shown> = run.findings.iter().chain(of_sets).map(shown).collect();
+        let findings: Vec<_> = run.findings.iter().chain(of_sets).map(shown).collect();
         if !findings.is_empty() {
             blocks.push(Block::Findings(findings));
         }

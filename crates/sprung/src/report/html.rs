@@ -1,11 +1,13 @@
 //! One self-contained HTML file from a document.
 
+pub(super) mod error;
 mod figures;
 mod view;
 
 use minijinja::syntax::SyntaxConfig;
 use minijinja::{Environment, UndefinedBehavior, Value, context};
 
+use self::error::ReportError;
 use super::document::Document;
 
 const TEMPLATE: &str = include_str!("assets/report.html.jinja");
@@ -14,38 +16,6 @@ const SCRIPT: &str = include_str!("assets/report.js");
 const PLOT_STYLE: &str = include_str!("assets/uplot/uPlot.min.css");
 const PLOT_SCRIPT: &str = include_str!("assets/uplot/uPlot.iife.min.js");
 const PLOT_LICENSE: &str = include_str!("assets/uplot/LICENSE");
-
-/// Why a report could not be written.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum ReportError {
-    /// A curve has more or fewer points than its panel.
-    #[error("series `{series}` of figure `{figure}` has {found} values instead of {expected}")]
-    Length {
-        /// The figure of the curve.
-        figure: String,
-        /// The name of the curve.
-        series: String,
-        /// The number of horizontal coordinates of the panel.
-        expected: usize,
-        /// The number of values of the curve.
-        found: usize,
-    },
-    /// The horizontal coordinates of a panel are not finite or fall.
-    #[error("horizontal axis of figure `{figure}` is not finite or falls at point {index}")]
-    Axis {
-        /// The figure of the panel.
-        figure: String,
-        /// The first point that is wrong.
-        index: usize,
-    },
-    /// The figures could not be written as JSON.
-    #[error("figure data cannot be written")]
-    Data(#[from] serde_json::Error),
-    /// The page could not be filled in.
-    #[error("page template cannot be filled in")]
-    Template(#[from] minijinja::Error),
-}
 
 /// Renders a document as one HTML file that needs nothing else.
 ///

@@ -12,6 +12,7 @@ mod numbers;
 mod plots;
 mod refinement;
 mod robot_tables;
+mod section;
 mod tables;
 mod validation_tables;
 
@@ -19,5 +20,6 @@ pub use check::compose_check;
 pub use comparison::compose_comparison;
 pub use compose::{Contents, compose};
 pub use document::*;
-pub use html::{ReportError, render};
+pub use html::error::ReportError;
+pub use html::render;
 pub use numbers::significant;

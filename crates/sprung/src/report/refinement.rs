@@ -1,9 +1,9 @@
 //! What a prediction-error refinement says besides the parameters.
 
-use super::compose::section;
 use super::document::{Bar, BarRow, Bars, Block, Intervals, Row, Section, Table, Tone};
 use super::intervals::{self, Ranged};
 use super::numbers::significant;
+use super::section::section;
 use super::tables::{number, text};
 use crate::estimate::{
     EstimateResult, Identification, NORMAL_95, RefinedDelay, Refinement, RowDisturbance,

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::super::document::{Block, Document, Figure, Layout, Panel, Style};
-use super::ReportError;
+use super::error::ReportError;
 
 const VALUE_DIGITS: usize = 7;
 // Times of a long log at a high rate need more digits than values do.

@@ -1,0 +1,33 @@
+//! Errors of a report.
+
+/// Why a report could not be written.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReportError {
+    /// A curve has more or fewer points than its panel.
+    #[error("series `{series}` of figure `{figure}` has {found} values instead of {expected}")]
+    Length {
+        /// The figure of the curve.
+        figure: String,
+        /// The name of the curve.
+        series: String,
+        /// The number of horizontal coordinates of the panel.
+        expected: usize,
+        /// The number of values of the curve.
+        found: usize,
+    },
+    /// The horizontal coordinates of a panel are not finite or fall.
+    #[error("horizontal axis of figure `{figure}` is not finite or falls at point {index}")]
+    Axis {
+        /// The figure of the panel.
+        figure: String,
+        /// The first point that is wrong.
+        index: usize,
+    },
+    /// The figures could not be written as JSON.
+    #[error("figure data cannot be written")]
+    Data(#[from] serde_json::Error),
+    /// The page could not be filled in.
+    #[error("page template cannot be filled in")]
+    Template(#[from] minijinja::Error),
+}
