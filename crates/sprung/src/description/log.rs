@@ -116,113 +116,12 @@ impl Log {
         }
     }
 
-    /// Returns what the keys of a quantity's columns hold.
-    #[must_use]
-    pub fn columns(&self) -> [(&'static str, Option<&Columns>); 18] {
-        [
-            ("link_position_rad", self.link_position_rad.as_ref()),
-            ("link_position_deg", self.link_position_deg.as_ref()),
-            ("link_position_m", self.link_position_m.as_ref()),
-            ("link_position", self.link_position.as_ref()),
-            ("link_deflection_rad", self.link_deflection_rad.as_ref()),
-            ("link_deflection_deg", self.link_deflection_deg.as_ref()),
-            ("link_deflection", self.link_deflection.as_ref()),
-            ("motor_position_rad", self.motor_position_rad.as_ref()),
-            ("motor_position_deg", self.motor_position_deg.as_ref()),
-            ("motor_position_m", self.motor_position_m.as_ref()),
-            ("motor_position", self.motor_position.as_ref()),
-            ("motor_torque_nm", self.motor_torque_nm.as_ref()),
-            ("motor_force_n", self.motor_force_n.as_ref()),
-            ("motor_torque", self.motor_torque.as_ref()),
-            ("motor_current_a", self.motor_current_a.as_ref()),
-            ("motor_current", self.motor_current.as_ref()),
-            ("drive_voltage_v", self.drive_voltage_v.as_ref()),
-            ("drive_voltage", self.drive_voltage.as_ref()),
-        ]
-    }
-
-    /// Returns all files that it names.
-    pub fn files(&self) -> impl Iterator<Item = &PathBuf> {
-        let named = self
-            .columns()
-            .into_iter()
-            .filter_map(|(_, columns)| columns);
-        let of_columns = named.flat_map(|columns| &columns.0);
-        (self.file.iter().flatten())
-            .chain((of_columns.chain(&self.time)).filter_map(|column| column.file.as_ref()))
-    }
-
-    /// Returns the side on which motor positions were recorded, if it is said.
-    #[must_use]
-    pub fn position_side(&self) -> Option<Side> {
-        self.motor_position_side.or_else(|| {
-            let mut said = self.motor_position.iter().flat_map(|columns| &columns.0);
-            said.find_map(|column| column.side)
-        })
-    }
-
-    /// Returns the side on which motor torques were recorded, if it is said.
-    #[must_use]
-    pub fn torque_side(&self) -> Option<Side> {
-        self.motor_torque_side.or_else(|| {
-            let mut said = self.motor_torque.iter().flat_map(|columns| &columns.0);
-            said.find_map(|column| column.side)
-        })
-    }
-
     /// Puts signs and gains that were found, by column, in the place of those that are
     /// to be estimated.
     pub fn settle(&mut self, signs: &BTreeMap<String, f64>, gains: &BTreeMap<String, f64>) {
         let known = |(column, value): (&String, &f64)| (column.clone(), Factor::Known(*value));
         self.sign.extend(signs.iter().map(known));
         self.gain.extend(gains.iter().map(known));
-    }
-
-    /// Returns this log with what `over` says of the same things replaced.
-    #[must_use]
-    pub fn overlaid(&self, over: &Self) -> Self {
-        let mut log = self.clone();
-        macro_rules! replace {
-            ($($key:ident),+) => {
-                if false $(|| over.$key.is_some())+ {
-                    $(log.$key.clone_from(&over.$key);)+
-                }
-            };
-        }
-        replace!(
-            link_position_rad,
-            link_position_deg,
-            link_position_m,
-            link_position,
-            link_deflection_rad,
-            link_deflection_deg,
-            link_deflection
-        );
-        replace!(
-            motor_position_rad,
-            motor_position_deg,
-            motor_position_m,
-            motor_position
-        );
-        replace!(
-            motor_torque_nm,
-            motor_force_n,
-            motor_torque,
-            motor_current_a,
-            motor_current,
-            drive_voltage_v,
-            drive_voltage
-        );
-        replace!(time_s, time_ms, time_us, time_ns, time, period_s, sampling);
-        log.file = over.file.clone().or(log.file);
-        log.csv = over.csv.clone().or(log.csv);
-        log.motor_position_side = over.motor_position_side.or(log.motor_position_side);
-        log.motor_torque_side = over.motor_torque_side.or(log.motor_torque_side);
-        log.motor_torque_exact |= over.motor_torque_exact;
-        log.delay_s.extend(over.delay_s.clone());
-        log.sign.extend(over.sign.clone());
-        log.gain.extend(over.gain.clone());
-        log
     }
 }
 

@@ -8,9 +8,11 @@ mod check;
 mod choice;
 mod columns;
 mod factor;
+mod given;
 mod identify;
 mod keys;
 mod log;
+mod quantities;
 mod read;
 mod robot;
 mod run;
@@ -20,7 +22,6 @@ mod types;
 mod units;
 mod urdf;
 
-pub(crate) use check::default_field;
 pub use columns::{Column, ColumnName, Columns, PerJoint, StartsAt};
 pub use factor::{Delay, Factor};
 pub use identify::{
@@ -28,6 +29,8 @@ pub use identify::{
     OnCheckError, StartName, Weights,
 };
 pub use log::{CsvForm, Log, SamplingTimes};
+pub(crate) use quantities::{Joints, Key, KeyUnit, Scaling};
+pub use quantities::{Measures, Quantity, Row, Signal};
 pub use read::{DescriptionError, Experiment, no_files, read, schema};
 pub use robot::{
     DhJoint, FrictionLaw, Joint, Kinematics, Nominal, Robot, Side, SpringTerm, Transmission, Tree,

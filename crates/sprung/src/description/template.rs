@@ -8,6 +8,7 @@ mod tests;
 use sprung_core::chain::JointKind::{self, Prismatic, Revolute};
 
 use super::check::check_name;
+use super::quantities::Key;
 use super::urdf::{Urdf, UrdfJoint};
 
 pub use write::template;
@@ -113,10 +114,13 @@ impl Start {
         })
     }
 
-    /// Returns the columns of the joints of a kind, or of all, as a list.
-    fn columns(&self, kind: Option<JointKind>, stem: &str, unit: &str) -> Option<String> {
+    /// Returns a key's columns as a list: those of the joints of which it speaks.
+    ///
+    /// - `stem`: before the number of the joint; the key's unit follows.
+    fn columns(&self, key: &Key, stem: &str) -> Option<String> {
+        let (_, unit) = key.name.rsplit_once('_')?;
         let own = (self.joints.iter().zip(1..))
-            .filter(|(joint, _)| kind.is_none_or(|kind| joint.kind == kind));
+            .filter(|(joint, _)| key.kind.is_none_or(|kind| joint.kind == kind));
         let names: Vec<String> = own.map(|(_, i)| format!("\"{stem}{i}_{unit}\"")).collect();
         (!names.is_empty()).then(|| format!("[{}]", names.join(", ")))
     }

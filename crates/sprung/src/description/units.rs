@@ -95,10 +95,10 @@ impl Unit {
         self.name() == "date"
     }
 
-    /// Returns the units of some dimensions.
-    pub(super) fn names_of(dimensions: &[Dimension]) -> Vec<&'static str> {
+    /// Returns the units of a dimension.
+    pub(super) fn names_of(wanted: Dimension) -> Vec<&'static str> {
         (UNITS.iter())
-            .filter(|(_, dimension, _)| dimensions.contains(dimension))
+            .filter(|(_, dimension, _)| *dimension == wanted)
             .map(|(name, ..)| *name)
             .collect()
     }

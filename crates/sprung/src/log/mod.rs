@@ -21,9 +21,7 @@ mod write;
 
 pub use block::{BLOCK, LogBlock};
 pub use clock::{Count, Evidence, Gaps, JITTER_LIMIT, Sampling, Timing, check_timing, time_unit};
-pub use columns::{
-    Channel, ChannelError, Channels, Mix, Origin, Pick, Quantity, Start, Stream, TimeOrigin,
-};
+pub use columns::{Channel, ChannelError, Channels, Mix, Origin, Pick, Start, Stream, TimeOrigin};
 pub use error::{LogError, Place};
 pub use figures::{
     Event, Extent, Extreme, Figures, Line, Overview, Sizes, Stretch, Summary, check,
@@ -33,3 +31,5 @@ pub use input::{Input, LogFile};
 pub use reader::LogReader;
 pub use source::{LogSource, Opener};
 pub use write::LogWriter;
+
+pub use crate::description::{Quantity, Signal};

@@ -14,7 +14,6 @@ use crate::log::columns::channel::Channel;
 use crate::log::columns::channels::Channels;
 use crate::log::columns::follow::Follower;
 use crate::log::columns::origin::{Pick, Start, Stream, TimeOrigin};
-use crate::log::columns::quantity::Quantity;
 use crate::log::columns::rows::{Rows, TimeOfRows};
 
 /// A log that is read block by block.
@@ -78,7 +77,7 @@ impl LogReader {
         let mut of_grid = of_first;
         of_grid.extend(beside.iter().flat_map(|(_, _, of): &Beside| of));
         let smooth: Vec<bool> = (of_grid.iter())
-            .map(|&place| channels.all[place].quantity != Quantity::MotorTorque)
+            .map(|&place| channels.all[place].quantity.is_position())
             .collect();
         Ok(Self {
             first,

@@ -5,7 +5,6 @@ use std::io::Write;
 use crate::log::columns::channels::Channels;
 use crate::log::columns::mix::Mix;
 use crate::log::columns::origin::TimeOrigin;
-use crate::log::columns::quantity::Quantity;
 
 /// Writes samples as CSV under the names and units of the channels.
 pub struct LogWriter<W: Write> {
@@ -70,12 +69,7 @@ impl<W: Write> LogWriter<W> {
             .push((time / self.channels.time_factor).to_string());
         for channel in &self.channels.all {
             let i = channel.joint;
-            let value = match channel.quantity {
-                Quantity::LinkPosition => q[i],
-                Quantity::LinkDeflection => q[i] - phi[i],
-                Quantity::MotorPosition => phi[i],
-                Quantity::MotorTorque => tau[i],
-            };
+            let value = channel.quantity.shown(q[i], phi[i], tau[i]);
             self.cells
                 .push((value / channel.factor - channel.origin.offset).to_string());
         }

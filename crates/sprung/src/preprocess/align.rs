@@ -1,6 +1,7 @@
 //! Delays undone, link positions formed.
 
-use crate::log::{Channels, LogBlock, Mix, Quantity};
+use crate::description::{Measures, Signal};
+use crate::log::{Channels, LogBlock, Mix};
 
 /// Samples of the log on a common clock, not filtered.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -162,10 +163,10 @@ impl Aligner {
         for ((channel, lead), buffer) in
             self.channels.all.iter().zip(&self.leads).zip(&self.buffers)
         {
-            let column = match channel.quantity {
-                Quantity::LinkPosition | Quantity::LinkDeflection => &mut out.q,
-                Quantity::MotorPosition => &mut out.phi,
-                Quantity::MotorTorque => &mut out.tau,
+            let column = match channel.quantity.signal() {
+                Signal::Link => &mut out.q,
+                Signal::Motor => &mut out.phi,
+                Signal::Torque => &mut out.tau,
             };
             let at = lead.samples;
             let column = &mut column[channel.joint];
@@ -195,7 +196,7 @@ impl Aligner {
         for (offset, (q, phi)) in
             (self.channels.offsets.iter()).zip(out.q.iter_mut().zip(&mut out.phi))
         {
-            // A rigid joint's link and a deflection follow the motor below.
+            // A rigid joint's link and a difference of positions follow the motor below.
             for column in [phi, q] {
                 for value in column.iter_mut().skip(before) {
                     *value += offset;
@@ -203,11 +204,13 @@ impl Aligner {
             }
         }
         for channel in &self.channels.all {
-            if channel.quantity == Quantity::LinkDeflection {
+            if let Measures::Position { link, motor } = channel.quantity.measures()
+                && link * motor != 0.0
+            {
                 let offset = self.channels.offsets[channel.joint];
                 let phi = &out.phi[channel.joint][before..];
                 for (q, phi) in out.q[channel.joint][before..].iter_mut().zip(phi) {
-                    *q += phi - offset;
+                    *q -= motor * (phi - offset);
                 }
             }
         }
@@ -227,7 +230,7 @@ impl Aligner {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::log::Channel;
+    use crate::log::{Channel, Quantity};
 
     const PERIOD: f64 = 1e-3;
     const JOINTS: usize = 2;

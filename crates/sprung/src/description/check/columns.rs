@@ -6,14 +6,15 @@ use sprung_core::chain::JointKind;
 use super::fault::{Fault, fault};
 use crate::description::choice::quoted;
 use crate::description::columns::{Column, Columns, PerJoint};
+use crate::description::quantities::{KEYS, Key, KeyUnit};
 use crate::description::robot::Robot;
-use crate::description::units::{Dimension, Unit};
+use crate::description::units::Unit;
 
 /// Checks the entries of a quantity's columns.
 ///
 /// - `joints`: the joints that the quantity has, from 0.
 pub(in crate::description) fn check_columns(
-    (key, list, joints): (&str, &Columns, &[usize]),
+    (key, list, joints): (&Key, &Columns, &[usize]),
     path: &[&str],
     robot: &Robot,
 ) -> Result<(), Fault> {
@@ -27,7 +28,7 @@ pub(in crate::description) fn check_columns(
             path.to_vec()
         };
         check_source(key, column, &path)?;
-        check_lists(key, column, joints.len(), &path)?;
+        check_lists(key.name, column, joints.len(), &path)?;
         for &joint in joints {
             check_unit(key, column, robot.kind(joint), &path)?;
         }
@@ -36,7 +37,8 @@ pub(in crate::description) fn check_columns(
     Ok(())
 }
 
-fn check_source(key: &str, column: &Column, path: &[&str]) -> Result<(), Fault> {
+fn check_source(key: &Key, column: &Column, path: &[&str]) -> Result<(), Fault> {
+    let (side_key, key) = (key.side_key(), key.name);
     let wrong = |message: String| Err(fault(path, message));
     match (&column.column, &column.topic) {
         (Some(_), Some(_)) => {
@@ -67,9 +69,12 @@ fn check_source(key: &str, column: &Column, path: &[&str]) -> Result<(), Fault> 
             "{key} has a list with a pattern in it; give the pattern alone, for all joints"
         ));
     }
-    if column.side.is_some() && !["motor_position", "motor_torque"].contains(&key) {
+    if column.side.is_some() && side_key.is_none() {
+        let with_side = KEYS.iter().filter(|key| key.side_key().is_some());
+        let with_side: Vec<&str> = with_side.map(|key| key.name).collect();
         return wrong(format!(
-            "{key} has no side; only motor_position and motor_torque may be taken before the gearbox"
+            "{key} has no side; only {} may be taken before the gearbox",
+            with_side.join(" and ")
         ));
     }
     Ok(())
@@ -107,44 +112,33 @@ fn check_lists(key: &str, column: &Column, joints: usize, path: &[&str]) -> Resu
     Ok(())
 }
 
-/// Returns what a quantity may be measured in.
-fn dimensions(key: &str, kind: JointKind) -> Vec<Dimension> {
-    let of_kind = |turning, sliding| match kind {
-        JointKind::Revolute => vec![turning],
-        JointKind::Prismatic => vec![sliding],
+fn check_unit(key: &Key, column: &Column, kind: JointKind, path: &[&str]) -> Result<(), Fault> {
+    let (unit_of_key, key) = (key.unit, key.name);
+    let dimension = match unit_of_key {
+        KeyUnit::InName(_) => {
+            return match column.unit {
+                None => Ok(()),
+                Some(unit) => Err(fault(
+                    path,
+                    format!(
+                        "{key} has its unit in its name and says unit = \"{}\" besides; keep one",
+                        unit.name()
+                    ),
+                )),
+            };
+        }
+        KeyUnit::Said { turning, sliding } => match kind {
+            JointKind::Revolute => turning,
+            JointKind::Prismatic => sliding,
+        },
     };
-    match key {
-        "motor_current" => vec![Dimension::Current],
-        "drive_voltage" => vec![Dimension::Voltage],
-        "motor_torque" => of_kind(Dimension::Torque, Dimension::Force),
-        _ => of_kind(Dimension::Angle, Dimension::Length),
-    }
-}
-
-fn check_unit(key: &str, column: &Column, kind: JointKind, path: &[&str]) -> Result<(), Fault> {
-    let in_name = ["_rad", "_deg", "_m", "_nm", "_n", "_a", "_v"]
-        .into_iter()
-        .any(|suffix| key.ends_with(suffix));
-    if in_name {
-        return match column.unit {
-            None => Ok(()),
-            Some(unit) => Err(fault(
-                path,
-                format!(
-                    "{key} has its unit in its name and says unit = \"{}\" besides; keep one",
-                    unit.name()
-                ),
-            )),
-        };
-    }
-    let dimensions = dimensions(key, kind);
-    let units = quoted(&Unit::names_of(&dimensions));
+    let units = quoted(&Unit::names_of(dimension));
     match column.unit {
         None => Err(fault(
             path,
             format!("{key} does not say its unit; add unit = one of {units}"),
         )),
-        Some(unit) if !dimensions.contains(&unit.dimension()) => Err(fault(
+        Some(unit) if unit.dimension() != dimension => Err(fault(
             path,
             format!(
                 "{key} cannot be measured in \"{}\"; its units are {units}",
@@ -162,7 +156,8 @@ fn check_unit(key: &str, column: &Column, kind: JointKind, path: &[&str]) -> Res
 /// Whether a number is one that a key may have.
 type Good = fn(f64) -> bool;
 
-fn check_numbers(key: &str, column: &Column, path: &[&str]) -> Result<(), Fault> {
+fn check_numbers(key: &Key, column: &Column, path: &[&str]) -> Result<(), Fault> {
+    let (may_start_anywhere, key) = (key.may_start_anywhere(), key.name);
     let is_counts = column.unit.is_some_and(Unit::is_counts);
     if column.counts_per_turn.is_some() && !is_counts {
         return Err(fault(
@@ -170,8 +165,7 @@ fn check_numbers(key: &str, column: &Column, path: &[&str]) -> Result<(), Fault>
             format!("{key} has counts_per_turn but is not in counts; add unit = \"counts\""),
         ));
     }
-    let turns = key.contains("position") && !key.ends_with("_m");
-    if column.starts_at_rad.is_some() && !turns {
+    if column.starts_at_rad.is_some() && !may_start_anywhere {
         return Err(fault(
             path,
             format!("{key} has no starts_at_rad; only positions have a first one"),

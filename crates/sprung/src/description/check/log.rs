@@ -6,124 +6,38 @@ use sprung_core::chain::JointKind;
 
 use super::columns::check_columns;
 use super::fault::{Fault, fault};
-use crate::description::choice::{nearest, quoted};
-use crate::description::columns::{Columns, PerJoint};
+use super::time::check_time;
+use crate::description::choice::nearest;
+use crate::description::columns::Columns;
 use crate::description::factor::{Delay, Factor};
 use crate::description::log::Log;
+use crate::description::quantities::{Joints, Key, Quantity, Signal};
 use crate::description::robot::{Joint, Robot};
-use crate::description::units::{Dimension, Unit};
 
 /// Longest delay of a channel, s.
 const LONGEST_DELAY: f64 = 60.0;
 
-/// The joints that a list of columns speaks of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::description) enum Of {
-    /// Flexible joints of a kind: only they have a link position of their own.
-    Flexible(JointKind),
-    /// Flexible joints.
-    AnyFlexible,
-    /// Joints of a kind.
-    Kind(JointKind),
-    /// All joints.
-    All,
-}
-
-pub(in crate::description) type List<'a> = (&'static str, &'a Option<Columns>, Of);
-
-fn lists(log: &Log) -> [List<'_>; 18] {
-    use JointKind::{Prismatic, Revolute};
-    [
-        (
-            "link_position_rad",
-            &log.link_position_rad,
-            Of::Flexible(Revolute),
-        ),
-        (
-            "link_position_deg",
-            &log.link_position_deg,
-            Of::Flexible(Revolute),
-        ),
-        (
-            "link_deflection_rad",
-            &log.link_deflection_rad,
-            Of::Flexible(Revolute),
-        ),
-        (
-            "link_deflection_deg",
-            &log.link_deflection_deg,
-            Of::Flexible(Revolute),
-        ),
-        (
-            "link_position_m",
-            &log.link_position_m,
-            Of::Flexible(Prismatic),
-        ),
-        ("link_position", &log.link_position, Of::AnyFlexible),
-        ("link_deflection", &log.link_deflection, Of::AnyFlexible),
-        (
-            "motor_position_rad",
-            &log.motor_position_rad,
-            Of::Kind(Revolute),
-        ),
-        (
-            "motor_position_deg",
-            &log.motor_position_deg,
-            Of::Kind(Revolute),
-        ),
-        (
-            "motor_position_m",
-            &log.motor_position_m,
-            Of::Kind(Prismatic),
-        ),
-        ("motor_position", &log.motor_position, Of::All),
-        ("motor_torque_nm", &log.motor_torque_nm, Of::Kind(Revolute)),
-        ("motor_force_n", &log.motor_force_n, Of::Kind(Prismatic)),
-        ("motor_torque", &log.motor_torque, Of::All),
-        ("motor_current_a", &log.motor_current_a, Of::All),
-        ("motor_current", &log.motor_current, Of::All),
-        ("drive_voltage_v", &log.drive_voltage_v, Of::All),
-        ("drive_voltage", &log.drive_voltage, Of::All),
-    ]
-}
-
-/// Returns the joints of which a list speaks, from 0.
-fn joints_of(of: Of, lone: bool, robot: &Robot) -> Vec<usize> {
-    let wanted = |i: usize| {
-        let flexible = lone || robot.joint[i].is_flexible();
-        match of {
-            Of::All => true,
-            Of::Kind(kind) => robot.kind(i) == kind,
-            Of::Flexible(kind) => flexible && robot.kind(i) == kind,
-            Of::AnyFlexible => flexible,
-        }
-    };
-    (0..robot.joint.len()).filter(|&i| wanted(i)).collect()
-}
-
-/// Checks that a list has a column for each of its joints.
+/// Checks that a key has a column for each of its joints.
 ///
-/// - `lone`: whether these are the only positions of a rigid robot, which may
+/// - `which`: whether these are the only positions of a rigid robot, which may
 ///   call them those of its links.
 fn check_length(
-    (key, list, of): (&str, &Columns, Of),
-    lone: bool,
+    (key, list): (&Key, &Columns),
+    which: Joints,
     path: &[&str],
     robot: &Robot,
 ) -> Result<Vec<usize>, Fault> {
-    let joints = joints_of(of, lone, robot);
+    let joints = key.joints(which, robot);
     if list.spread().is_some() && !joints.is_empty() {
         return Ok(joints);
     }
     let count = list.0.len();
     let name = |i: &usize| robot.joint[*i].name.as_str();
-    let flexible_only = matches!(of, Of::Flexible(_) | Of::AnyFlexible) && !lone;
-    let with_rigid: Vec<usize> = match of {
-        Of::Flexible(kind) => joints_of(Of::Kind(kind), lone, robot),
-        _ => joints_of(Of::All, lone, robot),
-    };
+    let flexible_only = key.signal().is_of_flexible_joints() && which == Joints::ThatHaveIt;
+    let with_rigid = key.joints(Joints::Rigid, robot);
     if flexible_only && joints.len() < with_rigid.len() && count == with_rigid.len() {
         let rigid = with_rigid.iter().find(|i| !joints.contains(i));
+        let key = key.name;
         return Err(fault(
             path,
             format!(
@@ -136,9 +50,9 @@ fn check_length(
     if count == joints.len() {
         return Ok(joints);
     }
-    let what = match of {
+    let what = match key.kind {
         _ if flexible_only && joints.len() < robot.joint.len() => "flexible ",
-        Of::Kind(kind) | Of::Flexible(kind) if !flexible_only => turning(robot, kind),
+        Some(kind) if !flexible_only => turning(robot, kind),
         _ => "",
     };
     let names: Vec<&str> = joints.iter().map(name).collect();
@@ -148,7 +62,7 @@ fn check_length(
     };
     Err(fault(
         path,
-        format!("{key} names {count} columns, the robot has {has}"),
+        format!("{} names {count} columns, the robot has {has}", key.name),
     ))
 }
 
@@ -167,47 +81,58 @@ pub(in crate::description) fn check_log(
     path: &[&str],
     robot: &Robot,
 ) -> Result<(), Fault> {
-    let lists = lists(log);
     let at = |key| [path, &[key]].concat();
     let rigid = !robot.joint.iter().any(Joint::is_flexible);
-    let lone = rigid && lists[7..11].iter().all(|(_, list, _)| list.is_none());
-    for (key, list, of) in &lists {
-        if let Some(list) = list {
-            let lone = lone && key.starts_with("link_position");
-            let joints = check_length((key, list, *of), lone, &at(key), robot)?;
-            check_columns((key, list, &joints), &at(key), robot)?;
-        }
+    let lone = rigid && !Key::of(Signal::Motor).any(|key| key.is_given(log));
+    for (key, list) in log.given() {
+        let which = if lone && key.quantity == Quantity::LinkPosition {
+            Joints::Rigid
+        } else {
+            Joints::ThatHaveIt
+        };
+        let joints = check_length((key, list), which, &at(key.name), robot)?;
+        check_columns((key, list, &joints), &at(key.name), robot)?;
     }
     check_sides(log, path)?;
     check_files(log, path)?;
     check_time(log, path)?;
     check_csv(log, path)?;
-    // A quantity is said once for the joints that turn and once for those
-    // that slide; what a list says of all joints stands alone.
-    for group in [&lists[0..7], &lists[7..11], &lists[11..18]] {
-        let given: Vec<(&str, Of)> = (group.iter())
-            .filter(|(_, list, _)| list.is_some())
-            .map(|&(key, _, of)| (key, of))
-            .collect();
-        if let [(first, a), (second, b), ..] = given[..]
-            && overlap(a, b)
+    check_twice(log, path)?;
+    let labels = check_labels(log, path)?;
+    check_by_column(log, path, &labels)
+}
+
+/// Checks that a signal is said once for the joints that turn and once for those that slide; what
+/// a key says of all joints stands alone.
+fn check_twice(log: &Log, path: &[&str]) -> Result<(), Fault> {
+    for signal in Signal::ALL {
+        let given: Vec<&Key> = Key::of(signal).filter(|key| key.is_given(log)).collect();
+        if let [first, second, ..] = given[..]
+            && overlap(first.kind, second.kind)
         {
             return Err(fault(
-                &at(second),
-                format!("{first} and {second} say the same thing twice; keep one"),
+                &[path, &[second.name]].concat(),
+                format!(
+                    "{} and {} say the same thing twice; keep one",
+                    first.name, second.name
+                ),
             ));
         }
     }
+    Ok(())
+}
+
+/// Checks that no column is named twice, and returns the names of all for messages.
+fn check_labels(log: &Log, path: &[&str]) -> Result<Vec<String>, Fault> {
     let mut labels: Vec<String> = Vec::new();
     let mut columns: Vec<(&Option<PathBuf>, String)> = Vec::new();
-    for (key, list, _) in &lists {
-        let Some(list) = list else { continue };
+    for (key, list) in log.given() {
         let entries = match list.spread() {
             Some(one) => one.entries(),
             None => list.0.len(),
         };
         for i in 0..entries {
-            let label = list.label(i, default_field(key));
+            let label = list.label(i, key.default_field());
             let file = list.of(i).map_or(&None, |(column, _)| &column.file);
             // A field of a topic says its joints by their names.
             let topic = list.of(i).is_some_and(|(column, _)| column.topic.is_some());
@@ -221,7 +146,7 @@ pub(in crate::description) fn check_log(
             labels.push(label);
         }
     }
-    check_by_column(log, path, &labels)
+    Ok(labels)
 }
 
 /// Checks what is said by the names of columns.
@@ -282,47 +207,19 @@ fn check_by_column(log: &Log, path: &[&str], labels: &[String]) -> Result<(), Fa
     Ok(())
 }
 
-/// Returns whether two lists speak of the same joints.
-fn overlap(a: Of, b: Of) -> bool {
-    let kind = |of| match of {
-        Of::Flexible(kind) | Of::Kind(kind) => Some(kind),
-        Of::AnyFlexible | Of::All => None,
-    };
-    match (kind(a), kind(b)) {
-        (Some(a), Some(b)) => a == b,
-        _ => true,
-    }
-}
-
-/// Returns the field of a message that holds a quantity, unless it is said.
-pub(crate) fn default_field(key: &str) -> &'static str {
-    if key.contains("position") || key.contains("deflection") {
-        "position"
-    } else {
-        "effort"
-    }
+/// Returns whether two keys speak of the same joints.
+fn overlap(a: Option<JointKind>, b: Option<JointKind>) -> bool {
+    a.zip(b).is_none_or(|(a, b)| a == b)
 }
 
 fn check_sides(log: &Log, path: &[&str]) -> Result<(), Fault> {
-    for (key, columns, side_key, side) in [
-        (
-            "motor_position",
-            &log.motor_position,
-            "motor_position_side",
-            log.position_side(),
-        ),
-        (
-            "motor_torque",
-            &log.motor_torque,
-            "motor_torque_side",
-            log.torque_side(),
-        ),
-    ] {
-        let said = columns.iter().flat_map(|columns| &columns.0);
-        if said
-            .map(|column| column.side)
-            .any(|own| own.is_some() && own != side)
-        {
+    for (key, list) in log.given() {
+        let Some(side_key) = key.side_key() else {
+            continue;
+        };
+        let side = log.side(key.scaling);
+        if (list.0.iter()).any(|column| column.side.is_some() && column.side != side) {
+            let key = key.name;
             return Err(fault(
                 &[path, &[key]].concat(),
                 format!("{key} says two sides of the gearbox; say it once, as {side_key}"),
@@ -366,7 +263,7 @@ pub(in crate::description) fn check_overlay(
     over: &Log,
     path: &[&str],
 ) -> Result<(), Fault> {
-    let own = over.columns().iter().any(|(_, columns)| columns.is_some());
+    let own = over.given().next().is_some();
     let of_columns = |log: &Log| {
         let listed = log.file.as_ref().map_or(0, Vec::len);
         log.files().nth(listed).cloned()
@@ -382,73 +279,6 @@ pub(in crate::description) fn check_overlay(
         )),
         _ => Ok(()),
     }
-}
-
-fn check_time(log: &Log, path: &[&str]) -> Result<(), Fault> {
-    let given: Vec<&str> = [
-        ("time_s", log.time_s.is_some()),
-        ("time_ms", log.time_ms.is_some()),
-        ("time_us", log.time_us.is_some()),
-        ("time_ns", log.time_ns.is_some()),
-        ("time", log.time.is_some()),
-    ]
-    .into_iter()
-    .filter_map(|(key, given)| given.then_some(key))
-    .collect();
-    if let [first, second, ..] = given[..] {
-        return Err(fault(
-            &[path, &[second]].concat(),
-            format!("{first} and {second} say the same thing twice; keep one"),
-        ));
-    }
-    if let Some(period) = log.period_s
-        && !(period.is_finite() && period > 0.0)
-    {
-        return Err(fault(
-            &[path, &["period_s"]].concat(),
-            format!("period_s = {period} must be positive"),
-        ));
-    }
-    if let (Some(period), Some(_)) = (log.period_s, log.sampling) {
-        return Err(fault(
-            &[path, &["sampling"]].concat(),
-            format!(
-                "period_s = {period} says when samples were taken: at whole multiples of it; keep it or \
-                 sampling"
-            ),
-        ));
-    }
-    let Some(time) = &log.time else { return Ok(()) };
-    let at = [path, &["time"]].concat();
-    let dimension = time.unit.map(Unit::dimension);
-    if time.topic.is_none() && dimension.is_none() {
-        let units = Unit::names_of(&[Dimension::Time]);
-        return Err(fault(
-            &at,
-            format!(
-                "time does not say its unit; write time_s, time_ms, time_us or time_ns, or give a \
-                 unit: {}",
-                quoted(&units)
-            ),
-        ));
-    }
-    if dimension.is_some_and(|dimension| dimension != Dimension::Time) {
-        let units = Unit::names_of(&[Dimension::Time]);
-        return Err(fault(
-            &at,
-            format!("time is measured in {}", quoted(&units)),
-        ));
-    }
-    let one = matches!(time.column, Some(PerJoint::One(_))) || time.topic.is_some();
-    if !one
-        || time
-            .column
-            .iter()
-            .any(|column| matches!(column, PerJoint::One(name) if name.is_pattern()))
-    {
-        return Err(fault(&at, "time is one column; name it"));
-    }
-    Ok(())
 }
 
 fn check_csv(log: &Log, path: &[&str]) -> Result<(), Fault> {

@@ -8,10 +8,10 @@ mod log;
 mod name;
 mod robot;
 mod run;
+mod time;
 mod window;
 
 pub(super) use experiment::{check, check_format};
 pub(super) use fault::{Fault, fault};
-pub(crate) use log::default_field;
 pub(super) use name::check_name;
 pub(super) use robot::kinematics;

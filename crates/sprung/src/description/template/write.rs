@@ -5,6 +5,7 @@ use std::fmt::Write;
 use sprung_core::chain::JointKind::{Prismatic, Revolute};
 
 use super::{Joint, Kinematics, Start};
+use crate::description::quantities::{InTemplate, KEYS};
 
 /// Returns the text of an `experiment.toml` for a robot.
 ///
@@ -237,16 +238,11 @@ fn log(text: &mut String, robot: &Start) {
     let file = "relative to this file; or several: [\"1.csv\", \"2.csv\"]";
     line(text, "file = \"log.csv\"", file);
     line(text, "time_s = \"t_s\"", "or time_ms, time_us, time_ns");
-    for (key, kind, stem, unit) in [
-        ("link_position_rad", Revolute, "q", "rad"),
-        ("link_position_m", Prismatic, "q", "m"),
-        ("motor_position_rad", Revolute, "phi", "rad"),
-        ("motor_position_m", Prismatic, "phi", "m"),
-        ("motor_torque_nm", Revolute, "tau", "nm"),
-        ("motor_force_n", Prismatic, "f", "n"),
-    ] {
-        if let Some(columns) = robot.columns(Some(kind), stem, unit) {
-            line(text, &format!("{key:18} = {columns}"), "");
+    for key in &KEYS {
+        if let InTemplate::FillIn(stem) = key.template
+            && let Some(columns) = robot.columns(key, stem)
+        {
+            line(text, &format!("{:18} = {columns}", key.name), "");
         }
     }
     text.push_str(
@@ -255,14 +251,11 @@ fn log(text: &mut String, robot: &Start) {
 # link minus motor position; a current needs torque_constant_nm_per_a in every block.
 ",
     );
-    for (key, kind, stem, unit) in [
-        ("link_position_deg", Some(Revolute), "q", "deg"),
-        ("link_deflection_rad", Some(Revolute), "defl", "rad"),
-        ("motor_position_deg", Some(Revolute), "phi", "deg"),
-        ("motor_current_a", None, "i", "a"),
-    ] {
-        if let Some(columns) = robot.columns(kind, stem, unit) {
-            line(text, &format!("#{key:19} = {columns}"), "");
+    for key in &KEYS {
+        if let InTemplate::Instead(stem) = key.template
+            && let Some(columns) = robot.columns(key, stem)
+        {
+            line(text, &format!("#{:19} = {columns}", key.name), "");
         }
     }
     let unit = match robot.joints.first().map(|joint| joint.kind) {

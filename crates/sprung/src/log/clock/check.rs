@@ -6,7 +6,6 @@ use crate::description::ColumnName;
 use crate::finding::{Finding, Severity};
 use crate::log::columns::channels::Channels;
 use crate::log::columns::origin::TimeOrigin;
-use crate::log::columns::quantity::Quantity;
 
 /// Part of the samples of which more is worth a warning.
 const MANY: f64 = 0.01;
@@ -218,11 +217,9 @@ fn uneven(file: &str, channels: &Channels, timing: &Timing) -> Option<Finding> {
 /// Returns the evidence in words.
 fn told(channels: &Channels, evidence: &Evidence) -> String {
     let channel = channels.all.get(evidence.channel);
-    let unit = match channel {
-        Some(channel) if channel.quantity == Quantity::MotorTorque => "N·m",
-        Some(channel) if !channels.turns[channel.joint] => "m",
-        _ => "rad",
-    };
+    let unit = channel.map_or("rad", |channel| {
+        channel.quantity.unit(channels.turns[channel.joint])
+    });
     let (cycle, on_cycle) = evidence.on_cycle;
     format!(
         "at {} uneven steps \"{}\" lies {:.1e} {unit} off the cubic through its neighbours if taken when \

@@ -1,8 +1,7 @@
 //! One column of a log as a measured quantity in SI units.
 
 use super::origin::Origin;
-use super::quantity::Quantity;
-use crate::description::Delay;
+use crate::description::{Delay, Quantity};
 
 /// One column of a log.
 #[derive(Clone, Debug, PartialEq)]

@@ -3,11 +3,11 @@
 use sprung_core::chain::JointKind;
 
 use super::channel::{Channel, ChannelError};
-use super::from_keys::{link, motor, sampling, time, torque};
+use super::from_keys::channels;
 use super::mix::Mix;
 use super::origin::{Stream, TimeOrigin};
-use super::quantity::Quantity;
-use crate::description::{CsvForm, Log, Robot, Side, Unit};
+use super::time::{sampling, time};
+use crate::description::{CsvForm, Key, Log, Quantity, Robot, Scaling, Side, Signal, Unit};
 use crate::log::clock::timing::Sampling;
 
 /// The channels of a log: links, motors and torques, joint by joint.
@@ -49,9 +49,7 @@ impl Channels {
     ///
     /// [`ChannelError`] if a quantity is not named or not convertible.
     pub fn new(robot: &Robot, log: &Log) -> Result<Self, ChannelError> {
-        let mut all = link(robot, log)?;
-        all.extend(motor(robot, log)?);
-        all.extend(torque(robot, log)?);
+        let all = channels(robot, log)?;
         let timeless = |channel: &Channel| {
             let stream = &channel.origin.stream;
             stream.topic.is_none() && stream.time.is_none()
@@ -86,9 +84,11 @@ impl Channels {
             offsets: (robot.joint.iter())
                 .map(|joint| joint.position_offset_deg.to_radians())
                 .collect(),
-            position_mix: mixed(robot, log.position_side()).map(|(ratios, inverse)| Mix {
-                forward: inverse,
-                back: ratios,
+            position_mix: mixed(robot, log.side(Scaling::PositionSide)).map(|(ratios, inverse)| {
+                Mix {
+                    forward: inverse,
+                    back: ratios,
+                }
             }),
             torque_mix: mixed(robot, torque_side(robot, log)).map(|(ratios, inverse)| Mix {
                 forward: transposed(&ratios),
@@ -103,6 +103,12 @@ impl Channels {
         self.all
             .iter()
             .position(|c| c.quantity == quantity && c.joint == joint)
+    }
+
+    /// Returns the index in [`Channels::all`] of the channel that tells a signal of a joint.
+    #[must_use]
+    pub fn telling(&self, signal: Signal, joint: usize) -> Option<usize> {
+        (self.all.iter()).position(|c| c.quantity.signal() == signal && c.joint == joint)
     }
 
     /// Returns the channels with the meanings of a joint's link and motor
@@ -133,9 +139,9 @@ impl Channels {
 /// Returns the side on which torques were recorded, or that of the torque
 /// constants which make them of currents.
 fn torque_side(robot: &Robot, log: &Log) -> Option<Side> {
-    let as_torque = [&log.motor_torque_nm, &log.motor_force_n, &log.motor_torque];
-    if as_torque.into_iter().any(Option::is_some) {
-        log.torque_side()
+    let as_torque = |(key, _): (&Key, _)| key.scaling == Scaling::TorqueSide;
+    if log.given().any(as_torque) {
+        log.side(Scaling::TorqueSide)
     } else {
         robot.joint.first().map(|joint| joint.torque_constant_side)
     }

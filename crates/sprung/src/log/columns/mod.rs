@@ -11,11 +11,10 @@ mod from_keys;
 pub(super) mod mix;
 pub(super) mod names;
 pub(super) mod origin;
-pub(super) mod quantity;
 pub(super) mod rows;
+mod time;
 
 pub use channel::{Channel, ChannelError};
 pub use channels::Channels;
 pub use mix::Mix;
 pub use origin::{Origin, Pick, Start, Stream, TimeOrigin};
-pub use quantity::Quantity;

@@ -4,7 +4,7 @@
 use std::fmt;
 use std::path::PathBuf;
 
-use crate::description::{ColumnName, StartsAt};
+use crate::description::{Column, ColumnName, StartsAt};
 
 /// Rows that share one time: those of a file, or the messages of a topic.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -15,6 +15,17 @@ pub struct Stream {
     pub topic: Option<String>,
     /// Column or field of its own time.
     pub time: Option<ColumnName>,
+}
+
+impl Stream {
+    /// Returns the stream of a column.
+    pub(super) fn of(column: &Column) -> Self {
+        Self {
+            file: column.file.clone(),
+            topic: column.topic.clone(),
+            time: column.time.clone(),
+        }
+    }
 }
 
 /// Which column of a stream.

@@ -3,10 +3,10 @@
 use super::channel::Extent;
 use super::faults::faults;
 use super::summary::Summary;
+use crate::description::Quantity;
 use crate::finding::{Finding, Severity};
 use crate::log::columns::channel::Channel;
 use crate::log::columns::channels::Channels;
-use crate::log::columns::quantity::Quantity;
 
 const DEGREES_PER_RADIAN: f64 = 180.0 / std::f64::consts::PI;
 
@@ -97,12 +97,7 @@ impl Of<'_> {
         }
         // The motors of a coupled transmission may stand still while joints move.
         let (channel, extent) = of_joint.iter().find(|(_, extent)| extent.is_constant())?;
-        let likely = match channel.quantity {
-            Quantity::MotorPosition => "is the motor encoder connected",
-            Quantity::LinkPosition => "is the link encoder connected",
-            Quantity::LinkDeflection => "is the deflection sensor connected",
-            Quantity::MotorTorque => "is the current or torque recorded",
-        };
+        let likely = channel.quantity.suspicion();
         let (column, file) = (&channel.column, self.file);
         let unit = channel.quantity.unit(self.channels.turns[joint]);
         Some(

@@ -3,7 +3,6 @@
 use super::channel::{Event, Figures};
 use crate::finding::{Finding, Severity};
 use crate::log::columns::channel::Channel;
-use crate::log::columns::quantity::Quantity;
 
 /// Part of the samples, and samples in a row in units of what is usual, from
 /// which a torque lies at an extreme because it can go no farther.
@@ -80,7 +79,7 @@ impl Of<'_> {
 
     /// A torque that lies at its largest or smallest value again and again.
     fn saturated(&self) -> Option<Finding> {
-        if self.channel.quantity != Quantity::MotorTorque {
+        if self.channel.quantity.is_position() {
             return None;
         }
         let figures = self.figures;

@@ -1,9 +1,9 @@
 //! Figures gathered while a log is read.
 
 use super::channel::{Extent, Figures};
+use crate::description::Quantity;
 use crate::log::block::LogBlock;
 use crate::log::columns::channels::Channels;
-use crate::log::columns::quantity::Quantity;
 
 #[derive(Clone, Copy, Debug, Default)]
 struct Cross {

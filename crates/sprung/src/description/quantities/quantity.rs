@@ -1,0 +1,205 @@
+//! What a channel measures, and its place in the equations of motion.
+
+use sprung_core::chain::JointKind;
+
+/// What a channel measures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// Link position q, rad (m).
+    LinkPosition,
+    /// Deflection q - phi, rad (m).
+    LinkDeflection,
+    /// Motor position phi after the gearbox, rad (m).
+    MotorPosition,
+    /// Motor torque tau after the gearbox, N·m (N).
+    MotorTorque,
+}
+
+/// What a quantity is in the equations of motion of its joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Measures {
+    /// The position `link · q + motor · phi`, rad (m). A quantity that measures the link has
+    /// `link` = 1.
+    Position {
+        /// Factor of the link position.
+        link: f64,
+        /// Factor of the motor position.
+        motor: f64,
+    },
+    /// The right-hand side of a row, N·m (N).
+    RightHandSide(Row),
+}
+
+/// A row of the equations of motion of one joint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Row {
+    /// That of the link of a flexible joint. Nothing measures its right-hand side: it is zero.
+    Link,
+    /// That in which the motor torque acts: the motor row of a flexible joint, the only row of a
+    /// rigid one.
+    Motor,
+}
+
+/// What every sample needs of a joint; one of several quantities tells it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Signal {
+    /// The link position, of flexible joints only: a rigid joint's is its motor's.
+    Link,
+    /// The motor position.
+    Motor,
+    /// The motor torque.
+    Torque,
+}
+
+/// What messages and equations need to know of a quantity.
+struct Meaning {
+    /// Its key in `[log]`, without unit.
+    key: &'static str,
+    measures: Measures,
+    /// What may be wrong where it never changes, as the beginning of a question.
+    suspicion: &'static str,
+}
+
+impl Quantity {
+    /// Returns the quantity's row of the table.
+    const fn meaning(self) -> Meaning {
+        match self {
+            Self::LinkPosition => Meaning {
+                key: "link_position",
+                measures: Measures::Position {
+                    link: 1.0,
+                    motor: 0.0,
+                },
+                suspicion: "is the link encoder connected",
+            },
+            Self::LinkDeflection => Meaning {
+                key: "link_deflection",
+                measures: Measures::Position {
+                    link: 1.0,
+                    motor: -1.0,
+                },
+                suspicion: "is the deflection sensor connected",
+            },
+            Self::MotorPosition => Meaning {
+                key: "motor_position",
+                measures: Measures::Position {
+                    link: 0.0,
+                    motor: 1.0,
+                },
+                suspicion: "is the motor encoder connected",
+            },
+            Self::MotorTorque => Meaning {
+                key: "motor_torque",
+                measures: Measures::RightHandSide(Row::Motor),
+                suspicion: "is the current or torque recorded",
+            },
+        }
+    }
+
+    /// Returns the name of its key in `[log]`, without unit.
+    #[must_use]
+    pub const fn key(self) -> &'static str {
+        self.meaning().key
+    }
+
+    /// Returns what it is in the equations of motion.
+    #[must_use]
+    pub const fn measures(self) -> Measures {
+        self.meaning().measures
+    }
+
+    /// Returns what may be wrong where it never changes, as the beginning of a question.
+    pub(crate) const fn suspicion(self) -> &'static str {
+        self.meaning().suspicion
+    }
+
+    /// Returns whether it is a position or a difference of positions.
+    #[must_use]
+    pub const fn is_position(self) -> bool {
+        matches!(self.measures(), Measures::Position { .. })
+    }
+
+    /// Returns what it tells of a sample.
+    #[must_use]
+    pub fn signal(self) -> Signal {
+        match self.measures() {
+            Measures::Position { link, .. } if link != 0.0 => Signal::Link,
+            Measures::Position { .. } => Signal::Motor,
+            Measures::RightHandSide(_) => Signal::Torque,
+        }
+    }
+
+    /// Returns its unit.
+    ///
+    /// - `turns`: whether the joint turns; otherwise it slides.
+    #[must_use]
+    pub const fn unit(self, turns: bool) -> &'static str {
+        match (self.is_position(), turns) {
+            (true, true) => "rad",
+            (true, false) => "m",
+            (false, true) => "N·m",
+            (false, false) => "N",
+        }
+    }
+
+    /// Returns what an exact sensor would show, rad or N·m (m or N).
+    ///
+    /// - `q`, `phi`, `tau`: link position, motor position and motor torque of the joint.
+    #[must_use]
+    pub fn shown(self, q: f64, phi: f64, tau: f64) -> f64 {
+        match self.measures() {
+            Measures::Position { link, motor } => link * q + motor * phi,
+            Measures::RightHandSide(Row::Motor) => tau,
+            Measures::RightHandSide(Row::Link) => 0.0,
+        }
+    }
+}
+
+impl Signal {
+    /// All signals, in the order of their columns.
+    pub const ALL: [Self; 3] = [Self::Link, Self::Motor, Self::Torque];
+
+    /// Returns whether only flexible joints have it.
+    #[must_use]
+    pub const fn is_of_flexible_joints(self) -> bool {
+        matches!(self, Self::Link)
+    }
+
+    /// Returns its name for messages.
+    pub(crate) const fn words(self) -> &'static str {
+        match self {
+            Self::Link => "the link positions",
+            Self::Motor => "the motor positions",
+            Self::Torque => "the motor torques",
+        }
+    }
+
+    /// Returns the keys to propose where nothing tells it.
+    pub(crate) const fn usual_keys(self, kind: JointKind) -> &'static str {
+        match (self, kind) {
+            (Self::Link, JointKind::Revolute) => "link_position_rad or link_deflection_rad",
+            (Self::Link, JointKind::Prismatic) => "link_position_m",
+            (Self::Motor, JointKind::Revolute) => "motor_position_rad",
+            (Self::Motor, JointKind::Prismatic) => "motor_position_m",
+            (Self::Torque, JointKind::Revolute) => {
+                "motor_torque_nm, motor_current_a or drive_voltage_v"
+            }
+            (Self::Torque, JointKind::Prismatic) => "motor_force_n",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sensors_show_what_they_measure_to_the_bit() {
+        let (q, phi, tau) = (0.3, 0.1, 7.0);
+        let shown = |quantity: Quantity| quantity.shown(q, phi, tau).to_bits();
+        assert_eq!(shown(Quantity::LinkPosition), q.to_bits());
+        assert_eq!(shown(Quantity::LinkDeflection), (q - phi).to_bits());
+        assert_eq!(shown(Quantity::MotorPosition), phi.to_bits());
+        assert_eq!(shown(Quantity::MotorTorque), tau.to_bits());
+    }
+}
