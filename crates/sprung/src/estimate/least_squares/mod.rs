@@ -11,4 +11,4 @@ pub use sweep::sweep;
 pub(super) use estimate::least_squares;
 pub(super) use instruments::add_instruments;
 
-pub(super) use crate::fit::{Fitted, fit, fits_of_growing, trace};
+pub(super) use crate::fit::Fitted;

@@ -1,10 +1,12 @@
 //! How precisely a log of known noise can show its parameters.
 
 use super::dynamics::Dynamics;
-use super::filter::{Levels, Wanted, run};
-use super::refine::{build, most_samples};
+use super::filter::{Keep, run};
+use super::levels::Levels;
+use super::measurements::{build, max_samples, read};
+use super::problem::add_prior;
+use super::solve;
 use super::unknowns::Unknowns;
-use super::{measurements, solve};
 use crate::description::{Experiment, Simulate};
 use crate::estimate::error::IdentifyError;
 use crate::log::{Channels, LogError, LogSource};
@@ -71,9 +73,9 @@ pub fn information_bound(
     let settings = &experiment.identify;
     let (reading, _) = as_given(model, settings, &channels, &excerpt);
     let reading = reading.with_delays(&vec![0.0; channels.all.len()]);
-    let limit = most_samples(model.rows());
-    let (raw, left_out) = measurements::read(&channels, &mut sources, limit).map_err(failed)?;
-    let Some(record) = build(&reading, &excerpt, &raw, left_out)? else {
+    let limit = max_samples(model.rows());
+    let (raw, left_out) = read(&channels, &mut sources, limit).map_err(failed)?;
+    let Some(measurements) = build(&reading, &excerpt, &raw, left_out)? else {
         return Ok(None);
     };
     let parameters = model.parameters().iter().enumerate();
@@ -81,19 +83,17 @@ pub fn information_bound(
         .filter(|(_, parameter)| parameter.fixed.is_none())
         .map(|(index, _)| index)
         .collect();
-    let unknowns = Unknowns::new(model, &channels, &record, theta, free);
+    let unknowns = Unknowns::new(model, &channels, &measurements, theta, free);
     let z = unknowns.point(theta);
     let mut dynamics = Dynamics::new(model, theta);
-    let levels = levels(model, noise, record.sensors.len());
-    let wanted = Wanted::default();
-    let Some((outcome, _)) = run(&record, &mut dynamics, &unknowns, &z, &levels, wanted) else {
+    let levels = levels(model, noise, measurements.sensors.len());
+    let keep = Keep::default();
+    let Some(run) = run(&measurements, &mut dynamics, &unknowns, &z, &levels, keep) else {
         return Ok(None);
     };
     let count = unknowns.values();
-    let mut normal = outcome.normal.first(count);
-    for (i, offset) in unknowns.offsets.iter().enumerate() {
-        normal.information[(unknowns.free.len() + i) * (count + 1)] += offset.deviation.powi(-2);
-    }
+    let mut normal = run.sums.normal.first(count);
+    add_prior(&unknowns, &z, &mut normal);
     let mut bound = vec![0.0; theta.len()];
     let Some(covariance) = solve::covariance(&normal.information, count) else {
         return Ok(None);
@@ -106,26 +106,26 @@ pub fn information_bound(
 
 fn levels(model: &Model, noise: &KnownNoise, sensors: usize) -> Levels {
     let rows = 0..model.rows();
-    let of = |list: &[f64], row: usize| list.get(model.joint_of(row)).copied().unwrap_or(0.0);
+    let of_row = |list: &[f64], row: usize| list.get(model.joint_of(row)).copied().unwrap_or(0.0);
     Levels {
-        sensor: vec![0.0; sensors],
-        white: (rows.clone())
+        sensor_noise: vec![0.0; sensors],
+        torque_noise: (rows.clone())
             .map(|row| {
                 if model.is_torque_row(row) {
-                    of(&noise.torque, row)
+                    of_row(&noise.torque, row)
                 } else {
                     0.0
                 }
             })
             .collect(),
-        drift: rows
+        disturbance: rows
             .map(|row| {
                 let moved = if model.is_torque_row(row) {
                     &noise.motor
                 } else {
                     &noise.link
                 };
-                of(moved, row)
+                of_row(moved, row)
             })
             .collect(),
         corner: noise.corner,

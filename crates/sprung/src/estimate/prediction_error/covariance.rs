@@ -1,57 +1,60 @@
-//! The covariance of the filter's state (coordinates, their velocities, and one
+//! The covariance P of the filter's state (coordinates, their velocities, and one
 //! disturbance per row, \[3 rows\]) over a measurement and a period, and derivatives by
 //! it on their way back.
+//!
+//! F is kept without the rows of the disturbances, \[2 rows × 3 rows\]: each is `a` times
+//! itself.
 
-use super::dynamics::{add, scale};
-use super::filter::{Levels, measured};
-use super::measurements::Stretch;
+use super::levels::{Decay, Levels};
+use super::measurements::{Segment, observe};
+use super::vector::{add, dot, scale};
 
-/// Returns the covariance at the start of a stretch, \[3 rows × 3 rows\].
-pub(super) fn start_covariance(rows: usize, stretch: &Stretch, levels: &Levels) -> Vec<f64> {
+/// Returns the covariance at the start of a segment, \[3 rows × 3 rows\].
+pub(super) fn start_covariance(rows: usize, segment: &Segment, levels: &Levels) -> Vec<f64> {
     let states = 3 * rows;
     let mut covariance = vec![0.0; states * states];
-    let deviations = stretch.start_deviation.iter().chain(&levels.drift);
+    let deviations = segment.start_deviation.iter().chain(&levels.disturbance);
     for (i, deviation) in deviations.enumerate() {
         covariance[i * states + i] = deviation * deviation;
     }
     covariance
 }
 
-/// Takes a measurement into a covariance; writes the covariance of the state with
-/// it and returns its variance.
-pub(super) fn update(
+/// Takes a measurement into a covariance: `P ← P − K S Kᵀ`; writes `P Hᵀ`, the covariance of
+/// the state with the measurement, and returns `S = H P Hᵀ + R`.
+///
+/// - `observation`: entries of H; `variance`: R.
+pub(super) fn measurement_update(
     covariance: &mut [f64],
-    of: impl Iterator<Item = (usize, f64)> + Clone,
+    observation: impl Iterator<Item = (usize, f64)> + Clone,
     variance: f64,
-    column: &mut [f64],
+    cross_covariance: &mut [f64],
 ) -> f64 {
-    let states = column.len();
-    column.fill(0.0);
-    for (state, weight) in of.clone() {
-        add(
-            column,
-            weight,
-            &covariance[state * states..(state + 1) * states],
-        );
+    let states = cross_covariance.len();
+    cross_covariance.fill(0.0);
+    for (state, weight) in observation.clone() {
+        let own = &covariance[state * states..(state + 1) * states];
+        add(cross_covariance, weight, own);
     }
-    let variance = variance + measured(column, of);
-    for (row, own) in covariance.chunks_mut(states).zip(&*column) {
+    let variance = variance + observe(cross_covariance, observation);
+    for (row, own) in covariance.chunks_mut(states).zip(&*cross_covariance) {
         if *own != 0.0 {
-            add(row, -own / variance, column);
+            add(row, -own / variance, cross_covariance);
         }
     }
     variance
 }
 
-/// Carries a covariance over a period: `F P F^T`, where the disturbances decay.
+/// Carries a covariance over a period: `F P Fᵀ`.
 ///
-/// - `transition`: \[2 rows × 3 rows\].
+/// - `transition`: F without the rows of the disturbances, \[2 rows × 3 rows\]; `decay`: what
+///   is left of them, a.
 /// - `product`: memory for as much.
 pub(super) fn propagate(
     covariance: &mut [f64],
     transition: &[f64],
     product: &mut [f64],
-    left: f64,
+    decay: f64,
 ) {
     let states = states_of(transition);
     let moving = transition.len() / states;
@@ -70,13 +73,13 @@ pub(super) fn propagate(
             covariance[j * states + i] = entry;
         }
         for j in moving..states {
-            let entry = left * own[j];
+            let entry = decay * own[j];
             covariance[i * states + j] = entry;
             covariance[j * states + i] = entry;
         }
     }
     for row in covariance[moving * states..].chunks_mut(states) {
-        scale(&mut row[moving..], left * left);
+        scale(&mut row[moving..], decay * decay);
     }
 }
 
@@ -85,24 +88,29 @@ fn states_of(transition: &[f64]) -> usize {
     3 * (transition.len() / 6).isqrt()
 }
 
-/// Adds what the disturbances of a period add to a covariance.
-pub(super) fn disturb(covariance: &mut [f64], transition: &[f64], levels: &Levels, left: f64) {
+/// Adds Q: what torque noise and fresh disturbances add in a period.
+pub(super) fn add_process_noise(
+    covariance: &mut [f64],
+    transition: &[f64],
+    levels: &Levels,
+    decay: Decay,
+) {
     let states = states_of(transition);
-    for (source, white) in levels.white.iter().enumerate() {
-        if *white > 0.0 {
-            add_white(covariance, transition, source, white * white);
+    for (row, noise) in levels.torque_noise.iter().enumerate() {
+        if *noise > 0.0 {
+            add_torque_noise(covariance, transition, row, noise * noise);
         }
     }
     let moving = transition.len() / states;
-    for (i, drift) in levels.drift.iter().enumerate() {
-        covariance[(moving + i) * (states + 1)] += drift * drift * (1.0 - left * left);
+    for row in 0..levels.disturbance.len() {
+        covariance[(moving + row) * (states + 1)] += levels.added_variance(row, decay);
     }
 }
 
 /// Adds the variance of one row's held torque to a covariance.
-fn add_white(covariance: &mut [f64], transition: &[f64], source: usize, variance: f64) {
+fn add_torque_noise(covariance: &mut [f64], transition: &[f64], row: usize, variance: f64) {
     let states = states_of(transition);
-    let column = 2 * states / 3 + source;
+    let column = 2 * states / 3 + row;
     for (i, a) in transition.chunks(states).enumerate() {
         let scaled = variance * a[column];
         if scaled != 0.0 {
@@ -113,26 +121,26 @@ fn add_white(covariance: &mut [f64], transition: &[f64], source: usize, variance
     }
 }
 
-/// Returns the sum of products.
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-/// Carries a deviation of the state over a period.
+/// Carries a deviation of the state over a period: `F x`.
 ///
 /// - `memory`: \[states\].
-pub(super) fn carry(x: &mut [f64], transition: &[f64], left: f64, memory: &mut [f64]) {
+pub(super) fn propagate_state(x: &mut [f64], transition: &[f64], decay: f64, memory: &mut [f64]) {
     let states = x.len();
     let moving = 2 * states / 3;
     for (sum, row) in memory.iter_mut().zip(transition.chunks(states)) {
         *sum = dot(row, x);
     }
     x[..moving].copy_from_slice(&memory[..moving]);
-    scale(&mut x[moving..], left);
+    scale(&mut x[moving..], decay);
 }
 
-/// Carries a derivative by the state back over a period: `F^T r`.
-pub(super) fn pull_state(weight: &mut [f64], transition: &[f64], left: f64, memory: &mut [f64]) {
+/// Carries a derivative by the state back over a period: `Fᵀ r`.
+pub(super) fn adjoint_state(
+    weight: &mut [f64],
+    transition: &[f64],
+    decay: f64,
+    memory: &mut [f64],
+) {
     let states = weight.len();
     let moving = 2 * states / 3;
     memory.fill(0.0);
@@ -140,16 +148,16 @@ pub(super) fn pull_state(weight: &mut [f64], transition: &[f64], left: f64, memo
         add(memory, *factor, row);
     }
     for (i, own) in memory.iter_mut().enumerate().skip(moving) {
-        *own += left * weight[i];
+        *own += decay * weight[i];
     }
     weight.copy_from_slice(memory);
 }
 
-/// Writes `F^T S`, of a symmetric derivative by the covariance.
-pub(super) fn pull_product(
+/// Writes `Fᵀ D`, of a symmetric derivative D by the covariance.
+pub(super) fn adjoint_product(
     by_covariance: &[f64],
     transition: &[f64],
-    left: f64,
+    decay: f64,
     product: &mut [f64],
 ) {
     let states = by_covariance.len().isqrt();
@@ -164,11 +172,16 @@ pub(super) fn pull_product(
         }
     }
     let drifts = moving * states;
-    add(&mut product[drifts..], left, &by_covariance[drifts..]);
+    add(&mut product[drifts..], decay, &by_covariance[drifts..]);
 }
 
-/// Writes `(F^T S) F`, symmetric.
-pub(super) fn pull(product: &[f64], transition: &[f64], left: f64, by_covariance: &mut [f64]) {
+/// Writes `(Fᵀ D) F`, symmetric.
+pub(super) fn adjoint_covariance(
+    product: &[f64],
+    transition: &[f64],
+    decay: f64,
+    by_covariance: &mut [f64],
+) {
     let states = by_covariance.len().isqrt();
     let moving = 2 * states / 3;
     for i in 0..states {
@@ -181,7 +194,7 @@ pub(super) fn pull(product: &[f64], transition: &[f64], left: f64, by_covariance
             }
         }
         for (j, out) in out.iter_mut().enumerate().skip(moving) {
-            *out += left * own[j];
+            *out += decay * own[j];
         }
         for j in 0..i {
             by_covariance[j * states + i] = by_covariance[i * states + j];

@@ -1,8 +1,10 @@
 //! Delays that are to be estimated, by likelihood from more than one start.
 
-use super::refine::{Refined, Start, refine};
+use super::refine::{Start, refine};
+use super::refined::Refined;
+use super::start_levels::TorqueNoise;
 use crate::description::{Delay, Estimator};
-use crate::estimate::least_squares::fit;
+use crate::fit::fit;
 use crate::log::LogSource;
 use crate::prepare::{DelayByLikelihood, Excerpt, fit_motor_rows};
 use crate::progress::{Listener, Phase};
@@ -10,11 +12,11 @@ use crate::regression::{PassError, Reading};
 
 /// Delays from which the likelihood is followed until two starts lead to one place, s:
 /// it reaches some ten milliseconds from each.
-const FURTHER: [f64; 5] = [5e-3, 1e-2, 2e-2, 3.5e-2, -1e-2];
+const FURTHER_STARTS_S: [f64; 5] = [5e-3, 1e-2, 2e-2, 3.5e-2, -1e-2];
 
 /// Standard errors, and the part of a period, within which two delays are the same.
-const SAME: f64 = 3.0;
-const PART: f64 = 0.05;
+const SAME_DELAY_SIGMAS: f64 = 3.0;
+const MIN_DELAY_ERROR_SAMPLES: f64 = 0.05;
 
 /// Finds the delays that the description asks for, by likelihood; none where it fails, so
 /// that those of the search by least squares stand.
@@ -24,7 +26,7 @@ const PART: f64 = 0.05;
 /// what the search found and from further delays, until two starts lead to one place;
 /// the greatest wins.
 ///
-/// Returns none where no delay is to be estimated or the refinement is not wanted.
+/// Returns none where no delay is to be estimated or the refinement is not estimated.
 ///
 /// # Errors
 ///
@@ -36,26 +38,26 @@ pub(in crate::estimate) fn likely_delays(
     progress: &mut dyn Listener,
 ) -> Result<Vec<DelayByLikelihood>, PassError> {
     let channels = reading.channels();
-    let wanted: Vec<usize> = (0..channels.all.len())
+    let estimated: Vec<usize> = (0..channels.all.len())
         .filter(|&i| channels.all[i].delay == Some(Delay::Estimate))
         .collect();
     let asked = (reading.settings().estimator).contains(&Estimator::PredictionError);
-    if wanted.is_empty() || !asked || !is_sound(reading, excerpt, &wanted) {
+    if estimated.is_empty() || !asked || !is_sound(reading, excerpt, &estimated) {
         return Ok(Vec::new());
     }
-    let mut search = Search {
+    let mut search = DelaySearch {
         reading,
         sources,
         excerpt,
-        wanted: &wanted,
+        estimated: &estimated,
         progress,
     };
-    let searched: Vec<f64> = wanted.iter().map(|&i| reading.delays()[i]).collect();
-    let mut starts = vec![vec![0.0; wanted.len()]];
+    let searched: Vec<f64> = estimated.iter().map(|&i| reading.delays()[i]).collect();
+    let mut starts = vec![vec![0.0; estimated.len()]];
     if searched != starts[0] {
         starts.push(searched);
     }
-    starts.extend(FURTHER.map(|start| vec![start; wanted.len()]));
+    starts.extend(FURTHER_STARTS_S.map(|start| vec![start; estimated.len()]));
     let mut found: Vec<Refined> = Vec::new();
     for start in starts {
         let Some(refined) = search.follow(&start)? else {
@@ -69,13 +71,13 @@ pub(in crate::estimate) fn likely_delays(
             break;
         }
     }
-    let converged = found.into_iter().filter(|refined| refined.converged);
+    let converged = found.into_iter().filter(|refined| refined.converged());
     let best = converged.min_by(|a, b| per_measurement(a).total_cmp(&per_measurement(b)));
     let best = best.map(|best| best.delays).unwrap_or_default();
-    Ok((best.iter().filter(|delay| delay.wanted))
+    Ok((best.iter().filter(|delay| delay.estimated))
         .map(|delay| DelayByLikelihood {
             channel: delay.channel,
-            delay: delay.assumed + delay.beyond,
+            delay: delay.delay(),
             standard_error: delay.standard_error,
         })
         .collect())
@@ -83,9 +85,9 @@ pub(in crate::estimate) fn likely_delays(
 
 /// Returns whether the joints that are asked about have springs that pull back: the
 /// likelihood of a log that is wrong takes minutes to say nothing.
-fn is_sound(reading: &Reading, excerpt: &Excerpt, wanted: &[usize]) -> bool {
+fn is_sound(reading: &Reading, excerpt: &Excerpt, estimated: &[usize]) -> bool {
     fit_motor_rows(excerpt, &reading.without_weights()).is_some_and(|fits| {
-        wanted.iter().all(|&i| {
+        estimated.iter().all(|&i| {
             let joint = reading.channels().all[i].joint;
             fits[joint]
                 .stiffness
@@ -100,31 +102,31 @@ fn per_measurement(refined: &Refined) -> f64 {
 }
 
 fn agree(one: &Refined, other: &Refined, period: f64) -> bool {
-    let wanted = one
+    let estimated = one
         .delays
         .iter()
         .zip(&other.delays)
-        .filter(|(d, _)| d.wanted);
-    let same = wanted.into_iter().all(|(a, b)| {
+        .filter(|(d, _)| d.estimated);
+    let same = estimated.into_iter().all(|(a, b)| {
         let apart = (a.assumed + a.beyond - b.assumed - b.beyond).abs();
-        apart < SAME * a.standard_error.max(PART * period)
+        apart < SAME_DELAY_SIGMAS * a.standard_error.max(MIN_DELAY_ERROR_SAMPLES * period)
     });
-    one.converged && other.converged && same
+    one.converged() && other.converged() && same
 }
 
-struct Search<'a, 's, 'p> {
+struct DelaySearch<'a, 's, 'p> {
     reading: &'a Reading,
     sources: &'a mut [LogSource<'s>],
     excerpt: &'a Excerpt,
-    wanted: &'a [usize],
+    estimated: &'a [usize],
     progress: &'p mut dyn Listener,
 }
 
-impl Search<'_, '_, '_> {
+impl DelaySearch<'_, '_, '_> {
     /// Follows the likelihood from some delays and what least squares say with them.
     fn follow(&mut self, start: &[f64]) -> Result<Option<Refined>, PassError> {
         let mut delays = self.reading.delays().to_vec();
-        for (&channel, &delay) in self.wanted.iter().zip(start) {
+        for (&channel, &delay) in self.estimated.iter().zip(start) {
             delays[channel] = delay;
         }
         let reading = self.reading.with_delays(&delays).without_weights();
@@ -143,8 +145,8 @@ impl Search<'_, '_, '_> {
         let start = Start {
             theta: &fitted.theta,
             free: free.collect(),
-            exact_torque: reading.channels().exact_torque,
-            delays: self.wanted.to_vec(),
+            torque_noise: TorqueNoise::of(reading.channels()),
+            delays: self.estimated.to_vec(),
         };
         let phase = Phase::FindingDelays;
         refine(

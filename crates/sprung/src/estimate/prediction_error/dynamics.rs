@@ -10,31 +10,17 @@ use sprung_core::robot::Values;
 use sprung_core::scalar::Scalar;
 use sprung_core::spatial::BODY;
 
+use super::vector::add;
 use crate::model::{Model, Scratch, Theta};
 
 /// What the fastest friction may pull a velocity in one step of the integration,
 /// and the phase that the fastest spring may swing through, rad: Runge-Kutta of
 /// order 4 is stable to 2.7, and off by 1e-3 of a swing at 0.7.
-const PULL: f64 = 1.2;
-const SWING: f64 = 0.7;
+const MAX_DAMPING_PER_STEP: f64 = 1.2;
+const MAX_PHASE_PER_STEP: f64 = 0.7;
 
 /// Steps of the integration in a period, at most.
-const MOST_STEPS: usize = 64;
-
-/// Adds a multiple of a row to another.
-#[inline]
-pub(super) fn add(sum: &mut [f64], factor: f64, row: &[f64]) {
-    for (sum, x) in sum.iter_mut().zip(row) {
-        *sum += factor * x;
-    }
-}
-
-/// Multiplies a row.
-pub(super) fn scale(row: &mut [f64], factor: f64) {
-    for x in row {
-        *x *= factor;
-    }
-}
+const MAX_STEPS: usize = 64;
 
 /// Derivatives that travel with the state: those of the state \[2 rows × columns\]
 /// and those of the torques \[rows × columns\], row by row.
@@ -201,7 +187,7 @@ impl<'m> Dynamics<'m> {
     /// and its change.
     ///
     /// - `positions`: of all rows; `pushed`: rows that get the torque in turn.
-    pub(super) fn of_acceleration(
+    pub(super) fn visit_acceleration_torques(
         &mut self,
         positions: &[f64],
         pushed: &[usize],
@@ -250,7 +236,7 @@ impl<'m> Dynamics<'m> {
         // Friction at the slowest velocity that the period comes by.
         let slowest = |row: usize| {
             let (from, change) = (x[rows + row], self.rate[row] * period);
-            // A step that misses the transition by little ends in it.
+            // A period that misses the reversal by little may end in it.
             let (low, high) = (from.min(from + 1.5 * change), from.max(from + 1.5 * change));
             if low <= 0.0 && high >= 0.0 {
                 0.0
@@ -281,9 +267,10 @@ impl<'m> Dynamics<'m> {
             }
         }
         let most = |all: &[f64]| all.iter().fold(0.0_f64, |m, x| m.max(*x));
-        let needed = (most(&pull) * period / PULL).max(most(&spring).sqrt() * period / SWING);
+        let needed = (most(&pull) * period / MAX_DAMPING_PER_STEP)
+            .max(most(&spring).sqrt() * period / MAX_PHASE_PER_STEP);
         if needed.is_finite() {
-            (needed.ceil() as usize).clamp(1, MOST_STEPS)
+            (needed.ceil() as usize).clamp(1, MAX_STEPS)
         } else {
             1
         }

@@ -1,6 +1,7 @@
 //! What there is to know of a refinement.
 
-use super::refine::{ChannelDelay, Refined};
+use super::delay_updates::DelayUpdate;
+use super::refined::Refined;
 use crate::estimate::chi_square::upper_tail;
 use crate::finding::{Finding, Severity};
 use crate::log::Channels;
@@ -8,35 +9,22 @@ use crate::model::Model;
 use crate::regression::Reading;
 
 /// Pairs of parameters that are listed, and the correlation from which on they are.
-const PAIRS: usize = 5;
-const ALIKE: f64 = 0.5;
+const MAX_LISTED_PAIRS: usize = 5;
+const LISTED_CORRELATION: f64 = 0.5;
 
 /// Correlation from which on two parameters are known together only.
-const TOGETHER: f64 = 0.98;
+const KNOWN_TOGETHER_CORRELATION: f64 = 0.98;
 
-/// Standard errors from which on a delay counts, and the part of a sample that it
-/// must be: less does no harm.
-const CERTAIN: f64 = 4.0;
-const PART: f64 = 0.1;
+/// Significance from which on a delay counts, in standard errors, and the part of a sample
+/// that it must be: less does no harm.
+const DELAY_SIGNIFICANCE_SIGMAS: f64 = 4.0;
+const MIN_DELAY_SAMPLES: f64 = 0.1;
 
 /// Probability of a false alarm when logs are compared.
-const ALARM: f64 = 0.01;
+const FALSE_ALARM_PROBABILITY: f64 = 0.01;
 
 /// Part of a motor's torque that disturbances may have before they are mentioned.
-const LOUD: f64 = 0.05;
-
-pub(super) fn stands_back(why: &str) -> Finding {
-    Finding::new(
-        Severity::Warning,
-        "refinement-failed",
-        format!(
-            "the refinement is not used: {why}. The values here are those of least squares, and \
-             their intervals are lower bounds"
-        ),
-        "look at signs, units and delays of the columns, at missing friction laws, and at the other \
-         warnings",
-    )
-}
+const MAX_QUIET_DISTURBANCE: f64 = 0.05;
 
 /// Returns what there is to know of a refinement.
 pub(super) fn about(reading: &Reading, period: f64, refined: &Refined) -> Vec<Finding> {
@@ -58,11 +46,15 @@ pub(super) fn about(reading: &Reading, period: f64, refined: &Refined) -> Vec<Fi
     findings.extend(together(model, refined));
     findings.extend(disagree(model, refined));
     let loud: Vec<String> = (refined.levels.iter().enumerate())
-        .filter(|(_, level)| level.drift > LOUD * level.torque)
+        .filter(|(_, level)| level.disturbance > MAX_QUIET_DISTURBANCE * level.torque)
         .map(|(row, level)| {
-            let part = 100.0 * level.drift / level.torque;
+            let part = 100.0 * level.disturbance / level.torque;
             // The row's name ends in the unit.
-            format!("{} {:.3} ({part:.0} %)", model.row_name(row), level.drift)
+            format!(
+                "{} {:.3} ({part:.0} %)",
+                model.row_name(row),
+                level.disturbance
+            )
         })
         .collect();
     if !loud.is_empty() {
@@ -83,36 +75,38 @@ pub(super) fn about(reading: &Reading, period: f64, refined: &Refined) -> Vec<Fi
 }
 
 /// Says which channels were recorded late: of each joint, the one that it shows best.
-fn late(channels: &Channels, period: f64, delays: &[ChannelDelay]) -> Vec<Finding> {
+fn late(channels: &Channels, period: f64, delays: &[DelayUpdate]) -> Vec<Finding> {
     let joints = channels.rigid.len();
     let mut findings = Vec::new();
-    for delay in delays.iter().filter(|d| d.wanted) {
+    for delay in delays.iter().filter(|d| d.estimated) {
         findings.push(Finding::new(
             Severity::Info,
             "delay-refined",
             format!(
                 "\"{}\" was recorded {:.5} s late, by likelihood (standard error {:.5} s)",
                 channels.all[delay.channel].column,
-                delay.assumed + delay.beyond,
+                delay.delay(),
                 delay.standard_error
             ),
             "give the delay as a number to keep it fixed",
         ));
     }
     for joint in 0..joints {
-        let own = |d: &&ChannelDelay| channels.all[d.channel].joint == joint;
-        if delays.iter().filter(own).any(|d| d.wanted) {
+        let own = |d: &&DelayUpdate| channels.all[d.channel].joint == joint;
+        if delays.iter().filter(own).any(|d| d.estimated) {
             continue;
         }
-        let size = |d: &ChannelDelay| d.beyond.abs() / d.standard_error;
+        let size = |d: &DelayUpdate| d.beyond.abs() / d.standard_error;
         let best = delays
             .iter()
             .filter(own)
-            .filter(|d| size(d) > CERTAIN && d.beyond.abs() > PART * period)
+            .filter(|d| {
+                size(d) > DELAY_SIGNIFICANCE_SIGMAS && d.beyond.abs() > MIN_DELAY_SAMPLES * period
+            })
             .max_by(|a, b| size(a).total_cmp(&size(b)));
         let Some(delay) = best else { continue };
         let column = &channels.all[delay.channel].column;
-        let total = delay.assumed + delay.beyond;
+        let total = delay.delay();
         findings.push(Finding::new(
             Severity::Warning,
             "late-channel",
@@ -144,7 +138,7 @@ fn when(delay: f64) -> String {
 fn together(model: &Model, refined: &Refined) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (a, b, correlation) in correlations(refined) {
-        if correlation.abs() < TOGETHER {
+        if correlation.abs() < KNOWN_TOGETHER_CORRELATION {
             continue;
         }
         let (first, second) = (&model.parameters()[a], &model.parameters()[b]);
@@ -185,10 +179,10 @@ pub(super) fn correlations(refined: &Refined) -> Vec<(usize, usize, f64)> {
             let correlation = at(i, j) / (at(i, i) * at(j, j)).sqrt();
             (refined.free[i], refined.free[j], correlation)
         })
-        .filter(|pair| pair.2.abs() > ALIKE)
+        .filter(|pair| pair.2.abs() > LISTED_CORRELATION)
         .collect();
     pairs.sort_by(|a, b| b.2.abs().total_cmp(&a.2.abs()));
-    pairs.truncate(PAIRS);
+    pairs.truncate(MAX_LISTED_PAIRS);
     pairs
 }
 
@@ -211,7 +205,7 @@ fn disagree(model: &Model, refined: &Refined) -> Option<Finding> {
         let spread: f64 = (values.clone())
             .map(|(x, error)| ((x - mean) / error).powi(2))
             .sum();
-        if upper_tail(spread, freedom) < ALARM / refined.free.len() as f64 {
+        if upper_tail(spread, freedom) < FALSE_ALARM_PROBABILITY / refined.free.len() as f64 {
             let parameter = &model.parameters()[index];
             let each: Vec<String> = values.map(|(x, e)| format!("{x:.4} ± {e:.4}")).collect();
             apart.push(format!("{} ({})", parameter.short(), each.join(", ")));

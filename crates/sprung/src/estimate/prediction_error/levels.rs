@@ -1,79 +1,126 @@
-//! The levels of the disturbances, found by maximum likelihood.
-//!
-//! Steps are those of scoring: the information that the innovations show, brought
-//! to the size that is expected of it.
+//! Levels of noise and disturbances, and which of them are unknown.
 
-use super::filter::Levels;
-use super::likelihood::{About, Slope};
-use super::measurements::Record;
-use super::solve::damped_step;
+use super::measurements::{Measurement, Measurements};
 
-/// Bounds of a level, as parts of the torque's standard deviation: more drift than
-/// the upper one is not a disturbance but a torque that the model does not explain.
-/// White noise may be that of a current sensor.
-const LOWEST: f64 = 1e-4;
-const HIGHEST_WHITE: f64 = 0.5;
-const HIGHEST_DRIFT: f64 = 0.25;
-
-/// Steps of scoring, and the largest change of a logarithm in one.
-const STEPS: usize = 6;
-const STRIDE: f64 = 1.5;
-
-/// Ratio of expected to found that the curvature is corrected by, at most.
-const UNLIKE: f64 = 30.0;
-
-/// A step that promises less than this of the likelihood's logarithm ends the
-/// search: the estimate does not feel it.
-const ENOUGH: f64 = 0.1;
+/// Bounds of a level of torque, as parts of the torque's standard deviation. A larger
+/// disturbance is not one but an effect that the model lacks; white noise may be that of a
+/// current sensor.
+const MIN_TORQUE_LEVEL: f64 = 1e-4;
+const MAX_TORQUE_NOISE: f64 = 0.5;
+const MAX_DISTURBANCE: f64 = 0.25;
 
 /// Bounds of a sensor's noise, as parts of the standard deviation of what it shows.
-const QUIET: f64 = 1e-8;
-const NOISY: f64 = 0.3;
+const MIN_SENSOR_NOISE: f64 = 1e-8;
+const MAX_SENSOR_NOISE: f64 = 0.3;
 
-/// Corner of the disturbances' spectrum that is expected, Hz, by which factor it may
-/// well differ, and its bounds: a log with little disturbance says nothing of it.
-pub(super) const CORNER: f64 = 1.5;
-const FACTOR: f64 = 3.0;
-const CORNERS: (f64, f64) = (0.2, 10.0);
+/// Bounds of the corner of the disturbances' spectrum, Hz: a log with little disturbance
+/// says nothing of it.
+const CORNER_BOUNDS_HZ: (f64, f64) = (0.2, 10.0);
 
-/// A level: white noise or drift of a row, noise of a sensor, or the corner of all
-/// drifts.
+/// Part of its upper bound from which on a level is at it.
+const AT_BOUND: f64 = 0.99;
+
+/// Levels of noise and disturbances: Q and R of the filter.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Levels {
+    /// White noise of the logged torque, held for a period: σ_w, N·m (N), \[rows\].
+    pub(super) torque_noise: Vec<f64>,
+    /// Slow disturbance, a torque with a first-order spectrum: σ_d, N·m (N), \[rows\].
+    pub(super) disturbance: Vec<f64>,
+    /// Corner of that spectrum: f_d, Hz.
+    pub(super) corner: f64,
+    /// Noise of each sensor beyond what its samples show: σ_s, rad (m).
+    pub(super) sensor_noise: Vec<f64>,
+}
+
+impl Levels {
+    /// Returns the variance of a measurement, R.
+    pub(super) fn measurement_variance(&self, measurement: &Measurement) -> f64 {
+        measurement.variance + self.sensor_noise[measurement.sensor].powi(2)
+    }
+
+    /// Returns what a period leaves of a disturbance.
+    ///
+    /// - `period`: s.
+    pub(super) fn decay(&self, period: f64) -> Decay {
+        Decay::new(self.corner, period)
+    }
+
+    /// Returns the variance that a period adds to a disturbance, `σ_d² (1 − a²)`.
+    pub(super) fn added_variance(&self, row: usize, decay: Decay) -> f64 {
+        self.disturbance[row].powi(2) * (1.0 - decay.factor * decay.factor)
+    }
+}
+
+/// What a period leaves of a disturbance.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Decay {
+    /// a = exp(−2π f_d T).
+    pub(super) factor: f64,
+    /// Its derivative by the logarithm of the corner.
+    pub(super) by_log_corner: f64,
+}
+
+impl Decay {
+    /// - `corner`: Hz; `period`: s.
+    pub(super) fn new(corner: f64, period: f64) -> Self {
+        let factor = (-std::f64::consts::TAU * corner * period).exp();
+        Self {
+            factor,
+            by_log_corner: factor * factor.ln(),
+        }
+    }
+}
+
+/// One level: of a row, of a sensor, or the corner of all disturbances.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Level {
-    White(usize),
-    Drift(usize),
-    Sensor(usize),
+    TorqueNoise(usize),
+    Disturbance(usize),
+    SensorNoise(usize),
     Corner,
 }
 
-/// Levels that are searched, and their bounds.
+/// Levels that are unknown, and their bounds.
 #[derive(Clone, Debug)]
-pub(super) struct Search {
+pub(super) struct UnknownLevels {
     pub(super) all: Vec<Level>,
-    bounds: Vec<(f64, f64)>,
+    pub(super) bounds: Vec<(f64, f64)>,
 }
 
-impl Search {
-    /// - `white`: whether each row has white noise that is unknown; `sensors`:
+impl UnknownLevels {
+    /// - `noisy_torques`: whether each row has white noise that is unknown; `noisy_sensors`:
     ///   whether each sensor has noise beyond what its samples show.
-    pub(super) fn new(record: &Record, white: &[bool], sensors: &[bool]) -> Self {
-        let scales = &record.torque_scale;
-        let noisy = white.iter().enumerate().filter(|(_, white)| **white);
-        let noisy_sensors = sensors.iter().enumerate().filter(|(_, noisy)| **noisy);
-        let all: Vec<Level> = noisy
-            .map(|(row, _)| Level::White(row))
-            .chain((0..scales.len()).map(Level::Drift))
+    pub(super) fn new(
+        measurements: &Measurements,
+        noisy_torques: &[bool],
+        noisy_sensors: &[bool],
+    ) -> Self {
+        let scales = &measurements.torque_scale;
+        let indices = |noisy: &[bool]| -> Vec<usize> {
+            (0..noisy.len()).filter(|&index| noisy[index]).collect()
+        };
+        let torques = indices(noisy_torques).into_iter();
+        let sensors = indices(noisy_sensors).into_iter();
+        let all: Vec<Level> = (torques.map(Level::TorqueNoise))
+            .chain((0..scales.len()).map(Level::Disturbance))
             .chain([Level::Corner])
-            .chain(noisy_sensors.map(|(sensor, _)| Level::Sensor(sensor)))
+            .chain(sensors.map(Level::SensorNoise))
             .collect();
         let bounds = all.iter().map(|level| match *level {
-            Level::White(row) => (LOWEST * scales[row], HIGHEST_WHITE * scales[row]),
-            Level::Drift(row) => (LOWEST * scales[row], HIGHEST_DRIFT * scales[row]),
-            Level::Sensor(sensor) => {
-                let scale = record.sensors[sensor].scale;
-                (QUIET * scale, NOISY * scale)
+            Level::TorqueNoise(row) => (
+                MIN_TORQUE_LEVEL * scales[row],
+                MAX_TORQUE_NOISE * scales[row],
+            ),
+            Level::Disturbance(row) => (
+                MIN_TORQUE_LEVEL * scales[row],
+                MAX_DISTURBANCE * scales[row],
+            ),
+            Level::SensorNoise(sensor) => {
+                let scale = measurements.sensors[sensor].scale;
+                (MIN_SENSOR_NOISE * scale, MAX_SENSOR_NOISE * scale)
             }
-            Level::Corner => CORNERS,
+            Level::Corner => CORNER_BOUNDS_HZ,
         });
         Self {
             bounds: bounds.collect(),
@@ -81,146 +128,37 @@ impl Search {
         }
     }
 
-    pub(super) fn logs(&self, levels: &Levels) -> Vec<f64> {
-        let of = |level: &Level| match *level {
-            Level::White(row) => levels.white[row],
-            Level::Drift(row) => levels.drift[row],
-            Level::Sensor(sensor) => levels.sensor[sensor],
+    /// Returns the logarithms of the unknown levels.
+    pub(super) fn logarithms(&self, levels: &Levels) -> Vec<f64> {
+        let value = |level: &Level| match *level {
+            Level::TorqueNoise(row) => levels.torque_noise[row],
+            Level::Disturbance(row) => levels.disturbance[row],
+            Level::SensorNoise(sensor) => levels.sensor_noise[sensor],
             Level::Corner => levels.corner,
         };
-        self.all.iter().map(|level| of(level).ln()).collect()
+        self.all.iter().map(|level| value(level).ln()).collect()
     }
 
-    pub(super) fn levels(&self, from: &Levels, logs: &[f64]) -> Levels {
-        let mut levels = from.clone();
-        for ((level, log), (low, high)) in self.all.iter().zip(logs).zip(&self.bounds) {
+    /// Returns levels with the unknown ones at other logarithms, within their bounds.
+    pub(super) fn levels(&self, known: &Levels, logarithms: &[f64]) -> Levels {
+        let mut levels = known.clone();
+        for ((level, log), (low, high)) in self.all.iter().zip(logarithms).zip(&self.bounds) {
             let value = log.exp().clamp(*low, *high);
             match *level {
-                Level::White(row) => levels.white[row] = value,
-                Level::Drift(row) => levels.drift[row] = value,
-                Level::Sensor(sensor) => levels.sensor[sensor] = value,
+                Level::TorqueNoise(row) => levels.torque_noise[row] = value,
+                Level::Disturbance(row) => levels.disturbance[row] = value,
+                Level::SensorNoise(sensor) => levels.sensor_noise[sensor] = value,
                 Level::Corner => levels.corner = value,
             }
         }
         levels
     }
 
-    /// Returns the levels that ended at their upper bound.
-    pub(super) fn at_bound<'a>(&'a self, levels: &'a Levels) -> impl Iterator<Item = Level> + 'a {
-        let values = self.logs(levels);
-        (self.all.iter().zip(&self.bounds).zip(values))
-            .filter(|((level, (_, high)), log)| **level != Level::Corner && log.exp() > 0.99 * high)
-            .map(|((level, _), _)| *level)
-    }
-}
-
-/// Searches the levels of the greatest likelihood; returns them, and by how much
-/// its logarithm grew.
-pub(super) fn search(about: &About<'_>, search: &Search, from: &Levels) -> (Levels, f64) {
-    let mut logs = search.logs(from);
-    let mut levels = search.levels(from, &logs);
-    let mut slope = search.slope(about, &levels);
-    let first = slope.loss;
-    for _ in 0..STEPS {
-        let Some((step, promised)) = search.step(&logs, &slope) else {
-            break;
-        };
-        if promised < ENOUGH {
-            break;
-        }
-        let mut part = 1.0;
-        let better = loop {
-            let at: Vec<f64> = logs.iter().zip(&step).map(|(x, d)| x + part * d).collect();
-            let there = search.levels(from, &at);
-            let found = search.slope(about, &there);
-            if found.loss < slope.loss {
-                break Some((there, found));
-            }
-            part *= 0.25;
-            if part < 0.01 {
-                break None;
-            }
-        };
-        let Some((there, found)) = better else { break };
-        levels = there;
-        logs = search.logs(&levels);
-        slope = found;
-    }
-    (levels, first - slope.loss)
-}
-
-impl Search {
-    /// Returns what the likelihood and what is known of the corner say at some
-    /// levels; the curvature is the expected one where only one level counts.
-    pub(super) fn slope(&self, about: &About<'_>, levels: &Levels) -> Slope {
-        let mut slope = about.likelihood(self, levels);
-        let count = self.all.len();
-        let scales: Vec<f64> = (self.all.iter().zip(&slope.expected).zip(&slope.gradient))
-            .map(|((level, expected), own)| {
-                let found = expected - own;
-                if *level == Level::Corner || !(found > 0.0 && *expected > 0.0) {
-                    1.0
-                } else {
-                    (expected / found).sqrt().clamp(1.0 / UNLIKE, UNLIKE)
-                }
-            })
-            .collect();
-        for i in 0..count {
-            for j in 0..=i {
-                slope.curvature[i * count + j] *= scales[i] * scales[j];
-            }
-        }
-        if let Some(at) = self.all.iter().position(|level| *level == Level::Corner) {
-            let (away, width) = ((levels.corner / CORNER).ln(), FACTOR.ln());
-            slope.loss += 0.5 * (away / width).powi(2);
-            slope.gradient[at] += away / width.powi(2);
-            slope.curvature[at * (count + 1)] += width.powi(-2);
-        }
-        slope
-    }
-
-    /// Returns the step of scoring within the bounds, and what it promises.
-    ///
-    /// What the log hardly speaks of moves little: every logarithm is held by the
-    /// same amount, as much as keeps the longest step within its stride.
-    fn step(&self, logs: &[f64], slope: &Slope) -> Option<(Vec<f64>, f64)> {
-        let (gradient, curvature) = (&slope.gradient, &slope.curvature);
-        let count = logs.len();
-        let mut held = vec![false; count];
-        let mut hold = 0.1;
-        loop {
-            let free: Vec<usize> = (0..count).filter(|i| !held[*i]).collect();
-            let part: Vec<f64> = (free.iter())
-                .flat_map(|&i| free.iter().map(move |&j| (i, j)))
-                .map(|(i, j)| {
-                    let own = if i == j { hold } else { 0.0 };
-                    own + curvature[i.max(j) * count + i.min(j)]
-                })
-                .collect();
-            let own: Vec<f64> = free.iter().map(|&i| gradient[i]).collect();
-            let step = damped_step(&part, &own, 0.0)?;
-            if step.iter().any(|step| step.abs() > STRIDE) {
-                hold *= 4.0;
-                continue;
-            }
-            let mut all = vec![0.0; count];
-            let mut beyond = None;
-            for (&i, step) in free.iter().zip(&step) {
-                let (low, high) = self.bounds[i];
-                let inside = (logs[i] + step).clamp(low.ln(), high.ln());
-                all[i] = inside - logs[i];
-                let cut = (all[i] - step).abs();
-                if beyond.is_none_or(|(_, most)| cut > most) && cut > 1e-9 {
-                    beyond = Some((i, cut));
-                }
-            }
-            let promised: f64 = -0.5 * all.iter().zip(gradient).map(|(d, g)| d * g).sum::<f64>();
-            match beyond {
-                // A level that stands at its bound and pulls outward is none; nor
-                // may one that is cut short lead the others uphill.
-                Some((i, _)) if all[i].abs() < 1e-9 || promised <= 0.0 => held[i] = true,
-                _ => return Some((all, promised)),
-            }
-        }
+    /// Returns whether the disturbance of a row is at its upper bound.
+    pub(super) fn disturbance_at_bound(&self, levels: &Levels, row: usize) -> bool {
+        let values = self.logarithms(levels);
+        (self.all.iter().zip(&self.bounds).zip(values)).any(|((level, (_, high)), log)| {
+            *level == Level::Disturbance(row) && log.exp() > AT_BOUND * high
+        })
     }
 }

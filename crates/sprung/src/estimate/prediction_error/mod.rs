@@ -1,43 +1,51 @@
 //! The prediction-error estimator: a refinement of least squares, and what there is
-//! to know of it.
+//! to know of it. NOTATION.md has its equations.
 
 mod bound;
 mod covariance;
+mod delay_updates;
 mod delays;
 mod descent;
+mod describe;
 mod dynamics;
 mod filter;
 mod findings;
+mod finish;
 mod hold_out;
-mod level_gradient;
+mod level_search;
 mod levels;
 mod likelihood;
 mod measurements;
 mod noisy_torque;
+mod problem;
 mod refine;
+mod refined;
 mod solve;
+mod start_levels;
+mod status;
 #[cfg(test)]
 mod tests;
 mod unknowns;
+mod vector;
 
 use super::found::{Criterion, Found, NORMAL_95, Numbers};
-use super::least_squares::{Fitted, trace};
-use super::result::{
-    HeldOutResidual, RefinedDelay, RefinedOffset, Refinement, RowDisturbance, SensorNoise,
-};
 use crate::description::Delay;
 use crate::finding::{Finding, Severity};
-use crate::log::{Channels, LogSource};
-use crate::model::Model;
+use crate::fit::{Fitted, trace};
+use crate::log::LogSource;
 use crate::prepare::Excerpt;
 use crate::progress::{Listener, Phase};
 use crate::regression::{PassError, Reading, System};
 use crate::stopwatch::Stopwatch;
 pub use bound::{KnownNoise, information_bound};
 pub(super) use delays::likely_delays;
-use findings::{about, correlations, stands_back};
-use hold_out::{HeldOut, held_out};
-use refine::{Refined, Start, refine};
+use describe::describe;
+use findings::about;
+use hold_out::held_out;
+use refine::{Start, refine};
+use refined::Refined;
+use start_levels::TorqueNoise;
+use status::Status;
 
 /// What a refinement begins with.
 #[derive(Clone, Copy)]
@@ -53,191 +61,94 @@ pub(super) struct Before<'a> {
     pub(super) about_logs: &'a [Finding],
 }
 
-/// Refines what least squares found.
+/// Refines what least squares found: refine, hold out, judge.
 ///
 /// Where that fails, the linear values stand and a finding says why.
 ///
-/// - `progress`: called when a run of the filter begins.
+/// - `progress`: told of each run of the filter.
 ///
 /// # Errors
 ///
-/// [`PassError`] if a log cannot be read again.
+/// [`PassError`] if a log cannot be read again, or who listens to the progress stops it.
 pub(super) fn prediction_error(
     reading: &Reading,
     sources: &mut [LogSource<'_>],
     before: Before<'_>,
     progress: &mut dyn Listener,
 ) -> Result<Found, PassError> {
-    let Before {
-        excerpt,
-        system,
-        fitted,
-        nominal,
-        about_logs,
-    } = before;
     let begin = Stopwatch::start();
-    let (model, channels) = (reading.model(), reading.channels());
-    let parameters = model.parameters().iter();
-    let free: Vec<usize> = (parameters.zip(&fitted.identifiable).enumerate())
-        .filter(|(_, (parameter, known))| **known && parameter.fixed.is_none())
-        .map(|(i, _)| i)
-        .collect();
-    let start = Start {
-        theta: nominal.unwrap_or(&fitted.theta),
-        free,
-        exact_torque: channels.exact_torque,
-        delays: (0..channels.all.len())
-            .filter(|&i| channels.all[i].delay == Some(Delay::Estimate))
-            .collect(),
-    };
-    let wrong = (about_logs.iter()).find(|finding| {
-        finding.severity >= Severity::Serious || finding.code == "looks-like-degrees"
-    });
+    let (model, excerpt) = (reading.model(), before.excerpt);
+    let start = start(reading, &before);
+    let wrong = wrong_log(before.about_logs);
     let refined = match wrong {
         Some(_) => None,
         None => refine(reading, sources, excerpt, &start, Phase::Refining, progress)?,
     };
-    let held = (refined.as_ref()).and_then(|refined| held_out(model, system, refined));
-    let mut findings = Vec::new();
-    let failure = match &refined {
-        None if let Some(wrong) = wrong => Some(format!(
-            "it was not tried, for the log itself is wrong ({})",
-            wrong.code
-        )),
-        None => Some(
-            "the filter does not follow the log from the linear values, or the log is too short"
-                .to_owned(),
-        ),
-        Some(refined) => failure(model, refined).or_else(|| held.and_then(HeldOut::unpredictive)),
+    let held = (refined.as_ref()).and_then(|refined| held_out(model, before.system, refined));
+    let status = match (&refined, wrong) {
+        (_, Some(wrong)) => Status::NotTried {
+            code: wrong.code.clone(),
+        },
+        (None, None) => Status::NotFollowed,
+        (Some(refined), None) => Status::of(model, refined, held),
     };
+    let mut findings: Vec<Finding> = status.finding().into_iter().collect();
     if let Some(refined) = &refined {
         findings.extend(about(reading, excerpt.period(), refined));
     }
-    let used = failure.is_none();
-    let refinement = (refined.as_ref()).map(|r| describe(model, channels, r, held, used));
-    Ok(match (refined, failure) {
-        (Some(refined), None) => Found {
-            numbers: Numbers {
-                theta: refined.theta,
-                errors: refined.standard_error,
-                seen: fitted.identifiable.clone(),
-                interval: NORMAL_95,
-                points: (refined.trace.into_iter())
-                    .map(|(time, theta)| (time, Some(theta)))
-                    .collect(),
-                criterion: Criterion::Likelihood(refinement.map(Box::new)),
-                elapsed: begin.seconds(),
-            },
-            findings,
+    let refinement = (refined.as_ref())
+        .map(|refined| describe(model, reading.channels(), refined, held, &status));
+    let numbers = match refined.filter(|_| status.is_used()) {
+        Some(refined) => refined_numbers(refined, before.fitted),
+        None => Numbers {
+            points: trace(model, before.system).collect(),
+            ..Numbers::of(before.fitted)
         },
-        (_, failure) => {
-            findings.insert(0, stands_back(&failure.unwrap_or_default()));
-            Found {
-                numbers: Numbers {
-                    points: trace(model, system).collect(),
-                    criterion: Criterion::Likelihood(refinement.map(Box::new)),
-                    elapsed: begin.seconds(),
-                    ..Numbers::of(fitted)
-                },
-                findings,
-            }
-        }
+    };
+    Ok(Found {
+        numbers: Numbers {
+            criterion: Criterion::Likelihood(refinement.map(Box::new)),
+            elapsed: begin.seconds(),
+            ..numbers
+        },
+        findings,
     })
 }
 
-/// Says why a refinement is not to be used.
-fn failure(model: &Model, refined: &Refined) -> Option<String> {
-    let bound: Vec<String> = (refined.levels.iter().enumerate())
-        .filter(|(_, level)| level.at_bound)
-        .map(|(row, _)| model.row_name(row))
+/// Returns what a refinement of least squares starts from.
+fn start<'a>(reading: &Reading, before: &Before<'a>) -> Start<'a> {
+    let (model, channels) = (reading.model(), reading.channels());
+    let parameters = model.parameters().iter();
+    let free = (parameters.zip(&before.fitted.identifiable).enumerate())
+        .filter(|(_, (parameter, known))| **known && parameter.fixed.is_none())
+        .map(|(i, _)| i)
         .collect();
-    if !bound.is_empty() {
-        return Some(format!(
-            "in {} the torque that the model does not explain is a quarter of the motor's or more, \
-             which is not a disturbance but an effect that the model lacks",
-            bound.join(", ")
-        ));
+    Start {
+        theta: before.nominal.unwrap_or(&before.fitted.theta),
+        free,
+        torque_noise: TorqueNoise::of(channels),
+        delays: (0..channels.all.len())
+            .filter(|&i| channels.all[i].delay == Some(Delay::Estimate))
+            .collect(),
     }
-    if refined.converged {
-        return None;
-    }
-    let moved = refined
-        .moved
-        .iter()
-        .take(3)
-        .map(|(index, by)| format!("{} by {by:+.2}", model.parameters()[*index].short()));
-    Some(format!(
-        "it did not converge in {} runs of the filter; last moved, in standard errors, {}",
-        refined.runs,
-        moved.collect::<Vec<_>>().join(", ")
-    ))
 }
 
-fn describe(
-    model: &Model,
-    channels: &Channels,
-    refined: &Refined,
-    held: Option<HeldOut>,
-    used: bool,
-) -> Refinement {
-    let name = |index: usize| model.parameters()[index].name.clone();
-    let column = |channel: usize| channels.all[channel].column.clone();
-    Refinement {
-        used,
-        converged: refined.converged,
-        runs: refined.runs,
-        samples: refined.samples,
-        duration_s: refined.duration,
-        measurements: refined.measurements,
-        minus_log_likelihood: refined.loss,
-        disturbances: (refined.levels.iter().enumerate())
-            .map(|(row, level)| RowDisturbance {
-                row: model.row_name(row),
-                torque_noise_nm: level.white,
-                disturbance_nm: level.drift,
-                torque_nm: level.torque,
-                at_bound: level.at_bound,
-            })
+/// Returns the finding that a log itself is wrong.
+fn wrong_log(about_logs: &[Finding]) -> Option<&Finding> {
+    about_logs.iter().find(|finding| {
+        finding.severity >= Severity::Serious || finding.code == "looks-like-degrees"
+    })
+}
+
+/// Returns the numbers of a refinement that is used.
+fn refined_numbers(refined: Refined, fitted: &Fitted) -> Numbers {
+    Numbers {
+        theta: refined.theta,
+        errors: refined.standard_error,
+        interval: NORMAL_95,
+        points: (refined.trace.into_iter())
+            .map(|(time, theta)| (time, Some(theta)))
             .collect(),
-        disturbance_corner_hz: refined.corner,
-        cost_per_measurement: refined.cost,
-        held_out_residual: held.map(|held| HeldOutResidual {
-            refined: held.refined,
-            linear: held.linear,
-        }),
-        sensor_noise: (refined.sensors.iter())
-            .map(|&(channel, noise, shown)| SensorNoise {
-                column: column(channel),
-                noise_rad: noise,
-                deviation_rad: shown,
-            })
-            .collect(),
-        encoder_offsets: (refined.offsets.iter())
-            .map(|&(joint, channel, offset, error)| RefinedOffset {
-                joint: model.joints()[joint].clone(),
-                column: column(channel),
-                offset_rad: offset,
-                standard_error_rad: error,
-            })
-            .collect(),
-        delays: (refined.delays.iter())
-            .map(|delay| RefinedDelay {
-                column: column(delay.channel),
-                delay_s: delay.assumed + delay.beyond,
-                standard_error_s: Some(delay.standard_error).filter(|e| e.is_finite()),
-                used_s: delay.assumed,
-            })
-            .collect(),
-        correlations: (correlations(refined).into_iter())
-            .map(|(a, b, correlation)| (name(a), name(b), correlation))
-            .collect(),
-        each_log: (refined.logs.iter())
-            .map(|log| {
-                let own = |index| refined.free.iter().position(|free| *free == index);
-                (0..model.parameters().len())
-                    .map(|index| own(index).map(|place| log[place]))
-                    .collect()
-            })
-            .collect(),
+        ..Numbers::of(fitted)
     }
 }

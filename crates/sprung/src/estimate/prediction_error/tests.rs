@@ -1,10 +1,11 @@
 //! The filter's derivatives against differences, on a short log of the demo's robot.
 
 use super::dynamics::{Dynamics, Tangent};
-use super::filter::{Levels, Schedule, Wanted, replay, run};
-use super::levels::{Level, Search};
-use super::likelihood::About;
-use super::measurements::{Event, Noise, Record, Sensor, Stretch};
+use super::filter::{FilterRun, Keep, replay, run};
+use super::level_search::score;
+use super::levels::{Level, Levels, UnknownLevels};
+use super::likelihood::LevelLikelihood;
+use super::measurements::{Measurement, Measurements, Noise, Segment, Sensor};
 use super::unknowns::Unknowns;
 use crate::demo;
 use crate::description::{self, no_files};
@@ -14,13 +15,13 @@ use crate::model::{Model, Theta};
 struct Case {
     model: Model,
     channels: Channels,
-    record: Record,
+    measurements: Measurements,
     theta: Theta,
     levels: Levels,
 }
 
 impl Case {
-    /// Two stretches of a motion that torques push about, its positions measured a
+    /// Two segments of a motion that torques push about, its positions measured a
     /// little wrong.
     fn new() -> Self {
         let experiment =
@@ -33,43 +34,43 @@ impl Case {
         let sensors = (0..4)
             .map(|row| Sensor {
                 channel: row,
-                of: vec![(row, 1.0)],
+                coordinates: vec![(row, 1.0)],
                 offset: 0.0,
                 noise: Noise::Counts(1e-3),
                 scale: 0.1,
             })
             .collect();
         let period = 1e-3;
-        let mut stretches = Vec::new();
+        let mut segments = Vec::new();
         for part in 0..2 {
             let mut x = vec![0.0, 0.1, 0.02, 0.1, 0.3, 0.0, 0.1, -0.1];
             let start = x.clone();
-            let (mut torque, mut events, mut first) = (Vec::new(), Vec::new(), vec![0]);
+            let (mut torque, mut taken, mut first) = (Vec::new(), Vec::new(), vec![0]);
             for k in 0..300 {
                 let t = f64::from(k) * period + f64::from(part);
                 let tau = [0.0, 0.0, 3.0 * (9.0 * t).sin(), 0.2 * (14.0 * t).cos()];
                 for row in 0..4 {
                     if (k + row) % 3 == 0 {
                         let wrong = 1e-4 * f64::from((7 * k + 3 * row) % 5 - 2);
-                        events.push(Event {
+                        taken.push(Measurement {
                             sensor: row as usize,
                             value: x[row as usize] + wrong,
                             variance: 1e-8,
-                            before: 0.0,
+                            age: 0.0,
                         });
                     }
                 }
-                first.push(events.len());
+                first.push(taken.len());
                 torque.extend(tau);
                 let steps = dynamics.steps(&x, &tau, period);
                 dynamics.advance(&mut x, &tau, period, steps);
             }
-            stretches.push(Stretch {
+            segments.push(Segment {
                 log: 0,
                 period,
                 torque_rate: vec![0.0; torque.len()],
                 torque,
-                events,
+                measurements: taken,
                 first,
                 start,
                 start_deviation: vec![1e-3, 1e-3, 1e-3, 1e-3, 0.1, 0.1, 0.1, 0.1],
@@ -78,25 +79,31 @@ impl Case {
         Self {
             model,
             channels,
-            record: Record {
+            measurements: Measurements {
                 sensors,
-                stretches,
+                segments,
                 torque_scale: vec![2.0, 0.2, 2.0, 0.2],
                 left_out: false,
             },
             theta,
             levels: Levels {
-                white: vec![0.0, 0.0, 0.02, 0.005],
-                drift: vec![0.004, 0.002, 0.03, 0.01],
+                torque_noise: vec![0.0, 0.0, 0.02, 0.005],
+                disturbance: vec![0.004, 0.002, 0.03, 0.01],
                 corner: 2.0,
-                sensor: vec![0.0, 3e-5, 1e-5, 2e-5],
+                sensor_noise: vec![0.0, 3e-5, 1e-5, 2e-5],
             },
         }
     }
 
     fn unknowns(&self) -> Unknowns {
         let free = (0..self.theta.len()).collect();
-        Unknowns::new(&self.model, &self.channels, &self.record, &self.theta, free)
+        Unknowns::new(
+            &self.model,
+            &self.channels,
+            &self.measurements,
+            &self.theta,
+            free,
+        )
     }
 }
 
@@ -121,7 +128,7 @@ fn tangent_is_the_limit_of_differences() {
     for i in 0..rows {
         tangent.torque[i * columns + 2 * rows + i] = 1.0;
     }
-    // One motor is within its Coulomb transition.
+    // One motor is slow, so that its Coulomb friction is not saturated.
     let x = [0.1, 0.4, 0.12, 0.43, 0.5, -0.3, 0.4, 0.004];
     let torque = [0.01, -0.02, 1.0, 0.1];
     let (period, steps) = (1e-3, 3);
@@ -169,19 +176,19 @@ fn gradient_is_that_of_the_replayed_cost() {
     }
     z[15] = 2e-4;
     let run = run(
-        &case.record,
+        &case.measurements,
         &mut dynamics,
         &unknowns,
         &z,
         &case.levels,
-        Wanted::default(),
+        Keep::default(),
     );
-    let (outcome, schedule) = run.unwrap();
+    let run = run.unwrap();
     let mut cost = |z: &[f64]| {
-        let found = replay(&case.record, &mut dynamics, &unknowns, z, &schedule);
+        let found = replay(&case.measurements, &mut dynamics, &unknowns, z, &run);
         found.unwrap().0
     };
-    agree(cost(&z), outcome.cost, 1.0, 1e-9, "cost");
+    agree(cost(&z), run.sums.cost, 1.0, 1e-9, "cost");
     for i in 0..z.len() {
         let by = if i < 15 { 1e-5 * z[i].abs() } else { 1e-7 };
         let mut at = |by: f64| {
@@ -190,9 +197,9 @@ fn gradient_is_that_of_the_replayed_cost() {
             cost(&there)
         };
         let difference = 0.5 * (at(by) - at(-by)) / (2.0 * by);
-        let own = outcome.normal.information[i * (z.len() + 1)].sqrt();
+        let own = run.sums.normal.information[i * (z.len() + 1)].sqrt();
         agree(
-            outcome.normal.gradient[i],
+            run.sums.normal.gradient[i],
             difference,
             own,
             1e-4,
@@ -202,24 +209,27 @@ fn gradient_is_that_of_the_replayed_cost() {
 }
 
 /// A search of the levels of a run of the filter.
-fn search_of(case: &Case) -> (Schedule, Search) {
+fn search_of(case: &Case) -> (FilterRun, UnknownLevels) {
     let unknowns = case.unknowns();
     let mut dynamics = Dynamics::new(&case.model, &case.theta);
     let z = unknowns.point(&case.theta);
-    let wanted = Wanted {
-        transitions: 500,
-        growing: 0,
+    let keep = Keep {
+        linearized_samples: 500,
+        growing_parts: 0,
     };
-    let (record, levels) = (&case.record, &case.levels);
-    let run = run(record, &mut dynamics, &unknowns, &z, levels, wanted);
+    let (measurements, levels) = (&case.measurements, &case.levels);
+    let run = run(measurements, &mut dynamics, &unknowns, &z, levels, keep);
     let white = [false, false, true, true];
     let sensors = [false, true, true, true];
-    (run.unwrap().1, Search::new(record, &white, &sensors))
+    (
+        run.unwrap(),
+        UnknownLevels::new(measurements, &white, &sensors),
+    )
 }
 
 /// Levels away from those of the run, by powers of a factor.
-fn away(case: &Case, search: &Search, factor: f64) -> Vec<f64> {
-    let logs = search.logs(&case.levels).into_iter().enumerate();
+fn away(case: &Case, search: &UnknownLevels, factor: f64) -> Vec<f64> {
+    let logs = search.logarithms(&case.levels).into_iter().enumerate();
     logs.map(|(i, log)| log + f64::ln(factor) * (i as f64 - 2.5))
         .collect()
 }
@@ -227,19 +237,19 @@ fn away(case: &Case, search: &Search, factor: f64) -> Vec<f64> {
 #[test]
 fn levels_have_the_gradient_of_the_likelihood() {
     let case = Case::new();
-    let (schedule, search) = search_of(&case);
-    let about = About::new(&case.record, &schedule, 500);
+    let (run, search) = search_of(&case);
+    let likelihood = LevelLikelihood::new(&case.measurements, &run, 500);
     for factor in [1.0, 1.3] {
         let logs = away(&case, &search, factor);
         let at = |i: usize, by: f64| {
             let mut logs = logs.clone();
             logs[i] += by;
-            search.slope(&about, &search.levels(&case.levels, &logs))
+            score(&likelihood, &search, &search.levels(&case.levels, &logs)).unwrap()
         };
         let here = at(0, 0.0);
         for (i, found) in here.gradient.iter().enumerate() {
             let difference = (at(i, 1e-4).loss - at(i, -1e-4).loss) / 2e-4;
-            let own = here.curvature[i * (here.gradient.len() + 1)].sqrt();
+            let own = here.information[i * (here.gradient.len() + 1)].sqrt();
             agree(
                 *found,
                 difference,
@@ -252,48 +262,49 @@ fn levels_have_the_gradient_of_the_likelihood() {
 }
 
 #[test]
-fn curvature_is_what_the_found_part_of_the_gradient_changes_by() {
+fn information_is_what_the_found_part_of_the_gradient_changes_by() {
     // The found part is y' P W P y / 2, the covariance of the data being P^-1 and W
     // its derivative by a logarithm; its own change is -y' P W P V P y, and 2 W that
     // of W itself. Data of twice the size tell it from the expected part.
     let case = Case::new();
-    let (schedule, search) = search_of(&case);
-    let twice = schedule.scaled(2.0);
+    let (run, search) = search_of(&case);
+    let twice = run.scaled(2.0);
     let logs = away(&case, &search, 1.1);
     let count = logs.len();
     let found = |j: usize, by: f64| -> Vec<f64> {
         let mut logs = logs.clone();
         logs[j] += by;
         let levels = search.levels(&case.levels, &logs);
-        let of = |schedule| {
-            let about = About::new(&case.record, schedule, 500);
-            about.likelihood(&search, &levels).gradient
+        let gradient = |run| {
+            let likelihood = LevelLikelihood::new(&case.measurements, run, 500);
+            likelihood.score(&search, &levels).unwrap().gradient
         };
-        let (once, twice) = (of(&schedule), of(&twice));
+        let (once, twice) = (gradient(&run), gradient(&twice));
         (once.iter().zip(&twice))
             .map(|(a, b)| (a - b) / 3.0)
             .collect()
     };
-    let about = About::new(&case.record, &schedule, 500);
-    let slope = about.likelihood(&search, &search.levels(&case.levels, &logs));
+    let likelihood = LevelLikelihood::new(&case.measurements, &run, 500);
+    let score = likelihood.score(&search, &search.levels(&case.levels, &logs));
+    let score = score.unwrap();
     let here = found(0, 0.0);
     for j in 0..count {
         let (after, before) = (found(j, 1e-4), found(j, -1e-4));
         for i in 0..count {
-            // W of the corner and of drifts changes with both.
+            // W of the corner and of disturbances changes with both.
             let both = (search.all[i], search.all[j]);
-            if let (Level::Corner, _) | (Level::Drift(_), Level::Corner) = both {
+            if let (Level::Corner, _) | (Level::Disturbance(_), Level::Corner) = both {
                 continue;
             }
             let own = if i == j { 2.0 * here[i] } else { 0.0 };
             let expected = 0.5 * (own - (after[i] - before[i]) / 2e-4);
-            let entry = slope.curvature[i.max(j) * count + i.min(j)];
+            let entry = score.information[i.max(j) * count + i.min(j)];
             let scale =
-                (slope.curvature[i * (count + 1)] * slope.curvature[j * (count + 1)]).sqrt();
+                (score.information[i * (count + 1)] * score.information[j * (count + 1)]).sqrt();
             agree(entry, expected, scale, 1e-4, &format!("{both:?}"));
         }
         if search.all[j] != Level::Corner {
-            let own = slope.expected[j] - slope.gradient[j];
+            let own = score.expected[j] - score.gradient[j];
             agree(own, here[j], 1.0, 1e-9, "found part");
         }
     }

@@ -1,6 +1,6 @@
 //! What the refinement estimates: parameters, offsets between encoders, delays.
 
-use super::measurements::{Record, Stretch};
+use super::measurements::{Measurements, Segment};
 use crate::log::{Channels, Quantity};
 use crate::model::{Model, Theta};
 use sprung_core::parameters::JointParameter;
@@ -18,7 +18,7 @@ pub(super) struct Offset {
 
 /// A delay whose effect is looked at.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Late {
+enum DelayOf {
     /// Of a sensor of positions.
     Sensor(usize),
     /// Of the torque on a row.
@@ -27,8 +27,8 @@ enum Late {
 
 /// The unknowns: parameters that are not known, offsets, and delays.
 ///
-/// Delays have columns but no values: what they do is linear only nearby, so that a
-/// record is made anew with every delay.
+/// Delays have columns but no values: what they do is linear only nearby, so that
+/// measurements are made anew with every delay.
 #[derive(Clone, Debug)]
 pub(super) struct Unknowns {
     /// Parameter vector with the known values.
@@ -37,7 +37,7 @@ pub(super) struct Unknowns {
     pub(super) free: Vec<usize>,
     pub(super) offsets: Vec<Offset>,
     /// Channel of each delay, and what it does.
-    delays: Vec<(usize, Late)>,
+    delays: Vec<(usize, DelayOf)>,
 }
 
 impl Unknowns {
@@ -49,7 +49,7 @@ impl Unknowns {
     pub(super) fn new(
         model: &Model,
         channels: &Channels,
-        record: &Record,
+        measurements: &Measurements,
         theta: &[f64],
         free: Vec<usize>,
     ) -> Self {
@@ -58,7 +58,7 @@ impl Unknowns {
                 let channel = &channels.all[channel];
                 channel.joint == joint && quantities.contains(&channel.quantity)
             };
-            let sensors = record.sensors.iter().filter(|s| own(s.channel));
+            let sensors = measurements.sensors.iter().filter(|s| own(s.channel));
             sensors.map(|s| s.noise.variance()).sum()
         };
         let motors = |joint: usize| model.robot().motor_coordinate(joint);
@@ -67,24 +67,26 @@ impl Unknowns {
             .filter(|&joint| model.index(JointParameter::Preload, joint).is_none())
             .filter_map(|joint| {
                 // The sensor that stands for the difference of the two.
-                let of = |quantity: Quantity| {
+                let sensor_of = |quantity: Quantity| {
                     let index = channels.index(quantity, joint)?;
-                    record.sensors.iter().position(|s| s.channel == index)
+                    measurements.sensors.iter().position(|s| s.channel == index)
                 };
-                let link = of(Quantity::LinkPosition);
-                let sensor = of(Quantity::LinkDeflection).or(link)?;
+                let link = sensor_of(Quantity::LinkPosition);
+                let sensor = sensor_of(Quantity::LinkDeflection).or(link)?;
                 let both = [
                     Quantity::LinkPosition,
                     Quantity::LinkDeflection,
                     Quantity::MotorPosition,
                 ];
                 Some(match link {
-                    Some(_) if record.sensors[sensor].of == [(joint, 1.0)] => Offset {
-                        joint,
-                        sensor: of(Quantity::MotorPosition).unwrap_or(sensor),
-                        coordinate: motors(joint),
-                        deviation: variance(&both, joint).sqrt(),
-                    },
+                    Some(_) if measurements.sensors[sensor].coordinates == [(joint, 1.0)] => {
+                        Offset {
+                            joint,
+                            sensor: sensor_of(Quantity::MotorPosition).unwrap_or(sensor),
+                            coordinate: motors(joint),
+                            deviation: variance(&both, joint).sqrt(),
+                        }
+                    }
                     _ => Offset {
                         joint,
                         sensor,
@@ -103,23 +105,23 @@ impl Unknowns {
     }
 
     /// Returns the same with a column for the delay of each channel, those that are
-    /// wanted first.
+    /// to be estimated first.
     pub(super) fn with_delays(
         mut self,
         model: &Model,
         channels: &Channels,
-        record: &Record,
-        wanted: &[usize],
+        measurements: &Measurements,
+        estimated: &[usize],
     ) -> Self {
-        let others = (0..channels.all.len()).filter(|i| !wanted.contains(i));
-        self.delays = (wanted.iter().copied().chain(others))
+        let others = (0..channels.all.len()).filter(|i| !estimated.contains(i));
+        self.delays = (estimated.iter().copied().chain(others))
             .filter_map(|i| {
                 let channel = &channels.all[i];
                 if channel.quantity == Quantity::MotorTorque {
-                    return Some((i, Late::Torque(model.torque_row(channel.joint))));
+                    return Some((i, DelayOf::Torque(model.torque_row(channel.joint))));
                 }
-                let sensor = record.sensors.iter().position(|s| s.channel == i)?;
-                Some((i, Late::Sensor(sensor)))
+                let sensor = measurements.sensors.iter().position(|s| s.channel == i)?;
+                Some((i, DelayOf::Sensor(sensor)))
             })
             .collect();
         self
@@ -190,32 +192,35 @@ impl Unknowns {
     /// Adds to the derivatives of an innovation what offset and delay of its sensor
     /// do.
     ///
-    /// - `of`: coordinates that the sensor measures; `velocity`: of all.
+    /// - `coordinates`: that the sensor measures; `velocity`: of all.
     pub(super) fn innovation(
         &self,
         row: &mut [f64],
         sensor: usize,
-        of: &[(usize, f64)],
+        coordinates: &[(usize, f64)],
         velocity: &[f64],
     ) {
         if let Some(i) = self.offsets.iter().position(|o| o.sensor == sensor) {
             row[self.free.len() + i] -= 1.0;
         }
-        for (i, (_, late)) in self.delays.iter().enumerate() {
-            if *late == Late::Sensor(sensor) {
-                let speed: f64 = of.iter().map(|&(c, weight)| weight * velocity[c]).sum();
+        for (i, (_, of)) in self.delays.iter().enumerate() {
+            if *of == DelayOf::Sensor(sensor) {
+                let speed: f64 = coordinates
+                    .iter()
+                    .map(|&(c, weight)| weight * velocity[c])
+                    .sum();
                 row[self.values() + i] += speed;
             }
         }
     }
 
     /// Adds the derivatives of the torque on a row with respect to delays.
-    pub(super) fn torque(&self, columns: &mut [f64], stretch: &Stretch, k: usize, row: usize) {
-        for (i, (_, late)) in self.delays.iter().enumerate() {
-            if *late == Late::Torque(row) {
+    pub(super) fn torque(&self, columns: &mut [f64], segment: &Segment, k: usize, row: usize) {
+        for (i, (_, of)) in self.delays.iter().enumerate() {
+            if *of == DelayOf::Torque(row) {
                 // A torque that was recorded late is that of a later sample.
-                let rows = stretch.torque_rate.len() / stretch.samples();
-                let rate = stretch.torque_rate[k * rows + row];
+                let rows = segment.torque_rate.len() / segment.samples();
+                let rate = segment.torque_rate[k * rows + row];
                 columns[self.values() + i] += rate;
             }
         }

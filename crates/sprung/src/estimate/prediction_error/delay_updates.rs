@@ -1,0 +1,95 @@
+//! What the likelihood says of delays.
+
+use super::filter::NormalEquations;
+use super::unknowns::Unknowns;
+
+/// What the likelihood says of the delay of a channel against the others.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct DelayUpdate {
+    /// Index in [`Channels::all`](crate::log::Channels::all).
+    pub(super) channel: usize,
+    /// What was assumed, s.
+    pub(super) assumed: f64,
+    /// How much later than that it was recorded, s.
+    pub(super) beyond: f64,
+    /// Its standard error, s.
+    pub(super) standard_error: f64,
+    /// Whether it is to be estimated.
+    pub(super) estimated: bool,
+}
+
+impl DelayUpdate {
+    /// Returns how late the channel was recorded, s.
+    pub(super) fn delay(&self) -> f64 {
+        self.assumed + self.beyond
+    }
+}
+
+/// Returns what one step of Gauss-Newton says of each delay, the other unknowns
+/// following; of those that are not to be estimated, each alone.
+///
+/// - `covariance`: of the unknowns with values and the delays that are to be estimated,
+///   \[count × count\].
+/// - `assumed`: delay of each channel, s.
+pub(super) fn delay_updates(
+    unknowns: &Unknowns,
+    normal: &NormalEquations,
+    covariance: &[f64],
+    count: usize,
+    assumed: &[f64],
+) -> Vec<DelayUpdate> {
+    let values = unknowns.values();
+    (unknowns.delayed().enumerate())
+        .map(|(i, channel)| {
+            let at = values + i;
+            let estimated = at < count;
+            let (information, gradient) = if estimated {
+                with_others(normal, covariance, count, at)
+            } else {
+                beside_others(normal, covariance, count, at)
+            };
+            DelayUpdate {
+                channel,
+                assumed: assumed[channel],
+                beyond: -gradient / information,
+                standard_error: information.max(0.0).sqrt().recip(),
+                estimated,
+            }
+        })
+        .collect()
+}
+
+/// Returns information and gradient of a delay that is one of the unknowns, the others
+/// following.
+fn with_others(
+    normal: &NormalEquations,
+    covariance: &[f64],
+    count: usize,
+    at: usize,
+) -> (f64, f64) {
+    let row = &covariance[at * count..(at + 1) * count];
+    let step: f64 = row.iter().zip(&normal.gradient).map(|(c, g)| c * g).sum();
+    let information = covariance[at * (count + 1)].recip();
+    (information, step * information)
+}
+
+/// Returns information and gradient of a delay beside the unknowns, these following:
+/// its own less what they explain.
+fn beside_others(
+    normal: &NormalEquations,
+    covariance: &[f64],
+    count: usize,
+    at: usize,
+) -> (f64, f64) {
+    let mut information = normal.information[at * (normal.count + 1)];
+    let mut gradient = normal.gradient[at];
+    let cross = &normal.information[at * normal.count..at * normal.count + count];
+    for (j, a) in cross.iter().enumerate() {
+        let row = &covariance[j * count..(j + 1) * count];
+        for (k, factor) in row.iter().enumerate() {
+            information -= a * factor * cross[k];
+            gradient -= a * factor * normal.gradient[k];
+        }
+    }
+    (information, gradient)
+}

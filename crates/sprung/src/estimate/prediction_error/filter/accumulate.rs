@@ -1,0 +1,126 @@
+//! Sums over the innovations: cost, likelihood, normal equations.
+
+use super::measure::Innovation;
+use crate::estimate::prediction_error::vector::add;
+
+/// Size of a whitened innovation beyond which it counts as this: one bad sample shall not
+/// decide.
+pub(super) const MAX_WHITENED_INNOVATION: f64 = 1e4;
+
+/// Normal equations of the unknowns.
+#[derive(Clone, Debug)]
+pub(in super::super) struct NormalEquations {
+    /// Number of unknowns.
+    pub(in super::super) count: usize,
+    /// Information, \[count × count\]; the lower triangle is filled.
+    pub(in super::super) information: Vec<f64>,
+    /// Gradient of half the cost, \[count\].
+    pub(in super::super) gradient: Vec<f64>,
+}
+
+impl NormalEquations {
+    pub(super) fn new(count: usize) -> Self {
+        Self {
+            count,
+            information: vec![0.0; count * count],
+            gradient: vec![0.0; count],
+        }
+    }
+
+    /// Returns what came since others.
+    fn without(&self, before: &Self) -> Self {
+        let minus = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect();
+        Self {
+            count: self.count,
+            information: minus(&self.information, &before.information),
+            gradient: minus(&self.gradient, &before.gradient),
+        }
+    }
+
+    /// Returns those of the first unknowns.
+    pub(in super::super) fn first(&self, count: usize) -> Self {
+        let rows = self.information.chunks(self.count.max(1)).take(count);
+        Self {
+            count,
+            information: rows.flat_map(|row| &row[..count]).copied().collect(),
+            gradient: self.gradient[..count].to_vec(),
+        }
+    }
+
+    /// Takes an innovation with its derivatives.
+    fn add(&mut self, innovation: &Innovation<'_>) {
+        let weight = 1.0 / (innovation.deviation * innovation.deviation);
+        let row = innovation.gradient;
+        for (i, x) in row.iter().enumerate() {
+            let x = weight * x;
+            if x != 0.0 {
+                self.gradient[i] += x * innovation.value;
+                let own = &mut self.information[i * self.count..=i * self.count + i];
+                add(own, x, &row[..=i]);
+            }
+        }
+    }
+}
+
+/// Sums over the innovations of a run.
+#[derive(Clone, Debug)]
+pub(in super::super) struct Sums {
+    /// Sum of the squared whitened innovations, V.
+    pub(in super::super) cost: f64,
+    /// Minus the logarithm of the likelihood, without its constant, L.
+    pub(in super::super) loss: f64,
+    /// Number of measurements.
+    pub(in super::super) measurements: u64,
+    pub(in super::super) normal: NormalEquations,
+    /// The normal equations after parts of the samples: time, s, and sums so far.
+    pub(in super::super) growing: Vec<(f64, NormalEquations)>,
+    /// Those of each log alone.
+    pub(in super::super) logs: Vec<NormalEquations>,
+    before_log: NormalEquations,
+}
+
+impl Sums {
+    pub(super) fn new(unknowns: usize) -> Self {
+        Self {
+            cost: 0.0,
+            loss: 0.0,
+            measurements: 0,
+            normal: NormalEquations::new(unknowns),
+            growing: Vec::new(),
+            logs: Vec::new(),
+            before_log: NormalEquations::new(unknowns),
+        }
+    }
+
+    /// Takes an innovation.
+    ///
+    /// ```text
+    /// V ← V + e²/S                       L ← L + e²/(2S) + ln(S)/2
+    /// I ← I + (∂e/∂z)ᵀ (∂e/∂z) / S       g ← g + (∂e/∂z)ᵀ e / S
+    /// ```
+    pub(super) fn accumulate(&mut self, innovation: &Innovation<'_>) {
+        let whitened = whitened(innovation.value / innovation.deviation);
+        self.cost += whitened * whitened;
+        self.loss += 0.5 * whitened * whitened + innovation.deviation.ln();
+        self.measurements += 1;
+        self.normal.add(innovation);
+    }
+
+    /// Keeps the sums of the samples so far.
+    ///
+    /// - `time`: of their end, s.
+    pub(super) fn keep(&mut self, time: f64) {
+        self.growing.push((time, self.normal.clone()));
+    }
+
+    /// Keeps the sums of a log that ends.
+    pub(super) fn end_log(&mut self) {
+        self.logs.push(self.normal.without(&self.before_log));
+        self.before_log = self.normal.clone();
+    }
+}
+
+/// Bounds a whitened innovation.
+pub(super) fn whitened(innovation: f64) -> f64 {
+    innovation.clamp(-MAX_WHITENED_INNOVATION, MAX_WHITENED_INNOVATION)
+}

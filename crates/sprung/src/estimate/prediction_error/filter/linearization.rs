@@ -1,0 +1,71 @@
+//! What a run of the filter leaves for others that follow its gains.
+
+use super::accumulate::Sums;
+#[cfg(test)]
+use crate::estimate::prediction_error::vector::scale;
+
+/// What a run of the filter leaves.
+#[derive(Clone, Debug)]
+pub(in super::super) struct FilterRun {
+    pub(in super::super) sums: Sums,
+    pub(super) schedule: GainSchedule,
+    pub(in super::super) trajectory: Trajectory,
+    pub(in super::super) linearization: Linearization,
+}
+
+impl FilterRun {
+    /// Returns gains and innovation of each measurement.
+    ///
+    /// - `states`: \[3 rows\].
+    pub(in super::super) fn corrections(
+        &self,
+        states: usize,
+    ) -> impl Iterator<Item = (&[f64], f64)> {
+        (self.schedule.gains.chunks(states)).zip(self.trajectory.innovations.iter().copied())
+    }
+
+    /// Returns what a run of other data would leave: innovations and disturbances
+    /// times a factor.
+    #[cfg(test)]
+    pub(in super::super) fn scaled(&self, factor: f64) -> Self {
+        let mut other = self.clone();
+        scale(&mut other.trajectory.innovations, factor);
+        scale(&mut other.trajectory.disturbances, factor);
+        other
+    }
+}
+
+/// What a replay holds.
+#[derive(Clone, Debug, Default)]
+pub(super) struct GainSchedule {
+    /// K of each measurement, \[measurements × 3 rows\].
+    pub(super) gains: Vec<f64>,
+    /// One over the square root of S of each measurement.
+    pub(super) whitening: Vec<f64>,
+    /// Steps of the integration in each period.
+    pub(super) steps: Vec<u8>,
+    /// Corner of the disturbances, Hz.
+    pub(super) corner: f64,
+}
+
+/// Where gains led.
+#[derive(Clone, Debug, Default)]
+pub(in super::super) struct Trajectory {
+    /// e of each measurement.
+    pub(super) innovations: Vec<f64>,
+    /// d after each sample's measurements, \[samples × rows\], of the samples with a
+    /// linearization.
+    pub(in super::super) disturbances: Vec<f64>,
+}
+
+/// Derivatives about a trajectory, of its first samples.
+#[derive(Clone, Debug, Default)]
+pub(in super::super) struct Linearization {
+    /// Corner of the disturbances of the run, Hz.
+    pub(in super::super) corner: f64,
+    /// F over the period behind each sample without the rows of the disturbances,
+    /// \[samples × 2 rows × 3 rows\].
+    pub(in super::super) transitions: Vec<f64>,
+    /// Coordinates at each sample, \[samples × rows\].
+    pub(in super::super) positions: Vec<f64>,
+}

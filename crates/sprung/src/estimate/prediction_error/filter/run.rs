@@ -1,0 +1,101 @@
+//! The filter over a whole record, with derivatives.
+
+use super::accumulate::Sums;
+use super::linearization::{FilterRun, GainSchedule, Linearization, Trajectory};
+use super::state::Filter;
+use crate::estimate::prediction_error::dynamics::Dynamics;
+use crate::estimate::prediction_error::levels::Levels;
+use crate::estimate::prediction_error::measurements::Measurements;
+use crate::estimate::prediction_error::unknowns::Unknowns;
+
+/// What a run keeps besides its sums and gains.
+#[derive(Clone, Copy, Debug, Default)]
+pub(in super::super) struct Keep {
+    /// Samples whose linearization is kept, the first ones.
+    pub(in super::super) linearized_samples: usize,
+    /// Copies of the normal equations over time.
+    pub(in super::super) growing_parts: usize,
+}
+
+/// Runs the filter over measurements: measure, accumulate, predict.
+///
+/// Derivatives are those of the filter with its gains held, so that they are exact
+/// for [`replay`](super::replay).
+///
+/// - `z`: values of the unknowns.
+///
+/// Returns nothing if a number is not finite.
+pub(in super::super) fn run(
+    measurements: &Measurements,
+    dynamics: &mut Dynamics<'_>,
+    unknowns: &Unknowns,
+    z: &[f64],
+    levels: &Levels,
+    keep: Keep,
+) -> Option<FilterRun> {
+    dynamics.set(&unknowns.theta(z));
+    let mut filter = Filter::new(dynamics, unknowns, z, levels);
+    let mut run = FilterRun::new(unknowns.columns(), levels.corner);
+    let part = (measurements.samples().div_ceil(keep.growing_parts.max(1))).max(1);
+    let mut samples = 0;
+    let mut begin = 0.0;
+    for (index, segment) in measurements.segments.iter().enumerate() {
+        filter.start(segment);
+        for k in 0..segment.samples() {
+            for measurement in segment.at(k) {
+                let sensor = &measurements.sensors[measurement.sensor];
+                let innovation = filter.measure(sensor, measurement);
+                run.sums.accumulate(&innovation);
+                run.schedule.gains.extend_from_slice(innovation.gains);
+                run.schedule.whitening.push(1.0 / innovation.deviation);
+                run.trajectory.innovations.push(innovation.value);
+            }
+            if !filter.is_finite() || !run.sums.loss.is_finite() {
+                return None;
+            }
+            let linearized = samples < keep.linearized_samples;
+            if linearized {
+                run.keep_state(&filter);
+            }
+            let steps = filter.predict(segment, k);
+            run.schedule.steps.push(steps as u8);
+            if linearized {
+                (run.linearization.transitions).extend_from_slice(&filter.transition);
+            }
+            samples += 1;
+            if samples.is_multiple_of(part) {
+                run.sums.keep(begin + (k + 1) as f64 * segment.period);
+            }
+        }
+        let next = measurements.segments.get(index + 1);
+        if measurements.logs() > 1 && next.is_none_or(|next| next.log != segment.log) {
+            run.sums.end_log();
+        }
+        begin += segment.period * segment.samples() as f64;
+    }
+    Some(run)
+}
+
+impl FilterRun {
+    fn new(unknowns: usize, corner: f64) -> Self {
+        Self {
+            sums: Sums::new(unknowns),
+            schedule: GainSchedule {
+                corner,
+                ..GainSchedule::default()
+            },
+            trajectory: Trajectory::default(),
+            linearization: Linearization {
+                corner,
+                ..Linearization::default()
+            },
+        }
+    }
+
+    /// Keeps coordinates and disturbances after a sample's measurements.
+    fn keep_state(&mut self, filter: &Filter<'_, '_>) {
+        let rows = filter.torque.len();
+        (self.trajectory.disturbances).extend_from_slice(&filter.x[2 * rows..]);
+        (self.linearization.positions).extend_from_slice(&filter.x[..rows]);
+    }
+}

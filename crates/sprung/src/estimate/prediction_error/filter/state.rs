@@ -1,0 +1,86 @@
+//! State and covariance of the filter on their way.
+
+use crate::estimate::prediction_error::covariance::start_covariance;
+use crate::estimate::prediction_error::dynamics::{Dynamics, Tangent};
+use crate::estimate::prediction_error::levels::Levels;
+use crate::estimate::prediction_error::measurements::Segment;
+use crate::estimate::prediction_error::unknowns::Unknowns;
+
+/// The filter at one instant, and its memory.
+pub(super) struct Filter<'a, 'm> {
+    pub(super) dynamics: &'a mut Dynamics<'m>,
+    pub(super) unknowns: &'a Unknowns,
+    /// Unknowns that have values: z.
+    pub(super) z: &'a [f64],
+    pub(super) levels: &'a Levels,
+    /// x, \[3 rows\].
+    pub(super) x: Vec<f64>,
+    /// P, \[3 rows × 3 rows\], symmetric.
+    pub(super) covariance: Vec<f64>,
+    /// ∂x/∂z with the gains held, \[3 rows × unknowns\].
+    pub(super) sensitivity: Vec<f64>,
+    /// P Hᵀ and K of the last measurement, \[3 rows\].
+    pub(super) cross_covariance: Vec<f64>,
+    pub(super) gains: Vec<f64>,
+    /// ∂e/∂z of the last measurement, \[unknowns\].
+    pub(super) innovation_gradient: Vec<f64>,
+    /// F of the last period without the rows of the disturbances, \[2 rows × 3 rows\].
+    pub(super) transition: Vec<f64>,
+    pub(super) product: Vec<f64>,
+    pub(super) torque: Vec<f64>,
+    pub(super) tangent: Tangent,
+}
+
+impl<'a, 'm> Filter<'a, 'm> {
+    /// - `dynamics`: with the parameters of `z`.
+    pub(super) fn new(
+        dynamics: &'a mut Dynamics<'m>,
+        unknowns: &'a Unknowns,
+        z: &'a [f64],
+        levels: &'a Levels,
+    ) -> Self {
+        let rows = dynamics.rows();
+        let (states, count) = (3 * rows, unknowns.columns());
+        Self {
+            dynamics,
+            unknowns,
+            z,
+            levels,
+            x: vec![0.0; states],
+            covariance: vec![0.0; states * states],
+            sensitivity: vec![0.0; states * count],
+            cross_covariance: vec![0.0; states],
+            gains: vec![0.0; states],
+            innovation_gradient: vec![0.0; count],
+            transition: vec![0.0; 2 * rows * states],
+            product: vec![0.0; 2 * rows * states],
+            torque: vec![0.0; rows],
+            tangent: Tangent::new(rows, states + count, unknowns.places(states)),
+        }
+    }
+
+    /// Starts at the first sample of a segment.
+    pub(super) fn start(&mut self, segment: &Segment) {
+        let rows = self.dynamics.rows();
+        self.x = start_state(rows, segment, self.unknowns, self.z);
+        self.covariance = start_covariance(rows, segment, self.levels);
+        self.sensitivity = self.unknowns.start(rows);
+    }
+
+    pub(super) fn is_finite(&self) -> bool {
+        self.x.iter().all(|x| x.is_finite())
+    }
+}
+
+/// Returns the state at the start of a segment, \[3 rows\].
+pub(super) fn start_state(
+    rows: usize,
+    segment: &Segment,
+    unknowns: &Unknowns,
+    z: &[f64],
+) -> Vec<f64> {
+    let mut x = segment.start.clone();
+    unknowns.shift_start(z, &mut x);
+    x.resize(3 * rows, 0.0);
+    x
+}

@@ -1,0 +1,187 @@
+//! From the end of a descent to a result.
+
+use super::delay_updates::delay_updates;
+use super::descent::Descent;
+use super::dynamics::Dynamics;
+use super::filter::{Keep, NormalEquations, Sums, run};
+use super::levels::Levels;
+use super::problem::{Problem, add_prior};
+use super::refined::{Refined, RowLevel, SensorLevel, SensorOffset};
+use super::solve::{covariance as covariance_of, damped_step};
+use super::unknowns::Unknowns;
+use super::vector::add;
+use crate::model::{Model, Theta};
+use crate::regression::Reading;
+
+/// Points of a trace, at most.
+const MAX_TRACE_POINTS: usize = 60;
+
+/// Turns the end of a descent into a result; nothing if the filter does not follow the log,
+/// or leaves parameters open.
+///
+/// - `estimated`: channels whose delays are to be estimated.
+pub(super) fn finish(
+    problem: &Problem<'_>,
+    reading: &Reading,
+    estimated: &[usize],
+    descent: &Descent,
+) -> Option<Refined> {
+    let (model, measurements) = (problem.model, problem.measurements);
+    let unknowns =
+        (problem.unknowns.clone()).with_delays(model, reading.channels(), measurements, estimated);
+    let sums = last_run(problem, &unknowns, descent)?;
+    // Delays that were found cost the others precision.
+    let count = unknowns.values() + estimated.len();
+    let covariance = covariance_of(&sums.normal.first(count).information, count)?;
+    let error = |place: usize| covariance[place * (count + 1)].sqrt();
+    let free = unknowns.free.clone();
+    let width = free.len();
+    let mut moved: Vec<(usize, f64)> = free.iter().copied().zip(descent.moved.clone()).collect();
+    moved.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+    Some(Refined {
+        covariance: (0..width * width)
+            .map(|at| covariance[at / width * count + at % width])
+            .collect(),
+        theta: unknowns.theta(&descent.z),
+        standard_error: standard_errors(model, &free, error),
+        ending: descent.ending,
+        runs: descent.runs,
+        moved,
+        loss: sums.loss,
+        measurements: sums.measurements,
+        samples: measurements.samples(),
+        duration: measurements.duration(),
+        left_out: measurements.left_out,
+        levels: row_levels(problem, &descent.levels),
+        corner: descent.levels.corner,
+        sensors: sensor_levels(problem, &descent.levels),
+        cost: sums.cost / sums.measurements.max(1) as f64,
+        offsets: (unknowns.offsets.iter().enumerate())
+            .map(|(i, offset)| SensorOffset {
+                joint: offset.joint,
+                channel: measurements.sensors[offset.sensor].channel,
+                value: descent.z[width + i],
+                standard_error: error(width + i),
+            })
+            .collect(),
+        delays: delay_updates(
+            &unknowns,
+            &sums.normal,
+            &covariance,
+            count,
+            reading.delays(),
+        ),
+        trace: trace(problem, descent, &sums),
+        logs: each_log(problem, descent, &sums),
+        free,
+    })
+}
+
+/// Runs the filter where a descent ended, with columns for delays.
+fn last_run(problem: &Problem<'_>, unknowns: &Unknowns, descent: &Descent) -> Option<Sums> {
+    let (z, levels) = (&descent.z, &descent.levels);
+    let mut dynamics = Dynamics::new(problem.model, &unknowns.theta(z));
+    let keep = Keep {
+        linearized_samples: 0,
+        growing_parts: MAX_TRACE_POINTS,
+    };
+    let run = run(
+        problem.measurements,
+        &mut dynamics,
+        unknowns,
+        z,
+        levels,
+        keep,
+    )?;
+    let mut sums = run.sums;
+    add_prior(problem.unknowns, z, &mut sums.normal);
+    add(&mut sums.normal.gradient, -1.0, &descent.noise_gradient);
+    Some(sums)
+}
+
+/// Returns the standard error of each parameter, \[p\].
+///
+/// - `error`: of a refined one, by its place among them.
+fn standard_errors(model: &Model, free: &[usize], error: impl Fn(usize) -> f64) -> Vec<f64> {
+    let mut errors: Vec<f64> = (model.parameters().iter())
+        .map(|parameter| match parameter.fixed {
+            Some(_) => 0.0,
+            None => f64::INFINITY,
+        })
+        .collect();
+    for (place, &index) in free.iter().enumerate() {
+        errors[index] = error(place);
+    }
+    errors
+}
+
+/// Returns the parameter vectors of growing parts of the log.
+fn trace(problem: &Problem<'_>, descent: &Descent, sums: &Sums) -> Vec<(f64, Theta)> {
+    let duration = problem.measurements.duration();
+    (sums.growing.iter())
+        .filter_map(|(time, so_far)| {
+            let (z, _) = alone(problem, descent, so_far, time / duration)?;
+            Some((*time, problem.unknowns.theta(&z)))
+        })
+        .collect()
+}
+
+/// Returns what each log says alone: value and standard error of each refined parameter.
+fn each_log(problem: &Problem<'_>, descent: &Descent, sums: &Sums) -> Vec<Vec<(f64, f64)>> {
+    let (values, width) = (problem.unknowns.values(), problem.unknowns.free.len());
+    (sums.logs.iter().enumerate())
+        .filter_map(|(log, own)| {
+            let share = problem.measurements.share(log);
+            let (z, covariance) = alone(problem, descent, own, share)?;
+            let error = |i: usize| covariance[i * (values + 1)].sqrt();
+            Some((0..width).map(|i| (z[i], error(i))).collect())
+        })
+        .collect()
+}
+
+/// Returns what part of the measurements says: one step from where all lead, and
+/// its covariance.
+///
+/// - `share`: of all samples.
+fn alone(
+    problem: &Problem<'_>,
+    descent: &Descent,
+    part: &NormalEquations,
+    share: f64,
+) -> Option<(Vec<f64>, Vec<f64>)> {
+    let values = problem.unknowns.values();
+    let mut part = part.first(values);
+    add_prior(problem.unknowns, &descent.z, &mut part);
+    add(&mut part.gradient, -share, &descent.noise_gradient);
+    let step = damped_step(&part.information, &part.gradient, 0.0)?;
+    let z = descent.z.iter().zip(&step).map(|(x, d)| x + d).collect();
+    Some((z, covariance_of(&part.information, values)?))
+}
+
+fn row_levels(problem: &Problem<'_>, levels: &Levels) -> Vec<RowLevel> {
+    (0..levels.disturbance.len())
+        .map(|row| RowLevel {
+            torque_noise: levels.torque_noise[row],
+            disturbance: levels.disturbance[row],
+            torque: problem.measurements.torque_scale[row],
+            // Positions may show so little of the white noise that any level will do; what
+            // a model lacks is slower.
+            at_bound: problem.levels.disturbance_at_bound(levels, row),
+        })
+        .collect()
+}
+
+fn sensor_levels(problem: &Problem<'_>, levels: &Levels) -> Vec<SensorLevel> {
+    (problem
+        .measurements
+        .sensors
+        .iter()
+        .zip(&levels.sensor_noise))
+    .filter(|(_, level)| **level > 0.0)
+    .map(|(sensor, level)| SensorLevel {
+        channel: sensor.channel,
+        noise: *level,
+        scale: sensor.scale,
+    })
+    .collect()
+}

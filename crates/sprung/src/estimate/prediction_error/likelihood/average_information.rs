@@ -1,0 +1,143 @@
+//! Forward once more: the average of expected and observed information of the levels.
+
+use super::backward::Backward;
+use super::forward::Forward;
+use super::linear_run::{LinearRun, LinearSegment};
+use crate::estimate::prediction_error::covariance::propagate_state;
+use crate::estimate::prediction_error::levels::Level;
+use crate::estimate::prediction_error::measurements::{Measurement, observe};
+use crate::estimate::prediction_error::vector::add;
+
+/// What each level would add to the state, filtered on its way.
+struct Added<'a> {
+    linear: &'a LinearRun<'a>,
+    levels: &'a [Level],
+    forward: &'a Forward,
+    backward: &'a Backward,
+    /// \[levels × states\].
+    states: Vec<f64>,
+    /// What a measurement finds of each, \[levels\].
+    found: Vec<f64>,
+    memory: Vec<f64>,
+}
+
+/// Returns the average information, \[levels × levels\], of which the lower triangle is filled:
+/// what each level would add to the measurements, filtered, whitened and multiplied.
+pub(super) fn average_information(
+    linear: &LinearRun<'_>,
+    levels: &[Level],
+    forward: &Forward,
+    backward: &Backward,
+) -> Vec<f64> {
+    let count = levels.len();
+    let mut information = vec![0.0; count * count];
+    let mut added = Added {
+        linear,
+        levels,
+        forward,
+        backward,
+        states: Vec::new(),
+        found: vec![0.0; count],
+        memory: vec![0.0; linear.states],
+    };
+    let (mut sample, mut index) = (0, 0);
+    for (segment, start) in linear.segments.iter().zip(&backward.starts) {
+        added.start(start);
+        for k in 0..segment.samples {
+            for measurement in segment.segment.at(k) {
+                added.measure((measurement, index));
+                let weight = 0.5 / forward.variance[index];
+                for (i, own) in added.found.iter().enumerate() {
+                    let row = &mut information[i * count..=i * count + i];
+                    add(row, weight * own, &added.found[..=i]);
+                }
+                index += 1;
+            }
+            added.predict(segment, (k, sample));
+            sample += 1;
+        }
+    }
+    information
+}
+
+impl Added<'_> {
+    /// Starts a segment.
+    ///
+    /// - `state_adjoint`, `corner_adjoint`: as the backward pass ended.
+    fn start(&mut self, (state_adjoint, corner_adjoint): &(Vec<f64>, Vec<f64>)) {
+        let (rows, states) = (self.linear.rows, self.linear.states);
+        let disturbance = &self.linear.levels.disturbance;
+        self.states = vec![0.0; self.levels.len() * states];
+        for (own, level) in self.states.chunks_mut(states).zip(self.levels) {
+            match *level {
+                Level::Disturbance(row) => {
+                    let at = 2 * rows + row;
+                    own[at] = 2.0 * disturbance[row].powi(2) * state_adjoint[at];
+                }
+                Level::Corner => {
+                    for (row, by_corner) in corner_adjoint.iter().enumerate() {
+                        own[2 * rows + row] = disturbance[row].powi(2) * by_corner;
+                    }
+                }
+                Level::TorqueNoise(_) | Level::SensorNoise(_) => {}
+            }
+        }
+    }
+
+    /// Writes what a measurement finds of each level, and takes it off by its gain.
+    fn measure(&mut self, (measurement, index): (&Measurement, usize)) {
+        let states = self.linear.states;
+        let gains = &self.forward.gains[index * states..(index + 1) * states];
+        let observation = self.linear.observation(measurement);
+        let sensor = measurement.sensor;
+        let all = self.levels.iter().zip(self.states.chunks_mut(states));
+        for (found, (level, own)) in self.found.iter_mut().zip(all) {
+            *found = observe(own, observation.clone());
+            if *level == Level::SensorNoise(sensor) {
+                *found += 2.0
+                    * self.linear.levels.sensor_noise[sensor].powi(2)
+                    * self.backward.smoothing_error[index];
+            }
+            if *found != 0.0 {
+                add(own, -*found, gains);
+            }
+        }
+    }
+
+    /// Moves on by a period.
+    fn predict(&mut self, segment: &LinearSegment<'_>, (k, sample): (usize, usize)) {
+        let (rows, states, levels) = (self.linear.rows, self.linear.states, self.linear.levels);
+        let decay = segment.decay;
+        let transition = segment.transition(k, rows);
+        let adjoint = &self.backward.state_adjoint[sample * states..(sample + 1) * states];
+        for (own, level) in self.states.chunks_mut(states).zip(self.levels) {
+            propagate_state(own, transition, decay.factor, &mut self.memory);
+            match *level {
+                Level::TorqueNoise(row) => {
+                    let column = || transition[2 * rows + row..].iter().step_by(states);
+                    let pulled: f64 = column().zip(adjoint).map(|(a, r)| a * r).sum();
+                    let factor = 2.0 * levels.torque_noise[row].powi(2) * pulled;
+                    for (own, a) in own.iter_mut().zip(column()) {
+                        *own += factor * a;
+                    }
+                }
+                Level::Disturbance(row) => {
+                    let at = 2 * rows + row;
+                    own[at] += 2.0 * levels.added_variance(row, decay) * adjoint[at];
+                }
+                Level::Corner => {
+                    for row in 0..rows {
+                        let at = 2 * rows + row;
+                        let here = sample * rows + row;
+                        let slope = decay.by_log_corner;
+                        let less = 2.0 * decay.factor * slope * levels.disturbance[row].powi(2);
+                        own[at] += slope * self.backward.smoothed[here] - less * adjoint[at]
+                            + levels.added_variance(row, decay)
+                                * self.backward.corner_adjoint[here];
+                    }
+                }
+                Level::SensorNoise(_) => {}
+            }
+        }
+    }
+}

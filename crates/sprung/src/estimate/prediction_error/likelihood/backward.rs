@@ -1,0 +1,191 @@
+//! Backward: derivatives of the loss by state and covariance.
+
+use super::forward::Forward;
+use super::level_gradient::LevelGradient;
+use super::linear_run::{LinearRun, LinearSegment};
+use crate::estimate::prediction_error::covariance::{
+    adjoint_covariance, adjoint_product, adjoint_state,
+};
+use crate::estimate::prediction_error::measurements::Measurement;
+use crate::estimate::prediction_error::vector::dot;
+
+/// What is called with the index of a sample, D and r behind it.
+pub(super) type Visit<'v> = dyn FnMut(usize, &[f64], &[f64]) + 'v;
+
+/// What the backward pass leaves.
+#[derive(Default)]
+pub(super) struct Backward {
+    /// r behind each sample, \[samples × states\].
+    pub(super) state_adjoint: Vec<f64>,
+    /// u of each measurement.
+    pub(super) smoothing_error: Vec<f64>,
+    /// Derivative of r by the logarithm of the corner, of the disturbances behind each
+    /// sample, \[samples × rows\].
+    pub(super) corner_adjoint: Vec<f64>,
+    /// Disturbances as all measurements show them, \[samples × rows\].
+    pub(super) smoothed: Vec<f64>,
+    /// r and its derivative by the corner at the start of each segment.
+    pub(super) starts: Vec<(Vec<f64>, Vec<f64>)>,
+}
+
+/// Derivatives of the loss on their way back.
+struct Adjoint {
+    /// D, by the covariance, \[states × states\], symmetric.
+    covariance: Vec<f64>,
+    /// r, minus that by the state, \[states\].
+    state: Vec<f64>,
+    /// Derivative of r by the logarithm of the corner, of the disturbances, \[rows\].
+    corner: Vec<f64>,
+    product: Vec<f64>,
+    memory: Vec<f64>,
+}
+
+impl Adjoint {
+    fn new(rows: usize, states: usize) -> Self {
+        Self {
+            covariance: vec![0.0; states * states],
+            state: vec![0.0; states],
+            corner: vec![0.0; rows],
+            product: vec![0.0; states * states],
+            memory: vec![0.0; states],
+        }
+    }
+}
+
+/// Carries the derivatives of the loss by state and covariance backward, and
+/// gathers those by the levels.
+///
+/// ```text
+/// over a period        r ← Fᵀ r        D ← Fᵀ D F
+/// over a measurement   u = e/S − Kᵀ r        r ← r + Hᵀ u
+///                      D ← (1 − K H)ᵀ D (1 − K H) + terms of e, S and r
+/// ```
+///
+/// - `visit`: called for each sample, from the last one.
+pub(super) fn backward(
+    linear: &LinearRun<'_>,
+    forward: &Forward,
+    gradient: &mut LevelGradient,
+    visit: &mut Visit<'_>,
+) -> Backward {
+    let (rows, states) = (linear.rows, linear.states);
+    let mut sample = forward.disturbances.len() / rows;
+    let mut measurement = forward.variance.len();
+    let mut backward = Backward {
+        state_adjoint: vec![0.0; sample * states],
+        smoothing_error: vec![0.0; measurement],
+        corner_adjoint: vec![0.0; sample * rows],
+        smoothed: forward.disturbances.clone(),
+        starts: Vec::new(),
+    };
+    for segment in linear.segments.iter().rev() {
+        let mut adjoint = Adjoint::new(rows, states);
+        for k in (0..segment.samples).rev() {
+            sample -= 1;
+            visit(sample, &adjoint.covariance, &adjoint.state);
+            let own = sample * states..(sample + 1) * states;
+            backward.state_adjoint[own].copy_from_slice(&adjoint.state);
+            let own = sample * rows..(sample + 1) * rows;
+            backward.corner_adjoint[own.clone()].copy_from_slice(&adjoint.corner);
+            adjoint.back_over_period(linear, segment, (k, sample), forward, gradient);
+            // What all measurements say of the disturbance here.
+            let covariance = forward.covariance[own.start * states..].chunks(states);
+            for (smoothed, covariance) in backward.smoothed[own].iter_mut().zip(covariance) {
+                *smoothed += dot(covariance, &adjoint.state);
+            }
+            for event in segment.segment.at(k).iter().rev() {
+                measurement -= 1;
+                let error =
+                    adjoint.back_over_measurement(linear, (event, measurement), forward, gradient);
+                backward.smoothing_error[measurement] = error;
+            }
+        }
+        gradient.add_start(&adjoint.covariance, &adjoint.state, linear.levels);
+        backward.starts.push((adjoint.state, adjoint.corner));
+    }
+    backward.starts.reverse();
+    backward
+}
+
+impl Adjoint {
+    /// Goes back over the period behind a sample.
+    fn back_over_period(
+        &mut self,
+        linear: &LinearRun<'_>,
+        segment: &LinearSegment<'_>,
+        (k, sample): (usize, usize),
+        forward: &Forward,
+        gradient: &mut LevelGradient,
+    ) {
+        let (rows, states, levels) = (linear.rows, linear.states, linear.levels);
+        let decay = segment.decay;
+        let transition = segment.transition(k, rows);
+        for (corner, own) in self.corner.iter_mut().zip(&self.state[2 * rows..]) {
+            *corner = decay.factor * *corner + decay.by_log_corner * own;
+        }
+        let disturbances = &forward.disturbances[sample * rows..(sample + 1) * rows];
+        gradient.add_disturbance(&self.covariance, &self.state, levels, decay, disturbances);
+        adjoint_product(
+            &self.covariance,
+            transition,
+            decay.factor,
+            &mut self.product,
+        );
+        gradient.add_torque_noise(
+            &self.product,
+            &self.covariance,
+            &self.state,
+            levels,
+            transition,
+            decay.factor,
+        );
+        let size = rows * states;
+        let covariance = &forward.covariance[sample * size..(sample + 1) * size];
+        gradient.add_decay(&self.product, covariance, decay);
+        adjoint_covariance(
+            &self.product,
+            transition,
+            decay.factor,
+            &mut self.covariance,
+        );
+        adjoint_state(&mut self.state, transition, decay.factor, &mut self.memory);
+    }
+
+    /// Goes back over a measurement; returns its smoothing error u.
+    fn back_over_measurement(
+        &mut self,
+        linear: &LinearRun<'_>,
+        (measurement, index): (&Measurement, usize),
+        forward: &Forward,
+        gradient: &mut LevelGradient,
+    ) -> f64 {
+        let states = linear.states;
+        let gains = &forward.gains[index * states..(index + 1) * states];
+        let (scaled, variance) = (forward.scaled_innovation[index], forward.variance[index]);
+        let observation = linear.observation(measurement);
+        // D K.
+        let moved = &mut self.memory;
+        for (sum, row) in moved.iter_mut().zip(self.covariance.chunks(states)) {
+            *sum = dot(row, gains);
+        }
+        let ahead = dot(&self.state, gains);
+        let by_variance =
+            0.5 * (1.0 / variance - scaled * scaled) + ahead * scaled + dot(moved, gains);
+        let error = scaled - ahead;
+        gradient.add_sensor_noise(measurement.sensor, by_variance, error, linear.levels);
+        for (state, factor) in observation.clone() {
+            for i in 0..states {
+                let both = -factor * (moved[i] + 0.5 * scaled * self.state[i]);
+                self.covariance[state * states + i] += both;
+                self.covariance[i * states + state] += both;
+            }
+            for (other, by) in observation.clone() {
+                self.covariance[state * states + other] += by_variance * factor * by;
+            }
+        }
+        for (state, factor) in observation {
+            self.state[state] += error * factor;
+        }
+        error
+    }
+}

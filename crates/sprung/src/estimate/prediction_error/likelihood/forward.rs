@@ -1,0 +1,73 @@
+//! Forward: the filter at other levels.
+
+use super::linear_run::LinearRun;
+use crate::estimate::prediction_error::covariance::{
+    add_process_noise, measurement_update, propagate, propagate_state, start_covariance,
+};
+use crate::estimate::prediction_error::levels::Decay;
+use crate::estimate::prediction_error::measurements::observe;
+use crate::estimate::prediction_error::vector::add;
+
+/// What the filter says at other levels.
+#[derive(Default)]
+pub(super) struct Forward {
+    /// L, minus the logarithm of the likelihood, without its constant.
+    pub(super) loss: f64,
+    /// K of each measurement, \[measurements × states\], S, and e/S.
+    pub(super) gains: Vec<f64>,
+    pub(super) variance: Vec<f64>,
+    pub(super) scaled_innovation: Vec<f64>,
+    /// P of the disturbances with all states after a sample's measurements,
+    /// \[samples × rows × states\], and the disturbances, \[samples × rows\].
+    pub(super) covariance: Vec<f64>,
+    pub(super) disturbances: Vec<f64>,
+}
+
+/// Runs the filter; nothing if the run has fewer measurements or samples.
+///
+/// The state is the run's and a deviation from it: a measurement moves it by its own gain,
+/// where the run moved by its.
+pub(super) fn forward(linear: &LinearRun<'_>) -> Option<Forward> {
+    let (rows, states) = (linear.rows, linear.states);
+    let run = linear.run;
+    let mut product = vec![0.0; 2 * rows * states];
+    let mut cross_covariance = vec![0.0; states];
+    let mut corrections = run.corrections(states);
+    let mut disturbances = run.trajectory.disturbances.chunks(rows);
+    let mut forward = Forward::default();
+    for segment in &linear.segments {
+        let period = segment.segment.period;
+        let decay = segment.decay;
+        let change = decay.factor - Decay::new(run.linearization.corner, period).factor;
+        let mut covariance = start_covariance(rows, segment.segment, linear.levels);
+        let mut deviation = vec![0.0; states];
+        for k in 0..segment.samples {
+            for measurement in segment.segment.at(k) {
+                let (gains, before) = corrections.next()?;
+                let observation = linear.observation(measurement);
+                let innovation = before - observe(&deviation, observation.clone());
+                let noise = linear.levels.measurement_variance(measurement);
+                let cross = &mut cross_covariance;
+                let variance = measurement_update(&mut covariance, observation, noise, cross);
+                let scaled = innovation / variance;
+                forward.loss += 0.5 * (innovation * scaled + variance.ln());
+                (forward.gains).extend(cross_covariance.iter().map(|c| c / variance));
+                forward.variance.push(variance);
+                forward.scaled_innovation.push(scaled);
+                add(&mut deviation, scaled, &cross_covariance);
+                add(&mut deviation, -before, gains);
+            }
+            let disturbance = disturbances.next()?;
+            (forward.covariance).extend_from_slice(&covariance[2 * rows * states..]);
+            let own = deviation[2 * rows..].iter().zip(disturbance);
+            forward.disturbances.extend(own.map(|(a, b)| a + b));
+            let transition = segment.transition(k, rows);
+            propagate(&mut covariance, transition, &mut product, decay.factor);
+            add_process_noise(&mut covariance, transition, linear.levels, decay);
+            let memory = &mut cross_covariance;
+            propagate_state(&mut deviation, transition, decay.factor, memory);
+            add(&mut deviation[2 * rows..], change, disturbance);
+        }
+    }
+    Some(forward)
+}

@@ -1,0 +1,154 @@
+//! Derivatives of the loss by the levels, gathered on the way back.
+
+use crate::estimate::prediction_error::levels::{Decay, Level, Levels};
+
+/// Derivative by the logarithm of a level.
+#[derive(Clone, Copy, Debug, Default)]
+struct ByLevel {
+    gradient: f64,
+    /// The part that the innovations found, whose expectation the rest is.
+    found: f64,
+}
+
+/// Derivatives of the loss by the logarithms of all levels.
+pub(super) struct LevelGradient {
+    torque_noise: Vec<ByLevel>,
+    disturbance: Vec<ByLevel>,
+    sensor_noise: Vec<ByLevel>,
+    corner: f64,
+}
+
+impl LevelGradient {
+    pub(super) fn new(levels: &Levels) -> Self {
+        let zeros = |all: &[f64]| vec![ByLevel::default(); all.len()];
+        Self {
+            torque_noise: zeros(&levels.torque_noise),
+            disturbance: zeros(&levels.disturbance),
+            sensor_noise: zeros(&levels.sensor_noise),
+            corner: 0.0,
+        }
+    }
+
+    fn by_level(&self, level: Level) -> ByLevel {
+        match level {
+            Level::TorqueNoise(row) => self.torque_noise[row],
+            Level::Disturbance(row) => self.disturbance[row],
+            Level::SensorNoise(sensor) => self.sensor_noise[sensor],
+            Level::Corner => ByLevel {
+                gradient: self.corner,
+                found: 0.0,
+            },
+        }
+    }
+
+    /// Returns the derivative by the logarithm of a level.
+    pub(super) fn gradient(&self, level: Level) -> f64 {
+        self.by_level(level).gradient
+    }
+
+    /// Returns the part of it that the innovations found.
+    pub(super) fn found(&self, level: Level) -> f64 {
+        self.by_level(level).found
+    }
+
+    /// Takes what D and r at the start of a segment say of the disturbances.
+    pub(super) fn add_start(
+        &mut self,
+        covariance_adjoint: &[f64],
+        state_adjoint: &[f64],
+        levels: &Levels,
+    ) {
+        let states = state_adjoint.len();
+        for (row, own) in self.disturbance.iter_mut().enumerate() {
+            let at = 2 * states / 3 + row;
+            let variance = levels.disturbance[row].powi(2);
+            own.gradient += 2.0 * variance * covariance_adjoint[at * (states + 1)];
+            own.found += variance * state_adjoint[at] * state_adjoint[at];
+        }
+    }
+
+    /// Takes what D and r behind a period say of fresh disturbances.
+    ///
+    /// - `disturbances`: before the period.
+    pub(super) fn add_disturbance(
+        &mut self,
+        covariance_adjoint: &[f64],
+        state_adjoint: &[f64],
+        levels: &Levels,
+        decay: Decay,
+        disturbances: &[f64],
+    ) {
+        let states = state_adjoint.len();
+        for (row, own) in self.disturbance.iter_mut().enumerate() {
+            let at = 2 * states / 3 + row;
+            let by_variance = covariance_adjoint[at * (states + 1)];
+            let variance = levels.added_variance(row, decay);
+            own.gradient += 2.0 * variance * by_variance;
+            own.found += variance * state_adjoint[at] * state_adjoint[at];
+            let less = 2.0 * decay.factor * decay.by_log_corner * levels.disturbance[row].powi(2);
+            self.corner -=
+                less * by_variance + state_adjoint[at] * decay.by_log_corner * disturbances[row];
+        }
+    }
+
+    /// Takes what D and r behind a period say of torque noise.
+    ///
+    /// - `product`: `Fᵀ D`; `decay`: a.
+    pub(super) fn add_torque_noise(
+        &mut self,
+        product: &[f64],
+        covariance_adjoint: &[f64],
+        state_adjoint: &[f64],
+        levels: &Levels,
+        transition: &[f64],
+        decay: f64,
+    ) {
+        let states = state_adjoint.len();
+        let moving = 2 * states / 3;
+        for (row, own) in self.torque_noise.iter_mut().enumerate() {
+            let variance = levels.torque_noise[row].powi(2);
+            if variance == 0.0 {
+                continue;
+            }
+            let at = (moving + row) * states;
+            let (mut both, mut alone) = (0.0, 0.0);
+            for i in 0..moving {
+                let a = transition[i * states + moving + row];
+                both += a * (product[at + i] - decay * covariance_adjoint[at + i]);
+                alone += a * state_adjoint[i];
+            }
+            own.gradient += 2.0 * variance * both;
+            own.found += variance * alone * alone;
+        }
+    }
+
+    /// Takes what D behind a period says of the decay.
+    ///
+    /// - `product`: `Fᵀ D`; `covariance`: P of the disturbances with all states before the
+    ///   period.
+    pub(super) fn add_decay(&mut self, product: &[f64], covariance: &[f64], decay: Decay) {
+        let rows = self.disturbance.len();
+        let states = 3 * rows;
+        for (row, own) in covariance.chunks(states).enumerate() {
+            let column = product[2 * rows + row..].iter().step_by(states);
+            let sum: f64 = own.iter().zip(column).map(|(a, b)| a * b).sum();
+            self.corner += 2.0 * decay.by_log_corner * sum;
+        }
+    }
+
+    /// Takes what a measurement says of its sensor's noise.
+    ///
+    /// - `by_variance`: derivative of the loss by R; `error`: u.
+    pub(super) fn add_sensor_noise(
+        &mut self,
+        sensor: usize,
+        by_variance: f64,
+        error: f64,
+        levels: &Levels,
+    ) {
+        let variance = levels.sensor_noise[sensor].powi(2);
+        let own = &mut self.sensor_noise[sensor];
+        own.gradient += 2.0 * variance * by_variance;
+        own.found += variance * error * error;
+    }
+}

@@ -1,0 +1,187 @@
+//! Delays undone: raw samples become torques and measurements of one time.
+
+use super::encoder_edges::{EdgePosition, encoder_edges};
+use super::measurement::Measurement;
+use super::read::RawSegment;
+use super::segment::Segment;
+use super::sensor::{Noise, Sensor};
+use super::start_state::start_state;
+use super::torque::torques;
+use crate::log::Channels;
+use crate::model::Model;
+use crate::preprocess::{Butterworth, ZeroPhase};
+
+/// Samples of a segment that all channels reach, delays undone.
+struct Window<'a> {
+    /// Delay of each channel, s.
+    delays: &'a [f64],
+    /// Sampling period, s.
+    period: f64,
+    /// Index of the first sample.
+    begin: usize,
+    samples: usize,
+}
+
+impl<'a> Window<'a> {
+    /// Returns nothing if the samples are too few.
+    fn new(length: usize, delays: &'a [f64], period: f64) -> Option<Self> {
+        let shifts = delays.iter().map(|delay| delay / period);
+        let latest = shifts
+            .clone()
+            .fold(0.0, |most, shift| f64::max(most, shift.max(0.0)));
+        let earliest = shifts.fold(0.0, |least, shift| f64::min(least, shift.min(0.0)));
+        let begin = (-earliest).ceil() as usize;
+        let lost = begin + latest.ceil() as usize;
+        let samples = length.checked_sub(lost + 1).filter(|left| *left > 2)?;
+        Some(Self {
+            delays,
+            period,
+            begin,
+            samples,
+        })
+    }
+
+    /// Returns how many samples late a channel is.
+    fn shift(&self, channel: usize) -> f64 {
+        self.delays[channel] / self.period
+    }
+
+    /// Returns the sample behind a position of a sensor, and that measurement; nothing
+    /// outside.
+    fn place(
+        &self,
+        (index, sensor): (usize, &Sensor),
+        position: EdgePosition,
+    ) -> Option<(usize, Measurement)> {
+        let at = position.sample - self.shift(sensor.channel) - self.begin as f64;
+        let sample = (at - 1e-9).ceil();
+        if sample < 0.0 || sample >= self.samples as f64 {
+            return None;
+        }
+        let age = (sample - at).max(0.0) * self.period;
+        // The filter goes back by the velocity of the sample alone.
+        let braked = 0.5 * position.acceleration * age * age;
+        let measurement = Measurement {
+            sensor: index,
+            value: position.value + sensor.offset - braked,
+            variance: position.variance,
+            age,
+        };
+        Some((sample as usize, measurement))
+    }
+}
+
+/// Turns raw samples into torques and measurements.
+///
+/// - `delays`: of each channel, s.
+/// - `filter`: of the smoothed positions, at the period of the log.
+///
+/// Returns nothing if the samples are too few for the filter or the delays.
+pub(super) fn align(
+    raw: &RawSegment,
+    model: &Model,
+    channels: &Channels,
+    sensors: &[Sensor],
+    delays: &[f64],
+    filter: &Butterworth,
+) -> Option<Segment> {
+    let (period, rows) = (raw.period, model.rows());
+    let window = Window::new(raw.values.first()?.len(), delays, period)?;
+    let mut found: Vec<(usize, Measurement)> = Vec::new();
+    let mut begins = Vec::with_capacity(sensors.len());
+    for (index, sensor) in sensors.iter().enumerate() {
+        let values = &raw.values[sensor.channel];
+        let velocity = velocity(values, filter, period)?;
+        positions(values, &velocity, sensor.noise, period, |position| {
+            found.extend(window.place((index, sensor), position));
+        });
+        let first = window.begin as f64 + window.shift(sensor.channel);
+        let first = first.round().max(0.0) as usize;
+        begins.push((values[first] + sensor.offset, velocity[first]));
+    }
+    found.sort_by_key(|(sample, measurement)| (*sample, measurement.sensor));
+    let (start, start_deviation) = start_state(rows, sensors, &begins)?;
+    let torque = torques(raw, model, channels, delays, window.begin, window.samples);
+    Some(Segment {
+        log: raw.log,
+        period,
+        torque_rate: rates(&torque, rows, filter, period)?,
+        torque,
+        first: first_of_samples(&found, window.samples),
+        measurements: found
+            .into_iter()
+            .map(|(_, measurement)| measurement)
+            .collect(),
+        start,
+        start_deviation,
+    })
+}
+
+/// Visits the positions that a channel says.
+fn positions(
+    values: &[f64],
+    velocity: &[f64],
+    noise: Noise,
+    period: f64,
+    mut visit: impl FnMut(EdgePosition),
+) {
+    match noise {
+        Noise::White(deviation) => {
+            for (k, value) in values.iter().enumerate() {
+                let ahead = (k + 1).min(velocity.len() - 1);
+                visit(EdgePosition {
+                    sample: k as f64,
+                    value: *value,
+                    variance: deviation * deviation,
+                    acceleration: (velocity[ahead] - velocity[k]) / period,
+                });
+            }
+        }
+        Noise::Counts(count) => encoder_edges(values, velocity, count, period, visit),
+    }
+}
+
+/// Returns the index of the first measurement of each sample, and their number.
+fn first_of_samples(found: &[(usize, Measurement)], samples: usize) -> Vec<usize> {
+    let mut first = Vec::with_capacity(samples + 1);
+    let mut next = 0;
+    for sample in 0..=samples {
+        while next < found.len() && found[next].0 < sample {
+            next += 1;
+        }
+        first.push(next);
+    }
+    first
+}
+
+/// Returns the velocity of the smoothed values.
+fn velocity(values: &[f64], filter: &Butterworth, period: f64) -> Option<Vec<f64>> {
+    let mut smooth = Vec::with_capacity(values.len());
+    let mut running = ZeroPhase::new(filter.clone());
+    running.push(values, &mut smooth);
+    if !running.finish(&mut smooth) {
+        return None;
+    }
+    let last = smooth.len() - 1;
+    Some(
+        (0..=last)
+            .map(|k| {
+                let (before, after) = (k.saturating_sub(1), (k + 1).min(last));
+                (smooth[after] - smooth[before]) / ((after - before) as f64 * period)
+            })
+            .collect(),
+    )
+}
+
+/// Returns the rates of the smoothed torques, \[samples × rows\].
+fn rates(torque: &[f64], rows: usize, filter: &Butterworth, period: f64) -> Option<Vec<f64>> {
+    let mut rates = vec![0.0; torque.len()];
+    for row in 0..rows {
+        let own: Vec<f64> = torque.iter().skip(row).step_by(rows).copied().collect();
+        let smooth = velocity(&own, filter, period)?;
+        for (rate, own) in rates[row..].iter_mut().step_by(rows).zip(smooth) {
+            *rate = own;
+        }
+    }
+    Some(rates)
+}

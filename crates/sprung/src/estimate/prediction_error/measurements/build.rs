@@ -1,0 +1,52 @@
+//! From logs to measurements.
+
+use super::align::align;
+use super::read::RawSegment;
+use super::segment::Measurements;
+use super::sensor::{Noise, sensors};
+use super::torque::torque_scale;
+use crate::prepare::{Excerpt, noise as noise_of};
+use crate::preprocess::Butterworth;
+use crate::regression::{PassError, Reading};
+
+/// Noise of positions that show none, standard deviation, rad (m).
+const MIN_POSITION_NOISE: f64 = 1e-9;
+
+/// Turns raw samples into what the filter sees; nothing if they are too few.
+///
+/// - `excerpt`: the beginning of the first log, for the noise of its channels.
+/// - `left_out`: whether the logs hold more samples.
+///
+/// # Errors
+///
+/// [`PassError`] if the filter of positions does not fit the logs.
+pub(in super::super) fn build(
+    reading: &Reading,
+    excerpt: &Excerpt,
+    raw: &[RawSegment],
+    left_out: bool,
+) -> Result<Option<Measurements>, PassError> {
+    let (model, channels) = (reading.model(), reading.channels());
+    let noise = |channel: usize| match noise_of(excerpt, channel) {
+        Some((_, Some(step))) => Noise::Counts(step),
+        Some((deviation, None)) => Noise::White(deviation.max(MIN_POSITION_NOISE)),
+        None => Noise::White(MIN_POSITION_NOISE),
+    };
+    let sensors = sensors(model, channels, raw, noise);
+    let order = reading.settings().position_filter_order;
+    let mut segments = Vec::new();
+    for raw in raw {
+        let filter = Butterworth::new(order, reading.position_cutoff_hz(), raw.period)?;
+        let delays = reading.delays();
+        segments.extend(align(raw, model, channels, &sensors, delays, &filter));
+    }
+    if segments.is_empty() {
+        return Ok(None);
+    }
+    Ok(Some(Measurements {
+        torque_scale: torque_scale(model, &segments),
+        sensors,
+        segments,
+        left_out,
+    }))
+}

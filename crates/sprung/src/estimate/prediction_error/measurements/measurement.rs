@@ -1,0 +1,14 @@
+//! One measurement.
+
+/// One measurement of a position.
+#[derive(Clone, Copy, Debug)]
+pub(in super::super) struct Measurement {
+    /// Index of the sensor.
+    pub(in super::super) sensor: usize,
+    /// y, rad (m).
+    pub(in super::super) value: f64,
+    /// What its samples show of R, rad² (m²).
+    pub(in super::super) variance: f64,
+    /// How long before its sample it was taken, s.
+    pub(in super::super) age: f64,
+}

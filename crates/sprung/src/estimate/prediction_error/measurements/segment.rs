@@ -1,0 +1,87 @@
+//! Measurements of positions, in the order in which the filter takes them.
+
+use super::measurement::Measurement;
+use super::sensor::Sensor;
+
+/// Consecutive samples of one log.
+#[derive(Clone, Debug)]
+pub(in super::super) struct Segment {
+    /// Index of the log.
+    pub(in super::super) log: usize,
+    /// Sampling period, s.
+    pub(in super::super) period: f64,
+    /// Torque on each row, N·m (N), \[samples × rows\].
+    pub(in super::super) torque: Vec<f64>,
+    /// Rate of the smoothed torque, N·m/s: the rate of its noise would look as if it
+    /// told of delays.
+    pub(in super::super) torque_rate: Vec<f64>,
+    pub(in super::super) measurements: Vec<Measurement>,
+    /// Index of the first measurement of each sample, and their number at the end.
+    pub(in super::super) first: Vec<usize>,
+    /// Positions and velocities of the rows at the first sample, \[2 rows\].
+    pub(in super::super) start: Vec<f64>,
+    /// Their standard deviations.
+    pub(in super::super) start_deviation: Vec<f64>,
+}
+
+impl Segment {
+    /// Returns the number of samples.
+    pub(in super::super) fn samples(&self) -> usize {
+        self.first.len() - 1
+    }
+
+    /// Returns the measurements of a sample.
+    pub(in super::super) fn at(&self, sample: usize) -> &[Measurement] {
+        &self.measurements[self.first[sample]..self.first[sample + 1]]
+    }
+
+    /// Writes the torque that acts for a period, the logged one and the disturbance, \[rows\].
+    pub(in super::super) fn write_torque(
+        &self,
+        sample: usize,
+        disturbance: &[f64],
+        torque: &mut [f64],
+    ) {
+        let rows = disturbance.len();
+        let own = &self.torque[sample * rows..(sample + 1) * rows];
+        for (sum, (tau, disturbance)) in torque.iter_mut().zip(own.iter().zip(disturbance)) {
+            *sum = tau + disturbance;
+        }
+    }
+}
+
+/// Logs as the filter sees them.
+#[derive(Clone, Debug)]
+pub(in super::super) struct Measurements {
+    pub(in super::super) sensors: Vec<Sensor>,
+    pub(in super::super) segments: Vec<Segment>,
+    /// Standard deviation of the torque of each row's joint, N·m (N).
+    pub(in super::super) torque_scale: Vec<f64>,
+    /// Whether the logs hold more samples than these.
+    pub(in super::super) left_out: bool,
+}
+
+impl Measurements {
+    /// Returns the number of samples.
+    pub(in super::super) fn samples(&self) -> usize {
+        self.segments.iter().map(Segment::samples).sum()
+    }
+
+    /// Returns the number of logs.
+    pub(in super::super) fn logs(&self) -> usize {
+        self.segments.last().map_or(0, |segment| segment.log + 1)
+    }
+
+    /// Returns the part of the samples that is of one log.
+    pub(in super::super) fn share(&self, log: usize) -> f64 {
+        let own = self.segments.iter().filter(|segment| segment.log == log);
+        let own: usize = own.map(Segment::samples).sum();
+        own as f64 / self.samples().max(1) as f64
+    }
+
+    /// Returns the time that the samples span, s.
+    pub(in super::super) fn duration(&self) -> f64 {
+        let span = |segment: &Segment| segment.period * segment.samples() as f64;
+        self.segments.iter().map(span).sum()
+    }
+}

@@ -1,0 +1,104 @@
+//! Channels of positions: what they measure, and how precisely.
+
+use super::deviation::deviation;
+use super::measurement::Measurement;
+use super::read::RawSegment;
+use crate::log::{Channels, Mix, Quantity};
+use crate::model::Model;
+
+/// Noise of a channel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in super::super) enum Noise {
+    /// Counts of this size, rad (m).
+    Counts(f64),
+    /// White, of this standard deviation, rad (m).
+    White(f64),
+}
+
+impl Noise {
+    /// Returns the variance of a sample, rad² (m²).
+    pub(in super::super) fn variance(self) -> f64 {
+        match self {
+            Self::Counts(step) => step * step / 12.0,
+            Self::White(deviation) => deviation * deviation,
+        }
+    }
+}
+
+/// What a channel of positions measures: a sum of coordinates.
+#[derive(Clone, Debug)]
+pub(in super::super) struct Sensor {
+    /// Index in [`Channels::all`].
+    pub(in super::super) channel: usize,
+    /// Coordinates and how much of each: the row of H for a measurement at a sample.
+    pub(in super::super) coordinates: Vec<(usize, f64)>,
+    /// What is added to a logged value to measure them, rad (m).
+    pub(in super::super) offset: f64,
+    pub(in super::super) noise: Noise,
+    /// Standard deviation of what it shows, rad (m).
+    pub(in super::super) scale: f64,
+}
+
+impl Sensor {
+    /// Returns the entries of H for one measurement that are not zero: states and how much
+    /// of each. They are coordinates and, as the measurement is older than its sample, their
+    /// velocities.
+    pub(in super::super) fn observation(
+        &self,
+        measurement: &Measurement,
+        rows: usize,
+    ) -> impl Iterator<Item = (usize, f64)> + Clone {
+        let age = measurement.age;
+        let moved = move |&(coordinate, weight): &(usize, f64)| (rows + coordinate, -weight * age);
+        let velocities = self
+            .coordinates
+            .iter()
+            .filter(move |_| age > 0.0)
+            .map(moved);
+        self.coordinates.iter().copied().chain(velocities)
+    }
+}
+
+/// Returns `H x`.
+pub(in super::super) fn observe(x: &[f64], observation: impl Iterator<Item = (usize, f64)>) -> f64 {
+    observation.map(|(state, weight)| weight * x[state]).sum()
+}
+
+/// Returns what each channel of positions measures.
+///
+/// - `raw`: samples, for the scales; `noise`: of each channel.
+pub(super) fn sensors(
+    model: &Model,
+    channels: &Channels,
+    raw: &[RawSegment],
+    noise: impl Fn(usize) -> Noise,
+) -> Vec<Sensor> {
+    let robot = model.robot();
+    let motor = |joint: usize| robot.motor_coordinate(joint);
+    (channels.all.iter().enumerate())
+        .filter(|(_, channel)| channel.quantity != Quantity::MotorTorque)
+        .map(|(i, channel)| {
+            let joint = channel.joint;
+            let own = channels.offsets[joint];
+            let (coordinates, offset) = match (channel.quantity, &channels.position_mix) {
+                (Quantity::LinkDeflection, _) => (vec![(joint, 1.0), (motor(joint), -1.0)], 0.0),
+                (Quantity::MotorPosition, Some(mix)) => {
+                    let row = &mix.back[joint];
+                    let parts = row.iter().enumerate().filter(|(_, ratio)| **ratio != 0.0);
+                    let offset = Mix::apply(std::slice::from_ref(row), &channels.offsets)[0];
+                    (parts.map(|(j, ratio)| (motor(j), *ratio)).collect(), offset)
+                }
+                (Quantity::MotorPosition, None) => (vec![(motor(joint), 1.0)], own),
+                (Quantity::LinkPosition | Quantity::MotorTorque, _) => (vec![(joint, 1.0)], own),
+            };
+            let values = raw.iter().flat_map(|raw| raw.values[i].iter().copied());
+            Sensor {
+                channel: i,
+                coordinates,
+                offset,
+                noise: noise(i),
+                scale: deviation(values),
+            }
+        })
+        .collect()
+}

@@ -1,0 +1,68 @@
+//! Torques on the rows.
+
+use super::deviation::deviation;
+use super::read::RawSegment;
+use super::segment::Segment;
+use crate::log::{Channels, Mix, Quantity};
+use crate::model::Model;
+
+/// Part of the largest torque that every joint's torque counts with at least.
+const MIN_RELATIVE_TORQUE_SCALE: f64 = 1e-3;
+
+/// Returns the standard deviation of the torque of each row's joint, N·m (N); a joint that
+/// has hardly any counts with a part of the largest.
+pub(super) fn torque_scale(model: &Model, segments: &[Segment]) -> Vec<f64> {
+    let rows = model.rows();
+    let of_row = |row: usize| {
+        let own = segments
+            .iter()
+            .map(|segment| segment.torque.iter().skip(row).step_by(rows));
+        deviation(own.flatten().copied())
+    };
+    let scales: Vec<f64> = (0..rows)
+        .map(|row| of_row(model.torque_row(model.joint_of(row))))
+        .collect();
+    let largest = scales.iter().fold(f64::MIN_POSITIVE, |m, x| x.max(m));
+    scales
+        .iter()
+        .map(|scale| scale.max(MIN_RELATIVE_TORQUE_SCALE * largest))
+        .collect()
+}
+
+/// Returns the torque on each row, held for a period, N·m (N), \[samples × rows\].
+///
+/// - `delays`: of each channel, s; `begin`: index of the first sample.
+pub(super) fn torques(
+    raw: &RawSegment,
+    model: &Model,
+    channels: &Channels,
+    delays: &[f64],
+    begin: usize,
+    samples: usize,
+) -> Vec<f64> {
+    let (n, rows) = (model.joint_count(), model.rows());
+    let mut torque = vec![0.0; samples * rows];
+    let mut joints = vec![0.0; n];
+    for k in 0..samples {
+        for (i, channel) in channels.all.iter().enumerate() {
+            if channel.quantity == Quantity::MotorTorque {
+                // A torque held from between two samples counts for both.
+                let lead = delays[i] / raw.period + begin as f64;
+                let whole = (lead + 1e-9).floor();
+                let part = (lead - whole).max(0.0);
+                let at = k + whole.max(0.0) as usize;
+                let values = &raw.values[i];
+                let last = values.len() - 1;
+                joints[channel.joint] =
+                    (1.0 - part) * values[at.min(last)] + part * values[(at + 1).min(last)];
+            }
+        }
+        if let Some(mix) = &channels.torque_mix {
+            joints = Mix::apply(&mix.forward, &joints);
+        }
+        for (joint, tau) in joints.iter().enumerate() {
+            torque[k * rows + model.torque_row(joint)] = *tau;
+        }
+    }
+    torque
+}

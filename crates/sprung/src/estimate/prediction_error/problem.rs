@@ -1,0 +1,54 @@
+//! What a descent goes down.
+
+use super::filter::NormalEquations;
+use super::levels::UnknownLevels;
+use super::measurements::Measurements;
+use super::unknowns::Unknowns;
+use crate::model::Model;
+
+/// What there is to find, and from what.
+#[derive(Clone, Copy)]
+pub(super) struct Problem<'a> {
+    pub(super) model: &'a Model,
+    pub(super) measurements: &'a Measurements,
+    pub(super) unknowns: &'a Unknowns,
+    pub(super) levels: &'a UnknownLevels,
+}
+
+impl Problem<'_> {
+    /// Returns the cost of the offsets, of what is known of them before.
+    pub(super) fn prior_cost(&self, z: &[f64]) -> f64 {
+        let values = &z[self.unknowns.free.len()..];
+        let offsets = self.unknowns.offsets.iter().zip(values);
+        offsets
+            .map(|(offset, value)| (value / offset.deviation).powi(2))
+            .sum()
+    }
+
+    /// Returns whether the parameters are those of a robot, as far as can be said
+    /// without moving it.
+    pub(super) fn is_feasible(&self, z: &[f64]) -> bool {
+        let parameters = self.model.parameters();
+        self.unknowns.free.iter().zip(z).all(|(&index, value)| {
+            let vital = parameters[index].joint.is_some_and(|(kind, joint)| {
+                // The link of a rigid joint may hold its rotor.
+                kind.is_vital() && self.model.is_flexible(joint)
+            });
+            value.is_finite() && (!vital || *value > 0.0)
+        })
+    }
+}
+
+/// Adds what is known of the offsets before, and returns its cost.
+pub(super) fn add_prior(unknowns: &Unknowns, z: &[f64], normal: &mut NormalEquations) -> f64 {
+    let first = unknowns.free.len();
+    let mut cost = 0.0;
+    for (i, offset) in unknowns.offsets.iter().enumerate() {
+        let weight = offset.deviation.powi(-2);
+        let at = first + i;
+        normal.information[at * (normal.count + 1)] += weight;
+        normal.gradient[at] += weight * z[at];
+        cost += weight * z[at] * z[at];
+    }
+    cost
+}

@@ -1,0 +1,157 @@
+//! What came of a refinement.
+
+use super::descent::Ending;
+use super::hold_out::HeldOut;
+use super::refined::Refined;
+use crate::finding::{Finding, Severity};
+use crate::model::Model;
+
+/// Parameters that are named where a refinement did not converge.
+const MAX_NAMED_PARAMETERS: usize = 3;
+
+/// What came of a refinement, and so whether it is used.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Status {
+    /// It converged to parameters that predict, and is used.
+    Converged,
+    /// The log itself is wrong, so that it was not tried: the finding that says so.
+    NotTried { code: String },
+    /// The filter does not follow the log, or the log is too short.
+    NotFollowed,
+    /// Disturbances of these rows ended at their upper bound.
+    AtBound { rows: Vec<String> },
+    /// The search did not end by itself: runs of the filter, and the parameters that moved
+    /// last, by how many standard errors.
+    NotConverged {
+        runs: usize,
+        moved: Vec<(String, f64)>,
+    },
+    /// It predicts what it has not seen worse than least squares.
+    NotPredictive(HeldOut),
+}
+
+impl Status {
+    /// Judges a refinement.
+    ///
+    /// - `held_out`: what it predicts of what it has not seen, where that is known.
+    pub(super) fn of(model: &Model, refined: &Refined, held_out: Option<HeldOut>) -> Self {
+        let bound: Vec<String> = (refined.levels.iter().enumerate())
+            .filter(|(_, level)| level.at_bound)
+            .map(|(row, _)| model.row_name(row))
+            .collect();
+        if !bound.is_empty() {
+            return Self::AtBound { rows: bound };
+        }
+        match (refined.ending, held_out) {
+            (Ending::AtBound | Ending::OutOfRuns, _) => Self::NotConverged {
+                runs: refined.runs,
+                moved: (refined.moved.iter().take(MAX_NAMED_PARAMETERS))
+                    .map(|(index, by)| (model.parameters()[*index].short().into_owned(), *by))
+                    .collect(),
+            },
+            (Ending::Converged, Some(held)) if held.is_worse() => Self::NotPredictive(held),
+            (Ending::Converged, _) => Self::Converged,
+        }
+    }
+
+    /// Returns whether the refinement is used.
+    pub(super) fn is_used(&self) -> bool {
+        match self {
+            Self::Converged => true,
+            Self::NotTried { .. }
+            | Self::NotFollowed
+            | Self::AtBound { .. }
+            | Self::NotConverged { .. }
+            | Self::NotPredictive(_) => false,
+        }
+    }
+
+    /// Says why the refinement is not used; nothing if it is.
+    fn reason(&self) -> Option<String> {
+        Some(match self {
+            Self::Converged => return None,
+            Self::NotTried { code } => {
+                format!("it was not tried, for the log itself is wrong ({code})")
+            }
+            Self::NotFollowed => "the filter does not follow the log from the linear values, or \
+                                  the log is too short"
+                .to_owned(),
+            Self::AtBound { rows } => format!(
+                "in {} the torque that the model does not explain is a quarter of the motor's or more, \
+                 which is not a disturbance but an effect that the model lacks",
+                rows.join(", ")
+            ),
+            Self::NotConverged { runs, moved } => {
+                let moved = (moved.iter()).map(|(name, by)| format!("{name} by {by:+.2}"));
+                format!(
+                    "it did not converge in {runs} runs of the filter; last moved, in standard errors, {}",
+                    moved.collect::<Vec<_>>().join(", ")
+                )
+            }
+            Self::NotPredictive(held) => format!(
+                "estimated from the first three quarters of the logs it misses {:.1} % of the filtered \
+                 torque of the last, least squares {:.1} %: what it takes for disturbances repeats with \
+                 the motion",
+                100.0 * held.refined,
+                100.0 * held.linear
+            ),
+        })
+    }
+
+    /// Returns the finding that the linear values stand; nothing if the refinement is used.
+    pub(super) fn finding(&self) -> Option<Finding> {
+        let why = self.reason()?;
+        Some(Finding::new(
+            Severity::Warning,
+            "refinement-failed",
+            format!(
+                "the refinement is not used: {why}. The values here are those of least squares, and \
+                 their intervals are lower bounds"
+            ),
+            "look at signs, units and delays of the columns, at missing friction laws, and at the other \
+             warnings",
+        ))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_status_but_one_says_why_the_refinement_is_not_used() {
+        let held = HeldOut {
+            refined: 0.061,
+            linear: 0.05,
+        };
+        let moved = vec![("m1".to_owned(), -0.25)];
+        let cases = [
+            (
+                Status::NotTried {
+                    code: "a-code".to_owned(),
+                },
+                "is wrong (a-code)",
+            ),
+            (Status::NotFollowed, "does not follow the log"),
+            (
+                Status::AtBound {
+                    rows: vec!["row".to_owned()],
+                },
+                "in row the torque",
+            ),
+            (
+                Status::NotConverged { runs: 30, moved },
+                "in 30 runs of the filter; last moved, in standard errors, m1 by -0.25",
+            ),
+            (
+                Status::NotPredictive(held),
+                "6.1 % of the filtered torque of the last, least squares 5.0 %",
+            ),
+        ];
+        for (status, words) in cases {
+            let text = status.finding().unwrap().text;
+            assert!(!status.is_used() && text.contains(words), "{text}");
+        }
+        assert!(Status::Converged.is_used() && Status::Converged.finding().is_none());
+    }
+}

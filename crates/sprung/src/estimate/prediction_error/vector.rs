@@ -1,0 +1,21 @@
+//! Sums of rows of numbers.
+
+/// Adds a multiple of a row to another.
+#[inline]
+pub(super) fn add(sum: &mut [f64], factor: f64, row: &[f64]) {
+    for (sum, x) in sum.iter_mut().zip(row) {
+        *sum += factor * x;
+    }
+}
+
+/// Multiplies a row.
+pub(super) fn scale(row: &mut [f64], factor: f64) {
+    for x in row {
+        *x *= factor;
+    }
+}
+
+/// Returns the sum of products.
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
