@@ -11,11 +11,11 @@ use crate::progress::Listener;
 
 /// Standard errors that a delay must be away from what is assumed, and the part
 /// of a sampling period.
-const CERTAIN: f64 = 5.0;
-const PART: f64 = 0.05;
+const DELAY_SIGNIFICANCE_SIGMAS: f64 = 5.0;
+const MIN_DELAY_SAMPLES: f64 = 0.05;
 
 /// Channels that are tried in a round, the surest first.
-const MOST: usize = 12;
+const MAX_SUSPECTS: usize = 12;
 
 /// Finds channels that come late by the likelihood of the logs.
 ///
@@ -73,7 +73,7 @@ pub fn late_channels(
                 })
                 .collect();
             suspects.sort_by(|(_, a), (_, b)| sureness(b).total_cmp(&sureness(a)));
-            suspects.truncate(MOST);
+            suspects.truncate(MAX_SUSPECTS);
             let mut best: Option<(LikelyDelay, Refined)> = None;
             for (joint, suspect) in suspects {
                 let mut trial = experiment.clone();
@@ -160,7 +160,8 @@ impl Refined {
 }
 
 fn is_certain(delay: f64, standard_error: f64, period: f64) -> bool {
-    delay.abs() > CERTAIN * standard_error && delay.abs() > PART * period
+    delay.abs() > DELAY_SIGNIFICANCE_SIGMAS * standard_error
+        && delay.abs() > MIN_DELAY_SAMPLES * period
 }
 
 fn refined(

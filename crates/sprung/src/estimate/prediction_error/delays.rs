@@ -71,7 +71,7 @@ pub(in crate::estimate) fn likely_delays(
             break;
         }
     }
-    let converged = found.into_iter().filter(|refined| refined.converged());
+    let converged = found.into_iter().filter(Refined::converged);
     let best = converged.min_by(|a, b| per_measurement(a).total_cmp(&per_measurement(b)));
     let best = best.map(|best| best.delays).unwrap_or_default();
     Ok((best.iter().filter(|delay| delay.estimated))

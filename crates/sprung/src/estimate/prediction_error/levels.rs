@@ -23,13 +23,13 @@ const AT_BOUND: f64 = 0.99;
 /// Levels of noise and disturbances: Q and R of the filter.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Levels {
-    /// White noise of the logged torque, held for a period: σ_w, N·m (N), \[rows\].
+    /// White noise of the logged torque, held for a period: `σ_w`, N·m (N), \[rows\].
     pub(super) torque_noise: Vec<f64>,
-    /// Slow disturbance, a torque with a first-order spectrum: σ_d, N·m (N), \[rows\].
+    /// Slow disturbance, a torque with a first-order spectrum: `σ_d`, N·m (N), \[rows\].
     pub(super) disturbance: Vec<f64>,
-    /// Corner of that spectrum: f_d, Hz.
+    /// Corner of that spectrum: `f_d`, Hz.
     pub(super) corner: f64,
-    /// Noise of each sensor beyond what its samples show: σ_s, rad (m).
+    /// Noise of each sensor beyond what its samples show: `σ_s`, rad (m).
     pub(super) sensor_noise: Vec<f64>,
 }
 
@@ -55,7 +55,7 @@ impl Levels {
 /// What a period leaves of a disturbance.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Decay {
-    /// a = exp(−2π f_d T).
+    /// `a = exp(−2π f_d T)`.
     pub(super) factor: f64,
     /// Its derivative by the logarithm of the corner.
     pub(super) by_log_corner: f64,

@@ -4,7 +4,7 @@ use faer::linalg::solvers::{DenseSolveCore, Solve};
 use faer::{Mat, Side};
 
 /// Part of its scale by which a direction is stiffened that nothing determines.
-const RIDGE: f64 = 1e-13;
+const RELATIVE_RIDGE: f64 = 1e-13;
 
 /// Returns the information with unit diagonal, and the scales that make it so;
 /// what has no information keeps its scale.
@@ -23,7 +23,7 @@ fn scaled(information: &[f64], count: usize, damping: f64) -> (Mat<f64>, Vec<f64
         let (row, column) = (i.max(j), i.min(j));
         let entry = information[row * count + column] * scales[i] * scales[j];
         if i == j {
-            entry * (1.0 + damping) + RIDGE
+            entry * (1.0 + damping) + RELATIVE_RIDGE
         } else {
             entry
         }

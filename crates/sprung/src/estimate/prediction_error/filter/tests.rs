@@ -268,22 +268,14 @@ fn agree(found: f64, expected: f64, scale: f64, what: &str) {
 
 fn agree_all(filter: &Filter<'_, '_>, textbook: &Textbook, what: &str) {
     let p = &textbook.p;
-    for i in 0..STATES {
-        let scale = p[i][i].sqrt();
-        agree(
-            filter.x[i],
-            textbook.x[i][0],
-            scale,
-            &format!("{what}, x {i}"),
-        );
-        for j in 0..STATES {
+    for (i, row) in p.iter().enumerate() {
+        let scale = row[i].sqrt();
+        let (found, expected) = (filter.x[i], textbook.x[i][0]);
+        agree(found, expected, scale, &format!("{what}, x {i}"));
+        for (j, expected) in row.iter().enumerate() {
             let found = filter.covariance[i * STATES + j];
-            agree(
-                found,
-                p[i][j],
-                scale * p[j][j].sqrt(),
-                &format!("{what}, P {i} {j}"),
-            );
+            let both = scale * p[j][j].sqrt();
+            agree(found, *expected, both, &format!("{what}, P {i} {j}"));
         }
     }
 }

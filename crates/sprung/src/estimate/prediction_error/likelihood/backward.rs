@@ -174,8 +174,8 @@ impl Adjoint {
         let error = scaled - ahead;
         gradient.add_sensor_noise(measurement.sensor, by_variance, error, linear.levels);
         for (state, factor) in observation.clone() {
-            for i in 0..states {
-                let both = -factor * (moved[i] + 0.5 * scaled * self.state[i]);
+            for (i, (moved, own)) in moved.iter().zip(&self.state).enumerate() {
+                let both = -factor * (moved + 0.5 * scaled * own);
                 self.covariance[state * states + i] += both;
                 self.covariance[i * states + state] += both;
             }
