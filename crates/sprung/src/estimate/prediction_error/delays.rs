@@ -26,7 +26,7 @@ const MIN_DELAY_ERROR_SAMPLES: f64 = 0.05;
 /// what the search found and from further delays, until two starts lead to one place;
 /// the greatest wins.
 ///
-/// Returns none where no delay is to be estimated or the refinement is not estimated.
+/// Returns none where no delay is to be estimated or the refinement is not asked for.
 ///
 /// # Errors
 ///
