@@ -9,8 +9,8 @@ use crate::log::{Channels, LogSource};
 use crate::model::Model;
 use crate::progress::Listener;
 
-/// Standard errors that a delay must be away from what is assumed, and the part
-/// of a sampling period.
+/// Significance from which on a channel is late: standard errors that its delay is away from
+/// what is assumed, and the part of a sampling period.
 const DELAY_SIGNIFICANCE_SIGMAS: f64 = 5.0;
 const MIN_DELAY_SAMPLES: f64 = 0.05;
 
@@ -40,80 +40,124 @@ pub fn late_channels(
     experiment.identify.on_check_error = OnCheckError::GoOn;
     let log = experiment.log.as_ref().ok_or(IdentifyError::NoLog)?;
     let channels = Channels::new(&experiment.robot, log)?;
-    let mut now = refined(&experiment, model, sources, progress)?;
     let given: Vec<usize> = (channels.all.iter())
         .filter(|channel| channel.delay.is_some())
         .map(|channel| channel.joint)
         .collect();
-    let columns = |joint: usize| -> Vec<&str> {
-        (channels.all.iter())
+    let mut search = LateSearch {
+        now: refined(&experiment, model, sources, progress)?,
+        experiment,
+        model,
+        sources,
+        progress,
+        joints: (0..model.joint_count())
+            .filter(|joint| !given.contains(joint))
+            .collect(),
+        channels,
+        found: Vec::new(),
+    };
+    // One late link seems to make its neighbours late: first the one is looked for
+    // that explains them all, then one joint after the other.
+    for explains in [Explains::EveryJoint, Explains::ItsJoint] {
+        while let Some((delay, then)) = search.likeliest(explains)? {
+            search.accept(delay, then);
+        }
+    }
+    Ok(search.found)
+}
+
+/// What is to be explained by a late channel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Explains {
+    /// No delay of any joint is certain besides.
+    EveryJoint,
+    /// No other delay of its joint is.
+    ItsJoint,
+}
+
+/// A search for late channels, one after the other.
+struct LateSearch<'a, 's> {
+    /// With the delays that were found.
+    experiment: Experiment,
+    model: &'a Model,
+    sources: &'a mut [LogSource<'s>],
+    progress: &'a mut dyn Listener,
+    channels: Channels,
+    /// Joints whose description gives no delay.
+    joints: Vec<usize>,
+    /// What the refinement says now.
+    now: Refined,
+    found: Vec<LikelyDelay>,
+}
+
+impl LateSearch<'_, '_> {
+    /// Returns the columns of a joint.
+    fn columns(&self, joint: usize) -> Vec<&str> {
+        (self.channels.all.iter())
             .filter(|channel| channel.joint == joint)
             .map(|channel| channel.column.as_str())
             .collect()
-    };
-    let joints: Vec<usize> = (0..model.joint_count())
-        .filter(|joint| !given.contains(joint))
-        .collect();
-    let mut found: Vec<LikelyDelay> = Vec::new();
-    // One late link seems to make its neighbours late: first the one is looked for
-    // that explains them all, then one joint after the other.
-    for alone in [true, false] {
-        loop {
-            let done = |joint: &&usize| {
-                let own = columns(**joint);
-                !found
-                    .iter()
-                    .any(|delay| own.contains(&delay.column.as_str()))
-            };
-            let open: Vec<usize> = joints.iter().filter(done).copied().collect();
-            let mut suspects: Vec<(usize, RefinedDelay)> = (open.iter())
-                .flat_map(|&joint| {
-                    let own = now.suspects(&columns(joint));
-                    own.into_iter().map(move |delay| (joint, delay))
-                })
-                .collect();
-            suspects.sort_by(|(_, a), (_, b)| sureness(b).total_cmp(&sureness(a)));
-            suspects.truncate(MAX_SUSPECTS);
-            let mut best: Option<(LikelyDelay, Refined)> = None;
-            for (joint, suspect) in suspects {
-                let mut trial = experiment.clone();
-                if let Some(log) = &mut trial.log {
-                    log.delay_s.insert(suspect.column.clone(), Delay::Estimate);
-                }
-                let then = refined(&trial, model, sources, progress)?;
-                let explained = (joints.iter())
-                    .filter(|&&other| alone || other == joint)
-                    .all(|&other| then.certain(&columns(other), &suspect.column).is_empty());
-                let own = then
-                    .delays
-                    .iter()
-                    .find(|delay| delay.column == suspect.column);
-                let better = (best.as_ref()).is_none_or(|(_, before)| then.loss < before.loss);
-                if let Some(delay) = own
-                    && let Some(standard_error) = delay.standard_error_s
-                    && explained
-                    && then.used
-                    && better
-                    && is_certain(delay.delay_s, standard_error, then.period)
-                {
-                    let likely = LikelyDelay {
-                        column: delay.column.clone(),
-                        delay: delay.delay_s,
-                        standard_error,
-                    };
-                    best = Some((likely, then));
-                }
-            }
-            let Some((delay, then)) = best else { break };
-            if let Some(log) = &mut experiment.log {
-                let known = Delay::Known(delay.delay);
-                log.delay_s.insert(delay.column.clone(), known);
-            }
-            now = then;
-            found.push(delay);
-        }
     }
-    Ok(found)
+
+    /// Returns channels that may be late, of joints without one that was found, with their
+    /// joints, the surest first.
+    fn suspects(&self) -> Vec<(usize, RefinedDelay)> {
+        let is_open = |joint: &&usize| {
+            let own = self.columns(**joint);
+            !(self.found.iter()).any(|delay| own.contains(&delay.column.as_str()))
+        };
+        let mut suspects: Vec<(usize, RefinedDelay)> = (self.joints.iter().filter(is_open))
+            .flat_map(|&joint| {
+                let own = self.now.suspects(&self.columns(joint));
+                own.into_iter().map(move |delay| (joint, delay))
+            })
+            .collect();
+        suspects.sort_by(|(_, a), (_, b)| sureness(b).total_cmp(&sureness(a)));
+        suspects.truncate(MAX_SUSPECTS);
+        suspects
+    }
+
+    /// Tries the suspects; returns the one with the greatest likelihood of those that explain
+    /// the log, and what the refinement then says.
+    fn likeliest(
+        &mut self,
+        explains: Explains,
+    ) -> Result<Option<(LikelyDelay, Refined)>, IdentifyError> {
+        let mut best: Option<(LikelyDelay, Refined)> = None;
+        for (joint, suspect) in self.suspects() {
+            let mut trial = self.experiment.clone();
+            if let Some(log) = &mut trial.log {
+                log.delay_s.insert(suspect.column.clone(), Delay::Estimate);
+            }
+            let then = refined(&trial, self.model, self.sources, self.progress)?;
+            let better = (best.as_ref()).is_none_or(|(_, before)| then.loss < before.loss);
+            if let Some(likely) = then.likely_delay(&suspect.column)
+                && self.explained(explains, joint, &suspect.column, &then)
+                && then.used
+                && better
+            {
+                best = Some((likely, then));
+            }
+        }
+        Ok(best)
+    }
+
+    /// Returns whether a refinement leaves no certain delay but that of one column.
+    fn explained(&self, explains: Explains, joint: usize, column: &str, then: &Refined) -> bool {
+        (self.joints.iter())
+            .filter(|&&other| explains == Explains::EveryJoint || other == joint)
+            .all(|&other| then.certain(&self.columns(other), column).is_empty())
+    }
+
+    /// Takes a delay as known.
+    fn accept(&mut self, delay: LikelyDelay, then: Refined) {
+        if let Some(log) = &mut self.experiment.log {
+            let known = Delay::Known(delay.delay);
+            log.delay_s.insert(delay.column.clone(), known);
+        }
+        self.now = then;
+        self.found.push(delay);
+    }
 }
 
 /// What a refinement says of delays.
@@ -137,6 +181,17 @@ impl Refined {
             })
             .cloned()
             .collect()
+    }
+
+    /// Returns the delay of a column that was estimated, if it is certain.
+    fn likely_delay(&self, column: &str) -> Option<LikelyDelay> {
+        let delay = self.delays.iter().find(|delay| delay.column == column)?;
+        let standard_error = delay.standard_error_s?;
+        is_certain(delay.delay_s, standard_error, self.period).then(|| LikelyDelay {
+            column: delay.column.clone(),
+            delay: delay.delay_s,
+            standard_error,
+        })
     }
 
     /// Delays that may explain the log: those that are certain, or if the refinement

@@ -117,7 +117,7 @@ pub(super) fn descend(
         growing_parts: 0,
     };
     let mut damping = FIRST_DAMPING;
-    let (mut settled, mut searches_at_bound) = (false, 0);
+    let mut search = LevelSearch::default();
     let mut moved = vec![0.0; z.len()];
     for runs in 1..=MAX_FILTER_RUNS {
         progress.tell(phase, runs as u64, Some(MAX_FILTER_RUNS as u64))?;
@@ -131,16 +131,7 @@ pub(super) fn descend(
             None => true,
             Some(step) => is_short(step, &gradient.normal, &mut moved),
         };
-        let ending = if short && settled {
-            Some(Ending::Converged)
-        } else if searches_at_bound == MAX_SEARCHES_AT_BOUND {
-            Some(Ending::AtBound)
-        } else if runs == MAX_FILTER_RUNS {
-            Some(Ending::OutOfRuns)
-        } else {
-            None
-        };
-        if let Some(ending) = ending {
+        if let Some(ending) = search.ending(short, runs) {
             return Ok(Some(Descent {
                 z,
                 levels,
@@ -159,15 +150,53 @@ pub(super) fn descend(
             ran.trajectory = step.trajectory;
         }
         if runs >= FIRST_LEVEL_SEARCH || short {
-            let likelihood = LevelLikelihood::new(measurements, &ran, samples);
-            let (found, gain) = search_levels(&likelihood, problem.levels, &levels);
-            settled = gain < SETTLED_GAIN;
-            levels = found;
-            let bound = (0..rows).any(|row| problem.levels.disturbance_at_bound(&levels, row));
-            searches_at_bound = if bound { searches_at_bound + 1 } else { 0 };
+            levels = search.levels(problem, &ran, samples, &levels);
         }
     }
     Ok(None)
+}
+
+/// How far the search for levels is.
+#[derive(Clone, Copy, Debug, Default)]
+struct LevelSearch {
+    /// Whether the last search hardly gained anything.
+    settled: bool,
+    /// Searches in a row that left a disturbance at its upper bound.
+    at_bound: usize,
+}
+
+impl LevelSearch {
+    /// Searches levels about the trajectory of a run.
+    fn levels(
+        &mut self,
+        problem: &Problem<'_>,
+        run: &FilterRun,
+        samples: usize,
+        levels: &Levels,
+    ) -> Levels {
+        let likelihood = LevelLikelihood::new(problem.measurements, run, samples);
+        let (levels, gain) = search_levels(&likelihood, problem.levels, levels);
+        self.settled = gain < SETTLED_GAIN;
+        let mut rows = 0..problem.model.rows();
+        let bound = rows.any(|row| problem.levels.disturbance_at_bound(&levels, row));
+        self.at_bound = if bound { self.at_bound + 1 } else { 0 };
+        levels
+    }
+
+    /// Returns why a descent ends after a run, if it does.
+    ///
+    /// - `short`: whether its step is short.
+    fn ending(&self, short: bool, runs: usize) -> Option<Ending> {
+        if short && self.settled {
+            Some(Ending::Converged)
+        } else if self.at_bound == MAX_SEARCHES_AT_BOUND {
+            Some(Ending::AtBound)
+        } else if runs == MAX_FILTER_RUNS {
+            Some(Ending::OutOfRuns)
+        } else {
+            None
+        }
+    }
 }
 
 /// Returns cost and normal equations at the values of a run.

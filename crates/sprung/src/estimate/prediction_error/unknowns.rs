@@ -203,8 +203,8 @@ impl Unknowns {
         if let Some(i) = self.offsets.iter().position(|o| o.sensor == sensor) {
             row[self.free.len() + i] -= 1.0;
         }
-        for (i, (_, of)) in self.delays.iter().enumerate() {
-            if *of == DelayOf::Sensor(sensor) {
+        for (i, (_, delay_of)) in self.delays.iter().enumerate() {
+            if *delay_of == DelayOf::Sensor(sensor) {
                 let speed: f64 = coordinates
                     .iter()
                     .map(|&(c, weight)| weight * velocity[c])
@@ -216,8 +216,8 @@ impl Unknowns {
 
     /// Adds the derivatives of the torque on a row with respect to delays.
     pub(super) fn torque(&self, columns: &mut [f64], segment: &Segment, k: usize, row: usize) {
-        for (i, (_, of)) in self.delays.iter().enumerate() {
-            if *of == DelayOf::Torque(row) {
+        for (i, (_, delay_of)) in self.delays.iter().enumerate() {
+            if *delay_of == DelayOf::Torque(row) {
                 // A torque that was recorded late is that of a later sample.
                 let rows = segment.torque_rate.len() / segment.samples();
                 let rate = segment.torque_rate[k * rows + row];

@@ -1,0 +1,202 @@
+//! A robot at one instant: accelerations and their derivatives.
+
+use sprung_core::drives::State;
+use sprung_core::linearized::{Derivatives, Partial, Partials};
+use sprung_core::links::Step;
+use sprung_core::robot::Values;
+use sprung_core::scalar::Scalar;
+use sprung_core::spatial::BODY;
+
+use crate::model::{Model, Scratch, Theta};
+
+/// A robot with its parameters, ready to move.
+#[derive(Clone, Debug)]
+pub(in crate::estimate::prediction_error) struct Dynamics<'m> {
+    pub(super) model: &'m Model,
+    pub(super) theta: Theta,
+    bodies: Vec<[f64; BODY]>,
+    n: usize,
+    pub(super) rows: usize,
+    pub(super) motors: Vec<usize>,
+    scratch: Scratch,
+    // q, dq, phi, dphi.
+    joints: Vec<f64>,
+    pub(super) inverse: Vec<f64>,
+    pub(super) by_position: Vec<f64>,
+    pub(super) by_velocity: Vec<f64>,
+    pub(super) entries: Vec<f64>,
+    // Column of theta of each entry.
+    pub(super) entry_columns: Vec<usize>,
+    pub(super) entry_rows: Vec<usize>,
+    partials: [Vec<Partial>; 4],
+    steps: Vec<Step<Partial>>,
+    // States and rates of a step.
+    pub(super) at: Vec<f64>,
+    pub(super) rate: Vec<f64>,
+    pub(super) sum: Vec<f64>,
+}
+
+impl<'m> Dynamics<'m> {
+    pub(in crate::estimate::prediction_error) fn new(model: &'m Model, theta: &[f64]) -> Self {
+        let robot = model.robot();
+        let (n, rows) = (robot.joints(), robot.rows());
+        let mut entry_columns = vec![0; model.entries()];
+        let mut entry_rows = vec![0; model.entries()];
+        for row in 0..rows {
+            let columns = model.row_columns(row).iter();
+            for (entry, &column) in model.row_entries(row).zip(columns) {
+                entry_columns[entry] = column;
+                entry_rows[entry] = row;
+            }
+        }
+        Self {
+            model,
+            bodies: model.bodies(theta),
+            theta: theta.to_vec(),
+            n,
+            rows,
+            motors: (0..n).map(|joint| robot.motor_coordinate(joint)).collect(),
+            scratch: Scratch::new(n),
+            joints: vec![0.0; 4 * n],
+            inverse: vec![0.0; rows * rows],
+            by_position: vec![0.0; rows * rows],
+            by_velocity: vec![0.0; rows * rows],
+            entries: vec![0.0; model.entries()],
+            entry_columns,
+            entry_rows,
+            partials: std::array::from_fn(|_| vec![Partial::ZERO; n]),
+            steps: vec![Step::default(); n],
+            at: vec![0.0; 2 * rows],
+            rate: vec![0.0; rows],
+            sum: vec![0.0; 2 * rows],
+        }
+    }
+
+    pub(in crate::estimate::prediction_error) fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Replaces the parameters.
+    pub(in crate::estimate::prediction_error) fn set(&mut self, theta: &[f64]) {
+        self.theta.copy_from_slice(theta);
+        self.bodies = self.model.bodies(theta);
+    }
+
+    fn unpack(&mut self, x: &[f64]) {
+        let (positions, velocities) = x.split_at(self.rows);
+        let n = self.n;
+        self.joints[..n].copy_from_slice(&positions[..n]);
+        self.joints[n..2 * n].copy_from_slice(&velocities[..n]);
+        for (joint, &motor) in self.motors.iter().enumerate() {
+            self.joints[2 * n + joint] = positions[motor];
+            self.joints[3 * n + joint] = velocities[motor];
+        }
+    }
+
+    /// Writes the accelerations at a state.
+    pub(super) fn accelerate(&mut self, x: &[f64], torque: &[f64]) {
+        self.unpack(x);
+        let state = state(&self.joints, self.n);
+        let values = Values {
+            theta: &self.theta,
+            bodies: &self.bodies,
+        };
+        let robot = self.model.robot();
+        let mut workspace = self.scratch.workspace();
+        let (rate, inverse) = (&mut self.rate, &mut self.inverse);
+        let fits = robot.motion(&values, &state, torque, &mut workspace, rate, inverse);
+        if fits.is_err() {
+            // The memory is made to fit, so there is no other outcome.
+            self.rate.fill(f64::NAN);
+        }
+    }
+
+    /// Writes the accelerations at a state, their derivatives by it, and the entries of the
+    /// regressor there.
+    pub(super) fn differentiate(&mut self, x: &[f64], torque: &[f64]) {
+        self.accelerate(x, torque);
+        let state = state(&self.joints, self.n);
+        let values = Values {
+            theta: &self.theta,
+            bodies: &self.bodies,
+        };
+        let robot = self.model.robot();
+        let mut workspace = self.scratch.workspace();
+        let [q, dq, ddq, tau] = &mut self.partials;
+        let mut partials = Partials {
+            numbers: [q, dq, ddq, tau],
+            steps: &mut self.steps,
+        };
+        let mut out = Derivatives {
+            by_position: &mut self.by_position,
+            by_velocity: &mut self.by_velocity,
+        };
+        let fits = robot.derivatives(
+            &values,
+            &state,
+            &self.rate,
+            &self.inverse,
+            &mut workspace,
+            &mut partials,
+            &mut out,
+        );
+        if fits.is_err() {
+            self.rate.fill(f64::NAN);
+        }
+        self.write_entries();
+    }
+
+    /// Visits what the parameters' torques change by where a torque of 1 N·m (N) on one
+    /// row more accelerates the robot: that row, row and column of theta of the torque,
+    /// and its change.
+    ///
+    /// - `positions`: of all rows; `pushed`: rows that get the torque in turn.
+    pub(in crate::estimate::prediction_error) fn visit_acceleration_torques(
+        &mut self,
+        positions: &[f64],
+        pushed: &[usize],
+        mut visit: impl FnMut(usize, usize, usize, f64),
+    ) {
+        let rows = self.rows;
+        let mut rest = positions.to_vec();
+        rest.resize(2 * rows, 0.0);
+        self.accelerate(&rest, &vec![0.0; rows]);
+        self.rate.fill(0.0);
+        self.write_entries();
+        let before = self.entries.clone();
+        for &push in pushed {
+            self.rate
+                .copy_from_slice(&self.inverse[push * rows..(push + 1) * rows]);
+            self.write_entries();
+            let places = self.entry_rows.iter().zip(&self.entry_columns);
+            for ((after, before), (&row, &column)) in self.entries.iter().zip(&before).zip(places) {
+                let change = after - before;
+                if change.abs() > 0.0 {
+                    visit(push, row, column, change);
+                }
+            }
+        }
+    }
+
+    /// Writes the entries of the regressor at the state that was unpacked last.
+    fn write_entries(&mut self) {
+        let state = state(&self.joints, self.n);
+        let mut workspace = self.scratch.workspace();
+        let robot = self.model.robot();
+        let fits = robot.torque_entries(&state, &self.rate, &mut workspace, &mut self.entries);
+        if fits.is_err() {
+            self.entries.fill(f64::NAN);
+        }
+    }
+}
+
+/// Returns positions and velocities of links and motors as the model names them.
+fn state(joints: &[f64], n: usize) -> State<'_> {
+    let (link, motor) = joints.split_at(2 * n);
+    State {
+        q: &link[..n],
+        dq: &link[n..],
+        phi: &motor[..n],
+        dphi: &motor[n..],
+    }
+}
