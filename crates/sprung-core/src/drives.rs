@@ -52,6 +52,36 @@ pub struct Drive<S = f64> {
     pub motor_velocity: S,
 }
 
+impl Drive {
+    /// Returns the drive of a joint.
+    ///
+    /// - `motor_velocity`: of its motor, before a coupling, rad/s (m/s).
+    #[inline]
+    pub(crate) fn new(state: &State<'_>, motor_velocity: f64, joint: usize) -> Self {
+        Self {
+            deflection: state.phi[joint] - state.q[joint],
+            deflection_rate: state.dphi[joint] - state.dq[joint],
+            link_velocity: state.dq[joint],
+            motor_velocity,
+        }
+    }
+}
+
+impl<S: Scalar> Drive<S> {
+    /// Returns what friction on a side sees.
+    #[must_use]
+    #[inline]
+    pub fn conditions(&self, side: Side, shape: &Shape) -> Conditions<S> {
+        Conditions {
+            velocity: match side {
+                Side::Link => self.link_velocity,
+                Side::Motor => self.motor_velocity,
+            },
+            load: self.deflection * shape.load_stiffness,
+        }
+    }
+}
+
 impl Term {
     /// Returns the entry of `Y_a`, or its rate: what the row takes of the
     /// parameter's momentum.
@@ -89,14 +119,7 @@ impl Term {
             JointParameter::Damping => drive.deflection_rate,
             JointParameter::Preload => S::constant(-1.0),
             JointParameter::Friction(side, law) => {
-                let at = Conditions {
-                    velocity: match side {
-                        Side::Link => drive.link_velocity,
-                        Side::Motor => drive.motor_velocity,
-                    },
-                    load: drive.deflection * shape.load_stiffness,
-                };
-                law.column(&at, shape)
+                law.column(&drive.conditions(side, shape), shape)
             }
         };
         torque * self.gain

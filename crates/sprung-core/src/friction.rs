@@ -48,38 +48,59 @@ enum Power {
     Either,
 }
 
-/// Laws that a description chooses together, by one word.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Family {
-    /// The word.
-    pub word: &'static str,
-    /// The laws, one parameter each.
-    pub laws: &'static [Law],
-}
-
-/// Declares the laws, one row each, under the word that chooses them.
+/// Declares the laws, one row each, under the family and the word that choose
+/// them.
 macro_rules! laws {
-    ($($family:literal: {
-        $($(#[$doc:meta])* $law:ident, $word:literal, $unit:ident, $power:ident;)*
+    ($($(#[$about:meta])* $family:ident $word:literal: {
+        $(#[doc = $doc:literal] $law:ident $name:literal, $unit:ident, $power:ident;)*
     })*) => {
         /// A friction law with one parameter.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         pub enum Law {
-            $($($(#[$doc])* $law,)*)*
+            $($(#[doc = $doc] $law,)*)*
         }
 
-        /// All laws, in the order of their parameters.
-        pub const FAMILIES: &[Family] = &[$(Family {
-            word: $family,
-            laws: &[$(Law::$law),*],
-        }),*];
+        /// Laws that a description chooses together.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        pub enum Family {
+            $($(#[$about])* $family,)*
+        }
+
+        impl Family {
+            /// All families, in the order of their parameters.
+            pub const ALL: &[Self] = &[$(Self::$family),*];
+
+            /// Returns the word that chooses the family.
+            #[must_use]
+            pub const fn word(self) -> &'static str {
+                match self {
+                    $(Self::$family => $word,)*
+                }
+            }
+
+            /// Returns its laws.
+            #[must_use]
+            pub const fn laws(self) -> &'static [Law] {
+                match self {
+                    $(Self::$family => &[$(Law::$law),*],)*
+                }
+            }
+        }
 
         impl Law {
+            /// Returns what the law is, in a sentence without a subject.
+            #[must_use]
+            pub const fn about(self) -> &'static str {
+                match self {
+                    $($(Self::$law => $doc,)*)*
+                }
+            }
+
             /// Returns the names of the parameter on the link's and on the
             /// motor's side.
             pub(crate) const fn names(self) -> [&'static str; 2] {
                 match self {
-                    $($(Self::$law => [concat!("link_", $word), concat!("motor_", $word)],)*)*
+                    $($(Self::$law => [concat!("link_", $name), concat!("motor_", $name)],)*)*
                 }
             }
 
@@ -99,33 +120,39 @@ macro_rules! laws {
 }
 
 laws! {
-    "viscous": {
+    /// In proportion to the velocity.
+    Viscous "viscous": {
         /// In proportion to the velocity.
-        Viscous, "viscous", TorquePerVelocity, Taken;
+        Viscous "viscous", TorquePerVelocity, Taken;
     }
-    "coulomb": {
+    /// Of one size, against the motion.
+    Coulomb "coulomb": {
         /// Of one size, against the motion.
-        Coulomb, "coulomb", Torque, Taken;
+        Coulomb "coulomb", Torque, Taken;
     }
-    "offset": {
+    /// A constant torque, as by the zero of a current sensor.
+    Offset "offset": {
         /// Of one size and one direction.
-        Offset, "offset", Torque, Either;
+        Offset "offset", Torque, Either;
     }
-    "viscous-asymmetric": {
+    /// Viscous, with a value for each direction.
+    ViscousAsymmetric "viscous-asymmetric": {
         /// Viscous in the positive direction only.
-        ViscousPositive, "viscous_positive", TorquePerVelocity, Taken;
+        ViscousPositive "viscous_positive", TorquePerVelocity, Taken;
         /// Viscous in the negative direction only.
-        ViscousNegative, "viscous_negative", TorquePerVelocity, Taken;
+        ViscousNegative "viscous_negative", TorquePerVelocity, Taken;
     }
-    "coulomb-asymmetric": {
+    /// Coulomb, with a value for each direction.
+    CoulombAsymmetric "coulomb-asymmetric": {
         /// Coulomb in the positive direction only.
-        CoulombPositive, "coulomb_positive", Torque, Taken;
+        CoulombPositive "coulomb_positive", Torque, Taken;
         /// Coulomb in the negative direction only.
-        CoulombNegative, "coulomb_negative", Torque, Taken;
+        CoulombNegative "coulomb_negative", Torque, Taken;
     }
-    "stribeck": {
+    /// More friction at low velocity.
+    Stribeck "stribeck": {
         /// What the friction of a slow joint has beyond Coulomb's.
-        Stribeck, "stribeck", Torque, Either;
+        Stribeck "stribeck", Torque, Either;
     }
 }
 
@@ -235,7 +262,7 @@ mod tests {
     const VELOCITIES: [f64; 5] = [-0.7, -0.02, 0.003, 0.05, 0.4];
 
     fn all() -> impl Iterator<Item = Law> {
-        FAMILIES.iter().flat_map(|family| family.laws).copied()
+        Family::ALL.iter().flat_map(|family| family.laws()).copied()
     }
 
     fn column(law: Law, velocity: f64, load: f64) -> f64 {

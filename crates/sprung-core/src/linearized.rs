@@ -68,7 +68,7 @@ impl Robot<'_> {
         let parts = workspace.parts();
         self.motor_rates(state.dphi, parts.motors);
         for term in self.terms {
-            let drive = self.drive(state, parts.motors, term.joint);
+            let drive = Drive::new(state, parts.motors[term.joint], term.joint);
             let slopes = term.slopes(&drive, &self.shapes[term.joint]);
             self.add_slopes(term, values.theta[term.column], &slopes, out);
         }

@@ -4,7 +4,7 @@
 //! Torques of drives are the columns of the regressor times theta, those of
 //! links the same bilinear form summed up by [`dynamics`](crate::dynamics).
 
-use crate::drives::State;
+use crate::drives::{Drive, State};
 use crate::dynamics::{bias_and_masses, inverse_dynamics, mass_matrix};
 use crate::linear::{factor, invert, solve};
 use crate::links::{LengthError, Parts, Step, Workspace, lengths};
@@ -181,7 +181,7 @@ impl Robot<'_> {
         }
         self.motor_rates(state.dphi, parts.motors);
         for term in self.terms {
-            let drive = self.drive(state, parts.motors, term.joint);
+            let drive = Drive::new(state, parts.motors[term.joint], term.joint);
             let rest = term.rest(&drive, &self.shapes[term.joint]);
             left[term.row] -= values.theta[term.column] * rest;
         }

@@ -7,7 +7,7 @@
 //! passed over.
 
 use crate::chain::JointKind;
-use crate::friction::{FAMILIES, Law};
+use crate::friction::{Family, Law};
 
 /// A side of the joint's spring.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -16,6 +16,17 @@ pub enum Side {
     Link,
     /// Motor and gear, seen at the output side.
     Motor,
+}
+
+impl Side {
+    /// Returns the word for it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Link => "link",
+            Self::Motor => "motor",
+        }
+    }
 }
 
 /// What a parameter of a joint means.
@@ -54,6 +65,19 @@ impl JointParameter {
             Self::Damping => "spring_damping",
             Self::Preload => "spring_preload",
             Friction(side, law) => law.names()[side as usize],
+        }
+    }
+
+    /// Returns what the parameter is, in a sentence without a subject.
+    #[must_use]
+    pub const fn about(self) -> &'static str {
+        match self {
+            Self::RotorInertia => "Rotor inertia at the output side.",
+            Self::Stiffness => "Stiffness of the spring.",
+            Self::CubicStiffness => "Cubic part of the spring's torque.",
+            Self::Damping => "Damping in parallel with the spring.",
+            Self::Preload => "Torque of the spring on the motor where the encoders agree.",
+            Friction(_, law) => law.about(),
         }
     }
 
@@ -113,8 +137,8 @@ const OF_SPRINGS: [JointParameter; 3] = [
 
 const KINDS: usize = {
     let (mut laws, mut family) = (0, 0);
-    while family < FAMILIES.len() {
-        laws += FAMILIES[family].laws.len();
+    while family < Family::ALL.len() {
+        laws += Family::ALL[family].laws().len();
         family += 1;
     }
     // Rotor inertia and stiffness stand beside the laws on either side.
@@ -129,8 +153,8 @@ const fn in_order() -> [JointParameter; KINDS] {
         count += 1;
     }
     let mut family = 0;
-    while family < FAMILIES.len() {
-        let laws = FAMILIES[family].laws;
+    while family < Family::ALL.len() {
+        let laws = Family::ALL[family].laws();
         let mut i = 0;
         while i < 2 * laws.len() {
             let side = if i < laws.len() { Link } else { Motor };

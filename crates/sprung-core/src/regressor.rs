@@ -3,7 +3,7 @@
 //! Each row of the regressor touches few parameters, so only the entries that
 //! can differ from zero are kept, row after row.
 
-use crate::drives::State;
+use crate::drives::{Drive, State};
 use crate::links::{LengthError, Workspace, columns, lengths, torque_columns};
 use crate::robot::{Links, Robot};
 
@@ -71,7 +71,7 @@ impl Robot<'_> {
         self.motor_rates(state.dphi, motor_velocity);
         for term in self.terms {
             let joint = term.joint;
-            let drive = self.drive(state, motor_velocity, joint);
+            let drive = Drive::new(state, motor_velocity[joint], joint);
             momentum[term.entry] = term.momentum(motor_velocity[joint]);
             rest[term.entry] = term.rest(&drive, &self.shapes[joint]);
         }
@@ -116,7 +116,7 @@ impl Robot<'_> {
         self.motor_rates(after, motor_acceleration);
         for term in self.terms {
             let joint = term.joint;
-            let drive = self.drive(state, motor_velocity, joint);
+            let drive = Drive::new(state, motor_velocity[joint], joint);
             entries[term.entry] =
                 term.momentum(motor_acceleration[joint]) + term.rest(&drive, &self.shapes[joint]);
         }

@@ -161,16 +161,15 @@ impl Robot<'_> {
     }
 
     /// Returns a joint as its drive sees it.
-    ///
-    /// - `motor_velocity`: of all motors, before a coupling, \[n\].
-    #[inline]
-    pub(crate) fn drive(&self, state: &State<'_>, motor_velocity: &[f64], joint: usize) -> Drive {
-        Drive {
-            deflection: state.phi[joint] - state.q[joint],
-            deflection_rate: state.dphi[joint] - state.dq[joint],
-            link_velocity: state.dq[joint],
-            motor_velocity: motor_velocity[joint],
-        }
+    #[must_use]
+    pub fn drive(&self, state: &State<'_>, joint: usize) -> Drive {
+        let motor_velocity = match self.coupling {
+            None => state.dphi[joint],
+            Some(_) => (state.dphi.iter().enumerate())
+                .map(|(k, dphi)| self.ratio(joint, k) * dphi)
+                .sum(),
+        };
+        Drive::new(state, motor_velocity, joint)
     }
 
     pub(crate) fn check(

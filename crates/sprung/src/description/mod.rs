@@ -8,10 +8,12 @@ mod check;
 mod choice;
 mod columns;
 mod factor;
+mod friction;
 mod given;
 mod identify;
 mod keys;
 mod log;
+mod nominal;
 mod quantities;
 mod read;
 mod robot;
@@ -24,17 +26,17 @@ mod urdf;
 
 pub use columns::{Column, ColumnName, Columns, PerJoint, StartsAt};
 pub use factor::{Delay, Factor};
+pub use friction::FrictionLaw;
 pub use identify::{
     Cutoff, DiscretizationName, EncoderOffset, Estimator, Identify, InitialMomentum, Instruments,
     OnCheckError, StartName, Weights,
 };
 pub use log::{CsvForm, Log, SamplingTimes};
+pub use nominal::Nominal;
 pub(crate) use quantities::{Joints, Key, KeyUnit, Scaling};
 pub use quantities::{Measures, Quantity, Row, Signal};
 pub use read::{DescriptionError, Experiment, no_files, read, schema};
-pub use robot::{
-    DhJoint, FrictionLaw, Joint, Kinematics, Nominal, Robot, Side, SpringTerm, Transmission, Tree,
-};
+pub use robot::{DhJoint, Joint, Kinematics, Robot, Side, SpringTerm, Transmission, Tree};
 pub use run::{Controller, ControllerKind, Feedforward, Reference, Simulate, Sine, Validate};
 pub use template::{MOST_JOINTS, Start, StartError, template};
 pub use tree::Open;

@@ -6,10 +6,12 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use sprung_core::chain::{ChainJoint, DhRow, JointKind};
-use sprung_core::friction::Law;
+use sprung_core::friction::Family;
 use sprung_core::spatial::BODY;
 
 use super::choice::choose;
+use super::friction::FrictionLaw;
+use super::nominal::Nominal;
 
 /// The robot: how its links hang together, and what drives them.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -285,68 +287,6 @@ impl TryFrom<String> for SpringTerm {
     }
 }
 
-/// A friction law.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(try_from = "String")]
-#[schemars(extend("enum" = ["viscous", "coulomb", "offset", "viscous-asymmetric",
-    "coulomb-asymmetric", "stribeck"]))]
-pub enum FrictionLaw {
-    /// In proportion to the velocity.
-    Viscous,
-    /// Of one size, against the motion.
-    Coulomb,
-    /// A constant torque, as by the zero of a current sensor.
-    Offset,
-    /// Viscous, with a value for each direction.
-    ViscousAsymmetric,
-    /// Coulomb, with a value for each direction.
-    CoulombAsymmetric,
-    /// More friction at low velocity.
-    Stribeck,
-}
-
-impl FrictionLaw {
-    const ALL: [(&'static str, Self); 6] = [
-        ("viscous", Self::Viscous),
-        ("coulomb", Self::Coulomb),
-        ("offset", Self::Offset),
-        ("viscous-asymmetric", Self::ViscousAsymmetric),
-        ("coulomb-asymmetric", Self::CoulombAsymmetric),
-        ("stribeck", Self::Stribeck),
-    ];
-
-    /// Returns the name in the file.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        let mut all = Self::ALL.iter();
-        all.find(|(_, law)| *law == self)
-            .map_or("", |(name, _)| name)
-    }
-
-    /// Returns the columns of the law.
-    #[must_use]
-    pub fn columns(self) -> &'static [Law] {
-        match self {
-            Self::Viscous => &[Law::Viscous],
-            Self::Coulomb => &[Law::Coulomb],
-            Self::Offset => &[Law::Offset],
-            Self::ViscousAsymmetric => &[Law::ViscousPositive, Law::ViscousNegative],
-            Self::CoulombAsymmetric => &[Law::CoulombPositive, Law::CoulombNegative],
-            Self::Stribeck => &[Law::Stribeck],
-        }
-    }
-}
-
-impl TryFrom<String> for FrictionLaw {
-    type Error = String;
-
-    fn try_from(word: String) -> Result<Self, String> {
-        let names = Self::ALL.map(|(name, _)| name);
-        let index = choose("friction law", &word, &names)?;
-        Ok(Self::ALL[index].1)
-    }
-}
-
 impl Joint {
     /// Returns whether the joint has a spring.
     #[must_use]
@@ -357,7 +297,7 @@ impl Joint {
     /// Returns the friction of the link's bearing.
     #[must_use]
     pub fn link_laws(&self) -> &[FrictionLaw] {
-        const USUAL: &[FrictionLaw] = &[FrictionLaw::Viscous, FrictionLaw::Coulomb];
+        const USUAL: &[FrictionLaw] = &[FrictionLaw(Family::Viscous), FrictionLaw(Family::Coulomb)];
         match &self.link_friction {
             Some(laws) => laws,
             None if self.is_flexible() => USUAL,
@@ -369,9 +309,9 @@ impl Joint {
     #[must_use]
     pub fn motor_laws(&self) -> &[FrictionLaw] {
         const USUAL: &[FrictionLaw] = &[
-            FrictionLaw::Viscous,
-            FrictionLaw::Coulomb,
-            FrictionLaw::Offset,
+            FrictionLaw(Family::Viscous),
+            FrictionLaw(Family::Coulomb),
+            FrictionLaw(Family::Offset),
         ];
         match &self.motor_friction {
             Some(laws) => laws,
@@ -387,58 +327,5 @@ impl Joint {
             Some(terms) => terms,
             None => &[SpringTerm::Linear],
         }
-    }
-}
-
-/// Declares the nominal values of a joint, one per kind of parameter.
-macro_rules! nominal {
-    ($($field:ident: $what:literal),* $(,)?) => {
-        /// Values that the maker gives for a joint, SI units.
-        #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
-        pub struct Nominal {
-            $(#[doc = $what] pub $field: Option<f64>,)*
-        }
-
-        impl Nominal {
-            /// Returns names and values, in the order of the file format.
-            #[must_use]
-            pub fn all(&self) -> Vec<(&'static str, Option<f64>)> {
-                vec![$((stringify!($field), self.$field)),*]
-            }
-        }
-    };
-}
-
-nominal! {
-    rotor_inertia: "Rotor inertia at the output side, kg·m² (kg).",
-    link_viscous: "Viscous friction on the link side, N·m·s/rad (N·s/m).",
-    motor_viscous: "Viscous friction on the motor side, N·m·s/rad (N·s/m).",
-    stiffness: "Stiffness, N·m/rad (N/m).",
-    link_coulomb: "Coulomb friction on the link side, N·m (N).",
-    motor_coulomb: "Coulomb friction on the motor side, N·m (N).",
-    link_offset: "Constant torque on the link side, N·m (N).",
-    motor_offset: "Constant torque on the motor side, N·m (N).",
-    link_viscous_positive: "Viscous friction of positive velocities on the link side.",
-    link_viscous_negative: "Viscous friction of negative velocities on the link side.",
-    motor_viscous_positive: "Viscous friction of positive velocities on the motor side.",
-    motor_viscous_negative: "Viscous friction of negative velocities on the motor side.",
-    link_coulomb_positive: "Coulomb friction of positive velocities on the link side.",
-    link_coulomb_negative: "Coulomb friction of negative velocities on the link side.",
-    motor_coulomb_positive: "Coulomb friction of positive velocities on the motor side.",
-    motor_coulomb_negative: "Coulomb friction of negative velocities on the motor side.",
-    link_stribeck: "Stribeck friction on the link side, N·m (N).",
-    motor_stribeck: "Stribeck friction on the motor side, N·m (N).",
-    spring_damping: "Damping in parallel with the spring, N·m·s/rad (N·s/m).",
-    cubic_stiffness: "Cubic part of the spring's torque, N·m/rad³ (N/m³).",
-    spring_preload: "Torque of the spring on the motor where the encoders agree, N·m (N).",
-}
-
-impl Nominal {
-    /// Returns the value of a parameter by the name after the joint's.
-    #[must_use]
-    pub fn get(&self, name: &str) -> Option<f64> {
-        let mut all = self.all().into_iter();
-        all.find(|(known, _)| *known == name)
-            .and_then(|(_, value)| value)
     }
 }

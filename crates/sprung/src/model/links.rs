@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use sprung_core::chain::Chain;
+use sprung_core::parameters::JointParameter;
 use sprung_core::spatial::{BODY, BODY_NAMES, BODY_UNITS};
 
 use super::ModelError;
@@ -72,7 +73,9 @@ impl TreeLinks {
         selected.sort_unstable();
         let nominal = (tree.inertial.iter())
             .flat_map(|body| (0..BODY).map(move |k| body.map(|body| body[k])))
-            .chain(robot.joint.iter().map(|joint| joint.nominal.rotor_inertia))
+            .chain(
+                (robot.joint.iter()).map(|joint| joint.nominal.get(JointParameter::RotorInertia)),
+            )
             .enumerate()
             .map(|(index, value)| robot.nominal.get(&names[index]).copied().or(value))
             .collect();

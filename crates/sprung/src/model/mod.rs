@@ -110,7 +110,7 @@ impl Model {
         for &(kind, joint) in &layout.drives {
             let of = &robot.joint[joint];
             let mut name = format!("{}.{}", of.name, kind.name());
-            let nominal = of.nominal.get(kind.name());
+            let nominal = of.nominal.get(kind);
             if let (Some(links), JointParameter::RotorInertia, false) =
                 (&links, kind, of.is_flexible())
             {
@@ -136,7 +136,8 @@ impl Model {
                 .map(|joint| Shape {
                     sharpness: joint.coulomb_sharpness_s_per_rad,
                     stribeck_velocity: joint.stribeck_velocity_rad_per_s.unwrap_or(STRIBECK),
-                    load_stiffness: joint.nominal.stiffness.unwrap_or_default(),
+                    load_stiffness: (joint.nominal.get(JointParameter::Stiffness))
+                        .unwrap_or_default(),
                 })
                 .collect(),
             fixed: Arc::new(Fixed {
@@ -354,6 +355,12 @@ impl Model {
     #[must_use]
     pub fn unknown_stribeck(&self) -> &[usize] {
         &self.fixed.unknown_stribeck
+    }
+
+    /// Returns what the friction laws of a joint are not linear in.
+    #[must_use]
+    pub fn shape(&self, joint: usize) -> &Shape {
+        &self.shapes[joint]
     }
 
     /// Returns beta of the Coulomb friction of a joint, s/rad (s/m).

@@ -1,13 +1,18 @@
 //! Weights of samples, from the noise that the Coulomb transition lets through.
 
 use sprung_core::drives::State;
-use sprung_core::friction::Law;
+use sprung_core::friction::{Conditions, Law, Shape};
 use sprung_core::parameters::{JointParameter, Side};
 
 use crate::model::Model;
 
 /// Beyond this argument `sech²` is below 2e-17.
 const SATURATED: f64 = 20.0;
+
+const AT_REST: Conditions = Conditions {
+    velocity: 0.0,
+    load: 0.0,
+};
 
 /// Standard deviations of the noise of velocities, rad/s (m/s), each \[n\].
 #[derive(Clone, Debug, PartialEq)]
@@ -18,42 +23,31 @@ pub struct VelocityNoise {
     pub motor: Vec<f64>,
 }
 
-/// Coulomb-like friction of one velocity in one row.
-#[derive(Clone, Copy, Debug)]
+/// Friction of one velocity in one row that jumps where the velocity changes its
+/// sign.
+#[derive(Clone, Debug)]
 struct Transition {
     row: usize,
     side: Side,
     joint: usize,
     // Noise of the velocity times beta.
     noise: f64,
-    sharpness: f64,
-    stribeck_velocity: f64,
-    // Friction on either side of the transition, N·m (N).
-    positive: f64,
-    negative: f64,
-    // What Stribeck friction adds at rest.
-    bell: f64,
+    shape: Shape,
+    // Laws, and what their parameters come to, N·m (N).
+    laws: Vec<(Law, f64)>,
 }
 
 impl Transition {
     /// Returns the variance of the friction, (N·m)² ((N)²).
-    fn variance(&self, velocity: f64) -> f64 {
-        let x = self.sharpness * velocity;
+    fn variance(&self, at: &Conditions) -> f64 {
+        let x = self.shape.sharpness * at.velocity;
         if x.abs() > SATURATED {
             return 0.0;
         }
         let slope = 1.0 - x.tanh().powi(2);
-        let side = if velocity > 0.0 {
-            self.positive
-        } else {
-            self.negative
-        };
-        let bell = if self.bell == 0.0 {
-            0.0
-        } else {
-            self.bell * (-(velocity / self.stribeck_velocity).powi(2)).exp()
-        };
-        (self.noise * slope * (side + bell)).powi(2)
+        let heights = (self.laws.iter())
+            .map(|(law, size)| size * law.jump(at, &self.shape).unwrap_or_default());
+        (self.noise * slope * heights.sum::<f64>()).powi(2)
     }
 }
 
@@ -101,25 +95,17 @@ impl TransitionWeights {
             let JointParameter::Friction(side, law) = term.what else {
                 continue;
             };
+            let shape = *model.shape(term.joint);
+            if law.jump(&AT_REST, &shape).is_none() {
+                continue;
+            }
             let size = (term.gain * theta[term.column]).abs();
-            let [positive, negative, bell] = match law {
-                Law::Coulomb => [size, size, 0.0],
-                Law::CoulombPositive => [size, 0.0, 0.0],
-                Law::CoulombNegative => [0.0, size, 0.0],
-                Law::Stribeck => [0.0, 0.0, size],
-                Law::Viscous | Law::ViscousPositive | Law::ViscousNegative | Law::Offset => {
-                    continue;
-                }
-            };
             let same =
                 |t: &&mut Transition| (t.row, t.side, t.joint) == (term.row, side, term.joint);
             if let Some(known) = transitions.iter_mut().find(same) {
-                known.positive += positive;
-                known.negative += negative;
-                known.bell += bell;
+                known.laws.push((law, size));
                 continue;
             }
-            let sharpness = model.sharpness(term.joint);
             let deviation = match side {
                 Side::Link => noise.link[term.joint],
                 Side::Motor => noise.motor[term.joint],
@@ -128,12 +114,9 @@ impl TransitionWeights {
                 row: term.row,
                 side,
                 joint: term.joint,
-                noise: sharpness * deviation,
-                sharpness,
-                stribeck_velocity: model.stribeck_velocity(term.joint),
-                positive,
-                negative,
-                bell,
+                noise: shape.sharpness * deviation,
+                shape,
+                laws: vec![(law, size)],
             });
         }
         Self {
@@ -157,15 +140,9 @@ impl TransitionWeights {
         out.fill(0.0);
         let robot = model.robot();
         for transition in &self.transitions {
-            let joint = transition.joint;
-            let velocity = match (transition.side, robot.coupling) {
-                (Side::Link, _) => state.dq[joint],
-                (Side::Motor, None) => state.dphi[joint],
-                (Side::Motor, Some(_)) => (state.dphi.iter().enumerate())
-                    .map(|(k, dphi)| robot.ratio(joint, k) * dphi)
-                    .sum(),
-            };
-            out[transition.row] += transition.variance(velocity);
+            let drive = robot.drive(state, transition.joint);
+            let at = drive.conditions(transition.side, &transition.shape);
+            out[transition.row] += transition.variance(&at);
         }
     }
 
@@ -186,23 +163,34 @@ impl TransitionWeights {
 mod tests {
     use super::*;
 
-    const PLAIN: Transition = Transition {
-        row: 0,
-        side: Side::Motor,
-        joint: 0,
-        noise: 0.3,
-        sharpness: 100.0,
-        stribeck_velocity: 0.1,
-        positive: 2.0,
-        negative: 1.0,
-        bell: 0.0,
-    };
+    fn plain() -> Transition {
+        Transition {
+            row: 0,
+            side: Side::Motor,
+            joint: 0,
+            noise: 0.3,
+            shape: Shape {
+                sharpness: 100.0,
+                stribeck_velocity: 0.1,
+                load_stiffness: 0.0,
+            },
+            laws: vec![(Law::CoulombPositive, 2.0), (Law::CoulombNegative, 1.0)],
+        }
+    }
+
+    fn at(velocity: f64) -> Conditions {
+        Conditions {
+            velocity,
+            ..AT_REST
+        }
+    }
 
     #[test]
     fn variance_is_that_of_the_friction_under_small_noise() {
-        let bent = Transition { bell: 0.5, ..PLAIN };
+        let mut bent = plain();
+        bent.laws.push((Law::Stribeck, 0.5));
         for (transition, size) in [
-            (PLAIN, [1.0_f64, 2.0]),
+            (plain(), [1.0_f64, 2.0]),
             // At 0.02 rad/s the bell has fallen to exp(-0.04).
             (bent, [1.0 + 0.480_394_7, 2.0 + 0.480_394_7]),
         ] {
@@ -212,17 +200,17 @@ mod tests {
                 let slope =
                     ((100.0 * (velocity + h)).tanh() - (100.0 * (velocity - h)).tanh()) / (2.0 * h);
                 let expected: f64 = (size * slope * 0.003_f64).powi(2);
-                let found = transition.variance(velocity);
+                let found = transition.variance(&at(velocity));
                 assert!((found / expected - 1.0).abs() < 1e-6, "{found} {expected}");
             }
         }
-        assert!(PLAIN.variance(1.0) < f64::MIN_POSITIVE);
+        assert!(plain().variance(&at(1.0)) < f64::MIN_POSITIVE);
     }
 
     #[test]
     fn weights_are_at_most_one_and_rows_without_scale_have_none() {
         let weights = TransitionWeights {
-            transitions: vec![PLAIN],
+            transitions: vec![plain()],
             slip: vec![4.0, 0.0, f64::INFINITY],
         };
         assert!((weights.weight(0, 0.0) - 1.0).abs() < 1e-15);

@@ -9,6 +9,7 @@ use sprung::estimate::{
 };
 use sprung::finding::Severity;
 use sprung::progress::Unheard;
+use sprung_core::parameters::JointParameter;
 
 use crate::in_memory::with_source;
 use crate::support::{Twin, env};
@@ -190,7 +191,9 @@ fn noise_of_the_torque_pulls_no_inertia_up() {
 fn nominal_start_needs_nominal_values() {
     let mut twin = twin();
     twin.experiment.identify.start = StartName::Nominal;
-    twin.experiment.robot.joint[0].nominal.stiffness = None;
+    twin.experiment.robot.joint[0]
+        .nominal
+        .remove(JointParameter::Stiffness);
     twin.model = sprung::model::Model::new(&twin.experiment).unwrap();
     let log = twin.log(&settings(16384, CASES[0], 1));
     let error = refined(&twin, &log).unwrap_err().to_string();

@@ -1,12 +1,14 @@
 //! What types cannot say of a robot: which keys go together.
 
 use sprung_core::chain::JointKind;
+use sprung_core::friction::Family;
 use sprung_core::spatial::BODY_NAMES;
 
 use super::fault::{Fault, fault};
 use super::name::check_name;
 use crate::description::choice::nearest;
-use crate::description::robot::{FrictionLaw, Joint, Robot, SpringTerm};
+use crate::description::friction::FrictionLaw;
+use crate::description::robot::{Joint, Robot, SpringTerm};
 use crate::description::types::ExperimentFile;
 
 /// Longest length of a table, m.
@@ -34,7 +36,7 @@ pub(in crate::description) fn robot(file: &ExperimentFile) -> Result<(), Fault> 
         let path = |key| ["robot", "joint", &at, key].map(str::to_owned).to_vec();
         check_name(&joint.name, &["robot", "joint", &at, "name"])?;
         for (key, value) in joint.nominal.all() {
-            if value.is_some_and(|v| !v.is_finite()) {
+            if !value.is_finite() {
                 return Err(fault(
                     &["robot", "joint", &at, "nominal", key],
                     format!("{}: the nominal {key} must be finite", joint.name),
@@ -261,7 +263,7 @@ fn tables(robot: &Robot) -> Result<(), Fault> {
 
 /// Checks that no two laws of a joint say the same.
 fn laws(joint: &Joint, at: &str) -> Result<(), Fault> {
-    use FrictionLaw::{Coulomb, CoulombAsymmetric, Offset, Viscous, ViscousAsymmetric};
+    use Family::{Coulomb, CoulombAsymmetric, Offset, Viscous, ViscousAsymmetric};
     let name = &joint.name;
     let sides = [
         ("link_friction", joint.link_laws()),
@@ -280,14 +282,17 @@ fn laws(joint: &Joint, at: &str) -> Result<(), Fault> {
             (Coulomb, CoulombAsymmetric),
             (Offset, CoulombAsymmetric),
         ] {
-            if laws.contains(&one) && laws.contains(&other) {
+            if [one, other]
+                .iter()
+                .all(|family| laws.contains(&FrictionLaw(*family)))
+            {
                 return Err(fault(
                     &path,
                     format!(
                         "{name}: in {key} \"{}\" already holds \"{}\": at every velocity but zero \
                          they act alike; keep one",
-                        other.name(),
-                        one.name()
+                        other.word(),
+                        one.word()
                     ),
                 ));
             }

@@ -1,5 +1,7 @@
 use std::path::Path;
 
+use sprung_core::parameters::JointParameter;
+
 use super::*;
 use crate::description::{Columns, DescriptionError, Experiment, read, schema};
 
@@ -120,7 +122,12 @@ fn all_examples_hold_together() {
         assert!(experiment.controller.is_some() && experiment.simulate.is_some());
         assert_eq!(experiment.validate.len(), 2);
         assert_eq!(experiment.robot.assume_zero.len(), 1);
-        assert!(experiment.robot.joint[0].nominal.stiffness.is_some());
+        assert!(
+            experiment.robot.joint[0]
+                .nominal
+                .get(JointParameter::Stiffness)
+                .is_some()
+        );
     }
 }
 

@@ -1,0 +1,40 @@
+//! Friction laws by the words of the core's table.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+use sprung_core::friction::{Family, Law};
+
+use super::choice::choose;
+
+/// A friction law.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(try_from = "String")]
+#[schemars(with = "String", extend("enum" = words()))]
+pub struct FrictionLaw(pub Family);
+
+impl FrictionLaw {
+    /// Returns the name in the file.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        self.0.word()
+    }
+
+    /// Returns the columns of the law.
+    #[must_use]
+    pub fn columns(self) -> &'static [Law] {
+        self.0.laws()
+    }
+}
+
+impl TryFrom<String> for FrictionLaw {
+    type Error = String;
+
+    fn try_from(word: String) -> Result<Self, String> {
+        let index = choose("friction law", &word, &words())?;
+        Ok(Self(Family::ALL[index]))
+    }
+}
+
+fn words() -> Vec<&'static str> {
+    Family::ALL.iter().map(|family| family.word()).collect()
+}

@@ -1,0 +1,66 @@
+//! Nominal values of a joint, one per kind of parameter of the core.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::Deserialize;
+use serde_json::{Map, Value, json};
+use sprung_core::chain::JointKind;
+use sprung_core::parameters::JointParameter;
+
+/// Values that the maker gives for a joint, SI units.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(transparent)]
+pub struct Nominal(BTreeMap<String, f64>);
+
+impl Nominal {
+    /// Returns names and values, in the order of the parameters.
+    pub fn all(&self) -> impl Iterator<Item = (&'static str, f64)> {
+        let names = JointParameter::ALL.into_iter().map(JointParameter::name);
+        names.filter_map(|name| Some((name, self.0.get(name).copied()?)))
+    }
+
+    /// Returns the value of a kind of parameter.
+    #[must_use]
+    pub fn get(&self, kind: JointParameter) -> Option<f64> {
+        self.0.get(kind.name()).copied()
+    }
+
+    /// Forgets the value of a kind of parameter.
+    pub fn remove(&mut self, kind: JointParameter) {
+        self.0.remove(kind.name());
+    }
+}
+
+impl JsonSchema for Nominal {
+    fn schema_name() -> Cow<'static, str> {
+        "Nominal".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let properties: Map<String, Value> = (JointParameter::ALL.into_iter())
+            .map(|kind| (kind.name().to_owned(), property(kind)))
+            .collect();
+        json_schema!({
+            "description": "Values that the maker gives for a joint, SI units.",
+            "type": "object",
+            "properties": properties,
+        })
+    }
+}
+
+fn property(kind: JointParameter) -> Value {
+    let side = match kind {
+        JointParameter::Friction(side, _) => format!("Friction of the {}: ", side.name()),
+        _ => String::new(),
+    };
+    let about = kind.about().trim().trim_end_matches('.');
+    let [turning, sliding] =
+        [JointKind::Revolute, JointKind::Prismatic].map(|joint| kind.unit(joint));
+    json!({
+        "description": format!("{side}{about}, {turning} ({sliding})."),
+        "type": ["number", "null"],
+        "format": "double",
+    })
+}
