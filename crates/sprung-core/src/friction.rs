@@ -88,7 +88,7 @@ macro_rules! laws {
         }
 
         impl Law {
-            /// Returns what the law is, in a sentence without a subject.
+            /// Returns what the law is, as a noun with a full stop.
             #[must_use]
             pub const fn about(self) -> &'static str {
                 match self {
@@ -122,36 +122,36 @@ macro_rules! laws {
 laws! {
     /// In proportion to the velocity.
     Viscous "viscous": {
-        /// In proportion to the velocity.
+        /// Viscous friction.
         Viscous "viscous", TorquePerVelocity, Taken;
     }
     /// Of one size, against the motion.
     Coulomb "coulomb": {
-        /// Of one size, against the motion.
+        /// Coulomb friction.
         Coulomb "coulomb", Torque, Taken;
     }
     /// A constant torque, as by the zero of a current sensor.
     Offset "offset": {
-        /// Of one size and one direction.
+        /// Constant torque.
         Offset "offset", Torque, Either;
     }
     /// Viscous, with a value for each direction.
     ViscousAsymmetric "viscous-asymmetric": {
-        /// Viscous in the positive direction only.
+        /// Viscous friction of positive velocities.
         ViscousPositive "viscous_positive", TorquePerVelocity, Taken;
-        /// Viscous in the negative direction only.
+        /// Viscous friction of negative velocities.
         ViscousNegative "viscous_negative", TorquePerVelocity, Taken;
     }
     /// Coulomb, with a value for each direction.
     CoulombAsymmetric "coulomb-asymmetric": {
-        /// Coulomb in the positive direction only.
+        /// Coulomb friction of positive velocities.
         CoulombPositive "coulomb_positive", Torque, Taken;
-        /// Coulomb in the negative direction only.
+        /// Coulomb friction of negative velocities.
         CoulombNegative "coulomb_negative", Torque, Taken;
     }
-    /// More friction at low velocity.
+    /// More friction at low velocity than at high.
     Stribeck "stribeck": {
-        /// What the friction of a slow joint has beyond Coulomb's.
+        /// Stribeck friction.
         Stribeck "stribeck", Torque, Either;
     }
 }

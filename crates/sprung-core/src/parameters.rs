@@ -68,12 +68,12 @@ impl JointParameter {
         }
     }
 
-    /// Returns what the parameter is, in a sentence without a subject.
+    /// Returns what the parameter is, as a noun with a full stop.
     #[must_use]
     pub const fn about(self) -> &'static str {
         match self {
             Self::RotorInertia => "Rotor inertia at the output side.",
-            Self::Stiffness => "Stiffness of the spring.",
+            Self::Stiffness => "Stiffness.",
             Self::CubicStiffness => "Cubic part of the spring's torque.",
             Self::Damping => "Damping in parallel with the spring.",
             Self::Preload => "Torque of the spring on the motor where the encoders agree.",

@@ -52,14 +52,14 @@ impl JsonSchema for Nominal {
 
 fn property(kind: JointParameter) -> Value {
     let side = match kind {
-        JointParameter::Friction(side, _) => format!("Friction of the {}: ", side.name()),
+        JointParameter::Friction(side, _) => format!(" on the {} side", side.name()),
         _ => String::new(),
     };
     let about = kind.about().trim().trim_end_matches('.');
     let [turning, sliding] =
         [JointKind::Revolute, JointKind::Prismatic].map(|joint| kind.unit(joint));
     json!({
-        "description": format!("{side}{about}, {turning} ({sliding})."),
+        "description": format!("{about}{side}, {turning} ({sliding})."),
         "type": ["number", "null"],
         "format": "double",
     })
