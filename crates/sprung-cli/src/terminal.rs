@@ -196,7 +196,7 @@ fn show(bar: &ProgressBar, progress: Progress) {
             bar.set_length(most);
             bar.set_position(progress.done);
             // A run may take seconds in which the bar hears nothing.
-            bar.enable_steady_tick(TICK);
+            bar.enable_steady_tick(TICK_INTERVAL);
         }
         (Phase::Simulating, Some(total)) => {
             if bar.length() != Some(total) {
@@ -220,7 +220,7 @@ fn show(bar: &ProgressBar, progress: Progress) {
 }
 
 /// Between two pictures of a bar that hears nothing.
-const TICK: std::time::Duration = std::time::Duration::from_millis(200);
+const TICK_INTERVAL: std::time::Duration = std::time::Duration::from_millis(200);
 
 /// Says how large the disturbances are that a refinement found.
 fn disturbances(refinement: &Refinement) -> String {
@@ -350,7 +350,7 @@ fn parameter_table(
 }
 
 /// Joints that stand side by side, at most.
-const SIDE_BY_SIDE: usize = 3;
+const MOST_JOINTS_SIDE_BY_SIDE: usize = 3;
 
 /// One row per parameter set and joint.
 fn error_table_by_joint(run: &sprung::validate::RunResult) -> Table {
@@ -410,7 +410,7 @@ fn of_log(identification: &Identification) -> Vec<String> {
 
 fn error_table(run: &sprung::validate::RunResult) -> Table {
     let joints = run.joints();
-    if joints.len() > SIDE_BY_SIDE {
+    if joints.len() > MOST_JOINTS_SIDE_BY_SIDE {
         return error_table_by_joint(run);
     }
     let simulated: &[&str] = if run.simulated {

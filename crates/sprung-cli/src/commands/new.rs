@@ -12,7 +12,7 @@ use crate::output::Output;
 use crate::terminal::Terminal;
 
 /// Joints of a table if nobody says how many.
-const JOINTS: usize = 2;
+const DEFAULT_JOINTS: usize = 2;
 
 pub(crate) fn run(args: &New) -> Result<ExitCode, Failure> {
     let terminal = Terminal::new(args.voice, false);
@@ -21,7 +21,7 @@ pub(crate) fn run(args: &New) -> Result<ExitCode, Failure> {
     let (start, table) = match &args.urdf {
         Some(file) => (start_from_urdf(file, folder)?, ""),
         None => (
-            Start::table(args.joints.unwrap_or(JOINTS)).map_err(SessionError::from)?,
+            Start::table(args.joints.unwrap_or(DEFAULT_JOINTS)).map_err(SessionError::from)?,
             "the table, ",
         ),
     };

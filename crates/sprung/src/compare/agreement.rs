@@ -5,15 +5,15 @@ use crate::estimate::{NORMAL_95, upper_tail};
 use crate::finding::{Finding, Severity};
 use crate::model::short;
 
-/// Probability of a false alarm for all parameters of one estimator together,
+/// Significance of a disagreement: the probability of a false alarm for all parameters of one estimator together,
 /// if the intervals are those of independent, normal errors.
-pub const SURE: f64 = 0.01;
+pub const SIGNIFICANCE: f64 = 0.01;
 
 /// Code of the finding that says so.
 pub const RUNS_DISAGREE: &str = "runs-disagree";
 
-/// Parameters that a finding tells of, at most.
-const TOLD: usize = 5;
+/// Parameters that the text of a finding names, at most.
+const PARAMETERS_IN_TEXT: usize = 5;
 
 /// A parameter whose estimates do not agree.
 struct Apart<'a> {
@@ -31,7 +31,7 @@ struct Apart<'a> {
 /// For each parameter with an interval in K results the statistic is
 /// `Σ (x_i − x̄)²/s_i²`, x̄ the mean weighted by 1/s², s the half width of the
 /// 95 % interval over 1.96: chi-square with K − 1 degrees of freedom for
-/// independent errors. It counts if its probability is below [`SURE`] over the
+/// independent errors. It counts if its probability is below [`SIGNIFICANCE`] over the
 /// number of parameters tested (Bonferroni). Results of one log share its
 /// errors, so they differ less than that: no false alarm, less power.
 pub(super) fn runs_disagree(
@@ -64,15 +64,17 @@ fn of_estimator(
     compared: &[ComparedResult],
     tests: &[Apart<'_>],
 ) -> Option<Finding> {
-    let limit = SURE / tests.len().max(1) as f64;
+    let limit = SIGNIFICANCE / tests.len().max(1) as f64;
     let mut apart: Vec<&Apart> = tests.iter().filter(|t| t.probability < limit).collect();
     if apart.is_empty() {
         return None;
     }
     apart.sort_by(|a, b| b.excess.total_cmp(&a.excess));
-    let mut told: Vec<String> = (apart.iter().take(TOLD)).map(|apart| tell(apart)).collect();
-    if apart.len() > TOLD {
-        told.push(format!("and {} more", apart.len() - TOLD));
+    let mut told: Vec<String> = (apart.iter().take(PARAMETERS_IN_TEXT))
+        .map(|apart| tell(apart))
+        .collect();
+    if apart.len() > PARAMETERS_IN_TEXT {
+        told.push(format!("and {} more", apart.len() - PARAMETERS_IN_TEXT));
     }
     let same_settings = own
         .iter()
@@ -190,7 +192,7 @@ mod tests {
             (0..PARAMETERS).any(|name| {
                 let parameter = parameter(&mut rng, name, truth);
                 let apart = test(&parameter, &own).unwrap();
-                apart.probability < SURE / PARAMETERS as f64
+                apart.probability < SIGNIFICANCE / PARAMETERS as f64
             })
         });
         alarms.count() as f64 / COMPARISONS as f64

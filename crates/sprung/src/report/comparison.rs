@@ -6,7 +6,7 @@ use super::numbers::{or_dash, significant};
 use super::section::{section, shown};
 use super::tables::{number, text};
 use crate::compare::{
-    ComparedParameter, ComparedResult, ComparedValue, Comparison, RUNS_DISAGREE, SURE,
+    ComparedParameter, ComparedResult, ComparedValue, Comparison, RUNS_DISAGREE, SIGNIFICANCE,
 };
 use crate::estimate::Verdict;
 use crate::finding::Severity;
@@ -53,7 +53,7 @@ pub fn compose_comparison(comparison: &Comparison, command: &str) -> Document {
                 &format!(
                     "Repeated results of one estimator disagree if chance makes such differences in \
                      less than {} % of all comparisons.",
-                    100.0 * SURE
+                    100.0 * SIGNIFICANCE
                 ),
                 vec![Block::Findings(findings)],
             ),

@@ -35,7 +35,7 @@ pub enum RecordError {
 }
 
 /// Samples from one word of progress to the next: some ten milliseconds of work.
-const BETWEEN: u64 = 1024;
+const SAMPLES_BETWEEN_WORDS: u64 = 1024;
 
 /// Runs a twin and writes its log in the columns and units of `channels`.
 ///
@@ -65,7 +65,7 @@ pub fn record(
     for k in 1..=samples {
         let sample = twin.sample()?;
         log.write(sample.time, &sample.q, &sample.phi, &sample.tau)?;
-        if k.is_multiple_of(BETWEEN) {
+        if k.is_multiple_of(SAMPLES_BETWEEN_WORDS) {
             progress.tell(Phase::Simulating, k, Some(samples))?;
         }
     }

@@ -2,17 +2,18 @@
 
 use std::collections::BTreeMap;
 
+use super::findings::{self, TorqueFit};
 use super::metrics::{Rms, Spread};
 use super::result::{Outcome, RootMeanSquares, SetResult};
-use crate::check::{UNEXPLAINED, beyond_resolution};
+use crate::check::UNEXPLAINED;
 use crate::description::Controller;
 use crate::estimate::{Identification, residual};
-use crate::finding::{Finding, Severity};
-use crate::model::{Model, ModelError, Theta};
+use crate::finding::Finding;
+use crate::model::{Model, Theta};
 use crate::named::Named;
 use crate::preprocess::RawBlock;
 use crate::regression::System;
-use crate::simulate::{ClosedLoop, LoopError};
+use crate::simulate::ClosedLoop;
 
 /// Label of what the log says.
 pub(super) const MEASURED: &str = "measured";
@@ -62,12 +63,7 @@ impl Candidate {
     pub(super) fn new(model: &Model, set: &ParameterSet, simulated: bool) -> Self {
         let mut findings = Vec::new();
         let theta = model.theta(&set.values).map_err(|error| {
-            findings.push(Finding::new(
-                Severity::Serious,
-                "parameters-missing",
-                format!("{}: {error}", set.label),
-                "identify from a log that excites these parameters",
-            ));
+            findings.push(findings::parameters_missing(&set.label, &error));
         });
         Self {
             // The log's own curves are called that.
@@ -98,7 +94,7 @@ impl Candidate {
         let model = &self.model;
         let mut theta = self.theta.clone()?;
         let mut names = Vec::new();
-        for i in negative_friction(model, &theta) {
+        for i in findings::negative_friction(model, &theta) {
             theta[i] = 0.0;
             names.push(model.parameters()[i].name.clone());
         }
@@ -127,17 +123,9 @@ impl Candidate {
         let Some(theta) = &self.theta else { return };
         match ClosedLoop::new(&self.model, theta, controller, period, Some((q, phi))) {
             Ok(plant) => self.plant = Some(plant),
-            Err(error) => self.findings.push(Finding::new(
-                Severity::Serious,
-                "not-simulable",
-                format!("{}: the loop cannot be simulated: {error}", self.label),
-                match error {
-                    LoopError::Model(ModelError::Missing { .. }) => {
-                        "give the nominal values that the feedforward needs"
-                    }
-                    _ => "look at the warnings of the identification",
-                },
-            )),
+            Err(error) => self
+                .findings
+                .push(findings::not_simulable(&self.label, &error)),
         }
     }
 
@@ -169,38 +157,10 @@ impl Candidate {
         }
         if let Err(diverged) = plant.advance(&tau) {
             self.ran_away = true;
-            let theta = self.theta.clone().unwrap_or_default();
-            let names: Vec<String> = negative_friction(model, &theta)
-                .into_iter()
-                .map(|i| {
-                    let p = &model.parameters()[i];
-                    format!("{} = {:.4} {}", p.name, theta[i], p.unit)
-                })
-                .collect();
-            let (reason, remedy) = if names.is_empty() {
-                (
-                    format!(
-                        "the controller's gains do not stabilise this model at the log's period of \
-                         {:.4} ms",
-                        1e3 * plant.period()
-                    ),
-                    "check the gains and the velocity window; the log must be recorded at the \
-                     controller's own period",
-                )
-            } else {
-                (
-                    format!("friction below zero feeds energy in: {}", names.join(", ")),
-                    "compare the row with these set to zero; identify with an estimator that finds \
-                     them positive",
-                )
-            };
+            let theta = self.theta.as_deref().unwrap_or_default();
+            let finding = findings::runs_away(&self.label, model, theta, plant.period(), &diverged);
+            self.findings.push(finding);
             self.plant = None;
-            self.findings.push(Finding::new(
-                Severity::Serious,
-                "loop-runs-away",
-                format!("{}: {diverged}: {reason}", self.label),
-                remedy,
-            ));
         }
         said
     }
@@ -210,96 +170,87 @@ impl Candidate {
         self.theta.as_ref()
     }
 
-    pub(super) fn finish(self, system: &System) -> SetResult {
-        let model = &self.model;
-        let n = model.joint_count();
-        let of_joints = |group: usize| -> Named {
-            (model.joints().iter().enumerate())
-                .map(|(i, name)| (name.clone(), self.rms[group * n + i].value()))
-                .collect()
-        };
-        let rows = (self.theta.as_ref()).map(|theta| residual(model, system, theta));
-        let motor = |of: fn(&(f64, f64)) -> f64| -> Named {
-            rows.iter()
-                .flat_map(|rows| {
-                    let joints = model.joints().iter().enumerate();
-                    joints.map(|(joint, name)| (name, &rows[model.torque_row(joint)]))
-                })
-                .map(|(name, row)| (name.clone(), of(row)))
+    pub(super) fn finish(mut self, system: &System) -> SetResult {
+        let torques = self.torques(system);
+        let outcome = self.outcome();
+        let mut unexplained = torques.iter().filter(|torque| torque.is_unexplained());
+        let fits = unexplained.next().is_none();
+        let motion = self.motion_error();
+        self.findings
+            .extend(findings::poor_prediction(&self.label, &torques));
+        if outcome == Outcome::Simulated && fits && motion > UNEXPLAINED {
+            self.findings
+                .push(findings::moves_otherwise(&self.label, motion));
+        }
+        let named = |of: fn(&TorqueFit) -> f64| -> Named {
+            (torques.iter())
+                .map(|torque| (torque.joint.clone(), of(torque)))
                 .filter(|(_, value)| value.is_finite())
                 .collect()
         };
-        let outcome = match (&self.plant, self.ran_away, self.simulated) {
+        SetResult {
+            e_rms: (outcome == Outcome::Simulated).then(|| self.errors()),
+            outcome,
+            torque_residual_nm: named(|torque| torque.residual),
+            torque_relative_residual: named(|torque| torque.relative),
+            parameters: self.label,
+            modified: self.modified,
+            findings: self.findings,
+        }
+    }
+
+    /// Returns how the filtered torque of each joint is explained; nothing of a set that is not
+    /// whole.
+    fn torques(&self, system: &System) -> Vec<TorqueFit> {
+        let model = &self.model;
+        let Some(theta) = &self.theta else {
+            return Vec::new();
+        };
+        let rows = residual(model, system, theta);
+        (model.joints().iter().enumerate())
+            .map(|(joint, name)| {
+                let row = model.torque_row(joint);
+                let (residual, torque) = rows[row];
+                TorqueFit {
+                    joint: name.clone(),
+                    residual,
+                    relative: residual / torque,
+                    transition: system.kept().transition_share(row).unwrap_or(0.0),
+                }
+            })
+            .collect()
+    }
+
+    fn outcome(&self) -> Outcome {
+        match (&self.plant, self.ran_away, self.simulated) {
             (_, true, _) => Outcome::RanAway,
             (Some(_), ..) => Outcome::Simulated,
             (None, _, true) if self.stopped => Outcome::Simulated,
             (None, _, true) => Outcome::NotSimulable,
             (None, _, false) => Outcome::NoController,
-        };
-        let relative = motor(|row| row.0 / row.1);
-        let mut findings = self.findings;
-        let unexplained = |joint: &str, relative: f64| {
-            let joint = model.joints().iter().position(|name| name == joint);
-            let share =
-                joint.and_then(|joint| system.kept().transition_share(model.torque_row(joint)));
-            beyond_resolution(relative, share.unwrap_or(0.0)) > UNEXPLAINED
-        };
-        for (joint, share) in relative
-            .iter()
-            .filter(|(joint, share)| unexplained(joint, *share))
-        {
-            findings.push(Finding::new(
-                Severity::Warning,
-                "poor-prediction",
-                format!(
-                    "{}: the model misses the filtered motor torque of {joint} by {:.0} % (root mean \
-                     squares)",
-                    self.label,
-                    100.0 * share
-                ),
-                "look at the torque over time; identify from a log that moves like this one",
-            ));
-        }
-        // A model that fits along the measured motion, in a loop that moves
-        // otherwise: it is the loop that is not the one of the log.
-        let motion = (self.rms.iter().zip(&self.measured).take(2 * n))
-            .map(|(error, measured)| error.value() / measured.value())
-            .fold(0.0, f64::max);
-        let fits = !(relative.iter()).any(|(joint, share)| unexplained(joint, share));
-        if outcome == Outcome::Simulated && fits && motion > UNEXPLAINED {
-            findings.push(Finding::new(
-                Severity::Warning,
-                "loop-moves-otherwise",
-                format!(
-                    "{}: the simulated positions miss the measured ones by {:.0} % of their motion, \
-                     though the model explains the torque along them: the log does not start at \
-                     rest, its clock is not the reference's, or another controller ran",
-                    self.label,
-                    100.0 * motion
-                ),
-                "cut the log at its start, let its time begin where the reference does, and check \
-                 gains, reference and velocity window",
-            ));
-        }
-        SetResult {
-            parameters: self.label.clone(),
-            modified: self.modified.clone(),
-            outcome,
-            e_rms: (outcome == Outcome::Simulated).then(|| RootMeanSquares {
-                q_rad: of_joints(0),
-                phi_rad: of_joints(1),
-                tau_nm: of_joints(2),
-            }),
-            torque_residual_nm: motor(|row| row.0),
-            torque_relative_residual: relative,
-            findings,
         }
     }
-}
 
-fn negative_friction(model: &Model, theta: &Theta) -> Vec<usize> {
-    (model.parameters().iter().enumerate())
-        .filter(|(i, parameter)| theta[*i] < 0.0 && parameter.is_friction())
-        .map(|(i, _)| i)
-        .collect()
+    /// Returns the largest error of a simulated position, as a part of its measured motion.
+    fn motion_error(&self) -> f64 {
+        let positions = 2 * self.model.joint_count();
+        (self.rms.iter().zip(&self.measured).take(positions))
+            .map(|(error, measured)| error.value() / measured.value())
+            .fold(0.0, f64::max)
+    }
+
+    /// Returns measured minus simulated, by quantity and joint.
+    fn errors(&self) -> RootMeanSquares {
+        let joints = self.model.joints();
+        let of_joints = |group: usize| -> Named {
+            (joints.iter().enumerate())
+                .map(|(i, name)| (name.clone(), self.rms[group * joints.len() + i].value()))
+                .collect()
+        };
+        RootMeanSquares {
+            q_rad: of_joints(0),
+            phi_rad: of_joints(1),
+            tau_nm: of_joints(2),
+        }
+    }
 }

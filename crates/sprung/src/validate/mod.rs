@@ -1,11 +1,15 @@
 //! A model against logs: the identification log itself and others.
 
 mod candidate;
+mod comparison;
+mod error;
+mod findings;
 mod metrics;
 mod result;
 mod run;
 
 pub use candidate::ParameterSet;
+pub use error::ValidateError;
 pub use metrics::{Rms, Spread};
 pub use result::{Outcome, RootMeanSquares, RunResult, SetResult, Validation};
-pub use run::{ValidateError, Validated, validate};
+pub use run::{Validated, validate};

@@ -4,23 +4,20 @@ use std::collections::BTreeMap;
 
 use sprung_core::chain::JointKind;
 
-use super::candidate::{COMPARED, Candidate, MEASURED, ParameterSet};
+use super::candidate::{Candidate, ParameterSet};
+use super::comparison::Comparison;
+use super::error::ValidateError;
+use super::findings::until_gap;
 use super::result::{RunResult, Validation};
 use crate::curves::{CurveSet, Curves};
 use crate::description::{Controller, Delay, Experiment, Identify, OnCheckError};
 use crate::estimate::GENERATOR;
 use crate::finding::{Finding, Severity};
-use crate::log::{ChannelError, Channels, LogError, LogSource, check};
-use crate::model::{Model, ModelError};
+use crate::log::{Channels, LogError, LogSource, check};
+use crate::model::Model;
 use crate::prepare::{Excerpt, as_given, excerpt, velocity_noise};
-use crate::preprocess::{Decimator, RawBlock};
-use crate::progress::{Listener, Phase, Stopped};
-use crate::regression::{
-    Observer, PassError, Reading, Restart, System, TransitionWeights, read_through,
-};
-
-/// Points of the curves, at most.
-const POINTS: usize = 2048;
+use crate::progress::{Listener, Phase};
+use crate::regression::{PassError, Reading, System, TransitionWeights, read_through};
 
 /// What a validation leaves.
 #[derive(Clone, Debug)]
@@ -29,59 +26,6 @@ pub struct Validated {
     pub validation: Validation,
     /// Measured and simulated signals; labels are `run/set`.
     pub curves: Curves,
-}
-
-/// What keeps a model from being validated.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum ValidateError {
-    /// The experiment has nothing to validate on.
-    #[error(
-        "the experiment has no [[validate]] block; add one with a name, a log and a controller"
-    )]
-    NoRuns,
-    /// The experiment names no log.
-    #[error("the experiment has no [log]; say which columns its logs have")]
-    NoLog,
-    /// The description of a log is not complete.
-    #[error(transparent)]
-    Channel(#[from] ChannelError),
-    /// A delay is to be estimated, which only an identification does.
-    #[error(
-        "the delay of \"{column}\" is to be estimated, and the parameter file does not say what was \
-         found; give it as a number in delay_s"
-    )]
-    UnknownDelay {
-        /// Name of the column.
-        column: String,
-    },
-    /// A sign or a gain is to be estimated, likewise.
-    #[error(
-        "the sign or gain of \"{column}\" is to be estimated, and the parameter file does not say what was \
-         found; give it as a number"
-    )]
-    UnknownFactor {
-        /// Name of the column.
-        column: String,
-    },
-    /// A name of the parameter file is not one of the model.
-    #[error(transparent)]
-    Model(#[from] ModelError),
-    /// A log is wrong, or does not fit the filters.
-    #[error(transparent)]
-    Pass(PassError),
-    /// The caller stopped it.
-    #[error(transparent)]
-    Stopped(#[from] Stopped),
-}
-
-impl From<PassError> for ValidateError {
-    fn from(error: PassError) -> Self {
-        match error {
-            PassError::Stopped(stopped) => Self::Stopped(stopped),
-            error => Self::Pass(error),
-        }
-    }
 }
 
 /// Validates parameter sets on every `[[validate]]` experiment.
@@ -248,13 +192,7 @@ impl Run<'_> {
             .map(|first| excerpt(self.channels, first))
             .transpose()?;
         let reading = self.reading(candidates, beginning.as_ref());
-        let mut comparison = Comparison {
-            controller: self.controller,
-            candidates,
-            points: Decimator::new(POINTS),
-            started: false,
-            gap: false,
-        };
+        let mut comparison = Comparison::new(self.controller, candidates);
         let passed = read_through(
             &reading,
             sources,
@@ -262,8 +200,6 @@ impl Run<'_> {
             Phase::Validating,
             progress,
         )?;
-        let gap = comparison.gap && self.controller.is_some();
-        let points = comparison.points.into_items();
         let mut findings = Vec::new();
         for (figures, source) in passed.logs.iter().zip(&*sources) {
             let joints = self.model.joints();
@@ -279,22 +215,14 @@ impl Run<'_> {
             }
             findings.extend(found);
         }
-        if gap {
-            findings.push(Finding::new(
-                Severity::Warning,
-                "simulated-until-gap",
-                "the log has gaps, over which a loop cannot be simulated; it is compared up to the \
-                 first"
-                    .to_owned(),
-                "cut the log at its gaps and validate on the longest part",
-            ));
+        if comparison.ended_at_gap() {
+            findings.push(until_gap());
         }
-        let n = self.model.joint_count();
         Ok(Simulated {
             samples: passed.logs.iter().map(|log| log.summary.samples()).sum(),
             findings,
             system: passed.system,
-            curves: curves(candidates, &points, n),
+            curves: comparison.curves(self.model.joint_count()),
         })
     }
 }
@@ -317,76 +245,5 @@ fn channel_delays(
                     })
             }
         })
-        .collect()
-}
-
-/// Runs every candidate beside the log.
-struct Comparison<'a> {
-    controller: Option<&'a Controller>,
-    candidates: &'a mut [Candidate],
-    points: Decimator<Point>,
-    started: bool,
-    gap: bool,
-}
-
-impl Observer for Comparison<'_> {
-    fn restart(&mut self, why: Restart) {
-        match why {
-            Restart::Begin => self.started = false,
-            Restart::Gap => {
-                self.gap = true;
-                self.candidates.iter_mut().for_each(Candidate::stop);
-            }
-        }
-    }
-
-    fn raw(&mut self, period: f64, samples: &RawBlock) {
-        for k in 0..samples.len() {
-            if !std::mem::replace(&mut self.started, true)
-                && let Some(controller) = self.controller
-            {
-                let (q, phi) = (RawBlock::at(&samples.q, k), RawBlock::at(&samples.phi, k));
-                for candidate in &mut *self.candidates {
-                    candidate.start(controller, period, (&q, &phi));
-                }
-            }
-            let said: Vec<_> = (self.candidates.iter_mut())
-                .map(|candidate| candidate.compare(samples, k))
-                .collect();
-            self.points.push(|| Point {
-                time: samples.time[k] + samples.later,
-                measured: [&samples.q, &samples.phi, &samples.tau]
-                    .into_iter()
-                    .flat_map(|columns| RawBlock::at(columns, k))
-                    .collect(),
-                said,
-            });
-        }
-    }
-}
-
-/// One sample, measured and as each candidate says.
-struct Point {
-    time: f64,
-    measured: Vec<f64>,
-    said: Vec<Vec<Option<f64>>>,
-}
-
-fn curves(candidates: &[Candidate], points: &[Point], joints: usize) -> Vec<CurveSet> {
-    let time: Vec<f64> = points.iter().map(|point| point.time).collect();
-    let collect = |label: &str, of: &dyn Fn(&Point, usize) -> Option<f64>| CurveSet {
-        label: label.to_owned(),
-        time: time.clone(),
-        values: (0..COMPARED * joints)
-            .map(|at| points.iter().map(|point| of(point, at)).collect())
-            .collect(),
-    };
-    let measured = collect(MEASURED, &|point, at| Some(point.measured[at]));
-    // A loop that ran away would hide every other curve.
-    let shown = (candidates.iter().enumerate()).filter(|(_, candidate)| candidate.is_shown());
-    std::iter::once(measured)
-        .chain(shown.map(|(index, candidate)| {
-            collect(&candidate.label, &|point, at| point.said[index][at])
-        }))
         .collect()
 }

@@ -176,6 +176,27 @@ fn one_place_asks_for_the_time() {
 }
 
 #[test]
+fn only_sessions_open_files() {
+    let folder = crates().join("sprung/src");
+    for (path, text) in sources(&folder) {
+        let inside = path.strip_prefix(&folder).unwrap();
+        // The library that reads HDF5 opens files itself.
+        let may = inside.starts_with("session") || inside.ends_with("mat73.rs");
+        let code = code_of(&text);
+        let code = code.split("#[cfg(test)]").next().unwrap();
+        let opens = [
+            "File::open",
+            "File::create",
+            "File::options",
+            "std::fs::read",
+            "fs::write",
+        ];
+        let found = opens.iter().find(|call| code.contains(**call));
+        assert!(may || found.is_none(), "{} opens files", path.display());
+    }
+}
+
+#[test]
 fn files_are_short_and_libraries_print_nothing() {
     for name in ["sprung-core", "sprung", "sprung-cli"] {
         for (path, text) in sources(&crates().join(name).join("src")) {

@@ -1,0 +1,106 @@
+//! Candidates beside a log, sample by sample.
+
+use super::candidate::{COMPARED, Candidate, MEASURED};
+use crate::curves::CurveSet;
+use crate::description::Controller;
+use crate::preprocess::{Decimator, RawBlock};
+use crate::regression::{Observer, Restart};
+
+/// Points of the curves, at most.
+const POINTS_OF_CURVES: usize = 2048;
+
+/// Runs every candidate beside the log.
+pub(super) struct Comparison<'a> {
+    controller: Option<&'a Controller>,
+    candidates: &'a mut [Candidate],
+    points: Decimator<Point>,
+    started: bool,
+    gap: bool,
+}
+
+impl<'a> Comparison<'a> {
+    /// Returns a comparison that has seen nothing; loops are simulated if there is a controller.
+    pub(super) fn new(controller: Option<&'a Controller>, candidates: &'a mut [Candidate]) -> Self {
+        Self {
+            controller,
+            candidates,
+            points: Decimator::new(POINTS_OF_CURVES),
+            started: false,
+            gap: false,
+        }
+    }
+
+    /// Returns whether a loop could not be simulated beyond a gap.
+    pub(super) fn ended_at_gap(&self) -> bool {
+        self.gap && self.controller.is_some()
+    }
+
+    /// Returns the measured curves, then one set per candidate that is shown.
+    ///
+    /// - `joints`: how many there are.
+    pub(super) fn curves(self, joints: usize) -> Vec<CurveSet> {
+        curves(self.candidates, &self.points.into_items(), joints)
+    }
+}
+
+impl Observer for Comparison<'_> {
+    fn restart(&mut self, why: Restart) {
+        match why {
+            Restart::Begin => self.started = false,
+            Restart::Gap => {
+                self.gap = true;
+                self.candidates.iter_mut().for_each(Candidate::stop);
+            }
+        }
+    }
+
+    fn raw(&mut self, period: f64, samples: &RawBlock) {
+        for k in 0..samples.len() {
+            if !std::mem::replace(&mut self.started, true)
+                && let Some(controller) = self.controller
+            {
+                let (q, phi) = (RawBlock::at(&samples.q, k), RawBlock::at(&samples.phi, k));
+                for candidate in &mut *self.candidates {
+                    candidate.start(controller, period, (&q, &phi));
+                }
+            }
+            let said: Vec<_> = (self.candidates.iter_mut())
+                .map(|candidate| candidate.compare(samples, k))
+                .collect();
+            self.points.push(|| Point {
+                time: samples.time[k] + samples.later,
+                measured: [&samples.q, &samples.phi, &samples.tau]
+                    .into_iter()
+                    .flat_map(|columns| RawBlock::at(columns, k))
+                    .collect(),
+                said,
+            });
+        }
+    }
+}
+
+/// One sample, measured and as each candidate says.
+struct Point {
+    time: f64,
+    measured: Vec<f64>,
+    said: Vec<Vec<Option<f64>>>,
+}
+
+fn curves(candidates: &[Candidate], points: &[Point], joints: usize) -> Vec<CurveSet> {
+    let time: Vec<f64> = points.iter().map(|point| point.time).collect();
+    let collect = |label: &str, of: &dyn Fn(&Point, usize) -> Option<f64>| CurveSet {
+        label: label.to_owned(),
+        time: time.clone(),
+        values: (0..COMPARED * joints)
+            .map(|at| points.iter().map(|point| of(point, at)).collect())
+            .collect(),
+    };
+    let measured = collect(MEASURED, &|point, at| Some(point.measured[at]));
+    // A loop that ran away would hide every other curve.
+    let shown = (candidates.iter().enumerate()).filter(|(_, candidate)| candidate.is_shown());
+    std::iter::once(measured)
+        .chain(shown.map(|(index, candidate)| {
+            collect(&candidate.label, &|point, at| point.said[index][at])
+        }))
+        .collect()
+}

@@ -1,0 +1,59 @@
+//! What keeps a model from being validated.
+
+use crate::log::ChannelError;
+use crate::model::ModelError;
+use crate::progress::Stopped;
+use crate::regression::PassError;
+
+/// What keeps a model from being validated.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ValidateError {
+    /// The experiment has nothing to validate on.
+    #[error(
+        "the experiment has no [[validate]] block; add one with a name, a log and a controller"
+    )]
+    NoRuns,
+    /// The experiment names no log.
+    #[error("the experiment has no [log]; say which columns its logs have")]
+    NoLog,
+    /// The description of a log is not complete.
+    #[error(transparent)]
+    Channel(#[from] ChannelError),
+    /// A delay is to be estimated, which only an identification does.
+    #[error(
+        "the delay of \"{column}\" is to be estimated, and the parameter file does not say what was \
+         found; give it as a number in delay_s"
+    )]
+    UnknownDelay {
+        /// Name of the column.
+        column: String,
+    },
+    /// A sign or a gain is to be estimated, likewise.
+    #[error(
+        "the sign or gain of \"{column}\" is to be estimated, and the parameter file does not say what was \
+         found; give it as a number"
+    )]
+    UnknownFactor {
+        /// Name of the column.
+        column: String,
+    },
+    /// A name of the parameter file is not one of the model.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// A log is wrong, or does not fit the filters.
+    #[error(transparent)]
+    Pass(PassError),
+    /// The caller stopped it.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
+}
+
+impl From<PassError> for ValidateError {
+    fn from(error: PassError) -> Self {
+        match error {
+            PassError::Stopped(stopped) => Self::Stopped(stopped),
+            error => Self::Pass(error),
+        }
+    }
+}

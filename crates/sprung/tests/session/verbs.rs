@@ -1,0 +1,92 @@
+//! Every verb to its end.
+
+use sprung::progress::Unheard;
+use sprung::session::{
+    Depth, Parameters, Session, Usability, compare_files, find_identification, read_identification,
+};
+
+use crate::support::{SHORT, folder, owned, session, told};
+
+#[test]
+fn every_verb_runs_without_terminal_and_disk() {
+    let session = session(&[]);
+    let checked = session.check(Depth::OnePass, &mut Unheard).unwrap();
+    assert!(!checked.report.refused);
+    assert_ne!(Usability::from(&checked.report), Usability::WrongLog);
+
+    let found = session.identify(&mut Unheard).unwrap();
+    assert_eq!(found.identification.results.len(), 1);
+    let identification = &found.identification;
+    assert_eq!(Usability::from(identification), Usability::Usable);
+    let truth = session.twin(None, None).unwrap().truth();
+    let stiffness = identification.results[0].values()["joint1.stiffness"];
+    assert!((stiffness / truth["joint1.stiffness"] - 1.0).abs() < 0.05);
+
+    let parameters = Parameters::from(identification.clone());
+    let validated = session.validate(&parameters, &mut Unheard).unwrap();
+    let runs: Vec<&str> = (validated.validation.runs.iter())
+        .map(|run| run.name.as_str())
+        .collect();
+    assert_eq!(runs, ["direct", "prediction"]);
+
+    // The twin of what was found is recorded like any other.
+    let twin = session.twin(None, Some(&parameters)).unwrap();
+    let mut log = Vec::new();
+    let samples = twin.write(&mut log, &mut Unheard).unwrap();
+    assert_eq!(samples, 3000);
+    assert!(log.starts_with(b"t_s,"));
+}
+
+#[test]
+fn files_on_disk_say_the_same_as_bytes_in_memory() {
+    let folder = folder("same");
+    let disk = Session::open(&folder, &owned(&SHORT)).unwrap();
+    let mut on_disk = disk.identify(&mut Unheard).unwrap();
+    let mut in_memory = session(&[]).identify(&mut Unheard).unwrap();
+    for found in [&mut on_disk, &mut in_memory] {
+        found.identification.log.file.clear();
+        found.identification.findings.clear();
+    }
+    assert_eq!(told(&on_disk), told(&in_memory));
+    assert!(disk.inputs().contains(&folder.join("experiment.toml")));
+    assert!(disk.inputs().contains(&folder.join("validation.csv")));
+    assert_eq!(disk.results_folder(), folder.join("sprung-out"));
+}
+
+#[test]
+fn results_are_found_read_and_compared() {
+    let folder = folder("compared");
+    let out = folder.join("sprung-out");
+    let nothing = find_identification(&out, &out).unwrap_err();
+    assert!(nothing.to_string().contains("run sprung identify first"));
+
+    let session = Session::open(&folder, &owned(&SHORT)).unwrap();
+    let found = session.identify(&mut Unheard).unwrap();
+    let write = |name: &str| {
+        let text = serde_json::to_string(&found.identification).unwrap();
+        std::fs::write(folder.join(name), text).unwrap();
+    };
+    write("sprung-out/identification.json");
+    write("again.json");
+    let file = find_identification(&out, &out).unwrap();
+    assert_eq!(file, out.join("identification.json"));
+    let read = Parameters::open(&file).unwrap();
+    assert_eq!(read.sets.len(), 1);
+    assert_eq!(read_identification(&folder).unwrap().path, file);
+
+    let again = folder.join("again.json");
+    let compared = compare_files(&[&folder, &again], &mut Unheard).unwrap();
+    assert_eq!(compared.comparison.compared.len(), 2);
+    assert_eq!(compared.files, [file.clone(), again]);
+    let twice = compare_files(&[&folder, &file], &mut Unheard).unwrap_err();
+    assert!(twice.to_string().contains("is given twice"), "{twice}");
+}
+
+#[test]
+fn an_experiment_opened_twice_and_a_session_used_twice_say_the_same() {
+    let (one, other) = (session(&[]), session(&[]));
+    let first = told(&one.identify(&mut Unheard).unwrap());
+    assert_eq!(first, told(&other.identify(&mut Unheard).unwrap()));
+    one.check(Depth::OnePass, &mut Unheard).unwrap();
+    assert_eq!(first, told(&one.identify(&mut Unheard).unwrap()));
+}
