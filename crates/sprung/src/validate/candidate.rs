@@ -158,7 +158,7 @@ impl Candidate {
         if let Err(diverged) = plant.advance(&tau) {
             self.ran_away = true;
             let theta = self.theta.as_deref().unwrap_or_default();
-            let finding = findings::runs_away(&self.label, model, theta, plant.period(), &diverged);
+            let finding = findings::runs_away(&self.label, model, theta, plant.period(), diverged);
             self.findings.push(finding);
             self.plant = None;
         }

@@ -53,7 +53,7 @@ pub(super) fn runs_away(
     model: &Model,
     theta: &[f64],
     period: f64,
-    diverged: &Diverged,
+    diverged: Diverged,
 ) -> Finding {
     let names: Vec<String> = (negative_friction(model, theta).into_iter())
         .map(|i| {
