@@ -10,12 +10,12 @@ use crate::prepare::{MotorRowFit, RowFit, fit_motor_rows, fit_rows};
 
 /// Part of a residual that another reading of the log must stay below to be
 /// mentioned.
-const CLEARLY: f64 = 0.9;
+const BETTER_RESIDUAL_SHARE: f64 = 0.9;
 
 /// Scales of a motor position that are tried on each side of that of its spread,
 /// and the ratio of neighbours.
-const SCALES: i32 = 6;
-const SCALE_STEP: f64 = 1.1;
+const SCALES_EACH_SIDE: i32 = 6;
+const SCALE_RATIO: f64 = 1.1;
 
 /// The least scale that is mentioned.
 const LEAST_SCALE: f64 = 1.25;
@@ -46,7 +46,7 @@ impl Look<'_> {
         for &joint in weak {
             let Some(fit) = now.get(joint) else { continue };
             let better = fit.plausible
-                && fit.relative_residual < CLEARLY * fits[joint].relative_residual()
+                && fit.relative_residual < BETTER_RESIDUAL_SHARE * fits[joint].relative_residual()
                 && channels.exchanged(joint).is_some();
             if !better {
                 continue;
@@ -113,7 +113,8 @@ impl Look<'_> {
                     let better = |joint: usize| {
                         now.get(joint).is_some_and(|fit| {
                             fit.plausible
-                                && fit.relative_residual < CLEARLY * fits[joint].relative_residual()
+                                && fit.relative_residual
+                                    < BETTER_RESIDUAL_SHARE * fits[joint].relative_residual()
                         })
                     };
                     if better(one) && better(two) {
@@ -202,7 +203,7 @@ impl Look<'_> {
         ]
         .into_iter()
         .filter_map(|(column, quantity)| Some((column, self.scaled(&[quantity], joint, -1.0)?)))
-        .filter(|(_, fit)| fit.plausible && fit.relative_residual < CLEARLY * before)
+        .filter(|(_, fit)| fit.plausible && fit.relative_residual < BETTER_RESIDUAL_SHARE * before)
         .min_by(|(_, a), (_, b)| a.relative_residual.total_cmp(&b.relative_residual))?;
         Some(
             Finding::new(
@@ -245,8 +246,8 @@ impl Look<'_> {
             return None;
         }
         let mut best: Option<(f64, MotorRowFit)> = None;
-        for k in -SCALES..=SCALES {
-            let ratio = about * SCALE_STEP.powi(k);
+        for k in -SCALES_EACH_SIDE..=SCALES_EACH_SIDE {
+            let ratio = about * SCALE_RATIO.powi(k);
             let Some(now) = self.scaled(&[Quantity::MotorPosition], joint, 1.0 / ratio) else {
                 continue;
             };
@@ -258,7 +259,9 @@ impl Look<'_> {
         }
         let (ratio, now) = best?;
         let before = fit.relative_residual();
-        if now.relative_residual > CLEARLY * before || ratio.ln().abs() < LEAST_SCALE.ln() {
+        if now.relative_residual > BETTER_RESIDUAL_SHARE * before
+            || ratio.ln().abs() < LEAST_SCALE.ln()
+        {
             return None;
         }
         let column = &channels.all[motor].column;

@@ -10,7 +10,7 @@ use crate::prepare::{Excerpt, Prepared};
 use crate::regression::LogFigures;
 
 /// Jitter, as a part of the period, that is worth a note.
-const JITTER: f64 = 0.01;
+const NOTED_JITTER_SHARE: f64 = 0.01;
 
 /// What [`examine`] says.
 #[derive(Clone, Debug, Default)]
@@ -139,7 +139,7 @@ fn gaps(file: &str, figures: &LogFigures) -> Option<Finding> {
 
 /// Says that a clock is a little uneven.
 fn jitter(file: &str, timing: &Timing) -> Option<Finding> {
-    (timing.jitter > JITTER).then(|| {
+    (timing.jitter > NOTED_JITTER_SHARE).then(|| {
         Finding::new(
             Severity::Info,
             "jitter",

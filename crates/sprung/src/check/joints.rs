@@ -13,12 +13,12 @@ use crate::regression::Reading;
 
 /// Part of the torque's squared residual that a delay must take away, and the
 /// standard errors that it must be away from none.
-const DELAY_GAIN: f64 = 0.15;
-const DELAY_CERTAIN: f64 = 3.0;
+const DELAY_SHARE_OF_SQUARES: f64 = 0.15;
+const DELAY_SIGMAS: f64 = 3.0;
 
 /// How far parameters may be from the maker's, all in one direction, before the
 /// scale of the torque is doubted.
-const SCALE: f64 = 6.0;
+const DOUBTED_SCALE: f64 = 6.0;
 
 /// What is known about the joints of a log.
 pub(super) struct Examined {
@@ -142,8 +142,8 @@ impl Look<'_> {
             delay,
             standard_error,
         } = found.likely;
-        let sure = with.powi(2) < (1.0 - DELAY_GAIN) * without.powi(2)
-            && delay.abs() > DELAY_CERTAIN * standard_error;
+        let sure = with.powi(2) < (1.0 - DELAY_SHARE_OF_SQUARES) * without.powi(2)
+            && delay.abs() > DELAY_SIGMAS * standard_error;
         if !sure {
             return None;
         }
@@ -216,7 +216,7 @@ impl Look<'_> {
         let middle = ratios[ratios.len() / 2].min(ratios[(ratios.len() - 1) / 2]);
         let far = middle.max(1.0 / middle);
         // All to one side: a scale, not a parameter.
-        if far < SCALE || (least < 1.0 && most > 1.0) {
+        if far < DOUBTED_SCALE || (least < 1.0 && most > 1.0) {
             return None;
         }
         let torque = self.column(&[Quantity::MotorTorque], joint);

@@ -11,10 +11,10 @@ use crate::model::Model;
 use crate::prepare::{RowFit, fit_rows};
 
 /// Part of the torque that a constant must make to be mentioned.
-const OFFSET_PART: f64 = 0.02;
+const OFFSET_TORQUE_SHARE: f64 = 0.02;
 
 /// Angle, rad, that no spring is turned by on average.
-const APART: f64 = 0.3;
+const ZEROS_APART_RAD: f64 = 0.3;
 
 /// A constant between the two encoders.
 pub(super) struct Offset {
@@ -77,7 +77,7 @@ impl Look<'_> {
             .sum();
         let apart = sum / self.excerpt.samples() as f64;
         let turns = model.is_flexible(joint) && model.kind(joint) == JointKind::Revolute;
-        if !turns || apart.abs() < APART {
+        if !turns || apart.abs() < ZEROS_APART_RAD {
             return None;
         }
         let [link, motor] = [link, motor].map(|channel| &channels.all[channel].column);
@@ -103,7 +103,7 @@ impl Look<'_> {
         let samples = self.excerpt.samples() as f64;
         let torque = (fit.torque / samples).sqrt();
         let sure = offset.value.abs() > SIGNIFICANT_SIGMAS * offset.standard_error
-            && offset.preload.abs() > OFFSET_PART * torque;
+            && offset.preload.abs() > OFFSET_TORQUE_SHARE * torque;
         // Where the model has a place for it, nothing is wrong.
         if !sure || model.index(JointParameter::Preload, joint).is_some() {
             return None;

@@ -7,18 +7,18 @@ use crate::regression::Reading;
 
 /// Distance at which the curvature of the residual is taken, s, at least: below
 /// it the samples at the ends count more than the delay.
-const STEP: f64 = 3e-3;
+const CURVATURE_STEP_S: f64 = 3e-3;
 
 /// Steps of Newton's method, and how far one may go, in those distances.
-const STEPS: usize = 10;
-const FARTHEST: f64 = 3.0;
+const NEWTON_STEPS: usize = 10;
+const LONGEST_NEWTON_STEP: f64 = 3.0;
 
 /// How far from where it starts a search may end, s: farther off the parabola is
 /// not that of the delay.
-const REACH: f64 = 0.03;
+const SEARCH_REACH_S: f64 = 0.03;
 
 /// Part of a residual that a long delay must stay below.
-const CLEARLY: f64 = 0.9;
+const LONG_DELAY_RESIDUAL_SHARE: f64 = 0.9;
 
 /// What a joint says about delays between its channels.
 #[derive(Clone, Debug, PartialEq)]
@@ -77,9 +77,9 @@ impl Joint {
         let by = if self.curvature > 0.0 {
             -slope / (2.0 * self.curvature)
         } else {
-            -FARTHEST * h * slope.signum()
+            -LONGEST_NEWTON_STEP * h * slope.signum()
         };
-        let by = by.clamp(-FARTHEST * h, FARTHEST * h);
+        let by = by.clamp(-LONGEST_NEWTON_STEP * h, LONGEST_NEWTON_STEP * h);
         self.delay = self.at + by;
         self.cost = centre + slope * by + self.curvature * by * by;
         // Rounded towards the place: two samples would call each other for ever.
@@ -94,7 +94,7 @@ impl Joint {
     fn told(&self, independent: f64) -> Option<RelativeDelays> {
         // Of a fit without residual nothing is uncertain; never below rounding.
         let variance = self.cost.max(1e-12) / (independent * self.curvature);
-        let settled = !self.active && self.delay.abs() < REACH;
+        let settled = !self.active && self.delay.abs() < SEARCH_REACH_S;
         (settled && variance > 0.0 && variance.is_finite()).then(|| RelativeDelays {
             joint: self.number,
             likely: ChannelDelay {
@@ -137,7 +137,7 @@ pub fn relative_delays(
         joint.without = cost;
     }
     let long = search.far_away(&joints, weak);
-    for _ in 0..STEPS {
+    for _ in 0..NEWTON_STEPS {
         if !joints.iter().any(|joint| joint.active) {
             break;
         }
@@ -209,7 +209,7 @@ impl Search<'_> {
             for ((joint, _), found) in weak.iter().zip(&found) {
                 let [without, with] = [found.without, found.with].map(|fit| fit.relative_residual);
                 let plausible = found.with.stiffness.is_none_or(|stiffness| stiffness > 0.0);
-                if !(found.found && plausible && with < CLEARLY * without) {
+                if !(found.found && plausible && with < LONG_DELAY_RESIDUAL_SHARE * without) {
                     continue;
                 }
                 let before = all.iter().position(|other| other.joint == *joint);
@@ -236,7 +236,7 @@ impl Search<'_> {
     /// Moves every active joint by one step of Newton's method.
     fn step(&self, joints: &mut [Joint]) {
         let period = self.excerpt.period();
-        let h = period * (STEP / period).ceil().max(1.0);
+        let h = period * (CURVATURE_STEP_S / period).ceil().max(1.0);
         let [left, centre, right] = [-h, 0.0, h].map(|by| self.costs(joints, by));
         for (i, joint) in joints.iter_mut().enumerate() {
             if joint.active {

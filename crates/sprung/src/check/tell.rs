@@ -12,7 +12,7 @@ use crate::prepare::{Excerpt, Prepared, noise};
 use crate::regression::LogFigures;
 
 /// Samples that are shown on each side of a place.
-const AROUND: usize = 150;
+const SAMPLES_EACH_SIDE: usize = 150;
 
 /// Puts a report and its curves together.
 pub(super) fn told(prepared: &Prepared, figures: &[LogFigures], found: Examination) -> Checked {
@@ -145,8 +145,8 @@ fn place(
     if nearest >= samples.len() {
         return None;
     }
-    let from = nearest.saturating_sub(AROUND);
-    let to = (nearest + AROUND).min(samples.len());
+    let from = nearest.saturating_sub(SAMPLES_EACH_SIDE);
+    let to = (nearest + SAMPLES_EACH_SIDE).min(samples.len());
     let channel = &channels.all[i];
     Some(Place {
         finding: index,

@@ -14,7 +14,7 @@ use crate::preprocess::{Decimator, RawBlock};
 use crate::regression::FilteredRegression;
 
 /// Points of the trace, at most.
-const TRACE: usize = 512;
+const TRACE_POINTS: usize = 512;
 
 /// Largest entry of the gain matrix's diagonal factor. The paper's 10 s with
 /// δ = 1 and P(0) = 10 stay below 3e5; it is reached after 16 s without
@@ -22,7 +22,7 @@ const TRACE: usize = 512;
 const GAIN_LIMIT: f64 = 1e8;
 
 /// Part by which the periods of logs may differ.
-const SAME_PERIOD: f64 = 0.01;
+const PERIOD_TOLERANCE: f64 = 0.01;
 
 /// What keeps the recursion from running.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -105,7 +105,7 @@ impl Lsff {
             model: model.clone(),
             recursion,
             row: vec![0.0; p],
-            trace: Decimator::new(TRACE),
+            trace: Decimator::new(TRACE_POINTS),
             mean: vec![0.0; p],
             variance: vec![0.0; p],
             averaging: 1.0 - (-settings.lsff_forgetting_per_s * period).exp(),
@@ -122,7 +122,7 @@ impl Lsff {
     ///
     /// [`LsffError::Periods`] if it differs by more than a hundredth.
     pub fn check_period(&self, period: f64) -> Result<(), LsffError> {
-        if (period / self.period - 1.0).abs() < SAME_PERIOD {
+        if (period / self.period - 1.0).abs() < PERIOD_TOLERANCE {
             return Ok(());
         }
         Err(LsffError::Periods {
@@ -163,11 +163,7 @@ impl Lsff {
                 for (&column, entry) in self.model.row_columns(row).iter().zip(own) {
                     self.row[column] = *entry;
                 }
-                let mut rhs = if self.model.is_torque_row(row) {
-                    rhs[self.model.joint_of(row)]
-                } else {
-                    0.0
-                };
+                let mut rhs = self.model.right_hand_side(row).of(rhs);
                 for (entry, parameter) in self.row.iter_mut().zip(self.model.parameters()) {
                     if let Some(known) = parameter.fixed {
                         rhs -= *entry * known;

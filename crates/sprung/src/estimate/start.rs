@@ -5,12 +5,12 @@ use sprung_core::parameters::JointParameter;
 use crate::model::{Model, ModelError, Parameter, Theta};
 
 /// Part of the nominal value that stands for an impossible one.
-const PART: f64 = 0.2;
+const NOMINAL_SHARE: f64 = 0.2;
 
 /// Inertia and stiffness where nothing is known of them, kg·m² (kg) and N·m/rad
 /// (N/m).
-const SOME_INERTIA: f64 = 1e-3;
-const SOME_STIFFNESS: f64 = 10.0;
+const UNKNOWN_INERTIA: f64 = 1e-3;
+const UNKNOWN_STIFFNESS: f64 = 10.0;
 
 /// How many times the links' parameters are moved towards those of a body.
 const MOVES: usize = 12;
@@ -61,12 +61,12 @@ fn instead(model: &Model, parameter: &Parameter, value: f64) -> Option<f64> {
     let (kind, joint) = parameter.joint?;
     let nominal = |some: f64| {
         let known = parameter.nominal.filter(|v| *v > 0.0);
-        known.map_or(some, |v| PART * v)
+        known.map_or(some, |v| NOMINAL_SHARE * v)
     };
     match kind {
         _ if value > 0.0 => None,
-        JointParameter::RotorInertia if model.is_flexible(joint) => Some(nominal(SOME_INERTIA)),
-        JointParameter::Stiffness => Some(nominal(SOME_STIFFNESS)),
+        JointParameter::RotorInertia if model.is_flexible(joint) => Some(nominal(UNKNOWN_INERTIA)),
+        JointParameter::Stiffness => Some(nominal(UNKNOWN_STIFFNESS)),
         // Friction that feeds energy in.
         _ if value < 0.0 && parameter.is_friction() => Some(0.0),
         _ => None,

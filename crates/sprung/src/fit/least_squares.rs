@@ -1,17 +1,13 @@
 //! Least squares on the filtered regression.
 
-use faer::Mat;
-use sprung_core::parameters::JointParameter;
-
+use super::free::Free;
 use super::jackknife::{influences, scatter};
+use super::motor_row::{MotorRow, Reduced, motor_row};
 use crate::model::{Model, Theta};
-use crate::regression::{System, SystemPart, Triangle, solve, solve_quickly};
+use crate::regression::{System, Triangle, solve, solve_quickly};
 
 /// Stretches of the log whose scatter gives the standard errors, at most.
-const GROUPS: usize = 32;
-
-/// Numbers of a trace, at most: it has fewer points for more parameters.
-const TRACE: usize = 8000;
+const JACKKNIFE_GROUPS: usize = 32;
 
 /// A parameter vector with its uncertainty.
 #[derive(Clone, Debug)]
@@ -39,93 +35,6 @@ pub struct Fitted {
     pub motor_rows: Vec<MotorRow>,
 }
 
-/// What the motor row of a flexible joint says by itself.
-///
-/// It has a right-hand side, the torque, so nothing pulls its scale down.
-#[derive(Clone, Debug)]
-pub struct MotorRow {
-    /// The joint.
-    pub joint: usize,
-    /// Indices in theta of its parameters.
-    pub columns: Vec<usize>,
-    /// Their values.
-    pub values: Vec<f64>,
-    /// Their standard errors.
-    pub standard_error: Vec<f64>,
-    /// Standard errors of what the stacked estimate has more.
-    pub difference_error: Vec<f64>,
-    /// Part of the spring torque that no other column of the row explains over
-    /// the row's residual, squared; none without an unknown spring.
-    pub scale_number: Option<f64>,
-    /// Whether the row determines them.
-    pub identifiable: Vec<bool>,
-    /// Condition number, columns as they stand.
-    pub condition_number: f64,
-    /// Residual over torque, root mean squares.
-    pub relative_residual: f64,
-}
-
-/// Rows of a system without the parameters that are known.
-pub(crate) struct Free {
-    /// Index in theta of each unknown.
-    pub(crate) unknowns: Vec<usize>,
-    /// Value of each known parameter.
-    known: Vec<Option<f64>>,
-    /// Unknowns that each row touches, by their place among the unknowns.
-    pub(crate) columns: Vec<Vec<usize>>,
-    /// Columns of theta that each row touches.
-    touched: Vec<Vec<usize>>,
-}
-
-impl Free {
-    pub(crate) fn new(model: &Model) -> Self {
-        let known: Vec<Option<f64>> = model.parameters().iter().map(|p| p.fixed).collect();
-        let unknowns: Vec<usize> = (0..known.len()).filter(|&i| known[i].is_none()).collect();
-        let place = |column: &usize| unknowns.binary_search(column).ok();
-        let touched: Vec<Vec<usize>> = (0..model.rows())
-            .map(|row| model.row_columns(row).to_vec())
-            .collect();
-        Self {
-            columns: (touched.iter())
-                .map(|columns| columns.iter().filter_map(place).collect())
-                .collect(),
-            touched,
-            unknowns,
-            known,
-        }
-    }
-
-    /// Moves known parameters to the right-hand side.
-    pub(crate) fn factors(&self, factors: Vec<Triangle>) -> Vec<Triangle> {
-        if self.unknowns.len() == self.known.len() {
-            return factors;
-        }
-        let known = |columns: &Vec<usize>| -> Vec<Option<f64>> {
-            columns.iter().map(|&c| self.known[c]).collect()
-        };
-        (factors.iter().zip(&self.touched))
-            .map(|(factor, columns)| factor.with_known(&known(columns)))
-            .collect()
-    }
-
-    fn parts<'a>(&'a self, factors: &'a [Triangle]) -> Vec<SystemPart<'a>> {
-        (self.columns.iter().zip(factors))
-            .map(|(columns, factor)| SystemPart { columns, factor })
-            .collect()
-    }
-
-    /// Puts values of the unknowns among all parameters.
-    pub(crate) fn whole<T: Copy>(&self, of_unknowns: &[T], of_known: impl Fn(f64) -> T) -> Vec<T> {
-        let mut next = of_unknowns.iter();
-        (self.known.iter())
-            .filter_map(|known| match known {
-                Some(value) => Some(of_known(*value)),
-                None => next.next().copied(),
-            })
-            .collect()
-    }
-}
-
 /// Solves the stacked system and each motor row alone.
 ///
 /// Returns nothing if there are no samples or a number is not finite.
@@ -142,64 +51,21 @@ impl Free {
 pub fn fit(model: &Model, system: &System) -> Option<Fitted> {
     let free = Free::new(model);
     let whole = free.factors(system.whole()?);
-    let groups: Vec<Vec<Triangle>> = (system.groups(GROUPS).into_iter())
+    let groups: Vec<Vec<Triangle>> = (system.groups(JACKKNIFE_GROUPS).into_iter())
         .map(|group| free.factors(group))
         .collect();
     let solution = solve(&free.parts(&whole), free.unknowns.len())?;
     let stacked = influences(&solution, &free.columns, &groups);
     let errors = scatter(&stacked);
-
+    let reduced = Reduced {
+        free: &free,
+        whole: &whole,
+        groups: &groups,
+        stacked: &stacked,
+    };
     let motor_rows = (0..model.joint_count())
         .filter(|&joint| model.is_flexible(joint))
-        .map(|joint| {
-            let row = model.torque_row(joint);
-            let count = free.columns[row].len();
-            let local: Vec<usize> = (0..count).collect();
-            let part = SystemPart {
-                columns: &local,
-                factor: &whole[row],
-            };
-            let solution = solve(&[part], count)?;
-            let own: Vec<Vec<Triangle>> = groups.iter().map(|g| vec![g[row].clone()]).collect();
-            let alone = influences(&solution, &[local], &own);
-            let more = Mat::from_fn(count, groups.len(), |i, g| {
-                stacked[(free.columns[row][i], g)] - alone[(i, g)]
-            });
-            let residual = length(&whole[row].residual(&solution.x));
-            let spring = (free.columns[row].iter()).position(|&unknown| {
-                let of = model.parameters()[free.unknowns[unknown]].joint;
-                of == Some((JointParameter::Stiffness, joint))
-            });
-            Some(MotorRow {
-                joint,
-                difference_error: scatter(&more),
-                scale_number: spring.map(|at| {
-                    solution.x[at].powi(2) / (solution.inverse[(at, at)] * residual.powi(2))
-                }),
-                columns: (free.columns[row].iter())
-                    .map(|&unknown| free.unknowns[unknown])
-                    .collect(),
-                standard_error: scatter(&alone),
-                relative_residual: {
-                    let known = model.row_columns(row).iter().map(|&c| {
-                        let at = free.unknowns.binary_search(&c).ok()?;
-                        let own = free.columns[row]
-                            .iter()
-                            .position(|&unknown| unknown == at)?;
-                        Some(solution.x[own])
-                    });
-                    let fixed = model.row_columns(row).iter().map(|&c| free.known[c]);
-                    let values: Vec<f64> = (known.zip(fixed))
-                        .map(|(found, fixed)| found.or(fixed).unwrap_or(0.0))
-                        .collect();
-                    unweighted(system, row, &values)
-                        .unwrap_or_else(|| residual / whole[row].rhs_norm())
-                },
-                values: solution.x,
-                identifiable: solution.identifiable,
-                condition_number: solution.condition_number,
-            })
-        })
+        .map(|joint| motor_row(model, joint, system, &reduced))
         .collect::<Option<_>>()?;
     Some(Fitted {
         theta: free.whole(&solution.x, |value| value),
@@ -235,10 +101,6 @@ pub(crate) fn fit_values(model: &Model, system: &System) -> Option<Theta> {
     Some(free.whole(&solution.x, |value| value))
 }
 
-fn length(v: &[f64]) -> f64 {
-    v.iter().map(|r| r * r).sum::<f64>().sqrt()
-}
-
 /// Returns the 97.5 % quantile of Student's t; within 1 % from three degrees of
 /// freedom on, infinite below.
 ///
@@ -254,109 +116,6 @@ fn student_95(freedom: usize) -> f64 {
     let second = (5.0 * z.powi(5) + 16.0 * z.powi(3) + 3.0 * z) / 96.0;
     let third = (3.0 * z.powi(7) + 19.0 * z.powi(5) + 17.0 * z.powi(3) - 15.0 * z) / 384.0;
     z + first / n + second / n.powi(2) + third / n.powi(3)
-}
-
-/// Returns the estimate over time: that of the log up to then, \[p\], or
-/// nothing while the data do not determine all parameters.
-///
-/// # Source
-///
-/// Eq. (28) and Fig. 4.
-pub fn trace<'a>(
-    model: &'a Model,
-    system: &'a System,
-) -> impl Iterator<Item = (f64, Option<Theta>)> + 'a {
-    let unknowns = Free::new(model).unknowns.len();
-    fits_of_growing(model, system, (TRACE / unknowns.max(1)).max(48))
-}
-
-/// Returns the parameter vectors of the samples up to ever later times, in s, at
-/// most `count` of them; nothing where they are not determined.
-pub(crate) fn fits_of_growing<'a>(
-    model: &'a Model,
-    system: &'a System,
-    count: usize,
-) -> impl Iterator<Item = (f64, Option<Theta>)> + 'a {
-    let free = Free::new(model);
-    system.growing(count).map(move |(time, factors)| {
-        let factors = free.factors(factors);
-        let x = solve_quickly(&free.parts(&factors), free.unknowns.len());
-        (time, x.map(|x| free.whole(&x, |value| value)))
-    })
-}
-
-/// Returns the residual of a row over its right-hand side, root mean squares of
-/// the samples that are kept, which have no weights: a model that does not
-/// explain its log must not hide behind them. Nothing if all count alike.
-///
-/// - `values`: parameters of the row's entries.
-pub(crate) fn unweighted(system: &System, row: usize, values: &[f64]) -> Option<f64> {
-    let kept = system.kept();
-    if kept.variance.get(row)?.is_empty() {
-        return None;
-    }
-    let (mut left, mut all) = (0.0, 0.0);
-    for sample in &kept.rows[row] {
-        let rhs = sample.last()?;
-        let fitted: f64 = sample.iter().zip(values).map(|(y, x)| y * x).sum();
-        left += (fitted - rhs).powi(2);
-        all += rhs.powi(2);
-    }
-    (all > 0.0).then(|| (left / all).sqrt())
-}
-
-/// Returns root mean squares of the residual and of the right-hand side of
-/// each row, N·m; of weighted samples if they are.
-#[must_use]
-pub fn residual(model: &Model, system: &System, theta: &[f64]) -> Vec<(f64, f64)> {
-    system
-        .whole()
-        .unwrap_or_default()
-        .iter()
-        .enumerate()
-        .map(|(row, factor)| {
-            let scale = 1.0 / system.weight(row).max(1.0).sqrt();
-            let x: Vec<f64> = model.row_columns(row).iter().map(|&c| theta[c]).collect();
-            let squares: f64 = factor.residual(&x).iter().map(|r| r * r).sum();
-            (scale * squares.sqrt(), scale * factor.rhs_norm())
-        })
-        .collect()
-}
-
-/// The torque that a parameter stands for in a log.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct TorqueOf {
-    /// Root mean square of its column times its value, N·m (N); of a parameter
-    /// of two rows, where it is larger.
-    pub rms: f64,
-    /// Its share of the largest such torque of that row.
-    pub share: f64,
-    /// The same over the residual of a row, in the row where that is most.
-    pub over_residual: f64,
-}
-
-/// Returns what each parameter stands for in the log.
-#[must_use]
-pub fn torques(model: &Model, system: &System, theta: &[f64]) -> Vec<TorqueOf> {
-    let residuals = residual(model, system, theta);
-    let mut torques = vec![TorqueOf::default(); theta.len()];
-    for (row, factor) in system.whole().unwrap_or_default().iter().enumerate() {
-        let columns = model.row_columns(row);
-        let scale = 1.0 / system.weight(row).max(1.0).sqrt();
-        let own: Vec<f64> = (columns.iter().enumerate())
-            .map(|(j, &column)| scale * factor.column_norm(j) * theta[column].abs())
-            .collect();
-        let largest = own.iter().copied().fold(0.0, f64::max);
-        for (&column, rms) in columns.iter().zip(own) {
-            let torque = &mut torques[column];
-            torque.over_residual = torque.over_residual.max(rms / residuals[row].0);
-            if rms > torque.rms {
-                torque.rms = rms;
-                torque.share = rms / largest;
-            }
-        }
-    }
-    torques
 }
 
 #[cfg(test)]

@@ -1,9 +1,19 @@
 //! Least squares on a reduced system: parameters, and standard errors from stretches of the
 //! log that are left out in turn.
 
+mod free;
+mod growing;
 mod jackknife;
 mod least_squares;
+mod motor_row;
+mod residual;
 
-pub use least_squares::{Fitted, MotorRow, TorqueOf, fit, fit_quickly, residual, torques, trace};
+pub use growing::trace;
+pub use least_squares::{Fitted, fit, fit_quickly};
+pub use motor_row::MotorRow;
+pub use residual::{TorqueOf, residual, torques};
 
-pub(crate) use least_squares::{Free, fit_values, fits_of_growing, unweighted};
+pub(crate) use free::Free;
+pub(crate) use growing::fits_of_growing;
+pub(crate) use least_squares::fit_values;
+pub(crate) use residual::unweighted;

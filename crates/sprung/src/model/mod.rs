@@ -5,6 +5,7 @@ mod inertial;
 mod layout;
 mod links;
 mod parameter;
+mod right_hand_side;
 mod scratch;
 mod values;
 
@@ -24,6 +25,7 @@ use layout::Layout;
 pub use base_parameters::{BaseParameters, Candidates};
 pub use links::TreeLinks;
 pub use parameter::{ModelError, Parameter, short};
+pub use right_hand_side::RightHandSide;
 pub use scratch::Scratch;
 
 /// A parameter vector theta, \[p\].
@@ -311,10 +313,21 @@ impl Model {
         self.fixed.layout.motor_rows[joint].unwrap_or(joint)
     }
 
+    /// Returns what stands on the right-hand side of a row.
+    #[must_use]
+    pub fn right_hand_side(&self, row: usize) -> RightHandSide {
+        let joint = self.joint_of(row);
+        if self.torque_row(joint) == row {
+            RightHandSide::MotorTorque(joint)
+        } else {
+            RightHandSide::Zero
+        }
+    }
+
     /// Returns whether a row has a motor torque for its right-hand side.
     #[must_use]
     pub fn is_torque_row(&self, row: usize) -> bool {
-        self.torque_row(self.joint_of(row)) == row
+        self.right_hand_side(row) != RightHandSide::Zero
     }
 
     /// Returns the name of a row of the regressor, as in `joint1.motor_nm`.

@@ -8,23 +8,23 @@ use crate::model::Model;
 
 /// Bounds of what is chosen, Hz: below the first the filter smears reversals of
 /// direction, above the second it passes what no arm does.
-const LOWEST: f64 = 10.0;
-const HIGHEST: f64 = 40.0;
+const LOWEST_HZ: f64 = 10.0;
+const HIGHEST_HZ: f64 = 40.0;
 
 /// Part of the sampling rate that the cut-off stays below.
-const PART_OF_RATE: f64 = 0.2;
+const SHARE_OF_RATE: f64 = 0.2;
 
 /// How far noise may move through the Coulomb transition, beta times the
 /// standard deviation of the velocity: where all samples count alike, and where
 /// those in the transition count less.
-const TRANSITION: f64 = 0.08;
-const WEIGHTED_TRANSITION: f64 = 0.4;
+const TRANSITION_NOISE: f64 = 0.08;
+const WEIGHTED_TRANSITION_NOISE: f64 = 0.4;
 
 /// Cut-off, Hz, at which weighted samples bear that much; with finer positions,
 /// and so a higher cut-off, less by its root. What a filter smears falls
 /// faster with its cut-off than what noise does rises, and on the twin errors
 /// are least near 13 Hz at 4096 counts and near 26 Hz at 16384.
-const WEIGHTED_AT: f64 = 12.0;
+const WEIGHTED_AT_HZ: f64 = 12.0;
 
 /// Chooses the cut-off of the position filter from the noise of the positions.
 ///
@@ -43,7 +43,7 @@ pub fn choose_cutoff(
     excerpt: &Excerpt,
 ) -> (f64, String) {
     let period = excerpt.period();
-    let highest = HIGHEST.min(PART_OF_RATE / period);
+    let highest = HIGHEST_HZ.min(SHARE_OF_RATE / period);
     let mut best = (highest, None);
     for (i, channel) in channels.all.iter().enumerate() {
         if channel.quantity == Quantity::MotorTorque {
@@ -55,8 +55,10 @@ pub fn choose_cutoff(
         let beta = model.sharpness(channel.joint);
         let per_hertz = beta * noise * velocity_per_position(1.0, period);
         let cutoff = match weights {
-            Weights::None => (TRANSITION / per_hertz).powf(2.0 / 3.0),
-            Weights::Transition => (WEIGHTED_TRANSITION * WEIGHTED_AT.sqrt() / per_hertz).sqrt(),
+            Weights::None => (TRANSITION_NOISE / per_hertz).powf(2.0 / 3.0),
+            Weights::Transition => {
+                (WEIGHTED_TRANSITION_NOISE * WEIGHTED_AT_HZ.sqrt() / per_hertz).sqrt()
+            }
         };
         if cutoff < best.0 {
             best = (cutoff, Some((&channel.column, noise, step)));
@@ -72,7 +74,7 @@ pub fn choose_cutoff(
                 Some(step) => format!("counts of {step:.2e} rad (m)"),
                 None => "noise".to_owned(),
             };
-            let bound = if best.0 < LOWEST.min(highest) {
+            let bound = if best.0 < LOWEST_HZ.min(highest) {
                 "; lower than 10 Hz would smear reversals of direction"
             } else {
                 ""
@@ -87,5 +89,5 @@ pub fn choose_cutoff(
             format!("\"{column}\" has {origin}, {noise:.1e} rad (m) rms: {above}{bound}")
         }
     };
-    (best.0.max(LOWEST.min(highest)), reason)
+    (best.0.max(LOWEST_HZ.min(highest)), reason)
 }

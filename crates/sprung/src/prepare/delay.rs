@@ -6,11 +6,11 @@ use crate::regression::Reading;
 
 /// Delays that are tried, s: sensors with filters of their own lag, some
 /// channels are recorded a little early.
-const EARLIEST: f64 = -0.05;
-const LATEST: f64 = 0.5;
+const EARLIEST_S: f64 = -0.05;
+const LATEST_S: f64 = 0.5;
 
 /// Distance of the delays that are tried first, s.
-const COARSE: f64 = 0.01;
+const COARSE_STEP_S: f64 = 0.01;
 
 /// A delay that was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,7 +60,7 @@ pub fn estimate_delays(
     };
     let without = search.attempt(&vec![0.0; wanted.len()])?;
     let range = search.range();
-    let coarse = COARSE.max(excerpt.period());
+    let coarse = COARSE_STEP_S.max(excerpt.period());
     let mut best = vec![(0.0, f64::INFINITY); wanted.len()];
     search.improve(&vec![0.0; wanted.len()], range, coarse, &mut best);
     let mut step = coarse;
@@ -105,7 +105,7 @@ impl Search<'_> {
 
     fn range(&self) -> (f64, f64) {
         let eighth = self.duration() / 8.0;
-        (EARLIEST.max(-eighth), LATEST.min(eighth))
+        (EARLIEST_S.max(-eighth), LATEST_S.min(eighth))
     }
 
     /// Returns what the row of each channel's joint says of delays.

@@ -5,7 +5,7 @@ use crate::regression::{Reading, System, reduce_blocks};
 
 /// Samples that a search looks at, shared among the joints, to the end of the
 /// block they are in: half a minute at 1 kHz for two joints.
-const EXCERPT: usize = 60_000;
+const EXCERPT_SAMPLES: usize = 60_000;
 
 /// The beginning of a log, kept in memory.
 #[derive(Clone, Debug)]
@@ -23,7 +23,7 @@ impl Excerpt {
         Self {
             blocks: Vec::new(),
             samples: 0,
-            limit: EXCERPT / joints.max(2),
+            limit: EXCERPT_SAMPLES / joints.max(2),
             period,
         }
     }

@@ -12,17 +12,17 @@ use crate::regression::Reading;
 
 /// Gains that are tried about the ratio of both spreads, on each side, and the ratio of
 /// neighbours: a soft spring lets one encoder move twice as far as the other.
-const SIDE: i32 = 16;
-const NEXT: f64 = 1.06;
+const GAINS_EACH_SIDE: i32 = 16;
+const GAIN_RATIO: f64 = 1.06;
 
 /// Steps to the minimum of the residual, the part of the gain at which its curvature is
 /// taken, and how far a step may go in these parts.
-const STEPS: usize = 12;
-const PART: f64 = 0.01;
-const FARTHEST: f64 = 4.0;
+const NEWTON_STEPS: usize = 12;
+const CURVATURE_STEP_SHARE: f64 = 0.01;
+const LONGEST_NEWTON_STEP: f64 = 4.0;
 
 /// The largest standard error, as a part of the gain, with which one is told.
-const TOLD: f64 = 0.1;
+const LARGEST_ERROR_SHARE: f64 = 0.1;
 
 /// Finds the gain of a channel; or says why it cannot be told, and what to do.
 pub(super) fn gain(
@@ -95,7 +95,9 @@ fn of_position(
         return Err(untold(format!("{name} does not move")));
     }
     let found = search.minimum(about);
-    let Some((value, standard_error)) = found.filter(|(gain, error)| *error < TOLD * gain) else {
+    let Some((value, standard_error)) =
+        found.filter(|(gain, error)| *error < LARGEST_ERROR_SHARE * gain)
+    else {
         return Err(untold(format!(
             "the equation of {name} fits about as well with gains that differ by 10 % and more"
         )));
@@ -147,8 +149,8 @@ impl Search<'_> {
 
     /// The gain of the least residual, and its standard error.
     fn minimum(&self, about: f64) -> Option<(f64, f64)> {
-        let tried = (-SIDE..=SIDE).map(|k| {
-            let gain = about * NEXT.powi(k);
+        let tried = (-GAINS_EACH_SIDE..=GAINS_EACH_SIDE).map(|k| {
+            let gain = about * GAIN_RATIO.powi(k);
             (gain, self.cost(gain))
         });
         let (mut gain, least) = tried.min_by(|a, b| a.1.total_cmp(&b.1))?;
@@ -156,15 +158,16 @@ impl Search<'_> {
             return None;
         }
         let number = independent(self.excerpt, self.reading);
-        for _ in 0..STEPS {
-            let h = PART * gain;
+        for _ in 0..NEWTON_STEPS {
+            let h = CURVATURE_STEP_SHARE * gain;
             let [left, centre, right] = [-h, 0.0, h].map(|by| self.cost(gain + by));
             let slope = (right - left) / (2.0 * h);
             let curvature = (right - 2.0 * centre + left) / (2.0 * h * h);
             if !(curvature.is_finite() && curvature > 0.0) {
                 return None;
             }
-            let step = (-slope / (2.0 * curvature)).clamp(-FARTHEST * h, FARTHEST * h);
+            let step = (-slope / (2.0 * curvature))
+                .clamp(-LONGEST_NEWTON_STEP * h, LONGEST_NEWTON_STEP * h);
             gain += step;
             let error = (centre.max(1e-12) / (number * curvature)).sqrt();
             if step.abs() < 0.01 * error.min(h) {
@@ -203,7 +206,7 @@ fn of_torque(reading: &Reading, excerpt: &Excerpt, channel: usize) -> Result<Fou
     let value = gains.iter().map(|(g, e)| g * e.powi(-2)).sum::<f64>() / weights;
     let standard_error = weights.sqrt().recip();
     let names: Vec<&str> = known.iter().map(|(name, ..)| name.as_str()).collect();
-    if !(value > 0.0 && standard_error < TOLD * value) {
+    if !(value > 0.0 && standard_error < LARGEST_ERROR_SHARE * value) {
         return Err(format!(
             "the gain of \"{}\" cannot be told: {} would make it {value:.3} (standard error \
              {standard_error:.3}); see that the known value and the sign are right, log a motion with more \

@@ -6,7 +6,7 @@ use crate::model::Model;
 use crate::regression::VelocityNoise;
 
 /// Differences of consecutive samples that are looked at.
-const LOOKED_AT: usize = 20_000;
+const SAMPLES_LOOKED_AT: usize = 20_000;
 
 /// Returns the standard deviation of a channel's noise, and the step between
 /// its values if it is quantised; nothing if it stands still.
@@ -14,7 +14,7 @@ pub fn noise(excerpt: &Excerpt, channel: usize) -> Option<(f64, Option<f64>)> {
     let values: Vec<f64> = (excerpt.blocks().iter())
         .flat_map(|block| &block.values[channel])
         .copied()
-        .take(LOOKED_AT)
+        .take(SAMPLES_LOOKED_AT)
         .collect();
     let largest = values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     let steps: Vec<f64> = (values.windows(2))

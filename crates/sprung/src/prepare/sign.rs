@@ -10,13 +10,13 @@ use crate::regression::Reading;
 
 /// How much greater the logarithm of the likelihood must be than with the other sign: a
 /// thousand to one.
-const SURE: f64 = 6.9;
+const SURE_LOG_LIKELIHOOD: f64 = 6.9;
 
 /// Signs that are tried together, at most: each doubles the work.
-const MOST: usize = 10;
+const MOST_SIGNS_TOGETHER: usize = 10;
 
 /// Part of the torque below which a residual says nothing more.
-const EXACT: f64 = 1e-4;
+const EXACT_TORQUE_SHARE: f64 = 1e-4;
 
 /// Finds all signs that are open; or says which cannot be told, and what to do.
 pub(super) fn signs(
@@ -52,9 +52,9 @@ pub(super) fn signs(
     let mut found = Vec::new();
     for rows in groups {
         let wanted: Vec<usize> = rows.iter().flat_map(|&joint| open(joint)).collect();
-        if wanted.len() > MOST {
+        if wanted.len() > MOST_SIGNS_TOGETHER {
             return Err(format!(
-                "{} signs of joints that move each other are to be estimated, at most {MOST} can be; \
+                "{} signs of joints that move each other are to be estimated, at most {MOST_SIGNS_TOGETHER} can be; \
                  give the others as 1 or -1 in sign",
                 wanted.len()
             ));
@@ -116,10 +116,10 @@ fn decide(
             let ahead = other.map_or(0.0, |other| best.score - other.score);
             let joint = reading.channels().all[wanted[k]].joint;
             let place = rows.iter().position(|&row| row == joint).unwrap_or(0);
-            if ahead < SURE {
+            if ahead < SURE_LOG_LIKELIHOOD {
                 return Err(format!(
                     "the sign of \"{}\" cannot be told from {file}: the equation of {} fits about as \
-                     well with the other one (log-likelihood +{ahead:.1}, {SURE} is needed); give it as \
+                     well with the other one (log-likelihood +{ahead:.1}, {SURE_LOG_LIKELIHOOD} is needed); give it as \
                      1 or -1 in sign, or log a motion with more accelerations and reversals",
                     column(k),
                     reading.model().joints()[joint]
@@ -146,7 +146,7 @@ fn score(fit: &RowFit, reading: &Reading, independent: f64) -> f64 {
     let positive: f64 = physical(fit, reading, independent)
         .map(|(_, value, error)| log_positive(value / error))
         .sum();
-    positive - independent * fit.relative_residual().max(EXACT).ln()
+    positive - independent * fit.relative_residual().max(EXACT_TORQUE_SHARE).ln()
 }
 
 /// Parameters that no robot has below zero: kind, value, standard error.

@@ -9,14 +9,14 @@ use crate::model::Model;
 use crate::regression::{Reading, SystemPart, Triangle, solve};
 
 /// Velocities that are tried, as parts of the joint's fastest.
-const SLOWEST: f64 = 0.003;
-const FASTEST: f64 = 0.5;
+const SLOWEST_SHARE: f64 = 0.003;
+const FASTEST_SHARE: f64 = 0.5;
 
 /// Velocities that are tried first, in equal ratios.
-const TRIED: usize = 9;
+const VELOCITIES_TRIED: usize = 9;
 
 /// Times that the best is refined between its neighbours.
-const REFINED: usize = 8;
+const GOLDEN_SECTIONS: usize = 8;
 
 /// Finds the Stribeck velocities that a description leaves open.
 ///
@@ -46,15 +46,15 @@ pub fn find_stribeck(reading: &Reading, excerpt: &Excerpt) -> (Model, Vec<Findin
             .collect()
     };
     // Logarithms of velocities.
-    let (low, high) = (SLOWEST.ln(), FASTEST.ln());
-    let distance = (high - low) / (TRIED - 1) as f64;
+    let (low, high) = (SLOWEST_SHARE.ln(), FASTEST_SHARE.ln());
+    let distance = (high - low) / (VELOCITIES_TRIED - 1) as f64;
     let velocity = |logs: &[f64]| -> Vec<f64> {
         (logs.iter().zip(joints))
             .map(|(log, &joint)| fastest[joint] * log.exp())
             .collect()
     };
     let mut best: Vec<(f64, f64)> = vec![(low, f64::INFINITY); joints.len()];
-    for k in 0..TRIED {
+    for k in 0..VELOCITIES_TRIED {
         let log = low + distance * k as f64;
         let costs = cost(&velocity(&vec![log; joints.len()]));
         for (best, cost) in best.iter_mut().zip(costs) {
@@ -67,7 +67,7 @@ pub fn find_stribeck(reading: &Reading, excerpt: &Excerpt) -> (Model, Vec<Findin
         .map(|(log, _)| log - low < 0.5 * distance || high - log < 0.5 * distance)
         .collect();
     let mut reach = distance;
-    for _ in 0..REFINED {
+    for _ in 0..GOLDEN_SECTIONS {
         reach *= 0.618;
         for side in [-reach, reach] {
             let tried: Vec<f64> = best.iter().map(|(log, _)| log + side).collect();
@@ -99,7 +99,7 @@ fn say(model: &Model, joint: usize, velocity: f64, at_edge: bool) -> Finding {
             Severity::Warning,
             "stribeck-velocity-not-found",
             format!(
-                "{name}: no Stribeck velocity between {SLOWEST} and {FASTEST} of the fastest motion \
+                "{name}: no Stribeck velocity between {SLOWEST_SHARE} and {FASTEST_SHARE} of the fastest motion \
                  explains the log better than its neighbours; {velocity:.3e} rad/s (m/s) was taken"
             ),
             "leave \"stribeck\" out, or record slow motion; give stribeck_velocity_rad_per_s if it \

@@ -7,7 +7,7 @@ use crate::model::Model;
 use crate::regression::{Reading, System, TransitionWeights};
 
 /// Estimates that the weights are taken from, one after the other.
-const PASSES: usize = 3;
+const ESTIMATES: usize = 3;
 
 /// From the median of a normal variable's size to its standard deviation.
 const MEDIAN_TO_DEVIATION: f64 = 1.4826;
@@ -28,7 +28,7 @@ pub fn find_weights(reading: &Reading, excerpt: &Excerpt) -> Option<TransitionWe
         reading.position_cutoff_hz(),
     );
     let mut weights = TransitionWeights::unknown(model, &noise);
-    for _ in 0..PASSES {
+    for _ in 0..ESTIMATES {
         let system = excerpt.reduce(&reading.with_weights(weights))?;
         let theta = fit_values(model, &system)?;
         let slip = (0..model.rows())

@@ -11,10 +11,10 @@ use crate::model::Model;
 use crate::preprocess::SignalBlock;
 
 /// Samples whose regressor is formed at a time: it fits a processor's cache.
-pub(super) const BATCH: usize = 64;
+pub(super) const BATCH_SAMPLES: usize = 64;
 
 /// Samples that one thread forms at a time.
-const PORTION: usize = 8;
+const THREAD_SAMPLES: usize = 8;
 
 /// The regressor of some samples.
 #[derive(Clone, Debug)]
@@ -36,7 +36,7 @@ impl Batch {
     pub(super) fn new(model: &Model, rows: &[usize]) -> Self {
         let entries = model.entries();
         Self {
-            evaluators: vec![Evaluator::of_rows(model, rows); BATCH / PORTION],
+            evaluators: vec![Evaluator::of_rows(model, rows); BATCH_SAMPLES / THREAD_SAMPLES],
             entries,
             momentum: Vec::new(),
             rest: Vec::new(),
@@ -50,12 +50,12 @@ impl Batch {
     /// Forms the regressor of the samples from `first` on, as many as it holds;
     /// of none beyond the last.
     pub(super) fn form(&mut self, signals: &SignalBlock, first: usize) {
-        let count = BATCH.min(signals.len().saturating_sub(first));
+        let count = BATCH_SAMPLES.min(signals.len().saturating_sub(first));
         self.momentum.resize(count * self.entries, 0.0);
         self.rest.resize(count * self.entries, 0.0);
         // A portion without room for variances takes none.
         let per_sample = self.weights.as_ref().map_or(0, |_| self.rows);
-        self.variance.resize(BATCH * per_sample.max(1), 0.0);
+        self.variance.resize(BATCH_SAMPLES * per_sample.max(1), 0.0);
         if count == 0 {
             return;
         }
@@ -63,10 +63,10 @@ impl Batch {
             own.clear();
             own.extend_from_slice(&tau[first..first + count]);
         }
-        let part = PORTION * self.entries;
+        let part = THREAD_SAMPLES * self.entries;
         let momentum = self.momentum.par_chunks_mut(part);
         let rest = self.rest.par_chunks_mut(part);
-        let variance = (self.variance).par_chunks_mut(PORTION * per_sample.max(1));
+        let variance = (self.variance).par_chunks_mut(THREAD_SAMPLES * per_sample.max(1));
         let weights = self.weights.as_deref();
         (momentum
             .zip(rest)
@@ -76,8 +76,8 @@ impl Batch {
         .for_each(|(portion, (((momentum, rest), variance), evaluator))| {
             let n = signals.q.len();
             let mut state = vec![0.0; 4 * n];
-            let from = first + portion * PORTION;
-            let until = (first + count).min(from + PORTION);
+            let from = first + portion * THREAD_SAMPLES;
+            let until = (first + count).min(from + THREAD_SAMPLES);
             let rows = (momentum.chunks_mut(self.entries)).zip(rest.chunks_mut(self.entries));
             let variances = variance.chunks_mut(per_sample.max(1));
             for ((k, (momentum, rest)), variance) in (from..until).zip(rows).zip(variances) {

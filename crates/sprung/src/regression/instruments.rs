@@ -5,8 +5,8 @@ use sprung_core::drives::State;
 use sprung_core::filter::{FilterError, FilterState};
 
 use super::filtered::{FilteredRegression, Pairs};
+use super::nuisance_momentum::FORGOTTEN_TIME_CONSTANTS;
 use super::reading::Reading;
-use super::start::FORGOTTEN;
 use crate::description::InitialMomentum;
 use crate::preprocess::SignalBlock;
 
@@ -50,7 +50,7 @@ pub fn cross_products(
     let filters = Pairs::new(cutoff, period, settings.discretization)?;
     let skipped = match settings.initial_momentum {
         InitialMomentum::Measured => 0,
-        InitialMomentum::Estimate => (FORGOTTEN / (cutoff * period)).ceil() as usize,
+        InitialMomentum::Estimate => (FORGOTTEN_TIME_CONSTANTS / (cutoff * period)).ceil() as usize,
     };
     let mut sums: Vec<CrossProducts> = (0..model.rows())
         .map(|row| {
@@ -87,11 +87,7 @@ pub fn cross_products(
                     continue;
                 }
                 let own = model.row_entries(row);
-                let rhs = if model.is_torque_row(row) {
-                    b[model.joint_of(row)]
-                } else {
-                    0.0
-                };
+                let rhs = model.right_hand_side(row).of(b);
                 sum.add(&y[own.clone()], rhs, &z[own], weight * weight);
             }
         }

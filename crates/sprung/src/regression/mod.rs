@@ -8,11 +8,11 @@
 mod batch;
 mod filtered;
 mod instruments;
+mod nuisance_momentum;
 mod pass;
 mod reading;
 mod reduction;
 mod solution;
-mod start;
 mod triangle;
 mod weights;
 

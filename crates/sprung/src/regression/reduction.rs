@@ -6,13 +6,13 @@ use faer::Mat;
 use rayon::prelude::*;
 use sprung_core::filter::{FilterBank, FilterError, FilterState, bank_len};
 
-use super::batch::{BATCH, Batch};
+use super::batch::{BATCH_SAMPLES, Batch};
 use super::filtered::Pairs;
-use super::start::Start;
+use super::nuisance_momentum::NuisanceMomentum;
 use super::triangle::Triangle;
 use super::weights::TransitionWeights;
 use crate::description::{DiscretizationName, InitialMomentum};
-use crate::model::Model;
+use crate::model::{Model, RightHandSide};
 use crate::preprocess::{Decimator, SignalBlock};
 
 /// Factors kept at most, and samples in each at first; consecutive ones are
@@ -40,21 +40,20 @@ impl Stretches {
 }
 
 /// Rows gathered before they are factored, at most.
-const GATHER: usize = 2048;
+const GATHERED_ROWS: usize = 2048;
 
 /// Rows that are turned into columns at a time.
-const TILE: usize = 16;
+const TILE_ROWS: usize = 16;
 
 /// Samples of the filtered regression that are kept for plots, at most.
-const KEPT: usize = 2048;
+const KEPT_SAMPLES: usize = 2048;
 
 /// One row of the regressor on its way from samples to factors.
 #[derive(Clone, Debug)]
 struct RowReduction {
     row: usize,
     entries: std::ops::Range<usize>,
-    // Joint whose torque is the right-hand side; none in a link row.
-    torque: Option<usize>,
+    rhs: RightHandSide,
     bank: FilterBank<Vec<f64>>,
     torque_memory: FilterState,
     weights: Option<Arc<TransitionWeights>>,
@@ -62,7 +61,7 @@ struct RowReduction {
     // Sum of the squared weights.
     weight: f64,
     // The first rows after a start, if its momentum is to be estimated.
-    start: Option<Start>,
+    start: Option<NuisanceMomentum>,
     tile: Vec<f64>,
     in_tile: usize,
     gathered: Mat<f64>,
@@ -81,7 +80,7 @@ impl RowReduction {
         let entries = model.row_entries(row);
         let width = entries.len();
         Self {
-            torque: model.is_torque_row(row).then(|| model.joint_of(row)),
+            rhs: model.right_hand_side(row),
             bank: FilterBank::new(vec![0.0; bank_len(width)]),
             torque_memory: FilterState::default(),
             weights: None,
@@ -89,16 +88,16 @@ impl RowReduction {
             weight: 0.0,
             start: None,
             in_tile: 0,
-            tile: vec![0.0; TILE * (width + 1)],
-            gathered: Mat::zeros(GATHER, width + 1),
+            tile: vec![0.0; TILE_ROWS * (width + 1)],
+            gathered: Mat::zeros(GATHERED_ROWS, width + 1),
             rows: 0,
             in_current: 0,
             stretches: Stretches::of(model),
             stretch: Stretches::of(model).first,
             current: None,
             done: Vec::new(),
-            kept: Decimator::new(KEPT),
-            kept_variance: Decimator::new(KEPT),
+            kept: Decimator::new(KEPT_SAMPLES),
+            kept_variance: Decimator::new(KEPT_SAMPLES),
             row,
             entries,
         }
@@ -106,7 +105,7 @@ impl RowReduction {
 
     fn restart(&mut self) {
         self.release();
-        self.start = self.start.take().map(|_| Start::default());
+        self.start = self.start.take().map(|_| NuisanceMomentum::default());
         self.bank.restart();
         self.torque_memory = FilterState::default();
         self.weight_memory = FilterState::default();
@@ -134,10 +133,13 @@ impl RowReduction {
             self.weight += weight * weight;
             let own = self.entries.clone();
             let filtered = (self.bank).process(&pairs.entries, &momentum[own.clone()], &rest[own]);
-            let rhs = self.torque.map_or(0.0, |joint| {
-                let memory = &mut self.torque_memory;
-                pairs.torque.process(memory, 0.0, batch.tau[joint][k])
-            });
+            let rhs = match self.rhs {
+                RightHandSide::Zero => 0.0,
+                RightHandSide::MotorTorque(joint) => {
+                    let memory = &mut self.torque_memory;
+                    pairs.torque.process(memory, 0.0, batch.tau[joint][k])
+                }
+            };
             let row = &mut self.tile[self.in_tile * (width + 1)..][..=width];
             row[..width].copy_from_slice(filtered);
             row[width] = rhs;
@@ -161,9 +163,9 @@ impl RowReduction {
     fn advance(&mut self) {
         self.in_tile += 1;
         self.in_current += 1;
-        let full = self.rows + self.in_tile == GATHER;
+        let full = self.rows + self.in_tile == GATHERED_ROWS;
         let ended = self.in_current == self.stretch;
-        if self.in_tile == TILE || full || ended {
+        if self.in_tile == TILE_ROWS || full || ended {
             self.untile();
         }
         if ended {
@@ -176,7 +178,11 @@ impl RowReduction {
     /// Lets the rows go that were held back behind a start.
     fn release(&mut self) {
         let width = self.entries.len() + 1;
-        let held = self.start.as_mut().map(Start::release).unwrap_or_default();
+        let held = self
+            .start
+            .as_mut()
+            .map(NuisanceMomentum::release)
+            .unwrap_or_default();
         if held.is_empty() {
             return;
         }
@@ -282,7 +288,7 @@ impl Reduction {
             stretches: Stretches::of(model),
             stretch: Stretches::of(model).first,
             last_time: 0.0,
-            kept: Decimator::new(KEPT),
+            kept: Decimator::new(KEPT_SAMPLES),
             samples: 0,
         }
     }
@@ -307,7 +313,7 @@ impl Reduction {
     pub fn with_start(mut self, momentum: InitialMomentum) -> Self {
         let start = match momentum {
             InitialMomentum::Measured => None,
-            InitialMomentum::Estimate => Some(Start::default()),
+            InitialMomentum::Estimate => Some(NuisanceMomentum::default()),
         };
         for row in &mut self.rows {
             row.start.clone_from(&start);
@@ -336,17 +342,17 @@ impl Reduction {
     ) -> Result<(), FilterError> {
         let pairs = Pairs::new(cutoff, period, discretization)?;
         self.batch.form(signals, 0);
-        for first in (0..signals.len()).step_by(BATCH) {
+        for first in (0..signals.len()).step_by(BATCH_SAMPLES) {
             let (batch, next, rows) = (&self.batch, &mut self.next, &mut self.rows);
             rayon::join(
-                || next.form(signals, first + BATCH),
+                || next.form(signals, first + BATCH_SAMPLES),
                 // Rows differ much in width: one at a time shares them best.
                 || {
                     (rows.par_iter_mut().with_max_len(1)).for_each(|row| row.take(&pairs, batch));
                 },
             );
             std::mem::swap(&mut self.batch, &mut self.next);
-            let until = signals.len().min(first + BATCH);
+            let until = signals.len().min(first + BATCH_SAMPLES);
             for &time in &signals.time[first..until] {
                 self.tick(time);
             }
@@ -386,7 +392,7 @@ impl Reduction {
         }
         let weights = self.rows.iter().map(|row| row.weight).collect();
         let variance = (self.rows.iter_mut())
-            .map(|row| std::mem::replace(&mut row.kept_variance, Decimator::new(KEPT)))
+            .map(|row| std::mem::replace(&mut row.kept_variance, Decimator::new(KEPT_SAMPLES)))
             .map(Decimator::into_items)
             .collect();
         let (rows, kept) = (self.rows.into_iter())

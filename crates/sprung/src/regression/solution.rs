@@ -10,7 +10,7 @@ const RANK_TOLERANCE: f64 = 1e-8;
 
 /// A parameter is not identifiable if it takes part this much in a direction
 /// that the data do not see.
-const BLIND: f64 = 1e-3;
+const UNSEEN_SHARE: f64 = 1e-3;
 
 /// One equation's factor and the unknowns that it touches.
 #[derive(Clone, Copy, Debug)]
@@ -81,7 +81,7 @@ pub fn solve(parts: &[SystemPart<'_>], unknowns: usize) -> Option<Solution> {
         }
     }
     let identifiable = (0..unknowns)
-        .map(|i| (rank..unknowns).all(|k| v[(i, k)].abs() < BLIND))
+        .map(|i| (rank..unknowns).all(|k| v[(i, k)].abs() < UNSEEN_SHARE))
         .collect();
     let weakest = rank.max(1) - 1;
     Some(Solution {

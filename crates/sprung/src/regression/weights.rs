@@ -7,7 +7,7 @@ use sprung_core::parameters::{JointParameter, Side};
 use crate::model::Model;
 
 /// Beyond this argument `sech²` is below 2e-17.
-const SATURATED: f64 = 20.0;
+const SATURATED_ARGUMENT: f64 = 20.0;
 
 const AT_REST: Conditions = Conditions {
     velocity: 0.0,
@@ -41,7 +41,7 @@ impl Transition {
     /// Returns the variance of the friction, (N·m)² ((N)²).
     fn variance(&self, at: &Conditions) -> f64 {
         let x = self.shape.sharpness * at.velocity;
-        if x.abs() > SATURATED {
+        if x.abs() > SATURATED_ARGUMENT {
             return 0.0;
         }
         let slope = 1.0 - x.tanh().powi(2);

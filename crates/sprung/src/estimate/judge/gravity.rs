@@ -8,19 +8,19 @@ use crate::prepare::Excerpt;
 use crate::regression::Reading;
 
 /// Part of a residual that another direction must stay below to be mentioned.
-const CLEARLY: f64 = 0.7;
+const BETTER_RESIDUAL_SHARE: f64 = 0.7;
 
 /// Residual of a torque's row from which gravity is looked at, as a part of it.
-const WORTH_A_LOOK: f64 = 0.01;
+const SUSPICIOUS_RESIDUAL_SHARE: f64 = 0.01;
 
 /// Samples that are looked at, to the end of their block.
-const LOOKED_AT: usize = 4096;
+const SAMPLES_LOOKED_AT: usize = 4096;
 
 /// Part of a residual that a first look must come below to be followed.
-const PROMISING: f64 = 0.9;
+const PROMISING_RESIDUAL_SHARE: f64 = 0.9;
 
 /// Angles by which the best direction is turned, one after the other, degrees.
-const TURNS: [f64; 5] = [20.0, 10.0, 5.0, 2.5, 1.25];
+const TURNS_DEG: [f64; 5] = [20.0, 10.0, 5.0, 2.5, 1.25];
 
 /// Returns whether a tilt of gravity is worth looking for.
 ///
@@ -28,7 +28,9 @@ const TURNS: [f64; 5] = [20.0, 10.0, 5.0, 2.5, 1.25];
 #[must_use]
 pub fn worth_a_look(experiment: &Experiment, worst: f64) -> bool {
     let robot = &experiment.robot;
-    robot.tree.is_some() && robot.gravity().iter().any(|g| *g != 0.0) && worst >= WORTH_A_LOOK
+    robot.tree.is_some()
+        && robot.gravity().iter().any(|g| *g != 0.0)
+        && worst >= SUSPICIOUS_RESIDUAL_SHARE
 }
 
 /// Says which direction of gravity explains the motor torques far better than
@@ -37,7 +39,7 @@ pub fn worth_a_look(experiment: &Experiment, worst: f64) -> bool {
 pub fn tilted(experiment: &Experiment, reading: &Reading, excerpt: &Excerpt) -> Option<Finding> {
     let given = experiment.robot.gravity();
     let size = given.iter().map(|g| g * g).sum::<f64>().sqrt();
-    let excerpt = excerpt.first(LOOKED_AT);
+    let excerpt = excerpt.first(SAMPLES_LOOKED_AT);
     let cost = |direction: [f64; 3]| unexplained(experiment, reading, &excerpt, direction);
     let now = cost(given)?;
     let mut best = (given, now);
@@ -52,16 +54,16 @@ pub fn tilted(experiment: &Experiment, reading: &Reading, excerpt: &Excerpt) -> 
         }
     }
     for towards in 0..6 {
-        let direction = turned(given, towards, TURNS[2].to_radians());
+        let direction = turned(given, towards, TURNS_DEG[2].to_radians());
         let cost = cost(direction).unwrap_or(f64::INFINITY);
         if cost < best.1 {
             best = (direction, cost);
         }
     }
-    if best.1 > PROMISING * now {
+    if best.1 > PROMISING_RESIDUAL_SHARE * now {
         return None;
     }
-    for turn in TURNS {
+    for turn in TURNS_DEG {
         for towards in 0..6 {
             let direction = turned(best.0, towards, turn.to_radians());
             let cost = cost(direction).unwrap_or(f64::INFINITY);
@@ -71,7 +73,7 @@ pub fn tilted(experiment: &Experiment, reading: &Reading, excerpt: &Excerpt) -> 
         }
     }
     let (direction, cost) = best;
-    if cost > CLEARLY * now {
+    if cost > BETTER_RESIDUAL_SHARE * now {
         return None;
     }
     let product: f64 = direction.iter().zip(given).map(|(a, b)| a * b).sum();

@@ -5,17 +5,17 @@ use crate::finding::{Finding, Severity};
 use crate::model::{Model, short};
 
 /// Relative standard error above which a parameter counts as weak.
-const WEAK: f64 = 0.15;
+const WEAK_RELATIVE_ERROR: f64 = 0.15;
 
 /// Torque of a parameter over the residual of its row below which errors that
 /// no stretch shows may be as large as the value.
-const LITTLE: f64 = 3.0;
+const LITTLE_TORQUE_OVER_RESIDUAL: f64 = 3.0;
 
 /// Condition number, columns scaled, above which directions are named.
-const COLLINEAR: f64 = 100.0;
+const COLLINEAR_CONDITION: f64 = 100.0;
 
 /// Parameters that a message lists, at most.
-const LISTED: usize = 8;
+const MOST_LISTED: usize = 8;
 
 pub(super) fn negative(estimate: &ParameterEstimate) -> bool {
     estimate.value.is_some_and(|value| value < 0.0)
@@ -73,7 +73,7 @@ pub(super) fn weak(model: &Model, result: &EstimateResult, findings: &mut Vec<Fi
             None => true,
         })
         .map(|(p, _)| p)
-        .filter(|p| share(p).is_some_and(|share| share > WEAK))
+        .filter(|p| share(p).is_some_and(|share| share > WEAK_RELATIVE_ERROR))
         .collect();
     if weak.is_empty() {
         return;
@@ -101,7 +101,9 @@ pub(super) fn little_torque(model: &Model, result: &EstimateResult, findings: &m
             let counts = known
                 .joint
                 .is_none_or(|(kind, _)| kind.is_vital() || kind.is_friction());
-            counts && p.torque_over_residual.is_some_and(|ratio| ratio < LITTLE)
+            counts
+                && p.torque_over_residual
+                    .is_some_and(|ratio| ratio < LITTLE_TORQUE_OVER_RESIDUAL)
         })
         .map(|(p, _)| p)
         .collect();
@@ -132,8 +134,8 @@ fn list(parameters: &[&ParameterEstimate], value: impl Fn(&ParameterEstimate) ->
 
 /// Returns the first of many words, and how many there are more.
 pub(super) fn listed(words: impl ExactSizeIterator<Item = String>) -> String {
-    let more = words.len().saturating_sub(LISTED);
-    let mut shown = words.take(LISTED).collect::<Vec<String>>().join(", ");
+    let more = words.len().saturating_sub(MOST_LISTED);
+    let mut shown = words.take(MOST_LISTED).collect::<Vec<String>>().join(", ");
     if more > 0 {
         shown = format!("{shown} and {more} more");
     }
@@ -146,7 +148,10 @@ pub(super) fn collinear(
     weakest: &[f64],
     findings: &mut Vec<Finding>,
 ) {
-    let Some(condition) = result.condition_number_scaled.filter(|c| *c > COLLINEAR) else {
+    let Some(condition) = result
+        .condition_number_scaled
+        .filter(|c| *c > COLLINEAR_CONDITION)
+    else {
         return;
     };
     if result.rank < result.unknowns {

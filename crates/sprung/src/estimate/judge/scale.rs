@@ -12,10 +12,10 @@ use crate::model::Model;
 const SAFE_SCALE: f64 = 20.0;
 
 /// Standard errors by which stacked and motor row's stiffness may differ.
-const CERTAIN: f64 = 3.0;
+const SIGNIFICANT_SIGMAS: f64 = 3.0;
 
 /// Part of the stiffness from which on a certain difference is a warning.
-const MATTERS: f64 = 0.05;
+const STIFFNESS_SHARE_THAT_MATTERS: f64 = 0.05;
 
 /// Says which joints' torque shows too little of their spring.
 pub(super) fn scale_collapse(model: &Model, result: &EstimateResult, findings: &mut Vec<Finding>) {
@@ -82,10 +82,10 @@ pub(super) fn stiffness_disagrees(
             continue;
         };
         let gap = x - reference;
-        if gap.abs() <= CERTAIN * error || gap == 0.0 {
+        if gap.abs() <= SIGNIFICANT_SIGMAS * error || gap == 0.0 {
             continue;
         }
-        let severity = if gap.abs() > MATTERS * reference.abs() {
+        let severity = if gap.abs() > STIFFNESS_SHARE_THAT_MATTERS * reference.abs() {
             Severity::Warning
         } else {
             Severity::Info

@@ -6,15 +6,15 @@ use crate::regression::{System, SystemPart, Triangle, solve, solve_quickly};
 use sprung_core::parameters::JointParameter;
 
 /// Times that the weights of rows follow their residuals.
-const REWEIGHTED: usize = 5;
+const REWEIGHTINGS: usize = 5;
 
 /// Steps of the scale-invariant estimate, at most, and the part of every
 /// unknown by which the last may change it.
-const STEPS: usize = 50;
-const SETTLED: f64 = 1e-9;
+const GAUSS_NEWTON_STEPS: usize = 50;
+const SETTLED_CHANGE: f64 = 1e-9;
 
 /// Part of the largest residual that counts as none.
-const EXACT: f64 = 1e-9;
+const EXACT_RESIDUAL_SHARE: f64 = 1e-9;
 
 /// A route to the parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -101,7 +101,7 @@ impl Rows<'_> {
         let touched = self.places(&links, &second);
         let mut scales = vec![1.0; n];
         let mut found = Vec::new();
-        for _ in 0..=REWEIGHTED {
+        for _ in 0..=REWEIGHTINGS {
             let weighted: Vec<Triangle> = (reduced.iter().zip(&scales))
                 .map(|(factor, scale)| factor.scaled(1.0 / scale))
                 .collect();
@@ -127,7 +127,7 @@ impl Rows<'_> {
     /// which the scales `s_i` follow the residuals.
     fn scale_invariant(&self, start: &[f64]) -> Option<Vec<f64>> {
         let mut x = start.to_vec();
-        for step in 0..STEPS {
+        for step in 0..GAUSS_NEWTON_STEPS {
             let scales = floored(
                 (0..self.factors.len())
                     .map(|row| self.relative_residual(row, &x))
@@ -153,7 +153,7 @@ impl Rows<'_> {
                 return None;
             }
             let settled = (x.iter().zip(&next))
-                .all(|(before, after)| (after - before).abs() <= SETTLED * after.abs());
+                .all(|(before, after)| (after - before).abs() <= SETTLED_CHANGE * after.abs());
             x = next;
             if settled && step > 0 {
                 return Some(x);
@@ -221,6 +221,6 @@ fn floored(scales: Vec<f64>) -> Vec<f64> {
         return vec![1.0; scales.len()];
     }
     (scales.into_iter())
-        .map(|scale| scale.max(EXACT * largest))
+        .map(|scale| scale.max(EXACT_RESIDUAL_SHARE * largest))
         .collect()
 }

@@ -22,18 +22,18 @@ const ROUNDS: usize = 4;
 
 /// How much wider than the position filter the one is whose positions drive the
 /// simulation, and the part of the sampling rate that it stays below.
-const WIDER: f64 = 3.0;
-const PART_OF_RATE: f64 = 0.4;
+const WIDER_CUTOFF: f64 = 3.0;
+const SHARE_OF_RATE: f64 = 0.4;
 
 /// Cosine that a column and its instrument must have at least.
 const LEAST_COSINE: f64 = 0.5;
 
 /// Condition number of the products, columns scaled, from which on they say
 /// nothing; that of the regression is about its root.
-const SINGULAR: f64 = 1e10;
+const SINGULAR_CONDITION: f64 = 1e10;
 
 /// Parameters that a finding names in its text, at most.
-const NAMED: usize = 5;
+const MOST_NAMED: usize = 5;
 
 /// Why there is no estimate.
 #[derive(Clone, Debug, PartialEq)]
@@ -115,7 +115,7 @@ fn instrumental(reading: &Reading, excerpt: &Excerpt, linear: &[f64]) -> Result<
     }
     let (period, blocks) = (excerpt.period(), excerpt.blocks());
     let measured = signals(reading, period, blocks).map_err(|_| Refusal::TooShort)?;
-    let cutoff = (WIDER * reading.position_cutoff_hz()).min(PART_OF_RATE / period);
+    let cutoff = (WIDER_CUTOFF * reading.position_cutoff_hz()).min(SHARE_OF_RATE / period);
     let wider = reading.with_position_cutoff(cutoff);
     let driving = signals(&wider, period, blocks).map_err(|_| Refusal::TooShort)?;
     let search = Search {
@@ -243,7 +243,10 @@ fn solve(model: &Model, products: &[CrossProducts]) -> Result<Theta, Refusal> {
     let svd = scaled.thin_svd().map_err(|_| Refusal::Singular)?;
     let (u, v) = (svd.U(), svd.V());
     let sigma: Vec<f64> = svd.S().column_vector().iter().copied().collect();
-    if sigma.last().is_none_or(|last| SINGULAR * last <= sigma[0]) {
+    if sigma
+        .last()
+        .is_none_or(|last| SINGULAR_CONDITION * last <= sigma[0])
+    {
         return Err(Refusal::Singular);
     }
     let mut x = vec![0.0; count];
@@ -284,8 +287,8 @@ impl Refusal {
                 let names: Vec<String> = (columns.iter())
                     .map(|&column| model.parameters()[column].name.clone())
                     .collect();
-                let mut all = names[..names.len().min(NAMED)].join(", ");
-                if let Some(more) = names.len().checked_sub(NAMED).filter(|more| *more > 0) {
+                let mut all = names[..names.len().min(MOST_NAMED)].join(", ");
+                if let Some(more) = names.len().checked_sub(MOST_NAMED).filter(|more| *more > 0) {
                     all = format!("{all} and {more} more");
                 }
                 (

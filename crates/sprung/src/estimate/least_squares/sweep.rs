@@ -6,13 +6,13 @@ use crate::prepare::Excerpt;
 use crate::regression::Reading;
 
 /// Cut-offs that are tried around the chosen one, as parts of it.
-const AROUND: [f64; 5] = [0.5, 0.7, 1.0, 1.4, 2.0];
+const CUTOFF_FACTORS: [f64; 5] = [0.5, 0.7, 1.0, 1.4, 2.0];
 
 /// Estimates with cut-offs around the chosen one, from the beginning of a log.
 #[must_use]
 pub fn sweep(reading: &Reading, excerpt: &Excerpt, reason: String) -> CutoffChoice {
     let chosen = reading.position_cutoff_hz();
-    let points = AROUND.iter().filter_map(|part| {
+    let points = CUTOFF_FACTORS.iter().filter_map(|part| {
         // The noise of a velocity grows so with the cut-off.
         let weights = (reading.weights()).map(|w| w.clone().with_noise(part.powf(1.5)));
         let mut reading = reading.with_position_cutoff(part * chosen);

@@ -8,10 +8,10 @@ use crate::preprocess::RawBlock;
 use crate::simulate::ClosedLoop;
 
 /// Samples by which a torque may be logged late or early, at most.
-const SHIFT: usize = 2;
+const LARGEST_SHIFT_SAMPLES: usize = 2;
 
 /// Standard errors that a shift must stand out of the noise.
-const CLEAR: f64 = 5.0;
+const SIGNIFICANT_SIGMAS: f64 = 5.0;
 
 /// Logged torque of a joint beside that of the controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -93,16 +93,20 @@ fn compare(logged: &[f64], commanded: &[f64]) -> Option<TorqueMatch> {
 fn lateness(logged: &[f64], commanded: &[f64], noise: f64) -> i32 {
     let shifted = |k: usize, late: i32| commanded[(k as i64 - i64::from(late)) as usize];
     let sum = |of: &dyn Fn(usize) -> f64| -> f64 {
-        let inner = SHIFT..logged.len().saturating_sub(SHIFT).max(SHIFT);
+        let inner = LARGEST_SHIFT_SAMPLES
+            ..logged
+                .len()
+                .saturating_sub(LARGEST_SHIFT_SAMPLES)
+                .max(LARGEST_SHIFT_SAMPLES);
         inner.map(|k| of(k).powi(2)).sum()
     };
     let squares = |late: i32| sum(&|k| logged[k] - shifted(k, late));
     let change = |late: i32| sum(&|k| commanded[k] - shifted(k, late));
-    let reach = SHIFT as i32;
+    let reach = LARGEST_SHIFT_SAMPLES as i32;
     let best = (-reach..=reach).min_by(|a, b| squares(*a).total_cmp(&squares(*b)));
     let clear = |late: &i32| {
         let change = change(*late);
-        squares(0) - squares(*late) > 0.5 * change && change > (CLEAR * noise).powi(2)
+        squares(0) - squares(*late) > 0.5 * change && change > (SIGNIFICANT_SIGMAS * noise).powi(2)
     };
     best.filter(clear).unwrap_or(0)
 }

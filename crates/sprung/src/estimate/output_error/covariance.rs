@@ -6,15 +6,15 @@ use super::levenberg::Found;
 
 /// Samples of a block over which errors may be correlated, at most; and blocks
 /// that a log holds, at least.
-const BLOCK: usize = 250;
-const BLOCKS: usize = 8;
+const BLOCK_SAMPLES: usize = 250;
+const FEWEST_BLOCKS: usize = 8;
 
 /// Eigenvalue of the scaled normal matrix, as a part of the largest, that
 /// counts as none.
-const FLAT: f64 = 1e-11;
+const FLAT_EIGENVALUE_SHARE: f64 = 1e-11;
 
 /// Part of a flat direction that makes an unknown one that is not seen.
-const BLIND: f64 = 1e-3;
+const UNSEEN_SHARE: f64 = 1e-3;
 
 /// Returns the standard error of each unknown, \[m\]; nothing for one that the
 /// residuals do not show.
@@ -32,7 +32,7 @@ pub(super) fn standard_errors(found: &Found, samples: usize) -> Vec<Option<f64>>
     let Some((inverse, seen)) = inverse(&found.normal) else {
         return vec![None; m];
     };
-    let block = BLOCK.min(samples / BLOCKS).max(1);
+    let block = BLOCK_SAMPLES.min(samples / FEWEST_BLOCKS).max(1);
     let sums: Vec<Vec<f64>> = (found.jacobian.iter())
         .map(|column| block_sums(column, &found.residuals, samples, block))
         .collect();
@@ -84,10 +84,10 @@ fn inverse(normal: &Mat<f64>) -> Option<(Mat<f64>, Vec<bool>)> {
     let mut inverse = Mat::<f64>::zeros(m, m);
     let mut seen = vec![true; m];
     for k in 0..m {
-        let flat = values[k] <= FLAT * largest;
+        let flat = values[k] <= FLAT_EIGENVALUE_SHARE * largest;
         for i in 0..m {
             if flat {
-                seen[i] &= vectors[(i, k)].abs() < BLIND;
+                seen[i] &= vectors[(i, k)].abs() < UNSEEN_SHARE;
                 continue;
             }
             for j in 0..m {

@@ -9,19 +9,19 @@ use crate::model::{Model, short};
 
 /// Difference of the controller's torque from the logged one, beyond white
 /// noise and over the torque, from which on another controller ran.
-const ANOTHER: f64 = 0.1;
+const OTHER_CONTROLLER_TORQUE_SHARE: f64 = 0.1;
 
 /// Part by which the logged torque may differ in scale, and standard errors
 /// that make it certain.
-const SCALE: f64 = 0.005;
-const CERTAIN: f64 = 5.0;
+const TORQUE_SCALE_SHARE: f64 = 0.005;
+const SIGNIFICANT_SIGMAS: f64 = 5.0;
 
 /// Cost per sample above which the loop is not the simulated one; above
 /// [`HOPELESS`] the intervals cover nothing. On the paper's twin it is 0.97 to 1.02
 /// for the exact loop, 1.02 with a velocity gain 10 % wrong, 1.6 with a delay of
 /// one sample, 125 with a disturbance of 2 % of the torque, 1300 with a torque
 /// that saturates at 70 % of its peak.
-const COSTLY: f64 = 1.3;
+const OTHER_LOOP_COST: f64 = 1.3;
 
 /// What holds for every result.
 pub(super) fn standing() -> Vec<Finding> {
@@ -146,7 +146,7 @@ pub(super) fn controller(model: &Model, torques: &[Option<TorqueMatch>]) -> Vec<
             continue;
         };
         findings.extend(late(name, torque));
-        if torque.relative > ANOTHER {
+        if torque.relative > OTHER_CONTROLLER_TORQUE_SHARE {
             findings.push(Finding::new(
                 Severity::Serious,
                 "controller-does-not-match",
@@ -161,7 +161,9 @@ pub(super) fn controller(model: &Model, torques: &[Option<TorqueMatch>]) -> Vec<
                  let time begin where the reference does; or use least-squares, which needs no \
                  controller",
             ));
-        } else if (torque.gain - 1.0).abs() > SCALE.max(CERTAIN * torque.gain_error) {
+        } else if (torque.gain - 1.0).abs()
+            > TORQUE_SCALE_SHARE.max(SIGNIFICANT_SIGMAS * torque.gain_error)
+        {
             findings.push(Finding::new(
                 Severity::Warning,
                 "controller-torque-scale",
@@ -198,7 +200,7 @@ fn late(name: &str, torque: &TorqueMatch) -> Option<Finding> {
 /// Says what the cost per sample means where it is not about 1.
 pub(super) fn cost(simulation: &SimulationFit) -> Option<Finding> {
     let cost = simulation.cost_per_sample;
-    if cost <= COSTLY {
+    if cost <= OTHER_LOOP_COST {
         return None;
     }
     let worst = (simulation.position_rms_over_noise.iter()).max_by(|a, b| a.1.total_cmp(&b.1));

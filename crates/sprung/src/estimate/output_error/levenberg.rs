@@ -5,7 +5,7 @@ use faer::{Mat, Side};
 use rayon::prelude::*;
 
 /// Places at which derivatives are taken, at most.
-const ITERATIONS: usize = 30;
+const MOST_ITERATIONS: usize = 30;
 
 /// Part of the promised fall of the cost that it may miss, for derivatives that are good
 /// enough for another step: new ones cost as many simulations as there are unknowns.
@@ -17,18 +17,18 @@ pub(super) const HOPELESS: f64 = 25.0;
 const IN_VAIN: f64 = 1e-3;
 
 /// Steps that are tried in one iteration, at most.
-const TRIES: usize = 10;
+const MOST_TRIES: usize = 10;
 
 /// A step is the last if what it leaves to go is shorter than this part of the standard
 /// errors, or the cost falls by less than this many units of noise.
-const SHORT: f64 = 0.02;
-const FLAT: f64 = 1e-3;
+const SHORT_STEP_SIGMAS: f64 = 0.02;
+const FLAT_COST: f64 = 1e-3;
 
 /// Damping below which a step leaves to go what the derivatives miss and no more.
 const UNDAMPED: f64 = 3e-5;
 
 /// A difference moves the cost by this part of a standard error.
-const PART_OF_ERROR: f64 = 0.5;
+const DIFFERENCE_SIGMAS: f64 = 0.5;
 
 /// Residuals of unknowns; nothing where there are none.
 type Residuals<'a> = Box<dyn Fn(&[f64]) -> Option<Vec<f64>> + Sync + 'a>;
@@ -109,7 +109,7 @@ pub(super) fn minimise(problem: &Problem<'_>) -> Result<Found, NoStart> {
         let cost = total(problem, &residuals, &x);
         let unit = (cost / residuals.len() as f64).max(f64::MIN_POSITIVE);
         let mut accepted = None;
-        for _ in 0..if fresh { TRIES } else { 1 } {
+        for _ in 0..if fresh { MOST_TRIES } else { 1 } {
             if let Some(step) = damped(&normal, &gradient, damping) {
                 let next: Vec<f64> = x.iter().zip(&step).map(|(x, d)| x + d).collect();
                 let found = (problem.residuals)(&next);
@@ -130,7 +130,7 @@ pub(super) fn minimise(problem: &Problem<'_>) -> Result<Found, NoStart> {
                 // Rounding and the tolerance of the simulation hide the rest.
                 let promised = damped(&normal, &gradient, 0.0)
                     .map_or(f64::INFINITY, |step| -dot(&step, &gradient));
-                ending = if promised < FLAT.sqrt() * unit * x.len() as f64 {
+                ending = if promised < FLAT_COST.sqrt() * unit * x.len() as f64 {
                     Ending::Converged
                 } else {
                     Ending::Stuck
@@ -152,8 +152,8 @@ pub(super) fn minimise(problem: &Problem<'_>) -> Result<Found, NoStart> {
                     1.0
                 };
                 let left = part * square.sqrt() / unit.sqrt();
-                arrived = left < SHORT * (x.len() as f64).sqrt()
-                    || fall / unit.max(1.0) < FLAT
+                arrived = left < SHORT_STEP_SIGMAS * (x.len() as f64).sqrt()
+                    || fall / unit.max(1.0) < FLAT_COST
                     || (unit > HOPELESS && fall < IN_VAIN * cost);
                 (x, residuals) = (next, r);
                 damping = f64::max(damping / 10.0, 1e-9);
@@ -162,7 +162,7 @@ pub(super) fn minimise(problem: &Problem<'_>) -> Result<Found, NoStart> {
         if arrived && fresh {
             ending = Ending::Converged;
         }
-        if ending != Ending::Limit || (evaluated >= ITERATIONS && !good) {
+        if ending != Ending::Limit || (evaluated >= MOST_ITERATIONS && !good) {
             return Ok(Found {
                 cost: dot(&residuals, &residuals),
                 x,
@@ -175,7 +175,7 @@ pub(super) fn minimise(problem: &Problem<'_>) -> Result<Found, NoStart> {
             });
         }
         for (i, step) in steps.iter_mut().enumerate() {
-            let error = PART_OF_ERROR / normal[(i, i)].sqrt();
+            let error = DIFFERENCE_SIGMAS / normal[(i, i)].sqrt();
             *step = error.clamp(problem.first[i].min(problem.largest[i]), problem.largest[i]);
         }
         kept = (good && !arrived).then_some((jacobian, normal));

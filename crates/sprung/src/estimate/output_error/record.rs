@@ -7,11 +7,11 @@ use crate::preprocess::{Aligner, RawBlock};
 use crate::regression::Reading;
 
 /// Samples that a fit needs, at least.
-const FEWEST: usize = 100;
+const FEWEST_SAMPLES: usize = 100;
 
 /// Noise of a position that counts as none, rad (m): a hundred times the error
 /// of the integration.
-const FINEST: f64 = 1e-8;
+const FINEST_NOISE_RAD: f64 = 1e-8;
 
 /// Noise over that of an encoder's steps above which it is more than them.
 const BEYOND_STEPS: f64 = 2.0;
@@ -78,11 +78,11 @@ impl Record {
                     joint: channel.joint,
                     quantity: channel.quantity,
                     column: channel.column.clone(),
-                    noise: resolution(noise(excerpt, i)?).max(FINEST),
+                    noise: resolution(noise(excerpt, i)?).max(FINEST_NOISE_RAD),
                 })
             })
             .collect();
-        (samples.len() >= FEWEST && !positions.is_empty()).then_some(Self {
+        (samples.len() >= FEWEST_SAMPLES && !positions.is_empty()).then_some(Self {
             period,
             samples,
             positions,

@@ -14,20 +14,20 @@ use crate::simulate::ClosedLoop;
 /// noise, and its bounds. With 1e-8, which is that part of an encoder of 2e5 counts per
 /// turn, the integration errs by 2e-10 rad over the 10 s experiment: a thousandth of
 /// what a difference of half a standard error moves.
-const TOLERANCE: f64 = 1e-3;
-const FINEST: f64 = 1e-8;
-const COARSEST: f64 = 1e-6;
+const TOLERANCE_SHARE_OF_NOISE: f64 = 1e-3;
+const FINEST_TOLERANCE_RAD: f64 = 1e-8;
+const COARSEST_TOLERANCE_RAD: f64 = 1e-6;
 
 /// Steps of the integration, at most, per sample and per millisecond: ten times
 /// what a robot takes. Parameters so stiff that they need more are no robot's.
-const STEPS: f64 = 15.0;
+const MOST_STEPS_PER_MS: f64 = 15.0;
 
 /// First difference of a parameter, as a part of it or of its linear standard
 /// error.
-const FIRST: f64 = 1e-4;
+const FIRST_DIFFERENCE_SHARE: f64 = 1e-4;
 
 /// Largest difference, likewise.
-const LARGEST: f64 = 1e-2;
+const LARGEST_DIFFERENCE_SHARE: f64 = 1e-2;
 
 /// A closed loop with unknown parameters, and offsets of its sensors.
 pub(super) struct Loop<'a> {
@@ -56,12 +56,12 @@ impl<'a> Loop<'a> {
             .map(|(i, _)| i)
             .collect();
         let noises = record.positions.iter().map(|position| position.noise);
-        let tolerance = TOLERANCE * noises.fold(f64::INFINITY, f64::min);
+        let tolerance = TOLERANCE_SHARE_OF_NOISE * noises.fold(f64::INFINITY, f64::min);
         Self {
             model,
             controller,
             record,
-            tolerance: tolerance.clamp(FINEST, COARSEST),
+            tolerance: tolerance.clamp(FINEST_TOLERANCE_RAD, COARSEST_TOLERANCE_RAD),
             base,
             free,
         }
@@ -88,10 +88,22 @@ impl<'a> Loop<'a> {
                 .chain(offsets().map(|_| 0.0))
                 .collect(),
             first: (scale.iter().enumerate())
-                .map(|(i, s)| if i < parameters { FIRST * s } else { 0.1 * s })
+                .map(|(i, s)| {
+                    if i < parameters {
+                        FIRST_DIFFERENCE_SHARE * s
+                    } else {
+                        0.1 * s
+                    }
+                })
                 .collect(),
             largest: (scale.iter().enumerate())
-                .map(|(i, s)| if i < parameters { LARGEST * s } else { *s })
+                .map(|(i, s)| {
+                    if i < parameters {
+                        LARGEST_DIFFERENCE_SHARE * s
+                    } else {
+                        *s
+                    }
+                })
                 .collect(),
             prior: (self.free.iter().map(|_| 0.0))
                 .chain(offsets().map(f64::recip))
@@ -164,7 +176,7 @@ impl<'a> Loop<'a> {
             .with_tolerance(self.tolerance);
         let offsets = &x[self.free.len()..];
         let samples = record.len();
-        let per_sample = STEPS * (1.0 + 1e3 * record.period);
+        let per_sample = MOST_STEPS_PER_MS * (1.0 + 1e3 * record.period);
         let budget = (per_sample * samples as f64) as u64;
         let mut residuals = vec![0.0; samples * record.positions.len()];
         for k in 0..samples {

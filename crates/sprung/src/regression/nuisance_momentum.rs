@@ -1,7 +1,7 @@
-//! The filter's start as a parameter that nobody asks for.
+//! The filter's start as a nuisance parameter: one that nobody asks for.
 
 /// Time constants of the filter after which its start is forgotten.
-pub(super) const FORGOTTEN: f64 = 10.0;
+pub(super) const FORGOTTEN_TIME_CONSTANTS: f64 = 10.0;
 
 /// The first rows after a start, held back until what the momentum at the
 /// start adds to them is taken out.
@@ -15,19 +15,19 @@ pub(super) const FORGOTTEN: f64 = 10.0;
 ///
 /// Eq. (10) with the initial condition that eq. (23) takes to be zero.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Start {
+pub(super) struct NuisanceMomentum {
     rows: Vec<Vec<f64>>,
     decay: Vec<f64>,
     over: bool,
 }
 
-impl Start {
+impl NuisanceMomentum {
     /// Holds a row back; returns false once the start is forgotten.
     ///
     /// - `pole`: p; `weight`: that of the row.
     pub(super) fn hold(&mut self, row: &[f64], pole: f64, weight: f64) -> bool {
         let at = self.rows.len() as f64;
-        if self.over || -at * pole.ln() >= FORGOTTEN {
+        if self.over || -at * pole.ln() >= FORGOTTEN_TIME_CONSTANTS {
             return false;
         }
         self.rows.push(row.to_vec());
@@ -63,7 +63,7 @@ mod tests {
     #[test]
     fn what_decays_with_the_filter_is_gone() {
         let pole: f64 = 0.97;
-        let [mut plain, mut disturbed] = [Start::default(), Start::default()];
+        let [mut plain, mut disturbed] = [NuisanceMomentum::default(), NuisanceMomentum::default()];
         for k in 0..1000 {
             let row = [f64::from(k).sin(), f64::from(k).cos()];
             let start = 3.0 * pole.powi(k);
@@ -82,7 +82,7 @@ mod tests {
 
     #[test]
     fn an_end_before_the_start_is_forgotten_keeps_what_is_there() {
-        let mut start = Start::default();
+        let mut start = NuisanceMomentum::default();
         assert!(start.hold(&[2.0], 0.9, 1.0));
         // One row says nothing beyond the unknown.
         assert!(start.release()[0][0].abs() < 1e-15);

@@ -1,0 +1,65 @@
+//! The unknowns of a system: its parameters without those that are known.
+
+use crate::model::Model;
+use crate::regression::{SystemPart, Triangle};
+
+/// Rows of a system without the parameters that are known.
+pub(crate) struct Free {
+    /// Index in theta of each unknown.
+    pub(crate) unknowns: Vec<usize>,
+    /// Value of each known parameter.
+    pub(super) known: Vec<Option<f64>>,
+    /// Unknowns that each row touches, by their place among the unknowns.
+    pub(crate) columns: Vec<Vec<usize>>,
+    /// Columns of theta that each row touches.
+    touched: Vec<Vec<usize>>,
+}
+
+impl Free {
+    pub(crate) fn new(model: &Model) -> Self {
+        let known: Vec<Option<f64>> = model.parameters().iter().map(|p| p.fixed).collect();
+        let unknowns: Vec<usize> = (0..known.len()).filter(|&i| known[i].is_none()).collect();
+        let place = |column: &usize| unknowns.binary_search(column).ok();
+        let touched: Vec<Vec<usize>> = (0..model.rows())
+            .map(|row| model.row_columns(row).to_vec())
+            .collect();
+        Self {
+            columns: (touched.iter())
+                .map(|columns| columns.iter().filter_map(place).collect())
+                .collect(),
+            touched,
+            unknowns,
+            known,
+        }
+    }
+
+    /// Moves known parameters to the right-hand side.
+    pub(crate) fn factors(&self, factors: Vec<Triangle>) -> Vec<Triangle> {
+        if self.unknowns.len() == self.known.len() {
+            return factors;
+        }
+        let known = |columns: &Vec<usize>| -> Vec<Option<f64>> {
+            columns.iter().map(|&c| self.known[c]).collect()
+        };
+        (factors.iter().zip(&self.touched))
+            .map(|(factor, columns)| factor.with_known(&known(columns)))
+            .collect()
+    }
+
+    pub(super) fn parts<'a>(&'a self, factors: &'a [Triangle]) -> Vec<SystemPart<'a>> {
+        (self.columns.iter().zip(factors))
+            .map(|(columns, factor)| SystemPart { columns, factor })
+            .collect()
+    }
+
+    /// Puts values of the unknowns among all parameters.
+    pub(crate) fn whole<T: Copy>(&self, of_unknowns: &[T], of_known: impl Fn(f64) -> T) -> Vec<T> {
+        let mut next = of_unknowns.iter();
+        (self.known.iter())
+            .filter_map(|known| match known {
+                Some(value) => Some(of_known(*value)),
+                None => next.next().copied(),
+            })
+            .collect()
+    }
+}

@@ -1,0 +1,114 @@
+//! The motor row of a flexible joint by itself.
+
+use faer::Mat;
+use sprung_core::parameters::JointParameter;
+
+use super::free::Free;
+use super::jackknife::{influences, scatter};
+use super::residual::unweighted;
+use crate::model::Model;
+use crate::regression::{System, SystemPart, Triangle, solve};
+
+/// What the motor row of a flexible joint says by itself.
+///
+/// It has a right-hand side, the torque, so nothing pulls its scale down.
+#[derive(Clone, Debug)]
+pub struct MotorRow {
+    /// The joint.
+    pub joint: usize,
+    /// Indices in theta of its parameters.
+    pub columns: Vec<usize>,
+    /// Their values.
+    pub values: Vec<f64>,
+    /// Their standard errors.
+    pub standard_error: Vec<f64>,
+    /// Standard errors of what the stacked estimate has more.
+    pub difference_error: Vec<f64>,
+    /// Part of the spring torque that no other column of the row explains over
+    /// the row's residual, squared; none without an unknown spring.
+    pub scale_number: Option<f64>,
+    /// Whether the row determines them.
+    pub identifiable: Vec<bool>,
+    /// Condition number, columns as they stand.
+    pub condition_number: f64,
+    /// Residual over torque, root mean squares.
+    pub relative_residual: f64,
+}
+
+/// A system without the parameters that are known, reduced.
+pub(super) struct Reduced<'a> {
+    pub(super) free: &'a Free,
+    /// Factor of each row.
+    pub(super) whole: &'a [Triangle],
+    /// The same of each stretch of the log.
+    pub(super) groups: &'a [Vec<Triangle>],
+    /// How much each unknown of the stacked system moves when a stretch is left out,
+    /// \[p × groups\].
+    pub(super) stacked: &'a Mat<f64>,
+}
+
+/// Solves the motor row of a joint alone; nothing if a number is not finite.
+pub(super) fn motor_row(
+    model: &Model,
+    joint: usize,
+    system: &System,
+    reduced: &Reduced<'_>,
+) -> Option<MotorRow> {
+    let Reduced {
+        free,
+        whole,
+        groups,
+        stacked,
+    } = *reduced;
+    let row = model.torque_row(joint);
+    let unknowns = &free.columns[row];
+    let local: Vec<usize> = (0..unknowns.len()).collect();
+    let part = SystemPart {
+        columns: &local,
+        factor: &whole[row],
+    };
+    let solution = solve(&[part], unknowns.len())?;
+    let own: Vec<Vec<Triangle>> = groups.iter().map(|g| vec![g[row].clone()]).collect();
+    let alone = influences(&solution, std::slice::from_ref(&local), &own);
+    let more = Mat::from_fn(unknowns.len(), groups.len(), |i, g| {
+        stacked[(unknowns[i], g)] - alone[(i, g)]
+    });
+    let residual = length(&whole[row].residual(&solution.x));
+    let spring = unknowns.iter().position(|&unknown| {
+        let of = model.parameters()[free.unknowns[unknown]].joint;
+        of == Some((JointParameter::Stiffness, joint))
+    });
+    let values = values_of_row(model, row, free, &solution.x);
+    Some(MotorRow {
+        joint,
+        difference_error: scatter(&more),
+        scale_number: spring
+            .map(|at| solution.x[at].powi(2) / (solution.inverse[(at, at)] * residual.powi(2))),
+        columns: (unknowns.iter())
+            .map(|&unknown| free.unknowns[unknown])
+            .collect(),
+        standard_error: scatter(&alone),
+        relative_residual: unweighted(system, row, &values)
+            .unwrap_or_else(|| residual / whole[row].rhs_norm()),
+        values: solution.x,
+        identifiable: solution.identifiable,
+        condition_number: solution.condition_number,
+    })
+}
+
+/// Returns the parameters of all entries of a row, known ones included.
+///
+/// - `found`: values of the row's unknowns.
+fn values_of_row(model: &Model, row: usize, free: &Free, found: &[f64]) -> Vec<f64> {
+    let mut found = found.iter();
+    (model.row_columns(row).iter())
+        .map(|&column| match free.known[column] {
+            Some(value) => value,
+            None => found.next().copied().unwrap_or(0.0),
+        })
+        .collect()
+}
+
+fn length(v: &[f64]) -> f64 {
+    v.iter().map(|r| r * r).sum::<f64>().sqrt()
+}
