@@ -230,10 +230,11 @@ fn is_short(step: &Step, normal: &NormalEquations, moved: &mut [f64]) -> bool {
     length(information, &step.by) < most || step.saved < MIN_COST_SAVED
 }
 
-/// Returns a step that lowers the cost with the gains held; nothing if there is none.
+/// Returns a step that lowers the cost with the gains held; nothing if there is none. A, g and V
+/// hold what is known before.
 ///
 /// ```text
-/// (I + μ diag I) Δz = −g        saved = V(z) − V(z + Δz) + 2 g_n · Δz > 0
+/// (A + μ diag A) Δz = −g        saved = V(z) − V(z + Δz) + 2 g_n · Δz > 0
 /// ```
 fn lower(
     problem: &Problem<'_>,

@@ -9,11 +9,11 @@ impl Filter<'_, '_> {
     /// Moves on by a period T; returns the steps of the integration.
     ///
     /// ```text
-    /// [q; v] ← φ(q, v, τ + d, θ)        d ← a d
-    /// P ← F P Fᵀ + Q                    ∂x/∂z ← F ∂x/∂z + ∂φ/∂z
+    /// [q; v] ← Φ(q, v, τ + d, θ)        d ← a d
+    /// P ← F P Fᵀ + Q                    ∂x/∂z ← F ∂x/∂z + ∂Φ/∂z
     /// ```
     ///
-    /// φ is the flow of the equations of motion over T with the torque held, F its
+    /// Φ is the flow of the equations of motion over T with the torque held, F its
     /// derivative by the state, and Q what torque noise and fresh disturbances add.
     pub(super) fn predict(&mut self, segment: &Segment, sample: usize) -> usize {
         let rows = self.dynamics.rows();

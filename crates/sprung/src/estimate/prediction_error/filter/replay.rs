@@ -14,7 +14,7 @@ use crate::estimate::prediction_error::vector::{add, scale};
 /// integration steps of a run held, and where they lead; nothing if a number is not finite.
 ///
 /// ```text
-/// e = y − b − H x        x ← x + K e        [q; v] ← φ(q, v, τ + d, θ)        d ← a d
+/// e = y − b − H x        x ← x + K e        [q; v] ← Φ(q, v, τ + d, θ)        d ← a d
 /// ```
 pub(in super::super) fn replay(
     measurements: &Measurements,
