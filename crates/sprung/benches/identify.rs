@@ -74,10 +74,7 @@ fn bench_seven(bencher: Bencher, logs: usize, threads: usize) {
         let open = |_: Option<&Path>| Ok(Box::new(Cursor::new(csv.clone())) as Box<dyn Input>);
         let mut readers = vec![open; logs];
         let mut sources: Vec<LogSource<'_>> = (readers.iter_mut())
-            .map(|reader| LogSource {
-                name: "seven.csv".to_owned(),
-                reader,
-            })
+            .map(|reader| LogSource::files("seven.csv", reader))
             .collect();
         pool.install(|| {
             identify(&experiment, &model, &mut sources, &mut Unheard).expect("the twin is right")
@@ -103,10 +100,7 @@ fn bench_identify(bencher: Bencher, seconds: u32) {
         .bench_local(|| {
             let mut reader =
                 |_: Option<&Path>| Ok(Box::new(Cursor::new(csv.clone())) as Box<dyn Input>);
-            let source = LogSource {
-                name: "demo.csv".to_owned(),
-                reader: &mut reader,
-            };
+            let source = LogSource::files("demo.csv", &mut reader);
             identify(&experiment, &model, &mut [source], &mut Unheard).expect("the demo is right")
         });
 }

@@ -8,6 +8,7 @@
 //! - [`reader`]: all together, [`LogReader`];
 //! - [`figures`]: what each channel did, [`Summary`], and what [`check`] says of it.
 
+mod arrays;
 mod block;
 mod clock;
 mod columns;
@@ -19,6 +20,7 @@ mod reader;
 mod source;
 mod write;
 
+pub use arrays::{Array, Arrays, ArraysError};
 pub use block::{BLOCK, LogBlock};
 pub use clock::{Count, Evidence, Gaps, JITTER_LIMIT, Sampling, Timing, check_timing, time_unit};
 pub use columns::{Channel, ChannelError, Channels, Mix, Origin, Pick, Start, Stream, TimeOrigin};

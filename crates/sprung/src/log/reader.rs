@@ -4,9 +4,7 @@ use std::path::Path;
 
 use super::block::{BLOCK, LogBlock};
 use super::error::LogError;
-use super::formats::open::open;
 use super::formats::table::{Opened, Request};
-use super::input::Input;
 use crate::description::ColumnName;
 use crate::log::clock::grid::Grid;
 use crate::log::clock::timing::{Gaps, Timing};
@@ -34,8 +32,8 @@ pub struct LogReader {
 /// A stream whose rows are those of the first: its name, and places of its channels.
 type Beside = (String, Rows, Vec<usize>);
 
-/// Opens the log's own file, or another that a channel names.
-type OpenFile<'a> = &'a mut dyn FnMut(Option<&Path>) -> Result<Box<dyn Input>, LogError>;
+/// Finds columns in the log itself, or in another file that a channel names.
+type OpenStream<'a> = &'a mut dyn FnMut(Option<&Path>, &Request<'_>) -> Result<Opened, LogError>;
 
 impl LogReader {
     /// Opens all that the channels name.
@@ -48,7 +46,7 @@ impl LogReader {
     pub(super) fn new(
         file: &str,
         channels: &Channels,
-        open_file: OpenFile<'_>,
+        open_stream: OpenStream<'_>,
     ) -> Result<Self, LogError> {
         let streams = streams(channels);
         let mut opened = Vec::new();
@@ -59,7 +57,7 @@ impl LogReader {
                 .map(|(place, _)| place)
                 .collect();
             let name = name_of(file, stream);
-            let rows = rows(&name, channels, stream, (time, &of), open_file)?;
+            let rows = rows(&name, channels, stream, (time, &of), open_stream)?;
             opened.push((name, rows, of, time));
         }
         let mut opened = opened.into_iter();
@@ -268,7 +266,7 @@ fn rows(
     channels: &Channels,
     stream: &Stream,
     (time, of): (Time<'_>, &[usize]),
-    open_file: OpenFile<'_>,
+    open_stream: OpenStream<'_>,
 ) -> Result<Rows, LogError> {
     let own: Vec<&Channel> = of.iter().map(|&place| &channels.all[place]).collect();
     let mut picks: Vec<Pick> = Vec::new();
@@ -305,8 +303,7 @@ fn rows(
         topic: stream.topic.as_deref(),
         csv: &channels.csv,
     };
-    let path = stream.file.as_deref();
-    let opened: Opened = open(&request, &mut || open_file(path))?;
+    let opened = open_stream(stream.file.as_deref(), &request)?;
     let time = match time {
         Time::Column(_, factor) => TimeOfRows::Column(factor),
         Time::Messages => TimeOfRows::Column(1e-9),

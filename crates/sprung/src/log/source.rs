@@ -1,11 +1,14 @@
-//! Logs that can be read more than once.
+//! Logs that can be read more than once: files, or columns in memory.
 
 use std::path::Path;
 
+use super::arrays::Arrays;
+use super::columns::channels::Channels;
 use super::error::LogError;
+use super::formats::table::{Opened, Request};
+use super::formats::{memory, open};
 use super::input::Input;
 use super::reader::LogReader;
-use crate::log::columns::channels::Channels;
 
 /// Opens the log's own file at its beginning, or another that a channel
 /// names; as often as it is called.
@@ -15,23 +18,83 @@ pub type Opener<'a> = dyn FnMut(Option<&Path>) -> std::io::Result<Box<dyn Input>
 pub struct LogSource<'a> {
     /// Name for messages.
     pub name: String,
-    /// Opens its files.
-    pub reader: &'a mut Opener<'a>,
+    holds: Holds<'a>,
 }
 
-impl LogSource<'_> {
+/// Where the numbers of a log are.
+enum Holds<'a> {
+    Files(&'a mut Opener<'a>),
+    Memory(Arrays),
+}
+
+impl<'a> LogSource<'a> {
+    /// Returns a log of files.
+    ///
+    /// - `name`: for messages.
+    /// - `opener`: opens its files.
+    #[must_use]
+    pub fn files(name: impl Into<String>, opener: &'a mut Opener<'a>) -> Self {
+        Self {
+            name: name.into(),
+            holds: Holds::Files(opener),
+        }
+    }
+
+    /// Returns a log of columns in memory. Their units, signs and times are what the experiment
+    /// says of columns with these names.
+    ///
+    /// - `name`: for messages.
+    #[must_use]
+    pub fn arrays(name: impl Into<String>, arrays: Arrays) -> Self {
+        Self {
+            name: name.into(),
+            holds: Holds::Memory(arrays),
+        }
+    }
+
     /// Opens the log and finds its columns.
     ///
     /// # Errors
     ///
     /// [`LogError`] if it cannot be opened or a column is not there.
     pub fn open(&mut self, channels: &Channels) -> Result<LogReader, LogError> {
-        let mut open_file = |path: Option<&Path>| {
-            (self.reader)(path).map_err(|source| LogError::Io {
-                file: path.map_or_else(|| self.name.clone(), |path| path.display().to_string()),
-                source,
-            })
+        let (name, holds) = (&self.name, &mut self.holds);
+        let mut open_stream = |path: Option<&Path>, request: &Request<'_>| match holds {
+            Holds::Files(opener) => open_file(name, opener, path, request),
+            Holds::Memory(arrays) => open_arrays(name, arrays, path, request),
         };
-        LogReader::new(&self.name, channels, &mut open_file)
+        LogReader::new(name, channels, &mut open_stream)
+    }
+}
+
+fn open_file(
+    name: &str,
+    opener: &mut Opener<'_>,
+    path: Option<&Path>,
+    request: &Request<'_>,
+) -> Result<Opened, LogError> {
+    open::open(request, &mut || {
+        opener(path).map_err(|source| LogError::Io {
+            file: path.map_or_else(|| name.to_owned(), |path| path.display().to_string()),
+            source,
+        })
+    })
+}
+
+fn open_arrays(
+    name: &str,
+    arrays: &Arrays,
+    path: Option<&Path>,
+    request: &Request<'_>,
+) -> Result<Opened, LogError> {
+    match path {
+        None => memory::open(request, arrays),
+        Some(path) => Err(LogError::format(
+            name,
+            format!(
+                " is in memory, and {} holds columns of it; give them with the others",
+                path.display()
+            ),
+        )),
     }
 }

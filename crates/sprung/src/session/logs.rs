@@ -21,10 +21,7 @@ impl Logs<'_> {
     /// Returns the logs as sources.
     pub(super) fn sources(&mut self) -> Vec<LogSource<'_>> {
         (self.paths.iter().zip(&mut self.openers))
-            .map(|(path, reader)| LogSource {
-                name: path.display().to_string(),
-                reader: &mut **reader,
-            })
+            .map(|(path, opener)| LogSource::files(path.display().to_string(), &mut **opener))
             .collect()
     }
 }

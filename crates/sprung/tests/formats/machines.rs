@@ -34,10 +34,7 @@ fn timed_log_of(folder: &Path, experiment: &str) -> (Vec<Vec<f64>>, Timing) {
             folder.join(other.unwrap_or(&own)),
         )?))
     };
-    let mut source = LogSource {
-        name: "log".to_owned(),
-        reader: &mut reader,
-    };
+    let mut source = LogSource::files("log", &mut reader);
     let mut reader = source.open(&channels).unwrap();
     let mut block = LogBlock::new(channels.all.len());
     let mut all = vec![Vec::new(); 1 + channels.all.len()];

@@ -15,6 +15,7 @@ mod machines;
 #[cfg(feature = "mat73")]
 mod mat73;
 mod mcap_bytes;
+mod memory;
 mod resampling;
 mod same;
 mod support;

@@ -89,10 +89,14 @@ pub(crate) fn read_timed(
             },
         }
     };
-    let mut source = LogSource {
-        name: file.to_owned(),
-        reader: &mut reader,
-    };
+    read_source(&mut LogSource::files(file, &mut reader), channels)
+}
+
+/// Reads a source to its end.
+pub(crate) fn read_source(
+    source: &mut LogSource<'_>,
+    channels: &Channels,
+) -> Result<Found, LogError> {
     let mut log = source.open(channels)?;
     let mut block = LogBlock::new(channels.all.len());
     let mut all = vec![Vec::new(); 1 + channels.all.len()];

@@ -106,10 +106,7 @@ pub(crate) fn with_sources<T>(
             })
             .collect();
     let mut sources: Vec<LogSource<'_>> = (openers.iter_mut().enumerate())
-        .map(|(i, reader)| LogSource {
-            name: format!("twin {i}"),
-            reader,
-        })
+        .map(|(i, reader)| LogSource::files(format!("twin {i}"), reader))
         .collect();
     use_sources(&mut sources)
 }

@@ -1,7 +1,6 @@
 //! What can be wrong with a robot description, and what to do about it.
 
-use super::super::choice::quoted;
-use super::parse::near;
+use super::super::choice::{nearest, quoted};
 
 /// What is wrong with a robot description.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -349,4 +348,13 @@ fn in_turn(joints: &[String]) -> String {
         [one] => format!("joint \"{one}\" carries itself"),
         several => format!("joints \"{}\" form a loop", several.join("\", \"")),
     }
+}
+
+/// Returns the nearest name, if any is near; the time for names of hostile
+/// length is bounded.
+pub(super) fn near<'a>(word: &str, names: impl Iterator<Item = &'a str>) -> Option<String> {
+    const LONGEST: usize = 200;
+    let names = names.filter(|name| name.len() <= LONGEST);
+    let word = Some(word).filter(|word| !word.is_empty() && word.len() <= LONGEST)?;
+    nearest(word, names).map(str::to_owned)
 }

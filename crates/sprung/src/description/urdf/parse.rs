@@ -4,12 +4,28 @@ use std::collections::HashMap;
 
 use sprung_core::chain::JointKind;
 
-use super::super::choice;
 use super::body::{Body, Placement};
+use super::error::{UrdfError, near};
+use super::robot::{Freedom, Joint, Limits, Link, Mobility, Urdf, UrdfJoint};
 use super::xml::{Element, Source};
-use super::{Freedom, Joint, Limits, Link, Mobility, Urdf, UrdfError, UrdfJoint};
 
-pub(super) fn parse(file: &str, text: &str) -> Result<Urdf, UrdfError> {
+impl Urdf {
+    /// Reads a robot description.
+    ///
+    /// - `file`: name for messages.
+    /// - `text`: contents of the file; macros of xacro must be expanded.
+    ///
+    /// # Errors
+    ///
+    /// [`UrdfError`] with the line if the text is not XML, not one tree of
+    /// revolute, continuous, prismatic and fixed joints, or has a number that
+    /// is none.
+    pub fn parse(file: &str, text: &str) -> Result<Self, UrdfError> {
+        parse(file, text)
+    }
+}
+
+fn parse(file: &str, text: &str) -> Result<Urdf, UrdfError> {
     let source = Source::new(file, text);
     let document = source.document()?;
     let robot = Element::root(&document, &source);
@@ -322,13 +338,4 @@ fn movable(joint: &Joint, links: &[Link]) -> Option<UrdfJoint> {
         effort: freedom.limits.effort,
         velocity: freedom.limits.velocity,
     })
-}
-
-/// Returns the nearest name, if any is near; the time for names of hostile
-/// length is bounded.
-pub(super) fn near<'a>(word: &str, names: impl Iterator<Item = &'a str>) -> Option<String> {
-    const LONGEST: usize = 200;
-    let names = names.filter(|name| name.len() <= LONGEST);
-    let word = Some(word).filter(|word| !word.is_empty() && word.len() <= LONGEST)?;
-    choice::nearest(word, names).map(str::to_owned)
 }

@@ -3,7 +3,8 @@
 use sprung_core::chain::ChainJoint;
 
 use super::body::Placement;
-use super::{Freedom, Joint, Mobility, TreeJoint, Urdf, UrdfError};
+use super::error::UrdfError;
+use super::robot::{Freedom, Joint, Mobility, TreeJoint, Urdf};
 
 /// Where a link or a joint sits: on which moving joint, if not on the base, and
 /// where in that joint's frame.
@@ -18,7 +19,25 @@ const BASE: Seat = Seat {
     placement: Placement::IDENTITY,
 };
 
-pub(super) fn tree(urdf: &Urdf, moving: &[&str]) -> Result<Vec<TreeJoint>, UrdfError> {
+impl Urdf {
+    /// Returns the tree of the named joints, in that order.
+    ///
+    /// All other joints are fixed at zero and their bodies merged into the body
+    /// that carries them. What no named joint carries belongs to the base, whose
+    /// frame is the root link's; it is left out.
+    ///
+    /// - `moving`: names of joints; a joint comes before those that it carries.
+    ///
+    /// # Errors
+    ///
+    /// [`UrdfError`] if there is no such joint, if it is fixed or mimics
+    /// another, is listed twice, or after a joint that it carries.
+    pub fn tree(&self, moving: &[&str]) -> Result<Vec<TreeJoint>, UrdfError> {
+        tree(self, moving)
+    }
+}
+
+fn tree(urdf: &Urdf, moving: &[&str]) -> Result<Vec<TreeJoint>, UrdfError> {
     let chosen = choose(urdf, moving)?;
     let (joint_seats, link_seats) = seats(urdf, &chosen);
     let mut tree = Vec::with_capacity(chosen.len());

@@ -2,7 +2,7 @@
 
 use roxmltree::{Document, Error, Node};
 
-use super::UrdfError;
+use super::error::UrdfError;
 
 /// Largest number of a description; no robot comes near, and sums of products
 /// of three stay finite.

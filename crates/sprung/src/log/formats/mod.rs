@@ -22,6 +22,7 @@ mod mat73;
 mod matlab;
 #[cfg(feature = "mcap")]
 mod mcap;
+pub(super) mod memory;
 mod npy;
 mod number;
 pub(super) mod open;

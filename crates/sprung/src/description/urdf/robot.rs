@@ -1,0 +1,122 @@
+//! Links and joints as a file has them, and the joints that move in an experiment.
+
+use sprung_core::chain::{ChainJoint, JointKind};
+
+use super::body::{Body, Placement};
+
+/// A robot description: links and joints as the file has them, checked.
+///
+/// The joints form one tree, names are unique, numbers are finite.
+#[derive(Clone, Debug)]
+pub struct Urdf {
+    pub(super) file: String,
+    pub(super) name: String,
+    pub(super) links: Vec<Link>,
+    /// Parents come before children.
+    pub(super) joints: Vec<Joint>,
+    pub(super) movable: Vec<UrdfJoint>,
+}
+
+/// One joint that can move, as the file has it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UrdfJoint {
+    /// Its name.
+    pub name: String,
+    /// Name of the link that it moves.
+    pub child: String,
+    /// How it moves.
+    pub kind: JointKind,
+    /// Whether it turns without end.
+    pub continuous: bool,
+    /// Lower limit of its position, rad or m; a continuous joint has none.
+    pub lower: Option<f64>,
+    /// Upper limit of its position, rad or m; a continuous joint has none.
+    pub upper: Option<f64>,
+    /// Limit of its torque or force, N·m or N; exporters write 0 for unknown.
+    pub effort: Option<f64>,
+    /// Limit of its velocity, rad/s or m/s; exporters write 0 for unknown.
+    pub velocity: Option<f64>,
+}
+
+/// One moving joint of a reduced tree, its link with everything fixed to it
+/// merged.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TreeJoint {
+    /// Its name.
+    pub name: String,
+    /// Name of the link that it moves.
+    pub link: String,
+    /// Who carries it, where, and how it moves.
+    pub joint: ChainJoint,
+    /// Inertial parameters in the order of
+    /// [`BODY_NAMES`](sprung_core::spatial::BODY_NAMES): mass, kg, first
+    /// moments, kg·m, and inertia, kg·m², about the origin of the joint's frame
+    /// in its axes; nothing if no merged body has an `<inertial>`.
+    pub inertial: Option<[f64; 10]>,
+    /// Limit of its torque or force, N·m or N.
+    pub effort: Option<f64>,
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct Link {
+    pub(super) name: String,
+    pub(super) line: usize,
+    pub(super) body: Option<Body>,
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct Joint {
+    pub(super) name: String,
+    pub(super) line: usize,
+    /// Indices into the links.
+    pub(super) parent: usize,
+    pub(super) child: usize,
+    /// Its frame in the parent link's.
+    pub(super) placement: Placement,
+    pub(super) mobility: Mobility,
+}
+
+#[derive(Clone, Debug)]
+pub(super) enum Mobility {
+    Fixed,
+    /// It follows another joint and has no motor.
+    Mimic {
+        leader: String,
+    },
+    Own(Freedom),
+}
+
+/// How a joint moves and how far.
+#[derive(Clone, Debug)]
+pub(super) struct Freedom {
+    pub(super) kind: JointKind,
+    pub(super) continuous: bool,
+    /// Of unit length, in the joint's frame.
+    pub(super) axis: [f64; 3],
+    pub(super) limits: Limits,
+}
+
+#[derive(Clone, Debug, Default)]
+pub(super) struct Limits {
+    pub(super) lower: Option<f64>,
+    pub(super) upper: Option<f64>,
+    pub(super) effort: Option<f64>,
+    pub(super) velocity: Option<f64>,
+}
+
+impl Urdf {
+    /// Returns the name of the robot.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Returns the revolute, continuous and prismatic joints, parents before
+    /// children, otherwise in the order of the file; at least one.
+    ///
+    /// Joints that mimic another are not among them.
+    #[must_use]
+    pub fn movable(&self) -> &[UrdfJoint] {
+        &self.movable
+    }
+}

@@ -1,0 +1,198 @@
+//! Columns of numbers in memory: a log without a file.
+
+use std::fmt;
+use std::sync::Arc;
+
+/// Numbers that somebody owns: a `Vec`, a slice behind an `Arc`, or an array of another language
+/// whose owner stays alive as long as this does.
+type Lent<T> = Arc<dyn AsRef<[T]> + Send + Sync>;
+
+/// The numbers of one column. Clones share them.
+#[derive(Clone)]
+pub enum Array {
+    /// Floating point numbers.
+    Float(Lent<f64>),
+    /// Integers, such as counts of an encoder or times in ns; they are read exactly.
+    Integer(Lent<i64>),
+}
+
+impl Array {
+    /// Returns a column of floating point numbers, which are lent and not copied.
+    #[must_use]
+    pub fn float(numbers: impl AsRef<[f64]> + Send + Sync + 'static) -> Self {
+        Self::Float(Arc::new(numbers))
+    }
+
+    /// Returns a column of integers, likewise.
+    #[must_use]
+    pub fn integer(numbers: impl AsRef<[i64]> + Send + Sync + 'static) -> Self {
+        Self::Integer(Arc::new(numbers))
+    }
+
+    /// Returns the number of rows.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Float(numbers) => (**numbers).as_ref().len(),
+            Self::Integer(numbers) => (**numbers).as_ref().len(),
+        }
+    }
+
+    /// Returns whether there are no rows.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+impl fmt::Debug for Array {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Float(_) => write!(f, "Float({} rows)", self.len()),
+            Self::Integer(_) => write!(f, "Integer({} rows)", self.len()),
+        }
+    }
+}
+
+impl From<Vec<f64>> for Array {
+    fn from(numbers: Vec<f64>) -> Self {
+        Self::float(numbers)
+    }
+}
+
+impl From<Vec<i64>> for Array {
+    fn from(numbers: Vec<i64>) -> Self {
+        Self::integer(numbers)
+    }
+}
+
+/// Columns of one length, by name. Clones share their numbers.
+#[derive(Clone, Debug, Default)]
+pub struct Arrays {
+    names: Vec<String>,
+    arrays: Vec<Array>,
+}
+
+/// Why columns in memory are no log.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ArraysError {
+    /// Two columns have different lengths.
+    #[error(
+        "column \"{first}\" has {rows} rows and column \"{other}\" {other_rows}; the columns of a log \
+         are of one length"
+    )]
+    Unequal {
+        /// Name of the first column.
+        first: String,
+        /// Its length.
+        rows: usize,
+        /// Name of the first column of another length.
+        other: String,
+        /// Its length.
+        other_rows: usize,
+    },
+    /// A column is given twice.
+    #[error("column \"{column}\" is given twice; give one of them another name")]
+    Twice {
+        /// Name of the column.
+        column: String,
+    },
+}
+
+impl Arrays {
+    /// Returns columns as a log.
+    ///
+    /// - `columns`: names and numbers. An experiment names the same columns in `[log]`, with their
+    ///   units.
+    ///
+    /// # Errors
+    ///
+    /// [`ArraysError`] if columns differ in length or have one name.
+    pub fn new<N, A>(columns: impl IntoIterator<Item = (N, A)>) -> Result<Self, ArraysError>
+    where
+        N: Into<String>,
+        A: Into<Array>,
+    {
+        let mut all = Self::default();
+        for (name, array) in columns {
+            all.push(name.into(), array.into())?;
+        }
+        Ok(all)
+    }
+
+    fn push(&mut self, name: String, array: Array) -> Result<(), ArraysError> {
+        if self.names.contains(&name) {
+            return Err(ArraysError::Twice { column: name });
+        }
+        if let (Some(first), Some(of_first)) = (self.names.first(), self.arrays.first())
+            && of_first.len() != array.len()
+        {
+            return Err(ArraysError::Unequal {
+                first: first.clone(),
+                rows: of_first.len(),
+                other: name,
+                other_rows: array.len(),
+            });
+        }
+        self.names.push(name);
+        self.arrays.push(array);
+        Ok(())
+    }
+
+    /// Returns the names of the columns.
+    #[must_use]
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// Returns a column by its place among the names.
+    #[must_use]
+    pub fn array(&self, place: usize) -> Option<&Array> {
+        self.arrays.get(place)
+    }
+
+    /// Returns the number of rows.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.arrays.first().map_or(0, Array::len)
+    }
+
+    /// Returns whether there are no rows.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_of_unequal_length_are_named() {
+        let columns = [("t", vec![0.0, 1.0]), ("q", vec![0.0])];
+        let error = Arrays::new(columns).unwrap_err().to_string();
+        let expected = "column \"t\" has 2 rows and column \"q\" 1; the columns of a log are of one \
+                        length";
+        assert_eq!(error, expected);
+    }
+
+    #[test]
+    fn a_column_is_given_once() {
+        let columns = [("t", vec![0.0]), ("t", vec![1.0])];
+        let error = Arrays::new(columns).unwrap_err().to_string();
+        assert_eq!(
+            error,
+            "column \"t\" is given twice; give one of them another name"
+        );
+    }
+
+    #[test]
+    fn numbers_are_lent_and_shared() {
+        let numbers: Arc<[f64]> = Arc::from(vec![1.0, 2.0]);
+        let arrays = Arrays::new([("q", Array::float(Arc::clone(&numbers)))]).unwrap();
+        let again = arrays.clone();
+        assert_eq!((again.len(), Arc::strong_count(&numbers)), (2, 2));
+    }
+}
