@@ -97,12 +97,7 @@ impl Look<'_> {
         let channels = self.reading.channels();
         for (k, &one) in weak.iter().enumerate() {
             for &two in &weak[k + 1..] {
-                for quantity in [
-                    Quantity::MotorTorque,
-                    Quantity::LinkPosition,
-                    Quantity::MotorPosition,
-                    Quantity::LinkDeflection,
-                ] {
+                for quantity in Quantity::ALL {
                     if told.contains(&one) || told.contains(&two) {
                         continue;
                     }

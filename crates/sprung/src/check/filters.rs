@@ -3,7 +3,7 @@
 
 use crate::description::Cutoff;
 use crate::finding::{Finding, Severity};
-use crate::log::Quantity;
+use crate::log::Signal;
 use crate::prepare::{Excerpt, choose_cutoff, noise, velocity_per_position};
 use crate::preprocess::SignalBlock;
 use crate::regression::{Reading, signals};
@@ -135,7 +135,7 @@ impl Look<'_> {
     /// The position filter takes away motion, not only noise.
     fn takes_motion(&self, joint: usize) -> Option<Finding> {
         let channels = self.reading.channels();
-        let channel = channels.index(Quantity::MotorPosition, joint)?;
+        let channel = channels.telling(Signal::Motor, joint)?;
         let delayed = self.reading.delays().iter().any(|delay| *delay != 0.0);
         if channels.position_mix.is_some() || delayed {
             return None;
@@ -229,8 +229,8 @@ impl Look<'_> {
     fn noises(&self, joint: usize) -> Vec<Finding> {
         let (channels, period) = (self.reading.channels(), self.excerpt.period());
         let per_position = velocity_per_position(self.reading.position_cutoff_hz(), period);
-        let of = |quantity| {
-            let i = channels.index(quantity, joint)?;
+        let of = |signal| {
+            let i = channels.telling(signal, joint)?;
             Some((i, noise(self.excerpt, i)?.0))
         };
         let all = |pick: fn(&SignalBlock) -> &Vec<Vec<f64>>| {
@@ -260,7 +260,7 @@ impl Look<'_> {
                 );
             }
         };
-        if let Some((channel, noise)) = of(Quantity::MotorPosition) {
+        if let Some((channel, noise)) = of(Signal::Motor) {
             let size = all(|s| &s.dphi);
             let noise = noise * per_position;
             tell(
@@ -272,7 +272,7 @@ impl Look<'_> {
                 VELOCITY_NOISE,
             );
         }
-        let link = of(Quantity::LinkPosition).or_else(|| of(Quantity::LinkDeflection));
+        let link = of(Signal::Link);
         if let Some((channel, noise)) = link {
             let deflection = (self.signals.iter())
                 .flat_map(|s| s.q[joint].iter().zip(&s.phi[joint]).map(|(q, phi)| q - phi));
@@ -289,7 +289,7 @@ impl Look<'_> {
                 DEFLECTION_NOISE,
             );
         }
-        if let Some((channel, noise)) = of(Quantity::MotorTorque) {
+        if let Some((channel, noise)) = of(Signal::Torque) {
             let size = deviation(self.excerpt.channel(channel));
             tell(channel, "torque", "noisy-torque", noise, size, TORQUE_NOISE);
         }

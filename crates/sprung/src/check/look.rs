@@ -3,7 +3,7 @@
 use sprung_core::parameters::JointParameter;
 
 use crate::description::Experiment;
-use crate::log::Quantity;
+use crate::log::{Quantity, Signal};
 use crate::prepare::Excerpt;
 use crate::regression::Reading;
 
@@ -31,7 +31,9 @@ impl Look<'_> {
     }
 
     pub(super) fn link(&self, joint: usize) -> &str {
-        self.column(&[Quantity::LinkPosition, Quantity::LinkDeflection], joint)
+        let channels = self.reading.channels();
+        let link = channels.telling(Signal::Link, joint);
+        link.map_or("", |i| &channels.all[i].column)
     }
 
     pub(super) fn about_stiffness(&self, joint: usize) -> Option<String> {

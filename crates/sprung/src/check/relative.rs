@@ -1,7 +1,7 @@
 //! Delays between the channels of a joint, tested where nobody asked.
 
 use crate::description::Delay;
-use crate::log::Quantity;
+use crate::log::Signal;
 use crate::prepare::{Excerpt, estimate_delays, fit_rows, independent};
 use crate::regression::Reading;
 
@@ -163,12 +163,11 @@ fn candidates(reading: &Reading) -> Vec<Joint> {
     (0..reading.model().joint_count())
         .filter(|&joint| !given(joint))
         .filter_map(|joint| {
-            let link = [Quantity::LinkPosition, Quantity::LinkDeflection];
             Some(Joint {
                 number: joint,
-                torque: channels.index(Quantity::MotorTorque, joint)?,
-                motor: channels.index(Quantity::MotorPosition, joint)?,
-                link: (link.into_iter()).find_map(|quantity| channels.index(quantity, joint)),
+                torque: channels.telling(Signal::Torque, joint)?,
+                motor: channels.telling(Signal::Motor, joint)?,
+                link: channels.telling(Signal::Link, joint),
                 at: 0.0,
                 delay: 0.0,
                 curvature: f64::NAN,

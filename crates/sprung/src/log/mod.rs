@@ -34,4 +34,4 @@ pub use reader::LogReader;
 pub use source::{LogSource, Opener};
 pub use write::LogWriter;
 
-pub use crate::description::{Quantity, Signal};
+pub use crate::description::{Measures, Quantity, Signal};

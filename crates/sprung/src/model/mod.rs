@@ -18,7 +18,7 @@ use sprung_core::parameters::{JointParameter, Side};
 use sprung_core::robot::{Links, Robot};
 use sprung_core::spatial::BODY;
 
-use crate::description::{self, Experiment, Tree};
+use crate::description::{self, Experiment, Row, Tree};
 use inertial::{Inertial, PLANAR_2R_NAMES};
 use layout::Layout;
 
@@ -316,11 +316,19 @@ impl Model {
     /// Returns what stands on the right-hand side of a row.
     #[must_use]
     pub fn right_hand_side(&self, row: usize) -> RightHandSide {
-        let joint = self.joint_of(row);
-        if self.torque_row(joint) == row {
-            RightHandSide::MotorTorque(joint)
+        let measured = self.row_of_joint(row).right_hand_side();
+        measured.map_or(RightHandSide::Zero, |_| {
+            RightHandSide::MotorTorque(self.joint_of(row))
+        })
+    }
+
+    /// Returns which row of its joint a row of the regressor is.
+    #[must_use]
+    pub fn row_of_joint(&self, row: usize) -> Row {
+        if self.torque_row(self.joint_of(row)) == row {
+            Row::Motor
         } else {
-            RightHandSide::Zero
+            Row::Link
         }
     }
 

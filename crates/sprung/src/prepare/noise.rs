@@ -1,7 +1,7 @@
 //! Noise of positions and velocities, as far as a log shows it.
 
 use super::excerpt::Excerpt;
-use crate::log::{Channels, Quantity};
+use crate::log::{Channels, Measures};
 use crate::model::Model;
 use crate::regression::VelocityNoise;
 
@@ -86,14 +86,17 @@ pub fn velocity_noise(
     let mut from_motor: Vec<bool> = (0..n).map(|joint| !model.is_flexible(joint)).collect();
     for (i, channel) in channels.all.iter().enumerate() {
         let level = || scale * noise(excerpt, i).map_or(0.0, |(noise, _)| noise);
-        match channel.quantity {
-            Quantity::MotorTorque => {}
-            Quantity::MotorPosition => motor[channel.joint] = level(),
-            Quantity::LinkPosition => link[channel.joint] = level(),
-            Quantity::LinkDeflection => {
-                link[channel.joint] = level();
-                from_motor[channel.joint] = true;
+        let joint = channel.joint;
+        match channel.quantity.measures() {
+            Measures::Position {
+                link: of_link,
+                motor: of_motor,
+            } if of_link != 0.0 => {
+                link[joint] = level();
+                from_motor[joint] |= of_motor != 0.0;
             }
+            Measures::Position { .. } => motor[joint] = level(),
+            Measures::RightHandSide(_) => {}
         }
     }
     // What is measured from the motor carries its noise.

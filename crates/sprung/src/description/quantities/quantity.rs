@@ -33,7 +33,7 @@ pub enum Measures {
 /// A row of the equations of motion of one joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Row {
-    /// That of the link of a flexible joint. Nothing measures its right-hand side: it is zero.
+    /// That of the link of a flexible joint.
     Link,
     /// That in which the motor torque acts: the motor row of a flexible joint, the only row of a
     /// rigid one.
@@ -60,7 +60,24 @@ struct Meaning {
     suspicion: &'static str,
 }
 
+impl Row {
+    /// Returns the quantity that measures its right-hand side, if one does; otherwise that is zero.
+    #[must_use]
+    pub fn right_hand_side(self) -> Option<Quantity> {
+        (Quantity::ALL.into_iter())
+            .find(|quantity| quantity.measures() == Measures::RightHandSide(self))
+    }
+}
+
 impl Quantity {
+    /// All quantities, torques first.
+    pub const ALL: [Self; 4] = [
+        Self::MotorTorque,
+        Self::LinkPosition,
+        Self::MotorPosition,
+        Self::LinkDeflection,
+    ];
+
     /// Returns the quantity's row of the table.
     const fn meaning(self) -> Meaning {
         match self {

@@ -13,7 +13,7 @@ use self::scale::{scale_collapse, stiffness_disagrees};
 use crate::check::{UNEXPLAINED, beyond_resolution, reversed_torque};
 use crate::estimate::result::{EstimateResult, MotorRowResult, ParameterEstimate};
 use crate::finding::{Finding, Severity};
-use crate::log::{Channels, Quantity};
+use crate::log::{Channels, Signal};
 use crate::model::{Model, ModelError, short};
 
 /// Part by which a stacked stiffness may lie below the motor row's: more is
@@ -114,12 +114,11 @@ fn impossible(
     channels: &Channels,
     findings: &mut Vec<Finding>,
 ) {
-    let column = |quantities: &[Quantity]| {
-        (channels.all.iter())
-            .find(|c| c.joint == joint && quantities.contains(&c.quantity))
-            .map_or("", |c| c.column.as_str())
+    let column = |signal: Signal| {
+        let channel = channels.telling(signal, joint);
+        channel.map_or("", |i| channels.all[i].column.as_str())
     };
-    let link = column(&[Quantity::LinkPosition, Quantity::LinkDeflection]);
+    let link = column(Signal::Link);
     if let Some(row) = motor_row(model, result, joint)
         && (row.parameters.iter())
             .filter(|p| {
@@ -128,7 +127,7 @@ fn impossible(
             .all(negative)
     {
         findings.push(
-            reversed_torque(name, column(&[Quantity::MotorTorque]))
+            reversed_torque(name, column(Signal::Torque))
                 .about(row.parameters.iter().map(|p| p.name.clone())),
         );
         return;
@@ -149,8 +148,8 @@ fn impossible(
                     "check signs and delays of \"{}\", \"{}\" and \"{}\"; set delay_s = {{ \"{}\" = \
                      \"estimate\" }} in [log]",
                     link,
-                    column(&[Quantity::MotorPosition]),
-                    column(&[Quantity::MotorTorque]),
+                    column(Signal::Motor),
+                    column(Signal::Torque),
                     link
                 ),
             )

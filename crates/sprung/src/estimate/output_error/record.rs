@@ -72,7 +72,7 @@ impl Record {
             }
         }
         let positions: Vec<Position> = (channels.all.iter().enumerate())
-            .filter(|(_, channel)| channel.quantity != Quantity::MotorTorque)
+            .filter(|(_, channel)| channel.quantity.is_position())
             .filter_map(|(i, channel)| {
                 Some(Position {
                     joint: channel.joint,

@@ -4,7 +4,7 @@ use super::levenberg::Problem;
 use super::record::{Position, Record};
 use super::told::Told;
 use crate::description::Controller;
-use crate::log::Quantity;
+use crate::log::Signal;
 use crate::model::{Model, Theta};
 use crate::named::Named;
 use crate::preprocess::RawBlock;
@@ -203,15 +203,15 @@ impl<'a> Loop<'a> {
     fn measure(&self, offsets: &[f64], q: &mut [f64], phi: &mut [f64]) {
         for (position, offset) in self.record.positions.iter().zip(offsets) {
             let joint = position.joint;
-            match position.quantity {
-                Quantity::LinkPosition | Quantity::LinkDeflection => q[joint] += offset,
-                Quantity::MotorPosition => {
+            match position.quantity.signal() {
+                Signal::Link => q[joint] += offset,
+                Signal::Motor => {
                     phi[joint] += offset;
                     if !self.model.is_flexible(joint) {
                         q[joint] += offset;
                     }
                 }
-                Quantity::MotorTorque => {}
+                Signal::Torque => {}
             }
         }
     }
@@ -220,19 +220,11 @@ impl<'a> Loop<'a> {
 /// Returns what a position's sensor shows, rad (m).
 fn shown(position: &Position, q: &[f64], phi: &[f64]) -> f64 {
     let joint = position.joint;
-    match position.quantity {
-        Quantity::LinkDeflection => q[joint] - phi[joint],
-        Quantity::LinkPosition => q[joint],
-        Quantity::MotorPosition | Quantity::MotorTorque => phi[joint],
-    }
+    position.quantity.shown(q[joint], phi[joint], 0.0)
 }
 
 /// Returns what it showed in a sample.
 fn read(position: &Position, samples: &RawBlock, k: usize) -> f64 {
     let joint = position.joint;
-    match position.quantity {
-        Quantity::LinkDeflection => samples.q[joint][k] - samples.phi[joint][k],
-        Quantity::LinkPosition => samples.q[joint][k],
-        Quantity::MotorPosition | Quantity::MotorTorque => samples.phi[joint][k],
-    }
+    (position.quantity).shown(samples.q[joint][k], samples.phi[joint][k], 0.0)
 }

@@ -1,7 +1,7 @@
 //! What the refinement estimates: parameters, offsets between encoders, delays.
 
 use super::measurements::{Measurements, Segment};
-use crate::log::{Channels, Quantity};
+use crate::log::{Channels, Signal};
 use crate::model::{Model, Theta};
 use sprung_core::parameters::JointParameter;
 
@@ -53,13 +53,11 @@ impl Unknowns {
         theta: &[f64],
         free: Vec<usize>,
     ) -> Self {
-        let variance = |quantities: &[Quantity], joint: usize| -> f64 {
-            let own = |channel: usize| {
-                let channel = &channels.all[channel];
-                channel.joint == joint && quantities.contains(&channel.quantity)
-            };
+        let deviation = |joint: usize| -> f64 {
+            let own = |channel: usize| channels.all[channel].joint == joint;
             let sensors = measurements.sensors.iter().filter(|s| own(s.channel));
-            sensors.map(|s| s.noise.variance()).sum()
+            let variance: f64 = sensors.map(|s| s.noise.variance()).sum();
+            variance.sqrt()
         };
         let motors = |joint: usize| model.robot().motor_coordinate(joint);
         let offsets = (0..model.joint_count())
@@ -67,32 +65,22 @@ impl Unknowns {
             .filter(|&joint| model.index(JointParameter::Preload, joint).is_none())
             .filter_map(|joint| {
                 // The sensor that stands for the difference of the two.
-                let sensor_of = |quantity: Quantity| {
-                    let index = channels.index(quantity, joint)?;
+                let sensor_of = |signal: Signal| {
+                    let index = channels.telling(signal, joint)?;
                     measurements.sensors.iter().position(|s| s.channel == index)
                 };
-                let link = sensor_of(Quantity::LinkPosition);
-                let sensor = sensor_of(Quantity::LinkDeflection).or(link)?;
-                let both = [
-                    Quantity::LinkPosition,
-                    Quantity::LinkDeflection,
-                    Quantity::MotorPosition,
-                ];
-                Some(match link {
-                    Some(_) if measurements.sensors[sensor].coordinates == [(joint, 1.0)] => {
-                        Offset {
-                            joint,
-                            sensor: sensor_of(Quantity::MotorPosition).unwrap_or(sensor),
-                            coordinate: motors(joint),
-                            deviation: variance(&both, joint).sqrt(),
-                        }
-                    }
-                    _ => Offset {
-                        joint,
-                        sensor,
-                        coordinate: joint,
-                        deviation: variance(&both, joint).sqrt(),
-                    },
+                let of_link = sensor_of(Signal::Link)?;
+                let is_absolute = measurements.sensors[of_link].coordinates == [(joint, 1.0)];
+                let (sensor, coordinate) = if is_absolute {
+                    (sensor_of(Signal::Motor).unwrap_or(of_link), motors(joint))
+                } else {
+                    (of_link, joint)
+                };
+                Some(Offset {
+                    joint,
+                    sensor,
+                    coordinate,
+                    deviation: deviation(joint),
                 })
             })
             .collect();
@@ -117,7 +105,7 @@ impl Unknowns {
         self.delays = (estimated.iter().copied().chain(others))
             .filter_map(|i| {
                 let channel = &channels.all[i];
-                if channel.quantity == Quantity::MotorTorque {
+                if !channel.quantity.is_position() {
                     return Some((i, DelayOf::Torque(model.torque_row(channel.joint))));
                 }
                 let sensor = measurements.sensors.iter().position(|s| s.channel == i)?;

@@ -3,7 +3,7 @@
 use super::deviation::deviation;
 use super::measurement::Measurement;
 use super::read::RawSegment;
-use crate::log::{Channels, Mix, Quantity};
+use crate::log::{Channels, Measures, Mix};
 use crate::model::Model;
 
 /// Noise of a channel.
@@ -76,29 +76,37 @@ pub(super) fn sensors(
     let robot = model.robot();
     let motor = |joint: usize| robot.motor_coordinate(joint);
     (channels.all.iter().enumerate())
-        .filter(|(_, channel)| channel.quantity != Quantity::MotorTorque)
-        .map(|(i, channel)| {
+        .filter_map(|(i, channel)| {
             let joint = channel.joint;
-            let own = channels.offsets[joint];
-            let (coordinates, offset) = match (channel.quantity, &channels.position_mix) {
-                (Quantity::LinkDeflection, _) => (vec![(joint, 1.0), (motor(joint), -1.0)], 0.0),
-                (Quantity::MotorPosition, Some(mix)) => {
+            let Measures::Position {
+                link,
+                motor: of_motor,
+            } = channel.quantity.measures()
+            else {
+                return None;
+            };
+            let (coordinates, offset) = match &channels.position_mix {
+                Some(mix) if link == 0.0 => {
                     let row = &mix.back[joint];
                     let parts = row.iter().enumerate().filter(|(_, ratio)| **ratio != 0.0);
                     let offset = Mix::apply(std::slice::from_ref(row), &channels.offsets)[0];
                     (parts.map(|(j, ratio)| (motor(j), *ratio)).collect(), offset)
                 }
-                (Quantity::MotorPosition, None) => (vec![(motor(joint), 1.0)], own),
-                (Quantity::LinkPosition | Quantity::MotorTorque, _) => (vec![(joint, 1.0)], own),
+                _ => {
+                    let parts = [(joint, link), (motor(joint), of_motor)];
+                    let parts = parts.into_iter().filter(|(_, factor)| *factor != 0.0);
+                    let offset = channels.offsets[joint] * (link + of_motor);
+                    (parts.collect(), offset)
+                }
             };
             let values = raw.iter().flat_map(|raw| raw.values[i].iter().copied());
-            Sensor {
+            Some(Sensor {
                 channel: i,
                 coordinates,
                 offset,
                 noise: noise(i),
                 scale: deviation(values),
-            }
+            })
         })
         .collect()
 }

@@ -3,7 +3,7 @@
 use super::deviation::deviation;
 use super::read::RawSegment;
 use super::segment::Segment;
-use crate::log::{Channels, Mix, Quantity};
+use crate::log::{Channels, Mix};
 use crate::model::Model;
 
 /// Part of the largest torque that every joint's torque counts with at least.
@@ -45,7 +45,7 @@ pub(super) fn torques(
     let mut joints = vec![0.0; n];
     for k in 0..samples {
         for (i, channel) in channels.all.iter().enumerate() {
-            if channel.quantity == Quantity::MotorTorque {
+            if !channel.quantity.is_position() {
                 // A torque held from between two samples counts for both.
                 let lead = delays[i] / raw.period + begin as f64;
                 let whole = (lead + 1e-9).floor();
