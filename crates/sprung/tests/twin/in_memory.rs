@@ -1,53 +1,12 @@
-//! Logs in memory, as sources: bytes of a file, or columns.
+//! Logs in memory, as sources.
 
 use std::path::Path;
 
-use sprung::check::check;
-use sprung::description::Estimator;
-use sprung::estimate::identify;
-use sprung::log::{Arrays, Input, LogSource};
-use sprung::progress::Unheard;
-
-use crate::support::Twin;
+use sprung::log::{Input, LogSource};
 
 /// Runs `use_source` on a log.
 pub(crate) fn with_source<T>(log: &[u8], use_source: impl FnOnce(LogSource<'_>) -> T) -> T {
     let mut reader =
         |_: Option<&Path>| Ok(Box::new(std::io::Cursor::new(log.to_vec())) as Box<dyn Input>);
     use_source(LogSource::files("log", &mut reader))
-}
-
-/// Names and columns of a log.
-fn columns(csv: &[u8]) -> Arrays {
-    let text = std::str::from_utf8(csv).unwrap();
-    let mut lines = text.lines();
-    let names = lines.next().unwrap().split(',');
-    let mut all: Vec<(&str, Vec<f64>)> = names.map(|name| (name, Vec::new())).collect();
-    for line in lines {
-        for ((_, column), cell) in all.iter_mut().zip(line.split(',')) {
-            column.push(cell.parse().unwrap());
-        }
-    }
-    Arrays::new(all).unwrap()
-}
-
-#[test]
-fn arrays_are_checked_and_identified_like_a_file_to_the_bit() {
-    let mut twin = Twin::new();
-    twin.experiment.identify.estimator = vec![Estimator::LeastSquares];
-    let mut settings = twin.experiment.simulate.clone().unwrap();
-    settings.duration_s = 3.0;
-    let csv = twin.log(&settings);
-    let results = |source: LogSource<'_>| {
-        let found = identify(&twin.experiment, &twin.model, &mut [source], &mut Unheard);
-        let results = found.unwrap().identification.results;
-        serde_json::to_string(&results).unwrap()
-    };
-    let findings = |source: LogSource<'_>| {
-        let checked = check(&twin.experiment, &twin.model, &mut [source], &mut Unheard);
-        serde_json::to_string(&checked.unwrap().report.findings).unwrap()
-    };
-    let in_arrays = || LogSource::arrays("log", columns(&csv));
-    assert_eq!(results(in_arrays()), with_source(&csv, results));
-    assert_eq!(findings(in_arrays()), with_source(&csv, findings));
 }

@@ -6,6 +6,7 @@
     reason = "a test may panic, and says what it measured or skips"
 )]
 
+mod arrays;
 mod golden;
 mod in_memory;
 mod instruments;
