@@ -55,7 +55,7 @@ impl Seek for LogFile {
 }
 
 /// Bytes that are looked at to know a file.
-const START: usize = 1 << 16;
+const PEEKED_BYTES: usize = 1 << 16;
 
 /// What a file is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -181,10 +181,10 @@ pub(super) fn peek<R: Read>(
 ) -> Result<(Vec<u8>, bool, Peeked<R>), LogError> {
     let mut start = Vec::new();
     read.by_ref()
-        .take(START as u64)
+        .take(PEEKED_BYTES as u64)
         .read_to_end(&mut start)
         .map_err(|error| LogError::read(file, what, error))?;
-    let whole = start.len() < START;
+    let whole = start.len() < PEEKED_BYTES;
     let again = Cursor::new(start.clone()).chain(read);
     Ok((start, whole, again))
 }

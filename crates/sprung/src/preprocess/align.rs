@@ -71,7 +71,7 @@ struct Lead {
 }
 
 /// Part of a sample that counts as none.
-const EXACT: f64 = 1e-6;
+const WHOLE_SAMPLE_TOLERANCE: f64 = 1e-6;
 
 /// Lagrange weights of the samples -1, 0, 1 and 2 at a place between 0 and 1.
 fn cubic(f: f64) -> [f64; 4] {
@@ -110,12 +110,12 @@ impl Aligner {
             .iter()
             .map(|delay| {
                 let lead = (delay - earliest) / period;
-                let whole = (lead + EXACT).floor();
+                let whole = (lead + WHOLE_SAMPLE_TOLERANCE).floor();
                 let fraction = lead - whole;
                 Lead {
                     // Absurd delays ask for more than any log has.
                     samples: whole.min(1e15) as usize,
-                    weights: (fraction > EXACT).then(|| cubic(fraction)),
+                    weights: (fraction > WHOLE_SAMPLE_TOLERANCE).then(|| cubic(fraction)),
                 }
             })
             .collect();

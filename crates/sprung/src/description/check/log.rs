@@ -15,7 +15,7 @@ use crate::description::quantities::{Joints, Key, Quantity, Signal};
 use crate::description::robot::{Joint, Robot};
 
 /// Longest delay of a channel, s.
-const LONGEST_DELAY: f64 = 60.0;
+const MAX_DELAY_S: f64 = 60.0;
 
 /// Checks that a key has a column for each of its joints.
 ///
@@ -171,13 +171,11 @@ fn check_by_column(log: &Log, path: &[&str], labels: &[String]) -> Result<(), Fa
     }
     for (name, delay) in &log.delay_s {
         if let Delay::Known(value) = delay
-            && (value.is_nan() || value.abs() > LONGEST_DELAY)
+            && (value.is_nan() || value.abs() > MAX_DELAY_S)
         {
             return Err(fault(
                 &[path, &["delay_s", name]].concat(),
-                format!(
-                    "the delay of \"{name}\" is {value} s; it must be within ±{LONGEST_DELAY} s"
-                ),
+                format!("the delay of \"{name}\" is {value} s; it must be within ±{MAX_DELAY_S} s"),
             ));
         }
     }

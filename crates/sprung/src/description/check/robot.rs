@@ -12,7 +12,7 @@ use crate::description::robot::{Joint, Robot, SpringTerm};
 use crate::description::types::ExperimentFile;
 
 /// Longest length of a table, m.
-const LONGEST_LINK: f64 = 100.0;
+const MAX_LINK_LENGTH_M: f64 = 100.0;
 
 pub(in crate::description) fn robot(file: &ExperimentFile) -> Result<(), Fault> {
     let robot = &file.robot;
@@ -246,11 +246,12 @@ fn tables(robot: &Robot) -> Result<(), Fault> {
                 ));
             }
             let lengths = [("a_m", row.a_m), ("d_m", row.d_m)];
-            if let Some((name, length)) = lengths.iter().find(|(_, x)| x.abs() > LONGEST_LINK) {
+            if let Some((name, length)) = lengths.iter().find(|(_, x)| x.abs() > MAX_LINK_LENGTH_M)
+            {
                 return Err(fault(
                     &["robot", key, &i.to_string(), name],
                     format!(
-                        "row {} of {key}: {name} = {length:?} is longer than {LONGEST_LINK} m; lengths \
+                        "row {} of {key}: {name} = {length:?} is longer than {MAX_LINK_LENGTH_M} m; lengths \
                          are in metres",
                         i + 1
                     ),

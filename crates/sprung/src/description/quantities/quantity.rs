@@ -2,6 +2,8 @@
 
 use sprung_core::chain::JointKind;
 
+use crate::description::robot::Joint;
+
 /// What a channel measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
@@ -180,6 +182,14 @@ impl Signal {
     #[must_use]
     pub const fn is_of_flexible_joints(self) -> bool {
         matches!(self, Self::Link)
+    }
+
+    /// Returns whether nothing can be said of a joint without it.
+    pub(crate) fn is_needed_by(self, joint: &Joint) -> bool {
+        match self {
+            Self::Link => joint.is_flexible(),
+            Self::Motor | Self::Torque => true,
+        }
     }
 
     /// Returns its name for messages.

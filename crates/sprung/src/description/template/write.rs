@@ -328,14 +328,14 @@ fn twin(text: &mut String, robot: &Start) {
 }
 
 /// Column at which comments begin.
-const COMMENTS: usize = 44;
+const COMMENT_COLUMN: usize = 44;
 
 /// Writes a line with a comment behind it, or before it if it is long.
 fn line(text: &mut String, content: &str, comment: &str) {
     // Writing to a string does not fail.
     let _ = match comment {
         "" => writeln!(text, "{content}"),
-        _ if content.chars().count() < COMMENTS => {
+        _ if content.chars().count() < COMMENT_COLUMN => {
             writeln!(text, "{content:COMMENTS$}# {comment}")
         }
         _ => writeln!(text, "# {comment}:\n{content}"),

@@ -353,8 +353,8 @@ fn in_turn(joints: &[String]) -> String {
 /// Returns the nearest name, if any is near; the time for names of hostile
 /// length is bounded.
 pub(super) fn near<'a>(word: &str, names: impl Iterator<Item = &'a str>) -> Option<String> {
-    const LONGEST: usize = 200;
-    let names = names.filter(|name| name.len() <= LONGEST);
-    let word = Some(word).filter(|word| !word.is_empty() && word.len() <= LONGEST)?;
+    const MAX_NAME_BYTES: usize = 200;
+    let names = names.filter(|name| name.len() <= MAX_NAME_BYTES);
+    let word = Some(word).filter(|word| !word.is_empty() && word.len() <= MAX_NAME_BYTES)?;
     nearest(word, names).map(str::to_owned)
 }

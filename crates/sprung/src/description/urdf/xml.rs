@@ -6,7 +6,7 @@ use super::error::UrdfError;
 
 /// Largest number of a description; no robot comes near, and sums of products
 /// of three stay finite.
-const LARGEST: f64 = 1e30;
+const MAX_NUMBER: f64 = 1e30;
 
 /// The text and its name.
 pub(super) struct Source<'a> {
@@ -177,7 +177,7 @@ impl<'a, 'input> Element<'a, 'input> {
     pub(super) fn number(&self, key: &'static str) -> Result<f64, UrdfError> {
         let value = self.needed(key)?;
         number(value)
-            .filter(|number| number.abs() <= LARGEST)
+            .filter(|number| number.abs() <= MAX_NUMBER)
             .ok_or_else(|| self.no_number(key, value))
     }
 
@@ -188,7 +188,7 @@ impl<'a, 'input> Element<'a, 'input> {
         };
         match number(value) {
             Some(limit) if !limit.is_nan() => {
-                Ok(Some(limit).filter(|limit| limit.abs() <= LARGEST))
+                Ok(Some(limit).filter(|limit| limit.abs() <= MAX_NUMBER))
             }
             _ => Err(self.no_number(key, value)),
         }
@@ -201,7 +201,7 @@ impl<'a, 'input> Element<'a, 'input> {
         };
         let numbers: Option<Vec<f64>> = value
             .split_whitespace()
-            .map(|word| number(word).filter(|number| number.abs() <= LARGEST))
+            .map(|word| number(word).filter(|number| number.abs() <= MAX_NUMBER))
             .collect();
         match numbers.as_deref() {
             Some(&[x, y, z]) => Ok(Some([x, y, z])),

@@ -8,17 +8,17 @@ use crate::log::columns::channels::Channels;
 use crate::log::columns::origin::TimeOrigin;
 
 /// Part of the samples of which more is worth a warning.
-const MANY: f64 = 0.01;
+const MANY_PART: f64 = 0.01;
 
 /// Rates, Hz, between which robots are sampled; and beyond which none is.
-const USUAL: std::ops::RangeInclusive<f64> = 10.0..=5e4;
-const POSSIBLE: std::ops::RangeInclusive<f64> = 2.0..=5e5;
+const USUAL_RATES_HZ: std::ops::RangeInclusive<f64> = 10.0..=5e4;
+const POSSIBLE_RATES_HZ: std::ops::RangeInclusive<f64> = 2.0..=5e5;
 
 /// The rate, Hz, that is likeliest where two units give a usual one.
-const LIKELIEST: f64 = 1e3;
+const LIKELIEST_RATE_HZ: f64 = 1e3;
 
 /// Units of a time: their names, and their sizes in s.
-const UNITS: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
+const TIME_UNITS: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
 
 /// Judges how a log was sampled.
 ///
@@ -73,13 +73,13 @@ pub fn check_timing(file: &str, channels: &Channels, timing: &Timing) -> Vec<Fin
 #[must_use]
 pub fn time_unit(file: &str, channels: &Channels, period: f64) -> Option<Finding> {
     let rate = 1.0 / period;
-    if USUAL.contains(&rate) || !(rate.is_finite() && rate > 0.0) {
+    if USUAL_RATES_HZ.contains(&rate) || !(rate.is_finite() && rate > 0.0) {
         return None;
     }
-    let off = |rate: f64| (rate / LIKELIEST).ln().abs();
-    let (unit, size, likely) = (UNITS.iter())
+    let off = |rate: f64| (rate / LIKELIEST_RATE_HZ).ln().abs();
+    let (unit, size, likely) = (TIME_UNITS.iter())
         .map(|&(unit, size)| (unit, size, rate * channels.time_factor / size))
-        .filter(|(_, _, rate)| USUAL.contains(rate))
+        .filter(|(_, _, rate)| USUAL_RATES_HZ.contains(rate))
         .min_by(|a, b| off(a.2).total_cmp(&off(b.2)))?;
     let (what, line) = match (&channels.time, &channels.time_stream) {
         // Messages say when they were sent.
@@ -99,7 +99,7 @@ pub fn time_unit(file: &str, channels: &Channels, period: f64) -> Option<Finding
             (format!("\"{column}\""), format!("time.unit = \"{unit}\""))
         }
     };
-    let severity = if POSSIBLE.contains(&rate) {
+    let severity = if POSSIBLE_RATES_HZ.contains(&rate) {
         Severity::Warning
     } else {
         Severity::Error
@@ -141,7 +141,7 @@ fn counted(
     message: String,
     remedy: &str,
 ) -> Option<Finding> {
-    let many = count.count as f64 > MANY * timing.recorded as f64;
+    let many = count.count as f64 > MANY_PART * timing.recorded as f64;
     let severity = if many {
         Severity::Warning
     } else {

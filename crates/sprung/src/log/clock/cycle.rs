@@ -9,29 +9,29 @@
 pub const JITTER_LIMIT: f64 = 0.1;
 
 /// Longer steps do not say how long one is.
-const MISSING: f64 = 1.5;
+const MAX_SINGLE_STEP: f64 = 1.5;
 
 /// A step of at least so many periods is a gap: the log goes on as if it began
 /// anew. In shorter ones the missing samples, three at most, are interpolated.
-pub(in crate::log) const LONGEST: f64 = 4.5;
+pub(in crate::log) const GAP_PERIODS: f64 = 4.5;
 
 /// Samples that tell whether a late stamp was late: those behind it come at once.
-pub(in crate::log) const AHEAD: usize = 32;
+pub(in crate::log) const LOOK_AHEAD_SAMPLES: usize = 32;
 
 /// Part of a stamp's deviation by which the clock is corrected: it follows the
 /// drift of clocks, a few parts in 10 000, and not the lateness of stamps.
-const GAIN: f64 = 1.0 / 64.0;
+const CLOCK_GAIN: f64 = 1.0 / 64.0;
 
 /// How far from the usual step the period is sought, as a part of it, and in how
 /// many samples first.
-const SOUGHT: f64 = 0.05;
-const SHORT: usize = 128;
+const PERIOD_SEARCH_PART: f64 = 0.05;
+const FIRST_SEARCH_SAMPLES: usize = 128;
 
 /// A period is not found with less certainty than this.
-const FINE: f64 = 1e-2;
+const PERIOD_TOLERANCE: f64 = 1e-2;
 
 /// Deviations count up to this part of a cycle.
-const CLIP: f64 = 0.25;
+const CLIPPED_PHASE: f64 = 0.25;
 
 /// Returns the usual step between time stamps; 0 if there is none.
 pub(in crate::log) fn usual_step(times: &[f64]) -> f64 {
@@ -45,7 +45,7 @@ pub(in crate::log) fn usual_step(times: &[f64]) -> f64 {
     }
     // The mean over the window: times may be printed with so few digits
     // that single steps are off by several percent. Gaps would bias it.
-    steps.retain(|step| *step < MISSING * median);
+    steps.retain(|step| *step < MAX_SINGLE_STEP * median);
     let mean = steps.iter().sum::<f64>() / steps.len() as f64;
     let even = |step: &f64| (step - mean).abs() <= JITTER_LIMIT * mean;
     if steps.iter().all(even) { mean } else { median }
@@ -84,13 +84,13 @@ impl Cycle {
 
     /// Returns the tick of the next sample, a whole number above the last.
     ///
-    /// - `times`: its stamp and up to [`AHEAD`] that follow.
+    /// - `times`: its stamp and up to [`LOOK_AHEAD_SAMPLES`] that follow.
     ///
     /// A stamp is late, not early, and each tick gives one sample: a sample came no
     /// later than any behind it, less one tick for each between.
     pub(in crate::log) fn next(&mut self, times: &[f64]) -> f64 {
         let nearest = |time: f64| ((time - self.base) / self.period).round();
-        let bounds = times.iter().take(AHEAD).enumerate();
+        let bounds = times.iter().take(LOOK_AHEAD_SAMPLES).enumerate();
         let mut index = bounds
             .map(|(k, &time)| nearest(time) - k as f64)
             .fold(f64::INFINITY, f64::min);
@@ -100,8 +100,8 @@ impl Cycle {
         let time = times.first().copied().unwrap_or_default();
         let deviation = time - self.base - index * self.period;
         if deviation.is_finite() {
-            let clip = CLIP * self.period;
-            self.base += GAIN * deviation.clamp(-clip, clip);
+            let clip = CLIPPED_PHASE * self.period;
+            self.base += CLOCK_GAIN * deviation.clamp(-clip, clip);
         }
         self.index = Some(index);
         index
@@ -151,7 +151,7 @@ fn coherence(cycle: f64, from: f64, times: &[f64]) -> (f64, f64) {
     (sine, cosine)
 }
 
-/// Returns the cycle within [`SOUGHT`] of `cycle` to which stamps keep best.
+/// Returns the cycle within [`PERIOD_SEARCH_PART`] of `cycle` to which stamps keep best.
 ///
 /// The peak of their periodogram: stamps that are late now and then, and samples
 /// that are missing, do not move it as they move means and medians of steps.
@@ -159,16 +159,22 @@ pub(in crate::log) fn refined(cycle: f64, times: &[f64]) -> f64 {
     let Some(&first) = times.first() else {
         return cycle;
     };
-    let mut count = SHORT.min(times.len());
+    let mut count = FIRST_SEARCH_SAMPLES.min(times.len());
     // The peak is one turn over all stamps wide.
-    let mut best = highest(cycle, SOUGHT, 0.1 / count as f64, first, &times[..count]);
+    let mut best = highest(
+        cycle,
+        PERIOD_SEARCH_PART,
+        0.1 / count as f64,
+        first,
+        &times[..count],
+    );
     while count < times.len() {
         let reach = 0.5 / count as f64;
         count = (2 * count).min(times.len());
         best = highest(best, reach, 0.1 / count as f64, first, &times[..count]);
     }
     let width = 0.1 / count as f64;
-    if width < FINE {
+    if width < PERIOD_TOLERANCE {
         highest(best, width, 0.02 * width, first, times)
     } else {
         cycle
@@ -225,7 +231,7 @@ mod tests {
         let cycle = refined(1e-3, &times);
         assert!((cycle / 1.0001e-3 - 1.0).abs() < 2e-6, "{cycle}");
         for cycle in [cycle, 1e-3] {
-            let mut clock = Cycle::new(cycle, &times[..AHEAD]);
+            let mut clock = Cycle::new(cycle, &times[..LOOK_AHEAD_SAMPLES]);
             for (k, tick) in ticks.iter().enumerate() {
                 let told = clock.next(&times[k..]);
                 assert!((told - tick).abs() < 0.5, "{k}: {told} for {tick}");

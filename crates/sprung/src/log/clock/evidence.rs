@@ -5,20 +5,20 @@ use super::resample::lagrange;
 use super::timing::{Evidence, Sampling};
 
 /// Steps that differ by less than this part of a period are even.
-pub(in crate::log) const EVEN: f64 = 0.02;
+pub(in crate::log) const EVEN_STEP_PART: f64 = 0.02;
 
 /// Parts of the usual step that a cycle may be.
-const PARTS: [f64; 6] = [2.0, 3.0, 4.0, 5.0, 8.0, 10.0];
+const CYCLES_PER_STEP: [f64; 6] = [2.0, 3.0, 4.0, 5.0, 8.0, 10.0];
 
 /// Neighbours share samples, so this many say as much as one.
-const SHARED: f64 = 4.0;
+const SHARED_RATIO: f64 = 4.0;
 
 /// Logarithm of the likelihood ratio that decides: 150 to 1.
-const DECIDES: f64 = 5.0;
+const DECISIVE_RATIO: f64 = 5.0;
 
 /// A cycle must lower the mean square by this factor: of six that are tried one
 /// comes near to the stamps by being short.
-const CLEARLY: f64 = 0.5;
+const CLEAR_RATIO: f64 = 0.5;
 
 /// Returns what positions say about the times of samples, and the answer if it is
 /// clear.
@@ -37,11 +37,11 @@ pub(in crate::log) fn weigh(
 ) -> (Evidence, Option<Sampling>) {
     let even = refined(period, times);
     let mut candidates = vec![times.to_vec()];
-    for part in std::iter::once(1.0).chain(PARTS) {
+    for part in std::iter::once(1.0).chain(CYCLES_PER_STEP) {
         candidates.push(ticks(even / part, times));
     }
     let wide = |step: f64| step > longest * period;
-    let uneven = |step: f64| (step - period).abs() > EVEN * period;
+    let uneven = |step: f64| (step - period).abs() > EVEN_STEP_PART * period;
     let places: Vec<usize> = (2..times.len().saturating_sub(2))
         .filter(|&k| {
             let mut steps = times[k - 2..k + 3].windows(2).map(|pair| pair[1] - pair[0]);
@@ -69,7 +69,7 @@ pub(in crate::log) fn weigh(
         {
             continue;
         }
-        let scale = 0.5 * places.len() as f64 / SHARED;
+        let scale = 0.5 * places.len() as f64 / SHARED_RATIO;
         for (sum, square) in likelihood.iter_mut().zip(&squares) {
             *sum -= scale * square.ln();
         }
@@ -86,14 +86,14 @@ pub(in crate::log) fn weigh(
             best = i;
         }
     }
-    let cycle = even / PARTS[best - 2];
+    let cycle = even / CYCLES_PER_STEP[best - 2];
     let (stamped, evenly) = (likelihood[0], likelihood[1]);
-    let clearly = squares[best] < CLEARLY * squares[0].min(squares[1]);
-    let answer = if clearly && likelihood[best] - stamped.max(evenly) > DECIDES {
+    let clearly = squares[best] < CLEAR_RATIO * squares[0].min(squares[1]);
+    let answer = if clearly && likelihood[best] - stamped.max(evenly) > DECISIVE_RATIO {
         Some(Sampling::OnCycle(cycle))
-    } else if stamped - evenly > DECIDES {
+    } else if stamped - evenly > DECISIVE_RATIO {
         Some(Sampling::AsStamped)
-    } else if evenly - stamped > DECIDES {
+    } else if evenly - stamped > DECISIVE_RATIO {
         Some(Sampling::Even)
     } else {
         None

@@ -1,18 +1,18 @@
 //! Samples as they come, and even ones as they go.
 
-use super::cycle::{AHEAD, Cycle, JITTER_LIMIT, LONGEST, refined, usual_step};
-use super::evidence::{EVEN, weigh};
-use super::resample::{Resampler, SAME};
+use super::cycle::{Cycle, GAP_PERIODS, JITTER_LIMIT, LOOK_AHEAD_SAMPLES, refined, usual_step};
+use super::evidence::{EVEN_STEP_PART, weigh};
+use super::resample::{Resampler, SAME_TIME_PART};
 use super::timing::{Sampling, Timing};
 use super::watch::Watch;
 use crate::log::block::LogBlock;
 use crate::log::error::{LogError, Place};
 
 /// Samples from which the period is learned.
-const LEARNING: usize = 257;
+const LEARNING_SAMPLES: usize = 257;
 
 /// Samples by which it is decided when uneven ones were taken.
-const DECIDING: usize = 4096;
+const DECIDING_SAMPLES: usize = 4096;
 
 /// Puts samples on a uniform grid.
 pub(in crate::log) struct Grid {
@@ -177,9 +177,9 @@ impl Grid {
         }
         let count = self.waiting.times.len();
         match self.stage {
-            Stage::Learning if count == LEARNING => self.learn()?,
-            Stage::Deciding if count == DECIDING => self.decide(),
-            Stage::Ticks { .. } if count >= DECIDING => self.tick(false),
+            Stage::Learning if count == LEARNING_SAMPLES => self.learn()?,
+            Stage::Deciding if count == DECIDING_SAMPLES => self.decide(),
+            Stage::Ticks { .. } if count >= DECIDING_SAMPLES => self.tick(false),
             _ => {}
         }
         Ok(())
@@ -271,8 +271,8 @@ impl Grid {
     /// what that means, as a part of the period.
     fn tolerance(&self) -> f64 {
         match self.asked {
-            Some(Sampling::AsStamped) => SAME,
-            _ => EVEN,
+            Some(Sampling::AsStamped) => SAME_TIME_PART,
+            _ => EVEN_STEP_PART,
         }
     }
 
@@ -286,12 +286,12 @@ impl Grid {
             let channels: Vec<(usize, &[f64])> = (self.telling.iter())
                 .map(|&(own, channel)| (channel, self.waiting.values[own].as_slice()))
                 .collect();
-            let (evidence, told) = weigh(times, period, LONGEST, &channels);
+            let (evidence, told) = weigh(times, period, GAP_PERIODS, &channels);
             (Some(evidence), told)
         };
         let off = |pair: &[f64]| {
             let step = (pair[1] - pair[0]) / period;
-            step < LONGEST && (step - step.round().max(1.0)).abs() > JITTER_LIMIT
+            step < GAP_PERIODS && (step - step.round().max(1.0)).abs() > JITTER_LIMIT
         };
         let near = !times.windows(2).any(off);
         let sampling = self.asked.or(told).unwrap_or(if near {
@@ -363,7 +363,7 @@ impl Grid {
         let step = self.placed.map_or(0.0, |before| time - before);
         let at = self.at + step / self.timing.period;
         // So that no sum of roundings hides an even sample.
-        let near = (at - at.round()).abs() <= SAME;
+        let near = (at - at.round()).abs() <= SAME_TIME_PART;
         self.put(
             place,
             time,
@@ -389,10 +389,10 @@ impl Grid {
         let until = if ended {
             count
         } else {
-            count.saturating_sub(AHEAD - 1)
+            count.saturating_sub(LOOK_AHEAD_SAMPLES - 1)
         };
         for i in 0..until {
-            let ahead = &waiting.times[i..count.min(i + AHEAD)];
+            let ahead = &waiting.times[i..count.min(i + LOOK_AHEAD_SAMPLES)];
             let at = match self.placed {
                 None => {
                     clock.begin(ahead);
@@ -400,7 +400,7 @@ impl Grid {
                 }
                 Some(_) => clock.next(ahead) / per,
             };
-            if at - self.at >= LONGEST {
+            if at - self.at >= GAP_PERIODS {
                 clock.restart(ahead);
             }
             let time = if near { waiting.times[i] } else { clock.time() };
@@ -414,7 +414,7 @@ impl Grid {
 
     /// Hands a sample to the resampler.
     ///
-    /// - `at`: its place, in periods since the segment began; beyond [`LONGEST`] it
+    /// - `at`: its place, in periods since the segment began; beyond [`GAP_PERIODS`] it
     ///   begins another.
     fn put(
         &mut self,
@@ -427,7 +427,7 @@ impl Grid {
         let mut at = at;
         if let Some(before) = self.placed {
             let moved = at - self.at;
-            if moved >= LONGEST {
+            if moved >= GAP_PERIODS {
                 self.timing.gaps.count += 1;
                 self.timing.gaps.duration += stamp - before - self.timing.period;
                 self.resampler.end(&mut self.ready);
@@ -471,7 +471,7 @@ impl Waiting {
 /// not counted with care.
 fn whole(step: f64, period: f64, tolerance: f64) -> Option<f64> {
     let periods = step / period;
-    if periods >= LONGEST {
+    if periods >= GAP_PERIODS {
         return Some(periods);
     }
     let whole = periods.round().max(1.0);

@@ -8,18 +8,18 @@
 use crate::log::block::LogBlock;
 
 /// Times that differ by less than this part of a period are the same.
-pub(in crate::log) const SAME: f64 = 1e-9;
+pub(in crate::log) const SAME_TIME_PART: f64 = 1e-9;
 
 /// Outer samples of a cubic are at least this far from the inner ones, as a part
 /// of the step between those, or of a period: samples that are almost one would
 /// amplify their noise.
-const APART: f64 = 0.5;
+const MIN_STEP_PART: f64 = 0.5;
 
 /// Samples in which an outer one is looked for.
-const REACH: usize = 8;
+const REACH_SAMPLES: usize = 8;
 
 /// Samples that are kept at most before old ones are let go.
-const KEPT: usize = 256;
+const KEPT_SAMPLES: usize = 256;
 
 /// Samples on their way to even ones.
 #[derive(Clone, Debug)]
@@ -66,8 +66,8 @@ impl Resampler {
             own.push(value);
         }
         self.advance(false, out);
-        if self.at.len() > KEPT {
-            let done = self.last.saturating_sub(REACH);
+        if self.at.len() > KEPT_SAMPLES {
+            let done = self.last.saturating_sub(REACH_SAMPLES);
             self.at.drain(..done);
             self.time.drain(..done);
             for values in &mut self.values {
@@ -92,13 +92,13 @@ impl Resampler {
             while self
                 .at
                 .get(self.last + 1)
-                .is_some_and(|at| *at <= self.next + SAME)
+                .is_some_and(|at| *at <= self.next + SAME_TIME_PART)
             {
                 self.last += 1;
             }
             let k = self.last;
             let Some(&here) = self.at.get(k) else { return };
-            if (here - self.next).abs() <= SAME {
+            if (here - self.next).abs() <= SAME_TIME_PART {
                 out.time.push(self.time[k]);
                 for (out, values) in out.values.iter_mut().zip(&self.values) {
                     out.push(values[k]);
@@ -116,13 +116,13 @@ impl Resampler {
         let Some(&ahead) = self.at.get(k + 1) else {
             return false;
         };
-        let apart = APART * (ahead - self.at[k]).max(1.0);
-        let behind =
-            (k + 2..self.at.len().min(k + 2 + REACH)).find(|&i| self.at[i] - ahead >= apart);
-        if behind.is_none() && !ended && self.at.len() < k + 2 + REACH {
+        let apart = MIN_STEP_PART * (ahead - self.at[k]).max(1.0);
+        let behind = (k + 2..self.at.len().min(k + 2 + REACH_SAMPLES))
+            .find(|&i| self.at[i] - ahead >= apart);
+        if behind.is_none() && !ended && self.at.len() < k + 2 + REACH_SAMPLES {
             return false;
         }
-        let before = (k.saturating_sub(REACH)..k)
+        let before = (k.saturating_sub(REACH_SAMPLES)..k)
             .rev()
             .find(|&i| self.at[k] - self.at[i] >= apart);
         let nodes: Vec<usize> = (before.into_iter().chain([k, k + 1]).chain(behind)).collect();

@@ -5,7 +5,7 @@ use crate::log::error::Place;
 
 /// Counts per step that a position moves at least where a sample that repeats the
 /// one before is no rest.
-const MOVES: f64 = 3.0;
+const MIN_COUNTS_PER_STEP: f64 = 3.0;
 
 /// Looks for samples that repeat the one before.
 #[derive(Clone, Debug)]
@@ -67,7 +67,7 @@ impl Watch {
             }
             let before = std::mem::replace(&mut self.step[i], step);
             let slower = before.abs().min(step.abs());
-            moves |= before * step > 0.0 && slower >= MOVES * self.least[i];
+            moves |= before * step > 0.0 && slower >= MIN_COUNTS_PER_STEP * self.least[i];
         }
         if let Some(place) = self.place.take()
             && moves

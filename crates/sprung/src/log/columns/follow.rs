@@ -7,13 +7,13 @@ use crate::log::clock::timing::Count;
 use crate::log::error::LogError;
 
 /// A step of so many usual steps is a gap, over which nothing is interpolated.
-const GAP: f64 = 3.5;
+const GAP_PERIODS: f64 = 3.5;
 
 /// Steps that say what is usual.
-const LEARNING: usize = 64;
+const LEARNING_SAMPLES: usize = 64;
 
 /// Times that differ by less than this part of a step are the same.
-const SAME: f64 = 1e-6;
+const SAME_TIME_PART: f64 = 1e-6;
 
 /// A stream that is read beside the first.
 pub(in crate::log) struct Follower {
@@ -103,7 +103,7 @@ impl Follower {
         }
         if self.usual == 0.0 {
             self.shift = (self.rows.origin() - origin) as f64 * 1e-9;
-            let mut steps: Vec<f64> = (self.rows.times.windows(2).take(LEARNING))
+            let mut steps: Vec<f64> = (self.rows.times.windows(2).take(LEARNING_SAMPLES))
                 .map(|pair| pair[1] - pair[0])
                 .collect();
             steps.sort_by(f64::total_cmp);
@@ -143,7 +143,7 @@ fn interpolated(times: &[f64], values: &[f64], k: usize, time: f64, usual: f64) 
     let Some(&here) = times.get(k) else {
         return f64::NAN;
     };
-    let same = SAME * usual;
+    let same = SAME_TIME_PART * usual;
     if (time - here).abs() <= same {
         return values[k];
     }
@@ -153,7 +153,7 @@ fn interpolated(times: &[f64], values: &[f64], k: usize, time: f64, usual: f64) 
     if (next - time).abs() <= same {
         return values[k + 1];
     }
-    let even = |a: f64, b: f64| b - a < GAP * usual;
+    let even = |a: f64, b: f64| b - a < GAP_PERIODS * usual;
     if time < here || !even(here, next) {
         return f64::NAN;
     }

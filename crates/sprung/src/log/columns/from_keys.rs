@@ -174,7 +174,7 @@ fn channel(
 /// Checks that every joint that needs a signal has it.
 fn complete(robot: &Robot, signal: Signal, all: &[Channel]) -> Result<(), ChannelError> {
     let missing = (robot.joint.iter().enumerate())
-        .filter(|(_, joint)| !signal.is_of_flexible_joints() || joint.is_flexible())
+        .filter(|(_, joint)| signal.is_needed_by(joint))
         .find(|(i, _)| !all.iter().any(|channel| channel.joint == *i));
     match missing {
         None => Ok(()),

@@ -7,7 +7,7 @@ use crate::description::ColumnName;
 use crate::log::error::LogError;
 
 /// Names that a message lists, at most.
-const LISTED: usize = 30;
+const MAX_NAMES_IN_MESSAGE: usize = 30;
 
 /// The columns that a file has.
 pub(in crate::log) struct Names<'a> {
@@ -188,8 +188,8 @@ pub(in crate::log) fn instead(
 
 /// Returns the first of some names, and how many there are besides.
 pub(in crate::log) fn listed(names: &[&str]) -> String {
-    let shown = names[..names.len().min(LISTED)].join(", ");
-    match names.len().saturating_sub(LISTED) {
+    let shown = names[..names.len().min(MAX_NAMES_IN_MESSAGE)].join(", ");
+    match names.len().saturating_sub(MAX_NAMES_IN_MESSAGE) {
         0 => shown,
         more => format!("{shown} and {more} more"),
     }

@@ -3,16 +3,16 @@
 use super::sizes::Sizes;
 
 /// Places of one kind that are remembered.
-const KEPT: usize = 8;
+const MAX_EVENTS_KEPT: usize = 8;
 
 /// Bins of an overview, at most.
-const BINS: usize = 512;
+const OVERVIEW_BINS: usize = 512;
 
 /// Samples in a row with one value, at least, that may be a stall.
-const STALL: u64 = 5;
+const MIN_STALL_SAMPLES: u64 = 5;
 
 /// Part of a step that its neighbours stay below if it stands alone.
-const ALONE: f64 = 0.25;
+const LONE_STEP_RATIO: f64 = 0.25;
 
 /// What one channel did.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -91,7 +91,7 @@ impl Overview {
             self.per_bin = 1;
         }
         if self.in_last == self.per_bin || self.time.is_empty() {
-            if self.time.len() == BINS {
+            if self.time.len() == OVERVIEW_BINS {
                 self.halve();
             }
             self.time.push(time);
@@ -222,7 +222,7 @@ impl Figures {
             if self.run.samples > 0 {
                 self.changes += 1;
                 self.run.jump = value - self.run.value;
-                if self.run.samples >= STALL {
+                if self.run.samples >= MIN_STALL_SAMPLES {
                     keep(&mut self.stalls, self.run, |stall| stall.jump.abs());
                 }
             }
@@ -252,7 +252,7 @@ impl Figures {
             keep(&mut self.spikes, event, |event| event.size.abs());
         }
         let (before, step, after) = (x[1] - x[0], x[2] - x[1], x[3] - x[2]);
-        if before.abs().max(after.abs()) < ALONE * step.abs() {
+        if before.abs().max(after.abs()) < LONE_STEP_RATIO * step.abs() {
             let event = Event {
                 time: self.last[2].0,
                 size: step,
@@ -381,12 +381,12 @@ fn at_extreme(extreme: Extreme, run: Stretch, beyond: bool) -> Extreme {
 /// Keeps the largest, largest first.
 fn keep<T: Copy>(kept: &mut Vec<T>, new: T, size: impl Fn(&T) -> f64) {
     let own = size(&new);
-    if kept.len() == KEPT && kept.last().is_some_and(|last| size(last) >= own) {
+    if kept.len() == MAX_EVENTS_KEPT && kept.last().is_some_and(|last| size(last) >= own) {
         return;
     }
     let at = kept.partition_point(|other| size(other) >= own);
     kept.insert(at, new);
-    kept.truncate(KEPT);
+    kept.truncate(MAX_EVENTS_KEPT);
 }
 
 #[cfg(test)]
@@ -412,7 +412,7 @@ mod tests {
         assert!((figures.mean() - 1e6 - 0.5).abs() < 1e-6);
         assert!((figures.deviation() - 0.5).abs() < 1e-6);
         assert!((figures.changing() - 1.0).abs() < 1e-12);
-        assert!(figures.overview().time.len() <= BINS);
+        assert!(figures.overview().time.len() <= OVERVIEW_BINS);
         let [low, high] = figures.overview().between[3];
         assert!((low - 1e6).abs() < 1e-9 && (high - low - 1.0).abs() < 1e-9);
     }

@@ -12,14 +12,14 @@ const DEGREES_PER_RADIAN: f64 = 180.0 / std::f64::consts::PI;
 
 /// Slopes of motor over link position that are not 1: a spring lets the link
 /// swing farther or less far, but not by this much as long as both move together.
-const SLOPE: f64 = 1.25;
+const SUSPECT_SLOPE: f64 = 1.25;
 const IMPOSSIBLE_SLOPE: f64 = 2.5;
 
 /// Correlation from which two encoders move together.
-const TOGETHER: f64 = 0.97;
+const MIN_CORRELATION: f64 = 0.97;
 
 /// Steps of its encoder within which a joint hardly moves.
-const HARDLY: f64 = 30.0;
+const MIN_ENCODER_STEPS: f64 = 30.0;
 
 /// Judges a log by its figures.
 ///
@@ -135,7 +135,7 @@ impl Of<'_> {
             let i = self.channels.index(quantity, joint)?;
             self.span_in_steps(i)
         };
-        let counted = |quantity| few(quantity).is_none_or(|steps| steps > HARDLY);
+        let counted = |quantity| few(quantity).is_none_or(|steps| steps > MIN_ENCODER_STEPS);
         if !(counted(Quantity::MotorPosition) && counted(Quantity::LinkPosition)) {
             return None;
         }
@@ -184,7 +184,7 @@ impl Of<'_> {
         let line = self.summary.line(joint)?;
         let slope = line.slope.abs();
         let far = slope.max(1.0 / slope);
-        if line.correlation.abs() < TOGETHER || far < SLOPE {
+        if line.correlation.abs() < MIN_CORRELATION || far < SUSPECT_SLOPE {
             return None;
         }
         let (motor, link) = (&motor.column, &link.column);
@@ -275,7 +275,7 @@ impl Of<'_> {
         }
         let range = self.summary.extent(i)?.range();
         let steps = self.span_in_steps(i)?;
-        (steps < HARDLY).then(|| {
+        (steps < MIN_ENCODER_STEPS).then(|| {
             let unit = channel.quantity.unit(self.channels.turns[channel.joint]);
             Finding::new(
                 Severity::Warning,

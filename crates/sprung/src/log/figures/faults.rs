@@ -6,27 +6,27 @@ use crate::log::columns::channel::Channel;
 
 /// Part of the samples, and samples in a row in units of what is usual, from
 /// which a torque lies at an extreme because it can go no farther.
-const FLAT_PART: f64 = 0.002;
-const FLAT_RUN: f64 = 8.0;
-const FLAT_LEAST: u64 = 5;
+const SATURATED_PART: f64 = 0.002;
+const SATURATED_RUN_RATIO: f64 = 8.0;
+const MIN_SATURATED_SAMPLES: u64 = 5;
 
 /// How far a single sample stands out: in units of the distance that one in a
 /// hundred samples has from the mean of its neighbours.
-const SPIKE: f64 = 6.0;
+const SPIKE_RATIO: f64 = 6.0;
 
 /// How far a position jumps, in units of the step that one in twenty steps
 /// exceeds; and where it stood still before, of one in a hundred.
-const JUMP: f64 = 10.0;
-const STALL_JUMP: f64 = 2.5;
+const JUMP_RATIO: f64 = 10.0;
+const STALL_JUMP_RATIO: f64 = 2.5;
 
 /// Part of its range that a counter jumps back when it wraps around.
-const WRAP: f64 = 0.95;
+const WRAP_PART: f64 = 0.95;
 
 /// Part of the samples that change in a channel that is not quantised.
-const FINE: f64 = 0.9;
+const FINE_ENCODER_PART: f64 = 0.9;
 
 /// Samples in a row with one value that such a channel does not have.
-const HELD: u64 = 6;
+const MIN_HELD_SAMPLES: u64 = 6;
 
 /// Returns what is wrong with samples of a channel.
 ///
@@ -88,8 +88,9 @@ impl Of<'_> {
         let usual = 1.0 / figures.changing().max(1e-9);
         let flat = figures.extremes().into_iter().filter(|extreme| {
             extreme.value.abs() > 0.5 * most
-                && extreme.longest.samples >= FLAT_LEAST.max((FLAT_RUN * usual) as u64)
-                && extreme.samples as f64 > FLAT_PART * figures.samples() as f64
+                && extreme.longest.samples
+                    >= MIN_SATURATED_SAMPLES.max((SATURATED_RUN_RATIO * usual) as u64)
+                && extreme.samples as f64 > SATURATED_PART * figures.samples() as f64
         });
         let worst = flat.max_by_key(|extreme| extreme.samples)?;
         let part = 100.0 * worst.samples as f64 / figures.samples() as f64;
@@ -118,7 +119,7 @@ impl Of<'_> {
             // What the joint could not have moved meanwhile is a jump.
             *(figures.stalls().iter()).find(|stall| {
                 let jump = stall.jump.abs();
-                jump > STALL_JUMP * step && jump < 2.0 * step * stall.samples as f64
+                jump > STALL_JUMP_RATIO * step && jump < 2.0 * step * stall.samples as f64
             })?
         } else {
             // At rest, before the motion, a torque may well be one number.
@@ -129,12 +130,12 @@ impl Of<'_> {
                     .any(|extreme| extreme.value.to_bits() == stall.value.to_bits());
                 !extreme
                     && stall.value != 0.0
-                    && stall.samples >= HELD
+                    && stall.samples >= MIN_HELD_SAMPLES
                     && stall.jump.abs() > usual
                     && begins.is_some_and(|begins| stall.time > begins)
             });
             let longest = stuck.max_by_key(|stall| stall.samples);
-            *longest.filter(|_| figures.changing() > FINE)?
+            *longest.filter(|_| figures.changing() > FINE_ENCODER_PART)?
         };
         let finding = self.finding(
             Severity::Warning,
@@ -168,7 +169,7 @@ impl Of<'_> {
             return None;
         }
         let figures = self.figures;
-        let limit = JUMP * figures.steps().quantile(0.95);
+        let limit = JUMP_RATIO * figures.steps().quantile(0.95);
         let range = figures.extent().range();
         let mut all: Vec<&Event> = (figures.jumps().iter())
             .filter(|jump| jump.size.abs() > limit)
@@ -178,7 +179,7 @@ impl Of<'_> {
         let first = *all.first()?;
         let size = largest.size.abs();
         let column = &self.channel.column;
-        if size > WRAP * range {
+        if size > WRAP_PART * range {
             let raw = size / self.channel.factor.abs();
             let finding = self.finding(
                 Severity::Error,
@@ -226,7 +227,7 @@ impl Of<'_> {
     /// Single samples far from their neighbours, which agree.
     fn spikes(&self) -> Option<Finding> {
         let figures = self.figures;
-        let limit = SPIKE * figures.bends().quantile(0.99);
+        let limit = SPIKE_RATIO * figures.bends().quantile(0.99);
         let largest = *figures.spikes().first()?;
         if limit <= 0.0 || largest.size.abs() <= limit {
             return None;

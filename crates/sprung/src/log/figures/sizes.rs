@@ -2,10 +2,10 @@
 
 /// Exponent of the smallest size that has a bin of its own; smaller ones share
 /// the first.
-const LOWEST: u64 = 1023 - 80;
+const LOWEST_EXPONENT: u64 = 1023 - 80;
 
 /// Bins: four in each of 160 octaves.
-const BINS: usize = 640;
+const SIZE_BINS: usize = 640;
 
 /// Counts of sizes in bins a quarter of an octave wide, zeros apart.
 #[derive(Clone, Debug)]
@@ -18,7 +18,7 @@ pub struct Sizes {
 impl Default for Sizes {
     fn default() -> Self {
         Self {
-            counts: vec![0; BINS],
+            counts: vec![0; SIZE_BINS],
             zeros: 0,
             total: 0,
         }
@@ -72,12 +72,12 @@ impl Sizes {
 
 /// The bin of a size: exponent and the first two digits of its fraction.
 fn bin(size: f64) -> usize {
-    let place = (size.abs().to_bits() >> 50).saturating_sub(LOWEST << 2);
-    (place as usize).min(BINS - 1)
+    let place = (size.abs().to_bits() >> 50).saturating_sub(LOWEST_EXPONENT << 2);
+    (place as usize).min(SIZE_BINS - 1)
 }
 
 fn upper_end(bin: usize) -> f64 {
-    f64::from_bits((bin as u64 + 1 + (LOWEST << 2)) << 50)
+    f64::from_bits((bin as u64 + 1 + (LOWEST_EXPONENT << 2)) << 50)
 }
 
 #[cfg(test)]

@@ -52,7 +52,7 @@ impl Array {
 }
 
 /// Most columns of all arrays of an archive that are listed.
-const MOST: usize = 1 << 21;
+const MAX_LISTED_COLUMNS: usize = 1 << 21;
 
 /// Opens an `.npy` file.
 pub(super) fn open_npy(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Opened, LogError> {
@@ -86,7 +86,7 @@ pub(super) fn open_npz(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Open
         let name = || member.name.trim_end_matches(".npy").to_owned();
         match head(&mut *read) {
             Ok(npy) if npy.scalar => {}
-            Ok(npy) if listed + npy.columns.len() > MOST => refused.push(Refused {
+            Ok(npy) if listed + npy.columns.len() > MAX_LISTED_COLUMNS => refused.push(Refused {
                 name: name(),
                 why: "has absurdly many columns".to_owned(),
             }),

@@ -7,7 +7,7 @@ use crate::log::error::LogError;
 use crate::log::input::{Input, Kind};
 
 /// Bytes that a compressed buffer may hold.
-const LARGEST: u64 = 1 << 30;
+const MAX_BUFFER_BYTES: u64 = 1 << 30;
 
 /// What precedes the length of a message.
 const CONTINUATION: [u8; 4] = [0xff; 4];
@@ -22,7 +22,7 @@ pub(super) fn refuse_absurd(file: &str, kind: Kind, input: Box<dyn Input>) -> Re
     let mut largest = 0;
     // Where the file ends early, or is no longer one, the library says so.
     let _ = claims(&mut read, begin, |claim| largest = largest.max(claim));
-    if largest > LARGEST {
+    if largest > MAX_BUFFER_BYTES {
         let claim = format_args!("a buffer claims to hold {largest} bytes");
         return Err(damaged(file, &claim));
     }

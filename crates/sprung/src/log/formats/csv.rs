@@ -10,7 +10,7 @@ use crate::log::columns::names::Names;
 use crate::log::error::{LogError, Place};
 
 /// Characters of a cell that a message shows, at most.
-const SHOWN: usize = 80;
+const MAX_SHOWN_CHARS: usize = 80;
 
 type Source = Box<dyn Read + Send>;
 
@@ -216,7 +216,7 @@ impl CsvTable {
 
 /// Returns a text that a message can hold: a quote that is not closed makes a cell of a whole file.
 fn shortened(text: String) -> String {
-    match text.char_indices().nth(SHOWN) {
+    match text.char_indices().nth(MAX_SHOWN_CHARS) {
         Some((end, _)) => format!("{}…", &text[..end]),
         None => text,
     }

@@ -40,13 +40,13 @@ pub(super) struct Definition {
 pub(super) const NAMES: [&str; 3] = ["name", "joint_names", "names"];
 
 /// Messages within messages that are believed.
-const DEEPEST: usize = 24;
+const MAX_NESTING: usize = 24;
 
 /// Numbers that are listed, at most.
-const LISTED: usize = 1000;
+const MAX_LISTED_NUMBERS: usize = 1000;
 
 /// Fields that are looked at for them.
-const SEEN: usize = 100 * LISTED;
+const MAX_VISITED_FIELDS: usize = 100 * MAX_LISTED_NUMBERS;
 
 /// Definitions of messages that old bags do not bring along.
 const KNOWN: [(&str, &str); 6] = [
@@ -137,7 +137,7 @@ impl Definition {
             .collect::<Result<Vec<_>, String>>()?;
         let definition = Self { types };
         let mut depths = vec![None; definition.types.len()];
-        if definition.depth(0, 0, &mut depths) > DEEPEST {
+        if definition.depth(0, 0, &mut depths) > MAX_NESTING {
             return Err("contains itself".to_owned());
         }
         // Otherwise a few bytes could hold messages without end, each as wide as it is deep.
@@ -180,7 +180,7 @@ impl Definition {
     ///
     /// - `known`: of the types that were looked at.
     fn depth(&self, kind: usize, above: usize, known: &mut [Option<usize>]) -> usize {
-        if above > DEEPEST {
+        if above > MAX_NESTING {
             return above;
         }
         if let Some(depth) = known[kind] {
@@ -220,7 +220,7 @@ impl Definition {
     fn list(&self, kind: usize, path: &str, all: &mut Vec<String>, seen: &mut usize) {
         for field in &self.types[kind] {
             *seen += 1;
-            if all.len() >= LISTED || *seen > SEEN {
+            if all.len() >= MAX_LISTED_NUMBERS || *seen > MAX_VISITED_FIELDS {
                 return;
             }
             let name = format!("{path}{}", field.name);

@@ -3,7 +3,7 @@
 use crate::description::CsvForm;
 
 /// Lines that are looked at.
-const LOOKED_AT: usize = 50;
+const SAMPLED_LINES: usize = 50;
 
 /// What is between cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,7 +39,7 @@ impl Form {
         let is_comment = |line: &str| line.as_bytes().first() == Some(&comment);
         let data: Vec<&str> = (lines.iter().copied())
             .filter(|line| !line.trim().is_empty() && !is_comment(line))
-            .take(LOOKED_AT)
+            .take(SAMPLED_LINES)
             .collect();
         let delimiter = match said.delimiter.as_deref() {
             Some("space") => Delimiter::Blanks,

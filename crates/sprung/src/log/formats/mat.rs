@@ -35,13 +35,13 @@ const MATRIX: u32 = 14;
 const COMPRESSED: u32 = 15;
 
 /// Structures within structures that are believed.
-const DEEPEST: usize = 16;
+const MAX_NESTING: usize = 16;
 
 /// Longest name of a field that is believed; MATLAB's are 63 bytes at most.
-const LONGEST_NAME: usize = 256;
+const MAX_NAME_BYTES: usize = 256;
 
 /// Elements of a structure that are looked at.
-const MOST: u64 = 1 << 20;
+const MAX_STRUCTURE_ELEMENTS: u64 = 1 << 20;
 
 /// Reads where the arrays of a file are.
 pub(super) fn contents(read: &mut (impl Read + Seek + ?Sized)) -> IoResult<Contents> {
@@ -217,7 +217,7 @@ impl Scan<'_> {
         if length == 0 {
             return Ok(());
         }
-        if depth > DEEPEST {
+        if depth > MAX_NESTING {
             return Err(damaged("structures within structures without end"));
         }
         let flags = self.bytes(read)?;
@@ -371,10 +371,10 @@ impl Scan<'_> {
                 String::from_utf8_lossy(&bytes[..end]).into_owned()
             })
             .collect();
-        if length > LONGEST_NAME || name.len() > DEEPEST * LONGEST_NAME {
+        if length > MAX_NAME_BYTES || name.len() > MAX_NESTING * MAX_NAME_BYTES {
             return Err(damaged("a name of absurd length"));
         }
-        if count.saturating_mul(fields.len() as u64) > MOST {
+        if count.saturating_mul(fields.len() as u64) > MAX_STRUCTURE_ELEMENTS {
             return Err(damaged("a structure with absurdly many elements"));
         }
         for i in 0..count {

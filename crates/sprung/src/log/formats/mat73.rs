@@ -21,17 +21,17 @@ use crate::log::columns::names::{Names, Refused};
 use crate::log::error::{LogError, Place};
 
 /// Structures within structures that are believed.
-const DEEPEST: usize = 16;
+const MAX_NESTING: usize = 16;
 
 /// Variables, fields and elements of structures that are looked at.
-const MOST: usize = 1 << 16;
+const MAX_ENTRIES: usize = 1 << 16;
 
 /// Numbers of a column that are read at once: at least so many, and those of a chunk if it has
 /// more, so that none is unpacked twice; but no more than would take much memory.
-const AT_ONCE: std::ops::RangeInclusive<u64> = (1 << 13)..=(1 << 20);
+const NUMBERS_AT_ONCE: std::ops::RangeInclusive<u64> = (1 << 13)..=(1 << 20);
 
 /// How many times smaller packed numbers are at most; deflate does not reach 1032.
-const DENSEST: u64 = 4096;
+const MAX_COMPRESSION_RATIO: u64 = 4096;
 
 /// Opens a MATLAB file.
 pub(super) fn open(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Opened, LogError> {
@@ -137,7 +137,7 @@ impl Contents {
 
     /// Goes through the variables of a file, or the fields of a structure.
     fn group(&mut self, group: &Group, path: &str, depth: usize) -> Hdf5Result<()> {
-        if depth > DEEPEST {
+        if depth > MAX_NESTING {
             return Err("structures within structures without end".into());
         }
         for (link, info) in group.links(IndexType::Name, IterationOrder::Increasing)? {
@@ -234,10 +234,10 @@ impl Contents {
 
     /// Goes through a field of all elements of a structure array.
     fn elements(&mut self, field: &Dataset, name: &str, depth: usize) -> Hdf5Result<()> {
-        if depth > DEEPEST {
+        if depth > MAX_NESTING {
             return Err("structures within structures without end".into());
         }
-        if field.size() > MOST {
+        if field.size() > MAX_ENTRIES {
             return Err("a structure with absurdly many elements".into());
         }
         let (before, last) = name.rsplit_once('.').unwrap_or(("", name));
@@ -271,7 +271,7 @@ impl Contents {
     /// Counts what was looked at: a group may hold itself.
     fn count(&mut self) -> Hdf5Result<()> {
         self.seen += 1;
-        if self.seen > MOST {
+        if self.seen > MAX_ENTRIES {
             return Err("absurdly many variables".into());
         }
         Ok(())
@@ -348,11 +348,13 @@ impl Column {
         }
         let size = dataset.dtype()?.size() as u64;
         let claimed = (array.sides.rows * array.sides.columns).saturating_mul(size);
-        if dataset.storage_size().saturating_mul(DENSEST) < claimed {
+        if dataset.storage_size().saturating_mul(MAX_COMPRESSION_RATIO) < claimed {
             return Err("less than the numbers that it should have".into());
         }
         let chunk = dataset.chunk().map_or(0, |chunk| chunk[along] as u64);
-        let at_once = chunk.clamp(*AT_ONCE.start(), *AT_ONCE.end()).min(samples);
+        let at_once = chunk
+            .clamp(*NUMBERS_AT_ONCE.start(), *NUMBERS_AT_ONCE.end())
+            .min(samples);
         Ok(Self {
             name,
             dataset,

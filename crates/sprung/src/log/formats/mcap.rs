@@ -16,10 +16,10 @@ use crate::log::error::LogError;
 type Source = Box<dyn Read + Send>;
 
 /// Longest record, or chunk, that is believed.
-const LONGEST: usize = 1 << 30;
+const MAX_RECORD_BYTES: usize = 1 << 30;
 
 /// Bytes that are read at once: the rest of a record that claims to be long may not be there.
-const AT_ONCE: usize = 1 << 20;
+const READ_BYTES: usize = 1 << 20;
 
 struct Mcap {
     file: String,
@@ -39,7 +39,7 @@ struct Mcap {
 pub(super) fn open(request: &Request<'_>, read: Source) -> Result<Opened, LogError> {
     let file = request.file;
     let options = LinearReaderOptions::default()
-        .with_record_length_limit(LONGEST)
+        .with_record_length_limit(MAX_RECORD_BYTES)
         .with_validate_chunk_crcs(true);
     let mut mcap = Mcap {
         file: file.to_owned(),
@@ -103,7 +103,7 @@ impl Mcap {
             None => return Ok(Step::Ended),
             Some(Err(error)) => return Err(damaged(&self.file, &error)),
             Some(Ok(LinearReadEvent::ReadRequest(count))) => {
-                let buffer = self.records.insert(count.min(AT_ONCE));
+                let buffer = self.records.insert(count.min(READ_BYTES));
                 let read = self.read.read(buffer);
                 let count = read.map_err(|error| LogError::read(&self.file, "it", error))?;
                 self.records.notify_read(count);

@@ -33,7 +33,7 @@ pub(super) struct Npy {
 }
 
 /// Longest head of an array that is believed.
-const LONGEST_HEAD: u32 = 1 << 22;
+const MAX_HEAD_BYTES: u32 = 1 << 22;
 
 /// Reads the head of an array; says what is wrong with it.
 pub(super) fn head(read: &mut dyn Read) -> Result<Npy, String> {
@@ -52,7 +52,7 @@ pub(super) fn head(read: &mut dyn Read) -> Result<Npy, String> {
         read.read_exact(&mut length).map_err(cut)?;
         (u32::from_le_bytes(length), 12)
     };
-    if length > LONGEST_HEAD {
+    if length > MAX_HEAD_BYTES {
         return Err("has a damaged head".to_owned());
     }
     let mut text = vec![0_u8; length as usize];
@@ -81,15 +81,15 @@ pub(super) fn head(read: &mut dyn Read) -> Result<Npy, String> {
 }
 
 /// Most numbers of an array, and bytes of a record, that are believed.
-const LARGEST: u64 = 1 << 48;
-const LONGEST_RECORD: u64 = 1 << 24;
+const MAX_ARRAY_NUMBERS: u64 = 1 << 48;
+const MAX_RECORD_BYTES: u64 = 1 << 24;
 
 /// Refuses a shape whose product, or that of a part of it, overflows.
 fn sized(shape: &[u64]) -> Result<(), String> {
     let mut sides = shape.iter().map(|n| *n.max(&1));
     let total = sides.try_fold(1_u64, u64::checked_mul);
     match total {
-        Some(total) if total <= LARGEST => Ok(()),
+        Some(total) if total <= MAX_ARRAY_NUMBERS => Ok(()),
         _ => Err("has a damaged head: its shape is absurd".to_owned()),
     }
 }
@@ -173,7 +173,7 @@ fn fields_of(fields: &[Value], columns: &mut Vec<NpyColumn>) -> Result<u64, Stri
             Err(_) => size_of(kind).ok_or_else(|| format!("has a field of type \"{kind}\""))?,
         };
         let end = (size.checked_mul(count)).map(|size| at + size);
-        let end = end.filter(|end| *end <= LONGEST_RECORD);
+        let end = end.filter(|end| *end <= MAX_RECORD_BYTES);
         let end = end.ok_or("has a damaged head: its records are absurdly long")?;
         // Text and padding between numbers are passed over.
         let Ok(kind) = number else {
@@ -194,12 +194,12 @@ fn fields_of(fields: &[Value], columns: &mut Vec<NpyColumn>) -> Result<u64, Stri
 }
 
 /// Most columns of an array that are listed.
-const MOST: u64 = 1 << 20;
+const MAX_COLUMNS: u64 = 1 << 20;
 
 /// Returns the indices of an array as Python writes them, with their places.
 fn places(shape: &[u64]) -> Result<Vec<(String, u64)>, String> {
     let count: u64 = shape.iter().product();
-    if count > MOST {
+    if count > MAX_COLUMNS {
         return Err(format!("has {count} columns; is it transposed?"));
     }
     if shape.is_empty() {
@@ -317,7 +317,7 @@ struct Parser<'a> {
 }
 
 /// Literals within literals that are believed.
-const DEEPEST: usize = 8;
+const MAX_NESTING: usize = 8;
 
 impl Parser<'_> {
     fn eat(&mut self, c: char) -> bool {
@@ -332,7 +332,7 @@ impl Parser<'_> {
     }
 
     fn value(&mut self, depth: usize) -> Option<Value> {
-        if depth > DEEPEST {
+        if depth > MAX_NESTING {
             return None;
         }
         self.rest = self.rest.trim_start();

@@ -47,7 +47,7 @@ pub(super) struct Database {
 }
 
 /// Pages above one another that are believed.
-const DEEPEST: usize = 32;
+const MAX_TREE_DEPTH: usize = 32;
 
 fn damaged(what: &str) -> Error {
     Error::new(ErrorKind::InvalidData, what)
@@ -200,7 +200,7 @@ impl Scan {
 
     fn enter(&mut self, base: &mut Database, number: u32) -> IoResult<()> {
         self.visited += 1;
-        if self.path.len() >= DEEPEST || self.visited > base.pages {
+        if self.path.len() >= MAX_TREE_DEPTH || self.visited > base.pages {
             return Err(damaged("its pages go round in circles"));
         }
         let page = base.page(number)?;

@@ -53,12 +53,12 @@ impl StripTable {
 }
 
 /// Bytes that are read at once, at most.
-const AT_ONCE: usize = 1 << 20;
+const READ_BYTES: usize = 1 << 20;
 
 impl Table for StripTable {
     fn read(&mut self, limit: usize, out: &mut [Readings]) -> Result<usize, LogError> {
         let widest = self.strips.iter().map(|strip| strip.record).max();
-        let fit = (AT_ONCE / widest.unwrap_or(1).max(1)).max(1);
+        let fit = (READ_BYTES / widest.unwrap_or(1).max(1)).max(1);
         let left = usize::try_from(self.rows - self.done).unwrap_or(usize::MAX);
         let count = limit.min(fit).min(left);
         for strip in &mut self.strips {

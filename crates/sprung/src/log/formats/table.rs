@@ -8,7 +8,7 @@ use crate::log::input::Input;
 
 /// Integers beyond this are counted from the first one: floating point numbers
 /// of this size skip some.
-const EXACT: u64 = 1 << 53;
+const MAX_EXACT_INTEGER: u64 = 1 << 53;
 
 /// Readings of one column, without their common origin.
 #[derive(Clone, Debug, Default)]
@@ -37,7 +37,7 @@ impl Readings {
 
     /// Appends an integer exactly.
     pub(in crate::log) fn push_integer(&mut self, value: i64) {
-        if !std::mem::replace(&mut self.started, true) && value.unsigned_abs() > EXACT {
+        if !std::mem::replace(&mut self.started, true) && value.unsigned_abs() > MAX_EXACT_INTEGER {
             self.origin = value;
         }
         // Differences that overflow are no times; as floats they are still right.

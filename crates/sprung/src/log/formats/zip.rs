@@ -21,7 +21,7 @@ const STORED: u16 = 0;
 const DEFLATED: u16 = 8;
 
 /// Longest list of members that is believed.
-const LONGEST: u64 = 1 << 26;
+const MAX_DIRECTORY_BYTES: u64 = 1 << 26;
 
 fn word(bytes: &[u8], at: usize) -> Option<u64> {
     let four = bytes.get(at..at + 4)?.try_into().ok()?;
@@ -72,7 +72,7 @@ fn list(read: &mut dyn Input) -> std::io::Result<Option<Vec<Member>>> {
         size = long(&bytes, 40).unwrap_or_default();
         start = long(&bytes, 48).unwrap_or_default();
     }
-    if size > LONGEST || start > length {
+    if size > MAX_DIRECTORY_BYTES || start > length {
         return Ok(None);
     }
     read.seek(SeekFrom::Start(start))?;
