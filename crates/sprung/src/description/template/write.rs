@@ -336,7 +336,7 @@ fn line(text: &mut String, content: &str, comment: &str) {
     let _ = match comment {
         "" => writeln!(text, "{content}"),
         _ if content.chars().count() < COMMENT_COLUMN => {
-            writeln!(text, "{content:COMMENTS$}# {comment}")
+            writeln!(text, "{content:COMMENT_COLUMN$}# {comment}")
         }
         _ => writeln!(text, "# {comment}:\n{content}"),
     };
