@@ -143,3 +143,76 @@ impl Term {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SHAPE: Shape = Shape {
+        sharpness: 100.0,
+        stribeck_velocity: 0.1,
+        load_stiffness: 300.0,
+    };
+
+    const DRIVE: Drive = Drive {
+        deflection: -0.04,
+        deflection_rate: 0.3,
+        link_velocity: 0.02,
+        motor_velocity: -0.01,
+    };
+
+    #[test]
+    fn laws_see_the_velocity_of_their_side_and_the_load_of_the_spring() {
+        let [link, motor] = [Side::Link, Side::Motor].map(|side| DRIVE.conditions(side, &SHAPE));
+        assert!((link.velocity - 0.02).abs() < 1e-15);
+        assert!((motor.velocity + 0.01).abs() < 1e-15);
+        assert!((link.load + 12.0).abs() < 1e-12 && (motor.load + 12.0).abs() < 1e-12);
+        // The load changes with the deflection by the stiffness.
+        let deflection = Dual::<1>::variable(DRIVE.deflection, 0);
+        let drive = Drive {
+            deflection,
+            deflection_rate: Dual::ZERO,
+            link_velocity: Dual::ZERO,
+            motor_velocity: Dual::ZERO,
+        };
+        let load = drive.conditions(Side::Link, &SHAPE).load;
+        assert!((load.partials[0] - 300.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn slopes_are_limits_of_differences() {
+        let h = 1e-6;
+        let step = |at: usize, by: f64| {
+            let mut drive = DRIVE;
+            *[
+                &mut drive.deflection,
+                &mut drive.deflection_rate,
+                &mut drive.link_velocity,
+                &mut drive.motor_velocity,
+            ][at] += by;
+            drive
+        };
+        for what in JointParameter::ALL {
+            let term = Term {
+                row: 0,
+                entry: 0,
+                column: 0,
+                what,
+                joint: 0,
+                gain: -0.7,
+            };
+            let slopes = term.slopes(&DRIVE, &SHAPE);
+            let found = [
+                slopes.deflection,
+                slopes.deflection_rate,
+                slopes.link_velocity,
+                slopes.motor_velocity,
+            ];
+            for (at, found) in found.into_iter().enumerate() {
+                let [ahead, behind] = [h, -h].map(|by| term.rest(&step(at, by), &SHAPE));
+                let difference = (ahead - behind) / (2.0 * h);
+                assert!((found - difference).abs() < 1e-5, "{what:?}");
+            }
+        }
+    }
+}

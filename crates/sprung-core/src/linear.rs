@@ -66,8 +66,8 @@ pub fn invert(factors: &[f64], n: usize, inverse: &mut [f64]) {
     for i in 0..n {
         inverse[i * n + i] = 1.0;
         let row = &factors[i * n..i * n + i];
-        for k in first_entry(row, i)..i {
-            subtract(inverse, n, i, k, row[k], k + 1);
+        for (k, &l) in row.iter().enumerate().skip(first_entry(row, i)) {
+            subtract(inverse, n, i, k, l, k + 1);
         }
     }
     for i in 0..n {
@@ -77,8 +77,8 @@ pub fn invert(factors: &[f64], n: usize, inverse: &mut [f64]) {
     }
     for i in (1..n).rev() {
         let row = &factors[i * n..i * n + i];
-        for k in first_entry(row, i)..i {
-            subtract(inverse, n, k, i, row[k], n);
+        for (k, &l) in row.iter().enumerate().skip(first_entry(row, i)) {
+            subtract(inverse, n, k, i, l, n);
         }
     }
 }

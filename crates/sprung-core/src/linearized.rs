@@ -7,6 +7,7 @@
 
 use crate::drives::{Drive, State, Term};
 use crate::links::{LengthError, Step, Workspace, lengths};
+use crate::parameters::JointParameter;
 use crate::robot::{Robot, Values};
 use crate::scalar::{Dual, Scalar};
 
@@ -67,7 +68,9 @@ impl Robot<'_> {
         self.of_links(values, state, &acceleration[..n], partials, out)?;
         let parts = workspace.parts();
         self.motor_rates(state.dphi, parts.motors);
-        for term in self.terms {
+        // The torque of a rotor depends on nothing but the acceleration.
+        let resting = |term: &&Term| term.what != JointParameter::RotorInertia;
+        for term in self.terms.iter().filter(resting) {
             let drive = Drive::new(state, parts.motors[term.joint], term.joint);
             let slopes = term.slopes(&drive, &self.shapes[term.joint]);
             self.add_slopes(term, values.theta[term.column], &slopes, out);

@@ -1,7 +1,7 @@
 //! Link columns of whole robots: Pinocchio's numbers, and the closed form of
 //! the planar arm.
 use serde_json::Value;
-use sprung_core::chain::{Chain, ChainJoint, JointKind};
+use sprung_core::chain::{Chain, ChainJoint, JointKind, Motions};
 use sprung_core::dynamics::{inverse_dynamics, mass_matrix};
 use sprung_core::links::{Step, regressor, torque};
 use sprung_core::spatial::BODY;
@@ -189,5 +189,76 @@ fn planar_arm_in_closed_form_is_the_chain_with_vertical_axes() {
         assert_close("rest", &times(&found.rest, &pi), &closed(pose.rest(&dq)));
         let closed = closed_torque(&theta, &q, &dq, &ddq);
         assert_close("torque", &times(&found.torque, &pi), &closed);
+    }
+}
+
+/// A tree whose joints turn about z or slide across it, with branches.
+fn flat_tree(random: &mut Random, n: usize) -> Vec<ChainJoint> {
+    (0..n)
+        .map(|j| {
+            let turn = random.between(-3.0, 3.0);
+            let (sin, cos) = turn.sin_cos();
+            let slides = random.between(0.0, 1.0) < 0.4;
+            let (along_y, along_x) = random.between(-3.0, 3.0).sin_cos();
+            let [x, y] = random.pair(0.5);
+            ChainJoint {
+                parent: (j > 0).then(|| random.between(0.0, j as f64) as usize),
+                rotation: [[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]],
+                origin: [x, y, random.between(-0.5, 0.5)],
+                axis: if slides {
+                    [along_x, along_y, 0.0]
+                } else {
+                    [
+                        0.0,
+                        0.0,
+                        if random.between(-1.0, 1.0) < 0.0 {
+                            -1.0
+                        } else {
+                            1.0
+                        },
+                    ]
+                },
+                kind: if slides {
+                    JointKind::Prismatic
+                } else {
+                    JointKind::Revolute
+                },
+            }
+        })
+        .collect()
+}
+
+#[test]
+fn motions_in_a_plane_are_those_in_space() {
+    let mut random = Random::new(9);
+    for case in 0..60 {
+        let n = 1 + case % 5;
+        let joints = flat_tree(&mut random, n);
+        let gravity = if case % 2 == 0 {
+            [1.0, -9.0, 3.0]
+        } else {
+            [0.0, 0.0, -9.81]
+        };
+        let flat = Chain::new(&joints, gravity).unwrap();
+        assert_eq!(flat.motions(), Motions::InPlane);
+        let full = Chain::checked(&joints, gravity, Motions::InSpace);
+        let [q, dq, ddq] = [3.0, 4.0, 9.0].map(|limit| random.list(n, limit));
+        let [a, b] = [&flat, &full].map(|chain| columns(chain, &q, &dq, &ddq));
+        assert_close("momentum", &a.momentum, &b.momentum);
+        assert_close("rest", &a.rest, &b.rest);
+        assert_close("torque", &a.torque, &b.torque);
+        let bodies: Vec<[f64; BODY]> = (0..n)
+            .map(|_| random.list(BODY, 1.0).try_into().unwrap())
+            .collect();
+        let [a, b] = [&flat, &full].map(|chain| {
+            let (mut tau, mut matrix) = (vec![0.0; n], vec![0.0; n * n]);
+            let steps = &mut vec![Step::default(); n];
+            inverse_dynamics(chain, &bodies, &q, &dq, &ddq, steps, &mut tau).unwrap();
+            let mut memory = Memory::new(n);
+            mass_matrix(chain, &bodies, &q, &mut memory.workspace(), &mut matrix).unwrap();
+            [tau, matrix]
+        });
+        assert_close("torques", &a[0], &b[0]);
+        assert_close("masses", &a[1], &b[1]);
     }
 }

@@ -103,6 +103,23 @@ impl<'m> Dynamics<'m> {
         };
         let robot = self.model.robot();
         let mut workspace = self.scratch.workspace();
+        let fits = robot.acceleration(&values, &state, torque, &mut workspace, &mut self.rate);
+        if fits.is_err() {
+            // The memory is made to fit, so there is no other outcome.
+            self.rate.fill(f64::NAN);
+        }
+    }
+
+    /// Writes the accelerations at a state, and the inverse of the mass matrix.
+    pub(super) fn accelerate_and_invert(&mut self, x: &[f64], torque: &[f64]) {
+        self.unpack(x);
+        let state = state(&self.joints, self.n);
+        let values = Values {
+            theta: &self.theta,
+            bodies: &self.bodies,
+        };
+        let robot = self.model.robot();
+        let mut workspace = self.scratch.workspace();
         let (rate, inverse) = (&mut self.rate, &mut self.inverse);
         let fits = robot.motion(&values, &state, torque, &mut workspace, rate, inverse);
         if fits.is_err() {
@@ -114,7 +131,7 @@ impl<'m> Dynamics<'m> {
     /// Writes the accelerations at a state, their derivatives by it, and the entries of the
     /// regressor there.
     pub(super) fn differentiate(&mut self, x: &[f64], torque: &[f64]) {
-        self.accelerate(x, torque);
+        self.accelerate_and_invert(x, torque);
         let state = state(&self.joints, self.n);
         let values = Values {
             theta: &self.theta,
@@ -160,7 +177,7 @@ impl<'m> Dynamics<'m> {
         let rows = self.rows;
         let mut rest = positions.to_vec();
         rest.resize(2 * rows, 0.0);
-        self.accelerate(&rest, &vec![0.0; rows]);
+        self.accelerate_and_invert(&rest, &vec![0.0; rows]);
         self.rate.fill(0.0);
         self.write_entries();
         let before = self.entries.clone();

@@ -24,7 +24,7 @@ impl Dynamics<'_> {
         torque: &[f64],
         period: f64,
     ) -> usize {
-        self.accelerate(x, torque);
+        self.accelerate_and_invert(x, torque);
         let robot = self.model.robot();
         let rows = self.rows;
         // Friction at the slowest velocity that the period comes by.
