@@ -219,7 +219,7 @@ impl ChainJoint {
 
     /// Returns the joint's axis as a motion, in its own frame.
     #[must_use]
-    pub fn motion(&self) -> Motion {
+    pub(crate) fn motion(&self) -> Motion {
         match self.kind {
             JointKind::Revolute => Motion {
                 angular: self.axis,

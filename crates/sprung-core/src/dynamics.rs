@@ -1,9 +1,9 @@
-//! The equations of motion solved for torques and for accelerations.
+//! Torques and mass matrix of a tree of bodies.
 //!
-//! The bodies' momentum is the same bilinear form as the regressor's columns:
-//! [`momentum`](crate::spatial::momentum) times a motion is
-//! [`kernel`](crate::spatial::kernel) times the inertial parameters. Summed from the tips to the base it costs a tenth of
-//! the columns, which is what a simulation needs.
+//! A body's momentum is the same bilinear form as the regressor's columns: the
+//! momentum along a motion is the kernel of both motions times the inertial
+//! parameters. Summed from the tips to the base it costs a tenth of the columns,
+//! which is what a simulation needs.
 
 use crate::chain::{Chain, Motions};
 use crate::links::{LengthError, Step, Workspace, lengths};

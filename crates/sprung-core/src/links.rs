@@ -2,7 +2,7 @@
 //!
 //! Row `i` and link `j` share columns only if joint `i` carries link `j`. The
 //! axis of joint `i` and its rate are carried down to link `j`, and every
-//! column is the [`kernel`](crate::spatial::kernel) at a pair of motions.
+//! column is the kernel at a pair of motions.
 
 use crate::chain::{Chain, ChainJoint, Motions};
 use crate::scalar::Scalar;
@@ -138,7 +138,7 @@ impl core::error::Error for LengthError {}
 /// # Errors
 ///
 /// [`LengthError`] if a slice does not fit the chain.
-pub fn columns(
+pub(crate) fn columns(
     chain: &Chain<'_>,
     q: &[f64],
     dq: &[f64],
@@ -183,7 +183,8 @@ fn visit_columns<P: Space>(
 
 /// Writes the columns of the filtered regression, those of all links.
 ///
-/// - `momentum`, `rest`: \[n × 10n\], row by row, as [`columns`] has them.
+/// - `momentum`, `rest`: \[n × 10n\], row by row: the momentum times the inertial parameters is
+///   `M(q) dq`, `d/dt(momentum) + rest` the joint torque.
 ///
 /// # Errors
 ///
@@ -245,7 +246,7 @@ pub fn torque(
 /// # Errors
 ///
 /// [`LengthError`] if a slice does not fit the chain.
-pub fn torque_columns(
+pub(crate) fn torque_columns(
     chain: &Chain<'_>,
     motion: [&[f64]; 3],
     workspace: &mut Workspace<'_>,

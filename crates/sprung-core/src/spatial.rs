@@ -233,7 +233,7 @@ impl Transform {
 ///
 /// - `body`: inertial parameters, \[10\].
 #[must_use]
-pub fn momentum<S: Scalar>(body: &[f64; BODY], v: &Motion<S>) -> Force<S> {
+pub(crate) fn momentum<S: Scalar>(body: &[f64; BODY], v: &Motion<S>) -> Force<S> {
     let [m, hx, hy, hz, ixx, ixy, iyy, ixz, iyz, izz] = *body;
     let (w, u) = (&v.angular, &v.linear);
     Force {
@@ -258,7 +258,7 @@ pub fn momentum<S: Scalar>(body: &[f64; BODY], v: &Motion<S>) -> Force<S> {
 /// `a · (h × u) = h · (u × a)` and `-b · (h × w) = h · (b × w)`, the product
 /// `s · I v` is linear in mass, first moments and inertia.
 #[must_use]
-pub fn kernel(s: &Motion, v: &Motion) -> [f64; BODY] {
+pub(crate) fn kernel(s: &Motion, v: &Motion) -> [f64; BODY] {
     let (a, b) = (&s.angular, &s.linear);
     let (w, u) = (&v.angular, &v.linear);
     let first = add(&cross(u, a), &cross(b, w));
@@ -313,7 +313,7 @@ pub fn product<S: Scalar>(a: &[Vector; 3], b: &[Vector<S>; 3]) -> [Vector<S>; 3]
 
 /// Returns the transpose.
 #[must_use]
-pub fn transposed<S: Scalar>(a: &[Vector<S>; 3]) -> [Vector<S>; 3] {
+pub(crate) fn transposed<S: Scalar>(a: &[Vector<S>; 3]) -> [Vector<S>; 3] {
     core::array::from_fn(|i| core::array::from_fn(|j| a[j][i]))
 }
 
