@@ -18,7 +18,7 @@ use sprung_core::parameters::{JointParameter, Side};
 use sprung_core::robot::{Links, Robot};
 use sprung_core::spatial::BODY;
 
-use crate::description::{self, Experiment, Row, Tree};
+use crate::description::{self, Experiment, Quantity, Row, Tree};
 use inertial::{Inertial, PLANAR_2R_NAMES};
 use layout::Layout;
 
@@ -316,10 +316,10 @@ impl Model {
     /// Returns what stands on the right-hand side of a row.
     #[must_use]
     pub fn right_hand_side(&self, row: usize) -> RightHandSide {
-        let measured = self.row_of_joint(row).right_hand_side();
-        measured.map_or(RightHandSide::Zero, |_| {
-            RightHandSide::MotorTorque(self.joint_of(row))
-        })
+        match self.row_of_joint(row).right_hand_side() {
+            Some(Quantity::MotorTorque) => RightHandSide::MotorTorque(self.joint_of(row)),
+            _ => RightHandSide::Zero,
+        }
     }
 
     /// Returns which row of its joint a row of the regressor is.

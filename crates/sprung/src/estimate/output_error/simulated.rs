@@ -211,7 +211,8 @@ impl<'a> Loop<'a> {
                         q[joint] += offset;
                     }
                 }
-                Signal::Torque => {}
+                // Torques are replayed.
+                _ => {}
             }
         }
     }
