@@ -203,16 +203,12 @@ impl<'a> Loop<'a> {
     fn measure(&self, offsets: &[f64], q: &mut [f64], phi: &mut [f64]) {
         for (position, offset) in self.record.positions.iter().zip(offsets) {
             let joint = position.joint;
-            match position.quantity.signal() {
-                Signal::Link => q[joint] += offset,
-                Signal::Motor => {
-                    phi[joint] += offset;
-                    if !self.model.is_flexible(joint) {
-                        q[joint] += offset;
-                    }
-                }
-                // Torques are replayed.
-                _ => {}
+            let signal = position.quantity.signal();
+            if signal == Signal::Motor {
+                phi[joint] += offset;
+            }
+            if signal == Signal::Link || !self.model.is_flexible(joint) {
+                q[joint] += offset;
             }
         }
     }
