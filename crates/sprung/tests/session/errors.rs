@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use sprung::demo;
+use sprung::log::{Arrays, LogSource};
 use sprung::progress::Unheard;
 use sprung::session::{Depth, ErrorKind, Parameters, Session, SessionError};
 
@@ -99,4 +100,44 @@ fn files_that_hold_no_parameters_are_named() {
     );
     let gone = folder.join("gone.toml");
     says(Parameters::open(&gone), ErrorKind::File, "cannot read");
+}
+
+/// Returns the columns of a log of the demo.
+fn columns() -> Vec<(String, Vec<f64>)> {
+    let log = String::from_utf8(files()["identification.csv"].clone()).unwrap();
+    let mut lines = log.lines();
+    let names = lines.next().unwrap().split(',');
+    let mut all: Vec<(String, Vec<f64>)> =
+        names.map(|name| (name.to_owned(), Vec::new())).collect();
+    for line in lines {
+        for ((_, values), cell) in all.iter_mut().zip(line.split(',')) {
+            values.push(cell.parse().unwrap());
+        }
+    }
+    all
+}
+
+#[test]
+fn columns_in_memory_that_are_wrong_are_named() {
+    let session = session(&[]);
+    let with = |columns| {
+        let mut sources = [LogSource::arrays("run 7", Arrays::new(columns).unwrap())];
+        session.identify_with(&mut sources, &mut Unheard)
+    };
+    with(columns()).unwrap();
+    let mut nan = columns();
+    nan[3].1[99] = f64::NAN;
+    let part = format!("row 100 of run 7, column \"{}\": ", nan[3].0);
+    says(with(nan), ErrorKind::Log, &part);
+    let mut missing = columns();
+    let gone = missing.remove(3).0;
+    says(
+        with(missing),
+        ErrorKind::Log,
+        &format!("run 7 has no column \"{gone}\""),
+    );
+    let mut unequal = columns();
+    unequal[3].1.truncate(99);
+    let error = Arrays::new(unequal).unwrap_err().to_string();
+    assert!(error.contains(&gone) && error.contains("99"), "{error}");
 }
