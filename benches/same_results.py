@@ -115,7 +115,7 @@ class Comparison:
         if isinstance(a, dict) and isinstance(b, dict):
             self.table(path, a, b, scale)
         elif isinstance(a, list) and isinstance(b, list):
-            if path.endswith("cross_checks"):
+            if path.endswith(("cross_checks", "warnings")):
                 a, b = alike(a, b)
             if len(a) != len(b):
                 self.apart.append(f"{path}: {len(a)} entries became {len(b)}")
@@ -145,11 +145,17 @@ class Comparison:
 
 
 def alike(a, b):
-    """Leaves instruments out where only one build computed them."""
-    methods = {entry["method"] for entry in a} & {entry["method"] for entry in b}
-    optional = "instrumental-variables"
-    keep = lambda entry: entry["method"] != optional or optional in methods
-    return [e for e in a if keep(e)], [e for e in b if keep(e)]
+    """Leaves instruments, and that there are none, out where only one build looked at them."""
+
+    def names(entries):
+        return {entry.get("method") or entry.get("code") for entry in entries}
+
+    only_one = {"instrumental-variables", "no-instruments"} & (names(a) ^ names(b))
+
+    def kept(entries):
+        return [entry for entry in entries if not names([entry]) & only_one]
+
+    return kept(a), kept(b)
 
 
 def is_number(value):
