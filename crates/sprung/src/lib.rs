@@ -16,13 +16,16 @@ pub mod demo;
 pub mod description;
 pub mod estimate;
 pub mod finding;
-pub mod fit;
+mod fit;
 pub mod log;
 pub mod model;
 pub mod named;
+#[doc(hidden)]
 pub mod prepare;
+#[doc(hidden)]
 pub mod preprocess;
 pub mod progress;
+#[doc(hidden)]
 pub mod regression;
 pub mod report;
 pub mod session;

@@ -24,10 +24,9 @@ mod tell;
 
 pub use columns::reversed_torque;
 pub use error::CheckError;
-pub use examine::{Examination, examine};
+pub use examine::examine;
 pub use refusal::Refusal;
-pub use relative::{ChannelDelay, RelativeDelays, relative_delays};
-pub use resolution::{UNEXPLAINED, beyond_resolution};
+pub(crate) use resolution::{UNEXPLAINED, beyond_resolution};
 pub use result::{
     CheckReport, Checked, CheckedLog, ColumnFigures, DelayFigures, JointFigures, LikelyDelay, Place,
 };

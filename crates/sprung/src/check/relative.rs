@@ -22,7 +22,7 @@ const LONG_DELAY_RESIDUAL_SHARE: f64 = 0.9;
 
 /// What a joint says about delays between its channels.
 #[derive(Clone, Debug, PartialEq)]
-pub struct RelativeDelays {
+pub(crate) struct RelativeDelays {
     /// Joint, from 0.
     pub joint: usize,
     /// The delay of one channel alone that explains the torque best.
@@ -34,7 +34,7 @@ pub struct RelativeDelays {
 
 /// A delay of a channel, with its standard error, s.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ChannelDelay {
+pub(crate) struct ChannelDelay {
     /// Index of the channel in [`Channels::all`](crate::log::Channels::all).
     pub channel: usize,
     /// How much later than the others it was recorded.
@@ -125,7 +125,7 @@ impl Joint {
 ///
 /// Returns nothing of joints whose excerpt is too short.
 #[must_use]
-pub fn relative_delays(
+pub(crate) fn relative_delays(
     excerpt: &Excerpt,
     reading: &Reading,
     weak: &[usize],

@@ -5,7 +5,7 @@ use crate::regression::{Reading, System, TransitionWeights};
 
 /// Part of the motor torque that may stay unexplained, root mean squares, beyond what
 /// the resolution of the positions leaves of it.
-pub const UNEXPLAINED: f64 = 0.2;
+pub(crate) const UNEXPLAINED: f64 = 0.2;
 
 /// Returns the part of a torque that a model leaves unexplained where the positions
 /// are exact.
@@ -13,7 +13,7 @@ pub const UNEXPLAINED: f64 = 0.2;
 /// - `relative`: residual over torque, root mean squares.
 /// - `share`: what noise leaves through Coulomb transitions, likewise.
 #[must_use]
-pub fn beyond_resolution(relative: f64, share: f64) -> f64 {
+pub(crate) fn beyond_resolution(relative: f64, share: f64) -> f64 {
     (relative.powi(2) - share.powi(2)).max(0.0).sqrt()
 }
 

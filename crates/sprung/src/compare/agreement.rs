@@ -7,10 +7,10 @@ use crate::model::short;
 
 /// Significance of a disagreement: the probability of a false alarm for all parameters of one estimator together,
 /// if the intervals are those of independent, normal errors.
-pub const SIGNIFICANCE: f64 = 0.01;
+pub(crate) const SIGNIFICANCE: f64 = 0.01;
 
 /// Code of the finding that says so.
-pub const RUNS_DISAGREE: &str = "runs-disagree";
+pub(crate) const RUNS_DISAGREE: &str = "runs-disagree";
 
 /// Parameters that the text of a finding names, at most.
 const PARAMETERS_IN_TEXT: usize = 5;

@@ -5,6 +5,6 @@ mod labels;
 mod result;
 mod table;
 
-pub use agreement::{RUNS_DISAGREE, SIGNIFICANCE};
+pub(crate) use agreement::{RUNS_DISAGREE, SIGNIFICANCE};
 pub use result::{ComparedParameter, ComparedResult, ComparedValue, Comparison};
 pub use table::{CompareError, Compared, compare};

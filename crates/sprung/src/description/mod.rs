@@ -33,12 +33,12 @@ pub use identify::{
 };
 pub use log::{CsvForm, Log, SamplingTimes};
 pub use nominal::Nominal;
+pub(crate) use quantities::Quantity;
 pub(crate) use quantities::{Joints, Key, KeyUnit, Scaling};
-pub use quantities::{Measures, Quantity, Row, Signal};
+pub(crate) use quantities::{Measures, Row, Signal};
 pub use read::{DescriptionError, Experiment, no_files, read, schema};
 pub use robot::{DhJoint, Joint, Kinematics, Robot, Side, SpringTerm, Transmission, Tree};
 pub use run::{Controller, ControllerKind, Feedforward, Reference, Simulate, Sine, Validate};
-pub use template::{MOST_JOINTS, Start, StartError, template};
-pub use tree::Open;
-pub use units::{Dimension, Unit};
+pub use template::{Start, StartError, template};
+pub use units::Unit;
 pub use urdf::{TreeJoint, Urdf, UrdfError, UrdfJoint};

@@ -14,7 +14,7 @@ use super::urdf::{Urdf, UrdfJoint};
 pub use write::template;
 
 /// Most rows of a table to fill in.
-pub const MOST_JOINTS: usize = 32;
+pub(crate) const MOST_JOINTS: usize = 32;
 
 /// A robot that an experiment is to be written for.
 #[derive(Clone, Debug, PartialEq)]

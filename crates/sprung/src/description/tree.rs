@@ -9,7 +9,7 @@ use super::robot::{Robot, Tree};
 use super::urdf::{Urdf, UrdfError};
 
 /// Opens the files that an experiment names beside its logs.
-pub type Open<'a> = &'a mut dyn FnMut(&Path) -> std::io::Result<String>;
+pub(crate) type Open<'a> = &'a mut dyn FnMut(&Path) -> std::io::Result<String>;
 
 /// What keeps a robot's tree from being built.
 #[derive(Debug)]

@@ -7,7 +7,7 @@
 ///
 /// Abramowitz and Stegun, eqs. 26.4.4 and 26.4.5: finite sums, exact.
 #[must_use]
-pub fn upper_tail(x: f64, freedom: usize) -> f64 {
+pub(crate) fn upper_tail(x: f64, freedom: usize) -> f64 {
     if freedom == 0 || x <= 0.0 {
         return 1.0;
     }

@@ -6,7 +6,7 @@ use crate::fit::Fitted;
 use crate::model::Theta;
 
 /// Half width of a 95 % interval of a normal error, in standard errors.
-pub const NORMAL_95: f64 = 1.959_964;
+pub(crate) const NORMAL_95: f64 = 1.959_964;
 
 /// What an estimator found, and what it says of itself.
 pub(super) struct Found {

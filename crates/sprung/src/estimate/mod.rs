@@ -21,22 +21,21 @@ mod start;
 mod verdict;
 
 pub use about_logs::{DelayUsed, GainUsed, LogInfo, SignUsed};
-pub use chi_square::upper_tail;
+pub(crate) use chi_square::upper_tail;
 pub use error::IdentifyError;
-pub use found::NORMAL_95;
+pub(crate) use found::NORMAL_95;
 pub use identify::{Identified, identify};
-pub use judge::{judge, tilted, worth_a_look};
 pub use late_channels::late_channels;
-pub use least_squares::{Route, cross_checks, sweep};
 pub use lsff::{Lsff, LsffError};
 pub use prediction_error::{KnownNoise, information_bound};
+pub(crate) use result::GENERATOR;
 pub use result::{
     CrossCheckResult, CutoffChoice, CutoffPoint, Determined, EncoderOffsetResult, EstimateResult,
-    GENERATOR, HeldOutResidual, Identification, MotorRowResult, ParameterEstimate, RefinedDelay,
+    HeldOutResidual, Identification, MotorRowResult, ParameterEstimate, RefinedDelay,
     RefinedOffset, Refinement, RowDisturbance, SensorNoise, SettingsUsed, SimulationFit,
     StandardParameter, parameters_csv,
 };
 pub use standard::standard_parameters;
 pub use verdict::Verdict;
 
-pub use crate::fit::{Fitted, MotorRow, TorqueOf, fit, fit_quickly, residual, torques, trace};
+pub use crate::fit::{fit, residual, torques, trace};

@@ -10,7 +10,7 @@ use crate::finding::{Finding, Severity};
 use crate::model::stribeck_name;
 use crate::named::Named;
 
-pub use crate::finding::GENERATOR;
+pub(crate) use crate::finding::GENERATOR;
 
 /// Everything that an identification found; format 1.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -84,7 +84,7 @@ pub fn fit(model: &Model, system: &System) -> Option<Fitted> {
 /// Returns the parameter vector alone, \[p\]; nothing if the data do not
 /// determine all of it.
 #[must_use]
-pub fn fit_quickly(model: &Model, system: &System) -> Option<Theta> {
+pub(crate) fn fit_quickly(model: &Model, system: &System) -> Option<Theta> {
     let free = Free::new(model);
     let whole = free.factors(system.whole()?);
     let x = solve_quickly(&free.parts(&whole), free.unknowns.len())?;

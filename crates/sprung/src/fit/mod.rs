@@ -9,9 +9,10 @@ mod motor_row;
 mod residual;
 
 pub use growing::trace;
-pub use least_squares::{Fitted, fit, fit_quickly};
-pub use motor_row::MotorRow;
-pub use residual::{TorqueOf, residual, torques};
+pub use least_squares::fit;
+pub(crate) use least_squares::{Fitted, fit_quickly};
+pub(crate) use motor_row::MotorRow;
+pub use residual::{residual, torques};
 
 pub(crate) use free::Free;
 pub(crate) use growing::fits_of_growing;

@@ -1,7 +1,7 @@
 //! Consecutive samples of a log.
 
 /// Samples in a block, at most.
-pub const BLOCK: usize = 2048;
+pub(crate) const BLOCK: usize = 2048;
 
 /// Consecutive samples of a log; channels in the order of [`Channels::all`](super::Channels::all).
 #[derive(Clone, Debug, Default)]

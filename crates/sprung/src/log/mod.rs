@@ -21,17 +21,21 @@ mod source;
 mod write;
 
 pub use arrays::{Array, Arrays, ArraysError};
-pub use block::{BLOCK, LogBlock};
-pub use clock::{Count, Evidence, Gaps, JITTER_LIMIT, Sampling, Timing, check_timing, time_unit};
-pub use columns::{Channel, ChannelError, Channels, Mix, Origin, Pick, Start, Stream, TimeOrigin};
+pub use block::LogBlock;
+pub use clock::{Sampling, Timing};
+pub(crate) use clock::{check_timing, time_unit};
+pub(crate) use columns::Mix;
+#[cfg(test)]
+pub(crate) use columns::{Channel, Origin, TimeOrigin};
+pub use columns::{ChannelError, Channels};
 pub use error::{LogError, Place};
-pub use figures::{
-    Event, Extent, Extreme, Figures, Line, Overview, Sizes, Stretch, Summary, check,
-};
+pub(crate) use figures::{Figures, Overview, Summary};
+pub use figures::{Sizes, check};
 pub use formats::panics_are_caught;
 pub use input::{Input, LogFile};
-pub use reader::LogReader;
+pub(crate) use reader::LogReader;
 pub use source::{LogSource, Opener};
 pub use write::LogWriter;
 
-pub use crate::description::{Measures, Quantity, Signal};
+pub(crate) use crate::description::Quantity;
+pub(crate) use crate::description::{Measures, Signal};

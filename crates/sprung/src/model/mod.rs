@@ -22,10 +22,9 @@ use crate::description::{self, Experiment, Quantity, Row, Tree};
 use inertial::{Inertial, PLANAR_2R_NAMES};
 use layout::Layout;
 
-pub use base_parameters::{BaseParameters, Candidates};
-pub use links::TreeLinks;
+pub(crate) use links::TreeLinks;
 pub use parameter::{ModelError, Parameter, short};
-pub use right_hand_side::RightHandSide;
+pub(crate) use right_hand_side::RightHandSide;
 pub use scratch::Scratch;
 
 /// A parameter vector theta, \[p\].

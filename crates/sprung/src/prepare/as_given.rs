@@ -10,7 +10,7 @@ use crate::regression::Reading;
 /// Returns how settings and description say that a log is read, and why its cut-off was
 /// chosen if it was: delays that are not given are zero, and all samples count alike.
 #[must_use]
-pub fn as_given(
+pub(crate) fn as_given(
     model: &Model,
     settings: &Identify,
     channels: &Channels,

@@ -36,7 +36,7 @@ const WEIGHTED_AT_HZ: f64 = 12.0;
 ///
 /// Returns it in Hz, and why.
 #[must_use]
-pub fn choose_cutoff(
+pub(crate) fn choose_cutoff(
     model: &Model,
     channels: &Channels,
     weights: Weights,

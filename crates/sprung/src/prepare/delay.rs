@@ -14,7 +14,7 @@ const COARSE_STEP_S: f64 = 0.01;
 
 /// A delay that was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DelayEstimate {
+pub(crate) struct DelayEstimate {
     /// Index of the channel in [`Channels::all`](crate::log::Channels::all).
     pub channel: usize,
     /// Delay, s.
@@ -44,7 +44,7 @@ pub struct DelayEstimate {
 ///
 /// Returns nothing if the excerpt is too short.
 #[must_use]
-pub fn estimate_delays(
+pub(crate) fn estimate_delays(
     excerpt: &Excerpt,
     reading: &Reading,
     wanted: &[usize],

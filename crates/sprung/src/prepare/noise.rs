@@ -45,7 +45,7 @@ pub fn noise(excerpt: &Excerpt, channel: usize) -> Option<(f64, Option<f64>)> {
 
 /// Returns the standard deviation of the white noise on a signal; most of its
 /// samples must change little over three steps.
-pub fn white_noise(values: &[f64]) -> f64 {
+pub(crate) fn white_noise(values: &[f64]) -> f64 {
     let mut third: Vec<f64> = (values.windows(4))
         .map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs())
         .collect();
@@ -74,7 +74,7 @@ pub(crate) fn velocity_per_position(cutoff: f64, period: f64) -> f64 {
 ///
 /// - `cutoff`: of the position filter, Hz.
 #[must_use]
-pub fn velocity_noise(
+pub(crate) fn velocity_noise(
     model: &Model,
     channels: &Channels,
     excerpt: &Excerpt,

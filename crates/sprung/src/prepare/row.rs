@@ -8,7 +8,7 @@ use crate::regression::{Reading, SystemPart, solve};
 
 /// What the torque's row of a joint says under an assumption about the log.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MotorRowFit {
+pub(crate) struct MotorRowFit {
     /// Stiffness, N·m/rad (N/m); none for a rigid joint.
     pub stiffness: Option<f64>,
     /// Whether stiffness, rotor inertia and frictions are all positive.
@@ -141,7 +141,7 @@ pub(crate) fn fit_rows(
 /// Returns nothing if the excerpt is too short for the filter or the settings
 /// do not fit the log.
 #[must_use]
-pub fn fit_motor_rows(excerpt: &Excerpt, reading: &Reading) -> Option<Vec<MotorRowFit>> {
+pub(crate) fn fit_motor_rows(excerpt: &Excerpt, reading: &Reading) -> Option<Vec<MotorRowFit>> {
     let joints: Vec<usize> = (0..reading.model().joint_count()).collect();
     let fits = fit_rows(excerpt, reading, &joints)?;
     Some(fits.iter().map(|fit| fit.short(reading.model())).collect())

@@ -27,7 +27,7 @@ const GOLDEN_SECTIONS: usize = 8;
 /// searched at once: velocities in equal ratios first, then by sections of the
 /// golden ratio between the best and its neighbours.
 #[must_use]
-pub fn find_stribeck(reading: &Reading, excerpt: &Excerpt) -> (Model, Vec<Finding>) {
+pub(crate) fn find_stribeck(reading: &Reading, excerpt: &Excerpt) -> (Model, Vec<Finding>) {
     let model = reading.model();
     let joints = model.unknown_stribeck();
     let Some(fastest) = fastest(reading, excerpt) else {

@@ -19,7 +19,7 @@ const MEDIAN_TO_DEVIATION: f64 = 1.4826;
 /// alike; the scale of a row is that of its residual in the half of the samples
 /// that transitions touch least.
 #[must_use]
-pub fn find_weights(reading: &Reading, excerpt: &Excerpt) -> Option<TransitionWeights> {
+pub(crate) fn find_weights(reading: &Reading, excerpt: &Excerpt) -> Option<TransitionWeights> {
     let model = reading.model();
     let noise = velocity_noise(
         model,

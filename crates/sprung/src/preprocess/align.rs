@@ -85,7 +85,7 @@ fn cubic(f: f64) -> [f64; 4] {
 
 /// Brings the channels of a log onto one clock.
 #[derive(Clone, Debug)]
-pub struct Aligner {
+pub(crate) struct Aligner {
     channels: Channels,
     leads: Vec<Lead>,
     reach: usize,
@@ -104,7 +104,7 @@ impl Aligner {
     ///
     /// Delays that are not whole numbers of samples are interpolated by cubics.
     #[must_use]
-    pub fn new(channels: &Channels, delays: &[f64], period: f64) -> Self {
+    pub(crate) fn new(channels: &Channels, delays: &[f64], period: f64) -> Self {
         let earliest = delays.iter().copied().fold(0.0, f64::min);
         let mut leads: Vec<Lead> = delays
             .iter()
@@ -143,12 +143,12 @@ impl Aligner {
     /// Returns how many samples are lost at the end, because a late channel has
     /// no more.
     #[must_use]
-    pub fn lost(&self) -> usize {
+    pub(crate) fn lost(&self) -> usize {
         self.reach
     }
 
     /// Takes a block and appends the samples that are ready to `out`.
-    pub fn push(&mut self, block: &LogBlock, out: &mut RawBlock) {
+    pub(crate) fn push(&mut self, block: &LogBlock, out: &mut RawBlock) {
         self.time.extend_from_slice(&block.time);
         for (buffer, values) in self.buffers.iter_mut().zip(&block.values) {
             buffer.extend_from_slice(values);

@@ -2,7 +2,7 @@
 
 /// Keeps every s-th item; `s` doubles whenever the limit is reached.
 #[derive(Clone, Debug)]
-pub struct Decimator<T> {
+pub(crate) struct Decimator<T> {
     kept: Vec<T>,
     limit: usize,
     stride: u64,
@@ -12,7 +12,7 @@ pub struct Decimator<T> {
 impl<T> Decimator<T> {
     /// Returns an empty decimator that never holds more than `limit` items.
     #[must_use]
-    pub fn new(limit: usize) -> Self {
+    pub(crate) fn new(limit: usize) -> Self {
         Self {
             kept: Vec::new(),
             limit: limit.max(2),
@@ -22,7 +22,7 @@ impl<T> Decimator<T> {
     }
 
     /// Takes the next item; it is made only if it is kept.
-    pub fn push(&mut self, item: impl FnOnce() -> T) {
+    pub(crate) fn push(&mut self, item: impl FnOnce() -> T) {
         if self.seen.is_multiple_of(self.stride) {
             if self.kept.len() == self.limit {
                 let mut index = 0;
@@ -41,13 +41,13 @@ impl<T> Decimator<T> {
 
     /// Returns the items kept, oldest first.
     #[must_use]
-    pub fn items(&self) -> &[T] {
+    pub(crate) fn items(&self) -> &[T] {
         &self.kept
     }
 
     /// Returns the items kept, oldest first.
     #[must_use]
-    pub fn into_items(self) -> Vec<T> {
+    pub(crate) fn into_items(self) -> Vec<T> {
         self.kept
     }
 }

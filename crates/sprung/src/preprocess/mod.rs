@@ -9,7 +9,9 @@ mod decimate;
 mod smooth;
 mod zero_phase;
 
-pub use align::{Aligner, RawBlock};
-pub use decimate::Decimator;
-pub use smooth::{SignalBlock, Smoother};
+pub(crate) use align::Aligner;
+pub use align::RawBlock;
+pub(crate) use decimate::Decimator;
+pub use smooth::SignalBlock;
+pub(crate) use smooth::Smoother;
 pub use zero_phase::{Butterworth, FilterDesignError, ZeroPhase};

@@ -108,7 +108,7 @@ impl Column {
 ///
 /// Section 2.3.3 and eq. (27).
 #[derive(Clone, Debug)]
-pub struct Smoother {
+pub(crate) struct Smoother {
     // Motors, then the links of flexible joints.
     columns: Vec<Column>,
     // The joint of each column behind those of the motors.
@@ -128,7 +128,7 @@ impl Smoother {
     /// - `flexible`: whether each joint's link has a position of its own.
     /// - `period`: T, s.
     #[must_use]
-    pub fn new(filter: &Butterworth, flexible: &[bool], period: f64) -> Self {
+    pub(crate) fn new(filter: &Butterworth, flexible: &[bool], period: f64) -> Self {
         let (links, rigid): (Vec<usize>, Vec<usize>) =
             (0..flexible.len()).partition(|&joint| flexible[joint]);
         let column = Column {
@@ -149,13 +149,13 @@ impl Smoother {
 
     /// Returns the smoother of samples that follow a gap.
     #[must_use]
-    pub fn behind_gap(mut self) -> Self {
+    pub(crate) fn behind_gap(mut self) -> Self {
         self.to_drop = self.edge;
         self
     }
 
     /// Takes samples and appends those that are ready to `out`.
-    pub fn push(&mut self, samples: &RawBlock, out: &mut SignalBlock) {
+    pub(crate) fn push(&mut self, samples: &RawBlock, out: &mut SignalBlock) {
         (self.time).extend(samples.time.iter().map(|time| time + samples.later));
         for (own, tau) in self.tau.iter_mut().zip(&samples.tau) {
             own.extend_from_slice(tau);
@@ -170,7 +170,7 @@ impl Smoother {
 
     /// Ends the samples before a gap, likewise.
     #[must_use]
-    pub fn finish_at_gap(self, out: &mut SignalBlock) -> bool {
+    pub(crate) fn finish_at_gap(self, out: &mut SignalBlock) -> bool {
         let edge = self.edge;
         let finished = self.finish(out);
         out.truncate(out.len().saturating_sub(edge));
@@ -181,7 +181,7 @@ impl Smoother {
     ///
     /// Returns false if the log was too short for the filter's padding.
     #[must_use]
-    pub fn finish(mut self, out: &mut SignalBlock) -> bool {
+    pub(crate) fn finish(mut self, out: &mut SignalBlock) -> bool {
         for column in &mut self.columns {
             if !column.filter.clone().finish(&mut column.filtered) {
                 return false;

@@ -13,7 +13,7 @@ use crate::preprocess::SignalBlock;
 /// What a row of the filtered regression `Y θ = b` and the same row of another
 /// motion, `Z`, have in common over all samples.
 #[derive(Clone, Debug)]
-pub struct CrossProducts {
+pub(crate) struct CrossProducts {
     /// `Z^T Y`, and `Z^T b` in the last column, \[width × width + 1\].
     pub products: Mat<f64>,
     /// Squared lengths of the columns of Y.
@@ -38,7 +38,7 @@ pub struct CrossProducts {
 /// # Source
 ///
 /// The normal equations of instrumental variables, `Z^T Y θ = Z^T b`.
-pub fn cross_products(
+pub(crate) fn cross_products(
     reading: &Reading,
     pairs: &[(&SignalBlock, &SignalBlock)],
     period: f64,

@@ -17,13 +17,15 @@ mod triangle;
 mod weights;
 
 pub use filtered::FilteredRegression;
-pub use instruments::{CrossProducts, cross_products};
-pub use pass::{
-    LogFigures, Observer, PassError, Passed, Restart, read_through, reduce_blocks,
-    shortest_segment, signals,
+pub(crate) use instruments::{CrossProducts, cross_products};
+pub(crate) use pass::{
+    LogFigures, Observer, Passed, Restart, read_through, reduce_blocks, shortest_segment,
 };
+pub use pass::{PassError, signals};
 pub use reading::Reading;
-pub use reduction::{Kept, Reduction, System};
-pub use solution::{Solution, SystemPart, solve, solve_quickly};
-pub use triangle::Triangle;
-pub use weights::{TransitionWeights, VelocityNoise};
+pub use reduction::Reduction;
+pub(crate) use reduction::System;
+pub use solution::solve;
+pub(crate) use solution::{Solution, SystemPart, solve_quickly};
+pub(crate) use triangle::Triangle;
+pub(crate) use weights::{TransitionWeights, VelocityNoise};

@@ -42,7 +42,7 @@ pub enum PassError {
 
 /// Why filters start anew.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Restart {
+pub(crate) enum Restart {
     /// A log begins.
     Begin,
     /// Samples are missing.
@@ -50,7 +50,7 @@ pub enum Restart {
 }
 
 /// Sees what passes; by default it looks away.
-pub trait Observer: Send {
+pub(crate) trait Observer: Send {
     /// Another log begins, or the log goes on after a gap.
     fn restart(&mut self, _why: Restart) {}
 
@@ -206,7 +206,7 @@ impl Preparation {
 ///
 /// - `period`: T, s.
 #[must_use]
-pub fn shortest_segment(reading: &Reading, period: f64) -> Option<u64> {
+pub(crate) fn shortest_segment(reading: &Reading, period: f64) -> Option<u64> {
     let order = reading.settings().position_filter_order;
     let filter = Butterworth::new(order, reading.position_cutoff_hz(), period).ok()?;
     let aligner = Aligner::new(reading.channels(), reading.delays(), period);
@@ -253,7 +253,7 @@ fn reduce(
 /// # Errors
 ///
 /// [`PassError`] if a filter does not fit the period.
-pub fn reduce_blocks(
+pub(crate) fn reduce_blocks(
     reading: &Reading,
     period: f64,
     blocks: &[LogBlock],
@@ -310,7 +310,7 @@ fn longest_delay(delays: &[f64]) -> f64 {
 
 /// What a pass leaves of logs.
 #[derive(Clone, Debug)]
-pub struct Passed {
+pub(crate) struct Passed {
     /// The reduced system of all logs.
     pub system: System,
     /// Figures of each log.
@@ -340,7 +340,7 @@ pub struct LogFigures {
 /// # Errors
 ///
 /// [`PassError`] if a log is wrong, too short, or does not fit the filters.
-pub fn read_through(
+pub(crate) fn read_through(
     reading: &Reading,
     sources: &mut [LogSource<'_>],
     observer: &mut impl Observer,

@@ -98,7 +98,7 @@ pub fn solve(parts: &[SystemPart<'_>], unknowns: usize) -> Option<Solution> {
 /// Solves like [`solve`], but only for the unknowns and only if all are
 /// determined; for the many systems of a trace.
 #[must_use]
-pub fn solve_quickly(parts: &[SystemPart<'_>], unknowns: usize) -> Option<Vec<f64>> {
+pub(crate) fn solve_quickly(parts: &[SystemPart<'_>], unknowns: usize) -> Option<Vec<f64>> {
     let (mut a, b) = assemble(parts, unknowns);
     let norms = scale_columns(&mut a);
     let mut rows = Mat::from_fn(a.nrows(), unknowns + 1, |i, j| {

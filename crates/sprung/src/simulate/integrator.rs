@@ -57,7 +57,7 @@ pub struct StepsExhausted;
 
 /// Integrates autonomous differential equations over fixed periods.
 #[derive(Clone, Debug)]
-pub struct Integrator {
+pub(crate) struct Integrator {
     tolerance: f64,
     step: f64,
     // One vector per stage, and two states.
@@ -73,7 +73,7 @@ impl Integrator {
     /// - `tolerance`: largest error of a step in any state, in the state's
     ///   unit, positive.
     #[must_use]
-    pub fn new(tolerance: f64, states: usize) -> Self {
+    pub(crate) fn new(tolerance: f64, states: usize) -> Self {
         Self {
             tolerance,
             step: f64::INFINITY,
@@ -85,7 +85,7 @@ impl Integrator {
 
     /// Returns how many steps were tried so far.
     #[must_use]
-    pub fn steps(&self) -> u64 {
+    pub(crate) fn steps(&self) -> u64 {
         self.steps
     }
 
@@ -97,7 +97,7 @@ impl Integrator {
     ///
     /// [`StepsExhausted`] after ten thousand steps, or when the state is no
     /// longer finite.
-    pub fn advance(
+    pub(crate) fn advance(
         &mut self,
         x: &mut [f64],
         duration: f64,

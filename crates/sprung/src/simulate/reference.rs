@@ -14,7 +14,7 @@ struct Term {
 
 /// A reference for every joint.
 #[derive(Clone, Debug)]
-pub struct Trajectory {
+pub(crate) struct Trajectory {
     terms: Vec<Term>,
     centre: Vec<f64>,
 }
@@ -23,7 +23,7 @@ impl Trajectory {
     /// Returns the trajectory that a file describes; sines of joints that the
     /// robot does not have are passed over, the description has refused them.
     #[must_use]
-    pub fn new(reference: &Reference, model: &Model) -> Self {
+    pub(crate) fn new(reference: &Reference, model: &Model) -> Self {
         let joints = model.joints();
         let terms = reference
             .sines
@@ -53,13 +53,13 @@ impl Trajectory {
 
     /// Returns the positions about which the joints move, \[n\], rad (m).
     #[must_use]
-    pub fn centre(&self) -> &[f64] {
+    pub(crate) fn centre(&self) -> &[f64] {
         &self.centre
     }
 
     /// Writes the position of every joint and its derivatives up to the
     /// fourth, at `time` in s; rad, rad/s, …, \[n\]\[5\].
-    pub fn at(&self, time: f64, all: &mut [[f64; 5]]) {
+    pub(crate) fn at(&self, time: f64, all: &mut [[f64; 5]]) {
         for (own, centre) in all.iter_mut().zip(&self.centre) {
             *own = [*centre, 0.0, 0.0, 0.0, 0.0];
         }

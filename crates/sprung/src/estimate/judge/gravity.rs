@@ -26,7 +26,7 @@ const TURNS_DEG: [f64; 5] = [20.0, 10.0, 5.0, 2.5, 1.25];
 ///
 /// - `worst`: largest residual of a torque's row, as a part of its torque.
 #[must_use]
-pub fn worth_a_look(experiment: &Experiment, worst: f64) -> bool {
+pub(crate) fn worth_a_look(experiment: &Experiment, worst: f64) -> bool {
     let robot = &experiment.robot;
     robot.tree.is_some()
         && robot.gravity().iter().any(|g| *g != 0.0)
@@ -36,7 +36,11 @@ pub fn worth_a_look(experiment: &Experiment, worst: f64) -> bool {
 /// Says which direction of gravity explains the motor torques far better than
 /// the one of the file, if there is one; see [`worth_a_look`] before.
 #[must_use]
-pub fn tilted(experiment: &Experiment, reading: &Reading, excerpt: &Excerpt) -> Option<Finding> {
+pub(crate) fn tilted(
+    experiment: &Experiment,
+    reading: &Reading,
+    excerpt: &Excerpt,
+) -> Option<Finding> {
     let given = experiment.robot.gravity();
     let size = given.iter().map(|g| g * g).sum::<f64>().sqrt();
     let excerpt = excerpt.first(SAMPLES_LOOKED_AT);

@@ -6,7 +6,7 @@ mod scale;
 
 use sprung_core::parameters::JointParameter;
 
-pub use gravity::{tilted, worth_a_look};
+pub(crate) use gravity::{tilted, worth_a_look};
 
 use self::parameters::{collinear, listed, little_torque, negative, negative_friction, weak};
 use self::scale::{scale_collapse, stiffness_disagrees};
@@ -48,7 +48,7 @@ fn of<'a>(
 ///   least, columns scaled.
 /// - `channels`: the columns, for their names.
 #[must_use]
-pub fn judge(
+pub(crate) fn judge(
     model: &Model,
     result: &EstimateResult,
     weakest: &[f64],

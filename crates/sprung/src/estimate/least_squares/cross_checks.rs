@@ -18,7 +18,7 @@ const EXACT_RESIDUAL_SHARE: f64 = 1e-9;
 
 /// A route to the parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Route {
+pub(crate) enum Route {
     /// Motor rows first; then link rows with the spring torque for their
     /// right-hand side.
     TwoStage,
@@ -29,7 +29,7 @@ pub enum Route {
 impl Route {
     /// Returns the name in files and tables.
     #[must_use]
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::TwoStage => "two-stage",
             Self::ScaleInvariant => "scale-invariant",
@@ -44,7 +44,7 @@ impl Route {
 /// say how stiff the springs are, in the second a common scale of a link row
 /// changes nothing. So rows may have the weights that their residuals ask for.
 #[must_use]
-pub fn cross_checks(model: &Model, system: &System) -> Vec<(Route, Theta)> {
+pub(crate) fn cross_checks(model: &Model, system: &System) -> Vec<(Route, Theta)> {
     let free = Free::new(model);
     let has_springs = (0..model.joint_count()).any(|joint| model.is_flexible(joint));
     let Some(whole) = system.whole().filter(|_| has_springs) else {

@@ -5,8 +5,8 @@ mod estimate;
 mod instruments;
 mod sweep;
 
-pub use cross_checks::{Route, cross_checks};
-pub use sweep::sweep;
+pub(crate) use cross_checks::cross_checks;
+pub(crate) use sweep::sweep;
 
 pub(super) use estimate::least_squares;
 pub(super) use instruments::add_instruments;

@@ -10,7 +10,7 @@ const CUTOFF_FACTORS: [f64; 5] = [0.5, 0.7, 1.0, 1.4, 2.0];
 
 /// Estimates with cut-offs around the chosen one, from the beginning of a log.
 #[must_use]
-pub fn sweep(reading: &Reading, excerpt: &Excerpt, reason: String) -> CutoffChoice {
+pub(crate) fn sweep(reading: &Reading, excerpt: &Excerpt, reason: String) -> CutoffChoice {
     let chosen = reading.position_cutoff_hz();
     let points = CUTOFF_FACTORS.iter().filter_map(|part| {
         // The noise of a velocity grows so with the cut-off.

@@ -26,7 +26,7 @@ const TIME_UNITS: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("
 ///
 /// Gaps are not judged here: what they cost depends on the filters.
 #[must_use]
-pub fn check_timing(file: &str, channels: &Channels, timing: &Timing) -> Vec<Finding> {
+pub(crate) fn check_timing(file: &str, channels: &Channels, timing: &Timing) -> Vec<Finding> {
     let mut findings = Vec::new();
     findings.extend(time_unit(file, channels, timing.period));
     findings.extend(uneven(file, channels, timing));
@@ -71,7 +71,7 @@ pub fn check_timing(file: &str, channels: &Channels, timing: &Timing) -> Vec<Fin
 /// - `file`: name for messages.
 /// - `period`: T as the log is read, s.
 #[must_use]
-pub fn time_unit(file: &str, channels: &Channels, period: f64) -> Option<Finding> {
+pub(crate) fn time_unit(file: &str, channels: &Channels, period: f64) -> Option<Finding> {
     let rate = 1.0 / period;
     if USUAL_RATES_HZ.contains(&rate) || !(rate.is_finite() && rate > 0.0) {
         return None;

@@ -6,7 +6,7 @@
 /// Treating a sample as if it came a tenth of a period off misplaces a joint
 /// at 1 rad/s and 1 kHz by 1e-4 rad, as much as an encoder with 16384 counts
 /// (standard deviation of its quantisation: 1.1e-4 rad).
-pub const JITTER_LIMIT: f64 = 0.1;
+pub(crate) const JITTER_LIMIT: f64 = 0.1;
 
 /// Longer steps do not say how long one is.
 const MAX_SINGLE_STEP: f64 = 1.5;

@@ -12,6 +12,5 @@ pub(super) mod resample;
 pub(super) mod timing;
 mod watch;
 
-pub use check::{check_timing, time_unit};
-pub use cycle::JITTER_LIMIT;
-pub use timing::{Count, Evidence, Gaps, Sampling, Timing};
+pub(crate) use check::{check_timing, time_unit};
+pub use timing::{Sampling, Timing};

@@ -14,7 +14,10 @@ pub(super) mod origin;
 pub(super) mod rows;
 mod time;
 
-pub use channel::{Channel, ChannelError};
+#[cfg(test)]
+pub(crate) use channel::Channel;
+pub use channel::ChannelError;
 pub use channels::Channels;
-pub use mix::Mix;
-pub use origin::{Origin, Pick, Start, Stream, TimeOrigin};
+pub(crate) use mix::Mix;
+#[cfg(test)]
+pub(crate) use origin::{Origin, TimeOrigin};

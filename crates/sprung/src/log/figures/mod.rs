@@ -6,7 +6,7 @@ mod faults;
 mod sizes;
 mod summary;
 
-pub use channel::{Event, Extent, Extreme, Figures, Overview, Stretch};
+pub(crate) use channel::{Figures, Overview};
 pub use check::check;
 pub use sizes::Sizes;
-pub use summary::{Line, Summary};
+pub(crate) use summary::Summary;
