@@ -99,9 +99,9 @@ fn parameters(identification: &Identification, contents: &Contents<'_>) -> Secti
     if let Some(table) = tables::cross_checks(identification) {
         blocks.push(Block::Paragraph(
             "Other routes fail in other ways. Two stages and the scale-invariant fit cannot shrink \
-             links and springs together; instrumental variables do not square the noise of the \
-             positions. Where they agree, what they share is left to doubt: equations, delays, \
-             the friction law."
+             links and springs together; instrumental variables, where they are asked for, do not \
+             square the noise of the positions. Where they agree, what they share is left to doubt: \
+             equations, delays, the friction law."
                 .to_owned(),
         ));
         blocks.push(Block::Table(table));
