@@ -1,5 +1,6 @@
 //! Simulated logs, written in the columns that an experiment declares.
 
+use std::fmt::Write as _;
 use std::io::Write;
 
 use crate::log::columns::channels::Channels;
@@ -32,7 +33,7 @@ impl<W: Write> LogWriter<W> {
         writer.write_record(std::iter::once(time).chain(names))?;
         Ok(Self {
             writer,
-            cells: Vec::with_capacity(1 + channels.all.len()),
+            cells: vec![String::new(); 1 + channels.all.len()],
             channels: channels.clone(),
         })
     }
@@ -64,14 +65,15 @@ impl<W: Write> LogWriter<W> {
         let q = from_zero(q);
         let phi = mixed(&self.channels.position_mix, &from_zero(phi));
         let tau = mixed(&self.channels.torque_mix, tau);
-        self.cells.clear();
-        self.cells
-            .push((time / self.channels.time_factor).to_string());
-        for channel in &self.channels.all {
+        let of_channels = self.channels.all.iter().map(|channel| {
             let i = channel.joint;
             let value = channel.quantity.shown(q[i], phi[i], tau[i]);
-            self.cells
-                .push((value / channel.factor - channel.origin.offset).to_string());
+            value / channel.factor - channel.origin.offset
+        });
+        let values = std::iter::once(time / self.channels.time_factor).chain(of_channels);
+        for (cell, value) in self.cells.iter_mut().zip(values) {
+            cell.clear();
+            write!(cell, "{value}").map_err(std::io::Error::other)?;
         }
         Ok(self.writer.write_record(&self.cells)?)
     }
