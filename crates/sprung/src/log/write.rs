@@ -53,9 +53,9 @@ impl<W: Write> LogWriter<W> {
         phi: &[f64],
         tau: &[f64],
     ) -> Result<(), std::io::Error> {
-        let mixed = |mix: &Option<Mix>, values: &[f64]| {
-            mix.as_ref()
-                .map_or_else(|| values.to_vec(), |mix| Mix::apply(&mix.back, values))
+        let mixed = |mix: &Option<Mix>, values: Vec<f64>| match mix {
+            Some(mix) => Mix::apply(&mix.back, &values),
+            None => values,
         };
         let from_zero = |positions: &[f64]| -> Vec<f64> {
             (positions.iter().zip(&self.channels.offsets))
@@ -63,8 +63,8 @@ impl<W: Write> LogWriter<W> {
                 .collect()
         };
         let q = from_zero(q);
-        let phi = mixed(&self.channels.position_mix, &from_zero(phi));
-        let tau = mixed(&self.channels.torque_mix, tau);
+        let phi = mixed(&self.channels.position_mix, from_zero(phi));
+        let tau = mixed(&self.channels.torque_mix, tau.to_vec());
         let of_channels = self.channels.all.iter().map(|channel| {
             let i = channel.joint;
             let value = channel.quantity.shown(q[i], phi[i], tau[i]);
