@@ -8,7 +8,6 @@
 //! log is looked at, an [`Excerpt`].
 
 mod columns;
-mod error;
 mod examine;
 mod filters;
 mod joints;
@@ -23,7 +22,6 @@ mod run;
 mod tell;
 
 pub use columns::reversed_torque;
-pub use error::CheckError;
 pub use examine::examine;
 pub use refusal::Refusal;
 pub(crate) use resolution::{UNEXPLAINED, beyond_resolution};
@@ -31,3 +29,6 @@ pub use result::{
     CheckReport, Checked, CheckedLog, ColumnFigures, DelayFigures, JointFigures, LikelyDelay, Place,
 };
 pub use run::check;
+
+#[doc(inline)]
+pub use crate::prepare::PrepareError;

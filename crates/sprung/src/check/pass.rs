@@ -1,7 +1,7 @@
 //! Figures of logs, read through once without filters.
 
-use super::error::CheckError;
 use crate::log::{LogBlock, LogSource, Summary};
+use crate::prepare::PrepareError;
 use crate::progress::{Listener, Phase};
 use crate::regression::{LogFigures, Reading, shortest_segment};
 
@@ -10,7 +10,7 @@ pub(super) fn read_all(
     reading: &Reading,
     sources: &mut [LogSource<'_>],
     progress: &mut dyn Listener,
-) -> Result<Vec<LogFigures>, CheckError> {
+) -> Result<Vec<LogFigures>, PrepareError> {
     let mut figures: Vec<LogFigures> = Vec::new();
     for source in sources {
         let before = figures.iter().map(|log| log.summary.samples()).sum();
@@ -27,7 +27,7 @@ fn read(
     source: &mut LogSource<'_>,
     before: u64,
     progress: &mut dyn Listener,
-) -> Result<LogFigures, CheckError> {
+) -> Result<LogFigures, PrepareError> {
     let channels = reading.channels();
     let mut log = source.open(channels)?;
     let mut block = LogBlock::new(channels.all.len());

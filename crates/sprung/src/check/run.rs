@@ -1,6 +1,5 @@
 //! Logs checked against their description.
 
-use super::error::CheckError;
 use super::examine::examine;
 use super::pass::read_all;
 use super::result::Checked;
@@ -8,7 +7,7 @@ use super::tell::told;
 use crate::description::Experiment;
 use crate::log::LogSource;
 use crate::model::Model;
-use crate::prepare::prepare;
+use crate::prepare::{PrepareError, prepare};
 use crate::progress::Listener;
 
 /// Checks logs against their description, prepared as an identification prepares them.
@@ -21,14 +20,14 @@ use crate::progress::Listener;
 ///
 /// # Errors
 ///
-/// [`CheckError`] if the description is not complete or a log cannot be read. A
+/// [`PrepareError`] if the description is not complete or a log cannot be read. A
 /// log that is wrong is a report.
 pub fn check(
     experiment: &Experiment,
     model: &Model,
     sources: &mut [LogSource<'_>],
     progress: &mut dyn Listener,
-) -> Result<Checked, CheckError> {
+) -> Result<Checked, PrepareError> {
     let prepared = prepare(experiment, model, sources, progress)?;
     let figures = read_all(prepared.reading(), sources, progress)?;
     let mut found = examine(&prepared, &figures);

@@ -5,6 +5,7 @@ use crate::description::{
     Controller, ControllerKind, Estimator, Experiment, Feedforward, StartName,
 };
 use crate::model::{Model, Theta};
+use crate::prepare::PrepareError;
 
 /// What the estimators that are asked for take from the experiment.
 pub(super) struct Asked<'a> {
@@ -19,11 +20,11 @@ impl<'a> Asked<'a> {
     ///
     /// # Errors
     ///
-    /// [`IdentifyError::NoLog`], [`IdentifyError::Controller`] or [`IdentifyError::Start`] if the
+    /// [`IdentifyError::Prepare`], [`IdentifyError::Controller`] or [`IdentifyError::Start`] if the
     /// experiment does not give it.
     pub(super) fn new(experiment: &'a Experiment, model: &Model) -> Result<Self, IdentifyError> {
         if experiment.log.is_none() {
-            return Err(IdentifyError::NoLog);
+            return Err(PrepareError::NoLog.into());
         }
         let nominal = match experiment.identify.start {
             StartName::LeastSquares => None,

@@ -4,7 +4,7 @@ use super::lsff::LsffError;
 use crate::check::Refusal;
 use crate::log::{ChannelError, LogError};
 use crate::model::ModelError;
-use crate::prepare::{DelayError, FactorError, PrepareError};
+use crate::prepare::PrepareError;
 use crate::progress::Stopped;
 use crate::regression::PassError;
 
@@ -12,12 +12,9 @@ use crate::regression::PassError;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum IdentifyError {
-    /// The experiment names no log.
-    #[error("the experiment has no [log]; say which file to identify from")]
-    NoLog,
-    /// The description of the log is not complete.
+    /// The logs cannot be prepared.
     #[error(transparent)]
-    Channel(#[from] ChannelError),
+    Prepare(PrepareError),
     /// Output error has no controller to simulate.
     #[error(
         "estimator \"output-error\" simulates the closed loop, and {0}; or use \"least-squares\", which \
@@ -30,12 +27,6 @@ pub enum IdentifyError {
     /// LSFF cannot be built.
     #[error(transparent)]
     Lsff(#[from] LsffError),
-    /// A delay cannot be estimated.
-    #[error(transparent)]
-    Delay(#[from] DelayError),
-    /// A sign or a gain cannot be estimated.
-    #[error(transparent)]
-    Factor(FactorError),
     /// The log is wrong, or does not fit the filters.
     #[error(transparent)]
     Pass(PassError),
@@ -74,12 +65,15 @@ impl From<LogError> for IdentifyError {
 impl From<PrepareError> for IdentifyError {
     fn from(error: PrepareError) -> Self {
         match error {
-            PrepareError::NoLog => Self::NoLog,
-            PrepareError::Channel(error) => Self::Channel(error),
-            PrepareError::Delay(error) => Self::Delay(error),
-            PrepareError::Factor(error) => Self::Factor(error),
             PrepareError::Log(error) => error.into(),
             PrepareError::Stopped(stopped) => Self::Stopped(stopped),
+            error => Self::Prepare(error),
         }
+    }
+}
+
+impl From<ChannelError> for IdentifyError {
+    fn from(error: ChannelError) -> Self {
+        Self::Prepare(error.into())
     }
 }

@@ -12,7 +12,7 @@ use crate::description::Estimator;
 use crate::finding::Finding;
 use crate::fit::Fitted;
 use crate::log::LogSource;
-use crate::prepare::Prepared;
+use crate::prepare::{PrepareError, Prepared};
 use crate::progress::Listener;
 use crate::regression::System;
 
@@ -48,9 +48,9 @@ impl Basis<'_> {
             Estimator::LeastSquares => {
                 least_squares(reading.model(), self.system, self.fitted, self.fit_seconds)
             }
-            Estimator::Lsff => on_line(self.lsff.ok_or(IdentifyError::NoLog)?, self.fitted),
+            Estimator::Lsff => on_line(self.lsff.ok_or(PrepareError::NoLog)?, self.fitted),
             Estimator::OutputError => {
-                let controller = self.asked.controller.ok_or(IdentifyError::NoLog)?;
+                let controller = self.asked.controller.ok_or(PrepareError::NoLog)?;
                 output_error(reading, controller, excerpt, self.fitted, progress)?
             }
             Estimator::PredictionError => {

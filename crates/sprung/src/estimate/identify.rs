@@ -20,7 +20,7 @@ use crate::finding::{Finding, Severity};
 use crate::fit::{Fitted, fit, residual};
 use crate::log::LogSource;
 use crate::model::Model;
-use crate::prepare::{Prepared, prepare};
+use crate::prepare::{PrepareError, Prepared, prepare};
 use crate::progress::{Listener, Phase};
 use crate::regression::{Passed, Reading, read_through};
 use crate::stopwatch::Stopwatch;
@@ -209,7 +209,7 @@ fn describe_all(
             format: 1,
             generator: GENERATOR.to_owned(),
             robot: prepared.experiment().robot.name.clone(),
-            log: infos.next().ok_or(IdentifyError::NoLog)?,
+            log: infos.next().ok_or(PrepareError::NoLog)?,
             further_logs: infos.collect(),
             settings: settings_used(reading, choice),
             findings,

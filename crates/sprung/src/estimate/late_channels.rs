@@ -7,6 +7,7 @@ use crate::check::LikelyDelay;
 use crate::description::{Delay, Estimator, Experiment, OnCheckError};
 use crate::log::{Channels, LogSource};
 use crate::model::Model;
+use crate::prepare::PrepareError;
 use crate::progress::Listener;
 
 /// Significance from which on a channel is late: standard errors that its delay is away from
@@ -38,7 +39,7 @@ pub fn late_channels(
     let mut experiment = experiment.clone();
     experiment.identify.estimator = vec![Estimator::PredictionError];
     experiment.identify.on_check_error = OnCheckError::GoOn;
-    let log = experiment.log.as_ref().ok_or(IdentifyError::NoLog)?;
+    let log = experiment.log.as_ref().ok_or(PrepareError::NoLog)?;
     let channels = Channels::new(&experiment.robot, log)?;
     let given: Vec<usize> = (channels.all.iter())
         .filter(|channel| channel.delay.is_some())

@@ -2,12 +2,12 @@
 
 use std::path::PathBuf;
 
-use crate::check::CheckError;
 use crate::compare::CompareError;
 use crate::description::{DescriptionError, StartError, UrdfError};
 use crate::estimate::IdentifyError;
 use crate::log::{ChannelError, LogError};
 use crate::model::ModelError;
+use crate::prepare::PrepareError;
 use crate::progress::Stopped;
 use crate::regression::PassError;
 use crate::simulate::RecordError;
@@ -65,7 +65,7 @@ pub enum SessionError {
     NoLogFile,
     /// The log cannot be checked.
     #[error(transparent)]
-    Check(#[from] CheckError),
+    Check(#[from] PrepareError),
     /// Nothing can be identified.
     #[error(transparent)]
     Identify(#[from] IdentifyError),
@@ -255,10 +255,10 @@ impl SessionError {
     }
 }
 
-fn of_check(error: &CheckError) -> ErrorKind {
+fn of_check(error: &PrepareError) -> ErrorKind {
     match error {
-        CheckError::Log(log) => of_log(log),
-        CheckError::Stopped(_) => ErrorKind::Stopped,
+        PrepareError::Log(log) => of_log(log),
+        PrepareError::Stopped(_) => ErrorKind::Stopped,
         _ => ErrorKind::Usage,
     }
 }

@@ -11,8 +11,7 @@ use crate::description::{Experiment, Simulate};
 use crate::estimate::error::IdentifyError;
 use crate::log::{Channels, LogError, LogSource};
 use crate::model::Model;
-use crate::prepare::as_given;
-use crate::prepare::excerpt;
+use crate::prepare::{PrepareError, as_given, excerpt};
 use crate::regression::PassError;
 
 /// What is known of the noise of a log and of the disturbances of its robot, as
@@ -65,7 +64,7 @@ pub fn information_bound(
     noise: &KnownNoise,
     source: LogSource<'_>,
 ) -> Result<Option<Vec<f64>>, IdentifyError> {
-    let log = experiment.log.as_ref().ok_or(IdentifyError::NoLog)?;
+    let log = experiment.log.as_ref().ok_or(PrepareError::NoLog)?;
     let channels = Channels::new(&experiment.robot, log)?;
     let failed = |error: LogError| IdentifyError::Pass(PassError::from(error));
     let mut sources = [source];
