@@ -47,10 +47,7 @@ pub fn read_log(data: &[u8], keys: &str) {
     let mut reader = |_: Option<&Path>| -> std::io::Result<Box<dyn Input>> {
         Ok(Box::new(Cursor::new(bytes.clone())))
     };
-    let mut source = LogSource {
-        name: "run.log".to_owned(),
-        reader: &mut reader,
-    };
+    let mut source = LogSource::files("run.log", &mut reader);
     let Ok(mut log) = source.open(&channels) else {
         return;
     };
