@@ -5,7 +5,7 @@
 //! column shows by itself is judged in [`crate::log`]; here stands what takes the
 //! robot's equations or the settings: whether the torque explains the motion, which
 //! channel is late, what the filters take away. For these the beginning of the first
-//! log is looked at, an [`Excerpt`].
+//! log is looked at, an `Excerpt`.
 
 mod columns;
 mod examine;

@@ -92,7 +92,7 @@ impl Start {
 
     /// Returns a robot with a Denavit-Hartenberg table to be filled in.
     ///
-    /// - `joints`: number of its rows, 1 to [`MOST_JOINTS`].
+    /// - `joints`: number of its rows, 1 to `MOST_JOINTS`.
     ///
     /// # Errors
     ///

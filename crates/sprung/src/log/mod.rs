@@ -2,11 +2,11 @@
 //!
 //! A log of any length is read in blocks of bounded size.
 //!
-//! - [`columns`]: which columns hold what ([`Channels`]), and rows of them in SI units;
-//! - [`formats`]: a file is known by its first bytes and turned into rows of numbers;
-//! - [`clock`]: when samples were taken, and even samples of uneven ones;
-//! - [`reader`]: all together, [`LogReader`];
-//! - [`figures`]: what each channel did, [`Summary`], and what [`check`] says of it.
+//! - `columns`: which columns hold what ([`Channels`]), and rows of them in SI units;
+//! - `formats`: a file is known by its first bytes and turned into rows of numbers;
+//! - `clock`: when samples were taken, and even samples of uneven ones;
+//! - `reader`: all together, `LogReader`;
+//! - `figures`: what each channel did, `Summary`, and what [`check`] says of it.
 
 mod arrays;
 mod block;

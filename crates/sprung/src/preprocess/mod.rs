@@ -1,6 +1,6 @@
 //! From log samples to positions and velocities that a regressor can use.
 //!
-//! [`Aligner`] undoes delays and forms link positions; [`Smoother`] filters
+//! `Aligner` undoes delays and forms link positions; `Smoother` filters
 //! positions without phase shift and differentiates them. Both work block by
 //! block with memory that does not grow with the log.
 

@@ -12,9 +12,9 @@ mod sensors;
 mod subsystems;
 mod twin;
 
-pub(crate) use closed_loop::Diverged;
-pub use closed_loop::{ClosedLoop, LoopError};
+pub use closed_loop::{ClosedLoop, Diverged, LoopError};
+pub use integrator::StepsExhausted;
 pub use plant::JointState;
 pub use record::{RecordError, record};
 pub use subsystems::{Measured, Positions, subsystems};
-pub use twin::{Twin, TwinSetup};
+pub use twin::{Twin, TwinSample, TwinSetup};
