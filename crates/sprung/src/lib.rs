@@ -3,11 +3,14 @@
 //! The data flow one way, and a module uses only what stands to its left:
 //!
 //! ```text
-//! finding, curves, named, progress | description → model → log → simulate → preprocess → regression → fit → prepare → check → estimate → validate → compare → session → report
+//! finding, curves, named, progress, stopwatch |
+//! description → model → log → simulate → preprocess → regression → fit → prepare → check → estimate → validate → compare → session → report
 //! ```
 //!
-//! Functions take values and readers and return values or strings; they open
-//! no files and print nothing. Inside, everything is in SI units and radians.
+//! A [`session::Session`] does the whole work on an experiment and its logs, and
+//! opens their files. All other functions take values and readers and return
+//! values or strings. Nothing is printed. Inside, everything is in SI units and
+//! radians.
 
 pub mod check;
 pub mod compare;
