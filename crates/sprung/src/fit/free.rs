@@ -1,17 +1,17 @@
-//! The unknowns of a system: its parameters without those that are known.
+//! The unknowns of a system: all parameters except those with a known value.
 
 use crate::model::Model;
 use crate::regression::{SystemPart, Triangle};
 
-/// Rows of a system without the parameters that are known.
+/// Splits the parameters of a model into unknowns and known values.
 pub(crate) struct Free {
     /// Index in theta of each unknown.
     pub(crate) unknowns: Vec<usize>,
-    /// Value of each known parameter.
+    /// Value of each parameter with a known value, \[p\].
     pub(super) known: Vec<Option<f64>>,
-    /// Unknowns that each row touches, by their place among the unknowns.
+    /// Unknowns in each row, as indices into `unknowns`.
     pub(crate) columns: Vec<Vec<usize>>,
-    /// Columns of theta that each row touches.
+    /// Parameters in each row, as indices into theta.
     touched: Vec<Vec<usize>>,
 }
 
@@ -33,7 +33,7 @@ impl Free {
         }
     }
 
-    /// Moves known parameters to the right-hand side.
+    /// Moves the columns of known parameters to the right-hand side.
     pub(crate) fn factors(&self, factors: Vec<Triangle>) -> Vec<Triangle> {
         if self.unknowns.len() == self.known.len() {
             return factors;
@@ -52,7 +52,8 @@ impl Free {
             .collect()
     }
 
-    /// Puts values of the unknowns among all parameters.
+    /// Returns the values of all parameters, \[p\], from those of the unknowns and of the known
+    /// ones.
     pub(crate) fn whole<T: Copy>(&self, of_unknowns: &[T], of_known: impl Fn(f64) -> T) -> Vec<T> {
         let mut next = of_unknowns.iter();
         (self.known.iter())

@@ -1,14 +1,14 @@
-//! Least squares on ever longer parts of a log.
+//! Least squares on growing parts of a log.
 
 use super::free::Free;
 use crate::model::{Model, Theta};
 use crate::regression::{System, solve_quickly};
 
-/// Numbers of a trace, at most: it has fewer points for more parameters.
+/// Limit of points times unknowns in a trace, so more parameters give fewer points.
 const TRACE_NUMBERS: usize = 8000;
 
-/// Returns the estimate over time: that of the log up to then, \[p\], or
-/// nothing while the data do not determine all parameters.
+/// Returns the estimate from the samples up to each time in s, \[p\]; `None` while the samples do
+/// not determine all parameters.
 ///
 /// # Source
 ///
@@ -21,8 +21,8 @@ pub fn trace<'a>(
     fits_of_growing(model, system, (TRACE_NUMBERS / unknowns.max(1)).max(48))
 }
 
-/// Returns the parameter vectors of the samples up to ever later times, in s, at
-/// most `count` of them; nothing where they are not determined.
+/// Returns parameter vectors from growing parts of the log, with the end of each part in s, at most
+/// `count` of them. A vector is `None` if its part does not determine all parameters.
 pub(crate) fn fits_of_growing<'a>(
     model: &'a Model,
     system: &'a System,

@@ -1,24 +1,22 @@
-//! Standard errors from stretches of the log that are left out in turn.
+//! Standard errors by the jackknife: stretches of the log are left out in turn.
 
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 
 use crate::regression::{Solution, Triangle};
 
-/// Returns how much each unknown moves when each group is left out,
-/// \[p × groups\].
+/// Returns the change of each unknown when each group is left out, \[p × groups\].
 ///
-/// - `columns`: unknowns that each row touches; `groups`: factors of each row,
-///   group by group.
+/// - `columns`: unknowns in each row; `groups`: factors of each row, group by group.
 ///
-/// With `N = AᵀA` of all and `N_g` of the group that is `(I - N⁻¹ N_g)⁻¹ N⁻¹`
-/// times the group's gradient. A group without which an unknown is not
-/// determined counts as if it were not left out.
+/// With `N = AᵀA` of all groups and `N_g` of one group, the change is `(I - N⁻¹ N_g)⁻¹ N⁻¹` times
+/// the group's gradient. If the other groups do not determine all unknowns, the change is
+/// approximated by `N⁻¹` times the gradient.
 ///
 /// # Source
 ///
-/// The delete-one-group jackknife: what residuals lose to the fit of many
-/// parameters in few groups is in it, unlike in the scatter of the gradients.
+/// The delete-one-group jackknife. Unlike the scatter of the gradients, it contains the reduction
+/// of the residuals by the fit of many parameters to few groups.
 pub(super) fn influences(
     solution: &Solution,
     columns: &[Vec<usize>],
@@ -26,7 +24,7 @@ pub(super) fn influences(
 ) -> Mat<f64> {
     let p = solution.x.len();
     let inverse = &solution.inverse;
-    // In units of the unknowns' own size the matrices are of order one.
+    // Scaled by the size of each unknown, the matrices are of order one.
     let unit: Vec<f64> = (0..p)
         .map(|i| match inverse[(i, i)].sqrt() {
             unit if unit > 0.0 => unit,
@@ -70,7 +68,7 @@ pub(super) fn influences(
     moved
 }
 
-/// Returns the standard errors of the unknowns; infinite for a single group.
+/// Returns the standard errors of the unknowns; infinite for fewer than two groups.
 pub(super) fn scatter(moved: &Mat<f64>) -> Vec<f64> {
     let groups = moved.ncols();
     let count = groups as f64;

@@ -6,7 +6,7 @@ use super::motor_row::{MotorRow, Reduced, motor_row};
 use crate::model::{Model, Theta};
 use crate::regression::{System, Triangle, solve, solve_quickly};
 
-/// Stretches of the log whose scatter gives the standard errors, at most.
+/// Limit of jackknife groups; each group is a stretch of the log.
 const JACKKNIFE_GROUPS: usize = 32;
 
 /// A parameter vector with its uncertainty.
@@ -14,35 +14,35 @@ const JACKKNIFE_GROUPS: usize = 32;
 pub struct Fitted {
     /// The parameter vector, known values included, \[p\].
     pub theta: Theta,
-    /// Whether the data determine each parameter, or it is known.
+    /// Whether the data determine each parameter; true for known ones.
     pub identifiable: Vec<bool>,
     /// Standard error of each parameter; zero for known ones.
     pub standard_error: Vec<f64>,
-    /// How much each parameter takes part in the direction seen least, columns
-    /// scaled.
+    /// Participation of each parameter in the least excited direction, columns scaled to unit
+    /// length.
     pub weakest_direction: Vec<f64>,
-    /// Numerical rank, out of the parameters that are not known.
+    /// Numerical rank, at most `unknowns`.
     pub rank: usize,
     /// Number of parameters that are not known.
     pub unknowns: usize,
-    /// Ratio of extreme singular values, as the columns stand.
+    /// Ratio of the extreme singular values, without column scaling.
     pub condition_number: f64,
-    /// The same after scaling columns to unit length.
+    /// Ratio of the extreme singular values, columns scaled to unit length.
     pub condition_number_scaled: f64,
-    /// Half width of a 95 % interval in standard errors.
+    /// Half width of a 95 % interval, in standard errors.
     pub interval: f64,
-    /// The motor rows alone, one per flexible joint.
+    /// Solutions of the motor rows alone, one per flexible joint.
     pub motor_rows: Vec<MotorRow>,
 }
 
 /// Solves the stacked system and each motor row alone.
 ///
-/// Returns nothing if there are no samples or a number is not finite.
+/// Returns `None` if there are no samples or a number is not finite.
 ///
-/// Standard errors come from up to 32 stretches of the log that are left out in
-/// turn, so they hold for residuals of any colour and level. They say how much
-/// the stretches disagree; a bias that all stretches share, as by quantised
-/// positions through the Coulomb transition, is not in them.
+/// Standard errors come from up to 32 stretches of the log that are left out in turn, so they hold
+/// for residuals of any colour and level. They measure the disagreement of the stretches. They do
+/// not contain a bias that all stretches share, for example the bias of quantised positions in the
+/// Coulomb transition.
 ///
 /// # Source
 ///
@@ -81,8 +81,7 @@ pub fn fit(model: &Model, system: &System) -> Option<Fitted> {
     })
 }
 
-/// Returns the parameter vector alone, \[p\]; nothing if the data do not
-/// determine all of it.
+/// Returns the parameter vector alone, \[p\]; `None` if the data do not determine all parameters.
 #[must_use]
 pub(crate) fn fit_quickly(model: &Model, system: &System) -> Option<Theta> {
     let free = Free::new(model);
@@ -91,8 +90,8 @@ pub(crate) fn fit_quickly(model: &Model, system: &System) -> Option<Theta> {
     Some(free.whole(&x, |value| value))
 }
 
-/// Returns the parameter vector alone, \[p\]: the shortest that fits if the data
-/// do not determine it, columns scaled.
+/// Returns the parameter vector alone, \[p\]. If the data do not determine it, this is the shortest
+/// solution with columns scaled to unit length.
 #[must_use]
 pub(crate) fn fit_values(model: &Model, system: &System) -> Option<Theta> {
     let free = Free::new(model);
@@ -101,8 +100,8 @@ pub(crate) fn fit_values(model: &Model, system: &System) -> Option<Theta> {
     Some(free.whole(&solution.x, |value| value))
 }
 
-/// Returns the 97.5 % quantile of Student's t; within 1 % from three degrees of
-/// freedom on, infinite below.
+/// Returns the 97.5 % quantile of Student's t, accurate within 1 % for three or more degrees of
+/// freedom, infinite for fewer.
 ///
 /// # Source
 ///

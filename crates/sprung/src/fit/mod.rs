@@ -1,5 +1,4 @@
-//! Least squares on a reduced system: parameters, and standard errors from stretches of the
-//! log that are left out in turn.
+//! Least squares on a reduced system: parameters, and their standard errors by the jackknife.
 
 mod free;
 mod growing;

@@ -1,4 +1,4 @@
-//! The motor row of a flexible joint by itself.
+//! Least squares on the motor row of one flexible joint.
 
 use faer::Mat;
 use sprung_core::parameters::JointParameter;
@@ -9,45 +9,45 @@ use super::residual::unweighted;
 use crate::model::Model;
 use crate::regression::{System, SystemPart, Triangle, solve};
 
-/// What the motor row of a flexible joint says by itself.
+/// Solution of the motor row of one flexible joint.
 ///
-/// It has a right-hand side, the torque, so nothing pulls its scale down.
+/// Its right-hand side is the motor torque, which fixes the scale of the parameters. In the stacked
+/// system the link rows have no right-hand side, so their errors pull the scale down.
 #[derive(Clone, Debug)]
 pub struct MotorRow {
     /// The joint.
     pub joint: usize,
-    /// Indices in theta of its parameters.
+    /// Indices in theta of the row's unknowns.
     pub columns: Vec<usize>,
-    /// Their values.
+    /// Values of the unknowns.
     pub values: Vec<f64>,
-    /// Their standard errors.
+    /// Standard errors of the unknowns.
     pub standard_error: Vec<f64>,
-    /// Standard errors of what the stacked estimate has more.
+    /// Standard errors of the differences between the stacked estimate and `values`.
     pub difference_error: Vec<f64>,
-    /// Part of the spring torque that no other column of the row explains over
-    /// the row's residual, squared; none without an unknown spring.
+    /// Squared ratio of two lengths: the part of the spring torque that no other column of the row
+    /// explains, over the row's residual. `None` if the stiffness is known.
     pub scale_number: Option<f64>,
-    /// Whether the row determines them.
+    /// Whether the row determines each unknown.
     pub identifiable: Vec<bool>,
-    /// Condition number, columns as they stand.
+    /// Condition number without column scaling.
     pub condition_number: f64,
-    /// Residual over torque, root mean squares.
+    /// Root mean square of the residual over that of the torque.
     pub relative_residual: f64,
 }
 
-/// A system without the parameters that are known, reduced.
+/// Factors of a system without its known parameters.
 pub(super) struct Reduced<'a> {
     pub(super) free: &'a Free,
     /// Factor of each row.
     pub(super) whole: &'a [Triangle],
-    /// The same of each stretch of the log.
+    /// Factors of each row, stretch by stretch.
     pub(super) groups: &'a [Vec<Triangle>],
-    /// How much each unknown of the stacked system moves when a stretch is left out,
-    /// \[p × groups\].
+    /// Change of each unknown of the stacked system when a stretch is left out, \[p × groups\].
     pub(super) stacked: &'a Mat<f64>,
 }
 
-/// Solves the motor row of a joint alone; nothing if a number is not finite.
+/// Solves the motor row of a joint alone; `None` if a number is not finite.
 pub(super) fn motor_row(
     model: &Model,
     joint: usize,
@@ -96,7 +96,7 @@ pub(super) fn motor_row(
     })
 }
 
-/// Returns the parameters of all entries of a row, known ones included.
+/// Returns the parameters of all entries of a row, including known ones.
 ///
 /// - `found`: values of the row's unknowns.
 fn values_of_row(model: &Model, row: usize, free: &Free, found: &[f64]) -> Vec<f64> {

@@ -1,13 +1,13 @@
-//! What an estimate leaves of the equations, and what each parameter stands for in them.
+//! Residuals of the equations, and the torque of each parameter.
 
 use crate::model::Model;
 use crate::regression::System;
 
-/// Returns the residual of a row over its right-hand side, root mean squares of
-/// the samples that are kept, which have no weights: a model that does not
-/// explain its log must not hide behind them. Nothing if all count alike.
+/// Returns the root mean square of a row's residual over that of its right-hand side, both from the
+/// kept samples. They have no weights, because weights could hide a model that does not explain its
+/// log. `None` if the system has no weights.
 ///
-/// - `values`: parameters of the row's entries.
+/// - `values`: parameters of all entries of the row.
 pub(crate) fn unweighted(system: &System, row: usize, values: &[f64]) -> Option<f64> {
     let kept = system.kept();
     if kept.variance.get(row)?.is_empty() {
@@ -23,8 +23,8 @@ pub(crate) fn unweighted(system: &System, row: usize, values: &[f64]) -> Option<
     (all > 0.0).then(|| (left / all).sqrt())
 }
 
-/// Returns root mean squares of the residual and of the right-hand side of
-/// each row, N·m; of weighted samples if they are.
+/// Returns the root mean squares of the residual and of the right-hand side of each row, N·m (N).
+/// If the system has weights, both are weighted.
 #[must_use]
 pub fn residual(model: &Model, system: &System, theta: &[f64]) -> Vec<(f64, f64)> {
     system
@@ -41,19 +41,20 @@ pub fn residual(model: &Model, system: &System, theta: &[f64]) -> Vec<(f64, f64)
         .collect()
 }
 
-/// The torque that a parameter stands for in a log.
+/// Torque of one parameter in a log.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TorqueOf {
-    /// Root mean square of its column times its value, N·m (N); of a parameter
-    /// of two rows, where it is larger.
+    /// Root mean square of the parameter's column times its value, N·m (N). A parameter in two rows
+    /// has the larger of its two torques here.
     pub rms: f64,
-    /// Its share of the largest such torque of that row.
+    /// `rms` over the largest such torque in the same row.
     pub share: f64,
-    /// The same over the residual of a row, in the row where that is most.
+    /// Root mean square of the torque over that of the row's residual, in the row where this ratio
+    /// is largest.
     pub over_residual: f64,
 }
 
-/// Returns what each parameter stands for in the log.
+/// Returns the torque of each parameter in the log, \[p\].
 #[must_use]
 pub fn torques(model: &Model, system: &System, theta: &[f64]) -> Vec<TorqueOf> {
     let residuals = residual(model, system, theta);

@@ -1,4 +1,4 @@
-//! How a log is read before anything is searched in it.
+//! Settings for reading a log before the searches in it.
 
 use super::cutoff::choose_cutoff;
 use super::excerpt::Excerpt;
@@ -7,8 +7,8 @@ use crate::log::Channels;
 use crate::model::Model;
 use crate::regression::Reading;
 
-/// Returns how settings and description say that a log is read, and why its cut-off was
-/// chosen if it was: delays that are not given are zero, and all samples count alike.
+/// Returns the settings for reading a log as the description gives them, and the reason for the
+/// cut-off if sprung chose it. Delays that are not given are zero, and all weights are equal.
 #[must_use]
 pub(crate) fn as_given(
     model: &Model,

@@ -1,4 +1,4 @@
-//! The cut-off of the position filter, chosen from the noise of the positions.
+//! Chooses the cut-off of the position filter from the noise of the positions.
 
 use super::excerpt::Excerpt;
 use super::noise::{noise, velocity_per_position};
@@ -6,35 +6,33 @@ use crate::description::Weights;
 use crate::log::{Channels, Quantity};
 use crate::model::Model;
 
-/// Bounds of what is chosen, Hz: below the first the filter smears reversals of
-/// direction, above the second it passes what no arm does.
+/// Bounds of the choice, Hz. A lower cut-off smears reversals of direction; a higher one only adds
+/// noise, because no arm moves so fast.
 const LOWEST_HZ: f64 = 10.0;
 const HIGHEST_HZ: f64 = 40.0;
 
-/// Part of the sampling rate that the cut-off stays below.
+/// Upper bound of the cut-off as a fraction of the sampling rate.
 const SHARE_OF_RATE: f64 = 0.2;
 
-/// How far noise may move through the Coulomb transition, beta times the
-/// standard deviation of the velocity: where all samples count alike, and where
-/// those in the transition count less.
+/// Allowed noise in the argument of the Coulomb transition, β times the standard deviation of the
+/// velocity: with equal weights, and with weights for the transition.
 const TRANSITION_NOISE: f64 = 0.08;
 const WEIGHTED_TRANSITION_NOISE: f64 = 0.4;
 
-/// Cut-off, Hz, at which weighted samples bear that much; with finer positions,
-/// and so a higher cut-off, less by its root. What a filter smears falls
-/// faster with its cut-off than what noise does rises, and on the twin errors
-/// are least near 13 Hz at 4096 counts and near 26 Hz at 16384.
+/// Cut-off, Hz, at which the weighted bound holds. Above it the bound falls with the root of the
+/// cut-off, because smearing falls faster with the cut-off than noise rises. On the twin, errors
+/// are smallest near 13 Hz at 4096 counts and near 26 Hz at 16384.
 const WEIGHTED_AT_HZ: f64 = 12.0;
 
 /// Chooses the cut-off of the position filter from the noise of the positions.
 ///
-/// Where all samples count alike it is the highest at which no velocity's noise,
-/// times the sharpness β of its Coulomb friction, exceeds 0.08. Where samples in the
-/// transition count less, noise harms less and what the filter smears counts more:
-/// the bound is 0.4 at 12 Hz and falls with the root of the cut-off above. Either way
-/// the choice lies between 10 and 40 Hz, and below a fifth of the sampling rate.
+/// With equal weights this is the highest cut-off at which no velocity's noise, times the sharpness
+/// β of its Coulomb friction, exceeds 0.08. With weights for the transition, noise does less harm
+/// and smearing matters more: the bound is 0.4 at 12 Hz and falls with the root of the cut-off
+/// above. In both cases the choice lies between 10 and 40 Hz and below a fifth of the sampling
+/// rate.
 ///
-/// Returns it in Hz, and why.
+/// Returns the cut-off, Hz, and the reason for it.
 #[must_use]
 pub(crate) fn choose_cutoff(
     model: &Model,
@@ -66,7 +64,7 @@ pub(crate) fn choose_cutoff(
     }
     let reason = match best.1 {
         None => {
-            "the positions are so fine that their noise asks for no lower one; none higher is chosen"
+            "the positions are so fine that their noise needs no lower cut-off; sprung chooses no higher one"
                 .to_owned()
         }
         Some((column, noise, step)) => {
@@ -75,15 +73,15 @@ pub(crate) fn choose_cutoff(
                 None => "noise".to_owned(),
             };
             let bound = if best.0 < LOWEST_HZ.min(highest) {
-                "; lower than 10 Hz would smear reversals of direction"
+                "; a cut-off below 10 Hz would smear reversals of direction"
             } else {
                 ""
             };
             let above = match weights {
                 Weights::None => "a higher cut-off would let it through the Coulomb transition",
                 Weights::Transition => {
-                    "with a higher cut-off it would cost more in the Coulomb transition, although \
-                     samples there count less, than a filter that smears less would gain"
+                    "a higher cut-off would smear reversals less, but its noise in the Coulomb \
+                     transition would cost more, although samples there have lower weights"
                 }
             };
             format!("\"{column}\" has {origin}, {noise:.1e} rad (m) rms: {above}{bound}")

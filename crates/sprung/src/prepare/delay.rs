@@ -1,48 +1,46 @@
-//! Delays of channels, found from the motor rows.
+//! Estimates delays of channels from the motor rows.
 
 use super::excerpt::Excerpt;
 use super::row::{MotorRowFit, fit_rows};
 use crate::regression::Reading;
 
-/// Delays that are tried, s: sensors with filters of their own lag, some
-/// channels are recorded a little early.
+/// Range of delays in the search, s. Sensors with their own filters are late by their lag; some
+/// channels are recorded slightly early.
 const EARLIEST_S: f64 = -0.05;
 const LATEST_S: f64 = 0.5;
 
-/// Distance of the delays that are tried first, s.
+/// Distance of neighbouring delays in the first scan, s.
 const COARSE_STEP_S: f64 = 0.01;
 
-/// A delay that was found.
+/// An estimate of a delay.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct DelayEstimate {
     /// Index of the channel in [`Channels::all`](crate::log::Channels::all).
     pub channel: usize,
     /// Delay, s.
     pub delay: f64,
-    /// Standard error, s, for residuals as correlated as the filter makes them.
+    /// Standard error, s; it accounts for the correlation of the filtered residuals.
     pub standard_error: f64,
-    /// Whether it is one: a minimum inside the search that explains no less
-    /// torque than no delay.
+    /// Whether the log determines the delay: the minimum lies inside the range and explains at
+    /// least as much torque as zero delay.
     pub found: bool,
-    /// What the motor row says without and with the delay.
+    /// Fit of the motor row without the delay.
     pub without: MotorRowFit,
-    /// The same with it.
+    /// Fit of the motor row with the delay.
     pub with: MotorRowFit,
 }
 
-/// Finds the delays of some channels: those that leave the least of the motor
-/// torque unexplained.
+/// Estimates the delays of some channels by the smallest residual of the motor torque.
 ///
 /// - `wanted`: indices of channels, at most one per joint.
 ///
-/// The motor row of a joint holds the spring torque of that joint alone, so
-/// joints do not disturb each other, and it has a right-hand side, so that the
-/// delay cannot shrink the solution instead of fitting it. The search covers
-/// -0.05 s to 0.5 s, at most an eighth of the excerpt either way, in steps of
-/// 10 ms, then in steps of a sample, then by a parabola; delays at which the
-/// stiffness is negative do not count.
+/// The motor row of a joint contains the spring torque of that joint alone, so joints do not affect
+/// each other. It has a right-hand side, so a wrong delay cannot shrink the solution instead of
+/// fitting it. The search covers -0.05 s to 0.5 s, at most an eighth of the excerpt either way:
+/// first in steps of 10 ms, then in steps of a sample, then by a parabola. Delays with a negative
+/// stiffness are rejected.
 ///
-/// Returns nothing if the excerpt is too short.
+/// Returns `None` if the excerpt is too short.
 #[must_use]
 pub(crate) fn estimate_delays(
     excerpt: &Excerpt,
@@ -89,12 +87,12 @@ pub(crate) fn estimate_delays(
     Some((0..wanted.len()).map(estimate).collect())
 }
 
-/// What a search for delays looks at.
+/// Data of a search for delays.
 struct Search<'a> {
     excerpt: &'a Excerpt,
     reading: &'a Reading,
     wanted: &'a [usize],
-    // Of these channels.
+    // Joint of each channel in `wanted`.
     joints: Vec<usize>,
 }
 
@@ -108,7 +106,7 @@ impl Search<'_> {
         (EARLIEST_S.max(-eighth), LATEST_S.min(eighth))
     }
 
-    /// Returns what the row of each channel's joint says of delays.
+    /// Returns the fits of the channels' motor rows at given delays.
     fn attempt(&self, at: &[f64]) -> Option<Vec<MotorRowFit>> {
         let mut delays = self.reading.delays().to_vec();
         for (&channel, &delay) in self.wanted.iter().zip(at) {
@@ -119,20 +117,20 @@ impl Search<'_> {
         Some(fits.iter().map(|fit| fit.short(reading.model())).collect())
     }
 
-    /// Tries delays around centres and keeps the best of each channel.
+    /// Tries delays about the centres and keeps the best delay of each channel.
     fn improve(&self, centres: &[f64], range: (f64, f64), step: f64, best: &mut [(f64, f64)]) {
         let count = ((range.1 - range.0) / step).round() as u32;
         for k in 0..=count {
             let offset = range.0 + f64::from(k) * step;
             let at: Vec<f64> = centres.iter().map(|centre| centre + offset).collect();
-            // Too long a delay leaves too little of a short log: no candidate.
+            // A long delay can leave too few samples of a short log; it is skipped.
             let Some(fits) = self.attempt(&at) else {
                 continue;
             };
             for (i, best) in best.iter_mut().enumerate() {
                 let fit = &fits[i];
                 let cost = fit.relative_residual.powi(2);
-                // A spring pulls back: other minima are echoes of the motion.
+                // The stiffness is positive, so minima without it are echoes of a periodic motion.
                 if fit.stiffness.is_none_or(|k| k > 0.0) && cost < best.1 {
                     *best = (at[i], cost);
                 }
@@ -140,8 +138,8 @@ impl Search<'_> {
         }
     }
 
-    /// Puts a parabola through the best and its neighbours; returns delay and
-    /// standard error of each channel.
+    /// Fits a parabola through the best delay and its neighbours; returns delay and standard error
+    /// of each channel, s.
     fn refine(&self, best: &[(f64, f64)]) -> Option<Vec<(f64, f64)>> {
         let period = self.excerpt.period();
         let shifted = |by: f64| {
@@ -150,7 +148,7 @@ impl Search<'_> {
         };
         let (before, after) = (shifted(-period)?, shifted(period)?);
         let cutoff = self.reading.settings().filter_cutoff_rad_per_s;
-        // Filtered residuals agree over about 2/λ.
+        // Filtered residuals are correlated over about 2/λ.
         let independent = (self.duration() * cutoff / 2.0).max(1.0);
         let refine = |(i, &(delay, cost)): (usize, &(f64, f64))| {
             let left = before[i].relative_residual.powi(2);

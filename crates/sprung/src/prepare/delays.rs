@@ -1,4 +1,4 @@
-//! Delays that the description gives or asks for.
+//! Delays that the description gives or that sprung estimates.
 
 use super::delay::{DelayEstimate, estimate_delays};
 use super::excerpt::Excerpt;
@@ -12,37 +12,36 @@ use crate::regression::Reading;
 #[error("{0}")]
 pub struct DelayError(String);
 
-/// A delay by the likelihood of a log.
+/// A delay that the likelihood of a log gives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DelayByLikelihood {
     /// Index of the channel in [`Channels::all`].
     pub channel: usize,
-    /// How much later than the others it was recorded, s.
+    /// Delay of the channel behind the other channels, s.
     pub delay: f64,
     /// Standard error, s.
     pub standard_error: f64,
 }
 
-/// Delays in use.
+/// Delays in use, with their estimates.
 #[derive(Clone, Debug)]
 pub struct Delays {
-    /// One per channel, s.
+    /// Delay of each channel, s.
     pub values: Vec<f64>,
     found: Vec<DelayEstimate>,
     refined: Vec<DelayByLikelihood>,
-    // Whether a refinement was, or is to be, asked.
+    // Whether the refinement has estimated delays or will do so.
     by_likelihood: bool,
 }
 
 impl Delays {
-    /// Returns the delays that a description gives, and estimates those that it
-    /// asks for.
+    /// Takes the delays that the description gives, and estimates those with `Delay::Estimate`.
     ///
-    /// - `reading`: with the delays that are given.
+    /// - `reading`: contains the given delays.
     ///
     /// # Errors
     ///
-    /// [`DelayError`] if the log cannot tell.
+    /// [`DelayError`] if the log is too short, or if two channels of one joint are to be estimated.
     pub fn new(reading: &Reading, excerpt: &Excerpt, file: &str) -> Result<Self, DelayError> {
         let (channels, model) = (reading.channels(), reading.model());
         let mut values = reading.delays().to_vec();
@@ -79,7 +78,7 @@ impl Delays {
         })
     }
 
-    /// Returns the delays that a description gives, and searches for none.
+    /// Takes the delays that the description gives and estimates no others.
     pub(super) fn given(reading: &Reading) -> Self {
         Self {
             values: reading.delays().to_vec(),
@@ -89,8 +88,9 @@ impl Delays {
         }
     }
 
-    /// Puts delays by likelihood in the place of those of the search; the likelihood knew no
-    /// more if there are none.
+    /// Replaces estimates of the search by those of the likelihood.
+    ///
+    /// - `refined`: empty if the likelihood gave no estimate.
     pub(super) fn refine(&mut self, refined: Vec<DelayByLikelihood>) {
         for delay in &refined {
             self.values[delay.channel] = delay.delay;
@@ -99,8 +99,7 @@ impl Delays {
         self.by_likelihood = false;
     }
 
-    /// Returns the delay of a channel, and its standard error if it was found
-    /// in the log, s.
+    /// Returns the delay of a channel, s, and its standard error if sprung estimated it, s.
     #[must_use]
     pub fn used(&self, channel: usize) -> (f64, Option<f64>) {
         let searched = (self.found.iter())
@@ -114,7 +113,7 @@ impl Delays {
         )
     }
 
-    /// Returns what there is to know about the delays that were estimated.
+    /// Returns findings about the estimated delays.
     #[must_use]
     pub fn findings(&self, channels: &Channels) -> Vec<Finding> {
         let finding = |estimate: &DelayEstimate| {
@@ -137,10 +136,11 @@ impl Delays {
                     Severity::Info,
                     "delay-left-to-likelihood",
                     format!(
-                        "no delay of \"{column}\" explains the motor torque better than none, so that \
-                         it is short if there is one; identify asks the likelihood of the whole robot"
+                        "no delay of \"{column}\" explains the motor torque better than zero delay, so \
+                         the delay is short or zero; identify estimates it from the likelihood of the \
+                         whole robot"
                     ),
-                    "run sprung identify; or sprung check --thorough, which tries every channel",
+                    "run sprung identify, or sprung check --thorough, which tries every channel",
                 );
             }
             if !estimate.found {
@@ -149,10 +149,10 @@ impl Delays {
                     "delay-not-found",
                     format!(
                         "no delay of \"{column}\" between -0.05 s and 0.5 s explains the motor torque \
-                         better than its neighbours and than none, nor does the likelihood of the log \
-                         tell one; it was taken as 0"
+                         better than its neighbours and than zero delay, and the likelihood of the log \
+                         does not determine the delay either; it was set to 0"
                     ),
-                    "give the delay as a number of seconds; see that the log begins with motion \
+                    "give the delay as a number of seconds; check that the log begins with motion \
                      and that all signs are right",
                 );
             }
@@ -160,8 +160,8 @@ impl Delays {
                 Severity::Info,
                 "delay-estimated",
                 format!(
-                    "\"{}\" was recorded {:.4} s late (standard error {:.4} s): with that the motor \
-                     row leaves {:.1} % of its torque unexplained, without it {:.1} % (root mean \
+                    "\"{}\" was recorded {:.4} s late (standard error {:.4} s): with this delay the \
+                     motor row leaves {:.1} % of its torque unexplained, without it {:.1} % (root mean \
                      squares)",
                     column,
                     estimate.delay,

@@ -1,10 +1,10 @@
-//! The beginning of a log, for what takes more than one look.
+//! The beginning of a log, kept in memory for searches that read it several times.
 
 use crate::log::{Channels, LogBlock, LogError, LogSource};
 use crate::regression::{Reading, System, reduce_blocks};
 
-/// Samples that a search looks at, shared among the joints, to the end of the
-/// block they are in: half a minute at 1 kHz for two joints.
+/// Samples in an excerpt times joints, rounded up to a whole block: half a minute at 1 kHz for two
+/// joints.
 const EXCERPT_SAMPLES: usize = 60_000;
 
 /// The beginning of a log, kept in memory.
@@ -17,7 +17,7 @@ pub struct Excerpt {
 }
 
 impl Excerpt {
-    /// Returns an empty excerpt of a log with period T, s, of so many joints.
+    /// Returns an empty excerpt of a log with period T, s, for a number of joints.
     #[must_use]
     pub fn new(period: f64, joints: usize) -> Self {
         Self {
@@ -28,7 +28,7 @@ impl Excerpt {
         }
     }
 
-    /// Takes the next block; returns whether more would be kept.
+    /// Appends the next block; returns whether the excerpt accepts another one.
     pub fn push(&mut self, block: &LogBlock) -> bool {
         if self.samples < self.limit {
             self.samples += block.len();
@@ -37,13 +37,13 @@ impl Excerpt {
         self.samples < self.limit
     }
 
-    /// Returns the blocks of the log.
+    /// Returns the blocks of the excerpt.
     #[must_use]
     pub fn blocks(&self) -> &[LogBlock] {
         &self.blocks
     }
 
-    /// Returns the first blocks, of at least so many samples if there are.
+    /// Returns the first blocks, with at least `samples` samples if the excerpt has as many.
     #[must_use]
     pub fn first(&self, samples: usize) -> Self {
         let mut first = Self {
@@ -64,7 +64,7 @@ impl Excerpt {
         self.period
     }
 
-    /// Returns the excerpt with a channel times a number.
+    /// Returns a copy with one channel multiplied by a number.
     #[must_use]
     pub fn scaled(&self, channel: usize, by: f64) -> Self {
         let mut scaled = self.clone();
@@ -76,13 +76,13 @@ impl Excerpt {
         scaled
     }
 
-    /// Returns how many samples it has.
+    /// Returns the number of samples.
     #[must_use]
     pub fn samples(&self) -> usize {
         self.samples
     }
 
-    /// Returns how long it is, s.
+    /// Returns the duration, s.
     #[must_use]
     pub fn duration(&self) -> f64 {
         self.samples as f64 * self.period
@@ -93,15 +93,15 @@ impl Excerpt {
         (self.blocks.iter()).flat_map(move |block| block.values[channel].iter().copied())
     }
 
-    /// Returns the regression of the excerpt; nothing if it is too short for
-    /// the filters, or they do not fit it.
+    /// Returns the regression of the excerpt; `None` if it is too short for the filters or the
+    /// filters do not fit its period.
     #[must_use]
     pub fn reduce(&self, reading: &Reading) -> Option<System> {
         let rows: Vec<usize> = (0..reading.model().rows()).collect();
         self.reduce_rows(reading, &rows)
     }
 
-    /// Returns the regression of the excerpt in some rows, likewise.
+    /// Returns the regression of some rows of the excerpt; `None` as for [`Excerpt::reduce`].
     #[must_use]
     pub fn reduce_rows(&self, reading: &Reading, rows: &[usize]) -> Option<System> {
         reduce_blocks(reading, self.period, &self.blocks, rows)

@@ -1,4 +1,4 @@
-//! Signs and gains that the description asks for, found before anything else.
+//! Finds the signs and gains that the description leaves to sprung, before all other choices.
 
 use std::borrow::Cow;
 
@@ -14,11 +14,11 @@ use crate::log::{ChannelError, Channels, LogError, LogSource};
 use crate::model::Model;
 use crate::regression::Reading;
 
-/// What keeps signs and gains from being found.
+/// Errors of the search for signs and gains.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FactorError {
-    /// The log does not tell one.
+    /// The log does not determine a sign or a gain.
     #[error("{0}")]
     NotTold(String),
     /// The description of the log is not complete.
@@ -32,26 +32,26 @@ pub enum FactorError {
     Log(#[from] LogError),
 }
 
-/// Signs and gains that were found in a log.
+/// Estimated signs and gains.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Factors {
-    /// The signs.
+    /// Estimated signs.
     pub signs: Vec<FoundSign>,
-    /// The gains.
+    /// Estimated gains.
     pub gains: Vec<FoundGain>,
 }
 
 impl Factors {
-    /// Returns what there is to know about them.
+    /// Returns findings about the signs and gains.
     ///
     /// - `file`: name of the log.
     #[must_use]
     pub fn findings(&self, file: &str) -> Vec<Finding> {
         let signs = self.signs.iter().map(|sign| {
             let way = if sign.value < 0.0 {
-                "counts the other way"
+                "has the opposite direction of the model"
             } else {
-                "counts the way of the model"
+                "has the direction of the model"
             };
             let line = format!("sign = {{ \"{}\" = {} }}", sign.column, sign.value);
             Finding::new(
@@ -72,7 +72,7 @@ impl Factors {
                 Severity::Info,
                 "gain-estimated",
                 format!(
-                    "\"{}\" is to be multiplied with {:.6} (standard error {:.6}): {}",
+                    "\"{}\" must be multiplied by {:.6} (standard error {:.6}): {}",
                     gain.column, gain.value, gain.standard_error, gain.because
                 ),
                 "give the gain as a number to keep it fixed",
@@ -83,7 +83,7 @@ impl Factors {
         signs.chain(gains).collect()
     }
 
-    /// Puts them into the description of a log.
+    /// Writes the signs and gains into the description of a log.
     fn put_into(&self, experiment: &mut Experiment) {
         let signs = self.signs.iter().map(|s| (s.column.clone(), s.value));
         let gains = self.gains.iter().map(|g| (g.column.clone(), g.value));
@@ -93,16 +93,17 @@ impl Factors {
     }
 }
 
-/// Finds the signs and gains that a description asks for from the beginning of the
-/// first log; returns the experiment with them, and what was found.
+/// Finds the open signs and gains from the beginning of the first log; returns the experiment with
+/// them, and the estimates.
 ///
-/// Signs are decided together in each joint, by the equation of its torque: which of
-/// them make inertia, stiffness and frictions positive and explain the torque. Gains
-/// follow with these signs.
+/// The torque equation of a joint decides all its signs together: with the right signs inertia,
+/// stiffness and friction are positive and the equation explains the torque. Gains are estimated
+/// afterwards, with these signs.
 ///
 /// # Errors
 ///
-/// [`FactorError`] if one cannot be told, with what to do, or the log cannot be read.
+/// [`FactorError`] if the log cannot be read or does not determine a sign or a gain; the message
+/// gives a remedy.
 pub fn find_factors<'a>(
     experiment: &'a Experiment,
     model: &Model,
@@ -127,18 +128,18 @@ pub fn find_factors<'a>(
     let channels = Channels::new(&now.robot, log)?;
     let beginning = excerpt(&channels, first)?;
     if channels.all.iter().any(|channel| channel.open_sign) {
-        let reading = look(&now, model, &channels, &beginning, &file)?;
+        let reading = reading_while_open(&now, model, &channels, &beginning, &file)?;
         found.signs = signs(&reading, &beginning, &file).map_err(FactorError::NotTold)?;
         found.put_into(&mut now);
     }
-    // A sign is part of what the reader makes of a column.
+    // The reader applies signs, so the beginning is read again with the signs that were found.
     let settled = Channels::new(&now.robot, now.log.as_ref().unwrap_or(log))?;
     let beginning = excerpt(&settled, first)?;
     let open: Vec<usize> = (0..settled.all.len())
         .filter(|&i| settled.all[i].open_gain)
         .collect();
     if !open.is_empty() {
-        let reading = look(&now, model, &settled, &beginning, &file)?;
+        let reading = reading_while_open(&now, model, &settled, &beginning, &file)?;
         for channel in open {
             let own = gain(&now, &reading, &beginning, channel);
             found.gains.push(own.map_err(FactorError::NotTold)?);
@@ -148,8 +149,8 @@ pub fn find_factors<'a>(
     Ok((Cow::Owned(now), found))
 }
 
-/// Returns how the beginning of a log is read before its signs or gains are known.
-fn look(
+/// Returns the settings for reading the beginning of a log while signs or gains are open.
+fn reading_while_open(
     experiment: &Experiment,
     model: &Model,
     channels: &Channels,
@@ -157,7 +158,8 @@ fn look(
     file: &str,
 ) -> Result<Reading, FactorError> {
     let (reading, _) = as_given(model, &experiment.identify, channels, excerpt);
-    // With a wrong sign no delay shows; with all signs known it may move a gain.
+    // Delays cannot be estimated with a wrong sign. Gains need them, because a delay may change a
+    // gain.
     if channels.all.iter().any(|channel| channel.open_sign) {
         return Ok(reading);
     }

@@ -1,27 +1,27 @@
-//! Signs and gains that were found.
+//! Estimated signs and gains of columns.
 
-/// A sign that was found.
+/// An estimated sign of a column.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FoundSign {
-    /// The column.
+    /// Name of the column.
     pub column: String,
     /// 1 or -1.
     pub value: f64,
-    /// By how much the logarithm of the likelihood is greater than with the other sign.
+    /// Logarithm of the likelihood ratio between this sign and the other one.
     pub log_likelihood: f64,
-    /// Why, in words.
+    /// Reason for the sign, in words.
     pub because: String,
 }
 
-/// A gain that was found.
+/// An estimated gain of a column.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FoundGain {
-    /// The column.
+    /// Name of the column.
     pub column: String,
-    /// What its readings are multiplied with.
+    /// Factor of the column's readings.
     pub value: f64,
     /// Standard error of the value.
     pub standard_error: f64,
-    /// What pins it, in words.
+    /// Reference that determines the gain, in words.
     pub because: String,
 }

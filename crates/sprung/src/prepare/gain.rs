@@ -1,4 +1,4 @@
-//! Gains of columns, where something known pins them.
+//! Gains of columns that a known quantity determines.
 
 use sprung_core::parameters::JointParameter;
 
@@ -10,21 +10,22 @@ use crate::log::Quantity;
 use crate::model::Model;
 use crate::regression::Reading;
 
-/// Gains that are tried about the ratio of both spreads, on each side, and the ratio of
-/// neighbours: a soft spring lets one encoder move twice as far as the other.
+/// Gains in the first scan about the ratio of both standard deviations: their number on each side
+/// and the ratio of neighbours. The range is wide because a soft spring lets one encoder move twice
+/// as far as the other.
 const GAINS_EACH_SIDE: i32 = 16;
 const GAIN_RATIO: f64 = 1.06;
 
-/// Steps to the minimum of the residual, the part of the gain at which its curvature is
-/// taken, and how far a step may go in these parts.
+/// Newton steps to the minimum of the residual: their number, the distance for the differences as a
+/// fraction of the gain, and the longest step in these distances.
 const NEWTON_STEPS: usize = 12;
 const CURVATURE_STEP_SHARE: f64 = 0.01;
 const LONGEST_NEWTON_STEP: f64 = 4.0;
 
-/// The largest standard error, as a part of the gain, with which one is told.
+/// Largest accepted standard error, as a fraction of the gain.
 const LARGEST_ERROR_SHARE: f64 = 0.1;
 
-/// Finds the gain of a channel; or says why it cannot be told, and what to do.
+/// Finds the gain of a channel; the error says why the log does not determine it, and the remedy.
 pub(super) fn gain(
     experiment: &Experiment,
     reading: &Reading,
@@ -37,10 +38,11 @@ pub(super) fn gain(
     }
 }
 
-/// The gain of a position against the other one of its joint: that with which the spring's
-/// torque explains most of the motor's.
+/// Finds the gain of a position relative to the joint's other position: the gain at which the
+/// spring torque explains most of the motor torque.
 ///
-/// The slope of both alone would hold the spring's deflection, which follows the motion.
+/// The slope of one position over the other would be biased by the spring's deflection, which
+/// follows the motion.
 fn of_position(
     experiment: &Experiment,
     reading: &Reading,
@@ -50,9 +52,9 @@ fn of_position(
     let channels = reading.channels();
     let own = &channels.all[channel];
     let name = &reading.model().joints()[own.joint];
-    let untold = |why: String| {
+    let undetermined = |why: String| {
         format!(
-            "the gain of \"{}\" cannot be told: {why}; give it as a number in gain",
+            "the gain of \"{}\" cannot be estimated: {why}; give it as a number in gain",
             own.column
         )
     };
@@ -60,24 +62,24 @@ fn of_position(
         Quantity::LinkPosition => Quantity::MotorPosition,
         Quantity::MotorPosition => Quantity::LinkPosition,
         _ => {
-            return Err(untold(format!(
-                "it is the deflection of {name}, and the stiffness would change with it"
+            return Err(undetermined(format!(
+                "it is the gain of a deflection of {name}, and the stiffness scales with it"
             )));
         }
     };
     let Some(other) = channels.index(other, own.joint) else {
-        return Err(untold(format!(
-            "{name} has no other position to compare it with, and all parameters would change with it"
+        return Err(undetermined(format!(
+            "{name} has no other position to compare with, and all parameters scale with the gain"
         )));
     };
     let beside = &channels.all[other];
     if beside.open_gain {
-        return Err(untold(format!(
-            "that of \"{}\" is to be estimated as well, and one of both must be right",
+        return Err(undetermined(format!(
+            "the gain of \"{}\" is to be estimated as well, but one of the two must be known",
             beside.column
         )));
     }
-    // Encoders that begin anywhere leave a constant, which a gain would take up.
+    // Encoders with an arbitrary zero leave a constant that a gain would absorb.
     let with_offset = {
         let mut experiment = experiment.clone();
         experiment.identify.encoder_offset = Some(EncoderOffset::Estimate);
@@ -92,14 +94,14 @@ fn of_position(
     };
     let about = spread(excerpt, other) / spread(excerpt, channel);
     if !(about.is_finite() && about > 0.0) {
-        return Err(untold(format!("{name} does not move")));
+        return Err(undetermined(format!("{name} does not move")));
     }
     let found = search.minimum(about);
     let Some((value, standard_error)) =
         found.filter(|(gain, error)| *error < LARGEST_ERROR_SHARE * gain)
     else {
-        return Err(untold(format!(
-            "the equation of {name} fits about as well with gains that differ by 10 % and more"
+        return Err(undetermined(format!(
+            "the equation of {name} fits about equally well with gains that differ by 10 % or more"
         )));
     };
     Ok(FoundGain {
@@ -107,8 +109,8 @@ fn of_position(
         value,
         standard_error,
         because: format!(
-            "so the spring between it and \"{}\" explains most of the motor torque; counts per turn, a gear \
-             ratio or a unit is off by {:+.2} %",
+            "with this gain the spring between it and \"{}\" explains most of the motor torque; counts per \
+             turn, a gear ratio or a unit is wrong by {:+.2} %",
             beside.column,
             100.0 * (value - 1.0)
         ),
@@ -131,8 +133,8 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Squared residual of the torque's row as a part of the torque, with the channel times
-    /// a number; infinite where the spring would push.
+    /// Squared ratio of the torque row's residual to the torque, with the channel multiplied by
+    /// `gain`; infinite where the stiffness is not positive.
     fn cost(&self, gain: f64) -> f64 {
         let scaled = self.excerpt.scaled(self.channel, gain);
         let fits = fit_rows(&scaled, self.reading, &[self.joint]);
@@ -147,7 +149,7 @@ impl Search<'_> {
         }
     }
 
-    /// The gain of the least residual, and its standard error.
+    /// Returns the gain with the smallest residual, and its standard error.
     fn minimum(&self, about: f64) -> Option<(f64, f64)> {
         let tried = (-GAINS_EACH_SIDE..=GAINS_EACH_SIDE).map(|k| {
             let gain = about * GAIN_RATIO.powi(k);
@@ -178,7 +180,7 @@ impl Search<'_> {
     }
 }
 
-/// The gain of a torque: known parameters over those that the torque as logged gives.
+/// Finds the gain of a torque: known parameters over the values that the logged torque gives.
 fn of_torque(reading: &Reading, excerpt: &Excerpt, channel: usize) -> Result<FoundGain, String> {
     let (own, model) = (&reading.channels().all[channel], reading.model());
     let name = &model.joints()[own.joint];
@@ -193,9 +195,9 @@ fn of_torque(reading: &Reading, excerpt: &Excerpt, channel: usize) -> Result<Fou
             |index| model.parameters()[index].name.clone(),
         );
         return Err(format!(
-            "the gain of \"{}\" cannot be told: all parameters of {name} scale with it, and none in the \
-             equation of its torque is known; give one as a number, as in fixed = {{ \"{example}\" = \
-             0.02 }} under [robot], or the gain",
+            "the gain of \"{}\" cannot be estimated: all parameters of {name} scale with it, and no \
+             parameter in the equation of its torque is known; give a parameter as a number, as in \
+             fixed = {{ \"{example}\" = 0.02 }} under [robot], or give the gain",
             own.column
         ));
     }
@@ -208,8 +210,8 @@ fn of_torque(reading: &Reading, excerpt: &Excerpt, channel: usize) -> Result<Fou
     let names: Vec<&str> = known.iter().map(|(name, ..)| name.as_str()).collect();
     if !(value > 0.0 && standard_error < LARGEST_ERROR_SHARE * value) {
         return Err(format!(
-            "the gain of \"{}\" cannot be told: {} would make it {value:.3} (standard error \
-             {standard_error:.3}); see that the known value and the sign are right, log a motion with more \
+            "the gain of \"{}\" cannot be estimated: {} would make it {value:.3} (standard error \
+             {standard_error:.3}); check that the known value and the sign are right, log a motion with more \
              of its torque, or give the gain as a number",
             own.column,
             names.join(" and ")
@@ -220,7 +222,7 @@ fn of_torque(reading: &Reading, excerpt: &Excerpt, channel: usize) -> Result<Fou
         value,
         standard_error,
         because: format!(
-            "so {} comes out of the equation of {name} as it is known",
+            "with this gain the equation of {name} gives the known value of {}",
             names.join(" and ")
         ),
     })

@@ -1,6 +1,6 @@
-//! What is chosen before anything is estimated from a log: its beginning, the cut-off of
-//! the position filter, signs and gains, delays by least squares, Stribeck velocities and
-//! weights of samples.
+//! Makes all choices that an estimate needs, from the beginning of the first log: the cut-off of
+//! the position filter, signs and gains, delays by least squares, Stribeck velocities and weights
+//! of samples.
 
 mod as_given;
 mod cutoff;

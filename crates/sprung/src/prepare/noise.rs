@@ -1,25 +1,25 @@
-//! Noise of positions and velocities, as far as a log shows it.
+//! Estimates the noise of positions and velocities from a log.
 
 use super::excerpt::Excerpt;
 use crate::log::{Channels, Measures};
 use crate::model::Model;
 use crate::regression::VelocityNoise;
 
-/// Differences of consecutive samples that are looked at.
-const SAMPLES_LOOKED_AT: usize = 20_000;
+/// Limit of the samples that the noise is estimated from.
+const MAX_SAMPLES: usize = 20_000;
 
-/// Returns the standard deviation of a channel's noise, and the step between
-/// its values if it is quantised; nothing if it stands still.
+/// Returns the standard deviation of a channel's noise, and the step between its values if it is
+/// quantised; `None` if the channel is constant.
 pub fn noise(excerpt: &Excerpt, channel: usize) -> Option<(f64, Option<f64>)> {
     let values: Vec<f64> = (excerpt.blocks().iter())
         .flat_map(|block| &block.values[channel])
         .copied()
-        .take(SAMPLES_LOOKED_AT)
+        .take(MAX_SAMPLES)
         .collect();
     let largest = values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     let steps: Vec<f64> = (values.windows(2))
         .map(|w| (w[1] - w[0]).abs())
-        // Rounding makes no step.
+        // Rounding errors are not steps.
         .filter(|step| *step > 1e-9 * largest)
         .collect();
     let smallest = steps.iter().copied().fold(f64::INFINITY, f64::min);
@@ -33,7 +33,7 @@ pub fn noise(excerpt: &Excerpt, channel: usize) -> Option<(f64, Option<f64>)> {
         })
         .count();
     let few = steps.iter().filter(|step| **step < 1.5 * smallest).count();
-    // Values between steps would not all be multiples of the smallest.
+    // Values between steps would not be multiples of the smallest difference.
     let quantised = whole * 50 >= steps.len() * 49 && few * 100 >= steps.len();
     let white = white_noise(&values);
     let step = quantised.then_some(smallest);
@@ -43,20 +43,20 @@ pub fn noise(excerpt: &Excerpt, channel: usize) -> Option<(f64, Option<f64>)> {
     ))
 }
 
-/// Returns the standard deviation of the white noise on a signal; most of its
-/// samples must change little over three steps.
+/// Returns the standard deviation of the white noise on a signal. Most samples must change little
+/// over three periods.
 pub(crate) fn white_noise(values: &[f64]) -> f64 {
     let mut third: Vec<f64> = (values.windows(4))
         .map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs())
         .collect();
     third.sort_by(f64::total_cmp);
     let median = third.get(third.len() / 2).copied().unwrap_or(0.0);
-    // A third difference of white noise has 20 times its variance.
+    // A third difference of white noise has 20 times its variance; 1.4826 converts the median.
     1.4826 * median / 20_f64.sqrt()
 }
 
-/// Returns the standard deviation of a filtered velocity over that of the
-/// position's white noise, 1/s.
+/// Returns the standard deviation of a filtered velocity over that of the position's white noise,
+/// 1/s.
 ///
 /// - `cutoff`: f, Hz; `period`: T, s.
 ///
@@ -69,8 +69,7 @@ pub(crate) fn velocity_per_position(cutoff: f64, period: f64) -> f64 {
     (2.0 * cutoff * period).sqrt() * std::f64::consts::TAU * cutoff / 3_f64.sqrt()
 }
 
-/// Returns the noise of the filtered velocities, as far as the positions show
-/// it.
+/// Returns the noise of the filtered velocities, estimated from the positions.
 ///
 /// - `cutoff`: of the position filter, Hz.
 #[must_use]
@@ -99,7 +98,7 @@ pub(crate) fn velocity_noise(
             Measures::RightHandSide(_) => {}
         }
     }
-    // What is measured from the motor carries its noise.
+    // Link positions that are measured relative to the motor contain the motor's noise too.
     for joint in (0..n).filter(|&joint| from_motor[joint]) {
         link[joint] = link[joint].hypot(motor[joint]);
     }

@@ -1,4 +1,4 @@
-//! Logs that are ready to be identified from.
+//! Logs that are ready for an identification.
 
 use super::as_given::as_given;
 use super::delays::{DelayByLikelihood, DelayError, Delays};
@@ -13,10 +13,10 @@ use crate::model::Model;
 use crate::progress::{Listener, Phase, Stopped};
 use crate::regression::Reading;
 
-/// Choices that progress counts: cut-off, delays, Stribeck velocities, weights.
+/// Number of choices for the progress: cut-off, delays, Stribeck velocities, weights.
 const CHOICES: u64 = 4;
 
-/// What keeps logs from being prepared.
+/// Errors of a preparation.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PrepareError {
@@ -35,7 +35,7 @@ pub enum PrepareError {
     /// The log cannot be read.
     #[error(transparent)]
     Log(#[from] LogError),
-    /// The caller stopped it.
+    /// The caller stopped the preparation.
     #[error(transparent)]
     Stopped(#[from] Stopped),
 }
@@ -49,7 +49,7 @@ impl From<FactorError> for PrepareError {
     }
 }
 
-/// Logs with everything that is chosen before an estimate: made once, by [`prepare`].
+/// Logs with all choices that precede an estimate; [`prepare`] makes it.
 #[derive(Clone, Debug)]
 pub struct Prepared {
     experiment: Experiment,
@@ -63,19 +63,18 @@ pub struct Prepared {
     wrong_time_unit: Option<Finding>,
 }
 
-/// Prepares logs: finds signs and gains that are open, keeps the beginning of the first
-/// log, and from it chooses the cut-off, finds delays by least squares and the Stribeck
-/// velocities.
+/// Prepares logs: finds open signs and gains, keeps the beginning of the first log, chooses the
+/// cut-off from it, and estimates delays by least squares and Stribeck velocities.
 ///
-/// A log whose time has another unit fits no filter: nothing is searched in it.
+/// If the time of the log has another unit, no filter fits the log, so delays are not estimated.
 ///
 /// - `sources`: the logs, all with the same columns.
-/// - `progress`: told of each choice.
+/// - `progress`: receives each choice.
 ///
 /// # Errors
 ///
-/// [`PrepareError`] if the description is not complete, the first log cannot be read, or it
-/// does not tell what is to be estimated from it.
+/// [`PrepareError`] if the description is not complete, the first log cannot be read, or it does
+/// not determine a quantity that is to be estimated from it.
 pub fn prepare(
     experiment: &Experiment,
     model: &Model,
@@ -102,7 +101,7 @@ pub fn prepare(
     };
     choosing(3)?;
     let reading = reading.with_delays(&delays.values);
-    let (reading, about_stribeck) = shaped(reading, &excerpt);
+    let (reading, about_stribeck) = with_stribeck_velocities(reading, &excerpt);
     Ok(Prepared {
         experiment,
         names,
@@ -116,9 +115,9 @@ pub fn prepare(
     })
 }
 
-/// Returns the reading with the Stribeck velocities that the model leaves open, and what
-/// there is to know about them.
-fn shaped(reading: Reading, excerpt: &Excerpt) -> (Reading, Vec<Finding>) {
+/// Returns the reading with estimates of the Stribeck velocities that the model leaves open, and
+/// findings about them.
+fn with_stribeck_velocities(reading: Reading, excerpt: &Excerpt) -> (Reading, Vec<Finding>) {
     if reading.model().unknown_stribeck().is_empty() {
         return (reading, Vec::new());
     }
@@ -127,7 +126,7 @@ fn shaped(reading: Reading, excerpt: &Excerpt) -> (Reading, Vec<Finding>) {
 }
 
 impl Prepared {
-    /// Returns the experiment, with the signs and gains that were found.
+    /// Returns the experiment, including the estimated signs and gains.
     #[must_use]
     pub fn experiment(&self) -> &Experiment {
         &self.experiment
@@ -139,19 +138,19 @@ impl Prepared {
         &self.names
     }
 
-    /// Returns how the logs are read.
+    /// Returns the settings for reading the logs.
     #[must_use]
     pub fn reading(&self) -> &Reading {
         &self.reading
     }
 
-    /// Returns why the cut-off is what it is, if it was chosen.
+    /// Returns the reason for the cut-off, if sprung chose it.
     #[must_use]
     pub fn cutoff_reason(&self) -> Option<&str> {
         self.cutoff_reason.as_deref()
     }
 
-    /// Returns the signs and gains that were found.
+    /// Returns the estimated signs and gains.
     #[must_use]
     pub fn factors(&self) -> &Factors {
         &self.factors
@@ -169,7 +168,7 @@ impl Prepared {
         &self.excerpt
     }
 
-    /// Returns what there is to know about signs, gains and Stribeck velocities.
+    /// Returns findings about signs, gains and Stribeck velocities.
     #[must_use]
     pub fn findings(&self) -> Vec<Finding> {
         let file = self.names.first().map_or("", String::as_str);
@@ -178,15 +177,15 @@ impl Prepared {
         findings
     }
 
-    /// Returns the error that the time of the first log has another unit, if it has.
+    /// Returns the error that the time of the first log has another unit, if sprung detected it.
     #[must_use]
     pub fn wrong_time_unit(&self) -> Option<&Finding> {
         self.wrong_time_unit.as_ref()
     }
 
-    /// Returns the same with delays by likelihood in the place of those by least squares.
+    /// Replaces delays by least squares with those by likelihood.
     ///
-    /// - `likely`: empty if the likelihood knew no more.
+    /// - `likely`: empty if the likelihood gave no estimate.
     #[must_use]
     pub fn with_likely_delays(mut self, likely: Vec<DelayByLikelihood>) -> Self {
         self.delays.refine(likely);
@@ -194,11 +193,11 @@ impl Prepared {
         self
     }
 
-    /// Returns the same with the weights of samples that the settings ask for.
+    /// Adds the weights of samples that the settings request.
     ///
     /// # Errors
     ///
-    /// [`Stopped`] if who listens to the progress says so.
+    /// [`Stopped`] if the progress listener stops the work.
     pub fn weighted(mut self, progress: &mut dyn Listener) -> Result<Self, Stopped> {
         progress.tell(Phase::Preparing, CHOICES, Some(CHOICES))?;
         let weights = match self.reading.settings().weights {

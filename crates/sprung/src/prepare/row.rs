@@ -1,4 +1,4 @@
-//! The torque's row of a joint, fitted alone.
+//! Fits the torque row of a joint alone.
 
 use sprung_core::parameters::JointParameter;
 
@@ -6,47 +6,46 @@ use super::excerpt::Excerpt;
 use crate::model::Model;
 use crate::regression::{Reading, SystemPart, solve};
 
-/// What the torque's row of a joint says under an assumption about the log.
+/// Figures of a joint's torque row, for comparing assumptions about the log.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct MotorRowFit {
-    /// Stiffness, N·m/rad (N/m); none for a rigid joint.
+    /// Stiffness, N·m/rad (N/m); `None` for a rigid joint.
     pub stiffness: Option<f64>,
     /// Whether stiffness, rotor inertia and frictions are all positive.
     pub plausible: bool,
-    /// Residual over torque, root mean squares.
+    /// Root mean square of the residual over that of the torque.
     pub relative_residual: f64,
 }
 
-/// Least squares on the torque's row of one joint.
+/// Least-squares fit of the torque row of one joint.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct RowFit {
-    /// Columns of theta.
+    /// Indices in theta of the row's parameters.
     columns: Vec<usize>,
-    /// Their values.
+    /// Values of these parameters.
     x: Vec<f64>,
     /// Diagonal of `(A^T A)^-1`.
     inverse: Vec<f64>,
     /// Sum of the squared residuals, N²·m².
     pub(crate) squares: f64,
-    /// The same of the torque.
+    /// Sum of the squared torques, N²·m².
     pub(crate) torque: f64,
 }
 
 impl RowFit {
-    /// Returns the residual as a part of the torque, root mean squares.
+    /// Returns the root mean square of the residual over that of the torque.
     pub(crate) fn relative_residual(&self) -> f64 {
         (self.squares / self.torque).sqrt()
     }
 
-    /// Returns columns of theta and their values.
+    /// Returns indices in theta and their values.
     pub(crate) fn values(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
         self.columns.iter().copied().zip(self.x.iter().copied())
     }
 
     /// Returns kinds, values and standard errors of the joints' parameters.
     ///
-    /// - `independent`: how many residuals there are that do not depend on
-    ///   each other.
+    /// - `independent`: number of independent residuals.
     pub(crate) fn of_joints(
         &self,
         model: &Model,
@@ -61,15 +60,15 @@ impl RowFit {
             .collect()
     }
 
-    /// Returns values of parameters that have a nominal one, with it.
+    /// Returns fitted and nominal values of the parameters that have a nominal value.
     pub(crate) fn beside_nominal(&self, model: &Model) -> Vec<(f64, f64)> {
         (self.columns.iter().zip(&self.x))
             .filter_map(|(&column, &value)| Some((value, model.parameters()[column].nominal?)))
             .collect()
     }
 
-    /// Returns parameters whose value is known and not zero: name, known value, fitted
-    /// value, standard error.
+    /// Returns parameters with a known value that is not zero: name, known value, fitted value,
+    /// standard error.
     pub(crate) fn beside_fixed(
         &self,
         model: &Model,
@@ -85,7 +84,7 @@ impl RowFit {
             .collect()
     }
 
-    /// Returns what it says in short.
+    /// Returns the figures of the fit.
     pub(crate) fn short(&self, model: &Model) -> MotorRowFit {
         let mut fit = MotorRowFit {
             stiffness: None,
@@ -104,8 +103,8 @@ impl RowFit {
     }
 }
 
-/// Fits the torque's rows of some joints of an excerpt, each alone; nothing if
-/// the excerpt is too short for the filters or they do not fit it.
+/// Fits the torque rows of some joints of an excerpt, each alone; `None` if the excerpt is too
+/// short for the filters or the filters do not fit its period.
 pub(crate) fn fit_rows(
     excerpt: &Excerpt,
     reading: &Reading,
@@ -136,10 +135,9 @@ pub(crate) fn fit_rows(
         .collect()
 }
 
-/// Fits the torque's row of each joint of an excerpt alone.
+/// Fits the torque row of each joint of an excerpt alone.
 ///
-/// Returns nothing if the excerpt is too short for the filter or the settings
-/// do not fit the log.
+/// Returns `None` if the excerpt is too short for the filters or the filters do not fit its period.
 #[must_use]
 pub(crate) fn fit_motor_rows(excerpt: &Excerpt, reading: &Reading) -> Option<Vec<MotorRowFit>> {
     let joints: Vec<usize> = (0..reading.model().joint_count()).collect();
@@ -147,8 +145,8 @@ pub(crate) fn fit_motor_rows(excerpt: &Excerpt, reading: &Reading) -> Option<Vec
     Some(fits.iter().map(|fit| fit.short(reading.model())).collect())
 }
 
-/// Returns how many filtered residuals of an excerpt do not depend on each
-/// other: they agree over about 2/λ.
+/// Returns the number of independent filtered residuals of an excerpt: residuals are correlated
+/// over about 2/λ.
 pub(crate) fn independent(excerpt: &Excerpt, reading: &Reading) -> f64 {
     (excerpt.duration() * reading.settings().filter_cutoff_rad_per_s / 2.0).max(1.0)
 }

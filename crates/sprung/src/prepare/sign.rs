@@ -1,4 +1,4 @@
-//! Signs of columns, by the equation of each joint's torque.
+//! Signs of columns, from the torque equation of each joint.
 
 use sprung_core::parameters::JointParameter;
 
@@ -8,17 +8,16 @@ use super::row::{RowFit, fit_rows, independent};
 use crate::log::{Channels, Quantity};
 use crate::regression::Reading;
 
-/// How much greater the logarithm of the likelihood must be than with the other sign: a
-/// thousand to one.
+/// Log-likelihood ratio at which a sign counts as determined: a thousand to one.
 const SURE_LOG_LIKELIHOOD: f64 = 6.9;
 
-/// Signs that are tried together, at most: each doubles the work.
-const MOST_SIGNS_TOGETHER: usize = 10;
+/// Limit of the signs that are tried together; each sign doubles the work.
+const MAX_SIGNS_TOGETHER: usize = 10;
 
-/// Part of the torque below which a residual says nothing more.
+/// Residuals below this fraction of the torque count as equal.
 const EXACT_TORQUE_SHARE: f64 = 1e-4;
 
-/// Finds all signs that are open; or says which cannot be told, and what to do.
+/// Finds all open signs; the error says which sign the log does not determine, and the remedy.
 pub(super) fn signs(
     reading: &Reading,
     excerpt: &Excerpt,
@@ -35,12 +34,12 @@ pub(super) fn signs(
         if all > 0 && open(joint).count() == all {
             let name = &reading.model().joints()[joint];
             return Err(format!(
-                "the signs of all columns of {name} are to be estimated, and turned together they fit \
-                 as well: which way is positive is yours to say; give one of them as 1 or -1 in sign"
+                "the signs of all columns of {name} are to be estimated, but reversing all of them fits \
+                 equally well; choose the positive direction: give one of them as 1 or -1 in sign"
             ));
         }
     }
-    // Rows of rigid joints and coupled transmissions hold the positions of others.
+    // The rows of rigid joints and coupled transmissions contain positions of other joints.
     let together = channels.position_mix.is_some()
         || channels.torque_mix.is_some()
         || (0..joints).any(|joint| !reading.model().is_flexible(joint) && open(joint).count() > 0);
@@ -52,9 +51,9 @@ pub(super) fn signs(
     let mut found = Vec::new();
     for rows in groups {
         let wanted: Vec<usize> = rows.iter().flat_map(|&joint| open(joint)).collect();
-        if wanted.len() > MOST_SIGNS_TOGETHER {
+        if wanted.len() > MAX_SIGNS_TOGETHER {
             return Err(format!(
-                "{} signs of joints that move each other are to be estimated, at most {MOST_SIGNS_TOGETHER} can be; \
+                "{} signs of joints that move each other are to be estimated, at most {MAX_SIGNS_TOGETHER} can be; \
                  give the others as 1 or -1 in sign",
                 wanted.len()
             ));
@@ -66,10 +65,10 @@ pub(super) fn signs(
     Ok(found)
 }
 
-/// What the rows of some joints say with some signs.
+/// Fits of some joints' rows with one choice of signs.
 struct Trial {
     turned: Vec<bool>,
-    /// Logarithm of the likelihood, without its constant.
+    /// Logarithm of the likelihood without its constant.
     score: f64,
     fits: Vec<RowFit>,
 }
@@ -103,8 +102,8 @@ fn decide(
     let column = |k: usize| &reading.channels().all[wanted[k]].column;
     let Some(best) = best else {
         return Err(format!(
-            "the sign of \"{}\" cannot be told from {file}: its joint does not move, or the log is too \
-             short for the filters; give it as 1 or -1 in sign",
+            "the sign of \"{}\" cannot be determined from {file}: its joint does not move, or the log is \
+             too short for the filters; give it as 1 or -1 in sign",
             column(0)
         ));
     };
@@ -118,9 +117,9 @@ fn decide(
             let place = rows.iter().position(|&row| row == joint).unwrap_or(0);
             if ahead < SURE_LOG_LIKELIHOOD {
                 return Err(format!(
-                    "the sign of \"{}\" cannot be told from {file}: the equation of {} fits about as \
-                     well with the other one (log-likelihood +{ahead:.1}, {SURE_LOG_LIKELIHOOD} is needed); give it as \
-                     1 or -1 in sign, or log a motion with more accelerations and reversals",
+                    "the sign of \"{}\" cannot be determined from {file}: the equation of {} fits about \
+                     equally well with the other sign (log-likelihood +{ahead:.1}, {SURE_LOG_LIKELIHOOD} is needed); \
+                     give it as 1 or -1 in sign, or log a motion with more accelerations and reversals",
                     column(k),
                     reading.model().joints()[joint]
                 ));
@@ -140,8 +139,8 @@ fn decide(
         .collect()
 }
 
-/// Logarithm of the likelihood of a row's residual, and of its parameters being those of
-/// a robot.
+/// Logarithm of the likelihood of a row's residual, plus that of the probability that its physical
+/// parameters are positive.
 fn score(fit: &RowFit, reading: &Reading, independent: f64) -> f64 {
     let positive: f64 = physical(fit, reading, independent)
         .map(|(_, value, error)| log_positive(value / error))
@@ -149,7 +148,7 @@ fn score(fit: &RowFit, reading: &Reading, independent: f64) -> f64 {
     positive - independent * fit.relative_residual().max(EXACT_TORQUE_SHARE).ln()
 }
 
-/// Parameters that no robot has below zero: kind, value, standard error.
+/// Parameters that are positive in every robot: kind, value, standard error.
 fn physical(
     fit: &RowFit,
     reading: &Reading,
@@ -160,18 +159,18 @@ fn physical(
         .filter(|(kind, ..)| kind.is_vital() || kind.is_friction())
 }
 
-/// Logarithm of the probability that something so many standard errors from zero is
-/// positive.
+/// Logarithm of the probability that a quantity is positive whose estimate is `z` standard errors.
 fn log_positive(z: f64) -> f64 {
     if z < -5.0 {
-        // The tail of the normal distribution.
+        // Asymptotic tail of the normal distribution.
         -0.5 * z * z - (-z).ln() - 0.919
     } else {
         (0.5 * libm::erfc(-z / std::f64::consts::SQRT_2)).ln()
     }
 }
 
-/// Says what tells a sign: parameters, residuals, and how the two positions move.
+/// Describes the evidence for a sign: negative parameters, residuals, and the correlation of both
+/// positions.
 fn because(reading: &Reading, excerpt: &Excerpt, joint: usize, fits: [&RowFit; 2]) -> String {
     let number = independent(excerpt, reading);
     let [with, other] = fits.map(|fit| {
@@ -191,12 +190,12 @@ fn because(reading: &Reading, excerpt: &Excerpt, joint: usize, fits: [&RowFit; 2
     });
     let name = &reading.model().joints()[joint];
     let both = correlation(reading.channels(), excerpt, joint).map_or_else(String::new, |r| {
-        format!(" (correlation of both positions as recorded {r:+.3})")
+        format!(" (correlation of the recorded positions {r:+.3})")
     });
-    format!("in the equation of {name} {with} is left over, with the other sign {other}{both}")
+    format!("in the equation of {name} {with} is unexplained, with the other sign {other}{both}")
 }
 
-/// Correlation of link and motor position as recorded.
+/// Correlation of the recorded link and motor positions.
 fn correlation(channels: &Channels, excerpt: &Excerpt, joint: usize) -> Option<f64> {
     let link = channels.index(Quantity::LinkPosition, joint)?;
     let motor = channels.index(Quantity::MotorPosition, joint)?;

@@ -1,4 +1,4 @@
-//! Stribeck velocities, which no linear regression finds: an outer search.
+//! Finds Stribeck velocities by an outer search, because the regression is not linear in them.
 
 use sprung_core::friction::Law;
 use sprung_core::parameters::{JointParameter, Side};
@@ -8,24 +8,23 @@ use crate::finding::{Finding, Severity};
 use crate::model::Model;
 use crate::regression::{Reading, SystemPart, Triangle, solve};
 
-/// Velocities that are tried, as parts of the joint's fastest.
+/// Range of the velocities in the search, as fractions of the joint's fastest motion.
 const SLOWEST_SHARE: f64 = 0.003;
 const FASTEST_SHARE: f64 = 0.5;
 
-/// Velocities that are tried first, in equal ratios.
+/// Velocities in the first scan, in equal ratios.
 const VELOCITIES_TRIED: usize = 9;
 
-/// Times that the best is refined between its neighbours.
+/// Golden-section steps about the best velocity.
 const GOLDEN_SECTIONS: usize = 8;
 
 /// Finds the Stribeck velocities that a description leaves open.
 ///
-/// Returns the model with them and what was found; a joint whose log shows none
-/// keeps the one that stands in.
+/// Returns the model with them, and findings. If the log contains no motion of a joint, the model
+/// stays unchanged.
 ///
-/// The rows of different joints do not disturb each other, so all joints are
-/// searched at once: velocities in equal ratios first, then by sections of the
-/// golden ratio between the best and its neighbours.
+/// The rows of different joints do not affect each other, so all joints are searched at once: first
+/// velocities in equal ratios, then steps of the golden section about the best velocity.
 #[must_use]
 pub(crate) fn find_stribeck(reading: &Reading, excerpt: &Excerpt) -> (Model, Vec<Finding>) {
     let model = reading.model();
@@ -45,7 +44,7 @@ pub(crate) fn find_stribeck(reading: &Reading, excerpt: &Excerpt) -> (Model, Vec
             })
             .collect()
     };
-    // Logarithms of velocities.
+    // The search runs over logarithms of velocities relative to the fastest motion.
     let (low, high) = (SLOWEST_SHARE.ln(), FASTEST_SHARE.ln());
     let distance = (high - low) / (VELOCITIES_TRIED - 1) as f64;
     let velocity = |logs: &[f64]| -> Vec<f64> {
@@ -81,7 +80,7 @@ pub(crate) fn find_stribeck(reading: &Reading, excerpt: &Excerpt) -> (Model, Vec
     }
     let found = velocity(&best.iter().map(|(log, _)| *log).collect::<Vec<_>>());
     let findings = (joints.iter().zip(&found).zip(at_edge))
-        .map(|((&joint, velocity), at_edge)| say(model, joint, *velocity, at_edge))
+        .map(|((&joint, velocity), at_edge)| finding_for(model, joint, *velocity, at_edge))
         .collect();
     (with(model, joints, &found), findings)
 }
@@ -92,7 +91,7 @@ fn with(model: &Model, joints: &[usize], velocities: &[f64]) -> Model {
     })
 }
 
-fn say(model: &Model, joint: usize, velocity: f64, at_edge: bool) -> Finding {
+fn finding_for(model: &Model, joint: usize, velocity: f64, at_edge: bool) -> Finding {
     let name = &model.joints()[joint];
     if at_edge {
         return Finding::new(
@@ -100,7 +99,7 @@ fn say(model: &Model, joint: usize, velocity: f64, at_edge: bool) -> Finding {
             "stribeck-velocity-not-found",
             format!(
                 "{name}: no Stribeck velocity between {SLOWEST_SHARE} and {FASTEST_SHARE} of the fastest motion \
-                 explains the log better than its neighbours; {velocity:.3e} rad/s (m/s) was taken"
+                 explains the log better than its neighbours; {velocity:.3e} rad/s (m/s) is used"
             ),
             "leave \"stribeck\" out, or record slow motion; give stribeck_velocity_rad_per_s if it \
              is known",
@@ -111,13 +110,13 @@ fn say(model: &Model, joint: usize, velocity: f64, at_edge: bool) -> Finding {
         "stribeck-velocity",
         format!(
             "{name}: the Stribeck velocity was found by a search over the beginning of the log, \
-             {velocity:.4} rad/s (m/s); the standard errors of the other parameters take it as known"
+             {velocity:.4} rad/s (m/s); the standard errors of the other parameters treat it as known"
         ),
         "give it as stribeck_velocity_rad_per_s to keep it fixed",
     )
 }
 
-/// Returns the fastest motion of each joint, rad/s (m/s).
+/// Returns the fastest speed of each joint, rad/s (m/s); `None` if a joint does not move.
 fn fastest(reading: &Reading, excerpt: &Excerpt) -> Option<Vec<f64>> {
     let n = reading.model().joint_count();
     let mut fastest = vec![0.0_f64; n];
@@ -125,7 +124,7 @@ fn fastest(reading: &Reading, excerpt: &Excerpt) -> Option<Vec<f64>> {
         if channel.quantity != crate::log::Quantity::MotorPosition {
             continue;
         }
-        // Over so many samples that counts do not look like speed.
+        // Differences over 0.02 s, so that a single count does not look like a high speed.
         let apart = (0.02 / excerpt.period()).round().max(1.0);
         for block in excerpt.blocks() {
             let values = &block.values[i];
@@ -139,8 +138,8 @@ fn fastest(reading: &Reading, excerpt: &Excerpt) -> Option<Vec<f64>> {
     fastest.iter().all(|v| *v > 0.0).then_some(fastest)
 }
 
-/// Returns what the rows of a joint with Stribeck friction leave unexplained,
-/// squared; of a link row, with the stiffness of the motor row.
+/// Returns the sum of squared residuals of the rows with a joint's Stribeck friction. The link row
+/// is solved with the stiffness of the motor row, because it has no right-hand side.
 fn unexplained(model: &Model, whole: &[Triangle], joint: usize) -> Option<f64> {
     let torque_row = model.torque_row(joint);
     let alone = |factor: &Triangle| -> Option<(Vec<f64>, f64)> {

@@ -1,4 +1,4 @@
-//! Weights of the samples, found on the beginning of a log.
+//! Chooses the weights of the samples from the beginning of a log.
 
 use super::excerpt::Excerpt;
 use super::noise::velocity_noise;
@@ -6,18 +6,17 @@ use crate::fit::fit_values;
 use crate::model::Model;
 use crate::regression::{Reading, System, TransitionWeights};
 
-/// Estimates that the weights are taken from, one after the other.
+/// Number of successive estimates; each gives the weights for the next one.
 const ESTIMATES: usize = 3;
 
-/// From the median of a normal variable's size to its standard deviation.
+/// Ratio of a normal variable's standard deviation to the median of its absolute value.
 const MEDIAN_TO_DEVIATION: f64 = 1.4826;
 
-/// Returns the weights that the beginning of a log asks for; nothing if it is
-/// too short for the filters.
+/// Returns the weights for the beginning of a log; `None` if it is too short for the filters.
 ///
-/// Coulomb friction comes from the estimate before, at first with all samples
-/// alike; the scale of a row is that of its residual in the half of the samples
-/// that transitions touch least.
+/// The Coulomb friction comes from the previous estimate; the first estimate has equal weights. The
+/// scale of a row is that of its residual in the half of the samples with the least variance from
+/// transitions.
 #[must_use]
 pub(crate) fn find_weights(reading: &Reading, excerpt: &Excerpt) -> Option<TransitionWeights> {
     let model = reading.model();
@@ -39,7 +38,7 @@ pub(crate) fn find_weights(reading: &Reading, excerpt: &Excerpt) -> Option<Trans
     Some(weights)
 }
 
-/// Returns the scale of a row's residual while its joints slip, N·m (N).
+/// Returns the scale of a row's residual in sliding, N·m (N).
 fn slip_scale(model: &Model, system: &System, theta: &[f64], row: usize) -> f64 {
     let kept = system.kept();
     let columns = model.row_columns(row);

@@ -1,4 +1,4 @@
-//! The regressor of some samples at a time.
+//! The regressor of a batch of samples.
 
 use std::sync::Arc;
 
@@ -10,13 +10,13 @@ use super::weights::TransitionWeights;
 use crate::model::Model;
 use crate::preprocess::SignalBlock;
 
-/// Samples whose regressor is formed at a time: it fits a processor's cache.
+/// Samples in a batch, chosen so that its regressor fits a processor's cache.
 pub(super) const BATCH_SAMPLES: usize = 64;
 
-/// Samples that one thread forms at a time.
+/// Samples that a thread forms as one portion of a batch.
 const THREAD_SAMPLES: usize = 8;
 
-/// The regressor of some samples.
+/// The regressor of a batch of samples.
 #[derive(Clone, Debug)]
 pub(super) struct Batch {
     evaluators: Vec<Evaluator>,
@@ -28,7 +28,7 @@ pub(super) struct Batch {
     pub(super) tau: Vec<Vec<f64>>,
     pub(super) weights: Option<Arc<TransitionWeights>>,
     pub(super) rows: usize,
-    // What transitions add to the rows, [samples × rows]; empty without weights.
+    // Variance that Coulomb transitions add to each row, [samples × rows]; empty without weights.
     pub(super) variance: Vec<f64>,
 }
 
@@ -47,13 +47,13 @@ impl Batch {
         }
     }
 
-    /// Forms the regressor of the samples from `first` on, as many as it holds;
-    /// of none beyond the last.
+    /// Forms the regressor of up to [`BATCH_SAMPLES`] samples from `first` on; the batch is empty
+    /// if `first` is beyond the last sample.
     pub(super) fn form(&mut self, signals: &SignalBlock, first: usize) {
         let count = BATCH_SAMPLES.min(signals.len().saturating_sub(first));
         self.momentum.resize(count * self.entries, 0.0);
         self.rest.resize(count * self.entries, 0.0);
-        // A portion without room for variances takes none.
+        // Without weights this is zero, and no variances are stored.
         let per_sample = self.weights.as_ref().map_or(0, |_| self.rows);
         self.variance.resize(BATCH_SAMPLES * per_sample.max(1), 0.0);
         if count == 0 {

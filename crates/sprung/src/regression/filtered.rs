@@ -1,4 +1,4 @@
-//! The filtered regressor, sample by sample.
+//! The filtered regressor, one sample at a time.
 
 use sprung_core::drives::State;
 use sprung_core::filter::bank_len;
@@ -7,13 +7,12 @@ use sprung_core::filter::{Discretization, FilterBank, FilterError, FilterPair, F
 use crate::description::DiscretizationName;
 use crate::model::{Model, Scratch};
 
-/// The filter pairs of the regressor and of the torque.
+/// The filter pair of the regressor's entries and that of the torque.
 ///
 /// # Source
 ///
-/// Eqs. (10) and (23). The paper's discretisation holds every signal; the
-/// matched one takes the torque as held, which a digital controller does, and
-/// everything else as continuous.
+/// Eqs. (10) and (23). The paper's discretisation holds every signal. The matched one holds only
+/// the torque, because a digital controller holds it, and treats all other signals as continuous.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pairs {
     pub(super) entries: FilterPair,
@@ -36,12 +35,12 @@ impl Pairs {
     }
 }
 
-/// Forms the regressor of a sample.
+/// Forms the regressor of one sample.
 #[derive(Clone, Debug)]
 pub(super) struct Evaluator {
     pub(super) model: Model,
     scratch: Scratch,
-    // Whether the entries of the links are wanted.
+    // Whether to form the entries of the links.
     links: bool,
 }
 
@@ -54,8 +53,8 @@ impl Evaluator {
         }
     }
 
-    /// Returns an evaluator of some rows: entries of links may be missing if no
-    /// row holds them.
+    /// Returns an evaluator for the given rows; it skips the links' entries if no row contains
+    /// them.
     pub(super) fn of_rows(model: &Model, rows: &[usize]) -> Self {
         Self {
             links: rows.iter().any(|row| *row < model.joint_count()),
@@ -63,11 +62,11 @@ impl Evaluator {
         }
     }
 
-    /// Writes the entries of `Y_a` and `Y_b`.
+    /// Writes the entries of `Y_a` to `momentum` and those of `Y_b` to `rest`.
     pub(super) fn entries(&mut self, state: &State<'_>, momentum: &mut [f64], rest: &mut [f64]) {
         let mut workspace = self.scratch.workspace();
         let robot = self.model.robot();
-        // The memory is made to fit, so there is no other outcome.
+        // The buffers have the model's sizes, so no error is expected here.
         let written = if self.links {
             robot.regressor(state, &mut workspace, momentum, rest)
         } else {
@@ -79,7 +78,7 @@ impl Evaluator {
     }
 }
 
-/// Forms the regressor of each sample and filters it, one sample at a time.
+/// Forms and filters the regressor, one sample at a time.
 #[derive(Clone, Debug)]
 pub struct FilteredRegression {
     evaluator: Evaluator,
@@ -92,7 +91,7 @@ pub struct FilteredRegression {
 }
 
 impl FilteredRegression {
-    /// Returns the regression of a log that begins.
+    /// Returns the regression at the start of a log.
     ///
     /// - `cutoff`: λ, rad/s; `period`: T, s.
     ///
@@ -117,14 +116,14 @@ impl FilteredRegression {
         })
     }
 
-    /// Forgets what it has seen: the next sample begins a log.
+    /// Resets the filters: the next sample begins a log.
     pub fn restart(&mut self) {
         self.bank.restart();
         self.torques.fill(FilterState::default());
     }
 
-    /// Takes the next sample; returns the entries of `Y_f`, row after row, and
-    /// the filtered motor torques, \[n\], N·m (N).
+    /// Processes the next sample; returns the entries of `Y_f`, row after row, and the filtered
+    /// motor torques, \[n\], N·m (N).
     pub fn process(&mut self, state: &State<'_>, tau: &[f64]) -> (&[f64], &[f64]) {
         self.evaluator
             .entries(state, &mut self.momentum, &mut self.rest);

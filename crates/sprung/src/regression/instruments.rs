@@ -1,4 +1,4 @@
-//! Products of the measured regression with that of another motion.
+//! Products of the measured regression with the regression of another motion (the instruments).
 
 use faer::Mat;
 use sprung_core::drives::State;
@@ -10,8 +10,8 @@ use super::reading::Reading;
 use crate::description::InitialMomentum;
 use crate::preprocess::SignalBlock;
 
-/// What a row of the filtered regression `Y θ = b` and the same row of another
-/// motion, `Z`, have in common over all samples.
+/// Products of one row of the measured filtered regression `Y θ = b` with the same row of the
+/// instruments `Z`, summed over all samples.
 #[derive(Clone, Debug)]
 pub(crate) struct CrossProducts {
     /// `Z^T Y`, and `Z^T b` in the last column, \[width × width + 1\].
@@ -22,14 +22,14 @@ pub(crate) struct CrossProducts {
     pub instrument: Vec<f64>,
 }
 
-/// Forms, filters and weighs the regressors of pairs of motions, and multiplies
-/// them; one result per row.
+/// Forms, filters and weights the regressors of pairs of motions and multiplies them; returns one
+/// result per row.
 ///
-/// Both motions of a pair take part with the samples whose times they share, and
-/// with the weights of the first. Filters start with each pair; if the momentum at
-/// the start is to be estimated, samples that it reaches are left out.
+/// Only samples at times that both motions share take part. Both motions have the weights of the
+/// measured one. The filters start anew with each pair; if the initial momentum is to be estimated,
+/// samples that it affects are left out.
 ///
-/// - `pairs`: measured and other motion of each stretch; `period`: T, s.
+/// - `pairs`: measured motion and instrument motion of each stretch; `period`: T, s.
 ///
 /// # Errors
 ///
@@ -112,7 +112,7 @@ impl CrossProducts {
     }
 }
 
-/// Returns the first sample of each motion that both have, and how many follow.
+/// Returns the index of the first shared sample in each motion and the number of shared samples.
 fn shared(of: &SignalBlock, with: &SignalBlock, period: f64) -> (usize, usize, usize) {
     let (Some(begin), Some(begin_with)) = (of.time.first(), with.time.first()) else {
         return (0, 0, 0);

@@ -1,9 +1,8 @@
-//! From signals to a linear system in the parameters, reduced as it streams.
+//! Forms a linear system in the parameters from signals and reduces it while the log streams.
 //!
-//! [`Reduction`] forms and filters the regressor and folds the rows of any
-//! number of samples into small triangular factors, `System` is what remains
-//! of the logs, and `Solution` solves it. [`FilteredRegression`] is the same
-//! regression one sample at a time.
+//! [`Reduction`] forms and filters the regressor and folds the rows of any number of samples into
+//! small triangular factors. `System` holds the reduced logs, and `Solution` solves them.
+//! [`FilteredRegression`] forms the same regression one sample at a time.
 
 mod batch;
 mod filtered;

@@ -1,19 +1,17 @@
-//! The filter's start as a nuisance parameter: one that nobody asks for.
+//! Removes the initial momentum of the filter, a nuisance parameter, by projection.
 
-/// Time constants of the filter after which its start is forgotten.
+/// Time constants of the filter after which the effect of its start is negligible.
 pub(super) const FORGOTTEN_TIME_CONSTANTS: f64 = 10.0;
 
-/// The first rows after a start, held back until what the momentum at the
-/// start adds to them is taken out.
+/// Holds back the first rows after a start until the effect of the initial momentum is removed.
 ///
-/// An error of that momentum decays as the filter forgets: one column, `p^k`
-/// with the pole p, and one unknown per row of the regressor and start. The
-/// rows that leave are orthogonal to it, which is what least squares with that
-/// unknown would see.
+/// An error of the initial momentum decays with the filter's pole p, so it adds one column, `p^k`,
+/// and one unknown per row of the regressor and start. The released rows are orthogonal to this
+/// column, which is equivalent to least squares with the additional unknown.
 ///
 /// # Source
 ///
-/// Eq. (10) with the initial condition that eq. (23) takes to be zero.
+/// Eq. (10) with a free initial condition; eq. (23) sets it to zero.
 #[derive(Clone, Debug, Default)]
 pub(super) struct NuisanceMomentum {
     rows: Vec<Vec<f64>>,
@@ -22,9 +20,9 @@ pub(super) struct NuisanceMomentum {
 }
 
 impl NuisanceMomentum {
-    /// Holds a row back; returns false once the start is forgotten.
+    /// Holds a row back; returns false after the effect of the start has decayed.
     ///
-    /// - `pole`: p; `weight`: that of the row.
+    /// - `pole`: p; `weight`: weight of the row.
     pub(super) fn hold(&mut self, row: &[f64], pole: f64, weight: f64) -> bool {
         let at = self.rows.len() as f64;
         if self.over || -at * pole.ln() >= FORGOTTEN_TIME_CONSTANTS {
@@ -35,7 +33,7 @@ impl NuisanceMomentum {
         true
     }
 
-    /// Returns the rows that were held back, without what the start adds.
+    /// Returns the rows that were held back, without the effect of the initial momentum.
     pub(super) fn release(&mut self) -> Vec<Vec<f64>> {
         self.over = true;
         let mut rows = std::mem::take(&mut self.rows);
@@ -84,7 +82,7 @@ mod tests {
     fn an_end_before_the_start_is_forgotten_keeps_what_is_there() {
         let mut start = NuisanceMomentum::default();
         assert!(start.hold(&[2.0], 0.9, 1.0));
-        // One row says nothing beyond the unknown.
+        // The unknown absorbs a single row completely.
         assert!(start.release()[0][0].abs() < 1e-15);
         assert!(start.release().is_empty());
         assert!(!start.hold(&[1.0], 0.9, 1.0));

@@ -1,4 +1,4 @@
-//! One pass over logs: from their blocks to a reduced system.
+//! One pass over logs: reads their blocks and returns a reduced system.
 
 use sprung_core::filter::FilterError;
 
@@ -10,11 +10,11 @@ use crate::model::Model;
 use crate::preprocess::{Aligner, Butterworth, FilterDesignError, RawBlock, SignalBlock, Smoother};
 use crate::progress::{Listener, Phase, Stopped};
 
-/// What keeps a log from being reduced.
+/// Errors of a pass over logs.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PassError {
-    /// A filter does not fit the log.
+    /// The position filter does not fit the log.
     #[error(transparent)]
     FilterDesign(#[from] FilterDesignError),
     /// The filter pair is too fast for the log.
@@ -29,18 +29,18 @@ pub enum PassError {
         /// Sampling rate, Hz.
         rate: f64,
     },
-    /// The filter pair cannot be built.
+    /// The filter pair is invalid.
     #[error("{0}")]
     FilterPair(FilterError),
-    /// The log is wrong.
+    /// The log cannot be read or is faulty.
     #[error(transparent)]
     Log(#[from] LogError),
-    /// The caller stopped it.
+    /// The caller stopped the pass.
     #[error(transparent)]
     Stopped(#[from] Stopped),
 }
 
-/// Why filters start anew.
+/// Reason for a restart of the filters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Restart {
     /// A log begins.
@@ -49,12 +49,12 @@ pub(crate) enum Restart {
     Gap,
 }
 
-/// Sees what passes; by default it looks away.
+/// Callbacks of a pass; the default methods do nothing.
 pub(crate) trait Observer: Send {
-    /// Another log begins, or the log goes on after a gap.
+    /// Called when another log begins or a log continues after a gap.
     fn restart(&mut self, _why: Restart) {}
 
-    /// Sees samples before they are filtered.
+    /// Called with the samples before they are filtered.
     ///
     /// - `period`: T, s.
     fn raw(&mut self, _period: f64, _samples: &RawBlock) {}
@@ -62,16 +62,16 @@ pub(crate) trait Observer: Send {
 
 impl Observer for () {}
 
-/// Signals that are ready for the regression.
+/// Smoothed signals of one block, ready for the regression.
 #[derive(Clone, Debug, Default)]
 struct Piece {
-    // Whether they begin a log or come after a gap.
+    // Whether this is the first piece of a log or of a segment behind a gap.
     begins: bool,
     period: f64,
     signals: SignalBlock,
 }
 
-/// From blocks of a log to signals.
+/// Aligns and smooths the blocks of a log.
 #[derive(Clone, Debug)]
 struct Preparation {
     reading: Reading,
@@ -84,14 +84,14 @@ struct Preparation {
     part: LogBlock,
     begins: bool,
     in_segment: u64,
-    // Samples in stretches between gaps that are too short for the filter.
+    // Samples in segments that are too short for the filter.
     lost: u64,
     used: u64,
 }
 
 impl Preparation {
     /// - `period`: T of the log, s.
-    /// - `later`: what is added to its time, s.
+    /// - `later`: offset that is added to the log's time, s.
     fn new(reading: &Reading, period: f64, later: f64) -> Result<Self, PassError> {
         let settings = reading.settings();
         let filter = Butterworth::new(
@@ -109,8 +109,8 @@ impl Preparation {
         Ok(Self {
             reading: reading.clone(),
             period,
-            // The filter's padding, one sample beyond it, and the two that
-            // the central difference takes.
+            // The filter's padding, one sample beyond it, and two samples for the central
+            // difference.
             needed: filter.padding() + aligner.lost() + 3,
             aligner,
             smoother: smoother(reading.model(), &filter, period),
@@ -127,7 +127,7 @@ impl Preparation {
         })
     }
 
-    /// Takes the next block and appends what is ready.
+    /// Processes the next block and appends its finished pieces to `out`.
     fn push(&mut self, block: &LogBlock, observer: &mut impl Observer, out: &mut Vec<Piece>) {
         let mut from = 0;
         for &gap in &block.gaps {
@@ -164,7 +164,7 @@ impl Preparation {
         self.hand_on(piece, out);
     }
 
-    /// Ends a segment: what follows does not belong together with it.
+    /// Ends a segment; the filters start again with the next one.
     fn end(&mut self, next: Restart, out: &mut Vec<Piece>) {
         let model = self.reading.model();
         let fresh = smoother(model, &self.filter, self.period).behind_gap();
@@ -201,8 +201,8 @@ impl Preparation {
     }
 }
 
-/// Returns how many samples between two gaps the filters need at least; nothing if no filter
-/// fits the log.
+/// Returns the smallest number of samples between two gaps that the filters accept; `None` if the
+/// position filter does not fit the log.
 ///
 /// - `period`: T, s.
 #[must_use]
@@ -210,7 +210,7 @@ pub(crate) fn shortest_segment(reading: &Reading, period: f64) -> Option<u64> {
     let order = reading.settings().position_filter_order;
     let filter = Butterworth::new(order, reading.position_cutoff_hz(), period).ok()?;
     let aligner = Aligner::new(reading.channels(), reading.delays(), period);
-    // The filter's padding, and one sample beyond it.
+    // The filter's padding and one sample beyond it.
     Some((filter.padding() + aligner.lost() + 1) as u64)
 }
 
@@ -243,12 +243,10 @@ fn reduce(
     Ok(())
 }
 
-/// Reduces blocks that are in memory.
+/// Reduces blocks in memory; returns `None` if all segments are too short for the filters.
 ///
 /// - `period`: T, s.
-/// - `rows`: rows of the regressor that are wanted.
-///
-/// Returns nothing if they are too short for the filters.
+/// - `rows`: rows of the regressor to reduce.
 ///
 /// # Errors
 ///
@@ -274,8 +272,8 @@ pub(crate) fn reduce_blocks(
     Ok((preparation.used > 0).then(|| reduction.finish()))
 }
 
-/// Returns the signals of blocks that are in memory, one block for each stretch
-/// between gaps that is long enough for the filters.
+/// Returns the signals of blocks in memory, one block per segment that is long enough for the
+/// filters.
 ///
 /// - `period`: T, s.
 ///
@@ -308,7 +306,7 @@ fn longest_delay(delays: &[f64]) -> f64 {
     spread(f64::max) - spread(f64::min)
 }
 
-/// What a pass leaves of logs.
+/// Result of a pass over logs.
 #[derive(Clone, Debug)]
 pub(crate) struct Passed {
     /// The reduced system of all logs.
@@ -322,24 +320,23 @@ pub(crate) struct Passed {
 pub struct LogFigures {
     /// Figures of the columns.
     pub summary: Summary,
-    /// How it was sampled.
+    /// Figures of the time stamps and gaps.
     pub timing: Timing,
-    /// Samples between gaps that are too close for the filters.
+    /// Samples in segments that are too short for the filters.
     pub lost: u64,
 }
 
-/// Reads logs of one robot once, block by block, and reduces them together.
+/// Reads the logs of one robot once, block by block, and reduces them together.
 ///
-/// On the time axis of the system the logs follow one another.
+/// The system has one time axis, on which the logs follow one another.
 ///
-/// The next block, of this log or the next, is read and smoothed while the last
-/// one is reduced, if there is a thread for it.
+/// If a thread is free, it reads and smooths the next block while the last one is reduced.
 ///
-/// - `progress`: told of the samples read so far, as part of a phase.
+/// - `progress`: receives the number of samples read so far, as part of `phase`.
 ///
 /// # Errors
 ///
-/// [`PassError`] if a log is wrong, too short, or does not fit the filters.
+/// [`PassError`] if a log is faulty or too short, or if it does not fit the filters.
 pub(crate) fn read_through(
     reading: &Reading,
     sources: &mut [LogSource<'_>],
@@ -364,7 +361,7 @@ pub(crate) fn read_through(
         begun?;
         ready.clear();
         let period = log.timing().period;
-        // A log goes on where the one before it ended, whatever its clock says.
+        // A log continues at the end of the previous one, whatever its own time is.
         let first = block.time.first().copied().unwrap_or_default();
         let later = ended.map_or(0.0, |end| end + period - first);
         let mut preparation = Preparation::new(reading, period, later)?;

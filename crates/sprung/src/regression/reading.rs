@@ -1,4 +1,4 @@
-//! How a log is to be read.
+//! Settings for reading a log.
 
 use std::sync::Arc;
 
@@ -7,9 +7,9 @@ use crate::description::Identify;
 use crate::log::Channels;
 use crate::model::Model;
 
-/// How a log is to be read: made once, with methods that return variants of it.
+/// Settings for reading a log; the `with_...` methods return variants.
 ///
-/// A copy shares what does not change, so that searches may make many.
+/// Copies share their contents, so a search can make many of them cheaply.
 #[derive(Clone, Debug)]
 pub struct Reading {
     model: Arc<Model>,
@@ -21,7 +21,7 @@ pub struct Reading {
 }
 
 impl Reading {
-    /// Returns how to read a log without delays, all of whose samples count alike.
+    /// Returns the settings for a log without delays and with equal weights.
     ///
     /// - `model`: the equations; `settings`: the filters; `channels`: meaning of the columns.
     /// - `position_cutoff_hz`: cut-off of the position filter, Hz.
@@ -48,7 +48,7 @@ impl Reading {
         &self.model
     }
 
-    /// Returns the settings, of the filters among others.
+    /// Returns the settings of the identification, including those of the filters.
     #[must_use]
     pub fn settings(&self) -> &Identify {
         &self.settings
@@ -66,19 +66,19 @@ impl Reading {
         self.position_cutoff_hz
     }
 
-    /// Returns the delays to undo, s, one per channel.
+    /// Returns the delays to undo, one per channel, s.
     #[must_use]
     pub fn delays(&self) -> &[f64] {
         &self.delays
     }
 
-    /// Returns the weights of the samples; nothing if all count alike.
+    /// Returns the weights of the samples; `None` if all weights are equal.
     #[must_use]
     pub fn weights(&self) -> Option<&TransitionWeights> {
         self.weights.as_deref()
     }
 
-    /// Returns the same with other equations.
+    /// Returns a copy with other equations.
     #[must_use]
     pub fn with_model(&self, model: Model) -> Self {
         Self {
@@ -87,7 +87,7 @@ impl Reading {
         }
     }
 
-    /// Returns the same with another meaning of the columns, as many as before.
+    /// Returns a copy with other meanings of the columns; their number must not change.
     #[must_use]
     pub fn with_channels(&self, channels: Channels) -> Self {
         debug_assert_eq!(channels.all.len(), self.delays.len());
@@ -97,7 +97,7 @@ impl Reading {
         }
     }
 
-    /// Returns the same with another cut-off of the position filter, Hz.
+    /// Returns a copy with another cut-off of the position filter, Hz.
     #[must_use]
     pub fn with_position_cutoff(&self, position_cutoff_hz: f64) -> Self {
         Self {
@@ -106,7 +106,7 @@ impl Reading {
         }
     }
 
-    /// Returns the same with other delays, s, one per channel.
+    /// Returns a copy with other delays, one per channel, s.
     #[must_use]
     pub fn with_delays(&self, delays: &[f64]) -> Self {
         debug_assert_eq!(delays.len(), self.channels.all.len());
@@ -116,7 +116,7 @@ impl Reading {
         }
     }
 
-    /// Returns the same with weights of the samples.
+    /// Returns a copy with weights of the samples.
     #[must_use]
     pub fn with_weights(&self, weights: TransitionWeights) -> Self {
         Self {
@@ -125,7 +125,7 @@ impl Reading {
         }
     }
 
-    /// Returns the same with samples that all count alike.
+    /// Returns a copy with equal weights.
     #[must_use]
     pub fn without_weights(&self) -> Self {
         Self {

@@ -1,4 +1,4 @@
-//! Rows of any number of samples, folded into a bounded number of factors.
+//! Folds the rows of any number of samples into a bounded number of factors.
 
 use std::sync::Arc;
 
@@ -15,40 +15,41 @@ use crate::description::{DiscretizationName, InitialMomentum};
 use crate::model::{Model, RightHandSide};
 use crate::preprocess::{Decimator, SignalBlock};
 
-/// Factors kept at most, and samples in each at first; consecutive ones are
-/// merged beyond. Many parameters make large factors, of which fewer are kept.
+/// Limits of the stretches of a log: each row keeps one factor per stretch. When the largest number
+/// of factors is reached, neighbours are merged and the stretches double in length. Models with
+/// many parameters have large factors, so they keep fewer.
 #[derive(Clone, Copy, Debug)]
 struct Stretches {
-    most: usize,
-    first: u64,
+    max_factors: usize,
+    initial_samples: u64,
 }
 
 impl Stretches {
     fn of(model: &Model) -> Self {
         if model.parameters().len() <= 40 {
             Self {
-                most: 512,
-                first: 16,
+                max_factors: 512,
+                initial_samples: 16,
             }
         } else {
             Self {
-                most: 128,
-                first: 64,
+                max_factors: 128,
+                initial_samples: 64,
             }
         }
     }
 }
 
-/// Rows gathered before they are factored, at most.
+/// Number of gathered rows at which they are factored.
 const GATHERED_ROWS: usize = 2048;
 
-/// Rows that are turned into columns at a time.
+/// Rows that are transposed into columns together.
 const TILE_ROWS: usize = 16;
 
-/// Samples of the filtered regression that are kept for plots, at most.
+/// Limit of the samples of the filtered regression that are kept for plots.
 const KEPT_SAMPLES: usize = 2048;
 
-/// One row of the regressor on its way from samples to factors.
+/// Reduces one row of the regressor from samples to factors.
 #[derive(Clone, Debug)]
 struct RowReduction {
     row: usize,
@@ -60,7 +61,7 @@ struct RowReduction {
     weight_memory: FilterState,
     // Sum of the squared weights.
     weight: f64,
-    // The first rows after a start, if its momentum is to be estimated.
+    // Holds the first rows after a start if the initial momentum is to be estimated.
     start: Option<NuisanceMomentum>,
     tile: Vec<f64>,
     in_tile: usize,
@@ -93,7 +94,7 @@ impl RowReduction {
             rows: 0,
             in_current: 0,
             stretches: Stretches::of(model),
-            stretch: Stretches::of(model).first,
+            stretch: Stretches::of(model).initial_samples,
             current: None,
             done: Vec::new(),
             kept: Decimator::new(KEPT_SAMPLES),
@@ -123,7 +124,7 @@ impl RowReduction {
         weights.weight(self.row, variance)
     }
 
-    /// Filters and folds samples.
+    /// Filters the samples of a batch and folds them into the factors.
     fn take(&mut self, pairs: &Pairs, batch: &Batch) {
         let width = self.entries.len();
         let all = batch.entries;
@@ -159,7 +160,8 @@ impl RowReduction {
         self.untile();
     }
 
-    /// Counts the row that was put into the tile.
+    /// Counts the row that was written into the tile, and factors or closes a stretch when it is
+    /// full.
     fn advance(&mut self) {
         self.in_tile += 1;
         self.in_current += 1;
@@ -175,7 +177,7 @@ impl RowReduction {
         }
     }
 
-    /// Lets the rows go that were held back behind a start.
+    /// Passes on the rows that were held back after a start.
     fn release(&mut self) {
         let width = self.entries.len() + 1;
         let held = self
@@ -186,7 +188,7 @@ impl RowReduction {
         if held.is_empty() {
             return;
         }
-        // The row that comes next stands in the tile already.
+        // The next row is already in the tile, so it is moved behind the released rows.
         let next = self.tile[self.in_tile * width..][..width].to_vec();
         for row in held {
             self.tile[self.in_tile * width..][..width].copy_from_slice(&row);
@@ -195,7 +197,7 @@ impl RowReduction {
         self.tile[self.in_tile * width..][..width].copy_from_slice(&next);
     }
 
-    /// Moves the tile's rows into the columns of the gathered rows.
+    /// Transposes the tile's rows into the columns of the gathered rows.
     fn untile(&mut self) {
         let count = std::mem::take(&mut self.in_tile);
         let width = self.entries.len() + 1;
@@ -225,7 +227,7 @@ impl RowReduction {
         self.factor();
         self.in_current = 0;
         self.done.extend(self.current.take());
-        if self.done.len() == self.stretches.most {
+        if self.done.len() == self.stretches.max_factors {
             self.done = halved(&self.done, |a, b| {
                 Triangle::merge([a, b]).unwrap_or_else(|| b.clone())
             });
@@ -234,7 +236,7 @@ impl RowReduction {
     }
 }
 
-/// Joins neighbours.
+/// Joins neighbours in pairs.
 fn halved<T: Clone>(all: &[T], join: impl Fn(&T, &T) -> T) -> Vec<T> {
     all.chunks(2)
         .map(|pair| match pair {
@@ -244,19 +246,18 @@ fn halved<T: Clone>(all: &[T], join: impl Fn(&T, &T) -> T) -> Vec<T> {
         .collect()
 }
 
-/// Forms, filters and folds the regression of samples as they come.
+/// Forms, filters and folds the regression of samples as they arrive.
 ///
-/// Each row of the regressor touches few parameters, so each is reduced by
-/// itself in its own columns; the factors are put side by side when the system
-/// is solved. Samples are shared among threads while the regressor is formed,
-/// rows while it is filtered and folded, so that the result does not depend on
-/// the number of threads. One batch is formed while the one before is folded.
+/// Each row of the regressor contains few parameters, so each row is reduced alone in its own
+/// columns; the solver assembles the factors of all rows. Threads share the samples while they form
+/// the regressor, and the rows while they filter and fold, so the result does not depend on the
+/// number of threads. The next batch is formed while the current one is folded.
 #[derive(Clone, Debug)]
 pub struct Reduction {
     batch: Batch,
     next: Batch,
     rows: Vec<RowReduction>,
-    // Ends of the stretches, s, kept as the rows keep their factors.
+    // End of each stretch, s; merged together with the rows' factors.
     ends: Vec<f64>,
     in_current: u64,
     stretches: Stretches,
@@ -267,14 +268,14 @@ pub struct Reduction {
 }
 
 impl Reduction {
-    /// Returns a reduction that has seen nothing.
+    /// Returns an empty reduction of all rows.
     #[must_use]
     pub fn new(model: &Model) -> Self {
         let rows: Vec<usize> = (0..model.rows()).collect();
         Self::of_rows(model, &rows)
     }
 
-    /// Returns a reduction of some rows only.
+    /// Returns an empty reduction of the given rows.
     #[must_use]
     pub fn of_rows(model: &Model, rows: &[usize]) -> Self {
         Self {
@@ -286,17 +287,17 @@ impl Reduction {
             ends: Vec::new(),
             in_current: 0,
             stretches: Stretches::of(model),
-            stretch: Stretches::of(model).first,
+            stretch: Stretches::of(model).initial_samples,
             last_time: 0.0,
             kept: Decimator::new(KEPT_SAMPLES),
             samples: 0,
         }
     }
 
-    /// Returns the reduction of weighted samples.
+    /// Sets the weights of the samples.
     ///
-    /// Weights are applied to filtered rows and their right-hand sides; samples
-    /// that are kept for plots have none.
+    /// Weights multiply the filtered rows and their right-hand sides; the samples that are kept for
+    /// plots stay unweighted.
     #[must_use]
     pub fn weighted(mut self, weights: Option<&TransitionWeights>) -> Self {
         let weights = weights.cloned().map(Arc::new);
@@ -308,7 +309,7 @@ impl Reduction {
         self
     }
 
-    /// Returns the reduction of filters that start in a given way.
+    /// Sets the treatment of the momentum at each start of the filters.
     #[must_use]
     pub fn with_start(mut self, momentum: InitialMomentum) -> Self {
         let start = match momentum {
@@ -321,7 +322,7 @@ impl Reduction {
         self
     }
 
-    /// Begins another log, or goes on after a gap: the filters start at rest.
+    /// Begins another log or continues after a gap: the filters start at rest.
     pub fn restart(&mut self) {
         self.rows.iter_mut().for_each(RowReduction::restart);
     }
@@ -346,7 +347,7 @@ impl Reduction {
             let (batch, next, rows) = (&self.batch, &mut self.next, &mut self.rows);
             rayon::join(
                 || next.form(signals, first + BATCH_SAMPLES),
-                // Rows differ much in width: one at a time shares them best.
+                // Row widths differ much, so single rows balance the load of the threads best.
                 || {
                     (rows.par_iter_mut().with_max_len(1)).for_each(|row| row.take(&pairs, batch));
                 },
@@ -373,13 +374,13 @@ impl Reduction {
     fn close(&mut self) {
         self.in_current = 0;
         self.ends.push(self.last_time);
-        if self.ends.len() == self.stretches.most {
+        if self.ends.len() == self.stretches.max_factors {
             self.ends = halved(&self.ends, |_, end| *end);
             self.stretch *= 2;
         }
     }
 
-    /// Returns what remains of the samples.
+    /// Ends the reduction and returns the reduced system.
     #[must_use]
     pub fn finish(mut self) -> System {
         for row in &mut self.rows {
@@ -412,22 +413,20 @@ impl Reduction {
     }
 }
 
-/// Some samples of the filtered regression, evenly spaced.
+/// Evenly spaced samples of the filtered regression.
 #[derive(Clone, Debug)]
 pub struct Kept {
     /// Time, s.
     pub time: Vec<f64>,
-    /// Entries of each row and its right-hand side, one vector per sample.
+    /// Entries of each row followed by its right-hand side, one vector per sample.
     pub rows: Vec<Vec<Vec<f64>>>,
-    /// What transitions add to the variance of each row, (N·m)²; empty without
-    /// weights.
+    /// Variance that Coulomb transitions add to each row, (N·m)²; empty without weights.
     pub variance: Vec<Vec<f64>>,
 }
 
 impl Kept {
-    /// Returns what the noise of the velocities leaves in a row through Coulomb
-    /// transitions, as a part of its right-hand side, root mean squares; nothing
-    /// without weights or without that side.
+    /// Returns the root mean square of the velocity noise that Coulomb transitions pass into a row,
+    /// over that of the row's right-hand side. `None` without weights or without a right-hand side.
     #[must_use]
     pub fn transition_share(&self, row: usize) -> Option<f64> {
         let variance = self.variance.get(row).filter(|v| !v.is_empty())?;
@@ -435,13 +434,13 @@ impl Kept {
             .filter_map(|sample| sample.last())
             .map(|rhs| rhs * rhs)
             .sum();
-        // A filter may swing a little below zero.
+        // The filter can undershoot slightly below zero.
         let noise: f64 = variance.iter().map(|variance| variance.max(0.0)).sum();
         (torque > 0.0).then(|| (noise / torque).sqrt())
     }
 }
 
-/// The stacked filtered regression of all logs, reduced.
+/// The reduced system: the stacked filtered regression of all logs.
 #[derive(Clone, Debug)]
 pub struct System {
     // Factors of each row, stretch by stretch.
@@ -460,28 +459,25 @@ impl System {
         self.samples
     }
 
-    /// Returns the sum of the squared weights of a row: the number of samples
-    /// that count.
+    /// Returns the sum of the squared weights of a row, which is its effective number of samples.
     #[must_use]
     pub fn weight(&self, row: usize) -> f64 {
         self.weights[row]
     }
 
-    /// Returns samples for plots.
+    /// Returns the samples that are kept for plots.
     #[must_use]
     pub fn kept(&self) -> &Kept {
         &self.kept
     }
 
-    /// Returns one factor per row that was reduced for all samples; nothing if
-    /// there are none.
+    /// Returns one factor of all samples for each reduced row; `None` if there are no samples.
     #[must_use]
     pub fn whole(&self) -> Option<Vec<Triangle>> {
         self.groups(1).pop()
     }
 
-    /// Returns the factors of at most `count` consecutive parts of about equal
-    /// length.
+    /// Returns the factors of at most `count` consecutive parts of about equal length.
     #[must_use]
     pub fn groups(&self, count: usize) -> Vec<Vec<Triangle>> {
         let stretches = self.ends.len();
@@ -497,7 +493,7 @@ impl System {
             .collect()
     }
 
-    /// Returns the factors of the samples up to ever later times, in s, at most
+    /// Returns the factors of growing parts of the logs, with the end of each part in s, at most
     /// `count` of them.
     pub fn growing(&self, count: usize) -> impl Iterator<Item = (f64, Vec<Triangle>)> {
         let size = self.ends.len().div_ceil(count.max(1)).max(1);

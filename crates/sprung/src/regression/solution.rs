@@ -4,15 +4,13 @@ use faer::Mat;
 
 use super::triangle::Triangle;
 
-/// Singular values below this part of the largest, columns scaled to unit
-/// length, count as zero.
+/// Singular values below this fraction of the largest count as zero, columns scaled to unit length.
 const RANK_TOLERANCE: f64 = 1e-8;
 
-/// A parameter is not identifiable if it takes part this much in a direction
-/// that the data do not see.
+/// A parameter with at least this component in an unobserved direction is not identifiable.
 const UNSEEN_SHARE: f64 = 1e-3;
 
-/// One equation's factor and the unknowns that it touches.
+/// The factor of one equation and its unknowns.
 #[derive(Clone, Copy, Debug)]
 pub struct SystemPart<'a> {
     /// Columns of theta, one per unknown of the factor.
@@ -21,24 +19,24 @@ pub struct SystemPart<'a> {
     pub factor: &'a Triangle,
 }
 
-/// The least-squares solution of a system, and how well it is determined.
+/// The least-squares solution of a system with figures of its conditioning.
 #[derive(Clone, Debug)]
 pub struct Solution {
-    /// Unknowns; the shortest of all solutions if the rank is deficient, after
-    /// scaling columns to unit length.
+    /// Unknowns, \[p\]. If the rank is deficient, this is the shortest solution with columns scaled
+    /// to unit length.
     pub x: Vec<f64>,
-    /// Whether the data determine each unknown.
+    /// Whether the data determine each unknown, \[p\].
     pub identifiable: Vec<bool>,
     /// Numerical rank.
     pub rank: usize,
-    /// Ratio of extreme singular values, as the columns stand.
+    /// Ratio of the extreme singular values, without column scaling.
     pub condition_number: f64,
-    /// The same after scaling columns to unit length.
+    /// Ratio of the extreme singular values, columns scaled to unit length.
     pub condition_number_scaled: f64,
-    /// The direction seen least among those seen, columns scaled: how much
-    /// each unknown takes part.
+    /// Component of each unknown in the least excited of the observed directions, columns scaled to
+    /// unit length, \[p\].
     pub weakest_direction: Vec<f64>,
-    /// `(A^T A)^-1` on the directions that are seen, \[p × p\].
+    /// `(A^T A)^-1` on the observed directions, \[p × p\].
     pub inverse: Mat<f64>,
 }
 
@@ -46,14 +44,14 @@ pub struct Solution {
 ///
 /// - `unknowns`: p, above every column index.
 ///
-/// The columns are scaled to unit length and the system is solved by singular
-/// values of its triangular factor; `A^T A` is never formed.
+/// Columns are scaled to unit length and the triangular factor is decomposed by singular values;
+/// `A^T A` is never formed.
 ///
-/// Returns nothing if a number is not finite.
+/// Returns `None` if a number is not finite.
 ///
 /// # Source
 ///
-/// Eq. (28), by a route that does not square the condition number.
+/// Eq. (28), by a method that does not square the condition number.
 #[must_use]
 pub fn solve(parts: &[SystemPart<'_>], unknowns: usize) -> Option<Solution> {
     let (mut a, b) = assemble(parts, unknowns);
@@ -95,8 +93,8 @@ pub fn solve(parts: &[SystemPart<'_>], unknowns: usize) -> Option<Solution> {
     })
 }
 
-/// Solves like [`solve`], but only for the unknowns and only if all are
-/// determined; for the many systems of a trace.
+/// Solves a system for the unknowns alone, faster than [`solve`]; `None` if the data do not
+/// determine all of them. Traces use it, because they solve many systems.
 #[must_use]
 pub(crate) fn solve_quickly(parts: &[SystemPart<'_>], unknowns: usize) -> Option<Vec<f64>> {
     let (mut a, b) = assemble(parts, unknowns);
@@ -108,7 +106,7 @@ pub(crate) fn solve_quickly(parts: &[SystemPart<'_>], unknowns: usize) -> Option
     let mut x = vec![0.0; unknowns];
     for i in (0..unknowns).rev() {
         let pivot = triangle.entry(i, i);
-        // Columns have unit length, so a pivot is a part of 1.
+        // Columns have unit length, so a pivot is a fraction of 1.
         if pivot.abs() <= RANK_TOLERANCE || !pivot.is_finite() {
             return None;
         }
@@ -121,7 +119,7 @@ pub(crate) fn solve_quickly(parts: &[SystemPart<'_>], unknowns: usize) -> Option
     Some(x)
 }
 
-/// Puts the factors side by side in the columns of theta.
+/// Stacks the factors in the columns of theta.
 fn assemble(parts: &[SystemPart<'_>], unknowns: usize) -> (Mat<f64>, Vec<f64>) {
     let height: usize = parts.iter().map(|part| part.columns.len() + 1).sum();
     let mut a = Mat::<f64>::zeros(height.max(unknowns), unknowns);
@@ -140,8 +138,7 @@ fn assemble(parts: &[SystemPart<'_>], unknowns: usize) -> (Mat<f64>, Vec<f64>) {
     (a, b)
 }
 
-/// Scales the columns to unit length and returns what their lengths were; a
-/// column of zeros stays.
+/// Scales the columns to unit length and returns their former lengths; a column of zeros stays.
 fn scale_columns(a: &mut Mat<f64>) -> Vec<f64> {
     (0..a.ncols())
         .map(|j| {
@@ -201,7 +198,7 @@ mod tests {
 
     #[test]
     fn blind_directions_are_named() {
-        // The third column repeats the second: only their sum is known.
+        // The third column repeats the second, so only the sum of their parameters is observed.
         let triangle = factor(&rows(|t| [t.sin(), t.cos(), t.cos()]));
         let part = SystemPart {
             columns: &[0, 1, 2],

@@ -5,8 +5,8 @@ use faer::linalg::qr::no_pivoting::factor;
 use faer::prelude::ReborrowMut;
 use faer::{Mat, MatMut, Par, Spec};
 
-/// The triangular factor of `[A | b]`: it keeps `A^T A`, `A^T b` and `b^T b`
-/// of any number of rows, at the accuracy of the rows themselves.
+/// The triangular factor of `[A | b]`. It represents `A^T A`, `A^T b` and `b^T b` of any number of
+/// rows without the loss of accuracy that forming these products causes.
 #[derive(Clone, Debug)]
 pub struct Triangle {
     // [m + 1 × m + 1], upper triangular.
@@ -56,10 +56,10 @@ impl Triangle {
         Some(Self::of_rows(rows.as_mut()))
     }
 
-    /// Returns the factor of the same rows with some unknowns known: their
-    /// columns are moved to the right-hand side.
+    /// Returns the factor after some unknowns became known: their columns move to the right-hand
+    /// side.
     ///
-    /// - `known`: a value or nothing for each unknown, \[m\].
+    /// - `known`: the value of each unknown, or `None` if it stays unknown, \[m\].
     #[must_use]
     pub fn with_known(&self, known: &[Option<f64>]) -> Self {
         let m = self.unknowns();
@@ -76,7 +76,7 @@ impl Triangle {
         Self::of_rows(rows.as_mut())
     }
 
-    /// Returns the factor of the same rows times a number.
+    /// Returns the factor of the same rows multiplied by `factor`.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
         let r = &self.r;
@@ -85,10 +85,10 @@ impl Triangle {
         }
     }
 
-    /// Returns the factor of the rows `(A x - b) / x_k`, linear about an `x`:
-    /// its least-squares solution is the next step of Gauss and Newton.
+    /// Returns the factor of the rows `(A x - b) / x_k`, linearised about `x`. Its least-squares
+    /// solution is the next iterate of the Gauss-Newton method.
     ///
-    /// - `x`: \[m\]; `unknown`: k, of which the value is not zero.
+    /// - `x`: \[m\]; `unknown`: k, with a value that is not zero.
     #[must_use]
     pub fn over_unknown(&self, x: &[f64], unknown: usize) -> Self {
         let m = self.unknowns();
@@ -124,8 +124,7 @@ impl Triangle {
         self.r[(row, column)]
     }
 
-    /// Returns `A x - b` as far as the factor keeps it: a vector of the same
-    /// length.
+    /// Returns `Q^T (A x - b)`, which has the length of the residual of all rows, \[m + 1\].
     ///
     /// - `x`: \[m\].
     #[must_use]
@@ -148,7 +147,7 @@ impl Triangle {
             .collect()
     }
 
-    /// Returns the length of a column.
+    /// Returns the length of column `column` of `A`.
     #[must_use]
     pub fn column_norm(&self, column: usize) -> f64 {
         (0..=column)

@@ -1,4 +1,4 @@
-//! Weights of samples, from the noise that the Coulomb transition lets through.
+//! Weights of samples, from the noise that passes through the Coulomb transition.
 
 use sprung_core::drives::State;
 use sprung_core::friction::{Conditions, Law, Shape};
@@ -6,7 +6,7 @@ use sprung_core::parameters::{JointParameter, Side};
 
 use crate::model::Model;
 
-/// Beyond this argument `sech²` is below 2e-17.
+/// Above this argument `sech²` is below 2e-17, so it counts as zero.
 const SATURATED_ARGUMENT: f64 = 20.0;
 
 const AT_REST: Conditions = Conditions {
@@ -14,31 +14,30 @@ const AT_REST: Conditions = Conditions {
     load: 0.0,
 };
 
-/// Standard deviations of the noise of velocities, rad/s (m/s), each \[n\].
+/// Standard deviations of the velocity noise, rad/s (m/s), each \[n\].
 #[derive(Clone, Debug, PartialEq)]
 pub struct VelocityNoise {
     /// Of the links.
     pub link: Vec<f64>,
-    /// Of the motors, before a coupling.
+    /// Of the motors, before a coupling is undone.
     pub motor: Vec<f64>,
 }
 
-/// Friction of one velocity in one row that jumps where the velocity changes its
-/// sign.
+/// Friction in one row that changes sign with one velocity.
 #[derive(Clone, Debug)]
 struct Transition {
     row: usize,
     side: Side,
     joint: usize,
-    // Noise of the velocity times beta.
+    // Standard deviation of the velocity noise times β, dimensionless.
     noise: f64,
     shape: Shape,
-    // Laws, and what their parameters come to, N·m (N).
+    // Friction laws and their magnitudes |gain · parameter|, N·m (N).
     laws: Vec<(Law, f64)>,
 }
 
 impl Transition {
-    /// Returns the variance of the friction, (N·m)² ((N)²).
+    /// Returns the variance that the velocity noise causes in the friction, (N·m)² (N²).
     fn variance(&self, at: &Conditions) -> f64 {
         let x = self.shape.sharpness * at.velocity;
         if x.abs() > SATURATED_ARGUMENT {
@@ -51,24 +50,23 @@ impl Transition {
     }
 }
 
-/// How little each sample of each row counts.
+/// Weights that are small for samples in the Coulomb transition, for each row.
 ///
-/// Noise n of a velocity changes Coulomb friction by `f_c β sech²(β v) n`: a lot
-/// while the joint turns back, nothing while it slips. A row whose scale is `s0`
-/// then has the weight `s0 / √(s0² + f[(f_c β σ_v sech²(β v))²])`, where `f[.]`
-/// is the filter of the regression. It is at most 1, so that rows keep their
-/// weight against each other: weights that are estimated from stacked rows make
-/// those without right-hand side vanish.
+/// Noise n of a velocity changes the Coulomb friction by `f_c β sech²(β v) n`: much during a
+/// reversal, nothing in sliding. With the scale `s0` of the row's residual the weight is `s0 /
+/// √(s0² + f[(f_c β σ_v sech²(β v))²])`, where `f[.]` is the filter of the regression. Weights are
+/// at most 1, so they do not amplify any row. Weights from the residuals of the stacked rows would
+/// do so: the rows without a right-hand side would vanish.
 #[derive(Clone, Debug)]
 pub struct TransitionWeights {
     transitions: Vec<Transition>,
-    // Variance of each row while its joints slip, (N·m)²; infinite until known.
+    // Variance of each row's residual in sliding, (N·m)²; infinite until it is known.
     slip: Vec<f64>,
 }
 
 impl TransitionWeights {
-    /// Returns weights that are all 1: friction of 1 N·m wherever there is
-    /// Coulomb friction, and rows of infinite scale.
+    /// Returns weights that are all 1, for unknown friction: every law with a Coulomb transition
+    /// has parameter 1, and all rows have infinite scale.
     ///
     /// - `noise`: of the filtered velocities.
     #[must_use]
@@ -77,17 +75,17 @@ impl TransitionWeights {
         Self::unweighted(model, noise, &ones)
     }
 
-    /// Returns weights that are all 1 for friction as in `theta`, \[p\], likewise: what
-    /// noise does to it is known all the same.
+    /// Returns weights that are all 1 because all rows have infinite scale. The variance that
+    /// transitions add is still computed, with the friction of `theta`, \[p\].
     #[must_use]
     pub fn unweighted(model: &Model, noise: &VelocityNoise, theta: &[f64]) -> Self {
         Self::new(model, noise, theta, vec![f64::INFINITY; model.rows()])
     }
 
-    /// Returns the weights for friction as in `theta`, \[p\].
+    /// Returns the weights for the friction of `theta`, \[p\].
     ///
-    /// - `slip`: scale of each row's residual while its joints slip, \[rows\],
-    ///   N·m (N); a row of scale zero is not weighted.
+    /// - `slip`: scale of each row's residual in sliding, \[rows\], N·m (N); a row with scale zero
+    ///   has weight 1.
     #[must_use]
     pub fn new(model: &Model, noise: &VelocityNoise, theta: &[f64], slip: Vec<f64>) -> Self {
         let mut transitions: Vec<Transition> = Vec::new();
@@ -125,7 +123,7 @@ impl TransitionWeights {
         }
     }
 
-    /// Returns the weights for velocities whose noise is `factor` times as large.
+    /// Returns the weights for a velocity noise that is `factor` times as large.
     #[must_use]
     pub fn with_noise(mut self, factor: f64) -> Self {
         for transition in &mut self.transitions {
@@ -134,8 +132,8 @@ impl TransitionWeights {
         self
     }
 
-    /// Writes the variance that transitions add to each row of a sample before
-    /// it is filtered, \[rows\], (N·m)².
+    /// Writes the variance that transitions add to each row of a sample, before filtering,
+    /// \[rows\], (N·m)².
     pub(super) fn variances(&self, model: &Model, state: &State<'_>, out: &mut [f64]) {
         out.fill(0.0);
         let robot = model.robot();
@@ -148,7 +146,7 @@ impl TransitionWeights {
 
     /// Returns the weight of a sample in a row.
     ///
-    /// - `variance`: what transitions add, filtered, (N·m)².
+    /// - `variance`: the variance that transitions add, filtered, (N·m)².
     pub(super) fn weight(&self, row: usize, variance: f64) -> f64 {
         let slip = self.slip[row];
         if slip > 0.0 && slip.is_finite() {
@@ -191,11 +189,11 @@ mod tests {
         bent.laws.push((Law::Stribeck, 0.5));
         for (transition, size) in [
             (plain(), [1.0_f64, 2.0]),
-            // At 0.02 rad/s the bell has fallen to exp(-0.04).
+            // At 0.02 rad/s the Stribeck term has fallen to exp(-0.04).
             (bent, [1.0 + 0.480_394_7, 2.0 + 0.480_394_7]),
         ] {
             for (velocity, size) in [(-0.02_f64, size[0]), (0.02, size[1])] {
-                // tanh(100 v) under noise of 0.003 rad/s.
+                // Slope of tanh(100 v); the velocity noise is 0.003 rad/s.
                 let h: f64 = 1e-6;
                 let slope =
                     ((100.0 * (velocity + h)).tanh() - (100.0 * (velocity - h)).tanh()) / (2.0 * h);
@@ -215,7 +213,7 @@ mod tests {
         };
         assert!((weights.weight(0, 0.0) - 1.0).abs() < 1e-15);
         assert!((weights.weight(0, 12.0) - 0.5).abs() < 1e-15);
-        // A filter may swing a little below zero.
+        // The filter can undershoot slightly below zero.
         assert!((weights.weight(0, -1.0) - 1.0).abs() < 1e-15);
         assert!((weights.weight(1, 12.0) - 1.0).abs() < 1e-15);
         assert!((weights.weight(2, 12.0) - 1.0).abs() < 1e-15);

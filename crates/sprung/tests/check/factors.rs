@@ -70,14 +70,17 @@ fn signs_that_a_log_does_not_tell_are_refused() {
     let table = demo.table(1, 1.0);
     let all = asked(&demo.experiment, &["q1_rad", "phi1_rad", "tau1_nm"], &[]);
     let error = find(&all, &table).unwrap_err().to_string();
-    assert!(error.contains("turned together"), "{error}");
+    assert!(error.contains("reversing all of them"), "{error}");
     let mut still = table;
     for column in [0, 2, 4] {
         still.columns[column].fill(0.0);
     }
     let one = asked(&demo.experiment, &["tau1_nm"], &[]);
     let error = find(&one, &still).unwrap_err().to_string();
-    assert!(error.contains("\"tau1_nm\" cannot be told"), "{error}");
+    assert!(
+        error.contains("\"tau1_nm\" cannot be determined"),
+        "{error}"
+    );
 }
 
 #[test]
@@ -123,7 +126,7 @@ fn two_gains_of_one_joint_are_refused() {
     let error = find(&experiment, &demo.table(1, 1.0))
         .unwrap_err()
         .to_string();
-    assert!(error.contains("one of both must be right"), "{error}");
+    assert!(error.contains("one of the two must be known"), "{error}");
 }
 
 #[test]
