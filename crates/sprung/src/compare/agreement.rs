@@ -16,7 +16,7 @@ pub(crate) const RUNS_DISAGREE: &str = "runs-disagree";
 const PARAMETERS_IN_TEXT: usize = 5;
 
 /// A parameter whose estimates do not agree.
-struct Apart<'a> {
+struct Disagreement<'a> {
     parameter: &'a ComparedParameter,
     low: f64,
     high: f64,
@@ -49,7 +49,7 @@ pub(super) fn runs_disagree(
         let own: Vec<usize> = (0..compared.len())
             .filter(|&i| compared[i].estimator == estimator)
             .collect();
-        let tests: Vec<Apart<'_>> = (parameters.iter())
+        let tests: Vec<Disagreement<'_>> = (parameters.iter())
             .filter_map(|parameter| test(parameter, &own))
             .collect();
         tested += tests.len();
@@ -62,19 +62,19 @@ fn of_estimator(
     estimator: &str,
     own: &[usize],
     compared: &[ComparedResult],
-    tests: &[Apart<'_>],
+    tests: &[Disagreement<'_>],
 ) -> Option<Finding> {
     let limit = SIGNIFICANCE / tests.len().max(1) as f64;
-    let mut apart: Vec<&Apart> = tests.iter().filter(|t| t.probability < limit).collect();
+    let mut apart: Vec<&Disagreement> = tests.iter().filter(|t| t.probability < limit).collect();
     if apart.is_empty() {
         return None;
     }
     apart.sort_by(|a, b| b.excess.total_cmp(&a.excess));
-    let mut told: Vec<String> = (apart.iter().take(PARAMETERS_IN_TEXT))
-        .map(|apart| tell(apart))
+    let mut texts: Vec<String> = (apart.iter().take(PARAMETERS_IN_TEXT))
+        .map(|apart| describe(apart))
         .collect();
     if apart.len() > PARAMETERS_IN_TEXT {
-        told.push(format!("and {} more", apart.len() - PARAMETERS_IN_TEXT));
+        texts.push(format!("and {} more", apart.len() - PARAMETERS_IN_TEXT));
     }
     let same_settings = own
         .iter()
@@ -97,7 +97,7 @@ fn of_estimator(
                 own.len(),
                 apart.len(),
                 tests.len(),
-                told.join("; ")
+                texts.join("; ")
             ),
             remedy,
         )
@@ -105,8 +105,8 @@ fn of_estimator(
     )
 }
 
-fn tell(apart: &Apart<'_>) -> String {
-    let Apart {
+fn describe(apart: &Disagreement<'_>) -> String {
+    let Disagreement {
         parameter,
         low,
         high,
@@ -122,7 +122,7 @@ fn tell(apart: &Apart<'_>) -> String {
     )
 }
 
-fn test<'a>(parameter: &'a ComparedParameter, own: &[usize]) -> Option<Apart<'a>> {
+fn test<'a>(parameter: &'a ComparedParameter, own: &[usize]) -> Option<Disagreement<'a>> {
     let values: Vec<(f64, f64)> = (own.iter())
         .filter_map(|&i| estimate(parameter.values[i].as_ref()?))
         .collect();
@@ -133,7 +133,7 @@ fn test<'a>(parameter: &'a ComparedParameter, own: &[usize]) -> Option<Apart<'a>
     let statistic: f64 = (values.iter()).map(|(x, s)| ((x - mean) / s).powi(2)).sum();
     let fold =
         |start: f64, with: fn(f64, f64) -> f64| values.iter().map(|(x, _)| *x).fold(start, with);
-    Some(Apart {
+    Some(Disagreement {
         parameter,
         low: fold(f64::INFINITY, f64::min),
         high: fold(f64::NEG_INFINITY, f64::max),

@@ -19,8 +19,8 @@ pub(super) fn labels(results: &[(&str, &str)]) -> Vec<String> {
             (_, true) => short[at].clone(),
             (_, false) => format!("{} {estimator}", short[at]),
         };
-        let twins = labels.iter().filter(|known| **known == label).count();
-        labels.push(match twins {
+        let duplicates = labels.iter().filter(|known| **known == label).count();
+        labels.push(match duplicates {
             0 => label,
             more => format!("{label} ({})", more + 1),
         });

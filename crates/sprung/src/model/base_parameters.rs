@@ -1,4 +1,4 @@
-//! Which combinations of inertial parameters any motion can reveal.
+//! Finds the combinations of inertial parameters that motion can determine.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -8,59 +8,57 @@ use sprung_core::spatial::BODY;
 
 use super::scratch::Scratch;
 
-/// States that are drawn; each gives one row per joint.
-const STATES: usize = 60;
+/// Number of random states; each gives one row per joint.
+const RANDOM_STATES: usize = 60;
 
-/// Positions, velocities and accelerations are drawn up to this.
-const LIMIT: f64 = 3.0;
+/// Largest absolute value of random positions, velocities and accelerations.
+const STATE_LIMIT: f64 = 3.0;
 
-/// Part of a column's length below which what is left of it counts as zero.
-/// The gap at the rank was nine decades for every robot tried, four if its
-/// file has right angles with five digits, as in `rpy="1.5708 0 0"`.
+/// Relative length below which the independent part of a column counts as zero. For every tested
+/// robot the gap in length at the rank was nine decades; it was four decades for a file with right
+/// angles of five digits, as in `rpy="1.5708 0 0"`.
 const TOLERANCE: f64 = 1e-5;
 
-/// The columns among which base parameters are sought.
+/// The columns for the search for base parameters.
 #[derive(Clone, Copy, Debug)]
 pub struct Candidates<'a> {
     /// The tree of joints.
     pub chain: Chain<'a>,
-    /// Motor positions per joint position, \[n × n\]; nothing without coupling.
+    /// Motor positions per joint position, \[n × n\]; `None` without coupling.
     pub coupling: Option<&'a [f64]>,
-    /// Whether each joint is rigid, so that its rotor moves with the links.
+    /// Whether each joint is rigid; the rotor of a rigid joint moves with the links.
     pub rigid: &'a [bool],
-    /// Parameters that are known, so that they stand in no combination.
+    /// Parameters with known values, which appear in no combination.
     pub known: &'a [usize],
 }
 
-/// The inertial parameters that a robot's motion reveals.
+/// The inertial parameters that a robot's motion determines.
 ///
 /// Parameter `k` of link `j` has the index `10 j + k`; the rotor of joint `i`
-/// has the index `10 n + i`, which only counts if the joint is rigid.
+/// has the index `10 n + i`, and is considered only if the joint is rigid.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BaseParameters {
-    /// Parameters whose columns are independent, in order.
+    /// Parameters with independent columns, in order.
     pub independent: Vec<usize>,
-    /// Parameters that only show in combination with these, or not at all.
+    /// Parameters that affect the motion only in combination with independent ones, or not at all.
     pub dependent: Vec<usize>,
-    /// How much of each dependent parameter goes into each independent one,
-    /// \[independent × dependent\].
+    /// Factor of each dependent parameter in each independent one, \[independent × dependent\].
     pub combination: Vec<Vec<f64>>,
 }
 
 impl BaseParameters {
-    /// Finds them from the torque columns of random states.
+    /// Finds the base parameters from the torque columns of random states.
     ///
-    /// Columns are accepted in their order, from the base to the tips and then
-    /// rotors, which gives short combinations and the same ones every time.
+    /// Columns are accepted in their order: links from the base to the tips, then rotors. This
+    /// order gives short combinations and always the same ones.
     ///
     /// # Errors
     ///
-    /// [`LengthError`] if the memory did not fit the chain; it is made to fit.
+    /// [`LengthError`] if the memory did not fit the chain; this is not expected.
     ///
     /// # Source
     ///
-    /// Gautier's numerical method by QR, with a fixed order instead of
-    /// pivoting.
+    /// Gautier's numerical method by QR, with a fixed order instead of pivoting.
     pub fn new(candidates: &Candidates<'_>) -> Result<Self, LengthError> {
         let columns = random_columns(candidates)?;
         let length = |v: &[f64]| dot(v, v).sqrt();
@@ -68,7 +66,7 @@ impl BaseParameters {
         let limit = TOLERANCE * (columns.len() as f64).sqrt();
 
         let mut basis: Vec<Vec<f64>> = Vec::new();
-        // Components of the accepted columns on the basis: a triangle.
+        // Components of the accepted columns on the basis, a triangular matrix.
         let mut triangle: Vec<Vec<f64>> = Vec::new();
         let mut base = Self {
             independent: Vec::new(),
@@ -109,7 +107,7 @@ impl BaseParameters {
         Ok(base)
     }
 
-    /// Returns whether a base parameter stands for itself alone.
+    /// Returns whether a base parameter is a single standard parameter.
     #[must_use]
     pub fn is_alone(&self, base: usize) -> bool {
         (self.combination[base].iter()).all(|share| *share == 0.0)
@@ -130,7 +128,7 @@ impl BaseParameters {
 
     /// Returns a base parameter in words, as in `link1.izz + 0.1176*link2.m`.
     ///
-    /// - `name`: of an inertial parameter, by its index.
+    /// - `name`: returns the name of an inertial parameter from its index.
     #[must_use]
     pub fn words(&self, base: usize, name: impl Fn(usize) -> String) -> String {
         let mut words = name(self.independent[base]);
@@ -150,7 +148,7 @@ impl BaseParameters {
     }
 }
 
-/// Four significant digits without trailing zeros.
+/// Formats a number with four significant digits and no trailing zeros.
 fn digits(value: f64) -> String {
     let decimals = (3 - value.log10().floor() as i32).clamp(0, 12) as usize;
     let text = format!("{value:.decimals$}");
@@ -165,8 +163,8 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// Returns the components on an orthonormal basis and what is left; twice, so
-/// that round-off of the first time is taken out.
+/// Returns the components on an orthonormal basis and the remainder. The second projection removes
+/// the round-off of the first.
 fn project(column: &[f64], basis: &[Vec<f64>]) -> (Vec<f64>, Vec<f64>) {
     let mut components = vec![0.0; basis.len()];
     let mut rest = column.to_vec();
@@ -182,7 +180,7 @@ fn project(column: &[f64], basis: &[Vec<f64>]) -> (Vec<f64>, Vec<f64>) {
     (components, rest)
 }
 
-/// Solves for the combination of accepted columns that has these components.
+/// Solves for the combination of accepted columns with these components.
 fn back_substitute(triangle: &[Vec<f64>], components: &[f64], count: usize) -> Vec<f64> {
     let mut x = vec![0.0; count];
     for i in (0..components.len()).rev() {
@@ -200,8 +198,8 @@ fn back_substitute(triangle: &[Vec<f64>], components: &[f64], count: usize) -> V
     x
 }
 
-/// Returns the torque columns of random states, one vector per parameter; an
-/// empty one for the rotor of a flexible joint.
+/// Returns the torque columns of random states, one vector per parameter. The vector is empty for
+/// the rotor of a flexible joint.
 fn random_columns(candidates: &Candidates<'_>) -> Result<Vec<Vec<f64>>, LengthError> {
     let chain = &candidates.chain;
     let n = chain.joints().len();
@@ -209,11 +207,11 @@ fn random_columns(candidates: &Candidates<'_>) -> Result<Vec<Vec<f64>>, LengthEr
     let mut scratch = Scratch::new(n);
     let width = n * BODY;
     let mut rows = vec![0.0; n * width];
-    let mut columns = vec![Vec::with_capacity(STATES * n); width + n];
-    for _ in 0..STATES {
+    let mut columns = vec![Vec::with_capacity(RANDOM_STATES * n); width + n];
+    for _ in 0..RANDOM_STATES {
         let mut draw = || -> Vec<f64> {
             (0..n)
-                .map(|_| LIMIT * (2.0 * rng.random::<f64>() - 1.0))
+                .map(|_| STATE_LIMIT * (2.0 * rng.random::<f64>() - 1.0))
                 .collect()
         };
         let (q, dq, ddq) = (draw(), draw(), draw());
@@ -320,7 +318,7 @@ mod tests {
         let planar = modified(&[row(0.0, 0.0, 0.0), row(0.0, 0.343, 0.0)]);
         assert_eq!(count(&planar, DOWN), 4);
         assert_eq!(count(&planar, [0.0, -9.81, 0.0]), 6);
-        // Angles with five digits do not make more of them.
+        // Angles with five digits do not increase the number of base parameters.
         let five = (HALF * 1e4).round() / 1e4;
         let rounded = classic(&[
             row(five, 0.0, 0.089_159),
@@ -348,7 +346,7 @@ mod tests {
                 "link2.izz"
             ]
         );
-        // The paper's three parameters assume that link 2 is symmetric.
+        // The paper's three parameters assume a symmetric link 2.
         let my2 = BODY + 2;
         let found = base(&planar, DOWN, &[my2]);
         assert_eq!(found.independent, [9, 11, 19]);

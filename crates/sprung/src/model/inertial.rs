@@ -1,9 +1,9 @@
-//! Which inertial parameters of which links stand in theta.
+//! The links' inertial parameters in theta.
 
 use sprung_core::chain::{Chain, ChainError, ChainJoint, JointKind, Motions};
 use sprung_core::spatial::BODY;
 
-/// Joints and length of link 1 of the paper's arm as a tree; any length would do.
+/// The paper's arm as a tree. The length of link 1 is arbitrary, because theta contains it.
 const PLANAR_2R: [ChainJoint; 2] = [
     ChainJoint {
         parent: None,
@@ -23,8 +23,8 @@ const PLANAR_2R: [ChainJoint; 2] = [
 
 /// Names and units of the link inertial parameters of the paper's arm.
 ///
-/// With the rotor of joint 2 on the tip of link 1 (the paper's Table II puts it
-/// elsewhere) and the centre of mass of link 2 on the link's axis, they are
+/// The rotor of joint 2 is at the tip of link 1 (the paper's Table II puts it elsewhere) and the
+/// centre of mass of link 2 is on the link's axis. The parameters are
 ///
 /// - `theta1 = I1 + I2 + m1 l1² + (m2 + m_r2) L1² + m2 l2²`,
 /// - `theta2 = m2 L1 l2`,
@@ -35,39 +35,39 @@ pub(super) const PLANAR_2R_NAMES: [(&str, &str); 3] = [
     ("link2.inertia", "kg·m²"),
 ];
 
-/// A parameter of theta that stands in the body of another one too.
+/// A parameter of theta that also enters another parameter's body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Shared {
     /// Index in theta.
     pub(super) parameter: usize,
-    /// Index in theta of the other one.
+    /// Index in theta of the other parameter.
     pub(super) of: usize,
-    /// How much of it.
+    /// Factor of the parameter in the other one.
     pub(super) factor: f64,
 }
 
-/// Links, and the inertial parameters of them that theta begins with.
+/// Links with their inertial parameters at the beginning of theta.
 #[derive(Clone, Debug)]
 pub(super) struct Inertial {
     joints: Vec<ChainJoint>,
     /// Acceleration of free fall in the base frame, m/s².
     gravity: [f64; 3],
     motions: Motions,
-    /// Which of the [`BODY`] parameters each is, link by link.
+    /// Which of the [`BODY`] parameters each parameter is, link by link.
     pub(super) kinds: Vec<usize>,
-    /// Where each link's begin in theta, and where the last end.
+    /// Index in theta of each link's first parameter, then the end of the last link's.
     pub(super) first: Vec<usize>,
     pub(super) shared: Vec<Shared>,
 }
 
 impl Inertial {
-    /// Returns selected parameters of a tree.
+    /// Returns the links of a tree with the selected parameters.
     ///
-    /// - `selected`: parameter `k` of link `j` is `10 j + k`, in order.
+    /// - `selected`: increasing indices; parameter `k` of link `j` has the index `10 j + k`.
     ///
     /// # Errors
     ///
-    /// [`ChainError`] if the joints are no tree.
+    /// [`ChainError`] if the joints do not form a tree.
     pub(super) fn of_tree(
         joints: &[ChainJoint],
         gravity: [f64; 3],
@@ -90,7 +90,7 @@ impl Inertial {
     ///
     /// # Errors
     ///
-    /// None: its joints are a tree.
+    /// Never fails, because the arm's joints form a tree.
     pub(super) fn planar_2r() -> Result<Self, ChainError> {
         let (izz, mx) = (9, 1);
         let shared = Shared {
@@ -104,7 +104,7 @@ impl Inertial {
         })
     }
 
-    /// Returns how many inertial parameters theta has.
+    /// Returns the number of link inertial parameters in theta.
     pub(super) fn len(&self) -> usize {
         self.kinds.len()
     }
@@ -113,7 +113,7 @@ impl Inertial {
         Chain::checked(&self.joints, self.gravity, self.motions)
     }
 
-    /// Returns whether a joint carries a link.
+    /// Returns whether a joint moves a link.
     pub(super) fn carries(&self, joint: usize, link: usize) -> bool {
         let mut carrier = Some(link);
         while carrier.is_some_and(|own| own > joint) {
@@ -122,7 +122,7 @@ impl Inertial {
         carrier == Some(joint)
     }
 
-    /// Returns bodies that move as the link parameters of theta say.
+    /// Returns one body per link, \[n\]; the bodies have the link inertias of theta.
     pub(super) fn bodies(&self, theta: &[f64]) -> Vec<[f64; BODY]> {
         let mut bodies = vec![[0.0; BODY]; self.joints.len()];
         let places = self.first.windows(2).zip(&mut bodies);

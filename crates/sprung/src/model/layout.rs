@@ -1,4 +1,4 @@
-//! Which parameters a robot has, and where each enters its regressor.
+//! The parameters of a robot, and their entries in its regressor.
 
 use sprung_core::drives::Term;
 use sprung_core::parameters::{JointParameter, Side};
@@ -11,7 +11,7 @@ use crate::description::{EncoderOffset, Experiment, Joint, SpringTerm};
 /// Rows and entries of a robot's regressor.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Layout {
-    /// Kind and joint of the parameters behind those of the links.
+    /// Kind and joint of each parameter after those of the links.
     pub(super) drives: Vec<(JointParameter, usize)>,
     pub(super) terms: Vec<Term>,
     pub(super) motor_rows: Vec<Option<usize>>,
@@ -19,14 +19,14 @@ pub(super) struct Layout {
     pub(super) link_entries: Vec<usize>,
     pub(super) shares: Vec<Share>,
     pub(super) entries: usize,
-    /// Columns of theta that each row touches.
+    /// Columns of theta in each row.
     pub(super) row_columns: Vec<Vec<usize>>,
-    /// Where each row's entries begin, and where the last end.
+    /// Index of each row's first entry, then the number of all entries.
     pub(super) row_entries: Vec<usize>,
 }
 
-/// Returns the normalised ratios of a coupled transmission: motor positions
-/// after their own gear per joint position.
+/// Returns the normalised ratios of a coupled transmission, motor positions after their own gear
+/// per joint position, \[n × n\] by rows; `None` without coupling.
 pub(super) fn coupling(experiment: &Experiment) -> Option<Vec<f64>> {
     let matrix = experiment.robot.transmission_matrix.as_ref()?;
     let rows = matrix.iter().enumerate();
@@ -88,7 +88,7 @@ impl Layout {
         layout
     }
 
-    /// Returns the link columns of a joint's row: those of all that it carries.
+    /// Returns the link columns of a joint's row: those of all links that the joint moves.
     fn link_row(&mut self, inertial: &Inertial, row: usize) -> Vec<usize> {
         let n = inertial.first.len() - 1;
         let mut columns = Vec::new();
@@ -145,7 +145,7 @@ impl Layout {
                         own
                     }
                 }
-                // Springs.
+                // Terms of the spring.
                 _ if of_motor => own,
                 _ => -own,
             };
@@ -165,7 +165,7 @@ impl Layout {
     }
 }
 
-/// Returns whether a joint has a parameter other than a rotor's inertia.
+/// Returns whether a joint has a given parameter; rotor inertias are decided elsewhere.
 fn has(joint: &Joint, kind: JointParameter, offset: bool) -> bool {
     let flexible = joint.is_flexible();
     let spring = |term| flexible && joint.spring_terms().contains(&term);

@@ -1,4 +1,4 @@
-//! Link parameters of a tree: which stand in theta, and what the rest are.
+//! Link parameters of a tree: which are in theta, and the values of the others.
 
 use std::collections::BTreeMap;
 
@@ -10,18 +10,18 @@ use super::ModelError;
 use super::base_parameters::{BaseParameters, Candidates};
 use crate::description::{Robot, Tree};
 
-/// The links of a tree, and the inertial parameters that theta holds of them.
+/// The links of a tree with their inertial parameters in theta.
 #[derive(Clone, Debug)]
 pub struct TreeLinks {
     /// The tree.
     pub tree: Tree,
     /// Acceleration of free fall in the base frame, m/s².
     pub gravity: [f64; 3],
-    /// Base parameters among those that are not known.
+    /// Base parameters among the unknown parameters.
     pub base: BaseParameters,
     /// Standard index of each link parameter in theta, link by link.
     pub selected: Vec<usize>,
-    /// Known values by standard index; zeros of links stand in no column.
+    /// Known values by standard index; parameters with the value zero have no column.
     pub known: BTreeMap<usize, f64>,
     names: Vec<String>,
     nominal: Vec<Option<f64>>,
@@ -32,8 +32,7 @@ impl TreeLinks {
     ///
     /// # Errors
     ///
-    /// [`ModelError::UnknownParameter`] for a name in `assume_zero` that no
-    /// link has.
+    /// [`ModelError::UnknownParameter`] for a name in `assume_zero` that is no link parameter.
     pub(super) fn new(
         robot: &Robot,
         tree: &Tree,
@@ -52,7 +51,7 @@ impl TreeLinks {
             known.insert(index, 0.0);
         }
         for (name, value) in &robot.fixed {
-            // A rotor that is known is lumped with no link.
+            // A known rotor inertia is not combined with a link parameter.
             if let Some(index) = names.iter().position(|known| known == name) {
                 known.insert(index, *value);
             }
@@ -95,12 +94,12 @@ impl TreeLinks {
         self.base.independent.iter().position(|own| *own == index)
     }
 
-    /// Returns a link parameter of theta in words.
+    /// Returns the name of a link parameter of theta with its combination.
     pub(super) fn words(&self, parameter: usize) -> String {
         self.words_of(self.selected[parameter])
     }
 
-    /// Returns a standard parameter in words, with all that it is lumped with.
+    /// Returns the name of a standard parameter with all parameters that are combined with it.
     pub(super) fn words_of(&self, index: usize) -> String {
         match self.base_of(index) {
             Some(base) => self.base.words(base, |k| self.names[k].clone()),
@@ -108,7 +107,7 @@ impl TreeLinks {
         }
     }
 
-    /// Returns the rotors that show by themselves.
+    /// Returns whether a joint's rotor inertia is a parameter of its own.
     pub(super) fn has_rotor(&self, joint: usize) -> bool {
         let index = self.tree.joints.len() * BODY + joint;
         self.base_of(index).is_some() || self.known.contains_key(&index)
@@ -139,22 +138,22 @@ impl TreeLinks {
         }
     }
 
-    /// Returns how many standard parameters there are, rotors last.
+    /// Returns the number of standard parameters; rotors are last.
     #[must_use]
     pub fn standard(&self) -> usize {
         self.names.len()
     }
 
-    /// Returns whether a name is that of a standard parameter.
+    /// Returns the index of a standard parameter by its name.
     pub(super) fn index_of(&self, name: &str) -> Option<usize> {
         self.names.iter().position(|known| known == name)
     }
 
-    /// Returns the value of a parameter of theta from standard values; nothing
-    /// if one that goes into it is not known.
+    /// Returns the value of a parameter of theta from standard values; `None` if a value in its
+    /// combination is unknown.
     ///
     /// - `index`: standard index of the parameter.
-    /// - `value`: of a standard parameter, by its index.
+    /// - `value`: returns the value of a standard parameter from its index.
     pub(super) fn lumped(&self, index: usize, value: impl Fn(usize) -> Option<f64>) -> Option<f64> {
         let Some(base) = self.base_of(index) else {
             return value(index);

@@ -1,4 +1,4 @@
-//! From the description of a robot to its parameters and equations.
+//! Turns the description of a robot into its parameters and equations.
 
 mod base_parameters;
 mod inertial;
@@ -30,8 +30,8 @@ pub use scratch::Scratch;
 /// A parameter vector theta, \[p\].
 pub type Theta = Vec<f64>;
 
-/// Stribeck velocity that stands in until a search has found one, rad/s.
-const STRIBECK: f64 = 0.1;
+/// Stribeck velocity until a search has found one, rad/s (m/s).
+const INITIAL_STRIBECK_VELOCITY: f64 = 0.1;
 
 #[derive(Clone, Debug)]
 struct JointInfo {
@@ -48,7 +48,7 @@ pub struct Model {
     shapes: Vec<Shape>,
 }
 
-/// What no search changes.
+/// Parts of a model that no search changes.
 #[derive(Debug)]
 struct Fixed {
     joints: Vec<JointInfo>,
@@ -58,7 +58,7 @@ struct Fixed {
     links: Option<TreeLinks>,
     coupling: Option<Vec<f64>>,
     layout: Layout,
-    /// Joints whose Stribeck velocity is to be searched.
+    /// Joints with an unknown Stribeck velocity, which is to be searched.
     unknown_stribeck: Vec<usize>,
 }
 
@@ -67,8 +67,7 @@ impl Model {
     ///
     /// # Errors
     ///
-    /// [`ModelError::UnknownParameter`] for a nominal, fixed or zero value
-    /// without a parameter.
+    /// [`ModelError::UnknownParameter`] for a nominal, fixed or zero value of an unknown parameter.
     pub fn new(experiment: &Experiment) -> Result<Self, ModelError> {
         let robot = &experiment.robot;
         let coupling = layout::coupling(experiment);
@@ -136,7 +135,9 @@ impl Model {
             shapes: (robot.joint.iter())
                 .map(|joint| Shape {
                     sharpness: joint.coulomb_sharpness_s_per_rad,
-                    stribeck_velocity: joint.stribeck_velocity_rad_per_s.unwrap_or(STRIBECK),
+                    stribeck_velocity: joint
+                        .stribeck_velocity_rad_per_s
+                        .unwrap_or(INITIAL_STRIBECK_VELOCITY),
                     load_stiffness: (joint.nominal.get(JointParameter::Stiffness))
                         .unwrap_or_default(),
                 })
@@ -166,7 +167,7 @@ impl Model {
         Ok(model)
     }
 
-    /// Checks that nominal and fixed values are those of parameters.
+    /// Checks that nominal and fixed values belong to parameters.
     fn check_robot(&self, robot: &description::Robot) -> Result<(), ModelError> {
         let links = self.fixed.links.as_ref();
         let standard = |name: &str| links.is_some_and(|links| links.index_of(name).is_some());
@@ -185,7 +186,7 @@ impl Model {
             let Some((kind, joint)) = parameter.joint.filter(|(kind, _)| kind.is_vital()) else {
                 continue;
             };
-            // The link of a rigid joint may hold its rotor.
+            // The inertia of a rigid joint's rotor may be part of the link's.
             let may_be_zero = kind == JointParameter::RotorInertia && !self.is_flexible(joint);
             let wrong = |value: &f64| *value < 0.0 || *value == 0.0 && !may_be_zero;
             if let Some(value) = parameter.fixed.filter(wrong) {
@@ -220,19 +221,19 @@ impl Model {
         }
     }
 
-    /// Returns bodies that move as theta says, \[n\].
+    /// Returns one body per link, \[n\]; the bodies have the link inertias of theta.
     #[must_use]
     pub fn bodies(&self, theta: &[f64]) -> Vec<[f64; BODY]> {
         self.fixed.inertial.bodies(theta)
     }
 
-    /// Returns the links of a described tree; nothing for the paper's arm.
+    /// Returns the links of a described tree; `None` for the paper's arm.
     #[must_use]
     pub fn links(&self) -> Option<&TreeLinks> {
         self.fixed.links.as_ref()
     }
 
-    /// Returns the described tree of the joints; nothing for the paper's arm.
+    /// Returns the described tree of joints; `None` for the paper's arm.
     #[must_use]
     pub fn tree(&self) -> Option<&Tree> {
         Some(&self.fixed.links.as_ref()?.tree)
@@ -250,7 +251,7 @@ impl Model {
         &self.fixed.names
     }
 
-    /// Returns how a joint moves.
+    /// Returns the kind of a joint's motion.
     #[must_use]
     pub fn kind(&self, joint: usize) -> JointKind {
         self.fixed.joints[joint].kind
@@ -262,8 +263,7 @@ impl Model {
         self.fixed.joints[joint].flexible
     }
 
-    /// Returns the torque that each amplifier lets through, N·m (N); infinite if
-    /// it has no limit.
+    /// Returns the torque limit of each amplifier, N·m (N); infinite without a limit.
     pub fn torque_limits(&self) -> impl Iterator<Item = f64> {
         self.fixed.joints.iter().map(|joint| joint.torque_limit)
     }
@@ -280,13 +280,13 @@ impl Model {
         self.fixed.layout.row_columns.len()
     }
 
-    /// Returns the columns of theta that a row of the regressor touches.
+    /// Returns the columns of theta in a row of the regressor.
     #[must_use]
     pub fn row_columns(&self, row: usize) -> &[usize] {
         &self.fixed.layout.row_columns[row]
     }
 
-    /// Returns the entries of a row of the regressor.
+    /// Returns the range of entries of a row of the regressor.
     #[must_use]
     pub fn row_entries(&self, row: usize) -> std::ops::Range<usize> {
         let bounds = &self.fixed.layout.row_entries;
@@ -299,20 +299,20 @@ impl Model {
         self.fixed.layout.entries
     }
 
-    /// Returns the joint that a row of the regressor belongs to.
+    /// Returns the joint of a row of the regressor.
     #[must_use]
     pub fn joint_of(&self, row: usize) -> usize {
         self.robot().joint_of(row)
     }
 
-    /// Returns the row of a joint that has the motor torque for its right-hand
-    /// side: the motor row of a flexible joint, the only row of a rigid one.
+    /// Returns the row of a joint with the motor torque on its right-hand side: the motor row of a
+    /// flexible joint, the only row of a rigid one.
     #[must_use]
     pub fn torque_row(&self, joint: usize) -> usize {
         self.fixed.layout.motor_rows[joint].unwrap_or(joint)
     }
 
-    /// Returns what stands on the right-hand side of a row.
+    /// Returns the right-hand side of a row.
     #[must_use]
     pub fn right_hand_side(&self, row: usize) -> RightHandSide {
         match self.row_of_joint(row).right_hand_side() {
@@ -321,7 +321,7 @@ impl Model {
         }
     }
 
-    /// Returns which row of its joint a row of the regressor is.
+    /// Returns the kind of a row of the regressor.
     #[must_use]
     pub fn row_of_joint(&self, row: usize) -> Row {
         if self.torque_row(self.joint_of(row)) == row {
@@ -331,7 +331,7 @@ impl Model {
         }
     }
 
-    /// Returns whether a row has a motor torque for its right-hand side.
+    /// Returns whether the right-hand side of a row is a motor torque.
     #[must_use]
     pub fn is_torque_row(&self, row: usize) -> bool {
         self.right_hand_side(row) != RightHandSide::Zero
@@ -353,7 +353,7 @@ impl Model {
         format!("{}.{side}_{unit}", joint.name)
     }
 
-    /// Returns the index in theta of a joint's parameter, if it has it.
+    /// Returns the index in theta of a joint's parameter; `None` if the joint does not have it.
     #[must_use]
     pub fn index(&self, kind: JointParameter, joint: usize) -> Option<usize> {
         let parameters = self.parameters().iter();
@@ -365,32 +365,32 @@ impl Model {
     ///
     /// # Errors
     ///
-    /// [`ModelError::UnknownParameter`], with the nearest name.
+    /// [`ModelError::UnknownParameter`] with the nearest name.
     pub fn index_of(&self, name: &str) -> Result<usize, ModelError> {
         (self.parameters().iter().position(|p| p.name == name))
             .ok_or_else(|| ModelError::unknown(name, self.parameters().iter().map(|p| &p.name)))
     }
 
-    /// Returns the joints whose Stribeck velocity is to be searched.
+    /// Returns the joints with an unknown Stribeck velocity, which is to be searched.
     #[must_use]
     pub fn unknown_stribeck(&self) -> &[usize] {
         &self.fixed.unknown_stribeck
     }
 
-    /// Returns what the friction laws of a joint are not linear in.
+    /// Returns the constants in which the friction laws of a joint are not linear.
     #[must_use]
     pub fn shape(&self, joint: usize) -> &Shape {
         &self.shapes[joint]
     }
 
-    /// Returns beta of the Coulomb friction of a joint, s/rad (s/m).
+    /// Returns β of the Coulomb friction of a joint, s/rad (s/m).
     #[must_use]
     pub fn sharpness(&self, joint: usize) -> f64 {
         self.shapes[joint].sharpness
     }
 
-    /// Returns the index in theta of the base parameter that a standard
-    /// inertial parameter stands first in.
+    /// Returns the index in theta of the base parameter that begins with a standard inertial
+    /// parameter; `None` if there is none.
     #[must_use]
     pub fn parameter_of(&self, standard: usize) -> Option<usize> {
         let links = self.fixed.links.as_ref()?;
@@ -407,7 +407,7 @@ impl Model {
         self.shapes[joint].stribeck_velocity
     }
 
-    /// Returns the model with another Stribeck velocity of a joint.
+    /// Returns a copy with another Stribeck velocity of a joint.
     #[must_use]
     pub fn with_stribeck(&self, joint: usize, velocity: f64) -> Self {
         let mut changed = self.clone();
@@ -415,7 +415,7 @@ impl Model {
         changed
     }
 
-    /// Returns the model with the Stribeck velocities that values by name hold.
+    /// Returns a copy with the Stribeck velocities in named values.
     #[must_use]
     pub fn shaped(&self, values: &BTreeMap<String, f64>) -> Self {
         let mut changed = self.clone();
@@ -428,7 +428,7 @@ impl Model {
     }
 }
 
-/// Returns the name of a joint's Stribeck velocity in files of values.
+/// Returns the name of a joint's Stribeck velocity among named values.
 #[must_use]
 pub fn stribeck_name(joint: &str) -> String {
     format!("{joint}.stribeck_velocity")

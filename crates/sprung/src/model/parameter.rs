@@ -1,4 +1,4 @@
-//! One parameter of a model, and what is wrong with sets of them.
+//! A parameter of a model, and the errors of models and parameter values.
 
 use std::borrow::Cow;
 
@@ -13,39 +13,37 @@ pub struct Parameter {
     pub name: String,
     /// The paper's symbol, as in `theta10`.
     pub symbol: String,
-    /// Unit.
+    /// Unit of the value.
     pub unit: &'static str,
-    /// Value that the maker gives.
+    /// Nominal value from the description.
     pub nominal: Option<f64>,
-    /// Value that is known and not estimated.
+    /// Known value that is not estimated.
     pub fixed: Option<f64>,
-    /// Kind and joint; nothing for a link inertial parameter.
+    /// Kind and joint; `None` for a link inertial parameter.
     pub joint: Option<(JointParameter, usize)>,
 }
 
 impl Parameter {
-    /// Returns whether the parameter takes energy out of the robot.
+    /// Returns whether the parameter is a friction parameter.
     #[must_use]
     pub fn is_friction(&self) -> bool {
         self.joint.is_some_and(|(kind, _)| kind.is_friction())
     }
 
-    /// Returns whether a robot is one without it, as without friction, offset
-    /// or preload.
+    /// Returns whether the parameter may be zero, as friction, offsets and preloads may.
     #[must_use]
     pub fn may_be_zero(&self) -> bool {
         self.joint.is_some_and(|(kind, _)| !kind.is_vital())
     }
 
-    /// Returns the name, cut where a long combination of link parameters
-    /// begins.
+    /// Returns the name; a long combination of link parameters is shortened to its first term.
     #[must_use]
     pub fn short(&self) -> Cow<'_, str> {
         short(&self.name)
     }
 }
 
-/// Returns the name of a parameter, cut where a long combination begins.
+/// Returns a parameter's name; a long combination is shortened to its first term.
 #[must_use]
 pub fn short(name: &str) -> Cow<'_, str> {
     const LONGEST: usize = 32;
@@ -55,25 +53,25 @@ pub fn short(name: &str) -> Cow<'_, str> {
     }
 }
 
-/// What is wrong with a robot or with a set of parameter values.
+/// Errors of a robot's description or of a set of parameter values.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ModelError {
-    /// A name that the model does not have.
+    /// The model has no parameter with this name.
     #[error("the model has no parameter \"{name}\"{hint}")]
     UnknownParameter {
-        /// The name.
+        /// The unknown name.
         name: String,
-        /// The nearest name, as a question, or nothing.
+        /// The nearest name as a question, or empty.
         hint: String,
     },
-    /// Values that a simulation or a feedforward needs are not given.
+    /// Values for a simulation or a feedforward are missing.
     #[error("no value for {}; give it under nominal or in the parameter file", names.join(", "))]
     Missing {
         /// Names of the parameters.
         names: Vec<String>,
     },
-    /// No robot has these values.
+    /// A value that must be positive is not.
     #[error("{name} = {value:.4e} {unit} must be positive")]
     NotPositive {
         /// Name of the parameter.
@@ -86,15 +84,15 @@ pub enum ModelError {
     /// The mass matrix is not positive definite.
     #[error("the link inertias ({values}) do not make a positive mass matrix{pose}")]
     MassMatrix {
-        /// Link inertial parameters, or nothing said of them.
+        /// Link inertial parameters, or "all zero".
         values: String,
-        /// Where it is not.
+        /// Pose with this mass matrix, or empty.
         pose: String,
     },
-    /// The tree of joints is not one.
+    /// The joints do not form a tree.
     #[error("{0}")]
     Chain(ChainError),
-    /// Memory does not fit the robot.
+    /// The workspace does not fit the robot.
     #[error("{0}")]
     Length(LengthError),
 }

@@ -1,11 +1,11 @@
 //! The right-hand side of a row of the equations of motion.
 
-/// What stands on the right-hand side of a row.
+/// The right-hand side of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RightHandSide {
-    /// Nothing acts on the link of a flexible joint but what the row holds: zero.
+    /// Zero: in a link row of a flexible joint the row contains all torques.
     Zero,
-    /// The motor torque of a joint, from 0.
+    /// The motor torque of a joint; joints count from 0.
     MotorTorque(usize),
 }
 

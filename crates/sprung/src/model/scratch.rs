@@ -1,8 +1,8 @@
-//! Memory for the physics of one robot.
+//! Memory for the equations of one robot.
 
 use sprung_core::links::{JointScratch, PairScratch, Step, Workspace, numbers_len};
 
-/// Owns what a [`Workspace`] borrows.
+/// Owns the memory that a [`Workspace`] borrows.
 #[derive(Clone, Debug)]
 pub struct Scratch {
     joints: Vec<JointScratch>,
@@ -23,7 +23,7 @@ impl Scratch {
         }
     }
 
-    /// Lends the memory.
+    /// Returns a workspace that borrows the memory.
     pub fn workspace(&mut self) -> Workspace<'_> {
         Workspace {
             joints: &mut self.joints,

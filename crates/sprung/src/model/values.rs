@@ -1,4 +1,4 @@
-//! From values by name to the parameter vector, and whether it is one of a robot.
+//! Converts named values to the parameter vector, and checks whether a robot can have them.
 
 use std::collections::BTreeMap;
 
@@ -11,19 +11,19 @@ use super::parameter::{ModelError, Parameter};
 use super::scratch::Scratch;
 use super::{Model, Theta, stribeck_name};
 
-/// Link parameters that a message about a mass matrix shows.
+/// Link parameters in a message about a mass matrix.
 const PARAMETERS_SHOWN: usize = 3;
 
 impl Model {
     /// Returns the vector theta of named values.
     ///
-    /// Values of single inertial parameters of the links are lumped as the
-    /// model needs them.
+    /// Values of single inertial parameters of the links are combined into the model's base
+    /// parameters.
     ///
     /// # Errors
     ///
-    /// [`ModelError::UnknownParameter`] for a strange name,
-    /// [`ModelError::Missing`] if a parameter has no value.
+    /// [`ModelError::UnknownParameter`] for an unknown name, [`ModelError::Missing`] if a parameter
+    /// has no value.
     pub fn theta(&self, values: &BTreeMap<String, f64>) -> Result<Theta, ModelError> {
         self.check_names(values)?;
         let links = self.fixed.links.as_ref();
@@ -44,11 +44,11 @@ impl Model {
         })
     }
 
-    /// Checks that all names are those of parameters.
+    /// Checks that every name is the name of a parameter.
     ///
     /// # Errors
     ///
-    /// [`ModelError::UnknownParameter`] for the first that is not.
+    /// [`ModelError::UnknownParameter`] for the first unknown name.
     pub fn check_names(&self, values: &BTreeMap<String, f64>) -> Result<(), ModelError> {
         for name in values.keys() {
             let links = self.fixed.links.as_ref();
@@ -64,8 +64,7 @@ impl Model {
         Ok(())
     }
 
-    /// Returns the vector theta of the nominal values; friction that the file
-    /// does not give is taken to be zero.
+    /// Returns the vector theta of the nominal values; friction without a nominal value is zero.
     ///
     /// # Errors
     ///
@@ -93,7 +92,7 @@ impl Model {
         }
     }
 
-    /// Checks that a feedforward can divide by the stiffnesses.
+    /// Checks that all stiffnesses are positive, because a feedforward divides by them.
     ///
     /// # Errors
     ///
@@ -117,12 +116,12 @@ impl Model {
         Ok(())
     }
 
-    /// Checks that a simulation with these values means something.
+    /// Checks that the inertias are physical, so that a simulation is possible.
     ///
     /// # Errors
     ///
-    /// [`ModelError::NotPositive`] or [`ModelError::MassMatrix`] if an inertia
-    /// is not one of a body.
+    /// [`ModelError::NotPositive`] for a rotor inertia, [`ModelError::MassMatrix`] if the mass
+    /// matrix is not positive definite.
     pub fn check_inertias(&self, theta: &[f64]) -> Result<(), ModelError> {
         self.check_positive(JointParameter::RotorInertia, theta)?;
         let n = self.joint_count();
@@ -168,17 +167,17 @@ impl Model {
     }
 }
 
-/// Poses at which a mass matrix is looked at: each joint stretched and folded,
-/// and many between.
+/// Poses at which the mass matrix is checked: all joints at zero, each joint at π, and many other
+/// poses.
 fn poses(n: usize) -> impl Iterator<Item = Vec<f64>> {
-    const BETWEEN: usize = 64;
+    const OTHER_POSES: usize = 64;
     let turned = (0..n).map(move |i| {
         let mut pose = vec![0.0; n];
         pose[i] = std::f64::consts::PI;
         pose
     });
-    // The golden ratio spreads each joint's angles evenly and out of step.
-    let spread = (1..=BETWEEN).map(move |k| {
+    // Multiples of the golden ratio distribute each joint's angles evenly and independently.
+    let spread = (1..=OTHER_POSES).map(move |k| {
         (0..n)
             .map(|i| {
                 let part = (k as f64 * 0.618_033_988_749_895 * (1.0 + i as f64 * 0.37)).fract();

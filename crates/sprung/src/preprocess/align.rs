@@ -1,16 +1,16 @@
-//! Delays undone, link positions formed.
+//! Undoes delays and forms link positions.
 
 use crate::description::{Measures, Signal};
 use crate::log::{Channels, LogBlock, Mix};
 
-/// Samples of the log on a common clock, not filtered.
+/// Samples of the log with aligned channels, not filtered.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RawBlock {
     /// Time, s.
     pub time: Vec<f64>,
-    /// What is added to the time where several logs follow one another, s.
+    /// Offset that is added to the time when several logs follow one another, s.
     pub later: f64,
-    /// Link positions, rad (m), \[n\] vectors; a rigid joint's is its motor's.
+    /// Link positions, rad (m), \[n\] vectors; the motor position for a rigid joint.
     pub q: Vec<Vec<f64>>,
     /// Motor positions after gear and coupling, rad (m), \[n\] vectors.
     pub phi: Vec<Vec<f64>>,
@@ -61,19 +61,19 @@ impl RawBlock {
     }
 }
 
-/// How far ahead of the output sample a channel is read.
+/// Offset of a channel ahead of the output sample.
 #[derive(Clone, Copy, Debug)]
 struct Lead {
     samples: usize,
-    // Lagrange weights of the samples -1, 0, 1, 2 around it; nothing if the
-    // delay is a whole number of samples.
+    // Lagrange weights of the samples -1, 0, 1, 2 around it; `None` if the delay is a whole number
+    // of samples.
     weights: Option<[f64; 4]>,
 }
 
-/// Part of a sample that counts as none.
+/// Fraction of a sample that counts as zero.
 const WHOLE_SAMPLE_TOLERANCE: f64 = 1e-6;
 
-/// Lagrange weights of the samples -1, 0, 1 and 2 at a place between 0 and 1.
+/// Lagrange weights of the samples -1, 0, 1 and 2 at position `f` between 0 and 1.
 fn cubic(f: f64) -> [f64; 4] {
     [
         -f * (f - 1.0) * (f - 2.0) / 6.0,
@@ -83,26 +83,25 @@ fn cubic(f: f64) -> [f64; 4] {
     ]
 }
 
-/// Brings the channels of a log onto one clock.
+/// Aligns the channels of a log in time.
 #[derive(Clone, Debug)]
 pub(crate) struct Aligner {
     channels: Channels,
     leads: Vec<Lead>,
     reach: usize,
-    // From the first sample that is read to the event, s.
+    // Time from the first sample in the buffers to the event, s.
     shift: f64,
     time: Vec<f64>,
     buffers: Vec<Vec<f64>>,
 }
 
 impl Aligner {
-    /// Returns an aligner that has seen nothing.
+    /// Returns an aligner for a new segment.
     ///
-    /// - `delays`: how much later than its event each channel was recorded,
-    ///   s, in the order of [`Channels::all`].
+    /// - `delays`: delay of each channel behind the event, s, in the order of [`Channels::all`].
     /// - `period`: T, s.
     ///
-    /// Delays that are not whole numbers of samples are interpolated by cubics.
+    /// Cubics interpolate delays that are not whole numbers of samples.
     #[must_use]
     pub(crate) fn new(channels: &Channels, delays: &[f64], period: f64) -> Self {
         let earliest = delays.iter().copied().fold(0.0, f64::min);
@@ -113,7 +112,7 @@ impl Aligner {
                 let whole = (lead + WHOLE_SAMPLE_TOLERANCE).floor();
                 let fraction = lead - whole;
                 Lead {
-                    // Absurd delays ask for more than any log has.
+                    // Bounds absurd delays; no log has so many samples.
                     samples: whole.min(1e15) as usize,
                     weights: (fraction > WHOLE_SAMPLE_TOLERANCE).then(|| cubic(fraction)),
                 }
@@ -123,7 +122,7 @@ impl Aligner {
         let mut reach = longest;
         let mut shift = -earliest;
         if leads.iter().any(|lead| lead.weights.is_some()) {
-            // Cubics look one sample back and two ahead.
+            // A cubic needs one sample before and two samples after.
             for lead in &mut leads {
                 lead.samples += 1;
             }
@@ -140,14 +139,14 @@ impl Aligner {
         }
     }
 
-    /// Returns how many samples are lost at the end, because a late channel has
-    /// no more.
+    /// Returns the number of samples that are lost at the end, where late channels have no more
+    /// data.
     #[must_use]
     pub(crate) fn lost(&self) -> usize {
         self.reach
     }
 
-    /// Takes a block and appends the samples that are ready to `out`.
+    /// Processes a block and appends the finished samples to `out`.
     pub(crate) fn push(&mut self, block: &LogBlock, out: &mut RawBlock) {
         self.time.extend_from_slice(&block.time);
         for (buffer, values) in self.buffers.iter_mut().zip(&block.values) {
@@ -196,7 +195,7 @@ impl Aligner {
         for (offset, (q, phi)) in
             (self.channels.offsets.iter()).zip(out.q.iter_mut().zip(&mut out.phi))
         {
-            // A rigid joint's link and a difference of positions follow the motor below.
+            // Rigid joints and differences of positions are corrected below.
             for column in [phi, q] {
                 for value in column.iter_mut().skip(before) {
                     *value += offset;
@@ -272,7 +271,7 @@ mod tests {
         (10.0 * time + channel as f64).sin()
     }
 
-    /// Samples of channels that were recorded late, aligned in small blocks.
+    /// Samples of channels with delays, aligned in small blocks.
     fn aligned(link: Quantity, delays: &[f64]) -> RawBlock {
         let mut aligner = Aligner::new(&channels(link), delays, PERIOD);
         let mut out = RawBlock::new(JOINTS);

@@ -1,4 +1,4 @@
-//! A bounded number of samples from a stream of unknown length.
+//! Keeps a bounded number of samples of a stream with unknown length.
 
 /// Keeps every s-th item; `s` doubles whenever the limit is reached.
 #[derive(Clone, Debug)]
@@ -21,7 +21,7 @@ impl<T> Decimator<T> {
         }
     }
 
-    /// Takes the next item; it is made only if it is kept.
+    /// Takes the next item; `item` is called only if it is kept.
     pub(crate) fn push(&mut self, item: impl FnOnce() -> T) {
         if self.seen.is_multiple_of(self.stride) {
             if self.kept.len() == self.limit {
@@ -39,13 +39,13 @@ impl<T> Decimator<T> {
         self.seen += 1;
     }
 
-    /// Returns the items kept, oldest first.
+    /// Returns the kept items, oldest first.
     #[must_use]
     pub(crate) fn items(&self) -> &[T] {
         &self.kept
     }
 
-    /// Returns the items kept, oldest first.
+    /// Returns the kept items, oldest first.
     #[must_use]
     pub(crate) fn into_items(self) -> Vec<T> {
         self.kept

@@ -1,8 +1,8 @@
-//! From log samples to positions and velocities that a regressor can use.
+//! Turns log samples into positions and velocities for the regressor.
 //!
-//! `Aligner` undoes delays and forms link positions; `Smoother` filters
-//! positions without phase shift and differentiates them. Both work block by
-//! block with memory that does not grow with the log.
+//! `Aligner` undoes delays and forms link positions; `Smoother` filters positions without phase
+//! shift and differentiates them. Both process block after block; their memory does not grow with
+//! the log.
 
 mod align;
 mod decimate;

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::align::RawBlock;
 use super::zero_phase::{Butterworth, ZeroPhase};
 
-/// Samples that a regressor can use.
+/// Samples for the regressor: filtered positions, velocities and torques.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SignalBlock {
     /// Time, s.
@@ -79,7 +79,7 @@ impl SignalBlock {
     }
 }
 
-/// One position on its way through the filter.
+/// One position with its filter.
 #[derive(Clone, Debug)]
 struct Column {
     filter: ZeroPhase,
@@ -87,7 +87,7 @@ struct Column {
 }
 
 impl Column {
-    /// Appends what is ready of the position and its central difference.
+    /// Appends the finished positions and their central differences.
     fn differentiate(&mut self, period: f64, position: &mut Vec<f64>, velocity: &mut Vec<f64>) {
         let scale = 0.5 / period;
         let filtered = &self.filtered;
@@ -100,30 +100,30 @@ impl Column {
 
 /// Filters positions without phase shift and differentiates them.
 ///
-/// The first and the last sample are lost to the central difference. At a gap a
-/// period of the cut-off is dropped on either side: the robot moves there, and
-/// the filter knows nothing of its past or future.
+/// The central difference removes the first and the last sample. At a gap one period of the cut-off
+/// is removed on either side, because the robot moves there and the filter has no data beyond the
+/// gap.
 ///
 /// # Source
 ///
 /// Section 2.3.3 and eq. (27).
 #[derive(Clone, Debug)]
 pub(crate) struct Smoother {
-    // Motors, then the links of flexible joints.
+    // Motor positions, then link positions of flexible joints.
     columns: Vec<Column>,
-    // The joint of each column behind those of the motors.
+    // Joint of each link position in `columns`.
     flexible: Vec<usize>,
     rigid: Vec<usize>,
     time: Vec<f64>,
     tau: Vec<Vec<f64>>,
     period: f64,
-    // Samples to drop beside a gap, and how many of the first are left to drop.
+    // Samples to remove beside a gap, and how many remain to be removed after the last gap.
     edge: usize,
     to_drop: usize,
 }
 
 impl Smoother {
-    /// Returns a smoother that has seen nothing.
+    /// Returns a smoother for a new log.
     ///
     /// - `flexible`: whether each joint's link has a position of its own.
     /// - `period`: T, s.
@@ -147,14 +147,14 @@ impl Smoother {
         }
     }
 
-    /// Returns the smoother of samples that follow a gap.
+    /// Prepares the smoother for samples that follow a gap.
     #[must_use]
     pub(crate) fn behind_gap(mut self) -> Self {
         self.to_drop = self.edge;
         self
     }
 
-    /// Takes samples and appends those that are ready to `out`.
+    /// Processes samples and appends the finished ones to `out`.
     pub(crate) fn push(&mut self, samples: &RawBlock, out: &mut SignalBlock) {
         (self.time).extend(samples.time.iter().map(|time| time + samples.later));
         for (own, tau) in self.tau.iter_mut().zip(&samples.tau) {
@@ -168,7 +168,7 @@ impl Smoother {
         self.differentiate(out);
     }
 
-    /// Ends the samples before a gap, likewise.
+    /// Ends a segment at a gap, like [`Smoother::finish`], and removes the samples beside the gap.
     #[must_use]
     pub(crate) fn finish_at_gap(self, out: &mut SignalBlock) -> bool {
         let edge = self.edge;
@@ -206,7 +206,7 @@ impl Smoother {
             out.q[joint].extend_from_slice(&out.phi[joint][before..]);
             out.dq[joint].extend_from_slice(&out.dphi[joint][before..]);
         }
-        // `time` still holds the sample before.
+        // `time` still contains the sample before the first finished one.
         let kept = self.time.len().min(1);
         out.time.extend_from_slice(&self.time[kept..][..ready]);
         self.time.drain(..ready);

@@ -1,18 +1,17 @@
 //! Zero-phase Butterworth low-pass in second-order sections, block by block.
 //!
-//! The result is that of SciPy's `sosfiltfilt` with odd padding of three
-//! cut-off periods. SciPy's default of a few samples leaves a transient at the
-//! ends that ruins an identification.
+//! The result equals SciPy's `sosfiltfilt` with odd padding of three cut-off periods. SciPy's
+//! default padding of a few samples leaves a transient at the ends that ruins an identification.
 
 use std::f64::consts::PI;
 
-/// Transients of the backward pass are dropped once they are this small.
-const FORGOTTEN: f64 = 1e-16;
+/// Relative size below which transients of the backward pass are neglected.
+const NEGLIGIBLE_TRANSIENT: f64 = 1e-16;
 
 /// Periods of the cut-off frequency that pad each end.
 const PADDING_PERIODS: f64 = 3.0;
 
-/// What is wrong with the settings of a zero-phase filter.
+/// Errors in the settings of a zero-phase filter.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FilterDesignError {
@@ -23,7 +22,7 @@ pub enum FilterDesignError {
         if *rate_hz < 10.0 { ", or name the column under time_ms if it holds milliseconds" } else { "" }
     )]
     AboveNyquist {
-        /// Cut-off asked for, Hz.
+        /// Requested cut-off, Hz.
         cutoff_hz: f64,
         /// Sampling rate, Hz.
         rate_hz: f64,
@@ -34,11 +33,11 @@ pub enum FilterDesignError {
 struct Section {
     b: [f64; 3],
     a: [f64; 2],
-    // State of a section whose input has always been 1.
+    // Steady state of the section for a constant input of 1.
     settled: [f64; 2],
 }
 
-/// Rounds a number of samples; absurd settings ask for more than any log has.
+/// Rounds a number of samples, bounded because absurd settings need more than any log has.
 fn count(samples: f64) -> usize {
     samples.round().min(1e15) as usize
 }
@@ -52,7 +51,7 @@ pub struct Butterworth {
 }
 
 impl Butterworth {
-    /// Designs the filter by the bilinear rule with its cut-off prewarped.
+    /// Designs the filter by the bilinear transform with a prewarped cut-off.
     ///
     /// - `order`: at least 1; `cutoff`: -3 dB of one pass, Hz.
     /// - `period`: T, s.
@@ -96,22 +95,22 @@ impl Butterworth {
         })
     }
 
-    /// Returns how many samples pad each end; a signal must be longer.
+    /// Returns the number of samples that pad each end; a signal must be longer.
     #[must_use]
     pub fn padding(&self) -> usize {
         self.padding
     }
 
-    /// Returns how many samples at each end the padding is felt, unless the
-    /// signal stands still there: one period of the cut-off.
+    /// Returns the number of samples at each end that the padding affects unless the signal is
+    /// constant there: one period of the cut-off.
     #[must_use]
     pub fn edge(&self) -> usize {
         self.padding.div_ceil(PADDING_PERIODS as usize)
     }
 
-    /// Returns how many samples a wrong start of the backward pass is felt.
+    /// Returns the number of samples that a wrong initial state of the backward pass affects.
     fn overlap(&self) -> usize {
-        count(FORGOTTEN.ln() / self.slowest.max(1e-3).ln()) + 8
+        count(NEGLIGIBLE_TRANSIENT.ln() / self.slowest.max(1e-3).ln()) + 8
     }
 
     fn settled(&self, input: f64) -> Vec<[f64; 2]> {
@@ -146,25 +145,25 @@ impl Section {
 
 /// Filters one signal forward and backward, block by block.
 ///
-/// The backward pass of a block starts so far beyond it that the start is
-/// forgotten: the result equals that of the whole signal to round-off.
+/// The backward pass of a block starts so far behind the block that its initial state has no
+/// effect: the result equals that for the whole signal to round-off.
 #[derive(Clone, Debug)]
 pub struct ZeroPhase {
     filter: Butterworth,
     overlap: usize,
     block: usize,
-    // The first samples, until there are enough to pad the start.
+    // First samples, until there are enough of them to pad the start.
     head: Vec<f64>,
     started: bool,
     state: Vec<[f64; 2]>,
-    // Forward results that the backward pass has not finished.
+    // Forward results that await the backward pass.
     pending: Vec<f64>,
-    // The last samples, to pad the end.
+    // Last samples, for the padding of the end.
     tail: Vec<f64>,
 }
 
 impl ZeroPhase {
-    /// Returns a filter that has seen nothing.
+    /// Returns a filter for a new signal.
     #[must_use]
     pub fn new(filter: Butterworth) -> Self {
         let overlap = filter.overlap();
@@ -180,7 +179,7 @@ impl ZeroPhase {
         }
     }
 
-    /// Takes the next samples and appends those that are ready to `out`.
+    /// Processes the next samples and appends the finished ones to `out`.
     pub fn push(&mut self, samples: &[f64], out: &mut Vec<f64>) {
         let padding = self.filter.padding;
         let mut samples = samples;
@@ -209,8 +208,7 @@ impl ZeroPhase {
 
     /// Ends the signal and appends the remaining samples to `out`.
     ///
-    /// Returns false, and appends nothing, if the signal was not longer than
-    /// the padding.
+    /// Returns false and appends nothing if the signal is not longer than the padding.
     #[must_use]
     pub fn finish(mut self, out: &mut Vec<f64>) -> bool {
         if !self.started {
@@ -239,8 +237,8 @@ impl ZeroPhase {
         self.started = true;
     }
 
-    /// Runs the backward pass over what is pending and `beyond`, and appends
-    /// the first `ready` results to `out`.
+    /// Runs the backward pass over `beyond` and the pending samples, and appends the first `ready`
+    /// results to `out`.
     fn backward(&mut self, beyond: &[f64], ready: usize, out: &mut Vec<f64>) {
         let start = beyond
             .last()
@@ -291,8 +289,8 @@ mod tests {
         let x = signal(60_000);
         for (order, cutoff) in [(2, 10.0), (1, 3.0), (5, 40.0), (8, 2.0)] {
             let filter = Butterworth::new(order, cutoff, 1e-3).unwrap();
-            // One push of everything: the backward pass starts at the end of
-            // the log only if the block is longer than the log.
+            // A single push: the backward pass starts at the end of the log only if the block is
+            // longer than the log.
             let mut whole = ZeroPhase::new(filter.clone());
             whole.block = usize::MAX / 2;
             let mut expected = Vec::new();
@@ -329,7 +327,7 @@ mod tests {
         let x: Vec<f64> = (0..5000).map(|k| 0.3 - 0.01 * f64::from(k)).collect();
         let y = filter_in_blocks(&filter, &x, 999);
         let error = |k: usize| (x[k] - y[k]).abs();
-        // The padding is finite: a trace of its start is left at the ends.
+        // The padding is finite, so a small transient of its start remains at the ends.
         assert!((0..5000).all(|k| error(k) < 1e-5));
         assert!((500..4500).all(|k| error(k) < 1e-9));
     }

@@ -1,4 +1,4 @@
-//! Plant and controller, sample by sample.
+//! Simulates plant and controller, sample by sample.
 
 use sprung_core::controller::{Feedforward, FeedforwardScratch, TorqueSeries, pd, state_feedback};
 use sprung_core::drives::State;
@@ -14,20 +14,20 @@ use super::reference::Trajectory;
 use crate::description::{self, Controller, ControllerKind};
 use crate::model::{Model, ModelError, Theta};
 
-/// Error of one integration step that is accepted, rad and rad/s. Over the
-/// paper's 10 s experiment the positions stay within 2e-9 rad of those of a
-/// millionth of it, velocities within 5e-8 rad/s; a tenfold tolerance misses
-/// transitions and leaves 1.5e-6 rad.
+/// Accepted error of an integration step, rad and rad/s. Over the paper's 10 s experiment,
+/// positions differ by at most 2e-9 rad and velocities by at most 5e-8 rad/s from a simulation with
+/// a millionth of this tolerance. Ten times this tolerance misses friction transitions and leaves
+/// 1.5e-6 rad.
 const TOLERANCE: f64 = 1e-7;
 
-/// Position beyond which a joint is taken to have run away, rad.
-const RUNAWAY: f64 = 100.0;
+/// Position beyond which a joint counts as run away, rad.
+const RUNAWAY_POSITION: f64 = 100.0;
 
-/// What keeps a loop from being simulated.
+/// Errors in the setup of a closed loop.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LoopError {
-    /// The parameters are not those of a robot.
+    /// No robot can have the parameters.
     #[error(transparent)]
     Model(#[from] ModelError),
     /// The velocity estimator cannot be built.
@@ -39,13 +39,13 @@ pub enum LoopError {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("the simulated loop runs away at {time:.2} s")]
 pub struct Diverged {
-    /// When, s.
+    /// Time of the divergence, s.
     pub time: f64,
 }
 
-/// A feedforward with the memory that it needs.
+/// A feedforward with its parameters and memory.
 #[derive(Clone, Debug)]
-struct Nominal {
+struct FeedforwardModel {
     theta: Theta,
     bodies: Vec<[f64; BODY]>,
     series: [Vec<TorqueSeries>; 4],
@@ -55,7 +55,7 @@ struct Nominal {
     tau: Vec<f64>,
 }
 
-impl Nominal {
+impl FeedforwardModel {
     fn new(model: &Model, theta: Theta) -> Self {
         let n = model.joint_count();
         Self {
@@ -69,7 +69,7 @@ impl Nominal {
         }
     }
 
-    /// Puts rotors and torques where a desired link motion wants them.
+    /// Computes rotor motion and torques for a desired link motion.
     fn fill(&mut self, model: &Model, desired: &[[f64; 5]]) {
         let [q, dq, ddq, torque] = &mut self.series;
         let mut scratch = FeedforwardScratch {
@@ -102,7 +102,7 @@ enum Law {
     },
     StateFeedback {
         gain: Vec<Vec<f64>>,
-        nominal: Box<Nominal>,
+        nominal: Box<FeedforwardModel>,
     },
 }
 
@@ -113,10 +113,10 @@ pub struct ClosedLoop {
     law: Law,
     reference: Trajectory,
     desired: Vec<[f64; 5]>,
-    // Desired positions, desired velocities; velocities of links, then motors.
+    // Desired positions and desired velocities.
     wanted: [Vec<f64>; 2],
     velocities: Vec<f64>,
-    // Links, then motors.
+    // Velocity estimators of the links, then of the motors.
     velocity: Vec<AveragedVelocity>,
     plant: Plant,
     integrator: Integrator,
@@ -125,18 +125,18 @@ pub struct ClosedLoop {
 }
 
 impl ClosedLoop {
-    /// Returns a loop at rest.
+    /// Returns a closed loop at rest.
     ///
     /// - `theta`: parameters of the plant, \[p\].
     /// - `period`: T, s.
-    /// - `start`: positions of links and motors at the first sample, \[n\], rad
-    ///   (m); where the reference is centred and the springs hold the links if
-    ///   absent.
+    /// - `start`: positions of links and motors at the first sample, \[n\], rad (m). Without them
+    ///   the links start at the centre of the reference, and the motors where the springs hold the
+    ///   links.
     ///
     /// # Errors
     ///
-    /// [`LoopError`] if the inertias are not those of a robot, or a nominal
-    /// value that the feedforward needs is missing.
+    /// [`LoopError`] if no robot can have the inertias, or if a nominal value for the feedforward
+    /// is missing.
     pub fn new(
         model: &Model,
         theta: &Theta,
@@ -159,7 +159,7 @@ impl ClosedLoop {
                 model.check_stiffness(&of_feedforward)?;
                 Law::StateFeedback {
                     gain: controller.gain.clone(),
-                    nominal: Box::new(Nominal::new(model, of_feedforward)),
+                    nominal: Box::new(FeedforwardModel::new(model, of_feedforward)),
                 }
             }
         };
@@ -168,7 +168,7 @@ impl ClosedLoop {
         let reference = Trajectory::new(&controller.reference, model);
         let state = match start {
             Some((q, phi)) => JointState::at_rest(q, phi),
-            None => rest(model, theta, reference.centre())?,
+            None => at_rest_in_springs(model, theta, reference.centre())?,
         };
         let plant = Plant::new(model, theta, &state);
         Ok(Self {
@@ -193,14 +193,13 @@ impl ClosedLoop {
         self
     }
 
-    /// Returns how many steps the integration has tried: what the simulation
-    /// costs.
+    /// Returns the number of attempted integration steps, a measure of the simulation's cost.
     #[must_use]
     pub fn steps(&self) -> u64 {
         self.integrator.steps()
     }
 
-    /// Returns the period of controller and log, s.
+    /// Returns the period of the controller and the log, s.
     #[must_use]
     pub fn period(&self) -> f64 {
         self.period
@@ -212,7 +211,7 @@ impl ClosedLoop {
         self.model.is_flexible(joint)
     }
 
-    /// Returns the true positions and velocities now.
+    /// Returns the current true positions and velocities.
     #[must_use]
     pub fn state(&self) -> JointState {
         self.plant.state()
@@ -221,7 +220,7 @@ impl ClosedLoop {
     /// Returns the time of the next sample, s.
     #[must_use]
     pub fn time(&self) -> f64 {
-        // k / rate prints shorter than k T where the rate is a whole number.
+        // For a whole rate, k / rate has fewer printed digits than k T.
         let rate = (1.0 / self.period).round();
         if (rate * self.period - 1.0).abs() < 1e-12 {
             self.samples as f64 / rate
@@ -230,12 +229,12 @@ impl ClosedLoop {
         }
     }
 
-    /// Returns the torque that the controller commands for measured positions,
-    /// as far as the amplifiers let it through, \[n\], N·m (N).
+    /// Returns the controller's torque for measured positions, limited by the amplifiers, \[n\],
+    /// N·m (N).
     ///
-    /// - `time`: of the sample, s; the reference runs on it.
+    /// - `time`: time of the sample and of the reference, s.
     ///
-    /// Call it once per sample: the velocity estimators move on.
+    /// Call this once per sample, because it advances the velocity estimators.
     ///
     /// # Source
     ///
@@ -277,11 +276,11 @@ impl ClosedLoop {
         tau
     }
 
-    /// Holds torques on the motors for one period.
+    /// Advances by one period with constant motor torques.
     ///
     /// # Errors
     ///
-    /// [`Diverged`] if the motion cannot be followed or leaves all bounds.
+    /// [`Diverged`] if the integration fails or a joint runs away.
     pub fn advance(&mut self, tau: &[f64]) -> Result<(), Diverged> {
         self.advance_disturbed(&Torques {
             motor: tau,
@@ -289,7 +288,7 @@ impl ClosedLoop {
         })
     }
 
-    /// Holds torques on motors and links for one period.
+    /// Advances by one period with constant torques on motors and links.
     ///
     /// # Errors
     ///
@@ -300,7 +299,12 @@ impl ClosedLoop {
             .advance(&mut self.integrator, torques, self.period)
             .map_err(|_| diverged)?;
         self.samples += 1;
-        if self.plant.positions().iter().all(|x| x.abs() < RUNAWAY) {
+        if self
+            .plant
+            .positions()
+            .iter()
+            .all(|x| x.abs() < RUNAWAY_POSITION)
+        {
             Ok(())
         } else {
             Err(diverged)
@@ -308,10 +312,10 @@ impl ClosedLoop {
     }
 }
 
-/// Returns a robot that hangs at rest in its springs.
-fn rest(model: &Model, theta: &Theta, q: &[f64]) -> Result<JointState, ModelError> {
+/// Returns a robot at rest in equilibrium with its springs.
+fn at_rest_in_springs(model: &Model, theta: &Theta, q: &[f64]) -> Result<JointState, ModelError> {
     model.check_stiffness(theta)?;
-    let mut still = Nominal::new(model, theta.clone());
+    let mut still = FeedforwardModel::new(model, theta.clone());
     let desired: Vec<[f64; 5]> = q.iter().map(|&q| [q, 0.0, 0.0, 0.0, 0.0]).collect();
     still.fill(model, &desired);
     Ok(JointState::at_rest(q, &still.phi))

@@ -1,10 +1,9 @@
 //! Explicit Runge-Kutta steps of order 5 with error control (Dormand-Prince).
 //!
-//! Motor friction is stiff only while a velocity crosses zero: in the tanh
-//! transition it pulls at more than 2000 1/s, outside at 20 to 60 1/s. Error
-//! control takes one step per sampling period outside and a few inside, which
-//! costs a third of a fixed step that is always fine enough, and it knows its
-//! error. An implicit method would pay for a Jacobian in every step.
+//! Motor friction is stiff only while a velocity crosses zero: its rate is above 2000 1/s in the
+//! tanh transition and 20 to 60 1/s outside. Error control takes one step per sampling period
+//! outside and a few steps inside. This costs a third of a fixed step that is small enough for the
+//! transition, and it bounds the error. An implicit method would need a Jacobian in every step.
 
 const STAGES: usize = 7;
 
@@ -51,7 +50,7 @@ const E: [f64; STAGES] = [
     -1.0 / 40.0,
 ];
 
-/// The error control gave up: the motion is too violent to follow.
+/// The integrator reached its limit of steps, because the motion is too violent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StepsExhausted;
 
@@ -60,18 +59,17 @@ pub struct StepsExhausted;
 pub(crate) struct Integrator {
     tolerance: f64,
     step: f64,
-    // One vector per stage, and two states.
+    // Slopes, one vector per stage.
     slopes: [Vec<f64>; STAGES],
     y: Vec<f64>,
-    // Tried so far.
+    // Number of attempted steps.
     steps: u64,
 }
 
 impl Integrator {
     /// Returns an integrator of `states` states.
     ///
-    /// - `tolerance`: largest error of a step in any state, in the state's
-    ///   unit, positive.
+    /// - `tolerance`: largest accepted error of a step in any state, in the state's unit, positive.
     #[must_use]
     pub(crate) fn new(tolerance: f64, states: usize) -> Self {
         Self {
@@ -83,20 +81,19 @@ impl Integrator {
         }
     }
 
-    /// Returns how many steps were tried so far.
+    /// Returns the number of attempted steps.
     #[must_use]
     pub(crate) fn steps(&self) -> u64 {
         self.steps
     }
 
-    /// Moves the state `x` forward by `duration`, in s.
+    /// Integrates the state `x` over `duration`, s.
     ///
     /// - `rate`: takes a state and writes its time derivative.
     ///
     /// # Errors
     ///
-    /// [`StepsExhausted`] after ten thousand steps, or when the state is no
-    /// longer finite.
+    /// [`StepsExhausted`] after ten thousand steps; a state that is not finite also leads to it.
     pub(crate) fn advance(
         &mut self,
         x: &mut [f64],
@@ -107,7 +104,7 @@ impl Integrator {
         rate(x, &mut self.slopes[0]);
         for _ in 0..10_000 {
             self.steps += 1;
-            // Equal steps: a last sliver would waste one.
+            // Equal steps avoid a very short last step.
             let count = (left / self.step).ceil().max(1.0);
             let h = left / count;
             for (stage, weights) in A.iter().enumerate().skip(1) {

@@ -1,7 +1,7 @@
 //! The digital twin: plant, controller, sensors, amplifier.
 //!
-//! The plant is integrated by the columns of the regressor, so a simulated log
-//! and an identified model speak of the same equations.
+//! The plant is integrated with the columns of the regressor, so simulation and identification use
+//! the same equations.
 
 mod closed_loop;
 mod integrator;

@@ -1,4 +1,4 @@
-//! A robot that moves: its equations integrated over time.
+//! The plant: integrates the robot's equations over time.
 
 use sprung_core::drives::State;
 use sprung_core::robot::{Torques, Values};
@@ -21,7 +21,7 @@ pub struct JointState {
 }
 
 impl JointState {
-    /// Returns a robot at rest.
+    /// Returns the state of a robot at rest.
     #[must_use]
     pub fn at_rest(q: &[f64], phi: &[f64]) -> Self {
         Self {
@@ -32,7 +32,7 @@ impl JointState {
         }
     }
 
-    /// Lends the state.
+    /// Returns a view of the state.
     #[must_use]
     pub fn view(&self) -> State<'_> {
         State {
@@ -51,12 +51,12 @@ pub(super) struct Plant {
     theta: Vec<f64>,
     bodies: Vec<[f64; BODY]>,
     flexible: Vec<usize>,
-    // Coordinates of all rows: links, rotors of flexible joints; then velocities.
+    // Link coordinates, rotor coordinates of flexible joints; then their velocities.
     x: Vec<f64>,
     scratch: Scratch,
-    // q, dq, phi, dphi.
+    // Buffer for q, dq, phi and dphi.
     joints: Vec<f64>,
-    // On each coordinate.
+    // Torque on each coordinate.
     torque: Vec<f64>,
 }
 
@@ -104,7 +104,7 @@ impl Plant {
         }
     }
 
-    /// Moves on under constant torques.
+    /// Integrates over `duration` with constant torques.
     pub(super) fn advance(
         &mut self,
         integrator: &mut Integrator,
@@ -122,7 +122,7 @@ impl Plant {
             torque,
         } = self;
         let (robot, n) = (model.robot(), torques.motor.len());
-        // The memory is made to fit, here and below, so there is no other outcome.
+        // The buffers have the robot's sizes, so no error is expected here and below.
         let fits = robot.coordinate_torques(torques, torque).is_ok();
         let values = Values { theta, bodies };
         integrator.advance(x, duration, |x, rate| {
@@ -145,7 +145,7 @@ impl Plant {
     }
 }
 
-/// Writes q, dq, phi and dphi.
+/// Writes q, dq, phi and dphi to `all`.
 fn unpack(x: &[f64], flexible: &[usize], n: usize, all: &mut [f64]) {
     let (positions, velocities) = x.split_at(x.len() / 2);
     for (side, values) in [positions, velocities].into_iter().enumerate() {

@@ -1,4 +1,4 @@
-//! A simulated experiment, recorded as a log.
+//! Records a simulated experiment as a log.
 
 use std::io::Write;
 
@@ -7,7 +7,7 @@ use super::twin::{Twin, TwinSetup};
 use crate::log::{Channels, LogWriter};
 use crate::progress::{Listener, Phase, Stopped};
 
-/// What keeps a twin from being recorded.
+/// Errors of recording a twin.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RecordError {
@@ -17,7 +17,7 @@ pub enum RecordError {
     /// The loop runs away.
     #[error("{0}; check the controller's gains against the parameters of the twin")]
     Diverged(#[from] Diverged),
-    /// A channel of the log is delayed, which the twin's sensors are not.
+    /// A channel of the log has a delay, but the twin's sensors have none.
     #[error(
         "[log] says that \"{column}\" is delayed; the twin records without delay, so remove it from \
          delay_s"
@@ -29,17 +29,17 @@ pub enum RecordError {
     /// The log cannot be written.
     #[error("cannot write the log: {0}")]
     Write(#[from] std::io::Error),
-    /// The caller stopped it.
+    /// The caller stopped the simulation.
     #[error(transparent)]
     Stopped(#[from] Stopped),
 }
 
-/// Samples from one word of progress to the next: some ten milliseconds of work.
-const SAMPLES_BETWEEN_WORDS: u64 = 1024;
+/// Samples between two progress calls: about ten milliseconds of work.
+const SAMPLES_PER_PROGRESS_CALL: u64 = 1024;
 
 /// Runs a twin and writes its log in the columns and units of `channels`.
 ///
-/// - `progress`: told of the samples written so far.
+/// - `progress`: receives the number of samples written so far.
 ///
 /// Returns the number of samples.
 ///
@@ -65,7 +65,7 @@ pub fn record(
     for k in 1..=samples {
         let sample = twin.sample()?;
         log.write(sample.time, &sample.q, &sample.phi, &sample.tau)?;
-        if k.is_multiple_of(SAMPLES_BETWEEN_WORDS) {
+        if k.is_multiple_of(SAMPLES_PER_PROGRESS_CALL) {
             progress.tell(Phase::Simulating, k, Some(samples))?;
         }
     }

@@ -1,4 +1,4 @@
-//! Reference trajectories: sums of sines with exact derivatives.
+//! Reference trajectories: sums of sines with their exact derivatives.
 
 use crate::description::Reference;
 use crate::model::Model;
@@ -12,7 +12,7 @@ struct Term {
     phase: f64,
 }
 
-/// A reference for every joint.
+/// A reference trajectory of all joints.
 #[derive(Clone, Debug)]
 pub(crate) struct Trajectory {
     terms: Vec<Term>,
@@ -20,8 +20,8 @@ pub(crate) struct Trajectory {
 }
 
 impl Trajectory {
-    /// Returns the trajectory that a file describes; sines of joints that the
-    /// robot does not have are passed over, the description has refused them.
+    /// Returns the described trajectory. Sines of unknown joints are skipped, because the check of
+    /// the description has rejected them.
     #[must_use]
     pub(crate) fn new(reference: &Reference, model: &Model) -> Self {
         let joints = model.joints();
@@ -51,14 +51,14 @@ impl Trajectory {
         }
     }
 
-    /// Returns the positions about which the joints move, \[n\], rad (m).
+    /// Returns the centres of the joints' motions, \[n\], rad (m).
     #[must_use]
     pub(crate) fn centre(&self) -> &[f64] {
         &self.centre
     }
 
-    /// Writes the position of every joint and its derivatives up to the
-    /// fourth, at `time` in s; rad, rad/s, …, \[n\]\[5\].
+    /// Writes the position of every joint and its first four derivatives at `time` in s; rad (m),
+    /// rad/s (m/s), …, \[n\]\[5\].
     pub(crate) fn at(&self, time: f64, all: &mut [[f64; 5]]) {
         for (own, centre) in all.iter_mut().zip(&self.centre) {
             *own = [*centre, 0.0, 0.0, 0.0, 0.0];

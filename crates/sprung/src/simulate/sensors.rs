@@ -1,10 +1,10 @@
-//! What sensors do to a signal, and what disturbs the robot.
+//! Encoders and disturbances of the twin.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
-/// An encoder that counts from where it was switched on.
+/// An incremental encoder. Its first reading is the position at the start, rounded to a count.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Encoder {
     step: f64,
@@ -13,9 +13,9 @@ pub(super) struct Encoder {
 }
 
 impl Encoder {
-    /// Returns an encoder switched on at `position`, in rad (m).
+    /// Returns an encoder that starts at `position`, rad (m).
     ///
-    /// - `counts`: per `turn`, in rad (m); 0 for an exact sensor.
+    /// - `counts`: counts per `turn`, rad (m); 0 for an exact sensor.
     pub(super) fn new(counts: u32, turn: f64, position: f64, rng: &mut ChaCha8Rng) -> Self {
         let phase: f64 = rng.random();
         let step = if counts == 0 {

@@ -1,4 +1,4 @@
-//! Links and motors simulated apart, each driven by the other as it was measured.
+//! Links and motors simulated subsystems, each driven by the other as it was measured.
 
 use sprung_core::drives::State;
 use sprung_core::robot::{Torques, Values};
@@ -12,7 +12,7 @@ const TOLERANCE: f64 = 1e-6;
 
 /// Times the largest measured velocity beyond which a motion has nothing to do
 /// with the log.
-const FAST: f64 = 10.0;
+const VELOCITY_LIMIT_RATIO: f64 = 10.0;
 
 /// A measured motion, evenly sampled; columns of \[samples\], one per joint.
 #[derive(Clone, Copy, Debug)]
@@ -72,7 +72,7 @@ pub fn subsystems(
         return Ok(positions);
     }
     let velocities = measured.dq.iter().chain(measured.dphi).flatten();
-    let fastest = FAST * velocities.fold(f64::MIN_POSITIVE, |m, v| m.max(v.abs()));
+    let fastest = VELOCITY_LIMIT_RATIO * velocities.fold(f64::MIN_POSITIVE, |m, v| m.max(v.abs()));
     // Time since the last sample, in periods, travels with the state.
     let mut x = [
         at(measured.q, 0),
@@ -83,7 +83,7 @@ pub fn subsystems(
     ]
     .concat();
     let half = x.len() / 2;
-    let mut apart = Apart {
+    let mut subsystems = Subsystems {
         model,
         theta,
         bodies: model.bodies(theta),
@@ -115,7 +115,7 @@ pub fn subsystems(
         let tau = at(measured.tau, k);
         x[2 * half] = 0.0;
         integrator.advance(&mut x, period, |x, rate| {
-            apart.rate(x, &from, &to, &tau, rate);
+            subsystems.rate(x, &from, &to, &tau, rate);
             rate[2 * half] = 1.0 / period;
         })?;
         let follows = x[half..2 * half].iter().all(|v| v.abs() <= fastest);
@@ -127,7 +127,7 @@ pub fn subsystems(
 }
 
 /// A robot in two halves.
-struct Apart<'a> {
+struct Subsystems<'a> {
     model: &'a Model,
     theta: &'a [f64],
     bodies: Vec<[f64; sprung_core::spatial::BODY]>,
@@ -141,7 +141,7 @@ struct Apart<'a> {
     out: Vec<f64>,
 }
 
-impl Apart<'_> {
+impl Subsystems<'_> {
     /// Writes the rate of links, rotors of flexible joints and their velocities.
     ///
     /// - `from`, `to`: q, dq, phi and dphi as measured at the samples around.

@@ -1,4 +1,4 @@
-//! The whole experiment: loop, encoders, amplifier and noise.
+//! The digital twin: closed loop, encoders, amplifier and noise.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -11,7 +11,7 @@ use super::sensors::{Disturbance, Encoder};
 use crate::description::{Controller, Simulate};
 use crate::model::{Model, Theta};
 
-/// One sample of a simulated log, as its sensors see it.
+/// One sample of a simulated log, with the errors of the sensors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TwinSample {
     /// Time, s.
@@ -24,20 +24,20 @@ pub struct TwinSample {
     pub tau: Vec<f64>,
 }
 
-/// What a twin is made of.
+/// Parts of a twin.
 #[derive(Clone, Copy, Debug)]
 pub struct TwinSetup<'a> {
     /// The robot's equations and limits.
     pub model: &'a Model,
     /// Its true parameters, \[p\].
     pub theta: &'a Theta,
-    /// The controller that moves it.
+    /// The controller.
     pub controller: &'a Controller,
-    /// Sensors, noise, length and seed.
+    /// Sensors, noise, duration and seed.
     pub settings: &'a Simulate,
 }
 
-/// A robot under control, and the sensors that watch it.
+/// A controlled robot with its sensors.
 #[derive(Clone, Debug)]
 pub struct Twin {
     plant: ClosedLoop,
@@ -47,12 +47,12 @@ pub struct Twin {
     offset: Vec<f64>,
     noise: Vec<f64>,
     disturbance: Vec<Disturbance>,
-    // None where no link is disturbed: the random numbers are those without.
+    // `None` without link disturbances, so that these draw no random numbers.
     link_disturbance: Option<Vec<Disturbance>>,
 }
 
 impl Twin {
-    /// Returns a twin at rest where its reference is centred.
+    /// Returns a twin at rest at the centre of its reference.
     ///
     /// # Errors
     ///
@@ -107,13 +107,13 @@ impl Twin {
         })
     }
 
-    /// Returns the loop, whose true state sensors do not show.
+    /// Returns the loop with its true state.
     #[must_use]
     pub fn plant(&self) -> &ClosedLoop {
         &self.plant
     }
 
-    /// Measures, commands and moves on by one period.
+    /// Measures, computes the controller's torque and advances by one period.
     ///
     /// # Errors
     ///
@@ -132,7 +132,7 @@ impl Twin {
         }
         let mut q = read(&self.link, &state.q);
         for (i, q) in q.iter_mut().enumerate() {
-            // A rigid joint has one position, that of its motor.
+            // A rigid joint has a single position, measured at the motor.
             if !self.plant.is_flexible(i) {
                 *q = phi[i];
             }

@@ -141,17 +141,17 @@ impl Candidate {
 
     /// Compares sample `k` of a block and moves on; returns what the model says.
     pub(super) fn compare(&mut self, samples: &RawBlock, k: usize) -> Vec<Option<f64>> {
-        let mut said = vec![None; self.rms.len()];
+        let mut values = vec![None; self.rms.len()];
         let model = &self.model;
         let Some(plant) = &mut self.plant else {
-            return said;
+            return values;
         };
         let state = plant.state();
         let tau = plant.command(samples.time[k], &state.q, &state.phi);
         let measured = samples.q.iter().chain(&samples.phi).chain(&samples.tau);
         let modelled = state.q.iter().chain(&state.phi).chain(&tau);
         for (at, (value, measured)) in modelled.zip(measured).enumerate() {
-            said[at] = Some(*value);
+            values[at] = Some(*value);
             self.rms[at].push(measured[k] - value);
             self.measured[at].push(measured[k]);
         }
@@ -162,7 +162,7 @@ impl Candidate {
             self.findings.push(finding);
             self.plant = None;
         }
-        said
+        values
     }
 
     /// Returns its parameters, \[p\], if it has all.

@@ -64,7 +64,7 @@ impl Observer for Comparison<'_> {
                     candidate.start(controller, period, (&q, &phi));
                 }
             }
-            let said: Vec<_> = (self.candidates.iter_mut())
+            let modelled: Vec<_> = (self.candidates.iter_mut())
                 .map(|candidate| candidate.compare(samples, k))
                 .collect();
             self.points.push(|| Point {
@@ -73,7 +73,7 @@ impl Observer for Comparison<'_> {
                     .into_iter()
                     .flat_map(|columns| RawBlock::at(columns, k))
                     .collect(),
-                said,
+                modelled,
             });
         }
     }
@@ -83,7 +83,7 @@ impl Observer for Comparison<'_> {
 struct Point {
     time: f64,
     measured: Vec<f64>,
-    said: Vec<Vec<Option<f64>>>,
+    modelled: Vec<Vec<Option<f64>>>,
 }
 
 fn curves(candidates: &[Candidate], points: &[Point], joints: usize) -> Vec<CurveSet> {
@@ -100,7 +100,7 @@ fn curves(candidates: &[Candidate], points: &[Point], joints: usize) -> Vec<Curv
     let shown = (candidates.iter().enumerate()).filter(|(_, candidate)| candidate.is_shown());
     std::iter::once(measured)
         .chain(shown.map(|(index, candidate)| {
-            collect(&candidate.label, &|point, at| point.said[index][at])
+            collect(&candidate.label, &|point, at| point.modelled[index][at])
         }))
         .collect()
 }

@@ -95,14 +95,14 @@ pub fn validate(
             controller,
         };
         let mut outcome = run.simulate(&mut candidates, sources, progress)?;
-        let mut tamed: Vec<Candidate> = candidates
+        let mut modified: Vec<Candidate> = candidates
             .iter()
             .filter_map(Candidate::without_negative_friction)
             .collect();
-        if !tamed.is_empty() {
-            let again = run.simulate(&mut tamed, sources, progress)?;
+        if !modified.is_empty() {
+            let again = run.simulate(&mut modified, sources, progress)?;
             outcome.curves.extend(again.curves.into_iter().skip(1));
-            candidates.extend(tamed);
+            candidates.extend(modified);
         }
         for mut set in outcome.curves {
             set.label = format!("{}/{}", described.name, set.label);
