@@ -1,29 +1,29 @@
-//! Columns of numbers in memory: a log without a file.
+//! Columns of numbers in memory, which serve as a log without a file.
 
 use std::fmt;
 use std::sync::Arc;
 
-/// Numbers that somebody owns: a `Vec`, a slice behind an `Arc`, or an array of another language
-/// whose owner stays alive as long as this does.
+/// Borrowed or owned numbers: a `Vec`, a slice behind an `Arc`, or an array of another language
+/// whose owner lives as long as this value.
 type Lent<T> = Arc<dyn AsRef<[T]> + Send + Sync>;
 
-/// The numbers of one column. Clones share them.
+/// The numbers of one column. Clones share the numbers.
 #[derive(Clone)]
 pub enum Array {
     /// Floating point numbers.
     Float(Lent<f64>),
-    /// Integers, such as counts of an encoder or times in ns; they are read exactly.
+    /// Integers, such as encoder counts or times in ns; they are read exactly.
     Integer(Lent<i64>),
 }
 
 impl Array {
-    /// Returns a column of floating point numbers, which are lent and not copied.
+    /// Returns a column of floating point numbers without copying them.
     #[must_use]
     pub fn float(numbers: impl AsRef<[f64]> + Send + Sync + 'static) -> Self {
         Self::Float(Arc::new(numbers))
     }
 
-    /// Returns a column of integers, likewise.
+    /// Returns a column of integers without copying them.
     #[must_use]
     pub fn integer(numbers: impl AsRef<[i64]> + Send + Sync + 'static) -> Self {
         Self::Integer(Arc::new(numbers))
@@ -66,14 +66,14 @@ impl From<Vec<i64>> for Array {
     }
 }
 
-/// Columns of one length, by name. Clones share their numbers.
+/// Named columns of equal length. Clones share the numbers.
 #[derive(Clone, Debug, Default)]
 pub struct Arrays {
     names: Vec<String>,
     arrays: Vec<Array>,
 }
 
-/// Why columns in memory are no log.
+/// Error of columns that cannot form a log.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ArraysError {
@@ -85,11 +85,11 @@ pub enum ArraysError {
     Unequal {
         /// Name of the first column.
         first: String,
-        /// Its length.
+        /// Length of the first column.
         rows: usize,
         /// Name of the first column of another length.
         other: String,
-        /// Its length.
+        /// Length of that column.
         other_rows: usize,
     },
     /// A column is given twice.

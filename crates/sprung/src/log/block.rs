@@ -1,6 +1,6 @@
 //! Consecutive samples of a log.
 
-/// Samples in a block, at most.
+/// Maximum number of samples in a block.
 pub(crate) const BLOCK: usize = 2048;
 
 /// Consecutive samples of a log; channels in the order of [`Channels::all`](super::Channels::all).
@@ -8,9 +8,9 @@ pub(crate) const BLOCK: usize = 2048;
 pub struct LogBlock {
     /// Time, s.
     pub time: Vec<f64>,
-    /// One vector per channel: rad (m) or N·m (N), as its factor makes them.
+    /// One vector per channel, in rad (m) or N·m (N) after the channel's factor is applied.
     pub values: Vec<Vec<f64>>,
-    /// Samples of the block that come after a gap.
+    /// Indices of the samples that follow a gap.
     pub gaps: Vec<usize>,
 }
 
@@ -37,7 +37,7 @@ impl LogBlock {
         self.time.is_empty()
     }
 
-    /// Appends a part of another block to this one, without its gaps.
+    /// Appends a range of samples of another block, without the gaps of that block.
     pub fn extend(&mut self, other: &Self, part: std::ops::Range<usize>) {
         self.time.extend_from_slice(&other.time[part.clone()]);
         for (own, values) in self.values.iter_mut().zip(&other.values) {

@@ -1,15 +1,15 @@
-//! What is wrong with a log, and where.
+//! Errors of logs, with the place in the file.
 
 use std::fmt;
 
-/// Where in a file something stands.
+/// A position in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
     /// A line, from 1.
     Line(u64),
     /// A row of an array or a table, from 1.
     Row(u64),
-    /// A message of its topic, from 1.
+    /// Number of a message within its topic, from 1.
     Message(u64),
 }
 
@@ -23,7 +23,7 @@ impl fmt::Display for Place {
     }
 }
 
-/// What is wrong with a log.
+/// An error of a log.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum LogError {
@@ -32,28 +32,28 @@ pub enum LogError {
     Io {
         /// Name of the file.
         file: String,
-        /// What the system says.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// The file is not what it seems, or is damaged.
+    /// The file is damaged or has another format than expected.
     #[error("{file}{message}")]
     Format {
         /// Name of the file.
         file: String,
-        /// What is wrong, where, and what to do; begins with a blank or a colon.
+        /// Fault, place and remedy; begins with a blank or a colon.
         message: String,
     },
-    /// The header has no such column.
+    /// The file has no column of this name.
     #[error("{file} has no column \"{column}\"{hint}")]
     NoColumn {
         /// Name of the file.
         file: String,
-        /// Name of the column asked for.
+        /// Name of the requested column.
         column: String,
-        /// The nearest name or the list of names.
+        /// The nearest name, or the list of names.
         hint: String,
     },
-    /// The header has a column twice.
+    /// The header contains a column twice.
     #[error("{file} has two columns \"{column}\"; give one of them another name")]
     TwoColumns {
         /// Name of the file.
@@ -61,18 +61,18 @@ pub enum LogError {
         /// Name of the column.
         column: String,
     },
-    /// A line has another number of cells than the header.
+    /// A line and the header differ in their number of cells.
     #[error("{place} of {file} has {found} cells, {above} {expected}")]
     Width {
         /// Name of the file.
         file: String,
         /// Where in the file.
         place: Place,
-        /// What stands above: a header or other lines.
+        /// Reference for the number of cells: the header, or other lines.
         above: &'static str,
-        /// Cells above.
+        /// Number of cells of the reference.
         expected: u64,
-        /// Cells of the line.
+        /// Number of cells of the line.
         found: u64,
     },
     /// A cell is not a number.
@@ -86,10 +86,10 @@ pub enum LogError {
         column: String,
         /// Text of the cell.
         cell: String,
-        /// What to do.
+        /// Remedy.
         hint: &'static str,
     },
-    /// A cell is a number that no sensor gives.
+    /// A cell is NaN or infinite.
     #[error(
         "{place} of {file}, column \"{column}\": the value is {value}; every sample must be a \
          finite number"
@@ -109,14 +109,14 @@ pub enum LogError {
     TooShort {
         /// Name of the file.
         file: String,
-        /// Samples found.
+        /// Number of samples found.
         found: u64,
-        /// Samples needed.
+        /// Number of samples needed.
         needed: u64,
-        /// What needs them.
+        /// Computation that needs the samples.
         why: String,
     },
-    /// Time does not go forward.
+    /// The time does not increase.
     #[error(
         "{place} of {file}: time goes from {before} s to {after} s; samples must be in order, \
          each with its own time{remedy}"
@@ -126,23 +126,23 @@ pub enum LogError {
         file: String,
         /// Where in the file.
         place: Place,
-        /// Time of the sample before, s.
+        /// Time of the preceding sample, s.
         before: f64,
         /// Time of this sample, s.
         after: f64,
-        /// What to do; begins with a semicolon, or empty.
+        /// Remedy; empty, or begins with a semicolon.
         remedy: &'static str,
     },
     /// The values of a column cannot be those of a moving robot.
     #[error("{message}")]
     Implausible {
-        /// What is wrong with which column, what it likely means, what to do.
+        /// Column, fault, likely cause and remedy.
         message: String,
     },
 }
 
 impl LogError {
-    /// Returns the error of a file that is not what it seems.
+    /// Returns the error of a file that is damaged or has another format than expected.
     pub(super) fn format(file: &str, message: impl fmt::Display) -> Self {
         Self::Format {
             file: file.to_owned(),
@@ -150,10 +150,10 @@ impl LogError {
         }
     }
 
-    /// Returns the error of reading: what decoders say is the file's fault, the
-    /// rest is the system's.
+    /// Returns the error of a failed read. Errors of decoders mean a damaged file; other errors
+    /// come from the operating system.
     ///
-    /// - `what`: which part of the file was read.
+    /// - `what`: the part of the file that was read.
     pub(super) fn read(file: &str, what: &str, source: std::io::Error) -> Self {
         use std::io::ErrorKind::{InvalidData, InvalidInput, Other, UnexpectedEof};
         match source.kind() {

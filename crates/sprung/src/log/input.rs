@@ -1,4 +1,4 @@
-//! What a log is read from, and what its first bytes say.
+//! Sources of bytes, and detection of a file's format by its first bytes.
 
 use std::fs::File;
 use std::io::{Chain, Cursor, Read, Result as IoResult, Seek, SeekFrom};
@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 
 use super::error::LogError;
 
-/// What a log is read from: a file, or bytes in memory.
+/// A source of a log's bytes: a file, or bytes in memory.
 pub trait Input: Read + Seek + Send {
-    /// Returns where the file is, if it is one that knows.
+    /// Returns the path of the file, or `None` if it is not known.
     ///
-    /// The library that reads HDF5 opens files itself; nothing else asks.
+    /// Only the HDF5 library needs the path, because it opens files itself.
     fn path(&self) -> Option<&Path> {
         None
     }
@@ -20,7 +20,7 @@ impl Input for File {}
 
 impl<T: AsRef<[u8]> + Send> Input for Cursor<T> {}
 
-/// A file that knows where it is.
+/// A file together with its path.
 #[derive(Debug)]
 pub struct LogFile {
     file: File,
@@ -54,10 +54,10 @@ impl Seek for LogFile {
     }
 }
 
-/// Bytes that are looked at to know a file.
+/// Number of bytes that are read to recognise a file.
 const PEEKED_BYTES: usize = 1 << 16;
 
-/// What a file is.
+/// Format or compression of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Text,
@@ -73,12 +73,12 @@ pub(super) enum Kind {
     Mcap,
     Sqlite,
     Empty,
-    /// Known, but not read: what it is and what to do.
+    /// A recognised format that sprung does not read: its name and the remedy.
     Other(&'static str),
 }
 
 impl Kind {
-    /// Returns what it is called.
+    /// Returns the name of the format for messages.
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Text => "text",
@@ -98,7 +98,7 @@ impl Kind {
     }
 }
 
-/// Beginnings of files.
+/// First bytes of each recognised format.
 const MAGIC: [(&[u8], Kind); 20] = [
     (b"\x1f\x8b", Kind::Gzip),
     (b"\x28\xb5\x2f\xfd", Kind::Zstd),
@@ -144,7 +144,7 @@ const MAGIC: [(&[u8], Kind); 20] = [
     (b"\xfe\xff", Kind::Other("is UTF-16 text; save it as UTF-8")),
 ];
 
-/// Returns what a file is by its first bytes.
+/// Returns the format of a file with these first bytes.
 pub(super) fn kind_of(start: &[u8]) -> Kind {
     if start.is_empty() {
         return Kind::Empty;
@@ -152,7 +152,7 @@ pub(super) fn kind_of(start: &[u8]) -> Kind {
     if let Some((_, kind)) = MAGIC.iter().find(|(magic, _)| start.starts_with(magic)) {
         return *kind;
     }
-    // The text of a MATLAB header is free, its end is not.
+    // The text of a MATLAB header is free, but its last four bytes are fixed.
     match start.get(124..128) {
         Some(b"\x00\x02IM" | b"\x02\x00MI") => return Kind::Mat73,
         Some([_, _, b'I', b'M'] | [_, _, b'M', b'I']) => return Kind::Mat5,
@@ -167,13 +167,13 @@ pub(super) fn kind_of(start: &[u8]) -> Kind {
     Kind::Text
 }
 
-/// A reader whose first bytes were looked at.
+/// A reader whose first bytes were read and put in front again.
 pub(super) type Peeked<R> = Chain<Cursor<Vec<u8>>, R>;
 
-/// Looks at the first bytes of a reader; returns them, whether they are all,
-/// and a reader that begins with them.
+/// Reads the first bytes of a reader. Returns these bytes, whether the reader ended with them, and
+/// a reader that begins with them again.
 ///
-/// - `what`: what it is called when it cannot be read.
+/// - `what`: name of this part of the file for the error message.
 pub(super) fn peek<R: Read>(
     file: &str,
     what: &str,

@@ -1,12 +1,13 @@
-//! Measured logs: read and written block by block, in SI units.
+//! Measured logs, read and written block by block in SI units.
 //!
 //! A log of any length is read in blocks of bounded size.
 //!
-//! - `columns`: which columns hold what ([`Channels`]), and rows of them in SI units;
-//! - `formats`: a file is known by its first bytes and turned into rows of numbers;
-//! - `clock`: when samples were taken, and even samples of uneven ones;
-//! - `reader`: all together, `LogReader`;
-//! - `figures`: what each channel did, `Summary`, and what [`check`] says of it.
+//! - `columns`: assigns columns to quantities ([`Channels`]) and converts rows to SI units;
+//! - `formats`: recognises a file by its first bytes and turns it into rows of numbers;
+//! - `clock`: finds when samples were taken, and resamples uneven samples onto an even grid;
+//! - `reader`: combines the modules above in `LogReader`;
+//! - `figures`: gathers statistics of each channel in `Summary`, from which [`check`] makes
+//!   findings.
 
 mod arrays;
 mod block;

@@ -10,8 +10,8 @@ use super::formats::{memory, open};
 use super::input::Input;
 use super::reader::LogReader;
 
-/// Opens the log's own file at its beginning, or another that a channel
-/// names; as often as it is called.
+/// Opens the log's own file (`None`) or another file that a channel names. Each call returns the
+/// file at its beginning.
 pub type Opener<'a> = dyn FnMut(Option<&Path>) -> std::io::Result<Box<dyn Input>> + Send + 'a;
 
 /// A log that can be opened any number of times.
@@ -21,16 +21,16 @@ pub struct LogSource<'a> {
     holds: Holds<'a>,
 }
 
-/// Where the numbers of a log are.
+/// Location of a log's numbers.
 enum Holds<'a> {
     Files(&'a mut Opener<'a>),
     Memory(Arrays),
 }
 
 impl<'a> LogSource<'a> {
-    /// Returns a log of files.
+    /// Returns a log that consists of files.
     ///
-    /// - `name`: for messages.
+    /// - `name`: name of the log for messages.
     /// - `opener`: opens its files.
     #[must_use]
     pub fn files(name: impl Into<String>, opener: &'a mut Opener<'a>) -> Self {
@@ -40,10 +40,10 @@ impl<'a> LogSource<'a> {
         }
     }
 
-    /// Returns a log of columns in memory. Their units, signs and times are what the experiment
-    /// says of columns with these names.
+    /// Returns a log that consists of columns in memory. The experiment gives the units, signs and
+    /// times of these columns by their names.
     ///
-    /// - `name`: for messages.
+    /// - `name`: name of the log for messages.
     #[must_use]
     pub fn arrays(name: impl Into<String>, arrays: Arrays) -> Self {
         Self {
@@ -56,7 +56,7 @@ impl<'a> LogSource<'a> {
     ///
     /// # Errors
     ///
-    /// [`LogError`] if it cannot be opened or a column is not there.
+    /// [`LogError`] if the log cannot be opened or lacks a column.
     pub fn open(&mut self, channels: &Channels) -> Result<LogReader, LogError> {
         let (name, holds) = (&self.name, &mut self.holds);
         let mut open_stream = |path: Option<&Path>, request: &Request<'_>| match holds {

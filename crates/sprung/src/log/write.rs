@@ -1,4 +1,4 @@
-//! Simulated logs, written in the columns that an experiment declares.
+//! Writes simulated logs with the columns that an experiment declares.
 
 use std::fmt::Write as _;
 use std::io::Write;

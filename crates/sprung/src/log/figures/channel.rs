@@ -1,20 +1,20 @@
-//! What one channel did, gathered sample by sample in bounded memory.
+//! Statistics of one channel, gathered sample by sample in bounded memory.
 
 use super::sizes::Sizes;
 
-/// Places of one kind that are remembered.
+/// Number of events kept per kind; only the largest are kept.
 const MAX_EVENTS_KEPT: usize = 8;
 
-/// Bins of an overview, at most.
+/// Maximum number of bins of an overview.
 const OVERVIEW_BINS: usize = 512;
 
-/// Samples in a row with one value, at least, that may be a stall.
+/// Minimum number of consecutive samples with one value that count as a stall.
 const MIN_STALL_SAMPLES: u64 = 5;
 
-/// Part of a step that its neighbours stay below if it stands alone.
+/// A step is isolated if both neighbouring steps are smaller than this fraction of it.
 const LONE_STEP_RATIO: f64 = 0.25;
 
-/// What one channel did.
+/// Range of one channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extent {
     /// First value.
@@ -26,7 +26,7 @@ pub struct Extent {
 }
 
 impl Extent {
-    /// Returns whether the channel never changed.
+    /// Returns whether the channel never changes.
     #[must_use]
     pub fn is_constant(&self) -> bool {
         self.min.to_bits() == self.max.to_bits()
@@ -39,47 +39,47 @@ impl Extent {
     }
 }
 
-/// Consecutive samples with one value.
+/// Consecutive samples with equal value.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Stretch {
-    /// Time of the first, s.
+    /// Time of the first sample, s.
     pub time: f64,
-    /// How many.
+    /// Number of samples.
     pub samples: u64,
-    /// Their value.
+    /// Value of these samples.
     pub value: f64,
-    /// Change of the value at their end.
+    /// Change of the value at the end of the stretch.
     pub jump: f64,
 }
 
-/// One sample that stands out.
+/// One outstanding sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Event {
-    /// Its time, s.
+    /// Time of the sample, s.
     pub time: f64,
-    /// By how much, with its sign.
+    /// Signed size, in the unit of the channel.
     pub size: f64,
 }
 
-/// How often and how long a channel lay at its smallest or largest value.
+/// Occurrences of a channel's smallest or largest value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extreme {
     /// The value.
     pub value: f64,
-    /// Samples that have it.
+    /// Number of samples with this value.
     pub samples: u64,
-    /// Stretches of such samples.
+    /// Number of stretches of such samples.
     pub stretches: u64,
-    /// The longest of them.
+    /// Longest of these stretches.
     pub longest: Stretch,
 }
 
-/// Smallest and largest values of equal parts of a log.
+/// Smallest and largest values in equal parts of a log.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Overview {
     /// Time at which each part begins, s.
     pub time: Vec<f64>,
-    /// Smallest and largest value in each.
+    /// Smallest and largest value of each part.
     pub between: Vec<[f64; 2]>,
     per_bin: u64,
     in_last: u64,
@@ -118,7 +118,7 @@ impl Overview {
     }
 }
 
-/// Figures of one channel of a log; memory does not grow with it.
+/// Statistics of one channel of a log. Their memory does not grow with the log.
 #[derive(Clone, Debug)]
 pub struct Figures {
     extent: Extent,
@@ -137,13 +137,14 @@ pub struct Figures {
     longest: Stretch,
     low: Extreme,
     high: Extreme,
-    // The last three samples since a gap, the newest last.
+    // The last three samples since a gap, oldest first.
     last: Vec<(f64, f64)>,
     overview: Overview,
 }
 
 impl Figures {
-    /// Returns the figures of a channel with one sample.
+    /// Returns the statistics of a channel whose first sample is given; [`take`](Self::take) adds
+    /// it.
     #[must_use]
     pub(in crate::log) fn new(time: f64, value: f64) -> Self {
         let run = Stretch {
@@ -206,14 +207,14 @@ impl Figures {
         }
     }
 
-    /// Says that samples are missing before the next one.
+    /// Records that samples are missing before the next one.
     pub(in crate::log) fn gap(&mut self) {
         self.last.clear();
-        // What changed meanwhile says nothing.
+        // A change across a gap is not an event.
         self.run.samples = 0;
     }
 
-    /// Counts how long the value has stayed the same.
+    /// Updates the current stretch of equal values.
     fn stretch(&mut self, time: f64, value: f64) {
         let same = self.run.samples > 0 && value.to_bits() == self.run.value.to_bits();
         if same {
@@ -238,7 +239,7 @@ impl Figures {
         }
     }
 
-    /// Judges the two samples in the middle of the last four.
+    /// Examines the two middle samples of the last four.
     fn look_back(&mut self) {
         let x = [0, 1, 2, 3].map(|i| self.last[i].1);
         let bend = x[1] - 0.5 * (x[0] + x[2]);
@@ -261,7 +262,7 @@ impl Figures {
         }
     }
 
-    /// Returns first, smallest and largest value.
+    /// Returns the first, smallest and largest value.
     #[must_use]
     pub fn extent(&self) -> Extent {
         self.extent
@@ -279,78 +280,77 @@ impl Figures {
         self.mean
     }
 
-    /// Returns the standard deviation about the mean.
+    /// Returns the standard deviation.
     #[must_use]
     pub fn deviation(&self) -> f64 {
         (self.squares / self.samples.max(1) as f64).max(0.0).sqrt()
     }
 
-    /// Returns how many samples differ from the one before, as a part of all.
+    /// Returns the fraction of samples that differ from the preceding one.
     #[must_use]
     pub fn changing(&self) -> f64 {
         self.changes as f64 / self.samples.max(2).saturating_sub(1) as f64
     }
 
-    /// Returns the sizes of changes from one sample to the next.
+    /// Returns the distribution of absolute steps between consecutive samples.
     #[must_use]
     pub fn steps(&self) -> &Sizes {
         &self.steps
     }
 
-    /// Returns the distances of samples from the mean of their neighbours.
+    /// Returns the distribution of distances between a sample and the mean of its neighbours.
     #[must_use]
     pub fn bends(&self) -> &Sizes {
         &self.bends
     }
 
-    /// Returns the same of samples whose neighbours agree.
+    /// Returns the distribution of these distances for samples whose neighbours agree.
     #[must_use]
     pub fn lone(&self) -> &Sizes {
         &self.lone
     }
 
-    /// Returns the single samples farthest from neighbours that agree, largest
-    /// first.
+    /// Returns the samples farthest from two neighbours that agree, largest distance first.
     #[must_use]
     pub fn spikes(&self) -> &[Event] {
         &self.spikes
     }
 
-    /// Returns the largest steps between small ones, largest first.
+    /// Returns the largest steps between two much smaller steps, largest first.
     #[must_use]
     pub fn jumps(&self) -> &[Event] {
         &self.jumps
     }
 
-    /// Returns stretches of five samples and more with one value that ended with
-    /// the largest changes, largest first.
+    /// Returns stretches of at least five equal samples, sorted by the change at their end, largest
+    /// first.
     #[must_use]
     pub fn stalls(&self) -> &[Stretch] {
         &self.stalls
     }
 
-    /// Returns the longest stretch with one value.
+    /// Returns the longest stretch of equal values.
     #[must_use]
     pub fn longest(&self) -> Stretch {
         self.longest
     }
 
-    /// Returns how the channel lay at its smallest and at its largest value.
+    /// Returns the occurrences of the smallest and of the largest value.
     #[must_use]
     pub fn extremes(&self) -> [Extreme; 2] {
         [self.low, self.high]
     }
 
-    /// Returns smallest and largest values over the log.
+    /// Returns the smallest and largest values over the course of the log.
     #[must_use]
     pub fn overview(&self) -> &Overview {
         &self.overview
     }
 }
 
-/// Returns an extreme with a sample that lies on it, beyond it or inside.
+/// Returns an extreme updated by a sample that lies on it, beyond it or inside.
 ///
-/// - `run`: the samples in a row that have its value, with itself.
+/// - `run`: the current stretch of equal values, which ends with this sample.
 fn at_extreme(extreme: Extreme, run: Stretch, beyond: bool) -> Extreme {
     let on = run.value.to_bits() == extreme.value.to_bits();
     if !(beyond || on) {
@@ -378,7 +378,8 @@ fn at_extreme(extreme: Extreme, run: Stretch, beyond: bool) -> Extreme {
     }
 }
 
-/// Keeps the largest, largest first.
+/// Inserts an item into a list sorted by decreasing size, and drops the smallest if the list is
+/// full.
 fn keep<T: Copy>(kept: &mut Vec<T>, new: T, size: impl Fn(&T) -> f64) {
     let own = size(&new);
     if kept.len() == MAX_EVENTS_KEPT && kept.last().is_some_and(|last| size(last) >= own) {
@@ -434,7 +435,7 @@ mod tests {
         let clipped = of((0..2000).map(|k| wave(k).min(0.8)));
         let high = clipped.extremes()[1];
         assert!((high.value - 0.8).abs() < 1e-15);
-        // 20 rad hold three whole peaks, and a fourth begins.
+        // The wave has three full peaks within 20 rad, and a fourth begins.
         assert_eq!(high.stretches, 4);
         assert!(high.samples > 300 && high.longest.samples > 100, "{high:?}");
         let held = of((0..1000).map(|k| wave(if (300..340).contains(&k) { 300 } else { k })));

@@ -1,4 +1,4 @@
-//! What the figures of a log say about its columns.
+//! Findings about columns, made from the statistics of a log.
 
 use super::channel::Extent;
 use super::faults::faults;
@@ -10,25 +10,24 @@ use crate::log::columns::channels::Channels;
 
 const DEGREES_PER_RADIAN: f64 = 180.0 / std::f64::consts::PI;
 
-/// Slopes of motor over link position that are not 1: a spring lets the link
-/// swing farther or less far, but not by this much as long as both move together.
+/// Limits of the slope of motor position versus link position, which should be 1. The joint spring
+/// changes the link's amplitude, but less than this while both move together.
 const SUSPECT_SLOPE: f64 = 1.25;
 const IMPOSSIBLE_SLOPE: f64 = 2.5;
 
-/// Correlation from which two encoders move together.
+/// Correlation above which two encoders count as moving together.
 const MIN_CORRELATION: f64 = 0.97;
 
-/// Steps of its encoder within which a joint hardly moves.
+/// A joint whose range is below this number of encoder steps hardly moves.
 const MIN_ENCODER_STEPS: f64 = 30.0;
 
-/// Judges a log by its figures.
+/// Returns findings about the columns of a log.
 ///
 /// - `file`: name for messages; `joints`: names of the joints.
 ///
-/// Columns that cannot be what they are said to be are findings of
-/// [`Severity::Error`]: a position that never changes although its joint moves,
-/// an encoder in degrees or on the other side of the gearbox beside one in
-/// radians, a counter that wraps around.
+/// A column that contradicts its declaration gives a finding of [`Severity::Error`]: a position
+/// that never changes although its joint moves, an encoder in degrees or on the other side of the
+/// gearbox beside an encoder in radians, a counter that wraps around.
 #[must_use]
 pub fn check(
     file: &str,
@@ -63,7 +62,7 @@ pub fn check(
     findings
 }
 
-/// A log and its figures.
+/// A log and its statistics.
 struct Of<'a> {
     file: &'a str,
     channels: &'a Channels,
@@ -71,7 +70,7 @@ struct Of<'a> {
 }
 
 impl Of<'_> {
-    /// Judges one joint: nothing moves, or one column alone stands still.
+    /// Reports a joint that never moves, or a single constant column of a joint that moves.
     fn still(&self, name: &str, joint: usize) -> Option<Finding> {
         let summary = self.summary;
         let of_joint: Vec<(&Channel, Extent)> = (self.channels.all.iter().enumerate())
@@ -117,7 +116,7 @@ impl Of<'_> {
         )
     }
 
-    /// Returns channel and range of the two encoders of a joint.
+    /// Returns the channel and the range of the motor encoder and of the link encoder of a joint.
     fn pair(&self, joint: usize) -> Option<[(&Channel, f64); 2]> {
         let of = |quantity| {
             let i = self.channels.index(quantity, joint)?;
@@ -126,11 +125,11 @@ impl Of<'_> {
         Some([of(Quantity::MotorPosition)?, of(Quantity::LinkPosition)?])
     }
 
-    /// Compares how far the two encoders of a joint move. A spring lets the link
-    /// swing farther than the motor or less far, but not twenty times.
+    /// Compares the ranges of the two encoders of a joint. The spring changes the ratio, but less
+    /// than the factor of about 19 that is tested here.
     fn units(&self, name: &str, joint: usize) -> Option<Finding> {
         let [(motor, motor_range), (link, link_range)] = self.pair(joint)?;
-        // Of a joint that only just begins to move one encoder may not have counted.
+        // If a joint barely moves, an encoder may not have counted yet.
         let few = |quantity| {
             let i = self.channels.index(quantity, joint)?;
             self.span_in_steps(i)
@@ -178,7 +177,7 @@ impl Of<'_> {
         )
     }
 
-    /// Compares how far the two encoders move together.
+    /// Compares the slope of motor position versus link position with 1.
     fn slope(&self, name: &str, joint: usize) -> Option<Finding> {
         let [(motor, _), (link, _)] = self.pair(joint)?;
         let line = self.summary.line(joint)?;
@@ -237,7 +236,7 @@ impl Of<'_> {
         let channels = self.channels;
         let motor = channels.index(Quantity::MotorPosition, joint)?;
         let range = self.summary.extent(motor)?.range();
-        // Motors before a coupled transmission turn many times.
+        // Motors before a coupled transmission may turn many times.
         let known = channels.turns[joint] && channels.position_mix.is_none();
         (known && range > std::f64::consts::TAU).then(|| {
             let column = &channels.all[motor].column;
@@ -265,7 +264,8 @@ impl Of<'_> {
         (step > 0.0).then(|| figures.extent().range() / step)
     }
 
-    /// A joint whose encoder counts so few steps that its motion is noise.
+    /// Reports a joint whose encoder counts so few steps that its velocity is mostly quantisation
+    /// noise.
     fn hardly(&self, name: &str, channel: &Channel, i: usize) -> Option<Finding> {
         if !matches!(
             channel.quantity,

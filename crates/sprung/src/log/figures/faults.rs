@@ -1,34 +1,35 @@
-//! What the figures of one channel say about its samples.
+//! Findings about the samples of one channel, made from its statistics.
 
 use super::channel::{Event, Figures};
 use crate::finding::{Finding, Severity};
 use crate::log::columns::channel::Channel;
 
-/// Part of the samples, and samples in a row in units of what is usual, from
-/// which a torque lies at an extreme because it can go no farther.
+/// A torque is saturated if more than this fraction of the samples lies at an extreme, and if the
+/// longest run of samples there reaches both this multiple of the mean run length and this number
+/// of samples.
 const SATURATED_PART: f64 = 0.002;
 const SATURATED_RUN_RATIO: f64 = 8.0;
 const MIN_SATURATED_SAMPLES: u64 = 5;
 
-/// How far a single sample stands out: in units of the distance that one in a
-/// hundred samples has from the mean of its neighbours.
+/// A spike is farther from the mean of its neighbours than this multiple of the 99th percentile.
 const SPIKE_RATIO: f64 = 6.0;
 
-/// How far a position jumps, in units of the step that one in twenty steps
-/// exceeds; and where it stood still before, of one in a hundred.
+/// A jump of a position exceeds this multiple of the 95th percentile of its steps; a jump after a
+/// standstill exceeds this multiple of the 99th percentile.
 const JUMP_RATIO: f64 = 10.0;
 const STALL_JUMP_RATIO: f64 = 2.5;
 
-/// Part of its range that a counter jumps back when it wraps around.
+/// A step above this fraction of the range means that the counter wraps around.
 const WRAP_PART: f64 = 0.95;
 
-/// Part of the samples that change in a channel that is not quantised.
+/// A channel in which more than this fraction of the samples changes is not quantised.
 const FINE_ENCODER_PART: f64 = 0.9;
 
-/// Samples in a row with one value that such a channel does not have.
+/// Minimum number of consecutive equal samples that count as a fault in a channel that is not
+/// quantised.
 const MIN_HELD_SAMPLES: u64 = 6;
 
-/// Returns what is wrong with samples of a channel.
+/// Returns findings about the samples of a channel.
 ///
 /// - `file`, `joint`: names for messages.
 pub(in crate::log) fn faults(
@@ -48,7 +49,7 @@ pub(in crate::log) fn faults(
     };
     let jumps = of.jumps();
     let wraps = (jumps.as_ref()).is_some_and(|finding| finding.severity == Severity::Error);
-    // A stretch with one value ends with a jump: it is said once.
+    // A stall ends with a jump, so only one of the two is reported.
     let stays = if wraps { jumps } else { of.stalled().or(jumps) };
     (of.saturated().into_iter())
         .chain(stays)
@@ -77,7 +78,7 @@ impl Of<'_> {
         Finding::new(severity, code, text, remedy)
     }
 
-    /// A torque that lies at its largest or smallest value again and again.
+    /// Reports a torque that lies repeatedly at its largest or smallest value.
     fn saturated(&self) -> Option<Finding> {
         if self.channel.quantity.is_position() {
             return None;
@@ -111,18 +112,18 @@ impl Of<'_> {
         )
     }
 
-    /// A stretch in which the column repeats one value although the joint moves.
+    /// Reports a stretch in which the column repeats one value although the joint moves.
     fn stalled(&self) -> Option<Finding> {
         let figures = self.figures;
         let stall = if self.channel.quantity.is_position() {
             let step = figures.steps().quantile(0.99);
-            // What the joint could not have moved meanwhile is a jump.
+            // A change larger than the joint could have made meanwhile is a jump, not a stall.
             *(figures.stalls().iter()).find(|stall| {
                 let jump = stall.jump.abs();
                 jump > STALL_JUMP_RATIO * step && jump < 2.0 * step * stall.samples as f64
             })?
         } else {
-            // At rest, before the motion, a torque may well be one number.
+            // Before the motion begins, the torque at rest may be constant.
             let begins = figures.overview().time.first().copied();
             let usual = figures.steps().quantile(0.5);
             let stuck = figures.stalls().iter().filter(|stall| {
@@ -163,7 +164,7 @@ impl Of<'_> {
         )
     }
 
-    /// A position that steps farther than any joint moves in a sample.
+    /// Reports a position that steps farther than the joint moves within one sample.
     fn jumps(&self) -> Option<Finding> {
         if !self.channel.quantity.is_position() {
             return None;
@@ -224,7 +225,7 @@ impl Of<'_> {
         )
     }
 
-    /// Single samples far from their neighbours, which agree.
+    /// Reports single samples far from two neighbours that agree.
     fn spikes(&self) -> Option<Finding> {
         let figures = self.figures;
         let limit = SPIKE_RATIO * figures.bends().quantile(0.99);
@@ -251,7 +252,7 @@ impl Of<'_> {
     }
 }
 
-/// Returns a size as the whole number or the full turn that it is near to.
+/// Returns a size rounded to a whole number or full turn within 2 %, otherwise with four decimals.
 fn rounded(raw: f64) -> String {
     let near = |value: f64| (raw / value - 1.0).abs() < 0.02;
     let powers = (4..=32).map(|bits| 2_f64.powi(bits));

@@ -1,4 +1,4 @@
-//! What each channel of a log did, and what that means.
+//! Statistics of each channel of a log, and findings made from them.
 
 mod channel;
 mod check;

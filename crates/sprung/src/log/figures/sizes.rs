@@ -1,13 +1,12 @@
-//! How often sizes occur, in bounded memory.
+//! Distribution of sizes, in bounded memory.
 
-/// Exponent of the smallest size that has a bin of its own; smaller ones share
-/// the first.
+/// Biased exponent of the smallest size with its own bin. Smaller sizes share the first bin.
 const LOWEST_EXPONENT: u64 = 1023 - 80;
 
-/// Bins: four in each of 160 octaves.
+/// Number of bins: four per octave over 160 octaves.
 const SIZE_BINS: usize = 640;
 
-/// Counts of sizes in bins a quarter of an octave wide, zeros apart.
+/// Counts of sizes in bins a quarter of an octave wide. Zeros are counted separately.
 #[derive(Clone, Debug)]
 pub struct Sizes {
     counts: Vec<u64>,
@@ -26,7 +25,7 @@ impl Default for Sizes {
 }
 
 impl Sizes {
-    /// Takes a size, not negative.
+    /// Adds a nonnegative size.
     pub(in crate::log) fn take(&mut self, size: f64) {
         if size > 0.0 {
             self.counts[bin(size)] += 1;
@@ -36,26 +35,26 @@ impl Sizes {
         }
     }
 
-    /// Returns how many sizes are not zero.
+    /// Returns the number of nonzero sizes.
     #[must_use]
     pub fn count(&self) -> u64 {
         self.total
     }
 
-    /// Returns how many are zero.
+    /// Returns the number of zeros.
     #[must_use]
     pub fn zeros(&self) -> u64 {
         self.zeros
     }
 
-    /// Returns how many lie in bins above the one of a size.
+    /// Returns the number of sizes in the bins above the bin of `size`.
     #[must_use]
     pub fn above(&self, size: f64) -> u64 {
         self.counts[bin(size) + 1..].iter().sum()
     }
 
-    /// Returns the upper end of the bin below which a part of all sizes lies,
-    /// zeros left out; zero if there are none.
+    /// Returns the quantile `part` of the nonzero sizes, as the upper end of its bin; zero if all
+    /// sizes are zero.
     #[must_use]
     pub fn quantile(&self, part: f64) -> f64 {
         let wanted = (part * self.total as f64).ceil() as u64;
@@ -70,7 +69,7 @@ impl Sizes {
     }
 }
 
-/// The bin of a size: exponent and the first two digits of its fraction.
+/// Returns the bin of a size: its exponent and the first two bits of its fraction.
 fn bin(size: f64) -> usize {
     let place = (size.abs().to_bits() >> 50).saturating_sub(LOWEST_EXPONENT << 2);
     (place as usize).min(SIZE_BINS - 1)

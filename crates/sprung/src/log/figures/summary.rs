@@ -1,4 +1,4 @@
-//! Figures gathered while a log is read.
+//! Statistics gathered while a log is read.
 
 use super::channel::{Extent, Figures};
 use crate::description::Quantity;
@@ -14,16 +14,16 @@ struct Cross {
     motor_motor: f64,
 }
 
-/// The straight line through motor positions over link positions of a joint.
+/// Straight line through motor position versus link position of a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Line {
-    /// Slope, about 1 for two encoders of one joint.
+    /// Slope; about 1 for two encoders of one joint.
     pub slope: f64,
-    /// Correlation of both.
+    /// Correlation of the two positions.
     pub correlation: f64,
 }
 
-/// Figures of all channels of a log.
+/// Statistics of all channels of a log.
 #[derive(Clone, Debug)]
 pub struct Summary {
     figures: Vec<Option<Figures>>,
@@ -33,7 +33,7 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Returns the summary of a log of which nothing was read.
+    /// Returns an empty summary.
     #[must_use]
     pub fn new(channels: &Channels) -> Self {
         let pairs: Vec<Option<(usize, usize)>> = (0..channels.rigid.len())
@@ -66,7 +66,7 @@ impl Summary {
         }
         for (cross, pair) in self.cross.iter_mut().zip(&self.pairs) {
             let Some((motor, link)) = *pair else { continue };
-            // Measured from the first sample, so that no offset counts.
+            // Positions count from the first sample, so offsets do not enter the correlation.
             let from = |channel: usize| {
                 let figures = self.figures[channel].as_ref();
                 figures.map_or(0.0, |figures| figures.extent().first)
@@ -83,20 +83,20 @@ impl Summary {
         }
     }
 
-    /// Returns the figures of a channel, by its index in [`Channels::all`].
+    /// Returns the statistics of a channel, by its index in [`Channels::all`].
     #[must_use]
     pub fn figures(&self, channel: usize) -> Option<&Figures> {
         self.figures[channel].as_ref()
     }
 
-    /// Returns what a channel did, by its index in [`Channels::all`].
+    /// Returns the range of a channel, by its index in [`Channels::all`].
     #[must_use]
     pub fn extent(&self, channel: usize) -> Option<Extent> {
         Some(self.figures(channel)?.extent())
     }
 
-    /// Returns the correlation of motor and link position of a joint, both
-    /// from their first sample on, if both are logged and moved.
+    /// Returns the correlation of motor and link position of a joint, both relative to their first
+    /// sample. Returns `None` unless both are logged and move.
     #[must_use]
     pub fn correlation(&self, joint: usize) -> Option<f64> {
         let cross = self.cross.get(joint)?;
@@ -104,9 +104,9 @@ impl Summary {
         (scale > 0.0).then(|| cross.motor_link / scale)
     }
 
-    /// Returns the line of motor over link positions of a joint, if both are
-    /// logged and moved. Its slope is that of the axis along which both spread:
-    /// noise of neither makes it smaller.
+    /// Returns the line of motor position versus link position of a joint; `None` unless both are
+    /// logged and move. The slope is the ratio of the two standard deviations (reduced major axis),
+    /// so neither position is treated as free of noise.
     #[must_use]
     pub fn line(&self, joint: usize) -> Option<Line> {
         let cross = self.cross.get(joint)?;
