@@ -1,4 +1,4 @@
-//! A log as one table: streams put together, on even times.
+//! Reads a log as one table: its streams are combined and put on an even grid of times.
 
 use std::path::Path;
 
@@ -17,26 +17,28 @@ use crate::log::columns::rows::{Rows, TimeOfRows};
 /// A log that is read block by block.
 pub struct LogReader {
     first: Rows,
-    // Streams whose rows are those of the first, and others.
+    // Streams whose rows match those of the first stream one by one, and streams with their own
+    // time.
     beside: Vec<Beside>,
     followers: Vec<Follower>,
     grid: Grid,
-    // Places of the grid's channels among all.
+    // Indices of the grid's channels among all channels.
     of_grid: Vec<usize>,
     ended: bool,
-    // Gaps of followers.
+    // Samples left out because a follower lacks them, and the resulting gaps.
     left_out: LeftOut,
     file: String,
 }
 
-/// A stream whose rows are those of the first: its name, and places of its channels.
+/// A stream whose rows match those of the first one by one: its name, its rows, and the indices of
+/// its channels.
 type Beside = (String, Rows, Vec<usize>);
 
-/// Finds columns in the log itself, or in another file that a channel names.
+/// Opens columns of the log itself, or of another file that a channel names.
 type OpenStream<'a> = &'a mut dyn FnMut(Option<&Path>, &Request<'_>) -> Result<Opened, LogError>;
 
 impl LogReader {
-    /// Opens all that the channels name.
+    /// Opens all files and topics that the channels name.
     ///
     /// - `file`: name of the log, for messages.
     ///
@@ -93,8 +95,8 @@ impl LogReader {
     ///
     /// # Errors
     ///
-    /// [`LogError`] naming place, column and value of the first bad reading, or
-    /// the place at which time goes wrong.
+    /// [`LogError`] with place, column and value of the first bad reading, or with the place where
+    /// the time does not increase.
     pub fn read(&mut self, block: &mut LogBlock) -> Result<bool, LogError> {
         block.clear();
         while block.len() < BLOCK {
@@ -112,8 +114,7 @@ impl LogReader {
         Ok(!block.is_empty())
     }
 
-    /// Returns how the log was sampled, so far; its period is known with the first
-    /// block.
+    /// Returns the sampling of the part that was read. The period is known after the first block.
     #[must_use]
     pub fn timing(&self) -> Timing {
         let mut timing = self.grid.timing();
@@ -127,7 +128,7 @@ impl LogReader {
         timing
     }
 
-    /// Takes at most `limit` rows, or notes the end.
+    /// Reads at most `limit` rows, or records the end of the log.
     fn more(&mut self, limit: usize) -> Result<(), LogError> {
         let count = self.first.read(limit)?;
         for (name, rows, _) in &mut self.beside {
@@ -150,9 +151,8 @@ impl LogReader {
         Ok(())
     }
 
-    /// Adds what followers measured at the times from `begin` on, and leaves out
-    /// samples that one of them does not have: before it begins, in its gaps, and
-    /// behind its end.
+    /// Adds the followers' values at the times from `begin` on. Leaves out the samples that a
+    /// follower lacks: before its beginning, in its gaps, and after its end.
     fn follow(&mut self, begin: usize, block: &mut LogBlock) -> Result<(), LogError> {
         if self.followers.is_empty() {
             return Ok(());
@@ -200,18 +200,18 @@ impl LogReader {
     }
 }
 
-/// Samples that a follower does not have.
+/// State of leaving out samples that a follower lacks.
 #[derive(Clone, Copy, Debug, Default)]
 struct LeftOut {
-    // Time of the last sample that all have.
+    // Time of the last sample that all streams have.
     last: Option<f64>,
-    // What has been since: a gap of the log, samples that were left out.
+    // Since that sample: whether the log had a gap, and whether samples were left out.
     gap: bool,
     missing: bool,
     gaps: Gaps,
 }
 
-/// How a stream says its time.
+/// Source of a stream's time.
 #[derive(Clone, Copy, Debug)]
 enum Time<'a> {
     Column(&'a ColumnName, f64),
@@ -220,7 +220,7 @@ enum Time<'a> {
     None,
 }
 
-/// Returns the streams of a log, the one whose time is used first.
+/// Returns the streams of a log. The first one gives the time.
 fn streams(channels: &Channels) -> Vec<Stream> {
     let first = match (&channels.time_stream, &channels.time) {
         (Some(stream), _) => Some(stream.clone()),
@@ -260,7 +260,7 @@ fn name_of(log: &str, stream: &Stream) -> String {
 
 /// Opens a stream.
 ///
-/// - `time`, `of`: how it says its time, and places of its channels.
+/// - `time`, `of`: source of its time, and indices of its channels.
 fn rows(
     name: &str,
     channels: &Channels,

@@ -1,4 +1,4 @@
-//! What the clock of a log says.
+//! Findings about the sampling of a log.
 
 use super::cycle::JITTER_LIMIT;
 use super::timing::{Count, Evidence, Sampling, Timing};
@@ -7,24 +7,24 @@ use crate::finding::{Finding, Severity};
 use crate::log::columns::channels::Channels;
 use crate::log::columns::origin::TimeOrigin;
 
-/// Part of the samples of which more is worth a warning.
+/// Fraction of the samples above which a count is a warning.
 const MANY_PART: f64 = 0.01;
 
-/// Rates, Hz, between which robots are sampled; and beyond which none is.
+/// Usual range of sampling rates of robots, Hz, and the range beyond which a rate is impossible.
 const USUAL_RATES_HZ: std::ops::RangeInclusive<f64> = 10.0..=5e4;
 const POSSIBLE_RATES_HZ: std::ops::RangeInclusive<f64> = 2.0..=5e5;
 
-/// The rate, Hz, that is likeliest where two units give a usual one.
+/// Rate, Hz, that is preferred if several units give a usual rate.
 const LIKELIEST_RATE_HZ: f64 = 1e3;
 
-/// Units of a time: their names, and their sizes in s.
+/// Units of time: name and size in s.
 const TIME_UNITS: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
 
-/// Judges how a log was sampled.
+/// Returns findings about the sampling of a log.
 ///
 /// - `file`: name for messages.
 ///
-/// Gaps are not judged here: what they cost depends on the filters.
+/// Gaps give no finding here, because their cost depends on the filters.
 #[must_use]
 pub(crate) fn check_timing(file: &str, channels: &Channels, timing: &Timing) -> Vec<Finding> {
     let mut findings = Vec::new();
@@ -65,8 +65,8 @@ pub(crate) fn check_timing(file: &str, channels: &Channels, timing: &Timing) -> 
     findings
 }
 
-/// Returns a finding if no robot is sampled at such a rate, but one would be if the time had
-/// another unit; an error if it is far off.
+/// Returns a finding if the sampling rate is unusual but would be usual with another unit of time.
+/// The finding is an error if the rate is impossible.
 ///
 /// - `file`: name for messages.
 /// - `period`: T as the log is read, s.
@@ -82,7 +82,7 @@ pub(crate) fn time_unit(file: &str, channels: &Channels, period: f64) -> Option<
         .filter(|(_, _, rate)| USUAL_RATES_HZ.contains(rate))
         .min_by(|a, b| off(a.2).total_cmp(&off(b.2)))?;
     let (what, line) = match (&channels.time, &channels.time_stream) {
-        // Messages say when they were sent.
+        // Times of messages have a fixed unit.
         (TimeOrigin::Messages, _) => return None,
         (TimeOrigin::Period(_), _) => (
             "period_s".to_owned(),
@@ -135,7 +135,7 @@ fn first(count: &Count) -> String {
         .map_or_else(String::new, |place| format!(", first at {place}"))
 }
 
-/// Returns a finding if something was counted; a warning if often.
+/// Returns a finding if the count is not zero; a warning if the count is high.
 fn counted(
     (file, code, count, timing): (&str, &str, &Count, &Timing),
     message: String,
@@ -155,7 +155,7 @@ fn counted(
 
 fn uneven(file: &str, channels: &Channels, timing: &Timing) -> Option<Finding> {
     let (evidence, sampling) = (timing.evidence?, timing.sampling?);
-    // Stamps with few digits are as good as none.
+    // Even sampling with small jitter needs no finding: the stamps merely have few digits.
     if sampling == Sampling::Even && timing.jitter <= JITTER_LIMIT {
         return None;
     }
@@ -214,7 +214,7 @@ fn uneven(file: &str, channels: &Channels, timing: &Timing) -> Option<Finding> {
     )))
 }
 
-/// Returns the evidence in words.
+/// Returns a text about the evidence.
 fn told(channels: &Channels, evidence: &Evidence) -> String {
     let channel = channels.all.get(evidence.channel);
     let unit = channel.map_or("rad", |channel| {
@@ -232,7 +232,7 @@ fn told(channels: &Channels, evidence: &Evidence) -> String {
     )
 }
 
-/// Returns a number with four digits.
+/// Returns a number rounded to four significant digits.
 fn rounded(x: f64) -> f64 {
     format!("{x:.3e}").parse().unwrap_or(x)
 }
@@ -270,7 +270,7 @@ mod tests {
             Some((finding.severity, finding.setting?))
         };
         let line = |severity, line: &str| Some((severity, format!("[log] {line}")));
-        // 1 kHz in ms, µs and ns, 5 kHz in ms.
+        // Sampling at 1 kHz with times in ms, µs and ns, and at 5 kHz with times in ms.
         assert_eq!(told(1.0), line(Severity::Error, "time_ms = \"t\""));
         assert_eq!(told(1e3), line(Severity::Error, "time_us = \"t\""));
         assert_eq!(told(1e6), line(Severity::Error, "time_ns = \"t\""));

@@ -1,39 +1,42 @@
-//! What time stamps tell of the clock that samples.
+//! Finds the clock of the samples from late or inexact time stamps.
 
-/// Deviation of a step from the period that is tolerated where nothing else is
-/// known, as a part of it.
+/// Tolerated deviation of a step from the period if nothing else is known, as a fraction of the
+/// period.
 ///
-/// Treating a sample as if it came a tenth of a period off misplaces a joint
-/// at 1 rad/s and 1 kHz by 1e-4 rad, as much as an encoder with 16384 counts
-/// (standard deviation of its quantisation: 1.1e-4 rad).
+/// A time error of a tenth of a period misplaces a joint that moves at 1 rad/s and is sampled at 1
+/// kHz by 1e-4 rad. This is about the quantisation noise of an encoder with 16384 counts (standard
+/// deviation 1.1e-4 rad).
 pub(crate) const JITTER_LIMIT: f64 = 0.1;
 
-/// Longer steps do not say how long one is.
+/// Steps above this multiple of the median may span missing samples, so they do not enter the
+/// period.
 const MAX_SINGLE_STEP: f64 = 1.5;
 
-/// A step of at least so many periods is a gap: the log goes on as if it began
-/// anew. In shorter ones the missing samples, three at most, are interpolated.
+/// A step of at least this number of periods is a gap, and a new segment begins after it. In
+/// shorter steps the missing samples, at most three, are interpolated.
 pub(in crate::log) const GAP_PERIODS: f64 = 4.5;
 
-/// Samples that tell whether a late stamp was late: those behind it come at once.
+/// Number of stamps examined to detect a late stamp: the stamps after a late one follow at short
+/// intervals.
 pub(in crate::log) const LOOK_AHEAD_SAMPLES: usize = 32;
 
-/// Part of a stamp's deviation by which the clock is corrected: it follows the
-/// drift of clocks, a few parts in 10 000, and not the lateness of stamps.
+/// Fraction of a stamp's deviation by which the clock is corrected. It is large enough to follow
+/// the drift of clocks, a few parts in 10 000, and small enough to ignore single late stamps.
 const CLOCK_GAIN: f64 = 1.0 / 64.0;
 
-/// How far from the usual step the period is sought, as a part of it, and in how
-/// many samples first.
+/// Range in which the period is searched about the usual step, as a fraction of it, and number of
+/// samples of the first search.
 const PERIOD_SEARCH_PART: f64 = 0.05;
 const FIRST_SEARCH_SAMPLES: usize = 128;
 
-/// A period is not found with less certainty than this.
+/// The search keeps the given period unless its resolution, as a fraction of the period, is finer
+/// than this.
 const PERIOD_TOLERANCE: f64 = 1e-2;
 
-/// Deviations count up to this part of a cycle.
+/// Deviations are clipped at this fraction of a cycle before they correct the clock.
 const CLIPPED_PHASE: f64 = 0.25;
 
-/// Returns the usual step between time stamps; 0 if there is none.
+/// Returns the usual step between time stamps; 0 if there is no step.
 pub(in crate::log) fn usual_step(times: &[f64]) -> f64 {
     let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
     steps.sort_by(f64::total_cmp);
@@ -43,27 +46,27 @@ pub(in crate::log) fn usual_step(times: &[f64]) -> f64 {
     if median <= 0.0 {
         return steps.iter().sum::<f64>() / steps.len() as f64;
     }
-    // The mean over the window: times may be printed with so few digits
-    // that single steps are off by several percent. Gaps would bias it.
+    // The mean over all steps is used, because stamps with few digits put errors of several percent
+    // on single steps. Gaps are excluded, because they would bias the mean.
     steps.retain(|step| *step < MAX_SINGLE_STEP * median);
     let mean = steps.iter().sum::<f64>() / steps.len() as f64;
     let even = |step: &f64| (step - mean).abs() <= JITTER_LIMIT * mean;
     if steps.iter().all(even) { mean } else { median }
 }
 
-/// A clock that ticks once a cycle, told from stamps that may be late.
+/// A clock that ticks once per cycle, found from stamps that may be late.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::log) struct Cycle {
-    // s.
+    // In s.
     period: f64,
-    // When it was 0.
+    // Time of tick 0, s.
     base: f64,
-    // Of the last sample; none before the first.
+    // Tick of the last sample; `None` before the first.
     index: Option<f64>,
 }
 
 impl Cycle {
-    /// Returns a clock that will tick 0 at the first of `times`.
+    /// Returns a clock whose tick 0 is at the first of `times`.
     pub(in crate::log) fn new(cycle: f64, times: &[f64]) -> Self {
         let first = times.first().copied().unwrap_or_default();
         Self {
@@ -73,7 +76,7 @@ impl Cycle {
         }
     }
 
-    /// Returns a clock that ticked `index` at the stamp `last`.
+    /// Returns a clock whose tick `index` was at the stamp `last`.
     pub(in crate::log) fn after(cycle: f64, last: f64, index: f64, times: &[f64]) -> Self {
         Self {
             period: cycle,
@@ -82,12 +85,13 @@ impl Cycle {
         }
     }
 
-    /// Returns the tick of the next sample, a whole number above the last.
+    /// Returns the tick of the next sample, a whole number above the last one.
     ///
-    /// - `times`: its stamp and up to [`LOOK_AHEAD_SAMPLES`] that follow.
+    /// - `times`: stamps of this sample and of later ones; the first [`LOOK_AHEAD_SAMPLES`] are used.
     ///
-    /// A stamp is late, not early, and each tick gives one sample: a sample came no
-    /// later than any behind it, less one tick for each between.
+    /// Stamps may be late but not early, and there is at most one sample per tick. Therefore the
+    /// tick is at most the tick nearest to each later stamp, minus the number of samples up to that
+    /// stamp.
     pub(in crate::log) fn next(&mut self, times: &[f64]) -> f64 {
         let nearest = |time: f64| ((time - self.base) / self.period).round();
         let bounds = times.iter().take(LOOK_AHEAD_SAMPLES).enumerate();
@@ -107,37 +111,36 @@ impl Cycle {
         index
     }
 
-    /// Returns the time of the last tick, as stamps have it on average, s.
+    /// Returns the time of the last tick, s, including the mean lateness of the stamps.
     pub(in crate::log) fn time(&self) -> f64 {
         self.base + self.index.unwrap_or_default() * self.period
     }
 
-    /// Calls the tick of the next sample 0.
+    /// Defines the tick of the next sample as tick 0.
     ///
-    /// - `times`: its stamp and those that follow.
+    /// - `times`: stamp of this sample and those that follow.
     pub(in crate::log) fn begin(&mut self, times: &[f64]) {
         self.index = None;
-        // A first stamp that is late shows by those that come at once behind it.
+        // If the first stamp is late, the stamps after it follow at short intervals.
         let index = self.next(times);
         self.base += index * self.period;
         self.index = Some(0.0);
     }
 
-    /// Begins anew and listens anew to when ticks come, as after a gap.
+    /// Finds the phase of the ticks again and restarts at tick 0, for example after a gap.
     pub(in crate::log) fn restart(&mut self, times: &[f64]) {
         *self = Self::new(self.period, times);
         self.begin(times);
     }
 }
 
-/// Returns by how much ticks come after `from` and whole cycles, half a cycle at
-/// most.
+/// Returns the phase of the ticks relative to `from`, in s, between minus and plus half a cycle.
 fn phase(cycle: f64, from: f64, times: &[f64]) -> f64 {
     let (sine, cosine) = coherence(cycle, from, times);
     sine.atan2(cosine) * cycle / std::f64::consts::TAU
 }
 
-/// Returns sums of sines and cosines of stamps that turn once a cycle.
+/// Returns the sums of the sines and of the cosines of the stamps' phase angles within the cycle.
 fn coherence(cycle: f64, from: f64, times: &[f64]) -> (f64, f64) {
     let turn = std::f64::consts::TAU / cycle;
     let (mut sine, mut cosine) = (0.0, 0.0);
@@ -151,16 +154,16 @@ fn coherence(cycle: f64, from: f64, times: &[f64]) -> (f64, f64) {
     (sine, cosine)
 }
 
-/// Returns the cycle within [`PERIOD_SEARCH_PART`] of `cycle` to which stamps keep best.
+/// Returns the cycle within [`PERIOD_SEARCH_PART`] of `cycle` that fits the stamps best.
 ///
-/// The peak of their periodogram: stamps that are late now and then, and samples
-/// that are missing, do not move it as they move means and medians of steps.
+/// The result is the peak of the stamps' periodogram. Occasional late stamps and missing samples
+/// shift the mean and the median of the steps, but they hardly shift this peak.
 pub(in crate::log) fn refined(cycle: f64, times: &[f64]) -> f64 {
     let Some(&first) = times.first() else {
         return cycle;
     };
     let mut count = FIRST_SEARCH_SAMPLES.min(times.len());
-    // The peak is one turn over all stamps wide.
+    // The width of the peak is one turn over all stamps, a fraction 1/count of the cycle.
     let mut best = highest(
         cycle,
         PERIOD_SEARCH_PART,
@@ -181,9 +184,9 @@ pub(in crate::log) fn refined(cycle: f64, times: &[f64]) -> f64 {
     }
 }
 
-/// Returns the cycle near another to which stamps keep best.
+/// Returns the cycle near `cycle` that fits the stamps best.
 ///
-/// - `reach`, `step`: how far and how finely it is sought, as parts of it.
+/// - `reach`, `step`: range and resolution of the search, as fractions of `cycle`.
 fn highest(cycle: f64, reach: f64, step: f64, first: f64, times: &[f64]) -> f64 {
     let steps = (reach / step).ceil() as i32;
     let (mut best, mut most) = (cycle, f64::NEG_INFINITY);
@@ -203,7 +206,7 @@ mod tests {
 
     #[test]
     fn period_of_rounded_times_is_unbiased() {
-        // 960 Hz printed with four decimals: steps of 1.0 and 1.1 ms.
+        // Times at 960 Hz, printed with four decimals, have steps of 1.0 and 1.1 ms.
         let times: Vec<f64> = (0..257)
             .map(|k| (f64::from(k) / 960.0 * 1e4).round() / 1e4)
             .collect();
@@ -213,8 +216,9 @@ mod tests {
 
     #[test]
     fn late_stamps_tell_their_ticks() {
-        // Every stamp is late by up to a third of a cycle; three come together,
-        // two cycles late; one tick is missing; the clock is fast by 1e-4.
+        // Every stamp is late by up to a third of a cycle. Every 500th stamp is 2.1 cycles late, so
+        // the stamps after it follow at once. One tick is missing. The cycle is longer than 1 ms by
+        // a factor of 1 + 1e-4.
         let ticks: Vec<f64> = (0..3000).filter(|k| *k != 700).map(f64::from).collect();
         let mut state = 1_u64;
         let mut times: Vec<f64> = Vec::new();

@@ -1,34 +1,35 @@
-//! Whether samples were taken when their time stamps say.
+//! Decides whether samples were taken at the times of their stamps.
 
 use super::cycle::{Cycle, refined};
 use super::resample::lagrange;
 use super::timing::{Evidence, Sampling};
 
-/// Steps that differ by less than this part of a period are even.
+/// Steps that differ from the period by less than this fraction of it are even.
 pub(in crate::log) const EVEN_STEP_PART: f64 = 0.02;
 
-/// Parts of the usual step that a cycle may be.
+/// Numbers of cycles per usual step that are tried.
 const CYCLES_PER_STEP: [f64; 6] = [2.0, 3.0, 4.0, 5.0, 8.0, 10.0];
 
-/// Neighbours share samples, so this many say as much as one.
+/// Neighbouring residuals share samples, so this number of them counts as one independent residual.
 const SHARED_RATIO: f64 = 4.0;
 
-/// Logarithm of the likelihood ratio that decides: 150 to 1.
+/// Threshold for the logarithm of the likelihood ratio, 150 to 1.
 const DECISIVE_RATIO: f64 = 5.0;
 
-/// A cycle must lower the mean square by this factor: of six that are tried one
-/// comes near to the stamps by being short.
+/// A cycle must reduce the mean square by this factor, because among six tried cycles a short one
+/// fits any stamps closely by chance.
 const CLEAR_RATIO: f64 = 0.5;
 
-/// Returns what positions say about the times of samples, and the answer if it is
-/// clear.
+/// Compares three hypotheses about the times of samples: as stamped, even, or on a cycle. Returns
+/// the evidence, and the answer if the evidence is decisive.
 ///
-/// - `times`: stamps, s; `period`: the usual step, s; `longest`: steps of so many
-///   periods are gaps.
+/// - `times`: stamps, s.
+/// - `period`: the usual step, s.
+/// - `longest`: steps above this number of periods are gaps.
 /// - `channels`: indices and values.
 ///
-/// A joint that moves at v and is seen δ too early misses its place by v·δ: with
-/// the right times samples lie nearest to the cubic through their neighbours.
+/// A time error δ displaces a joint that moves at v by v·δ. So with the right times the samples lie
+/// closest to the cubic through their neighbours.
 pub(in crate::log) fn weigh(
     times: &[f64],
     period: f64,
@@ -109,7 +110,7 @@ pub(in crate::log) fn weigh(
     (evidence, answer)
 }
 
-/// Returns the times of ticks that stamps tell.
+/// Returns the times of the ticks that belong to the stamps.
 fn ticks(cycle: f64, times: &[f64]) -> Vec<f64> {
     let mut clock = Cycle::new(cycle, times);
     (0..times.len())
@@ -117,8 +118,9 @@ fn ticks(cycle: f64, times: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Returns weights of five samples: of the middle one less the cubic through the
-/// others, so that white noise of each gives noise of the same size.
+/// Returns the weights of five samples for the distance of the middle sample from the cubic through
+/// the other four. The weights have norm 1, so white noise gives the same mean square for all
+/// times.
 fn of_neighbours(times: &[f64]) -> [f64; 5] {
     let others = [times[0], times[1], times[3], times[4]];
     let mut weights = [0.0; 5];
@@ -133,7 +135,7 @@ fn of_neighbours(times: &[f64]) -> [f64; 5] {
 fn mean_square(weights: &[[f64; 5]], places: &[usize], values: &[f64]) -> f64 {
     let mut sum = 0.0;
     for (weights, &k) in weights.iter().zip(places) {
-        // From the middle one, so that large positions lose no digits.
+        // Values are taken relative to the middle one, so large positions lose no digits.
         let (middle, near) = (values[k], &values[k - 2..k + 3]);
         let miss: f64 = weights
             .iter()

@@ -1,4 +1,4 @@
-//! Samples as they come, and even ones as they go.
+//! Puts samples with arbitrary time stamps on an even grid.
 
 use super::cycle::{Cycle, GAP_PERIODS, JITTER_LIMIT, LOOK_AHEAD_SAMPLES, refined, usual_step};
 use super::evidence::{EVEN_STEP_PART, weigh};
@@ -8,26 +8,26 @@ use super::watch::Watch;
 use crate::log::block::LogBlock;
 use crate::log::error::{LogError, Place};
 
-/// Samples from which the period is learned.
+/// Number of samples from which the period is found.
 const LEARNING_SAMPLES: usize = 257;
 
-/// Samples by which it is decided when uneven ones were taken.
+/// Number of samples from which the sampling times of uneven samples are decided.
 const DECIDING_SAMPLES: usize = 4096;
 
 /// Puts samples on a uniform grid.
 pub(in crate::log) struct Grid {
     file: String,
     asked: Option<Sampling>,
-    // Channels that tell of motion, by their index among all.
+    // Channels that show motion: index within the stream, and index among all channels.
     telling: Vec<(usize, usize)>,
     stage: Stage,
-    // Samples that wait until their place is known.
+    // Samples that wait until their place on the grid is known.
     waiting: Waiting,
-    // Stamp of the last sample that came, and of the last that was placed.
+    // Stamp of the last sample taken, of the first, and of the last sample placed.
     last: Option<f64>,
     first: f64,
     placed: Option<f64>,
-    // Where that was, in periods since the segment began.
+    // Place of the last placed sample, in periods since the segment began.
     at: f64,
     watch: Watch,
     resampler: Resampler,
@@ -36,20 +36,20 @@ pub(in crate::log) struct Grid {
     ready: LogBlock,
 }
 
-/// What is known of the clock.
+/// Knowledge about the clock.
 #[derive(Clone, Copy, Debug)]
 enum Stage {
     Learning,
-    /// Nothing uneven has been seen.
+    /// All steps so far were even.
     Plain,
     Deciding,
-    /// Samples were taken when stamped.
+    /// Samples were taken at the times of their stamps.
     Stamped,
-    /// Samples were taken at ticks, so many a period.
+    /// Samples were taken at ticks of a clock, `per` ticks per period.
     Ticks {
         clock: Cycle,
         per: f64,
-        // Whether stamps are near enough to be kept.
+        // Whether the stamps are close enough to the ticks to be used as times.
         near: bool,
     },
 }
@@ -62,16 +62,16 @@ struct Waiting {
 }
 
 impl Grid {
-    /// - `asked`: when samples were taken, if it is said.
-    /// - `smooth`: of each channel of the stream whether it is a position.
-    /// - `channels`: their indices among all.
+    /// - `asked`: when samples were taken, if the experiment declares it.
+    /// - `smooth`: for each channel of the stream, whether it is a position.
+    /// - `channels`: indices of these channels among all.
     pub(in crate::log) fn new(
         file: &str,
         asked: Option<Sampling>,
         smooth: &[bool],
         channels: &[usize],
     ) -> Self {
-        // Torques tell something where there are no positions.
+        // If a stream has no positions, its torques are used.
         let all = !smooth.contains(&true);
         let telling = (channels.iter().copied().enumerate())
             .filter(|&(own, _)| all || smooth[own])
@@ -94,7 +94,7 @@ impl Grid {
         }
     }
 
-    /// Returns how the log was sampled, so far.
+    /// Returns the sampling of the part that was read.
     pub(in crate::log) fn timing(&self) -> Timing {
         let (steps, squares) = self.steps;
         Timing {
@@ -110,9 +110,9 @@ impl Grid {
         self.ready.len()
     }
 
-    /// Moves at most `limit` samples that are ready to the end of `out`.
+    /// Moves at most `limit` ready samples to the end of `out`.
     ///
-    /// - `channels`: places of the own channels in it.
+    /// - `channels`: indices of this grid's channels in `out`.
     pub(in crate::log) fn hand_on(&mut self, limit: usize, channels: &[usize], out: &mut LogBlock) {
         let count = limit.min(self.ready.len());
         let begin = out.len();
@@ -132,11 +132,12 @@ impl Grid {
 
     /// Takes the next sample.
     ///
-    /// - `values`: one of each channel.
+    /// - `values`: one value per channel.
     ///
     /// # Errors
     ///
-    /// [`LogError::TimeNotIncreasing`], or that a period is not that of the log.
+    /// [`LogError::TimeNotIncreasing`], or [`LogError::Format`] if the declared period contradicts
+    /// the log.
     pub(in crate::log) fn take(
         &mut self,
         place: Place,
@@ -189,8 +190,7 @@ impl Grid {
     ///
     /// # Errors
     ///
-    /// [`LogError::TooShort`] for fewer than two samples, and those of
-    /// [`take`](Self::take).
+    /// [`LogError::TooShort`] for fewer than two samples, and the errors of [`take`](Self::take).
     pub(in crate::log) fn finish(&mut self) -> Result<(), LogError> {
         if self.timing.recorded < 2 {
             return Err(LogError::TooShort {
@@ -211,7 +211,8 @@ impl Grid {
         Ok(())
     }
 
-    /// Returns whether samples may have one time stamp: if stamps need not be right.
+    /// Returns whether samples may share one time stamp, because the declared sampling does not
+    /// rely on exact stamps.
     fn may_repeat(&self) -> bool {
         matches!(self.asked, Some(Sampling::Even | Sampling::OnCycle(_)))
     }
@@ -267,8 +268,8 @@ impl Grid {
         Ok(())
     }
 
-    /// Returns by how much a step may differ from whole periods until it is asked
-    /// what that means, as a part of the period.
+    /// Returns the deviation of a step from whole periods that is accepted without further
+    /// analysis, as a fraction of the period.
     fn tolerance(&self) -> f64 {
         match self.asked {
             Some(Sampling::AsStamped) => SAME_TIME_PART,
@@ -278,7 +279,7 @@ impl Grid {
 
     fn decide(&mut self) {
         let (times, period) = (&self.waiting.times, self.timing.period);
-        // What went before has a period already.
+        // Samples that were placed already used this period, so it stays.
         let fixed = self.placed.is_some();
         let (evidence, told) = if self.asked.is_some() {
             (None, None)
@@ -327,7 +328,7 @@ impl Grid {
         self.flush();
     }
 
-    /// Places the samples that waited.
+    /// Places the waiting samples.
     fn flush(&mut self) {
         if matches!(self.stage, Stage::Ticks { .. }) {
             self.tick(false);
@@ -345,8 +346,7 @@ impl Grid {
         }
     }
 
-    /// Places a sample whose step is a whole number of periods; returns false if it
-    /// is not.
+    /// Places a sample whose step is a whole number of periods. Returns false if the step is not.
     fn plain(&mut self, place: Place, time: f64, values: impl Iterator<Item = f64>) -> bool {
         let Some(before) = self.placed else {
             self.put(place, time, 0.0, time, values);
@@ -362,7 +362,7 @@ impl Grid {
     fn stamped(&mut self, place: Place, time: f64, values: impl Iterator<Item = f64>) {
         let step = self.placed.map_or(0.0, |before| time - before);
         let at = self.at + step / self.timing.period;
-        // So that no sum of roundings hides an even sample.
+        // Rounding errors must not accumulate, because they would hide even samples.
         let near = (at - at.round()).abs() <= SAME_TIME_PART;
         self.put(
             place,
@@ -373,7 +373,7 @@ impl Grid {
         );
     }
 
-    /// Places those that waited for the stamps behind them.
+    /// Places the waiting samples whose later stamps are known.
     fn tick(&mut self, ended: bool) {
         let Stage::Ticks {
             mut clock,
@@ -412,10 +412,10 @@ impl Grid {
         self.waiting.let_go(until);
     }
 
-    /// Hands a sample to the resampler.
+    /// Passes a sample to the resampler.
     ///
-    /// - `at`: its place, in periods since the segment began; beyond [`GAP_PERIODS`] it
-    ///   begins another.
+    /// - `at`: its place, in periods since the segment began. A step of at least [`GAP_PERIODS`]
+    ///   begins a new segment.
     fn put(
         &mut self,
         place: Place,
@@ -467,8 +467,8 @@ impl Waiting {
     }
 }
 
-/// Returns how many periods a step has, nothing if it is uneven; those of gaps are
-/// not counted with care.
+/// Returns the number of periods of a step, or `None` if the step is uneven. The number of a gap is
+/// not rounded.
 fn whole(step: f64, period: f64, tolerance: f64) -> Option<f64> {
     let periods = step / period;
     if periods >= GAP_PERIODS {

@@ -1,8 +1,8 @@
-//! When samples were taken: the clock behind time stamps, and even samples of uneven ones.
+//! Sampling times: the clock behind the time stamps, and resampling of uneven samples.
 //!
-//! [`cycle`] follows a clock that ticks once a period; [`evidence`] weighs whether stamps or
-//! the clock say when samples were taken; [`resample`] interpolates; [`grid`] puts all together.
-//! [`timing`] has the figures, [`check`] says what they mean.
+//! [`cycle`] tracks a clock that ticks once per period. [`evidence`] decides whether samples were
+//! taken at the stamps or at the ticks of the clock. [`resample`] interpolates. [`grid`] combines
+//! these steps. [`timing`] holds the results, and [`check`] makes findings from them.
 
 mod check;
 mod cycle;

@@ -1,43 +1,42 @@
-//! From samples at any times to even ones.
+//! Resamples uneven samples onto an even grid.
 //!
-//! Positions go through the cubic of the two samples before and the two behind:
-//! it has no phase, and meets constant acceleration and jerk exactly, so that
-//! velocities keep their mean. Torques are held from sample to sample; their mean
-//! over a period is a straight line between two.
+//! Positions are interpolated by the cubic through two samples before and two after. The cubic has
+//! no phase and reproduces constant acceleration and jerk exactly, so velocities keep their mean.
+//! Torques are held from sample to sample, so their mean over a shifted period is the linear
+//! interpolation of two samples.
 
 use crate::log::block::LogBlock;
 
-/// Times that differ by less than this part of a period are the same.
+/// Times that differ by less than this fraction of a period are equal.
 pub(in crate::log) const SAME_TIME_PART: f64 = 1e-9;
 
-/// Outer samples of a cubic are at least this far from the inner ones, as a part
-/// of the step between those, or of a period: samples that are almost one would
-/// amplify their noise.
+/// Minimum distance of the outer samples of a cubic from the inner ones, as a fraction of the
+/// larger of inner step and period. Samples that almost coincide would amplify their noise.
 const MIN_STEP_PART: f64 = 0.5;
 
-/// Samples in which an outer one is looked for.
+/// Number of samples searched for an outer sample.
 const REACH_SAMPLES: usize = 8;
 
-/// Samples that are kept at most before old ones are let go.
+/// Number of samples above which old samples are dropped.
 const KEPT_SAMPLES: usize = 256;
 
-/// Samples on their way to even ones.
+/// Samples before resampling, and the state of the resampling.
 #[derive(Clone, Debug)]
 pub(in crate::log) struct Resampler {
-    // Of each channel: whether it is a position, not a torque.
+    // For each channel, whether it is a position (and not a torque).
     smooth: Vec<bool>,
-    // In periods since the segment began.
+    // Places of the samples, in periods since the segment began.
     at: Vec<f64>,
     time: Vec<f64>,
     values: Vec<Vec<f64>>,
-    // The next even sample, and the last one at or before it.
+    // Place of the next even sample, and index of the last sample at or before it.
     next: f64,
     last: usize,
     pub(in crate::log) interpolated: u64,
 }
 
 impl Resampler {
-    /// - `smooth`: of each channel whether it is a position.
+    /// - `smooth`: for each channel, whether it is a position.
     pub(in crate::log) fn new(smooth: Vec<bool>) -> Self {
         Self {
             at: Vec::new(),
@@ -50,9 +49,9 @@ impl Resampler {
         }
     }
 
-    /// Takes the next sample and appends even ones to `out`.
+    /// Takes the next sample and appends even samples to `out`.
     ///
-    /// - `at`: when it was taken, in periods since the segment began; `time`: in s.
+    /// - `at`: place of the sample, in periods since the segment began; `time`: in s.
     pub(in crate::log) fn push(
         &mut self,
         at: f64,
@@ -77,7 +76,7 @@ impl Resampler {
         }
     }
 
-    /// Ends a segment: the next sample has nothing to do with those before.
+    /// Ends a segment. Later samples are not interpolated with earlier ones.
     pub(in crate::log) fn end(&mut self, out: &mut LogBlock) {
         self.advance(true, out);
         self.at.clear();
@@ -110,8 +109,8 @@ impl Resampler {
         }
     }
 
-    /// Appends the next even sample, behind the `k`th one; returns false if those
-    /// that it needs are not there.
+    /// Appends the next even sample, which lies after the `k`th sample. Returns false if the
+    /// samples needed for it have not arrived.
     fn between(&mut self, k: usize, ended: bool, out: &mut LogBlock) -> bool {
         let Some(&ahead) = self.at.get(k + 1) else {
             return false;
@@ -153,7 +152,7 @@ impl Resampler {
     }
 }
 
-/// Returns the weight of the `i`th of some values in the polynomial through all.
+/// Returns the Lagrange weight of the `i`th value in the polynomial through all values.
 pub(in crate::log) fn lagrange(times: &[f64], i: usize, time: f64) -> f64 {
     (times.iter().enumerate())
         .filter(|&(j, _)| j != i)
@@ -182,7 +181,7 @@ mod tests {
 
     #[test]
     fn cubics_are_met_and_even_samples_stay() {
-        // Jitter of 40 %, two samples almost at once, three missing.
+        // The jitter is 40 %, two samples almost coincide, and three samples are missing.
         let mut at: Vec<f64> = (0..900)
             .filter(|k| !(500..503).contains(k))
             .map(|k| f64::from(k) + if k % 7 == 3 { 0.4 } else { 0.0 })
@@ -191,20 +190,20 @@ mod tests {
         let cubic = |t: f64| 1.0 + t * (0.3 + t * (2e-3 - 1e-5 * t));
         let (out, interpolated) = resampled(&at, cubic);
         assert_eq!(out.len(), 900);
-        // Behind the last even one is none for the cubic.
+        // After the last even sample, the cubic lacks its outer sample.
         for (k, value) in out.values[0].iter().enumerate().take(899) {
             let error = (value - cubic(k as f64)).abs() / cubic(k as f64).abs().max(1.0);
             assert!(error < 1e-9, "{k}: {error}");
             assert!((out.time[k] - 2.0 - 1e-3 * k as f64).abs() < 1e-12);
         }
-        // Every seventh came late; of the three that are missing one would have.
+        // Every seventh sample is late. One of the three missing samples would also have been late.
         assert_eq!(interpolated, 129 + 2);
         assert_eq!(out.values[1][2].to_bits(), cubic(2.0).to_bits());
     }
 
     #[test]
     fn noise_is_not_amplified() {
-        // The worst of all weights: many steps at random, some almost 0.
+        // Many random steps, some of them almost 0, give the largest weights.
         let mut state = 1_u64;
         let mut at = vec![0.0];
         for _ in 0..5000 {

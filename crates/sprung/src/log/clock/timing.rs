@@ -1,20 +1,20 @@
-//! Figures of how a log was sampled.
+//! Results of the analysis of a log's sampling.
 
 use crate::log::error::Place;
 
-/// When the samples of a log were taken.
+/// Times at which the samples of a log were taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Sampling {
-    /// One each period; time stamps that say otherwise were rounded or late.
+    /// Once per period; deviating time stamps were rounded or late.
     Even,
-    /// At whole multiples of a cycle, s, which time stamps tell to the nearest.
+    /// At whole multiples of a cycle, s; the time stamps show which multiples.
     OnCycle(f64),
-    /// When their time stamps say.
+    /// At the times of the stamps.
     AsStamped,
 }
 
 impl Sampling {
-    /// Returns the name in files.
+    /// Returns the name used in files.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -24,7 +24,7 @@ impl Sampling {
         }
     }
 
-    /// Returns the cycle, s, if there is one.
+    /// Returns the cycle, s, for sampling on a cycle.
     #[must_use]
     pub fn cycle(self) -> Option<f64> {
         match self {
@@ -34,17 +34,17 @@ impl Sampling {
     }
 }
 
-/// Something that happened at samples.
+/// Number of occurrences, with the place of the first.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Count {
-    /// How often.
+    /// Number of occurrences.
     pub count: u64,
-    /// Where first.
+    /// Place of the first.
     pub first: Option<Place>,
 }
 
 impl Count {
-    /// Counts `more` at a place.
+    /// Adds `more` occurrences at a place.
     pub(in crate::log) fn add(&mut self, more: u64, place: impl Into<Option<Place>>) {
         if more > 0 {
             self.count += more;
@@ -56,59 +56,59 @@ impl Count {
 /// Gaps of a log.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Gaps {
-    /// How many.
+    /// Number of gaps.
     pub count: u64,
-    /// How long together, s.
+    /// Total duration, s.
     pub duration: f64,
 }
 
-/// What tells stamped from even samples: how far samples lie from the cubic
-/// through their four neighbours, where steps are uneven.
+/// Evidence about sampling times: distances of samples from the cubic through their four
+/// neighbours, at uneven steps.
 ///
-/// Root mean squares of the most telling channel, in its unit, made alike for
-/// all by the noise that they would show without any motion.
+/// The values are root mean squares for the channel that differs most between the hypotheses, in
+/// its unit. They are scaled so that white noise alone gives equal values under all hypotheses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Evidence {
-    /// Samples that were looked at.
+    /// Number of samples examined.
     pub samples: u64,
     /// Index of the channel in [`Channels::all`](crate::log::Channels::all).
     pub channel: usize,
-    /// If samples were taken when stamped.
+    /// Distance if samples were taken as stamped.
     pub stamped: f64,
-    /// If evenly.
+    /// Distance if samples were taken evenly.
     pub even: f64,
-    /// If at multiples of the likeliest cycle, s.
+    /// Likeliest cycle, s, and the distance if samples were taken at its multiples.
     pub on_cycle: (f64, f64),
-    /// Whether this decides.
+    /// Whether the evidence is decisive.
     pub decisive: bool,
 }
 
-/// How a log was sampled, so far.
+/// Sampling of the part of a log that was read.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Timing {
-    /// Samples in the file.
+    /// Number of samples in the file.
     pub recorded: u64,
-    /// Period of the samples that are handed on, s; 0 until it is known.
+    /// Period of the resampled log, s; 0 until it is known.
     pub period: f64,
     /// Time between the first and the last sample, s.
     pub duration: f64,
-    /// Largest deviation of a step between time stamps from the period (of
-    /// missing samples: from so many periods), as a part of the period.
+    /// Largest deviation of a step between time stamps from the nearest whole number of periods, as
+    /// a fraction of the period.
     pub jitter: f64,
-    /// Root mean square of these deviations.
+    /// Root mean square of these deviations, as a fraction of the period.
     pub jitter_rms: f64,
-    /// When samples were taken; nothing until that is known.
+    /// When samples were taken; `None` until it is known.
     pub sampling: Option<Sampling>,
-    /// What that was decided by, if it had to be.
+    /// Evidence for this decision, if it was needed.
     pub evidence: Option<Evidence>,
-    /// Samples that were written twice, with one time, and left out.
+    /// Samples left out because they repeat the time and the values of the preceding one.
     pub repeated: Count,
-    /// Samples that repeat all values of the one before although a joint moves.
+    /// Samples that repeat all values of the preceding one although a joint moves.
     pub frozen: Count,
-    /// Samples that are missing, at most three together, and were interpolated.
+    /// Missing samples that were interpolated, at most three in a row.
     pub dropped: Count,
-    /// Samples between which more are missing.
+    /// Gaps, in which more samples are missing.
     pub gaps: Gaps,
-    /// Samples handed on that were interpolated.
+    /// Number of resampled samples that were interpolated.
     pub interpolated: u64,
 }

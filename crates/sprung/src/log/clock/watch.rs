@@ -1,27 +1,27 @@
-//! Samples that were written twice.
+//! Counts samples that repeat the values of the preceding one.
 
 use super::timing::Timing;
 use crate::log::error::Place;
 
-/// Counts per step that a position moves at least where a sample that repeats the
-/// one before is no rest.
+/// A repeated sample counts as frozen only if a position moves at least this number of encoder
+/// counts per step before and after it. At lower speeds the joint may be at rest.
 const MIN_COUNTS_PER_STEP: f64 = 3.0;
 
-/// Looks for samples that repeat the one before.
+/// Detects samples that repeat the preceding one.
 #[derive(Clone, Debug)]
 pub(in crate::log) struct Watch {
     smooth: Vec<bool>,
     last: Vec<f64>,
-    // The last step that was one, and the smallest, of each channel.
+    // Last step between different samples, and smallest nonzero step, of each channel.
     step: Vec<f64>,
     least: Vec<f64>,
-    // Samples that repeat the last, and where the first of them stands.
+    // Number of samples that repeat the last one, and place of the first of these.
     same: u64,
     place: Option<Place>,
 }
 
 impl Watch {
-    /// - `smooth`: of each channel whether it is a position.
+    /// - `smooth`: for each channel, whether it is a position.
     pub(in crate::log) fn new(smooth: Vec<bool>) -> Self {
         let count = smooth.len();
         Self {
@@ -34,7 +34,7 @@ impl Watch {
         }
     }
 
-    /// Returns whether these are the values of the last sample.
+    /// Returns whether these values equal those of the last sample.
     pub(in crate::log) fn same(&self, values: impl Iterator<Item = f64>) -> bool {
         let same = |(a, b): (&f64, f64)| a.to_bits() == b.to_bits();
         self.last.iter().zip(values).all(same)

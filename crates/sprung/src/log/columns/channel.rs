@@ -8,42 +8,42 @@ use crate::description::{Delay, Quantity};
 pub struct Channel {
     /// Name of the column for messages, and as a key of `delay_s`, `sign` and `gain`.
     pub column: String,
-    /// Where its readings come from.
+    /// Source of its readings.
     pub origin: Origin,
-    /// What it measures.
+    /// Measured quantity.
     pub quantity: Quantity,
-    /// Joint, from 0.
+    /// Index of the joint, from 0.
     pub joint: usize,
-    /// The reading times this is the quantity in SI units.
+    /// Factor from the reading to the quantity in SI units.
     pub factor: f64,
-    /// How much later than the others it was recorded.
+    /// Delay relative to the other channels.
     pub delay: Option<Delay>,
-    /// Whether its sign is to be found from the log; `factor` has it positive.
+    /// Whether the sign is estimated from the log; `factor` then assumes +1.
     pub open_sign: bool,
-    /// Whether its gain is to be found from the log; `factor` has it 1.
+    /// Whether the gain is estimated from the log; `factor` then assumes 1.
     pub open_gain: bool,
 }
 
-/// What a description leaves open about a log.
+/// Information that the description lacks about a log.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ChannelError {
-    /// A quantity has no columns.
+    /// The description names no columns for a quantity.
     #[error("[log] does not say which columns hold {what}; add {keys}")]
     NotSaid {
         /// The quantity.
         what: &'static str,
-        /// The keys that say it.
+        /// The keys that name its columns.
         keys: &'static str,
     },
-    /// Currents or voltages cannot become torques.
+    /// A constant for the conversion of currents or voltages to torques is missing.
     #[error("{joint}: {key} is needed to turn the log's {unit} into motor torque")]
     NoConstant {
         /// Name of the joint.
         joint: String,
         /// The key that is missing.
         key: &'static str,
-        /// What the log holds.
+        /// The logged quantity: currents or voltages.
         unit: &'static str,
     },
 }

@@ -1,4 +1,4 @@
-//! Which columns hold what, and how they become SI units on the output side.
+//! Assigns columns to quantities, and converts them to SI units on the output side.
 
 use sprung_core::chain::JointKind;
 
@@ -10,35 +10,36 @@ use super::time::{sampling, time};
 use crate::description::{CsvForm, Key, Log, Quantity, Robot, Scaling, Side, Signal, Unit};
 use crate::log::clock::timing::Sampling;
 
-/// The channels of a log: links, motors and torques, joint by joint.
+/// The channels of a log: link positions, motor positions and motor torques, joint by joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channels {
-    /// Where the time comes from.
+    /// Source of the time.
     pub time: TimeOrigin,
-    /// The stream whose time it is, if that is said.
+    /// The stream that gives the time, if it is declared.
     pub time_stream: Option<Stream>,
-    /// The reading times this is the time in s.
+    /// Factor from the reading to the time in s.
     pub time_factor: f64,
-    /// When samples were taken, if that is said.
+    /// When samples were taken, if it is declared.
     pub sampling: Option<Sampling>,
     /// Whether times are dates.
     pub dates: bool,
-    /// How CSV is written, where it does not show.
+    /// Form of CSV files, as far as the description declares it.
     pub csv: CsvForm,
     /// Link, motor and torque channels.
     pub all: Vec<Channel>,
-    /// Whether the torques are those that acted, as commands are, without noise.
+    /// Whether the torques acted exactly as logged, for example commands without noise.
     pub exact_torque: bool,
-    /// Whether each joint is rigid: its motor's position is its link's.
+    /// Whether each joint is rigid, so that its motor and link positions are equal.
     pub rigid: Vec<bool>,
-    /// Whether each joint turns; otherwise it slides.
+    /// Whether each joint is revolute; otherwise it is prismatic.
     pub turns: Vec<bool>,
-    /// What is added to positions of links and motors, rad, \[n\].
+    /// Offsets that are added to the positions of links and motors, rad, \[n\].
     pub offsets: Vec<f64>,
-    /// From positions of the motors to those of the joints, if they are
-    /// recorded before a coupled transmission.
+    /// Conversion of motor positions to joint positions, if they are recorded before a coupled
+    /// transmission.
     pub position_mix: Option<Mix>,
-    /// From torques of the motors to those of the joints, likewise.
+    /// Conversion of motor torques to joint torques, if they are recorded before a coupled
+    /// transmission.
     pub torque_mix: Option<Mix>,
 }
 
@@ -47,7 +48,7 @@ impl Channels {
     ///
     /// # Errors
     ///
-    /// [`ChannelError`] if a quantity is not named or not convertible.
+    /// [`ChannelError`] if a quantity has no column or cannot be converted.
     pub fn new(robot: &Robot, log: &Log) -> Result<Self, ChannelError> {
         let all = channels(robot, log)?;
         let timeless = |channel: &Channel| {
@@ -97,7 +98,7 @@ impl Channels {
         })
     }
 
-    /// Returns the index in [`Channels::all`] of a joint's channel.
+    /// Returns the index in [`Channels::all`] of the channel with this quantity and joint.
     #[must_use]
     pub fn index(&self, quantity: Quantity, joint: usize) -> Option<usize> {
         self.all
@@ -105,15 +106,15 @@ impl Channels {
             .position(|c| c.quantity == quantity && c.joint == joint)
     }
 
-    /// Returns the index in [`Channels::all`] of the channel that tells a signal of a joint.
+    /// Returns the index in [`Channels::all`] of the channel that gives a signal of a joint.
     #[must_use]
     pub fn telling(&self, signal: Signal, joint: usize) -> Option<usize> {
         (self.all.iter()).position(|c| c.quantity.signal() == signal && c.joint == joint)
     }
 
-    /// Returns the channels with the meanings of a joint's link and motor
-    /// columns exchanged, for testing that suspicion; nothing if the link is
-    /// logged as deflection. Blocks keep their order.
+    /// Returns the channels with link and motor columns of a joint exchanged, to test whether they
+    /// are exchanged in the description; `None` if one of the two positions has no column of its
+    /// own. The order of the values in blocks stays.
     #[must_use]
     pub fn exchanged(&self, joint: usize) -> Option<Self> {
         let link = self.index(Quantity::LinkPosition, joint)?;
@@ -124,8 +125,8 @@ impl Channels {
         Some(exchanged)
     }
 
-    /// Returns the channels with a quantity of two joints swapped, likewise;
-    /// nothing if one of them lacks it.
+    /// Returns the channels with the columns of a quantity exchanged between two joints, for the
+    /// same test; `None` if one joint lacks the quantity.
     #[must_use]
     pub fn swapped(&self, quantity: Quantity, one: usize, two: usize) -> Option<Self> {
         let (a, b) = (self.index(quantity, one)?, self.index(quantity, two)?);
@@ -136,8 +137,8 @@ impl Channels {
     }
 }
 
-/// Returns the side on which torques were recorded, or that of the torque
-/// constants which make them of currents.
+/// Returns the side on which torques were recorded, or for currents the side of the torque
+/// constants.
 fn torque_side(robot: &Robot, log: &Log) -> Option<Side> {
     let as_torque = |(key, _): (&Key, _)| key.scaling == Scaling::TorqueSide;
     if log.given().any(as_torque) {
@@ -147,8 +148,8 @@ fn torque_side(robot: &Robot, log: &Log) -> Option<Side> {
     }
 }
 
-/// Returns the ratios of a coupled transmission and their inverse, if a
-/// quantity was recorded before it.
+/// Returns the ratios of a coupled transmission and their inverse, if a quantity was recorded
+/// before the transmission.
 #[expect(clippy::type_complexity, reason = "a matrix and its inverse")]
 fn mixed(robot: &Robot, side: Option<Side>) -> Option<(Vec<Vec<f64>>, Vec<Vec<f64>>)> {
     let ratios = robot.transmission_matrix.as_ref()?;

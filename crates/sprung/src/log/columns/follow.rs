@@ -1,4 +1,4 @@
-//! Streams on other clocks, brought onto the time of the first.
+//! Interpolates streams with their own clock at the times of the first stream.
 
 use super::rows::Rows;
 use crate::log::block::BLOCK;
@@ -6,34 +6,34 @@ use crate::log::clock::resample::lagrange;
 use crate::log::clock::timing::Count;
 use crate::log::error::LogError;
 
-/// A step of so many usual steps is a gap, over which nothing is interpolated.
+/// A step of more than this number of usual steps is a gap, across which nothing is interpolated.
 const GAP_PERIODS: f64 = 3.5;
 
-/// Steps that say what is usual.
+/// Number of steps whose median is the usual step.
 const LEARNING_SAMPLES: usize = 64;
 
-/// Times that differ by less than this part of a step are the same.
+/// Times that differ by less than this fraction of the usual step are equal.
 const SAME_TIME_PART: f64 = 1e-6;
 
-/// A stream that is read beside the first.
+/// A stream with its own time, read together with the first stream.
 pub(in crate::log) struct Follower {
     rows: Rows,
-    /// Places of its channels among all.
+    /// Indices of its channels among all.
     pub(in crate::log) channels: Vec<usize>,
-    // Samples around the times that are asked for; the time of the first stream.
+    // Samples around the requested times, on the time axis of the first stream.
     times: Vec<f64>,
     values: Vec<Vec<f64>>,
     shift: f64,
     usual: f64,
     ended: bool,
     name: String,
-    /// Rows that were written twice.
+    /// Rows that repeat the time and the values of the preceding row.
     pub(in crate::log) repeated: Count,
 }
 
 impl Follower {
-    /// - `name`: of the stream, for messages.
-    /// - `channels`: places of its channels among all.
+    /// - `name`: name of the stream for messages.
+    /// - `channels`: indices of its channels among all.
     pub(in crate::log) fn new(name: String, rows: Rows, channels: Vec<usize>) -> Self {
         Self {
             values: vec![Vec::new(); channels.len()],
@@ -48,15 +48,15 @@ impl Follower {
         }
     }
 
-    /// Appends the values at `times` to `out`, NaN where there are none.
+    /// Appends the values at `times` to `out`; NaN where the stream has no values.
     ///
-    /// - `origin`: what was taken off these times, ns.
+    /// - `origin`: the time that was subtracted from `times`, ns.
     ///
-    /// Between two samples a cubic through four is taken, as delays are.
+    /// Between two samples, values come from the cubic through four samples, as for delays.
     ///
     /// # Errors
     ///
-    /// [`LogError`] if the stream cannot be read or its time runs back.
+    /// [`LogError`] if the stream cannot be read or its time does not increase.
     pub(in crate::log) fn at(
         &mut self,
         times: &[f64],
@@ -66,10 +66,10 @@ impl Follower {
         let Some(&last) = times.last() else {
             return Ok(());
         };
-        // Two samples beyond the last time, for the cubic.
+        // The cubic needs two samples after the last time.
         let behind = |times: &[f64]| times.len() >= 2 && times[times.len() - 2] > last;
         while !self.ended && !behind(&self.times) {
-            // A stream that began hours before the first is not kept.
+            // Samples long before the first requested time are not kept.
             self.let_go(self.times.partition_point(|time| *time < times[0]));
             self.more(origin)?;
         }
@@ -86,7 +86,7 @@ impl Follower {
         Ok(())
     }
 
-    /// Lets samples go that no cubic needs at or behind the `k`th.
+    /// Drops samples that no cubic at or after the `k`th sample needs.
     fn let_go(&mut self, k: usize) {
         let done = k.saturating_sub(2);
         self.times.drain(..done);
@@ -138,7 +138,8 @@ impl Follower {
     }
 }
 
-/// Returns the value at `time`, which lies behind the `k`th of `times`.
+/// Returns the value at `time`, which lies after the `k`th of `times`; NaN outside the stream and
+/// in gaps.
 fn interpolated(times: &[f64], values: &[f64], k: usize, time: f64, usual: f64) -> f64 {
     let Some(&here) = times.get(k) else {
         return f64::NAN;

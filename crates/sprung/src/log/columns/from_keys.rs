@@ -1,4 +1,4 @@
-//! From the keys of a description to channels, signal by signal.
+//! Makes channels from the keys of a description, signal by signal.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +13,7 @@ use crate::description::{
 ///
 /// # Errors
 ///
-/// [`ChannelError`] if a signal of a joint is not named or not convertible.
+/// [`ChannelError`] if a joint lacks a signal or a signal cannot be converted.
 pub(super) fn channels(robot: &Robot, log: &Log) -> Result<Vec<Channel>, ChannelError> {
     let mut all = Vec::new();
     for signal in Signal::ALL {
@@ -31,7 +31,8 @@ pub(super) fn channels(robot: &Robot, log: &Log) -> Result<Vec<Channel>, Channel
     Ok(all)
 }
 
-/// Returns the motor positions of a rigid robot that calls its only positions those of its links.
+/// Returns the motor positions of a rigid robot whose only positions are declared as link
+/// positions.
 fn lone_positions(robot: &Robot, log: &Log) -> Result<Vec<Channel>, ChannelError> {
     let mut all = Vec::new();
     if robot.joint.iter().any(Joint::is_flexible) {
@@ -52,7 +53,7 @@ fn lone_positions(robot: &Robot, log: &Log) -> Result<Vec<Channel>, ChannelError
 
 /// Returns the channels of a key's columns.
 ///
-/// - `joints`: those of which the key speaks.
+/// - `joints`: the joints to which the key applies.
 fn of_key(
     key: &Key,
     columns: &Columns,
@@ -77,7 +78,7 @@ fn of_key(
     Ok(all)
 }
 
-/// Returns the factor from what was recorded to what is on the output side.
+/// Returns the factor from the recorded quantity to the quantity on the output side.
 fn scale(scaling: Scaling, joint: &Joint, log: &Log) -> Result<f64, ChannelError> {
     let on_motor = log.side(scaling) == Some(Side::Motor);
     let converted = |factor: Option<f64>, unit| {
@@ -99,7 +100,7 @@ fn scale(scaling: Scaling, joint: &Joint, log: &Log) -> Result<f64, ChannelError
     }
 }
 
-/// Returns the channel of the `k`th of `of` joints, as far as its column says.
+/// Returns the channel of the `k`th of `of` joints; `None` if the column has no entry for it.
 fn channel(
     key: &Key,
     columns: &Columns,
@@ -120,7 +121,7 @@ fn channel(
                 .and_then(|field| field.get(place))
                 .unwrap_or_else(|| default.to_owned());
             let whole = field.contains('[');
-            // A field of its own for each joint holds one number.
+            // A separate field for each joint holds one number.
             let own = !spread || matches!(column.field, Some(PerJoint::Each(_)));
             let (index, of) = if own { (0, 1) } else { (k, of) };
             let pick = Pick::Field {

@@ -1,11 +1,11 @@
-//! Coupled transmissions: from positions and torques of the motors to those of the joints.
+//! Coupled transmissions: conversion of motor positions and torques to joint positions and torques.
 
-/// A linear change of coordinates, and back.
+/// A linear change of coordinates and its inverse.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mix {
-    /// From the log to the joints, \[n × n\], row by row.
+    /// From motors to joints, \[n × n\], row by row.
     pub forward: Vec<Vec<f64>>,
-    /// From the joints to the log.
+    /// From joints to motors, \[n × n\], row by row.
     pub back: Vec<Vec<f64>>,
 }
 

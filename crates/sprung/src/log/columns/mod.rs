@@ -1,8 +1,8 @@
-//! Which columns hold what, and rows of them in SI units.
+//! Assigns columns to quantities, and converts their rows to SI units.
 //!
-//! [`from_keys`] makes [`Channels`] of a description; [`names`] finds their columns in a file;
-//! [`rows`] unwraps, checks and scales the readings of one stream; [`follow`] interpolates
-//! those of other clocks.
+//! [`from_keys`] makes [`Channels`] from a description. [`names`] finds their columns in a file.
+//! [`rows`] unwraps, checks and scales the readings of one stream. [`follow`] interpolates streams
+//! with their own clock.
 
 pub(super) mod channel;
 pub(super) mod channels;

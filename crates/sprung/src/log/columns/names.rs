@@ -1,4 +1,4 @@
-//! Columns by their names: exact ones, numbers, patterns, and the nearest.
+//! Finds columns by exact name, number or pattern, and suggests the nearest name.
 
 use std::fmt;
 
@@ -6,25 +6,25 @@ use super::origin::Pick;
 use crate::description::ColumnName;
 use crate::log::error::LogError;
 
-/// Names that a message lists, at most.
+/// Maximum number of names in a message.
 const MAX_NAMES_IN_MESSAGE: usize = 30;
 
-/// The columns that a file has.
+/// The columns of a file.
 pub(in crate::log) struct Names<'a> {
     /// Name of the file.
     pub(in crate::log) file: &'a str,
     /// Names of the columns.
     pub(in crate::log) all: &'a [String],
-    /// Whether they are names that somebody gave, and not just numbers.
+    /// Whether the file names its columns; otherwise they only have numbers.
     pub(in crate::log) given: bool,
 }
 
 impl Names<'_> {
-    /// Returns the place of a column, from 0.
+    /// Returns the index of a column, from 0.
     ///
     /// # Errors
     ///
-    /// [`LogError`] if there is none, or more than one.
+    /// [`LogError`] if no column or more than one column matches.
     pub(in crate::log) fn find(&self, pick: &Pick) -> Result<usize, LogError> {
         match pick {
             Pick::Column(ColumnName::Number(number)) => self.by_number(*number),
@@ -150,11 +150,11 @@ impl Names<'_> {
     }
 }
 
-/// What a file holds besides columns of numbers.
+/// A part of a file that is not a column of numbers.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::log) struct Refused {
     pub(in crate::log) name: String,
-    /// Why it is not read, and what to do.
+    /// Why sprung does not read it, and the remedy.
     pub(in crate::log) why: String,
 }
 
@@ -164,9 +164,10 @@ impl fmt::Display for Refused {
     }
 }
 
-/// Returns why a pick is not found: what it names may be there, but no columns.
+/// Returns the error for a column that was not found. If the name belongs to a part of the file
+/// that is not a column of numbers, the error explains this.
 ///
-/// - `error`: what is said otherwise.
+/// - `error`: the error in all other cases.
 pub(in crate::log) fn instead(
     file: &str,
     refused: &[Refused],
@@ -186,7 +187,7 @@ pub(in crate::log) fn instead(
     }
 }
 
-/// Returns the first of some names, and how many there are besides.
+/// Returns the first names as a list, and the number of the others.
 pub(in crate::log) fn listed(names: &[&str]) -> String {
     let shown = names[..names.len().min(MAX_NAMES_IN_MESSAGE)].join(", ");
     match names.len().saturating_sub(MAX_NAMES_IN_MESSAGE) {

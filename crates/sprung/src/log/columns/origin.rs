@@ -1,19 +1,18 @@
-//! Where the readings of a channel come from, and how they become positions
-//! or torques before they are scaled.
+//! Sources of a channel's readings, and the corrections before scaling.
 
 use std::fmt;
 use std::path::PathBuf;
 
 use crate::description::{Column, ColumnName, StartsAt};
 
-/// Rows that share one time: those of a file, or the messages of a topic.
+/// A source of rows that share one time: a file, or a topic.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Stream {
-    /// Another file than the log's own.
+    /// File, if it is not the log's own file.
     pub file: Option<PathBuf>,
-    /// Topic of a bag.
+    /// Topic, if the file is a bag.
     pub topic: Option<String>,
-    /// Column or field of its own time.
+    /// Column or field of its own time, if it has one.
     pub time: Option<ColumnName>,
 }
 
@@ -28,31 +27,31 @@ impl Stream {
     }
 }
 
-/// Which column of a stream.
+/// Selection of a column within a stream.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Pick {
-    /// By its name or number.
+    /// The column with this name or number.
     Column(ColumnName),
-    /// One of those that a pattern matches.
+    /// One of the columns that match a pattern.
     Matching {
         /// Name with a `*`.
         pattern: String,
         /// Name of the joint.
         joint: String,
-        /// Place among the columns that match, from 0.
+        /// Index among the matching columns, from 0.
         index: usize,
-        /// Columns that must match.
+        /// Required number of matching columns.
         of: usize,
     },
-    /// A field of messages, at the joint's name where it has names.
+    /// A field of messages, selected by joint name if the messages contain names.
     Field {
         /// Path of the field.
         field: String,
         /// Name of the joint in the messages.
         joint: String,
-        /// Place in a list without names, from 0.
+        /// Index in a list without names, from 0.
         index: usize,
-        /// Length of a list without names.
+        /// Required length of a list without names.
         of: usize,
     },
 }
@@ -64,7 +63,7 @@ impl Default for Pick {
 }
 
 impl Pick {
-    /// Returns the column that a description names.
+    /// Returns the selection for a column of a description.
     pub(in crate::log) fn named(name: &ColumnName, joint: &str, index: usize, of: usize) -> Self {
         match name {
             ColumnName::Name(pattern) if name.is_pattern() => Self::Matching {
@@ -77,7 +76,7 @@ impl Pick {
         }
     }
 
-    /// Returns a name of a column that it would pick.
+    /// Returns the name of a column that this selection matches.
     #[must_use]
     pub fn example(&self) -> String {
         match self {
@@ -98,12 +97,12 @@ impl fmt::Display for Pick {
     }
 }
 
-/// The first value of a channel.
+/// First value of a channel.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Start {
-    /// Known, in SI units.
+    /// This value, in SI units.
     At(f64),
-    /// That of another column of the same stream, in SI units.
+    /// The first value of another column of the same stream, in SI units.
     Of(Pick),
 }
 
@@ -119,29 +118,29 @@ impl Start {
     }
 }
 
-/// Where the readings of a channel come from; a column of the log's own file
-/// and nothing added, unless it says otherwise.
+/// Source of a channel's readings. The default is a column of the log's own file without
+/// corrections.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Origin {
-    /// Its stream.
+    /// Stream of the column.
     pub stream: Stream,
-    /// Its column there.
+    /// Column within the stream.
     pub pick: Pick,
-    /// What is added to each reading.
+    /// Offset that is added to each reading.
     pub offset: f64,
-    /// After how much the readings start anew.
+    /// Range after which the readings wrap around.
     pub wrap: Option<f64>,
-    /// The first value.
+    /// First value of the channel, if it is declared.
     pub start: Option<Start>,
 }
 
-/// Where the time of a log comes from.
+/// Source of a log's time.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TimeOrigin {
     /// A column.
     Column(ColumnName),
-    /// Rows follow one another so, s.
+    /// A constant period between rows, s.
     Period(f64),
-    /// The messages.
+    /// The times of the messages.
     Messages,
 }

@@ -1,23 +1,22 @@
-//! Rows of one stream in SI units: readings checked, unwrapped, shifted and
-//! scaled.
+//! Rows of one stream in SI units: the readings are checked, unwrapped, shifted and scaled.
 
 use super::channel::Channel;
 use super::origin::Start;
 use crate::log::error::{LogError, Place};
 use crate::log::formats::table::{Opened, Readings, Table};
 
-/// How a stream says its time.
+/// Source of a stream's time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::log) enum TimeOfRows {
-    /// The first column, times this.
+    /// The first column; the value is its factor to s.
     Column(f64),
-    /// Rows follow one another so, s.
+    /// A constant period between rows, s.
     Period(f64),
-    /// It has none: rows belong to those of another stream.
+    /// The stream has no time; its rows match those of another stream.
     None,
 }
 
-/// From readings to a quantity.
+/// Conversion of readings to a quantity.
 #[derive(Clone, Debug)]
 struct Conversion {
     column: usize,
@@ -38,10 +37,10 @@ struct Unwrap {
 enum StartState {
     /// Readings are absolute.
     Absolute,
-    /// The first value will be this, or that of a column.
+    /// The first value will be this number, or the first value of this column.
     Known(f64),
     Column(usize),
-    /// The first was this reading, and is to be this value.
+    /// First reading, and the value assigned to it.
     Begun(f64, f64),
 }
 
@@ -53,18 +52,18 @@ pub(in crate::log) struct Rows {
     time: TimeOfRows,
     conversions: Vec<Conversion>,
     readings: Vec<Readings>,
-    // Rows before those in memory.
+    // Number of rows before those in memory.
     before: u64,
-    // Time, s, less the origin.
+    // Times, s, relative to the origin.
     pub(in crate::log) times: Vec<f64>,
     // One vector per channel of this stream.
     pub(in crate::log) values: Vec<Vec<f64>>,
 }
 
 impl Rows {
-    /// - `time`: how the time is said; if in a column, that is the first.
-    /// - `channels`: in the order of the columns that follow.
-    /// - `starts`: columns, behind those, that hold the first values of some.
+    /// - `time`: source of the time; a time column is the first column.
+    /// - `channels`: the channels of the columns that follow.
+    /// - `starts`: indices of the columns with first values, which come last.
     pub(in crate::log) fn new(
         file: &str,
         opened: Opened,
@@ -107,12 +106,12 @@ impl Rows {
         }
     }
 
-    /// Reads the next rows, at most `limit`, in place of those before; returns
-    /// how many, 0 at the end.
+    /// Replaces the rows in memory by the next ones, at most `limit`. Returns their number, 0 at
+    /// the end.
     ///
     /// # Errors
     ///
-    /// [`LogError`] with the place of what is wrong.
+    /// [`LogError`] with the place of the fault.
     pub(in crate::log) fn read(&mut self, limit: usize) -> Result<usize, LogError> {
         self.before += self.len() as u64;
         for readings in &mut self.readings {
@@ -145,12 +144,12 @@ impl Rows {
         self.readings.first().map_or(0, |first| first.values.len())
     }
 
-    /// Returns where the `i`th row in memory stands.
+    /// Returns the place of the `i`th row in memory.
     pub(in crate::log) fn place(&self, i: usize) -> Place {
         self.table.place(i)
     }
 
-    /// Returns what was taken off the times, ns.
+    /// Returns the origin of the times, ns.
     pub(in crate::log) fn origin(&self) -> i128 {
         match self.time {
             TimeOfRows::Column(factor) => {
@@ -201,7 +200,7 @@ impl Rows {
             StartState::Begun(first, value) => {
                 out.extend(unwrapped.by_ref().map(|x| value + factor * (x - first)));
             }
-            // Most columns are taken as they are, to the bit.
+            // Without offset, the reading is only multiplied, so that no rounding is added.
             _ if shift.to_bits() == 0 => out.extend(unwrapped.by_ref().map(|x| x * factor)),
             _ => out.extend(unwrapped.by_ref().map(|x| (x + shift) * factor)),
         }

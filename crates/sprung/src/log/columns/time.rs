@@ -1,10 +1,10 @@
-//! Where the time of a log comes from, and when samples were taken.
+//! Finds the source of a log's time and its declared sampling in a description.
 
 use super::origin::{Stream, TimeOrigin};
 use crate::description::{Log, SamplingTimes, Unit};
 use crate::log::clock::timing::Sampling;
 
-/// Returns origin, stream and factor of the time.
+/// Returns the source, the stream and the factor of the time.
 pub(in crate::log) fn time(log: &Log) -> Option<(TimeOrigin, Option<Stream>, f64)> {
     let named = [
         (&log.time_s, 1.0),
@@ -29,7 +29,7 @@ pub(in crate::log) fn time(log: &Log) -> Option<(TimeOrigin, Option<Stream>, f64
     }
 }
 
-/// Returns when samples were taken, if that is said.
+/// Returns when samples were taken, if the description declares it.
 pub(in crate::log) fn sampling(log: &Log) -> Option<Sampling> {
     match (log.period_s, log.sampling.unwrap_or_default()) {
         (Some(period), _) if log.has_time() => Some(Sampling::OnCycle(period)),
