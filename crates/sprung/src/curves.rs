@@ -1,26 +1,26 @@
 //! Decimated time series for files and plots.
 
-/// Several sets of curves with the same columns, each on its own time axis.
+/// Sets of curves with common columns; each set has its own time axis.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Curves {
-    /// Names of the columns, unit last.
+    /// Names of the columns, each with its unit at the end.
     pub columns: Vec<String>,
     /// The sets, one per label.
     pub sets: Vec<CurveSet>,
 }
 
-/// Curves of one origin, as of one estimator.
+/// Curves of one source, for example of one estimator.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CurveSet {
-    /// Where the curves come from.
+    /// Source of the curves.
     pub label: String,
     /// Time, s.
     pub time: Vec<f64>,
-    /// One vector per column; missing values are gaps.
+    /// One vector per column; `None` is a gap.
     pub values: Vec<Vec<Option<f64>>>,
 }
 
-/// A file of curves cannot be read.
+/// Error of reading a file of curves.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("line {line} of the curves is not one that sprung wrote")]
 pub struct CurvesError {
@@ -35,13 +35,13 @@ impl Curves {
         self.sets.iter().find(|set| set.label == label)
     }
 
-    /// Returns the curves as CSV: a first column with the label under the name
-    /// `key`, the time, then the columns.
+    /// Returns the curves as CSV: first a column `key` with the label, then the time, then the
+    /// columns.
     #[must_use]
     pub fn to_csv(&self, key: &str) -> String {
         let mut writer = csv::Writer::from_writer(Vec::new());
         let mut write = |row: Vec<String>| {
-            // A vector takes every write.
+            // Writing to a vector cannot fail.
             let _ = writer.write_record(row);
         };
         let header = [key, "time_s"].into_iter().map(str::to_owned);
@@ -60,12 +60,12 @@ impl Curves {
         String::from_utf8_lossy(&bytes).into_owned()
     }
 
-    /// Reads what [`Curves::to_csv`] wrote.
+    /// Reads curves in the form that [`Curves::to_csv`] writes.
     ///
     /// # Errors
     ///
-    /// [`CurvesError`] at the first line that does not fit: a cell that is not
-    /// a number, or a time that does not rise.
+    /// [`CurvesError`] at the first faulty line: a cell is not a number, or the time does not
+    /// increase.
     pub fn from_csv(text: &str) -> Result<Self, CurvesError> {
         let mut reader = csv::Reader::from_reader(text.as_bytes());
         let header = reader.headers().map_err(|_| CurvesError { line: 1 })?;

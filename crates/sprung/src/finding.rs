@@ -1,27 +1,27 @@
-//! What sprung noticed and the user should know: never hidden.
+//! Findings: observations that the user must know, with evidence and remedy.
 
 use serde::{Deserialize, Serialize};
 
-/// The program and its version, as results name it.
+/// Name and version of the program, as written into results.
 pub const GENERATOR: &str = concat!("sprung ", env!("CARGO_PKG_VERSION"));
 
-/// How much a finding matters.
+/// Severity of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Severity {
-    /// Worth knowing; the numbers stand.
+    /// For information; all numbers are valid.
     Info,
-    /// Some numbers are not to be trusted.
+    /// Some numbers are not reliable.
     Warning,
-    /// The result is of no use.
+    /// The result is not usable.
     Serious,
-    /// The log is not what the experiment file says: what comes of it are not
-    /// the parameters of this robot.
+    /// The log contradicts the experiment file, so the results are not the parameters of this
+    /// robot.
     Error,
 }
 
 impl Severity {
-    /// Returns the severity as a word for people.
+    /// Returns the word for the severity in texts.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -33,47 +33,47 @@ impl Severity {
     }
 }
 
-/// Where in a log something shows, and the number that shows it.
+/// Place in a log that shows a finding, and its value.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Evidence {
     /// Name of the log.
     pub file: String,
-    /// Name of the column, if it is about one.
+    /// Name of the column, if the finding concerns one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub column: Option<String>,
-    /// Time of the sample, if it is at one, s.
+    /// Time of the sample, s, if the finding concerns one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub time_s: Option<f64>,
-    /// What was measured, in `unit`.
+    /// Measured value, in `unit`.
     pub value: f64,
     /// Unit of the value; empty for counts and ratios.
     pub unit: String,
 }
 
-/// One finding.
+/// A finding.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Finding {
-    /// Stable name for scripts, as in `negative-stiffness`.
+    /// Stable name for scripts, for example `negative-stiffness`.
     pub code: String,
     /// How much it matters.
     pub severity: Severity,
-    /// Names of the parameters it is about.
+    /// Names of the parameters concerned.
     #[serde(default)]
     pub parameters: Vec<String>,
-    /// What was seen, with values and units, and what it likely means.
+    /// Observation with values and units, and its likely cause.
     pub text: String,
-    /// What to do.
+    /// Remedy.
     pub remedy: String,
-    /// Where it shows in a log, and by which number.
+    /// Evidence in a log.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub evidence: Option<Evidence>,
-    /// The line of `experiment.toml` that mends it, with its table.
+    /// Table and line of `experiment.toml` that correct the cause.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub setting: Option<String>,
 }
 
 impl Finding {
-    /// Returns a finding about no parameter in particular.
+    /// Returns a finding that concerns no particular parameter.
     #[must_use]
     pub fn new(severity: Severity, code: &str, text: String, remedy: &str) -> Self {
         Self {
@@ -87,16 +87,16 @@ impl Finding {
         }
     }
 
-    /// Returns the finding with the names of the parameters it is about.
+    /// Returns the finding with the names of the parameters concerned.
     #[must_use]
     pub fn about(mut self, parameters: impl IntoIterator<Item = String>) -> Self {
         self.parameters.extend(parameters);
         self
     }
 
-    /// Returns the finding with the number that shows it.
+    /// Returns the finding with its evidence.
     ///
-    /// - `column`: the column it is about, or an empty text; `unit`: of `value`.
+    /// - `column`: the column concerned, or an empty text; `unit`: unit of `value`.
     #[must_use]
     pub fn seen(mut self, file: &str, column: &str, value: f64, unit: &str) -> Self {
         self.evidence = Some(Evidence {
@@ -110,7 +110,7 @@ impl Finding {
         self
     }
 
-    /// Returns the finding with the time at which it shows, s.
+    /// Returns the finding with the time of its evidence, s.
     #[must_use]
     pub fn at(mut self, time: f64) -> Self {
         if let Some(evidence) = &mut self.evidence {
@@ -119,8 +119,8 @@ impl Finding {
         self
     }
 
-    /// Returns the finding with the line of the experiment file that mends it:
-    /// `key = value` in a table.
+    /// Returns the finding with the line `key = value` of the experiment file that corrects the
+    /// cause, and its table.
     #[must_use]
     pub fn mended_by(mut self, table: &str, line: &str) -> Self {
         self.setting = Some(format!("{table} {line}"));

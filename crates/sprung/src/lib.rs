@@ -1,16 +1,15 @@
 //! Identifies the dynamic parameters of flexible-joint robots from logs.
 //!
-//! The data flow one way, and a module uses only what stands to its left:
+//! Data flow in one direction: a module uses only the modules to its left.
 //!
 //! ```text
 //! finding, curves, named, progress, stopwatch |
 //! description → model → log → simulate → preprocess → regression → fit → prepare → check → estimate → validate → compare → session → report
 //! ```
 //!
-//! A [`session::Session`] does the whole work on an experiment and its logs, and
-//! opens their files. All other functions take values and readers and return
-//! values or strings. Nothing is printed. Inside, everything is in SI units and
-//! radians.
+//! A [`session::Session`] does all the work on an experiment and its logs, and opens their files.
+//! All other functions take values and readers and return values or strings. The library prints
+//! nothing. It uses SI units and radians internally.
 
 pub mod check;
 pub mod compare;

@@ -1,4 +1,4 @@
-//! Values by name that keep their order, base joint first.
+//! Named values in a fixed order, base joint first.
 
 use std::fmt;
 
@@ -6,12 +6,12 @@ use serde::de::{MapAccess, Visitor};
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// A short list of named values; a map in files, in the order of the robot.
+/// A short list of named values. In files it is a map, in the order of the robot.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Named(Vec<(String, f64)>);
 
 impl Named {
-    /// Returns the value of a name.
+    /// Returns the value with this name.
     #[must_use]
     pub fn get(&self, name: &str) -> Option<f64> {
         self.iter()
@@ -19,13 +19,13 @@ impl Named {
             .map(|(_, value)| value)
     }
 
-    /// Returns whether there are none.
+    /// Returns whether the list is empty.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// Returns names and values in order.
+    /// Returns names and values in their order.
     pub fn iter(&self) -> impl Iterator<Item = (&str, f64)> {
         self.0.iter().map(|(name, value)| (name.as_str(), *value))
     }

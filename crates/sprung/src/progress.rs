@@ -1,33 +1,33 @@
-//! How far a run is, and whether it is to go on.
+//! Progress of a run, and the caller's answer to it.
 
-/// What a run is doing.
+/// Phase of a run, with the unit of its progress.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Phase {
-    /// The logs are read once; counted in samples.
+    /// Reads the logs once; counted in samples.
     Reading,
-    /// What an estimate begins with is chosen: cut-off, delays, Stribeck velocities, weights;
-    /// counted in choices.
+    /// Chooses cut-off, delays, Stribeck velocities and weights for the estimation; counted in
+    /// choices.
     Preparing,
-    /// The likelihood is asked for delays; counted in runs of the filter.
+    /// Estimates delays by maximum likelihood; counted in runs of the filter.
     FindingDelays,
-    /// The refinement searches; counted in runs of the filter. Runs count from 1 again where a
-    /// delay that is to be estimated has moved.
+    /// Maximises the likelihood; counted in runs of the filter. The count restarts at 1 when an
+    /// estimated delay has changed.
     Refining,
-    /// The simulated loop is fitted to the log (output error); counted in simulations.
+    /// Fits the simulated loop to the log (output error); counted in simulations.
     FittingLoop,
-    /// What is found is looked at again: cross-checks and suspicions; counted in looks.
+    /// Tests the results: cross-checks and suspected faults; counted in tests.
     Examining,
-    /// A digital twin runs; counted in samples.
+    /// Simulates a digital twin; counted in samples.
     Simulating,
-    /// Parameters are compared with logs; counted in samples.
+    /// Compares parameters with logs; counted in samples.
     Validating,
-    /// Results are compared with each other; counted in results.
+    /// Compares results with each other; counted in results.
     Comparing,
 }
 
 impl Phase {
-    /// Returns what the run is doing, in words.
+    /// Returns the name of the phase for people.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
@@ -44,40 +44,40 @@ impl Phase {
     }
 }
 
-/// How far a run is.
+/// Progress of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Progress {
-    /// What it is doing.
+    /// Current phase.
     pub phase: Phase,
-    /// How much of that is done; [`Phase`] says what is counted.
+    /// Work done in this phase, in the unit given at [`Phase`].
     pub done: u64,
-    /// How much there is to do, or the most that there may be, where it is known.
+    /// Total work of this phase, or its upper bound; `None` if it is unknown.
     pub total: Option<u64>,
 }
 
-/// What a listener answers.
+/// Answer of a listener.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answer {
-    /// The run goes on.
+    /// The run continues.
     GoOn,
-    /// The run ends with the error [`Stopped`] of its stage and leaves no result.
+    /// The run ends with the error [`Stopped`] of its stage and returns no result.
     Stop,
 }
 
-/// A run was stopped by who listens to its progress.
+/// The listener stopped the run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("stopped before the end, as was asked for; earlier results are as they were")]
 pub struct Stopped;
 
-/// Hears how far a run is, and may stop it.
+/// Receives the progress of a run, and may stop the run.
 ///
-/// Every closure from [`Progress`] to [`Answer`] is one. A run asks before every block of samples,
-/// every run of the refinement's filter and every simulation.
+/// Every closure from [`Progress`] to [`Answer`] implements this trait. A run asks before every
+/// block of samples, every filter run of the refinement and every simulation.
 pub trait Listener: Send {
-    /// Hears how far the run is, and answers whether it goes on.
+    /// Receives the progress of the run, and answers whether the run continues.
     fn hear(&mut self, progress: Progress) -> Answer;
 
-    /// Tells how far the run is.
+    /// Reports the progress of the run to the listener.
     ///
     /// # Errors
     ///
@@ -96,7 +96,7 @@ impl<F: FnMut(Progress) -> Answer + Send> Listener for F {
     }
 }
 
-/// Nobody listens: the run goes on to its end.
+/// A listener that never stops the run.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Unheard;
 

@@ -1,6 +1,6 @@
-//! The paper's experiment, ready to run.
+//! The experiment of the founding paper, ready to run.
 
-/// The experiment: robot, controllers, references and twin of the paper.
+/// The experiment file: robot, controllers, references and digital twin of the paper.
 pub const EXPERIMENT: &str = include_str!("experiment.toml");
 
 /// Parameters of the twin: column "proposed" of the paper's Table III.

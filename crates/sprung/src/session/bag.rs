@@ -1,9 +1,9 @@
-//! Folders in the place of a log: bags of ROS 2.
+//! Opens folders given as logs: bags of ROS 2.
 
 use std::io::{Error, ErrorKind};
 use std::path::{Path, PathBuf};
 
-/// Returns the one file of messages in a folder.
+/// Returns the single file of messages in a folder.
 pub(super) fn of_bag(folder: &Path) -> std::io::Result<PathBuf> {
     let entries = std::fs::read_dir(folder)?;
     let mut files: Vec<PathBuf> = (entries.filter_map(Result::ok))

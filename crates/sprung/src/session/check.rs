@@ -1,4 +1,4 @@
-//! What is wrong with a log, before any fit.
+//! Checks logs before any fit.
 
 use super::error::SessionError;
 use super::load::Session;
@@ -7,14 +7,14 @@ use crate::estimate::late_channels;
 use crate::log::LogSource;
 use crate::progress::Listener;
 
-/// How much a check may cost.
+/// Depth of a check.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Depth {
     /// One pass over the logs.
     #[default]
     OnePass,
-    /// Besides, delays to a fraction of a sample by the likelihood of the log, which takes as long
-    /// as a few identifications. Of a log that is refused no likelihood says anything.
+    /// In addition, estimates delays to a fraction of a sample by maximum likelihood. This takes as
+    /// long as a few identifications. It is skipped for a refused log.
     Likelihood,
 }
 
@@ -23,8 +23,8 @@ impl Session {
     ///
     /// # Errors
     ///
-    /// [`SessionError`] if they cannot be read or their description is wrong. A log that is wrong
-    /// is a report.
+    /// [`SessionError`] if a log cannot be read or its description is wrong. A faulty log is not an
+    /// error: the report contains findings about it.
     pub fn check(
         &self,
         depth: Depth,
@@ -34,11 +34,11 @@ impl Session {
         self.check_with(&mut logs.sources(), depth, progress)
     }
 
-    /// Checks other logs of the same columns.
+    /// Checks other logs with the same columns.
     ///
     /// # Errors
     ///
-    /// [`SessionError`] likewise.
+    /// The errors of [`check`](Self::check).
     pub fn check_with(
         &self,
         sources: &mut [LogSource<'_>],

@@ -1,4 +1,4 @@
-//! Files of results beside each other.
+//! Compares files of results.
 
 use std::path::{Path, PathBuf};
 
@@ -7,22 +7,24 @@ use super::results::{ReadIdentification, read_identification};
 use crate::compare::{Compared, Comparison, compare};
 use crate::progress::{Listener, Phase};
 
-/// A comparison, and the files that were read for it.
+/// A comparison and the files read for it.
 #[derive(Clone, Debug)]
 pub struct ComparedFiles {
     /// The comparison.
     pub comparison: Comparison,
-    /// Where the identifications were found.
+    /// Paths of the identifications.
     pub files: Vec<PathBuf>,
 }
 
-/// Compares the results in files with those of the first.
+/// Compares the results in each file with those in the first.
 ///
-/// - `paths`: each an `identification.json`, a folder of results, or that of an experiment.
+/// - `paths`: each is an `identification.json`, a folder of results, or the folder of an
+///   experiment.
 ///
 /// # Errors
 ///
-/// [`SessionError`] if one is no identification or given twice, or they have nothing in common.
+/// [`SessionError`] if a file is not an identification, if a file is given twice, or if the files
+/// share no parameters.
 pub fn compare_files(
     paths: &[impl AsRef<Path>],
     progress: &mut dyn Listener,
@@ -49,7 +51,7 @@ pub fn compare_files(
     })
 }
 
-/// A file beside itself agrees with anything.
+/// Returns an error if a file is given twice, because a file always agrees with itself.
 fn check_twice(read: &[ReadIdentification]) -> Result<(), SessionError> {
     for (i, one) in read.iter().enumerate() {
         let same = |other: &&ReadIdentification| {

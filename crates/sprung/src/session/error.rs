@@ -1,4 +1,4 @@
-//! What keeps a session from its work, and whose fault it is.
+//! Errors of a session, and their kinds.
 
 use std::path::PathBuf;
 
@@ -13,20 +13,20 @@ use crate::regression::PassError;
 use crate::simulate::RecordError;
 use crate::validate::ValidateError;
 
-/// Whose fault an error is.
+/// Cause of an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ErrorKind {
-    /// The experiment file, or what was asked for, is wrong.
+    /// The experiment file or the request is wrong.
     Usage,
     /// A log is wrong.
     Log,
     /// A file cannot be read or written.
     File,
-    /// The caller stopped it.
+    /// The caller stopped the run.
     Stopped,
 }
 
-/// What keeps a session from its work.
+/// An error of a session.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SessionError {
@@ -41,18 +41,18 @@ pub enum SessionError {
     Unreadable {
         /// Name of the file.
         file: String,
-        /// What the system says.
+        /// Error of the operating system.
         source: std::io::Error,
     },
     /// The experiment file is wrong.
     #[error(transparent)]
     Description(#[from] DescriptionError),
-    /// The robot has no equations.
+    /// No equations can be formed for the robot.
     #[error("{file}: {error}")]
     Robot {
         /// Name of the experiment file.
         file: String,
-        /// Why.
+        /// Error of the model.
         error: ModelError,
     },
     /// The experiment has no log.
@@ -77,7 +77,7 @@ pub enum SessionError {
     NotParameters {
         /// Name of the file.
         file: String,
-        /// What is wrong with it.
+        /// Fault of the file.
         why: String,
     },
     /// A file holds no identification.
@@ -85,10 +85,10 @@ pub enum SessionError {
     NotAnIdentification {
         /// Name of the file.
         file: String,
-        /// What is wrong with it, and what to give.
+        /// Fault of the file, and the remedy.
         why: String,
     },
-    /// A file was written by a newer version.
+    /// A file was written by a newer version of sprung.
     #[error(
         "{file} has format {format}, written by {generator}; this is sprung {}, which reads format \
          {known}: use a newer version",
@@ -97,11 +97,11 @@ pub enum SessionError {
     NewerFormat {
         /// Name of the file.
         file: String,
-        /// Its format.
+        /// Format of the file.
         format: u64,
-        /// What wrote it.
+        /// Program that wrote the file.
         generator: String,
-        /// The format that is read.
+        /// Newest format that this version reads.
         known: u64,
     },
     /// A folder holds no identification.
@@ -120,10 +120,10 @@ pub enum SessionError {
         .folder.display()
     )]
     NothingIdentified {
-        /// The folder that was looked at first.
+        /// The folder that was searched first.
         folder: PathBuf,
     },
-    /// A file is to be compared with itself.
+    /// A file would be compared with itself.
     #[error("{} is given twice; give each file once", .file.display())]
     GivenTwice {
         /// The file.
@@ -132,24 +132,24 @@ pub enum SessionError {
     /// Results cannot be compared.
     #[error(transparent)]
     Compare(#[from] CompareError),
-    /// The experiment has no twin.
+    /// The experiment describes no digital twin.
     #[error("the experiment has no [simulate] block; add one")]
     NoTwin,
     /// The experiment has no validation run of this name.
     #[error("no [[validate]] block is called \"{name}\"; there are: {}", .known.join(", "))]
     NoRun {
-        /// The name.
+        /// The requested name.
         name: String,
-        /// Names that there are.
+        /// Names of the existing runs.
         known: Vec<String>,
     },
-    /// Nothing moves the twin.
+    /// The experiment has no controller that moves the twin.
     #[error("the experiment has no [controller]; a twin needs one to move")]
     NoController,
-    /// The columns of the twin's log are not complete.
+    /// The description of the twin's log is incomplete.
     #[error(transparent)]
     Channel(#[from] ChannelError),
-    /// The parameters are not those of the robot.
+    /// The parameters do not match the robot.
     #[error(transparent)]
     Parameters(#[from] ModelError),
     /// The twin cannot be recorded.
@@ -163,7 +163,7 @@ pub enum SessionError {
     NoFolder {
         /// The file.
         file: PathBuf,
-        /// What the system says.
+        /// Error of the operating system.
         source: std::io::Error,
     },
     /// A path cannot stand in an experiment file.
@@ -175,39 +175,39 @@ pub enum SessionError {
         /// The path.
         path: PathBuf,
     },
-    /// No experiment file can be made of a robot.
+    /// No experiment file can be made for a robot.
     #[error(transparent)]
     Start(#[from] StartError),
-    /// Results that a run left half in place cannot be put there.
+    /// An interrupted run left results partly in place, and they cannot be completed.
     #[error(
         "cannot {what} in {}: {source}; files there may be of two runs until the next command \
          that can finish this",
         .folder.display()
     )]
     Unfinished {
-        /// What cannot be done.
+        /// The step that failed.
         what: String,
         /// The folder of the results.
         folder: PathBuf,
-        /// What the system says.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// The list of results that are to be put in their places is damaged.
+    /// The list of pending renames is damaged.
     #[error(
         "{} is no list of files; remove it, and run again what made the results there",
         .list.display()
     )]
     NoSwitch {
-        /// Where the list is.
+        /// Path of the list.
         list: PathBuf,
     },
-    /// The caller stopped it.
+    /// The caller stopped the run.
     #[error(transparent)]
     Stopped(#[from] Stopped),
 }
 
 impl SessionError {
-    /// Returns whose fault it is.
+    /// Returns the kind of the error.
     #[must_use]
     pub fn kind(&self) -> ErrorKind {
         match self {

@@ -1,4 +1,4 @@
-//! Where the files of an experiment come from.
+//! Access to the files of an experiment.
 
 use std::fs::File;
 use std::io::{Read, Result as IoResult};
@@ -11,33 +11,33 @@ use crate::log::{Input, LogFile};
 
 /// Opens the files that an experiment names.
 ///
-/// Paths are those of the experiment file, put behind the folder of the session if it has one. Every
-/// closure from a path to an input is one.
+/// The paths are those of the experiment file; if the session has a folder, they are relative to
+/// it. Every closure from a path to an input implements this trait.
 pub trait Files: Send + Sync {
-    /// Opens a log at its beginning; called as often as it is read.
+    /// Opens a log at its beginning. It is called once per reading of the log.
     ///
     /// # Errors
     ///
-    /// What keeps it from being opened.
+    /// The error of opening the file.
     fn open(&self, path: &Path) -> IoResult<Box<dyn Input>>;
 
     /// Returns a text file.
     ///
     /// # Errors
     ///
-    /// What keeps it from being read.
+    /// The error of reading the file.
     fn text(&self, path: &Path) -> IoResult<String> {
         let mut text = String::new();
         self.open(path)?.read_to_string(&mut text)?;
         Ok(text)
     }
 
-    /// Prepares a folder whose results are about to be read: puts in their places those that a
-    /// killed run left half there. Nothing has to be done where no run is killed.
+    /// Prepares a folder before its results are read: completes the renames of a run that was
+    /// killed. The default does nothing, which suffices if no run can be killed.
     ///
     /// # Errors
     ///
-    /// [`SessionError`] if that fails.
+    /// [`SessionError`] if this fails.
     fn settle(&self, _folder: &Path) -> Result<(), SessionError> {
         Ok(())
     }
@@ -49,7 +49,7 @@ impl<F: Fn(&Path) -> IoResult<Box<dyn Input>> + Send + Sync> Files for F {
     }
 }
 
-/// Files of the file system; a folder in the place of a log is a bag of ROS 2.
+/// Files of the file system. A folder given as a log is a bag of ROS 2.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Disk;
 
@@ -74,7 +74,7 @@ impl Files for Disk {
 ///
 /// # Errors
 ///
-/// [`SessionError::Unreadable`] with its name.
+/// [`SessionError::Unreadable`] with the name of the file.
 pub(super) fn read_text(files: &dyn Files, path: &Path) -> Result<String, SessionError> {
     files.text(path).map_err(|source| SessionError::Unreadable {
         file: path.display().to_string(),

@@ -1,4 +1,4 @@
-//! Logs in, parameters out.
+//! Identifies parameters from logs.
 
 use super::error::SessionError;
 use super::load::Session;
@@ -7,22 +7,22 @@ use crate::log::LogSource;
 use crate::progress::Listener;
 
 impl Session {
-    /// Identifies from the logs that the experiment names.
+    /// Identifies the parameters from the logs that the experiment names.
     ///
     /// # Errors
     ///
-    /// [`SessionError`] if the description, a log or both together are wrong. A poor fit is a
-    /// result.
+    /// [`SessionError`] if the description or a log is wrong, or if they contradict each other. A
+    /// poor fit is a result, not an error.
     pub fn identify(&self, progress: &mut dyn Listener) -> Result<Identified, SessionError> {
         let mut logs = self.logs(None)?;
         self.identify_with(&mut logs.sources(), progress)
     }
 
-    /// Identifies from other logs of the same columns.
+    /// Identifies the parameters from other logs with the same columns.
     ///
     /// # Errors
     ///
-    /// [`SessionError`] likewise.
+    /// The errors of [`identify`](Self::identify).
     pub fn identify_with(
         &self,
         sources: &mut [LogSource<'_>],

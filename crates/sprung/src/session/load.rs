@@ -1,4 +1,4 @@
-//! Experiments, from their files.
+//! Reads experiments from their files.
 
 use std::path::{Path, PathBuf};
 
@@ -13,19 +13,19 @@ const EXPERIMENT_FILE: &str = "experiment.toml";
 /// Folder of results beside the experiment file.
 pub(super) const RESULTS_FOLDER: &str = "sprung-out";
 
-/// What logs are called.
+/// File extensions of logs.
 const LOG_EXTENSIONS: [&str; 10] = [
     "csv", "gz", "zst", "parquet", "arrow", "npy", "npz", "mat", "mcap", "db3",
 ];
 
-/// An experiment that was read, its robot's equations, and where its files come from.
+/// An experiment, its robot's equations, and access to its files.
 pub struct Session {
     experiment: Experiment,
     model: Model,
     text: String,
-    // The experiment file, if it is one.
+    // The experiment file, if the experiment was read from one.
     file: Option<PathBuf>,
-    // What paths in the experiment are relative to.
+    // Folder to which the paths in the experiment are relative.
     pub(super) folder: PathBuf,
     pub(super) files: Box<dyn Files>,
 }
@@ -34,11 +34,11 @@ impl Session {
     /// Reads an experiment from disk.
     ///
     /// - `path`: the experiment file, or the folder that holds `experiment.toml`.
-    /// - `overrides`: assignments `key.path=value`, as [`description::read`] takes them.
+    /// - `overrides`: assignments `key.path=value`, in the form of [`description::read`].
     ///
     /// # Errors
     ///
-    /// [`SessionError`] if the file or one that it names cannot be read, or is wrong.
+    /// [`SessionError`] if the experiment file or a file that it names is wrong or cannot be read.
     pub fn open(path: &Path, overrides: &[String]) -> Result<Self, SessionError> {
         let file = if path.is_dir() {
             path.join(EXPERIMENT_FILE)
@@ -62,8 +62,8 @@ impl Session {
 
     /// Reads an experiment from text.
     ///
-    /// - `name`: of the experiment, for messages.
-    /// - `files`: opens what the experiment names, by the paths that stand there.
+    /// - `name`: name of the experiment for messages.
+    /// - `files`: opens the files that the experiment names, by the paths given there.
     ///
     /// # Errors
     ///
@@ -100,7 +100,7 @@ impl Session {
         })
     }
 
-    /// Returns the experiment as it was read, overrides included.
+    /// Returns the experiment, including the overrides.
     #[must_use]
     pub fn experiment(&self) -> &Experiment {
         &self.experiment
@@ -112,19 +112,19 @@ impl Session {
         &self.model
     }
 
-    /// Returns the text of the experiment, for reports.
+    /// Returns the text of the experiment file, for reports.
     #[must_use]
     pub fn text(&self) -> &str {
         &self.text
     }
 
-    /// Returns the folder that results of this experiment are usually in.
+    /// Returns the default folder for the results of this experiment.
     #[must_use]
     pub fn results_folder(&self) -> PathBuf {
         self.folder.join(RESULTS_FOLDER)
     }
 
-    /// Returns all files that the experiment names, and its own.
+    /// Returns all files that the experiment names, and the experiment file itself.
     #[must_use]
     pub fn inputs(&self) -> Vec<PathBuf> {
         let experiment = &self.experiment;

@@ -8,7 +8,7 @@ use super::load::Session;
 use crate::description::Log;
 use crate::log::{LogSource, Opener};
 
-/// A function that opens the files of a log as often as it is called.
+/// A function that opens the files of a log, any number of times.
 type BoxedOpener<'a> = Box<Opener<'a>>;
 
 /// Logs of one run, which can be read any number of times.
@@ -27,22 +27,22 @@ impl Logs<'_> {
 }
 
 impl Session {
-    /// Returns the description of the log, with what a validation run says of its own.
+    /// Returns the description of the log, merged with that of a validation run.
     ///
     /// # Errors
     ///
-    /// [`SessionError::NoLog`] if there is none.
+    /// [`SessionError::NoLog`] if the experiment has no log.
     pub(super) fn log(&self, overlay: Option<&Log>) -> Result<Log, SessionError> {
         let log = self.experiment().log.as_ref();
         let log = log.ok_or(SessionError::NoLog)?;
         Ok(overlay.map_or_else(|| log.clone(), |over| log.overlaid(over)))
     }
 
-    /// Returns where the files of a log are.
+    /// Returns the paths of a log's files.
     ///
     /// # Errors
     ///
-    /// [`SessionError`] if the experiment has no log, or the log no file.
+    /// [`SessionError`] if the experiment has no log, or if the log has no file.
     pub(super) fn log_paths(&self, overlay: Option<&Log>) -> Result<Vec<PathBuf>, SessionError> {
         let files = self.log(overlay)?.file.ok_or(SessionError::NoLogFile)?;
         Ok(files.iter().map(|file| self.folder.join(file)).collect())
@@ -52,7 +52,7 @@ impl Session {
     ///
     /// # Errors
     ///
-    /// [`SessionError`] likewise.
+    /// The errors of [`log_paths`](Self::log_paths).
     pub(super) fn logs(&self, overlay: Option<&Log>) -> Result<Logs<'_>, SessionError> {
         let paths = self.log_paths(overlay)?;
         let openers = (paths.iter())
@@ -62,7 +62,7 @@ impl Session {
     }
 }
 
-/// Returns a function that opens a log, and other files beside the experiment.
+/// Returns a function that opens a log, and other files relative to the experiment's folder.
 fn opener<'a>(files: &'a dyn Files, folder: &'a Path, own: PathBuf) -> BoxedOpener<'a> {
     Box::new(move |other: Option<&Path>| match other {
         None => files.open(&own),

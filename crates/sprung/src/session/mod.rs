@@ -1,14 +1,14 @@
-//! An experiment and its logs, from files to results, without a terminal.
+//! Works on an experiment and its logs, from files to results, without a terminal.
 //!
 //! A [`Session`] reads an experiment, opens the files that it names, and checks, identifies,
-//! validates and simulates; [`compare_files`] reads results and compares them. It is the one place
-//! of the library that opens files: through [`Disk`], or through whatever [`Files`] the caller
-//! gives, as bytes in memory. Logs that are no files are given as
-//! [`LogSource`](crate::log::LogSource)s to the verbs that end in `_with`.
+//! validates and simulates. [`compare_files`] reads and compares results. Only this module of the
+//! library opens files: with [`Disk`], or with any other [`Files`] of the caller, for example bytes
+//! in memory. Methods that end in `_with` take logs without files, as
+//! [`LogSource`](crate::log::LogSource)s.
 //!
-//! Every verb takes a [`Listener`](crate::progress::Listener), which hears how far it is and may stop
-//! it. A verb changes nothing in its session and writes no file: one that was stopped leaves no
-//! result, and earlier ones are as they were.
+//! Every method reports its progress to a [`Listener`](crate::progress::Listener), which may stop
+//! it. No method changes its session or writes a file. A stopped run returns no result and leaves
+//! earlier results unchanged.
 
 mod bag;
 mod check;

@@ -1,4 +1,4 @@
-//! Parameters to validate or to simulate, from files.
+//! Reads parameters for validation and simulation from files.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -8,26 +8,26 @@ use super::files::{Disk, Files, read_text};
 use crate::estimate::Identification;
 use crate::validate::ParameterSet;
 
-/// Parameters, and the identification that they come from.
+/// Parameters, and the identification that contains them.
 #[derive(Clone, Debug)]
 pub struct Parameters {
-    /// One set for each estimator of an identification; one set of a TOML file.
+    /// One set per estimator for an identification, or a single set for a TOML file.
     pub sets: Vec<ParameterSet>,
-    /// The identification, if they come from one.
+    /// The identification, if the parameters come from one.
     pub identification: Option<Identification>,
 }
 
 impl Parameters {
-    /// Reads `identification.json`, or a TOML table of values by name.
+    /// Reads parameters from `identification.json`, or from a TOML table of values by name.
     ///
     /// # Errors
-    ///
+    /// [`SessionError`] if the file cannot be read or has other contents.
     /// [`SessionError`] if the file cannot be read or holds something else.
     pub fn open(path: &Path) -> Result<Self, SessionError> {
         Self::from_file(&Disk, path)
     }
 
-    /// Reads such a file where the files of a session come from.
+    /// Reads such a file with the session's access to files.
     pub(super) fn from_file(files: &dyn Files, path: &Path) -> Result<Self, SessionError> {
         if let Some(folder) = path.parent() {
             files.settle(folder)?;

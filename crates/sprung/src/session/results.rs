@@ -1,4 +1,4 @@
-//! Identifications on disk.
+//! Reads identifications from disk.
 
 use std::path::{Path, PathBuf};
 
@@ -9,26 +9,26 @@ use super::load::RESULTS_FOLDER;
 use super::switch::finish;
 use crate::estimate::Identification;
 
-/// Name of an identification in its folder of results.
+/// File name of an identification in a folder of results.
 pub const IDENTIFICATION_FILE: &str = "identification.json";
 
-/// The version of `identification.json` that is read.
+/// The version of `identification.json` that sprung reads.
 const FORMAT: u64 = 1;
 
-/// An identification, and where it was read from.
+/// An identification and its path.
 #[derive(Clone, Debug)]
 pub struct ReadIdentification {
     /// The file.
     pub path: PathBuf,
-    /// What it holds.
+    /// The identification in it.
     pub identification: Identification,
 }
 
-/// Returns where the last identification is, in one of two folders of results.
+/// Returns the path of the last identification, in one of two folders of results.
 ///
 /// # Errors
 ///
-/// [`SessionError::NothingIdentified`] if it is in neither.
+/// [`SessionError::NothingIdentified`] if neither folder contains an identification.
 pub fn find_identification(chosen: &Path, usual: &Path) -> Result<PathBuf, SessionError> {
     for folder in [chosen, usual] {
         finish(folder)?;
@@ -42,12 +42,12 @@ pub fn find_identification(chosen: &Path, usual: &Path) -> Result<PathBuf, Sessi
         })
 }
 
-/// Reads `identification.json`, that of a results folder, or that of an
-/// experiment's.
+/// Reads an identification from `identification.json`, from a folder of results, or from the folder
+/// of an experiment.
 ///
 /// # Errors
 ///
-/// [`SessionError`] if there is none, or the file holds something else.
+/// [`SessionError`] if there is no identification or the file has other contents.
 pub fn read_identification(path: &Path) -> Result<ReadIdentification, SessionError> {
     let path = found(path)?;
     if let Some(folder) = path.parent() {
@@ -105,7 +105,7 @@ pub fn read_identification(path: &Path) -> Result<ReadIdentification, SessionErr
     })
 }
 
-/// Returns the file that a path stands for.
+/// Returns the path of the identification that `path` means.
 fn found(path: &Path) -> Result<PathBuf, SessionError> {
     if !path.is_dir() {
         return Ok(path.to_owned());
@@ -122,8 +122,8 @@ fn found(path: &Path) -> Result<PathBuf, SessionError> {
         })
 }
 
-/// Says what JSON that is no identification looks like; nothing if it may be
-/// one.
+/// Returns the likely kind of JSON that is not an identification; `None` if it may be an
+/// identification.
 fn looks_like_json(json: &Value) -> Option<&'static str> {
     let has = |key: &str| json.get(key).is_some();
     if !json.is_object() {
@@ -141,7 +141,7 @@ fn looks_like_json(json: &Value) -> Option<&'static str> {
     }
 }
 
-/// Says what a text that is no JSON looks like, and what to give instead.
+/// Returns the likely kind of a text that is not JSON, and the remedy.
 fn looks_like_text(path: &Path, text: &str, error: &serde_json::Error) -> String {
     let ends = |extension: &str| path.extension().is_some_and(|own| own == extension);
     let line = |start: &str| {

@@ -1,4 +1,4 @@
-//! Logs of the digital twin.
+//! Simulates logs with the digital twin.
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -13,7 +13,7 @@ use crate::model::{Model, Theta};
 use crate::progress::Listener;
 use crate::simulate::{TwinSetup, record};
 
-/// A twin that is ready to be recorded.
+/// A digital twin that is ready to be simulated.
 #[derive(Clone, Debug)]
 pub struct Recording<'a> {
     model: &'a Model,
@@ -27,9 +27,9 @@ pub struct Recording<'a> {
 impl Session {
     /// Prepares the twin that the experiment describes.
     ///
-    /// - `run`: name of the `[[validate]]` run whose controller and log are used instead of the
-    ///   experiment's own.
-    /// - `parameters`: of the twin; else those of the `[simulate]` block, or the nominal ones.
+    /// - `run`: name of a `[[validate]]` run whose controller and log replace the experiment's own.
+    /// - `parameters`: parameters of the twin. Without them, the parameters of the `[simulate]`
+    ///   block are used, or else the nominal ones.
     ///
     /// # Errors
     ///
@@ -58,7 +58,7 @@ impl Session {
         })
     }
 
-    /// Returns a validation run.
+    /// Returns the validation run of this name.
     fn run(&self, name: &str) -> Result<&Validate, SessionError> {
         let runs = &self.experiment().validate;
         (runs.iter().find(|run| run.name == name)).ok_or_else(|| SessionError::NoRun {
@@ -88,7 +88,7 @@ impl Session {
         })
     }
 
-    /// Returns the name of the log that is recorded: that of the first log, as CSV.
+    /// Returns the file name of the simulated log: that of the first log, with extension `csv`.
     fn recorded_name(&self, overlay: Option<&Log>) -> Result<PathBuf, SessionError> {
         let paths = self.log_paths(overlay)?;
         let name = paths.first().and_then(|path| path.file_name());
@@ -100,20 +100,20 @@ impl Session {
 }
 
 impl Recording<'_> {
-    /// Returns the twin with another seed of its sensors and noise.
+    /// Returns the twin with another random seed for its sensors and its noise.
     #[must_use]
     pub fn with_seed(mut self, seed: u64) -> Self {
         self.settings.seed = seed;
         self
     }
 
-    /// Returns the seed of its sensors and noise.
+    /// Returns the random seed of its sensors and its noise.
     #[must_use]
     pub fn seed(&self) -> u64 {
         self.settings.seed
     }
 
-    /// Returns the name of the file that the log belongs in, without folder.
+    /// Returns the file name of the log, without folder.
     #[must_use]
     pub fn name(&self) -> &Path {
         &self.name
@@ -127,13 +127,13 @@ impl Recording<'_> {
             .collect()
     }
 
-    /// Runs the twin and writes its log in the columns of the experiment; returns the number of
-    /// samples.
+    /// Simulates the twin and writes its log with the columns of the experiment. Returns the number
+    /// of samples.
     ///
     /// # Errors
     ///
-    /// [`SessionError::Record`] if the loop cannot run, the log cannot be written, or the caller
-    /// stops it.
+    /// [`SessionError::Record`] if the loop cannot be simulated, the log cannot be written, or the
+    /// caller stops the run.
     pub fn write(
         &self,
         write: impl Write,

@@ -1,4 +1,4 @@
-//! Experiments to start from.
+//! Starts a new experiment from a URDF file.
 
 use std::path::{Path, PathBuf};
 
@@ -6,9 +6,9 @@ use super::error::SessionError;
 use super::files::{Disk, read_text};
 use crate::description::{Start, Urdf};
 
-/// Returns what is known of a robot from its URDF file, for an experiment in a folder.
+/// Returns the data of a robot in its URDF file, for an experiment in `folder`.
 ///
-/// - `folder`: where the experiment will be; it need not be there yet.
+/// - `folder`: future folder of the experiment; it need not exist.
 ///
 /// # Errors
 ///
@@ -26,10 +26,10 @@ pub fn start_from_urdf(file: &Path, folder: &Path) -> Result<Start, SessionError
     Ok(Start::urdf(&urdf, path)?)
 }
 
-/// Returns the path of a file as an experiment in `folder` names it: relative
-/// if it lies below the folder or beside it, otherwise absolute.
+/// Returns the path of a file for an experiment in `folder`: relative if the file lies below the
+/// folder or its parent, otherwise absolute.
 fn reference(file: &Path, folder: &Path) -> std::io::Result<PathBuf> {
-    // The file keeps its name, be it that of a link.
+    // A symbolic link keeps its own name.
     let file = std::path::absolute(file)?;
     let (Some(parent), Some(name)) = (file.parent(), file.file_name()) else {
         return Ok(file);
@@ -42,7 +42,7 @@ fn reference(file: &Path, folder: &Path) -> std::io::Result<PathBuf> {
     Ok(relative.unwrap_or(file))
 }
 
-/// Returns the absolute path of a folder, which need not be there yet.
+/// Returns the absolute path of a folder, which need not exist.
 fn resolved(folder: &Path) -> Option<PathBuf> {
     let folder = std::path::absolute(folder).ok()?;
     folder.ancestors().find_map(|known| {

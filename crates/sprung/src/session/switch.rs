@@ -1,7 +1,7 @@
-//! Files that take their places together, although a process may be killed between any two renames.
+//! Replaces a set of files as a whole, although the process may be killed between two renames.
 //!
-//! A list of the renames goes ahead of them. From when it is in the folder the new files count: whoever
-//! comes upon the list of a process that is gone does what is left of it.
+//! A list of the renames is written first. Once the list is in the folder, the new files are valid.
+//! If the process that wrote the list is gone, the next process completes the renames.
 
 use std::fs::File;
 use std::io::{ErrorKind, Read};
@@ -11,26 +11,26 @@ use serde::{Deserialize, Serialize};
 
 use super::error::SessionError;
 
-/// The list, in the folder of the files.
+/// File name of the list, in the folder of the results.
 pub const SWITCH_FILE: &str = ".sprung-switch";
 
-/// What is to be done in a folder.
+/// Pending changes in a folder.
 #[derive(Debug, Deserialize, Serialize)]
 pub struct Switch {
-    /// Files that go.
+    /// Files to remove.
     pub outdated: Vec<String>,
-    /// Names of files as they were written, and as they will be called.
+    /// Temporary and final names of files.
     pub renames: Vec<(String, String)>,
 }
 
 impl Switch {
-    /// Does what is on the list, or what is left of it, and takes the list away.
+    /// Makes the remaining changes of the list and then removes the list.
     ///
-    /// - `list`: as it is in the folder, locked.
+    /// - `list`: the opened and locked file of the list.
     ///
     /// # Errors
     ///
-    /// [`SessionError::Unfinished`] if a file cannot be moved; the list stays.
+    /// [`SessionError::Unfinished`] if a file cannot be moved; the list then stays.
     pub fn carry_out(&self, folder: &Path, list: &File) -> Result<(), SessionError> {
         for name in &self.outdated {
             gone(std::fs::remove_file(folder.join(name)))
@@ -40,13 +40,13 @@ impl Switch {
             gone(std::fs::rename(folder.join(from), folder.join(to)))
                 .map_err(|error| failed(folder, &format!("put {to} in its place"), error))?;
         }
-        // Those who wait for the lock see that nothing is left to do.
+        // An empty list tells processes that wait for the lock that nothing remains to be done.
         list.set_len(0)
             .and_then(|()| gone(std::fs::remove_file(folder.join(SWITCH_FILE))))
             .map_err(|error| failed(folder, &format!("remove {SWITCH_FILE}"), error))
     }
 
-    /// Returns whether it says nothing of other folders.
+    /// Returns whether all names are plain file names in the same folder.
     fn stays_inside(&self) -> bool {
         let is_plain = |name: &String| {
             let mut parts = Path::new(name).components();
@@ -57,12 +57,12 @@ impl Switch {
     }
 }
 
-/// Puts in their places what a run that was killed had written, if it had written all; whoever
-/// reads or writes results of a folder does this first.
+/// Completes the renames of a killed run if its list exists. Every command calls this before it
+/// reads or writes results in a folder.
 ///
 /// # Errors
 ///
-/// [`SessionError`] if a file cannot be moved or the list is none.
+/// [`SessionError`] if a file cannot be moved or the list is damaged.
 pub fn finish(folder: &Path) -> Result<(), SessionError> {
     let mut list = match (File::options().read(true).write(true)).open(folder.join(SWITCH_FILE)) {
         Ok(list) => list,
@@ -71,14 +71,15 @@ pub fn finish(folder: &Path) -> Result<(), SessionError> {
         }
         Err(error) => return Err(failed(folder, &format!("open {SWITCH_FILE}"), error)),
     };
-    // A run that is at it holds the lock. A folder on a network may know no locks; what both do
-    // is done once.
+    // A running process holds the lock. Network file systems may not support locks; then two
+    // processes may make the same changes, which is harmless.
     let _ = list.lock();
     let mut text = String::new();
     list.read_to_string(&mut text)
         .map_err(|error| failed(folder, &format!("read {SWITCH_FILE}"), error))?;
     if text.is_empty() {
-        // Killed between its last two steps, or done: then another list may be there.
+        // Either the list was emptied but not removed, or another process finished. In the second
+        // case there may be a new list, which must stay.
         let path = folder.join(SWITCH_FILE);
         if path.metadata().is_ok_and(|found| found.len() == 0) {
             let _ = std::fs::remove_file(path);
@@ -93,7 +94,7 @@ pub fn finish(folder: &Path) -> Result<(), SessionError> {
     }
 }
 
-/// What is not there was dealt with before.
+/// Treats a missing file as success, because an earlier attempt already moved or removed it.
 fn gone(result: std::io::Result<()>) -> std::io::Result<()> {
     match result {
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),

@@ -1,18 +1,18 @@
-//! Whether what came out can be used.
+//! Rates the usability of results.
 
 use crate::check::CheckReport;
 use crate::estimate::{Identification, Verdict};
 use crate::finding::Severity;
 use crate::validate::Validation;
 
-/// Whether what came out can be used; the numbers are there in any case.
+/// Usability of results. The numbers are available in any case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Usability {
-    /// Nothing serious is known against it.
+    /// No serious finding exists.
     Usable,
-    /// Something serious is.
+    /// A serious finding exists.
     Unusable,
-    /// The log is wrong.
+    /// The log contradicts the experiment file.
     WrongLog,
 }
 
@@ -27,7 +27,7 @@ impl From<&CheckReport> for Usability {
 }
 
 impl From<&Identification> for Usability {
-    /// Judges the first estimator.
+    /// Rates the result of the first estimator.
     fn from(identification: &Identification) -> Self {
         match identification.results.first() {
             Some(result) if result.verdict == Verdict::Unusable => Self::Unusable,
@@ -37,7 +37,7 @@ impl From<&Identification> for Usability {
 }
 
 impl From<&Validation> for Usability {
-    /// A first parameter set that cannot be simulated is of no use.
+    /// Rates the first parameter set of each run: it is unusable if its simulated loop diverges.
     fn from(validation: &Validation) -> Self {
         let serious = validation.runs.iter().any(|run| {
             run.sets.first().is_some_and(|set| {

@@ -1,4 +1,4 @@
-//! Parameters against other logs.
+//! Validates parameters on other logs.
 
 use std::collections::BTreeMap;
 
@@ -13,12 +13,12 @@ use crate::validate::{Validated, validate};
 impl Session {
     /// Validates parameters on the logs of the experiment's `[[validate]]` runs.
     ///
-    /// Delays, signs and gains that the description leaves open are those that the identification
-    /// found, if the parameters come from one.
+    /// If the parameters come from an identification, its delays, signs and gains are used where
+    /// the description leaves them open.
     ///
     /// # Errors
     ///
-    /// [`SessionError`] if a description or a log is wrong. A loop that runs away is a finding.
+    /// [`SessionError`] if a description or a log is wrong. A diverging loop gives a finding.
     pub fn validate(
         &self,
         parameters: &Parameters,
@@ -31,11 +31,11 @@ impl Session {
         self.validate_with(parameters, &mut sources, progress)
     }
 
-    /// Validates parameters on other logs, a list for each `[[validate]]` run.
+    /// Validates parameters on other logs, one list of logs per `[[validate]]` run.
     ///
     /// # Errors
     ///
-    /// [`SessionError`] likewise.
+    /// The errors of [`validate`](Self::validate).
     pub fn validate_with(
         &self,
         parameters: &Parameters,
