@@ -1,6 +1,6 @@
-//! The command as it was typed.
+//! Returns the typed command, for reports.
 
-/// Returns the command as it was typed, for reports.
+/// Returns the typed command, with `sprung` as the name of the program.
 pub(crate) fn command_line() -> String {
     let mut words = std::env::args_os();
     words.next();
@@ -10,7 +10,7 @@ pub(crate) fn command_line() -> String {
         .join(" ")
 }
 
-/// Returns a word as a shell takes it.
+/// Returns a word, quoted for a shell if necessary.
 pub(crate) fn quoted(word: &str) -> String {
     if word.is_empty() || word.contains(|c: char| c.is_whitespace() || "\"'$`\\".contains(c)) {
         format!("'{}'", word.replace('\'', r"'\''"))

@@ -1,13 +1,13 @@
-//! How the program ends.
+//! Exit codes of the program.
 
 use sprung::session::{ErrorKind, SessionError, Usability};
 
-/// Exit codes; documented in the README and in `--help`.
+/// Exit codes, which the README and `--help` document.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ExitCode {
-    /// Done.
+    /// The command succeeded.
     Done = 0,
-    /// Done, but the result is unusable, and says so.
+    /// The command succeeded, but the result is unusable.
     Unusable = 1,
     /// The command line or the experiment file is wrong.
     Usage = 2,
@@ -36,7 +36,7 @@ impl From<Usability> for ExitCode {
 impl From<ErrorKind> for ExitCode {
     fn from(kind: ErrorKind) -> Self {
         match kind {
-            // The terminal stops no run: Ctrl-C ends the program.
+            // The terminal never stops a run, because Ctrl-C ends the program.
             ErrorKind::Usage | ErrorKind::Stopped => Self::Usage,
             ErrorKind::Log => Self::Log,
             ErrorKind::File => Self::File,
@@ -44,7 +44,7 @@ impl From<ErrorKind> for ExitCode {
     }
 }
 
-/// Why a command did not finish.
+/// Error that ends a command.
 #[derive(Debug)]
 pub(crate) struct Failure {
     pub(crate) code: ExitCode,

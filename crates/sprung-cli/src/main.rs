@@ -13,7 +13,7 @@ mod terminal;
 fn main() -> std::process::ExitCode {
     let usual = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
-        // Some panics come out as the error of a damaged log.
+        // The readers of logs turn some panics into errors about a damaged log.
         if !sprung::log::panics_are_caught() {
             usual(panic);
         }

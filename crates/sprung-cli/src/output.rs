@@ -1,4 +1,4 @@
-//! Results that are complete or not there.
+//! Writes the results of a run completely or not at all.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ use crate::args::Common;
 use crate::exit_code::{ExitCode, Failure};
 use crate::switch::decide;
 
-/// How the names of files begin and end that are not yet results.
+/// Prefix and suffix of temporary files.
 const TEMPORARY: (&str, &str) = (".sprung-", ".part");
 
 /// Returns the folder for results of a command.
@@ -18,20 +18,21 @@ pub(crate) fn results_folder(session: &Session, common: &Common) -> PathBuf {
     (common.out.clone()).unwrap_or_else(|| session.results_folder())
 }
 
-/// Files of one run: written beside their place, then renamed together, so
-/// that earlier results stay whole if anything fails. A kill between the renames leaves a list of
-/// them, with which the next command goes on.
+/// Files of one run. They are written under temporary names in the same folder and then renamed
+/// together, so earlier results stay complete if a step fails. If the program is killed between the
+/// renames, the list of renames remains, and the next command completes it.
 pub(crate) struct Output {
     folder: PathBuf,
-    // Files that were read and must stay.
+    // Input files, which must not be overwritten.
     inputs: Vec<PathBuf>,
     files: Vec<(PathBuf, NamedTempFile)>,
-    // Files of earlier runs that go when these come.
+    // Files of earlier runs that are removed when the new files take their places.
     outdated: Vec<PathBuf>,
 }
 
 impl Output {
-    /// Creates the folder if it is not there.
+    /// Creates the folder if it does not exist, completes the renames of a killed run, and removes
+    /// its temporary files.
     pub(crate) fn new(folder: &Path) -> Result<Self, Failure> {
         std::fs::create_dir_all(folder).map_err(|error| {
             let folder = folder.display();
@@ -50,7 +51,7 @@ impl Output {
         })
     }
 
-    /// Says which files must not be written over.
+    /// Protects input files from being overwritten.
     pub(crate) fn keeping(mut self, inputs: impl IntoIterator<Item = PathBuf>) -> Self {
         let found = inputs
             .into_iter()
@@ -59,7 +60,7 @@ impl Output {
         self
     }
 
-    /// Writes a file through `fill`.
+    /// Writes a file with the function `fill`.
     pub(crate) fn write<E: From<std::io::Error> + std::fmt::Display>(
         &mut self,
         name: impl AsRef<Path>,
@@ -96,8 +97,8 @@ impl Output {
         self.write(name, |write| write.write_all(text.as_bytes()))
     }
 
-    /// Says that a file of an earlier run goes when these come, if it is there and no input;
-    /// returns whether it does.
+    /// Marks a file of an earlier run for removal if it exists and is not an input. Returns whether
+    /// it is marked.
     pub(crate) fn outdates(&mut self, name: &str) -> bool {
         let path = self.folder.join(name);
         let goes = (path.canonicalize()).is_ok_and(|path| !self.inputs.contains(&path));
@@ -107,7 +108,7 @@ impl Output {
         goes
     }
 
-    /// Puts all files in their places.
+    /// Renames all files to their final names.
     pub(crate) fn commit(self) -> Result<(), Failure> {
         for (path, file) in &self.files {
             let synced = file.as_file().sync_all();
@@ -126,14 +127,15 @@ impl Output {
         Ok(())
     }
 
-    /// Puts several files in their places.
+    /// Renames several files to their final names, with a list that survives a kill.
     fn switch(self) -> Result<(), Failure> {
         let name = |path: &Path| -> Result<String, Failure> {
             (path.file_name().and_then(|name| name.to_str()))
                 .map(str::to_owned)
                 .ok_or_else(|| cannot_write(path, &"its name is not Unicode"))
         };
-        // Who waits for the file that was written first finds the others.
+        // A program may wait for the file that was written first. That file is renamed last, so the
+        // others exist by then.
         let renames = self.files.iter().rev().map(|(path, file)| {
             let from = name(file.path())?;
             Ok((from, name(path)?))
@@ -144,7 +146,7 @@ impl Output {
         };
         let list = temporary(&self.folder).map_err(|error| cannot_write(&self.folder, &error))?;
         let list = decide(&switch, &self.folder, list)?;
-        // Locked until they are in their places.
+        // The temporary files stay open and locked until they are renamed.
         let mut files = Vec::new();
         for (path, file) in self.files {
             files.push((file.keep()).map_err(|error| cannot_write(&path, &error.error))?);
@@ -160,7 +162,7 @@ fn cannot_write(path: &Path, error: &dyn std::fmt::Display) -> Failure {
     )
 }
 
-/// Removes what killed runs left behind. Others may be writing: their files are locked.
+/// Removes the temporary files of killed runs. Files of running processes are locked, so they stay.
 fn clear(folder: &Path) {
     let Ok(entries) = std::fs::read_dir(folder) else {
         return;
@@ -174,7 +176,7 @@ fn clear(folder: &Path) {
         }
         let is_left = std::fs::File::open(entry.path()).is_ok_and(|file| file.try_lock().is_ok());
         if is_left {
-            // One that cannot be removed is in nobody's way.
+            // A file that cannot be removed does no harm.
             let _ = std::fs::remove_file(entry.path());
         }
     }
@@ -186,11 +188,11 @@ fn temporary(folder: &Path) -> std::io::Result<NamedTempFile> {
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
-        // A temporary file is private; a result has the user's usual mode.
+        // A temporary file is private by default; a result gets the user's usual permissions.
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
     let file = builder.tempfile_in(folder)?;
-    // A folder on a network may know no locks; results are whole without them.
+    // Network file systems may not support locks. The results are complete without them.
     let _ = file.as_file().try_lock();
     Ok(file)
 }

@@ -1,4 +1,4 @@
-//! Logs of a digital twin, as files.
+//! Writes logs of a digital twin to files.
 
 use std::path::PathBuf;
 
@@ -9,7 +9,7 @@ use crate::exit_code::Failure;
 use crate::output::Output;
 use crate::terminal::Terminal;
 
-/// Writes a twin's log, and returns where it will be.
+/// Writes the log of a twin and returns its future path.
 pub(crate) fn write_log(
     twin: &Recording<'_>,
     output: &mut Output,

@@ -1,4 +1,4 @@
-//! The files of results.
+//! Writes and reads the files of results.
 
 use std::path::{Path, PathBuf};
 
@@ -12,15 +12,15 @@ use sprung::validate::{Validated, Validation};
 use crate::exit_code::{ExitCode, Failure};
 use crate::output::Output;
 
-/// Curves of an identification.
+/// Names of the files with the curves of an identification.
 const TRACE_FILE: &str = "trace.csv";
 const FIT_FILE: &str = "fit.csv";
 
-/// The files of a validation but the report.
+/// Names of the files of a validation, except the report.
 const VALIDATION_FILE: &str = "validation.json";
 const SIGNALS_FILE: &str = "signals.csv";
 
-/// The first column of the signals.
+/// Heading of the first column of the signals.
 const SIGNALS_LABEL: &str = "run/parameters";
 
 /// Writes a value as JSON.
@@ -36,7 +36,7 @@ pub(crate) fn write_json(
     Ok(())
 }
 
-/// Writes all files of an identification but the report.
+/// Writes all files of an identification except the report.
 pub(crate) fn write_identified(output: &mut Output, found: &Identified) -> Result<(), Failure> {
     write_json(output, IDENTIFICATION_FILE, &found.identification)?;
     output.text("parameters.csv", &parameters_csv(&found.identification))?;
@@ -45,14 +45,14 @@ pub(crate) fn write_identified(output: &mut Output, found: &Identified) -> Resul
     Ok(())
 }
 
-/// Writes all files of a validation but the report.
+/// Writes all files of a validation except the report.
 pub(crate) fn write_validated(output: &mut Output, found: &Validated) -> Result<(), Failure> {
     write_json(output, VALIDATION_FILE, &found.validation)?;
     output.text(SIGNALS_FILE, &found.curves.to_csv(SIGNALS_LABEL))?;
     Ok(())
 }
 
-/// Writes the report of what was found, and returns where it will be.
+/// Writes the report and returns its future path.
 pub(crate) fn write_report(
     output: &mut Output,
     contents: &Contents<'_>,
@@ -60,7 +60,7 @@ pub(crate) fn write_report(
     write_html(output, "report.html", &compose(contents))
 }
 
-/// Writes a document, and returns where it will be.
+/// Writes a document and returns its future path.
 pub(crate) fn write_html(
     output: &mut Output,
     name: &str,
@@ -72,10 +72,10 @@ pub(crate) fn write_html(
     output.text(name, &html)
 }
 
-/// Lets go of the files of an earlier validation; returns whether there are any.
+/// Marks the files of an earlier validation for removal. Returns whether they exist.
 pub(crate) fn outdate_validation(output: &mut Output, folder: &Path) -> bool {
     let text = |name: &str| std::fs::read_to_string(folder.join(name)).ok();
-    // Of files with these names only what such a validation wrote.
+    // A file with this name is removed only if a validation of sprung wrote it.
     let is_ours =
         text(VALIDATION_FILE).is_some_and(|text| serde_json::from_str::<Validation>(&text).is_ok());
     if !is_ours || !output.outdates(VALIDATION_FILE) {
@@ -87,7 +87,7 @@ pub(crate) fn outdate_validation(output: &mut Output, folder: &Path) -> bool {
     true
 }
 
-/// Returns the curves that lie beside an identification, trace and fit, if they are there.
+/// Returns the curves stored with an identification, trace and fit, if they exist.
 pub(crate) fn curves_beside(identification: &Path) -> (Option<Curves>, Option<Curves>) {
     let read = |name: &str| {
         let text = std::fs::read_to_string(identification.with_file_name(name)).ok()?;

@@ -1,4 +1,4 @@
-//! The list of results that take their places together, ahead of them.
+//! Writes the list of pending renames before the results take their places.
 
 use std::fs::File;
 use std::io::ErrorKind;
@@ -7,9 +7,9 @@ use std::path::Path;
 use sprung::session::{SWITCH_FILE, SessionError, Switch, finish};
 use tempfile::NamedTempFile;
 
-/// Puts the list into a folder, and returns it open; it is locked until it is dropped.
+/// Puts the list into the folder and returns it opened. The list is locked until it is dropped.
 ///
-/// - `list`: an empty file in the folder, locked.
+/// - `list`: an empty, locked file in the folder.
 pub(crate) fn decide(
     switch: &Switch,
     folder: &Path,
@@ -22,7 +22,7 @@ pub(crate) fn decide(
     loop {
         match list.persist_noclobber(folder.join(SWITCH_FILE)) {
             Ok(file) => return Ok(file),
-            // Another run is at it, or was.
+            // Another run is making its renames, or was killed while it made them.
             Err(error) if error.error.kind() == ErrorKind::AlreadyExists => {
                 list = error.file;
                 finish(folder)?;
@@ -48,7 +48,7 @@ mod tests {
 
     const NAMES: [&str; 3] = ["c", "b", "a"];
 
-    /// A folder where a run has written all and is to put it in place.
+    /// Returns a folder where a run has written all files but has not renamed them.
     fn written() -> (TempDir, Switch) {
         let folder = TempDir::new().unwrap();
         let write = |name: &str, text: &str| {
@@ -89,7 +89,8 @@ mod tests {
 
     #[test]
     fn what_was_begun_is_finished_wherever_it_stopped() {
-        // The list alone; without what is outdated; with one to three files in place.
+        // Case 0 has only the list. In case 1 the outdated file is gone. In cases 2 to 4, one to
+        // three files are also renamed.
         for done in 0..=4 {
             let (folder, switch) = written();
             let path = folder.path();
@@ -156,7 +157,7 @@ mod tests {
                     .contains("is no list of files; remove it")
             );
         }
-        // What a run left that was killed at its very last step.
+        // A run that was killed at its last step leaves an empty list.
         let folder = TempDir::new().unwrap();
         std::fs::write(folder.path().join(SWITCH_FILE), "").unwrap();
         finish(folder.path()).unwrap();

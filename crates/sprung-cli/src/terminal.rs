@@ -1,4 +1,4 @@
-//! What the user sees while and after a command runs.
+//! Output for the user during and after a command.
 
 use std::collections::BTreeMap;
 use std::io::{IsTerminal, Write};
@@ -15,7 +15,7 @@ use sprung::validate::Validation;
 
 use crate::args::{Color, Voice};
 
-/// Messages go to stderr, results to stdout.
+/// Writes messages to stderr and results to stdout.
 #[derive(Clone, Copy)]
 pub(crate) struct Terminal {
     voice: Voice,
@@ -34,16 +34,16 @@ impl Terminal {
         }
     }
 
-    /// Prints a result for programs, if they asked for it.
+    /// Prints a result as JSON, if the user asked for it.
     pub(crate) fn json(self, value: &impl serde::Serialize) {
         if self.json {
             print_json(value);
         }
     }
 
-    /// Runs something, and shows how far it is.
+    /// Runs a function and shows its progress.
     ///
-    /// - `what`: what is done, until the run says more.
+    /// - `what`: text until the run reports its first phase.
     pub(crate) fn follow<T>(self, what: &str, run: impl FnOnce(&mut dyn Listener) -> T) -> T {
         let bar = self.bar(what);
         let outcome = run(&mut |progress: Progress| {
@@ -102,7 +102,7 @@ impl Terminal {
         }
     }
 
-    /// Prints the root mean squares of all runs and parameter sets.
+    /// Prints the root mean square errors of all runs and parameter sets.
     pub(crate) fn validation(self, validation: &Validation) {
         for run in &validation.runs {
             if run.simulated {
@@ -140,7 +140,7 @@ impl Terminal {
         }
     }
 
-    /// Prints a finding as a result, with the line that mends it.
+    /// Prints a finding as a result, with the line of the experiment file that corrects it.
     pub(crate) fn finding_with_line(self, finding: &Finding) {
         let line =
             (finding.setting.as_ref()).map_or_else(String::new, |line| format!("\n  line: {line}"));
@@ -175,7 +175,8 @@ impl Terminal {
     }
 }
 
-/// Looks of a bar: for samples of which the total is not known or is, and for runs of a filter.
+/// Templates of the progress bar: samples with unknown total, samples with known total, and filter
+/// runs.
 const OPEN_END: &str = "{msg} {spinner} {human_pos} samples";
 const TO_THE_END: &str = "{msg} [{bar:30}] {human_pos} of {human_len} samples, {eta} left";
 const FILTER_RUNS: &str =
@@ -195,7 +196,7 @@ fn show(bar: &ProgressBar, progress: Progress) {
             bar.set_message(progress.phase.word());
             bar.set_length(most);
             bar.set_position(progress.done);
-            // A run may take seconds in which the bar hears nothing.
+            // A filter run may take seconds without a report.
             bar.enable_steady_tick(TICK_INTERVAL);
         }
         (Phase::Simulating, Some(total)) => {
@@ -206,7 +207,7 @@ fn show(bar: &ProgressBar, progress: Progress) {
             bar.set_position(progress.done);
         }
         (Phase::Reading | Phase::Validating, _) => {
-            // After runs of the filter samples are counted again.
+            // Samples are counted again after filter runs.
             if bar.length().is_some() {
                 bar.disable_steady_tick();
                 set_template(bar, OPEN_END);
@@ -219,10 +220,10 @@ fn show(bar: &ProgressBar, progress: Progress) {
     }
 }
 
-/// Between two pictures of a bar that hears nothing.
+/// Interval between two drawings of a bar without reports.
 const TICK_INTERVAL: std::time::Duration = std::time::Duration::from_millis(200);
 
-/// Says how large the disturbances are that a refinement found.
+/// Returns the disturbances found by a refinement, as text.
 fn disturbances(refinement: &Refinement) -> String {
     let rows = refinement.disturbances.iter().map(|row| {
         let name = row.row.trim_end_matches("_nm").trim_end_matches("_n");
@@ -251,15 +252,15 @@ pub(crate) fn print_json(value: &impl serde::Serialize) {
     }
 }
 
-/// Whether a line could not be printed.
+/// Whether a line of output could not be written.
 static LOST: AtomicBool = AtomicBool::new(false);
 
-/// Returns whether results that were to be printed are lost.
+/// Returns whether a line of output could not be written.
 pub(crate) fn lost() -> bool {
     LOST.load(Ordering::Relaxed)
 }
 
-/// Prints a line on stdout; a reader that has gone away is no error.
+/// Prints a line on stdout. It is not an error if the reader of a pipe has gone.
 fn print(text: &impl std::fmt::Display) {
     let mut stdout = std::io::stdout();
     if let Err(error) = writeln!(stdout, "{text}").and_then(|()| stdout.flush())
@@ -349,7 +350,7 @@ fn parameter_table(
     table
 }
 
-/// Joints that stand side by side, at most.
+/// Maximum number of joints that share a row.
 const MOST_JOINTS_SIDE_BY_SIDE: usize = 3;
 
 /// One row per parameter set and joint.
@@ -380,7 +381,7 @@ fn error_table_by_joint(run: &sprung::validate::RunResult) -> Table {
     table
 }
 
-/// Delays, signs and gains that were found in the log, a line each.
+/// Returns the delays, signs and gains that were estimated from the log, one per line.
 fn of_log(identification: &Identification) -> Vec<String> {
     let log = &identification.log;
     let delays = log.delay_s.iter().filter_map(|(column, delay)| {

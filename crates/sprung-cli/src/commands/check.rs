@@ -1,4 +1,4 @@
-//! `sprung check`: what is wrong with a log, before any fit.
+//! `sprung check`: findings about a log before any fit.
 
 use comfy_table::Table;
 use sprung::check::{CheckReport, CheckedLog};
@@ -37,7 +37,7 @@ pub(crate) fn run(args: &Check) -> Result<ExitCode, Failure> {
     Ok(Usability::from(&checked.report).into())
 }
 
-/// One screen: logs, joints, and findings with their remedies.
+/// Prints logs, joints, and findings with their remedies, on about one screen.
 fn say(terminal: Terminal, report: &CheckReport) {
     for log in &report.logs {
         terminal.say(format!(

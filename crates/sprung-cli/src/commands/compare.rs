@@ -1,4 +1,4 @@
-//! `sprung compare`: results side by side.
+//! `sprung compare`: compares results.
 
 use comfy_table::Table;
 use sprung::compare::{ComparedParameter, Comparison};
@@ -64,7 +64,7 @@ fn header_table(comparison: &Comparison) -> Table {
     table
 }
 
-/// Root mean squares of the residuals, and their parts of the torque.
+/// Returns a table of the root mean square residuals, absolute and relative to the torque.
 fn residual_table(comparison: &Comparison) -> Table {
     let compared = &comparison.compared;
     let mut names: Vec<&str> = Vec::new();

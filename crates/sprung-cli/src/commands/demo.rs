@@ -1,4 +1,4 @@
-//! `sprung demo`: the paper's experiment on a digital twin.
+//! `sprung demo`: runs the paper's experiment on a digital twin.
 
 use sprung::demo;
 use sprung::report::Contents;
@@ -85,7 +85,7 @@ fn with_seed(seed: u64) -> String {
     lines.collect()
 }
 
-/// Returns the lines of an experiment but that of the seed.
+/// Returns the lines of an experiment file without the line of the seed.
 fn without_seed(text: &str) -> Vec<&str> {
     text.lines()
         .filter(|line| !line.starts_with("seed "))

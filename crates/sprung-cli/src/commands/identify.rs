@@ -1,4 +1,4 @@
-//! `sprung identify`: a log in, parameters out.
+//! `sprung identify`: identifies the parameters from a log.
 
 use sprung::report::Contents;
 use sprung::session::{Session, Usability};

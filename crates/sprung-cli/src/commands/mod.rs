@@ -1,4 +1,4 @@
-//! One file per verb.
+//! The commands, one file each.
 
 mod check;
 mod compare;
@@ -15,7 +15,7 @@ use crate::args::{Cli, Verb, Work};
 use crate::exit_code::{ExitCode, Failure};
 use crate::terminal::{self, complain};
 
-/// Runs what was typed.
+/// Runs the command that was typed.
 pub(crate) fn run() -> std::process::ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
@@ -51,7 +51,7 @@ pub(crate) fn run() -> std::process::ExitCode {
     }
 }
 
-/// Runs a command with as many threads as were asked for.
+/// Runs a command with the requested number of threads.
 fn with_threads(
     work: Work,
     run: impl FnOnce() -> Result<ExitCode, Failure> + Send,

@@ -1,4 +1,4 @@
-//! `sprung new`: an experiment file to start from.
+//! `sprung new`: writes an experiment file to start from.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use crate::exit_code::{ExitCode, Failure};
 use crate::output::Output;
 use crate::terminal::Terminal;
 
-/// Joints of a table if nobody says how many.
+/// Number of joints without `--joints`.
 const DEFAULT_JOINTS: usize = 2;
 
 pub(crate) fn run(args: &New) -> Result<ExitCode, Failure> {
@@ -46,7 +46,7 @@ pub(crate) fn run(args: &New) -> Result<ExitCode, Failure> {
     Ok(ExitCode::Done)
 }
 
-/// Checks that nothing would be overwritten.
+/// Returns an error if a file would be overwritten.
 fn refuse_what_is_there(folder: &Path) -> Result<(), Failure> {
     let refuse = |message| Err(Failure::new(ExitCode::Usage, message));
     let toml = (folder.extension()).is_some_and(|extension| extension == "toml");
@@ -57,7 +57,7 @@ fn refuse_what_is_there(folder: &Path) -> Result<(), Failure> {
         ));
     }
     let file = folder.join("experiment.toml");
-    // A link that leads nowhere is there, too.
+    // A link without target also counts as an existing file.
     if file.symlink_metadata().is_ok() {
         return refuse(format!(
             "{} is there already and is not overwritten; choose another folder, or move the file away",

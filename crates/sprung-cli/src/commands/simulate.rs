@@ -1,4 +1,4 @@
-//! `sprung simulate`: a log of the digital twin.
+//! `sprung simulate`: simulates a log with the digital twin.
 
 use sprung::session::{Parameters, Session};
 

@@ -1,4 +1,4 @@
-//! `sprung validate`: parameters against other logs.
+//! `sprung validate`: validates parameters on other logs.
 
 use sprung::report::Contents;
 use sprung::session::{Parameters, Session, Usability, find_identification};
@@ -28,7 +28,7 @@ pub(crate) fn run(args: &Validate) -> Result<ExitCode, Failure> {
         .keeping(session.inputs())
         .keeping([file.clone()]);
     write_validated(&mut output, &found)?;
-    // The curves of the identification lie beside it, if it was kept whole.
+    // The curves of the identification are in the same folder, unless they were removed.
     let (trace, fit) = match parameters.identification {
         Some(_) => curves_beside(&file),
         None => (None, None),

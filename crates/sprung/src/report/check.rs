@@ -1,4 +1,4 @@
-//! The report of a check: what is wrong with a log, and what shows it.
+//! Composes the report of a check: the findings about a log and their evidence.
 
 use super::document::{
     Badge, Block, Column, Document, Figure, Layout, Panel, Row, Series, Style, Table, Tone,
@@ -11,7 +11,7 @@ use crate::finding::{Finding, Severity};
 
 /// Composes the report of a check.
 ///
-/// - `command`: the command that made it; `experiment`: the experiment file.
+/// - `command`: the command that made the report; `experiment`: the text of the experiment file.
 #[must_use]
 pub fn compose_check(checked: &Checked, command: &str, experiment: &str) -> Document {
     let report = &checked.report;
@@ -93,7 +93,7 @@ fn badge(report: &CheckReport) -> Badge {
     }
 }
 
-/// Findings, each with the samples that show it.
+/// Returns the findings, each with a figure of the samples concerned.
 fn findings(checked: &Checked) -> Vec<Block> {
     let all = &checked.report.findings;
     if all.is_empty() {

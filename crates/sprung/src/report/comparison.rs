@@ -1,4 +1,4 @@
-//! The report of a comparison.
+//! Composes the report of a comparison.
 
 use super::document::{Badge, Block, Document, IntervalRow, Intervals, Row, Table, Tone};
 use super::intervals::{self, Ranged};
@@ -14,7 +14,7 @@ use crate::model::short;
 
 /// Composes the report of a comparison.
 ///
-/// - `command`: the command that made it.
+/// - `command`: the command that made the report.
 #[must_use]
 pub fn compose_comparison(comparison: &Comparison, command: &str) -> Document {
     let compared = &comparison.compared;
@@ -201,7 +201,7 @@ fn parameters(comparison: &Comparison) -> Table {
     }
 }
 
-/// The values of a row about the first of them, as parts of the largest
+/// Returns the values of each parameter relative to the first value, scaled by the largest
 /// distance.
 fn intervals(comparison: &Comparison) -> Intervals {
     let rows = comparison.parameters.iter().filter_map(row).collect();

@@ -1,4 +1,4 @@
-//! What a report contains, section by section.
+//! Composes the report of an identification, of a validation, or of both, section by section.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ use crate::curves::Curves;
 use crate::estimate::{EstimateResult, Identification, LogInfo, Verdict};
 use crate::validate::Validation;
 
-/// Everything that a report may show.
+/// Contents of a report.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Contents<'a> {
     /// The identification.
@@ -253,7 +253,8 @@ fn conditioning(identification: &Identification) -> Section {
     )
 }
 
-/// How the cut-off of the positions was chosen, and what others give.
+/// Composes the section about the choice of the position cut-off and the estimates at other
+/// cut-offs.
 fn cutoff(identification: &Identification) -> Option<Section> {
     let choice = identification.settings.position_cutoff_choice.as_ref()?;
     let mut blocks = vec![Block::Paragraph(format!(
@@ -271,7 +272,7 @@ fn cutoff(identification: &Identification) -> Option<Section> {
     ))
 }
 
-/// What stands behind the link parameters of a tree.
+/// Composes the section about the standard parameters of the links of a tree.
 fn links(identification: &Identification) -> Option<Section> {
     let result = identification.results.first()?;
     let lumped = robot_tables::lumped(result);
@@ -294,7 +295,7 @@ fn links(identification: &Identification) -> Option<Section> {
     ))
 }
 
-/// Returns how many samples a log has and what was done about their times.
+/// Returns the number of samples and the treatment of their times, as text.
 fn samples(log: &LogInfo) -> String {
     let taken = match (log.sampling.as_str(), log.cycle_s) {
         ("on-cycle", Some(cycle)) => format!(

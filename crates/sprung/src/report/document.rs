@@ -7,36 +7,36 @@ use serde::Serialize;
 pub struct Document {
     /// The heading of the report.
     pub title: String,
-    /// One line below the heading, which may be empty.
+    /// The line below the heading; may be empty.
     pub subtitle: String,
     /// The program and version that wrote the report.
     pub generator: String,
-    /// The overall judgement, if there is one.
+    /// The overall verdict, if there is one.
     pub verdict: Option<Badge>,
     /// The sections in reading order.
     pub sections: Vec<Section>,
 }
 
-/// A short judgement in a word or two.
+/// A verdict of one or two words.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]
 pub struct Badge {
-    /// How good the news is.
+    /// Tone of the verdict.
     pub tone: Tone,
-    /// The words to show.
+    /// Text of the verdict.
     pub text: String,
 }
 
-/// How good or bad a piece of information is.
+/// Rating of a piece of information, shown as a colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Tone {
-    /// All is well.
+    /// Good.
     Good,
     /// Usable, but with a reservation.
     Doubtful,
     /// Not usable.
     Bad,
-    /// Neither good nor bad.
+    /// Without rating.
     #[default]
     Neutral,
 }
@@ -48,13 +48,13 @@ pub struct Section {
     pub id: String,
     /// The heading of the section.
     pub heading: String,
-    /// One or two opening sentences, which may be empty.
+    /// One or two opening sentences; may be empty.
     pub lead: String,
     /// The content in reading order.
     pub blocks: Vec<Block>,
 }
 
-/// One piece of content.
+/// A piece of content.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Block {
@@ -66,20 +66,20 @@ pub enum Block {
     Table(Table),
     /// A figure of one or more panels.
     Figure(Figure),
-    /// Values with their intervals, side by side.
+    /// Values with their intervals, for comparison.
     Intervals(Intervals),
-    /// Sizes on a common scale.
+    /// Bars on a common scale.
     Bars(Bars),
-    /// Remarks of a check, each with its remedy.
+    /// Findings, each with its remedy.
     Findings(Vec<Finding>),
-    /// Text to be shown as typed.
+    /// Text shown as it was typed.
     Code(String),
 }
 
 /// A table with a caption.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]
 pub struct Table {
-    /// What the table shows, which may be empty.
+    /// Description of the table; may be empty.
     pub caption: String,
     /// The columns from left to right.
     pub columns: Vec<Column>,
@@ -101,49 +101,48 @@ pub struct Column {
 pub struct Row {
     /// The formatted cells, one for each column.
     pub cells: Vec<String>,
-    /// How good the news in this row is.
+    /// Rating of the row.
     pub tone: Tone,
 }
 
-/// A remark of a check.
+/// A finding.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]
 pub struct Finding {
-    /// How much the remark matters.
+    /// Rating of the finding.
     pub severity: Tone,
-    /// A stable short name to look up.
+    /// Stable short name for reference.
     pub code: String,
-    /// The remark in a few words.
+    /// The finding in a few words.
     pub title: String,
     /// The explanation.
     pub text: String,
-    /// What to do about it, which may be empty.
+    /// Remedy; may be empty.
     pub remedy: String,
 }
 
-/// Values with their intervals: one row per quantity on a scale of its own,
-/// one colour per origin.
+/// Values with their intervals: one row per quantity with its own scale, one colour per source.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Intervals {
-    /// What is shown.
+    /// Description of the values.
     pub caption: String,
-    /// Where the values come from, one name per mark of a row.
+    /// Sources of the values, one name per mark of a row.
     pub names: Vec<String>,
     /// The rows from top to bottom.
     pub rows: Vec<IntervalRow>,
 }
 
-/// One quantity of several origins.
+/// One quantity from several sources.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct IntervalRow {
     /// Name of the quantity.
     pub label: String,
-    /// What half the width of the row stands for.
+    /// Value that half the width of the row represents.
     pub scale: String,
-    /// One mark per origin, if it has a value.
+    /// One mark per source; `None` if the source has no value.
     pub marks: Vec<Option<Mark>>,
 }
 
-/// A value in its interval; -1 is the left end of a row, 1 its right end.
+/// A value and its interval; -1 is the left end of a row and 1 is its right end.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Mark {
     /// The value.
@@ -152,36 +151,36 @@ pub struct Mark {
     pub interval: Option<[f64; 2]>,
 }
 
-/// Sizes of several kinds as bars, a group for each thing that has them.
+/// Bars of several kinds, one group per item.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Bars {
-    /// What is shown.
+    /// Description of the bars.
     pub caption: String,
-    /// The kinds of size, one per bar of a row.
+    /// Kinds of bars, one per bar of a row.
     pub names: Vec<String>,
-    /// Places on the scale, from 0 to 1, and what stands there.
+    /// Positions on the scale, from 0 to 1, with their labels.
     pub ticks: Vec<(f64, String)>,
     /// The rows from top to bottom.
     pub rows: Vec<BarRow>,
 }
 
-/// The sizes of one thing.
+/// The bars of one item.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct BarRow {
-    /// Name of the thing.
+    /// Name of the item.
     pub label: String,
-    /// One bar per kind, if it has that size.
+    /// One bar per kind; `None` if the item has no value of this kind.
     pub bars: Vec<Option<Bar>>,
-    /// How good the news in this row is.
+    /// Rating of the row.
     pub tone: Tone,
 }
 
-/// A size.
+/// A bar.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Bar {
-    /// Length; 1 is the whole width.
+    /// Length; 1 is the full width.
     pub length: f64,
-    /// The size in figures.
+    /// Value of the bar as text.
     pub text: String,
 }
 
@@ -190,7 +189,7 @@ pub struct Bar {
 pub struct Figure {
     /// The anchor of the figure, unique in the document.
     pub id: String,
-    /// What the figure shows.
+    /// Description of the figure.
     pub caption: String,
     /// The quantity and unit of the horizontal axis.
     pub x_label: String,
@@ -216,9 +215,9 @@ pub enum Layout {
 pub struct Panel {
     /// The quantity and unit of the vertical axis.
     pub y_label: String,
-    /// The finite and never falling horizontal coordinates of the points.
+    /// Horizontal coordinates of the points: finite and not decreasing.
     pub x: Vec<f64>,
-    /// The curves, the first one lowest.
+    /// The curves; later ones are drawn on top.
     pub series: Vec<Series>,
 }
 
@@ -227,7 +226,7 @@ pub struct Panel {
 pub struct Series {
     /// The name in the legend.
     pub name: String,
-    /// The vertical coordinates, where `None` leaves a gap.
+    /// The vertical coordinates; `None` is a gap.
     pub values: Vec<Option<f64>>,
     /// The role of the curve, which decides its colour and dashes.
     pub style: Style,

@@ -1,4 +1,4 @@
-//! One self-contained HTML file from a document.
+//! Renders a document as one self-contained HTML file.
 
 pub(super) mod error;
 mod figures;
@@ -17,12 +17,12 @@ const PLOT_STYLE: &str = include_str!("assets/uplot/uPlot.min.css");
 const PLOT_SCRIPT: &str = include_str!("assets/uplot/uPlot.iife.min.js");
 const PLOT_LICENSE: &str = include_str!("assets/uplot/LICENSE");
 
-/// Renders a document as one HTML file that needs nothing else.
+/// Renders a document as one HTML file without references to other files.
 ///
 /// # Errors
 ///
-/// Fails if a curve does not fit its horizontal axis, or if that axis is not
-/// finite or falls.
+/// [`ReportError`] if a curve and its horizontal axis differ in length, or if the axis contains a
+/// value that is not finite or decreases.
 pub fn render(document: &Document) -> Result<String, ReportError> {
     let figures = figures::to_json(document)?;
     let verdict = document.verdict.as_ref().map_or_else(
@@ -67,7 +67,7 @@ mod tests {
 
     const HOSTILE: &str = "<b>x</b></script><script>alert(1)</script>";
 
-    /// A document in which every text is hostile.
+    /// Returns a document in which every text contains markup.
     fn hostile() -> Document {
         let text = || HOSTILE.to_owned();
         let table = Table {
@@ -153,7 +153,7 @@ mod tests {
     #[test]
     fn the_page_refers_to_nothing_outside() {
         let page = render(&hostile()).unwrap();
-        // The first line of the plotting library names its home.
+        // The first line of the plotting library contains its home page.
         let page = page.replacen("/*! https://github.com/leeoniya/uPlot", "", 1);
         for reference in ["http://", "https://", "src=", "@import", "url(", "<link"] {
             assert!(!page.contains(reference), "{reference}");
@@ -187,7 +187,7 @@ mod tests {
             ..Document::default()
         };
         let page = render(&document).unwrap();
-        // Left and right ends are measured from their own sides.
+        // CSS measures the left end from the left side and the right end from the right side.
         assert!(page.contains("class=\"bar c0\" style=\"left:62.50%;right:12.50%\""));
         assert!(page.contains("class=\"mark c0 m0\" style=\"left:75.00%\""));
         assert!(!page.contains("class=\"bar c1\""));

@@ -1,18 +1,17 @@
-//! Rows of values with their intervals, each on a scale of its own.
+//! Rows of values with their intervals, each row with its own scale.
 
 use super::document::{IntervalRow, Mark};
 use super::numbers::significant;
 use crate::model::short;
 
-/// A value and the ends of its interval, if it has one.
+/// A value, and the ends of its interval if it has one.
 pub(super) type Ranged = (f64, Option<[f64; 2]>);
 
-/// Places values and intervals around `centre`, so that the farthest of them
-/// reaches the end of the row.
+/// Returns a row of values and intervals around `centre`, scaled so that the farthest end lies at
+/// the end of the row.
 ///
-/// - `values`: one per origin, if it has a value.
-/// - `scale`: says in words what half the width is, from its size in the unit of
-///   the values.
+/// - `values`: one per source; `None` if the source has no value.
+/// - `scale`: returns a text for half the width of the row, given in the unit of the values.
 pub(super) fn row(
     label: impl Into<String>,
     centre: f64,
@@ -47,7 +46,7 @@ pub(super) fn row(
     }
 }
 
-/// Places values of a parameter; half the width is a part of its centre.
+/// Returns the row of a parameter. Half its width is given in percent of the centre.
 pub(super) fn of_parameter(
     (name, unit): (&str, &str),
     centre: f64,
@@ -56,7 +55,7 @@ pub(super) fn of_parameter(
     row(short(name), centre, values, percent_of(centre, unit))
 }
 
-/// Says what half the width is as a part of the centre, or in its unit if that is
+/// Returns a text for half the width: in percent of the centre, or in the unit if the centre is
 /// zero.
 fn percent_of(centre: f64, unit: &str) -> impl FnOnce(f64) -> String {
     move |half| {

@@ -1,6 +1,6 @@
-//! Reports that open anywhere: one HTML file with everything in it.
+//! Reports as self-contained HTML files.
 //!
-//! [`compose`] says what a report contains, [`render`] how it looks.
+//! [`compose`] creates the contents of a report, and [`render`] writes it as HTML.
 
 mod check;
 mod comparison;

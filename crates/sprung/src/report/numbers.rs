@@ -1,7 +1,7 @@
-//! Numbers for people; the only place where anything is rounded.
+//! Numbers as text for reports, with rounding.
 
-/// Returns a number with `digits` significant digits, in plain notation where
-/// that is short.
+/// Returns a number with `digits` significant digits, in plain notation from 1e-5 to 1e7 and in
+/// scientific notation outside.
 #[must_use]
 pub fn significant(value: f64, digits: usize) -> String {
     let digits = digits.max(1);
@@ -12,7 +12,7 @@ pub fn significant(value: f64, digits: usize) -> String {
             value.to_string()
         };
     }
-    // Rounding first: 9.996 with 3 digits is 10.0.
+    // Rounding comes first, because it may change the exponent: 9.996 with 3 digits is 10.0.
     let scientific = format!("{value:.*e}", digits - 1);
     let exponent: i32 = scientific
         .split_once('e')
@@ -26,12 +26,12 @@ pub fn significant(value: f64, digits: usize) -> String {
     }
 }
 
-/// Returns a value or a dash.
+/// Returns a rounded value, or a dash if there is no value.
 pub(super) fn or_dash(value: Option<f64>, digits: usize) -> String {
     value.map_or_else(|| "–".to_owned(), |value| significant(value, digits))
 }
 
-/// Returns a value as it was given, if that is short.
+/// Returns a value exactly as given if it has at most 8 characters, otherwise rounded.
 pub(super) fn given(value: Option<f64>) -> String {
     match value.map(|value| value.to_string()) {
         Some(text) if text.len() <= 8 => text,

@@ -1,4 +1,4 @@
-//! The figures of a report.
+//! Composes the figures of a report.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ use crate::validate::RunResult;
 
 const STYLES: [Style; 3] = [Style::First, Style::Second, Style::Third];
 
-/// Every parameter over time, one panel each.
+/// Returns a figure of every parameter over time, one panel per parameter.
 pub(super) fn traces(
     identification: &Identification,
     trace: &Curves,
@@ -19,7 +19,7 @@ pub(super) fn traces(
     let Some(first) = identification.results.first() else {
         return Figure::default();
     };
-    // All sets on the time axis of the first: a panel has one.
+    // A panel has one time axis, so all sets use that of the first set.
     let time = trace
         .sets
         .first()
@@ -69,7 +69,7 @@ pub(super) fn traces(
     }
 }
 
-/// A column of a set at the nearest of its own times.
+/// Returns a column of a set at the samples nearest to the given times.
 fn sampled(set: &CurveSet, column: usize, time: &[f64]) -> Vec<Option<f64>> {
     let values = set.values.get(column).map_or(&[][..], Vec::as_slice);
     time.iter()
@@ -85,8 +85,8 @@ fn sampled(set: &CurveSet, column: usize, time: &[f64]) -> Vec<Option<f64>> {
         .collect()
 }
 
-/// Drops values far outside what the second half shows: the first estimates
-/// rest on next to no data.
+/// Removes values far outside the range of the second half, because the first estimates rest on
+/// very few samples.
 fn drop_start(series: &mut [Series]) {
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     for one in &*series {
@@ -105,7 +105,7 @@ fn drop_start(series: &mut [Series]) {
     }
 }
 
-/// Measured and simulated positions, then torques, each with its error.
+/// Returns figures of the measured and simulated positions and torques, with their errors.
 pub(super) fn validation(run: &RunResult, curves: &Curves) -> Vec<Figure> {
     let prefix = format!("{}/", run.name);
     let own: Vec<&CurveSet> = curves
@@ -157,7 +157,7 @@ pub(super) fn validation(run: &RunResult, curves: &Curves) -> Vec<Figure> {
     ]
 }
 
-/// Filtered torques, measured and fitted, with what is left.
+/// Returns a figure of the measured and fitted filtered torques, with the residuals.
 pub(super) fn fit(identification: &Identification, fit: &Curves) -> Figure {
     let panels = match fit.sets.split_first() {
         None => Vec::new(),
@@ -178,7 +178,7 @@ pub(super) fn fit(identification: &Identification, fit: &Curves) -> Figure {
     }
 }
 
-/// A panel with all curves and a panel with their distance from the first.
+/// Returns a panel with all curves, and a panel with their differences from the measured curve.
 fn with_error(
     measured: &CurveSet,
     others: &[&CurveSet],
@@ -201,7 +201,7 @@ fn with_error(
         style: Style::Measured,
     }];
     let mut errors = Vec::new();
-    // Curves of a file that was edited may no longer fit each other.
+    // If the file was edited, its sets may have different times. Such sets are left out.
     let fitting = others.iter().filter(|set| set.time == measured.time);
     for (set, style) in fitting.zip(STYLES) {
         curves.push(Series {
@@ -231,7 +231,7 @@ fn with_error(
     ]
 }
 
-/// Letters, digits and hyphens, for anchors.
+/// Replaces all characters except letters and digits by hyphens, for use as an anchor.
 fn slug(name: &str) -> String {
     name.chars()
         .map(|c| {

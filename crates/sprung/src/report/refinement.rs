@@ -1,4 +1,4 @@
-//! What a prediction-error refinement says besides the parameters.
+//! Composes the section about a prediction-error refinement.
 
 use super::document::{Bar, BarRow, Bars, Block, Intervals, Row, Section, Table, Tone};
 use super::intervals::{self, Ranged};
@@ -10,16 +10,16 @@ use crate::estimate::{
 };
 use crate::model::short;
 
-/// Standard errors from which on a delay is marked: it is not chance.
+/// A delay is marked if it differs from the used value by more than this number of standard errors.
 const MARKED: f64 = 4.0;
 
-/// Decades of the torque that the bars show at least.
+/// Range of decades of the torque that the bars always show.
 const DECADES: (i32, i32) = (-4, -1);
 
-/// Part of a decade by which a level at its bound may round beyond it.
+/// Tolerance, in decades, for a level at its bound that rounding puts beyond it.
 const ROUNDING: f64 = 1e-9;
 
-/// Composes the section of the first result that was refined.
+/// Composes the section for the first refined result.
 pub(super) fn refinement(identification: &Identification) -> Option<Section> {
     let (result, refinement) = (identification.results.iter())
         .find_map(|result| Some((result, result.refinement.as_ref()?)))?;
@@ -92,7 +92,7 @@ fn search(refinement: &Refinement) -> Vec<(String, String)> {
     search.into_iter().map(owned).collect()
 }
 
-/// Noise and disturbance of each row as parts of the torque, on a logarithmic scale.
+/// Returns bars of each row's noise and disturbance relative to the torque, on a logarithmic scale.
 fn levels(rows: &[RowDisturbance]) -> Bars {
     let parts = |row: &RowDisturbance| {
         [row.torque_noise_nm, row.disturbance_nm]
@@ -154,7 +154,7 @@ fn levels(rows: &[RowDisturbance]) -> Bars {
     }
 }
 
-/// A row's name without its unit.
+/// Returns the name of a row without its unit.
 fn plain(row: &str) -> &str {
     row.trim_end_matches("_nm").trim_end_matches("_n")
 }
@@ -163,7 +163,8 @@ fn unit(row: &str) -> &'static str {
     if row.ends_with("_nm") { "N·m" } else { "N" }
 }
 
-/// What each of several logs says alone, around what all say together.
+/// Returns the estimates from each log alone, around the estimate from all logs; `None` for a
+/// single log.
 fn logs(
     identification: &Identification,
     result: &EstimateResult,
@@ -176,7 +177,8 @@ fn logs(
     if files.len() == each.len() {
         names.extend(files);
     } else {
-        // Logs that are too short, or behind the part that is refined, are not among them.
+        // Logs that are too short or lie after the refined part are missing here, so file names do
+        // not apply.
         names.extend((1..=each.len()).map(|i| format!("refined log {i}")));
     }
     let rows = (result.parameters.iter().enumerate()).filter_map(|(i, parameter)| {
@@ -203,7 +205,7 @@ fn logs(
     })
 }
 
-/// The name and size of a unit that suits times.
+/// Returns the name and the size of a suitable unit for the delays.
 fn time_unit(delays: &[RefinedDelay]) -> (&'static str, f64) {
     let size = |delay: &RefinedDelay| {
         let error = delay.standard_error_s.unwrap_or(0.0);
@@ -215,7 +217,7 @@ fn time_unit(delays: &[RefinedDelay]) -> (&'static str, f64) {
     }
 }
 
-/// By how much each column is late beyond what the values take into account.
+/// Returns the remaining delay of each column, beyond the delay used for the parameters.
 fn delay_intervals(delays: &[RefinedDelay]) -> Option<Intervals> {
     let (unit, size) = time_unit(delays);
     let rows: Vec<_> = (delays.iter())
@@ -285,7 +287,7 @@ fn delay_table(delays: &[RefinedDelay]) -> Option<Table> {
     })
 }
 
-/// A value with the decimals that two digits of its error have.
+/// Returns a value with as many decimals as two digits of its error have.
 fn as_exact(value: f64, error: f64) -> String {
     let text = significant(error, 2);
     let decimals = text.split_once('.').map_or(0, |(_, digits)| digits.len());
@@ -332,7 +334,7 @@ fn offsets(refinement: &Refinement) -> Option<Table> {
     })
 }
 
-/// The parameters whose errors are most alike, in words.
+/// Returns the parameters whose errors are most strongly correlated, as text.
 fn pairs(refinement: &Refinement) -> Vec<Block> {
     if refinement.correlations.is_empty() {
         return vec![Block::Paragraph(
@@ -369,7 +371,8 @@ mod tests {
 
     use super::*;
 
-    /// Two logs, a row at its bound, a late column and one of which nothing is known.
+    /// Returns an identification with two logs, a row at its bound, a late column and a column
+    /// without information about its delay.
     fn identification(codes: &[&str]) -> Identification {
         let log = |file: &str| {
             json!({"file": file, "samples": 10, "period_s": 0.1, "duration_s": 0.9,
@@ -440,12 +443,12 @@ mod tests {
         });
         let (logs, delays) = (shown.next().unwrap(), shown.next().unwrap());
         assert_eq!(logs.names, ["all together", "first.csv", "second.csv"]);
-        // The other parameter is in no log.
+        // The other parameter has no value in any log.
         assert_eq!(logs.rows.len(), 1);
         let at = |i: usize| logs.rows[0].marks[i].unwrap().at;
         assert!(at(0).abs() < 1e-12 && at(1).abs() < 1e-12);
         assert!((at(2) - 1.0 / (1.0 + 0.5 * NORMAL_95)).abs() < 1e-9);
-        // Late beyond what is used: to the right of the line, and sure of it.
+        // The delay exceeds the used value, and its interval excludes the used value.
         assert_eq!(delays.rows.len(), 1);
         let mark = delays.rows[0].marks[0].unwrap();
         assert!(mark.interval.unwrap()[0] > 0.0);

@@ -1,5 +1,5 @@
-//! The tables of a robot beyond its parameters: encoder offsets, the cut-off
-//! that was chosen, and what stands behind lumped link parameters.
+//! Composes further tables of a robot: encoder offsets, the choice of the cut-off, and the standard
+//! parameters behind lumped link parameters.
 
 use super::document::{Row, Table, Tone};
 use super::numbers::{given, or_dash, significant};
@@ -7,13 +7,13 @@ use super::tables::{number, text};
 use crate::estimate::{CutoffChoice, Determined, EstimateResult, Identification};
 use crate::model::short;
 
-/// Change with the cut-off from which a row is marked.
+/// Relative change over the cut-offs above which a row is marked.
 const MOVES: f64 = 0.05;
 
-/// Share of a row's torque from which a parameter is listed with the cut-offs.
+/// Minimum share of a row's torque for a parameter in the table of cut-offs.
 const LISTED: f64 = 0.05;
 
-/// Constant differences of the encoders.
+/// Returns a table of the constant differences between link and motor encoders.
 pub(super) fn encoder_offsets(identification: &Identification) -> Option<Table> {
     let result = identification.results.first()?;
     let rows: Vec<Row> = (result.encoder_offsets.iter())
@@ -41,7 +41,8 @@ pub(super) fn encoder_offsets(identification: &Identification) -> Option<Table> 
     })
 }
 
-/// How estimates move around the chosen cut-off, percent of the chosen.
+/// Returns a table of the changes of the estimates over the cut-offs, in percent of the estimate at
+/// the chosen cut-off.
 pub(super) fn cutoffs(identification: &Identification, choice: &CutoffChoice) -> Option<Table> {
     let result = identification.results.first()?;
     let chosen = identification.settings.position_cutoff_hz;
@@ -91,7 +92,7 @@ pub(super) fn cutoffs(identification: &Identification, choice: &CutoffChoice) ->
     })
 }
 
-/// Lumped link parameters, their short names and what they stand for.
+/// Returns the lumped link parameters: short names and definitions.
 pub(super) fn lumped(result: &EstimateResult) -> Vec<(String, String)> {
     (result.parameters.iter())
         .filter(|p| *short(&p.name) != p.name)
@@ -104,7 +105,7 @@ pub(super) fn lumped(result: &EstimateResult) -> Vec<(String, String)> {
         .collect()
 }
 
-/// Inertial parameters of single links.
+/// Returns a table of the standard inertial parameters of the links.
 pub(super) fn standard(result: &EstimateResult) -> Option<Table> {
     let rows: Vec<Row> = (result.standard_parameters.iter())
         .map(|p| Row {

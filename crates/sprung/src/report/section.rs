@@ -1,4 +1,4 @@
-//! Sections and findings as every report shows them.
+//! Makes sections and findings in the form that all reports share.
 
 use super::document::{Block, Finding as Shown, Section, Tone};
 use crate::finding::{Finding, Severity};
@@ -13,7 +13,7 @@ pub(super) fn section(id: &str, heading: &str, lead: &str, blocks: Vec<Block>) -
     }
 }
 
-/// Returns a finding as a report shows it.
+/// Returns a finding in the form of a report.
 pub(super) fn shown(finding: &Finding) -> Shown {
     Shown {
         severity: match finding.severity {

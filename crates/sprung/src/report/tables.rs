@@ -1,4 +1,4 @@
-//! The tables of a report.
+//! Composes the tables of an identification.
 
 use std::collections::BTreeMap;
 
@@ -29,7 +29,7 @@ fn with_error(estimate: &ParameterEstimate) -> String {
     }
 }
 
-/// Parameters: each estimate, then true and nominal values.
+/// Returns a table of the parameters: the estimates, then true and nominal values.
 pub(super) fn parameters(
     identification: &Identification,
     truth: Option<&BTreeMap<String, f64>>,
@@ -91,7 +91,7 @@ pub(super) fn parameters(
     }
 }
 
-/// Motor rows alone beside the stacked estimate.
+/// Returns a table that compares each motor row alone with the estimate from all rows.
 pub(super) fn motor_rows(identification: &Identification) -> Option<Table> {
     let result = identification
         .results
@@ -129,7 +129,7 @@ pub(super) fn motor_rows(identification: &Identification) -> Option<Table> {
     })
 }
 
-/// Parameters by other routes, beside the estimate that they check.
+/// Returns a table that compares the cross-checks with the estimate that they check.
 pub(super) fn cross_checks(identification: &Identification) -> Option<Table> {
     let result = identification
         .results
@@ -161,7 +161,7 @@ pub(super) fn cross_checks(identification: &Identification) -> Option<Table> {
     })
 }
 
-/// Returns the unit of the rows: of joints that turn, that slide, or of both.
+/// Returns the unit of the rows: N·m for revolute joints, N for prismatic joints, or both.
 fn torque_unit(identification: &Identification) -> &'static str {
     let rows = || {
         let first = identification.results.first().into_iter();
@@ -175,7 +175,7 @@ fn torque_unit(identification: &Identification) -> &'static str {
     }
 }
 
-/// Residuals of every row.
+/// Returns a table of the residuals of every row.
 pub(super) fn residuals(identification: &Identification) -> Table {
     let unit = torque_unit(identification);
     let mut columns = vec![text("Row")];
@@ -217,7 +217,7 @@ pub(super) fn residuals(identification: &Identification) -> Table {
     }
 }
 
-/// What each parameter does in the log.
+/// Returns a table of the torque that each parameter causes in the log.
 pub(super) fn excitation(identification: &Identification) -> Option<Table> {
     let result = identification.results.first()?;
     let rows = (result.parameters.iter())
@@ -251,5 +251,5 @@ pub(super) fn excitation(identification: &Identification) -> Option<Table> {
     })
 }
 
-/// Share of the largest torque of a row below which a parameter is marked.
+/// A parameter with less than this share of the largest torque of its row is marked.
 const CARRIES_LITTLE: f64 = 0.01;

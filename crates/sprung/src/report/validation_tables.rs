@@ -1,15 +1,14 @@
-//! The tables of a validation: joints side by side, or below each other where
-//! there are many.
+//! Composes the tables of a validation. For many joints, each joint has its own row.
 
 use super::document::{Row, Table, Tone};
 use super::numbers::{or_dash, significant};
 use super::tables::{number, text};
 use crate::validate::{RunResult, SetResult};
 
-/// Joints that stand side by side, at most.
+/// Maximum number of joints that share a row.
 const SIDE_BY_SIDE: usize = 3;
 
-/// Root mean squares of measured minus simulated.
+/// Returns a table of the root mean square differences between measured and simulated signals.
 pub(super) fn errors(run: &RunResult) -> Table {
     let joints = run.joints();
     if joints.len() > SIDE_BY_SIDE {
@@ -59,7 +58,7 @@ pub(super) fn errors(run: &RunResult) -> Table {
     }
 }
 
-/// Residual of the filtered torque along the measured motion.
+/// Returns a table of the residuals of the filtered torque along the measured motion.
 pub(super) fn torque(run: &RunResult) -> Table {
     let joints = run.joints();
     if joints.len() > SIDE_BY_SIDE {
@@ -98,7 +97,7 @@ pub(super) fn torque(run: &RunResult) -> Table {
     }
 }
 
-/// One row per parameter set and joint.
+/// Returns one row per parameter set and joint.
 fn by_joint(run: &RunResult, cells: impl Fn(&SetResult, &str) -> Vec<String>) -> Vec<Row> {
     let joints = run.joints();
     let of_set = |set: &SetResult| -> Vec<Row> {

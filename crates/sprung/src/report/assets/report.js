@@ -9,7 +9,7 @@
     error: { width: 1.1, dash: [] },
     reference: { width: 1.2, dash: [2, 3] },
   };
-  // Paper shows far more detail than a screen: plots are drawn larger and shrunk.
+  // Paper shows far more detail than a screen, so plots are drawn larger and then reduced.
   const PRINT_SCALE = 3;
 
   const HINT = matchMedia("(pointer: coarse)").matches
@@ -58,7 +58,7 @@
   function yRange(_plot, low, high) {
     if (low == null || high == null) return [0, 1];
     if (low === high) return [low - (0.1 * Math.abs(low) || 1), high + (0.1 * Math.abs(high) || 1)];
-    // Tick labels cannot tell apart what differs less.
+    // Tick labels cannot show smaller differences.
     const room = 0.07 * Math.max(high - low, 1e-4 * Math.max(Math.abs(low), Math.abs(high)));
     return [low - room, high + room];
   }
@@ -88,7 +88,7 @@
     else if (figure.panels[0] === panel) figure.position.textContent = "";
   }
 
-  // A finger drawn sideways does what the mouse does; upwards it scrolls.
+  // A sideways touch acts like the mouse; a vertical touch scrolls.
   function listenToTouch(figure, over) {
     let start = null;
     let lastTap = 0;
@@ -261,7 +261,7 @@
         complain(figure.host, error);
       }
     }
-    // uPlot draws when the running script has ended.
+    // uPlot draws after the running script has ended.
     setTimeout(() => {
       const good = figures.filter(({ host }) => !("failed" in host.dataset));
       const drawn = good.reduce((sum, figure) => sum + figure.drawn.size, 0);

@@ -1,4 +1,4 @@
-//! The numbers of all figures as JSON that is safe inside a `script` element.
+//! Writes the data of all figures as JSON that is safe inside a `script` element.
 
 use serde::Serialize;
 
@@ -6,7 +6,7 @@ use super::super::document::{Block, Document, Figure, Layout, Panel, Style};
 use super::error::ReportError;
 
 const VALUE_DIGITS: usize = 7;
-// Times of a long log at a high rate need more digits than values do.
+// A long log at a high rate needs more digits for its times than for its values.
 const AXIS_DIGITS: usize = 12;
 
 #[derive(Serialize)]
@@ -51,7 +51,7 @@ fn figure_data(figure: &Figure) -> Result<FigureData<'_>, ReportError> {
     let mut panels = Vec::with_capacity(figure.panels.len());
     for panel in &figure.panels {
         check(figure, panel)?;
-        // Most panels share one axis, which is then stored once.
+        // Most panels share one axis, so equal axes are stored once.
         let axis = axes.iter().position(|known| *known == panel.x);
         let axis = axis.unwrap_or_else(|| {
             axes.push(&panel.x);
@@ -118,7 +118,7 @@ fn round(value: f64, digits: usize) -> f64 {
     format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
 }
 
-// These characters occur only inside strings, where the escapes mean the same.
+// These characters occur only inside strings, where the escape sequences are equivalent.
 fn escape(json: &str) -> String {
     let mut safe = String::with_capacity(json.len());
     for c in json.chars() {

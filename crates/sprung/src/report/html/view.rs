@@ -1,4 +1,4 @@
-//! The text of a document in the shape the template asks for.
+//! Converts the texts of a document to the values that the template expects.
 
 use minijinja::{Value, context};
 
@@ -6,7 +6,7 @@ use super::super::document::{
     BarRow, Block, Document, Finding, IntervalRow, Layout, Row, Section, Table, Tone,
 };
 
-/// Builds the template values of everything but the numbers of the figures.
+/// Returns the template values of all sections; the data of figures are separate.
 pub(super) fn sections(document: &Document) -> Value {
     let mut figures = 0;
     document
@@ -16,7 +16,7 @@ pub(super) fn sections(document: &Document) -> Value {
         .collect()
 }
 
-/// The CSS class of a tone.
+/// Returns the CSS class of a tone.
 pub(super) fn tone(tone: Tone) -> &'static str {
     match tone {
         Tone::Good => "good",
@@ -74,7 +74,7 @@ fn block_view(block: &Block, figures: &mut usize) -> Value {
     }
 }
 
-/// Places in percent of the width of a row.
+/// Returns a row of intervals, with positions in percent of the row's width.
 fn interval_row_view(row: &IntervalRow) -> Value {
     let percent = |x: f64| format!("{:.2}", 50.0 + 50.0 * x.clamp(-1.0, 1.0));
     let marks: Value = (row.marks.iter().enumerate())
@@ -93,7 +93,7 @@ fn interval_row_view(row: &IntervalRow) -> Value {
     context! { label => row.label.as_str(), scale => row.scale.as_str(), marks }
 }
 
-/// A place from 0 to 1 in percent.
+/// Returns a position between 0 and 1 in percent.
 fn part(at: f64) -> String {
     format!("{:.2}", 100.0 * at.clamp(0.0, 1.0))
 }
@@ -111,7 +111,7 @@ fn bar_row_view(row: &BarRow) -> Value {
     context! { label => row.label.as_str(), tone => tone(row.tone), bars }
 }
 
-/// Colours and shapes of marks in the style sheet.
+/// Numbers of colours and of shapes of marks in the style sheet.
 const COLORS: usize = 7;
 const SHAPES: usize = 3;
 
@@ -159,7 +159,7 @@ fn row_view(row: &Row, table: &Table, places: &[Option<usize>]) -> Value {
             let most = places.get(column).copied().flatten();
             let own = decimals(text);
             let pad = most.zip(own).map_or(0, |(most, own)| most - own);
-            // A number without a decimal point also leaves room for the point.
+            // A number without decimal point also needs space for the point.
             let whole = pad > 0 && own == Some(0);
             context! { text => text, numeric, pad, whole }
         })
@@ -167,7 +167,7 @@ fn row_view(row: &Row, table: &Table, places: &[Option<usize>]) -> Value {
     context! { tone => tone(row.tone), cells }
 }
 
-/// The most decimals in a numeric column of plain numbers.
+/// Returns the largest number of decimals in a numeric column of plain numbers.
 fn column_places(table: &Table, column: usize) -> Option<usize> {
     if !table.columns[column].numeric {
         return None;
@@ -180,7 +180,7 @@ fn column_places(table: &Table, column: usize) -> Option<usize> {
         .max()
 }
 
-/// The decimals of a plain number, and nothing for any other text.
+/// Returns the number of decimals of a plain number; `None` for other text.
 fn decimals(text: &str) -> Option<usize> {
     let digits = text.trim_start_matches(['-', '+', '\u{2212}']);
     let (whole, fraction) = digits.split_once('.').unwrap_or((digits, ""));
