@@ -1,44 +1,45 @@
-//! Trees of joints: who carries whom, where and about which axis.
+//! Trees of joints: parents, placements and axes.
 
 use crate::scalar::Scalar;
 use crate::spatial::{Motion, Transform, Vector, dot, product, rotation, transposed};
 
-/// How a joint moves.
+/// Kind of motion of a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JointKind {
-    /// It turns about its axis.
+    /// The joint turns about its axis.
     Revolute,
-    /// It slides along its axis.
+    /// The joint slides along its axis.
     Prismatic,
 }
 
 /// One joint and the link that it moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChainJoint {
-    /// The joint that carries it; nothing if the base does.
+    /// Index of the joint that carries this joint; `None` for a joint on the base.
     pub parent: Option<usize>,
-    /// Its frame in the parent's frame at position zero: columns are its axes.
+    /// Rotation matrix from the joint's frame to the parent's frame at position zero, row by row;
+    /// its columns are the joint's axes.
     pub rotation: [Vector; 3],
-    /// Its origin in the parent's frame at position zero, m.
+    /// Origin of the joint's frame in the parent's frame at position zero, m.
     pub origin: Vector,
-    /// Unit vector of its axis, in its own frame.
+    /// Unit vector of the joint's axis, in the joint's frame.
     pub axis: Vector,
-    /// How it moves.
+    /// Whether the joint turns or slides.
     pub kind: JointKind,
 }
 
-/// What is wrong with a tree of joints.
+/// Errors of the description of a tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ChainError {
-    /// A joint is carried by itself or by one that comes later.
+    /// The parent of a joint does not come before the joint.
     Order {
         /// The joint.
         joint: usize,
-        /// The joint that shall carry it.
+        /// The parent of the joint.
         parent: usize,
     },
-    /// The axis of a joint has no unit length.
+    /// The axis of a joint does not have unit length.
     Axis {
         /// The joint.
         joint: usize,
@@ -59,12 +60,13 @@ impl core::fmt::Display for ChainError {
 
 impl core::error::Error for ChainError {}
 
-/// Where the links of a tree can move.
+/// The space in which the links of a tree can move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Motions {
-    /// In the plane across the z axes of all frames: turns about z, slides across.
+    /// In the plane perpendicular to the z axes of all frames: joints turn about z or slide
+    /// perpendicular to z.
     InPlane,
-    /// Anywhere.
+    /// In three dimensions.
     InSpace,
 }
 
@@ -83,7 +85,7 @@ impl<'a> Chain<'a> {
     ///
     /// # Errors
     ///
-    /// [`ChainError`] if a parent does not come first or an axis has no unit
+    /// [`ChainError`] if a parent does not come before its child or an axis does not have unit
     /// length.
     pub fn new(joints: &'a [ChainJoint], gravity: Vector) -> Result<Self, ChainError> {
         for (joint, described) in joints.iter().enumerate() {
@@ -107,9 +109,9 @@ impl<'a> Chain<'a> {
         })
     }
 
-    /// Returns the tree of joints that [`Chain::new`] has accepted before.
+    /// Returns the tree of joints that [`Chain::new`] has accepted, without checking them again.
     ///
-    /// - `motions`: those of the tree that it returned.
+    /// - `motions`: [`Chain::motions`] of the tree that [`Chain::new`] returned.
     #[must_use]
     pub const fn checked(joints: &'a [ChainJoint], gravity: Vector, motions: Motions) -> Self {
         Self {
@@ -119,7 +121,7 @@ impl<'a> Chain<'a> {
         }
     }
 
-    /// Returns where the links can move.
+    /// Returns the space in which the links can move.
     #[must_use]
     pub const fn motions(&self) -> Motions {
         self.motions
@@ -131,8 +133,8 @@ impl<'a> Chain<'a> {
         self.joints
     }
 
-    /// Returns the acceleration of the base that stands for gravity; nothing if
-    /// gravity does no work on any motion.
+    /// Returns the acceleration of the base that has the effect of gravity; `None` if gravity does
+    /// no work on any motion.
     #[must_use]
     pub(crate) fn base_acceleration(&self) -> Option<Motion> {
         let [x, y, z] = self.gravity;
@@ -161,8 +163,8 @@ pub struct DhRow {
 }
 
 impl ChainJoint {
-    /// Returns a revolute joint of a modified table: its row holds the twist
-    /// and the length of the link before it.
+    /// Returns a revolute joint of a modified table. Its row contains the twist and the length of
+    /// the previous link.
     ///
     /// # Source
     ///
@@ -179,15 +181,15 @@ impl ChainJoint {
         }
     }
 
-    /// Returns a revolute joint of a classic table, in which the row of a joint
-    /// holds what lies between it and the next.
+    /// Returns a revolute joint of a classic table, in which the row of a joint describes the
+    /// placement of the next joint.
     ///
-    /// - `before`: row of the joint that carries it; nothing for the first.
+    /// - `before`: row of the parent; `None` for a joint on the base.
     #[must_use]
     pub fn classic_dh(parent: Option<usize>, before: Option<&DhRow>, row: &DhRow) -> Self {
         let before = before.copied().unwrap_or_default();
-        // Rot(z, theta) Trans(z, d) Trans(x, a) Rot(x, alpha) seen from the
-        // turned frame of the joint before is the rest of that product.
+        // The parent's frame contains Rot(z, theta) of its row. The rest of the row's product,
+        // Trans(z, d) Trans(x, a) Rot(x, alpha), places this joint.
         let twist = rotation(&[1.0, 0.0, 0.0], before.alpha);
         Self {
             parent,
@@ -198,8 +200,8 @@ impl ChainJoint {
         }
     }
 
-    /// Returns whether the joint leaves its link in the plane across the z axis of
-    /// its parent's frame, and z along z.
+    /// Returns whether the link moves in the plane perpendicular to the z axis of the parent's
+    /// frame, and both z axes are parallel.
     fn moves_in_plane(&self) -> bool {
         let zero = |x: f64| x.abs() <= 0.0;
         let [[_, _, xz], [_, _, yz], [zx, zy, zz]] = self.rotation;
@@ -217,7 +219,7 @@ impl ChainJoint {
         x.abs().max(y.abs()) <= 0.0 && z > 0.0
     }
 
-    /// Returns the joint's axis as a motion, in its own frame.
+    /// Returns the motion of the link at a joint rate of one, in the joint's frame.
     #[must_use]
     pub(crate) fn motion(&self) -> Motion {
         match self.kind {
@@ -232,11 +234,12 @@ impl ChainJoint {
         }
     }
 
-    /// Returns the transform from the parent's frame at position `q`, rad or m.
+    /// Returns the transform from the parent's frame to the joint's frame at position `q`, rad (m).
     #[must_use]
     pub fn transform<S: Scalar>(&self, q: S) -> Transform<S> {
         match self.kind {
-            // A turn about z, as of every table, costs less than one about any axis.
+            // A rotation about z, the axis in every table, needs fewer operations than one about
+            // any axis.
             JointKind::Revolute if self.turns_about_z() => {
                 let (sin, cos) = q.sin_cos();
                 Transform {

@@ -1,34 +1,34 @@
 //! The physics of flexible-joint robots, one sample at a time.
 //!
-//! This crate is the only place where the equations of motion are written.
-//! Its columns build the regressor of an identification and the right-hand
-//! side of a simulation alike. It needs no standard library and allocates
-//! nothing, so that the same code runs on a controller: the caller owns the
-//! memory, and a twin function says how much is needed.
+//! This crate contains the only definition of the equations of motion. Identification builds its
+//! regressor and simulation its right-hand side from the same columns. The crate needs no standard
+//! library and allocates nothing, so the same code runs on a controller. The caller owns the
+//! memory; functions such as [`memory_len`](recursive::memory_len) return the required lengths.
 //!
-//! Modules in the order of the data flow; each uses only those before it:
+//! Modules in the order of the data flow; each module uses only the modules before it:
 //!
 //! - [`scalar`]: numbers and truncated Taylor series,
-//! - [`linear`]: positive definite equations,
-//! - [`spatial`]: motions of rigid bodies and the kernel of every link column,
+//! - [`linear`]: solution of symmetric positive definite equations,
+//! - [`spatial`]: motions and forces of rigid bodies, and the kernel of all link columns,
 //! - [`chain`]: trees of joints,
-//! - `space`: what the algorithms on trees do with motions, in space or in a plane,
-//! - [`friction`]: the table of friction laws, one formula each,
+//! - `space`: operations on motions and forces, in three dimensions or in a plane,
+//! - [`friction`]: the table of friction laws, with one formula per law,
 //! - [`parameters`]: kinds of parameter, their order, names and units,
 //! - [`links`]: link columns of any tree,
 //! - [`dynamics`]: torques and mass matrix of any tree,
 //! - [`drives`]: rotor inertia, spring and friction columns of a joint,
-//! - [`robot`]: links and drives as rows and entries,
-//! - `regressor`: one sample's `[Y_a | Y_b]`,
+//! - [`robot`]: links and drives as rows and entries of the regressor,
+//! - `regressor`: the regressor `[Y_a | Y_b]` of one sample,
 //! - `motion`: the equations of motion and the accelerations that solve them,
 //! - [`linearized`]: derivatives of the accelerations,
 //! - [`filter`]: the filter pair `f_D`, `g_D`,
-//! - [`velocity`]: on-line averaged velocity,
+//! - [`velocity`]: averaged velocity, computed on line,
 //! - [`controller`]: PD, and feedforward with state feedback,
 //! - [`recursive`]: recursive least squares with forgetting (LSFF).
 //!
-//! All quantities are in SI units and radians. Equation numbers without a key
-//! are those of Miranda-Colorado and Moreno-Valenzuela, Robotica 2017.
+//! All quantities are in SI units and radians. Units in parentheses are those of prismatic joints.
+//! Equation numbers without a reference are those of Miranda-Colorado and Moreno-Valenzuela,
+//! Robotica 2017.
 #![no_std]
 
 pub mod chain;

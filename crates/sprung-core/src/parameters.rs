@@ -1,10 +1,9 @@
 //! Kinds of parameter, their order in the vector theta, names and units.
 //!
-//! The order is that of the paper, for any number of joints `n`: link inertial
-//! parameters, then rotor inertias, link viscous frictions, motor viscous
-//! frictions, stiffnesses, link Coulomb frictions and motor Coulomb frictions;
-//! what goes beyond the paper stands behind. A joint that lacks a parameter is
-//! passed over.
+//! The order is that of the paper, for any number of joints `n`: link inertial parameters, then
+//! rotor inertias, link viscous frictions, motor viscous frictions, stiffnesses, link Coulomb
+//! frictions and motor Coulomb frictions. Parameters that the paper does not have follow. A joint
+//! without a parameter is skipped.
 
 use crate::chain::JointKind;
 use crate::friction::{Family, Law};
@@ -12,14 +11,14 @@ use crate::friction::{Family, Law};
 /// A side of the joint's spring.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Side {
-    /// The link and its bearing.
+    /// Link side: the link and its bearing.
     Link,
-    /// Motor and gear, seen at the output side.
+    /// Motor side: motor and gear, reduced to the output of the gear.
     Motor,
 }
 
 impl Side {
-    /// Returns the word for it.
+    /// Returns the prefix of parameter names: `link` or `motor`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -29,10 +28,10 @@ impl Side {
     }
 }
 
-/// What a parameter of a joint means.
+/// The kind of a joint's parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum JointParameter {
-    /// Rotor inertia seen at the output side, kg·m² (kg).
+    /// Rotor inertia, reduced to the output of the gear, kg·m² (kg).
     RotorInertia,
     /// Stiffness of the joint spring, N·m/rad (N/m).
     Stiffness,
@@ -40,10 +39,10 @@ pub enum JointParameter {
     CubicStiffness,
     /// Damping in parallel with the spring, N·m·s/rad (N·s/m).
     Damping,
-    /// Torque of the spring on the motor where the two encoders agree, N·m (N):
-    /// the stiffness times minus the constant by which the link's reads higher.
+    /// Torque of the spring on the motor at equal readings of both encoders, N·m (N): minus the
+    /// stiffness times the offset of the link's encoder.
     Preload,
-    /// Friction on a side of the spring.
+    /// Friction on one side of the spring, by one law.
     Friction(Side, Law),
 }
 
@@ -51,11 +50,11 @@ use JointParameter::Friction;
 use Side::{Link, Motor};
 
 impl JointParameter {
-    /// All kinds, in the order of the vector theta: the paper's, the other
-    /// friction laws family by family, what springs have beyond stiffness.
+    /// All kinds, in the order of the vector theta: first those of the paper, then the other
+    /// friction laws by family, then the other parameters of the spring.
     pub const ALL: [Self; KINDS] = in_order();
 
-    /// Returns the name after the joint's, as in `joint1.stiffness`.
+    /// Returns the part of the name that follows the joint's: `stiffness` in `joint1.stiffness`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -68,7 +67,7 @@ impl JointParameter {
         }
     }
 
-    /// Returns what the parameter is, as a noun with a full stop.
+    /// Returns a description of the parameter: a noun phrase with a full stop.
     #[must_use]
     pub const fn about(self) -> &'static str {
         match self {
@@ -76,12 +75,14 @@ impl JointParameter {
             Self::Stiffness => "Stiffness.",
             Self::CubicStiffness => "Cubic part of the spring's torque.",
             Self::Damping => "Damping in parallel with the spring.",
-            Self::Preload => "Torque of the spring on the motor where the encoders agree.",
+            Self::Preload => {
+                "Torque of the spring on the motor at equal readings of both encoders."
+            }
             Friction(_, law) => law.about(),
         }
     }
 
-    /// Returns the unit, at a joint that turns or slides.
+    /// Returns the unit of the parameter at a revolute or prismatic joint.
     #[must_use]
     pub const fn unit(self, kind: JointKind) -> &'static str {
         let turns = matches!(kind, JointKind::Revolute);
@@ -100,7 +101,7 @@ impl JointParameter {
         }
     }
 
-    /// Returns whether the parameter takes energy out of the robot.
+    /// Returns whether the parameter, if positive, only dissipates energy.
     #[must_use]
     pub const fn is_friction(self) -> bool {
         match self {
@@ -110,15 +111,14 @@ impl JointParameter {
         }
     }
 
-    /// Returns whether a robot is not one without it: an inertia or a
-    /// stiffness.
+    /// Returns whether no robot can exist without a positive value: rotor inertia and stiffness.
     #[must_use]
     pub const fn is_vital(self) -> bool {
         matches!(self, Self::RotorInertia | Self::Stiffness)
     }
 }
 
-/// The paper's kinds, which come first.
+/// Kinds of the paper, which come first.
 const PAPER: [JointParameter; 6] = [
     JointParameter::RotorInertia,
     Friction(Link, Law::Viscous),
@@ -128,7 +128,7 @@ const PAPER: [JointParameter; 6] = [
     Friction(Motor, Law::Coulomb),
 ];
 
-/// What springs have beyond stiffness, which comes last.
+/// Parameters of the spring except the stiffness, which come last.
 const OF_SPRINGS: [JointParameter; 3] = [
     JointParameter::Damping,
     JointParameter::CubicStiffness,
@@ -141,7 +141,7 @@ const KINDS: usize = {
         laws += Family::ALL[family].laws().len();
         family += 1;
     }
-    // Rotor inertia and stiffness stand beside the laws on either side.
+    // Rotor inertia and stiffness, and each law on both sides.
     2 + 2 * laws + OF_SPRINGS.len()
 };
 
@@ -159,7 +159,7 @@ const fn in_order() -> [JointParameter; KINDS] {
         while i < 2 * laws.len() {
             let side = if i < laws.len() { Link } else { Motor };
             let law = laws[i % laws.len()];
-            // The paper's stand in its order.
+            // The laws of the paper are in `PAPER` already.
             if !matches!(law, Law::Viscous | Law::Coulomb) {
                 all[count] = Friction(side, law);
                 count += 1;
@@ -205,7 +205,7 @@ mod tests {
             "cubic_stiffness",
             "spring_preload",
         ];
-        // A law that is added stands before the springs'.
+        // New laws come before the parameters of the spring.
         let known = JointParameter::ALL.map(JointParameter::name);
         let of_springs = order.len() - OF_SPRINGS.len();
         assert_eq!(known[..of_springs], order[..of_springs]);
