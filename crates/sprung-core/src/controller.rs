@@ -9,11 +9,12 @@ use crate::scalar::Jet;
 
 /// Writes the motor torques of PD control, \[n\], N·m (N).
 ///
-/// - `kp`, `kd`: gains, \[n\].
-/// - `phi_d`, `dphi_d`: reference of the rotors, \[n\], rad and rad/s.
-/// - `phi`, `dphi`: rotor positions and velocities, \[n\].
+/// - `kp`, `kd`: gains, \[n\], N·m/rad (N/m) and N·m·s/rad (N·s/m).
+/// - `phi_d`, `dphi_d`: reference positions and velocities of the rotors, \[n\], rad (m) and rad/s
+///   (m/s).
+/// - `phi`, `dphi`: measured positions and velocities of the rotors, \[n\].
 ///
-/// Slices that are shorter than `tau` leave the rest of it alone.
+/// If another slice is shorter than `tau`, the last entries of `tau` stay unchanged.
 ///
 /// # Source
 ///
@@ -35,20 +36,20 @@ pub fn pd(
     }
 }
 
-/// Taylor series that give a torque and its first two time derivatives.
+/// Taylor series of a torque with its first two time derivatives.
 pub type TorqueSeries = Jet<3>;
 
-/// Memory of a feedforward, each \[n\].
+/// Scratch memory of [`Feedforward::fill`]; each slice is \[n\].
 #[derive(Debug)]
 pub struct FeedforwardScratch<'w> {
-    /// Taylor series: positions, velocities, accelerations, torques.
+    /// Taylor series of positions, velocities, accelerations and torques of the links.
     pub series: [&'w mut [TorqueSeries]; 4],
     /// Scratch memory of the inverse dynamics.
     pub steps: &'w mut [Step<TorqueSeries>],
 }
 
-/// Where a model puts the robot on a desired link trajectory, and the torque
-/// that it needs there; each \[n\].
+/// Rotor trajectory and motor torques with which a model follows a desired link trajectory; each
+/// \[n\].
 #[derive(Debug)]
 pub struct Feedforward<'o> {
     /// Nominal motor torque `tau_d`, N·m (N).
@@ -60,13 +61,12 @@ pub struct Feedforward<'o> {
 }
 
 impl Feedforward<'_> {
-    /// Writes the nominal rotor trajectory and torque of a model without
-    /// friction.
+    /// Computes the nominal rotor trajectory and motor torques of a model without friction.
     ///
-    /// - `q_d`: derivatives 0 to 4 of the desired link positions, \[n\]\[5\].
-    /// - `values`: parameters of the model; stiffnesses not zero.
+    /// - `q_d`: desired link positions and their time derivatives up to the fourth, \[n\]\[5\].
+    /// - `values`: parameters of the model; stiffnesses must not be zero.
     ///
-    /// A rigid joint's rotor moves with its link.
+    /// The rotor of a rigid joint moves with its link.
     ///
     /// # Errors
     ///
@@ -102,7 +102,7 @@ impl Feedforward<'_> {
             ddq[i] = Jet::from_derivatives([d[2], d[3], d[4]]);
         }
         robot.link_torque(values, q, dq, ddq, scratch.steps, torque)?;
-        // Without a spring the rotor's acceleration is the link's.
+        // In a rigid joint the rotor's motion is the link's.
         for (i, d) in q_d.iter().enumerate() {
             let rotor = |order: usize| match stiffness(robot, values, i) {
                 Some(k) => d[order] + torque[i].derivative(order) / k,
@@ -111,7 +111,7 @@ impl Feedforward<'_> {
             self.phi[i] = rotor(0);
             self.dphi[i] = rotor(1);
             self.tau[i] = torque[i].derivative(0);
-            // The velocity's slot holds the rotor's acceleration meanwhile.
+            // From here on `dq` holds the rotor's acceleration.
             dq[i] = Jet::from_derivatives([rotor(2), 0.0, 0.0]);
         }
         for term in robot.terms {
@@ -127,18 +127,18 @@ impl Feedforward<'_> {
     }
 }
 
-/// Returns the stiffness of a flexible joint.
+/// Returns the stiffness of a joint; `None` for a rigid joint.
 fn stiffness(robot: &Robot<'_>, values: &Values<'_>, joint: usize) -> Option<f64> {
     let mut terms = robot.terms.iter();
     let term = terms.find(|t| t.what == JointParameter::Stiffness && t.joint == joint)?;
     Some(values.theta[term.column])
 }
 
-/// Adds state feedback around a [`Feedforward`] to its torques.
+/// Adds state feedback about the trajectory of a [`Feedforward`] to its torques.
 ///
-/// - `gain`: `F`, \[n\] rows of \[4n\] on the errors of link positions, rotor
-///   positions, link velocities and rotor velocities.
-/// - `tau`: the feedforward's, \[n\], N·m (N).
+/// - `gain`: `F`, \[n\] rows of \[4n\], applied to the errors of link positions, rotor positions,
+///   link velocities and rotor velocities, in this order.
+/// - `tau`: torques of the feedforward, \[n\], N·m (N).
 ///
 /// # Source
 ///

@@ -1,7 +1,7 @@
-//! Columns of a joint's drive: rotor inertia, spring and friction.
+//! Regressor columns of a joint's drive: rotor inertia, spring and friction.
 //!
-//! Each [`Term`] puts one parameter into one row: a link row, the motor row of
-//! a flexible joint, or the only row of a rigid one.
+//! Each [`Term`] is one parameter in one row: a link row, the motor row of a flexible joint, or the
+//! only row of a rigid joint.
 
 use crate::friction::{Conditions, Shape};
 use crate::parameters::{JointParameter, Side};
@@ -12,21 +12,21 @@ use crate::scalar::{Dual, Scalar};
 pub struct Term {
     /// Row of the regressor.
     pub row: usize,
-    /// Entry of the regressor.
+    /// Index of the entry of the regressor.
     pub entry: usize,
     /// Index in theta.
     pub column: usize,
-    /// What the parameter means.
+    /// Kind of the parameter.
     pub what: JointParameter,
-    /// Joint, or motor, whose coordinate it acts on.
+    /// Joint, or motor, on whose coordinate the parameter acts.
     pub joint: usize,
-    /// How much of it the row takes: -1 for a spring in a link row, the ratio of
-    /// a coupled transmission for a motor's friction and inertia, otherwise 1.
+    /// Factor of the parameter in this row: -1 for a spring in a link row, the ratio of a coupled
+    /// transmission for friction and inertia of a motor, otherwise 1.
     pub gain: f64,
 }
 
-/// Positions and velocities of all joints, each \[n\]; a rigid joint's motor
-/// moves with its link.
+/// Positions and velocities of all joints, each \[n\]. The motor of a rigid joint moves with its
+/// link.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct State<'s> {
     /// Link positions, rad (m).
@@ -39,7 +39,7 @@ pub struct State<'s> {
     pub dphi: &'s [f64],
 }
 
-/// A joint as its drive sees it.
+/// Motion of one joint, as the columns of its drive need it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drive<S = f64> {
     /// Motor position minus link position, rad (m).
@@ -48,14 +48,14 @@ pub struct Drive<S = f64> {
     pub deflection_rate: S,
     /// Link velocity, rad/s (m/s).
     pub link_velocity: S,
-    /// Velocity of the motor itself, before a coupling, rad/s (m/s).
+    /// Velocity of the motor before the coupled transmission, rad/s (m/s).
     pub motor_velocity: S,
 }
 
 impl Drive {
-    /// Returns the drive of a joint.
+    /// Returns the motion of one joint.
     ///
-    /// - `motor_velocity`: of its motor, before a coupling, rad/s (m/s).
+    /// - `motor_velocity`: velocity of its motor before the coupled transmission, rad/s (m/s).
     #[inline]
     pub(crate) fn new(state: &State<'_>, motor_velocity: f64, joint: usize) -> Self {
         Self {
@@ -68,7 +68,7 @@ impl Drive {
 }
 
 impl<S: Scalar> Drive<S> {
-    /// Returns what friction on a side sees.
+    /// Returns velocity and load of a friction law on one side of the spring.
     #[must_use]
     #[inline]
     pub fn conditions(&self, side: Side, shape: &Shape) -> Conditions<S> {
@@ -83,11 +83,11 @@ impl<S: Scalar> Drive<S> {
 }
 
 impl Term {
-    /// Returns the entry of `Y_a`, or its rate: what the row takes of the
-    /// parameter's momentum.
+    /// Returns the entry of `Y_a`: the momentum of the parameter in this row, per unit of the
+    /// parameter.
     ///
-    /// - `motor_rate`: velocity of the motor, before a coupling, rad/s (m/s); with
-    ///   its acceleration instead, the entry's rate.
+    /// - `motor_rate`: velocity of the motor before the coupled transmission, rad/s (m/s). With the
+    ///   motor's acceleration instead, the result is the time derivative of the entry.
     ///
     /// # Source
     ///
@@ -101,7 +101,8 @@ impl Term {
         }
     }
 
-    /// Returns the entry of `Y_b`: what the row takes of the parameter's torque.
+    /// Returns the entry of `Y_b`: the torque of the parameter in this row, per unit of the
+    /// parameter.
     ///
     /// # Source
     ///
@@ -124,7 +125,7 @@ impl Term {
         };
         torque * self.gain
     }
-    /// Returns the derivatives of [`Term::rest`] by what the drive sees.
+    /// Returns the derivatives of [`Term::rest`] by the four numbers of `drive`.
     #[must_use]
     pub fn slopes(&self, drive: &Drive, shape: &Shape) -> Drive {
         let at = Drive {
@@ -167,7 +168,7 @@ mod tests {
         assert!((link.velocity - 0.02).abs() < 1e-15);
         assert!((motor.velocity + 0.01).abs() < 1e-15);
         assert!((link.load + 12.0).abs() < 1e-12 && (motor.load + 12.0).abs() < 1e-12);
-        // The load changes with the deflection by the stiffness.
+        // The derivative of the load by the deflection is the load stiffness.
         let deflection = Dual::<1>::variable(DRIVE.deflection, 0);
         let drive = Drive {
             deflection,

@@ -1,9 +1,9 @@
 //! Torques and mass matrix of a tree of bodies.
 //!
-//! A body's momentum is the same bilinear form as the regressor's columns: the
-//! momentum along a motion is the kernel of both motions times the inertial
-//! parameters. Summed from the tips to the base it costs a tenth of the columns,
-//! which is what a simulation needs.
+//! The momentum of a body is the same bilinear form as the regressor's columns: its component along
+//! a motion is the kernel of both motions times the inertial parameters. A simulation needs no
+//! single columns. The sum from the tips to the base takes a tenth of the operations of the
+//! columns.
 
 use crate::chain::{Chain, Motions};
 use crate::links::{LengthError, Step, Workspace, lengths};
@@ -11,14 +11,15 @@ use crate::scalar::Scalar;
 use crate::space::{Planar, Space, Spatial};
 use crate::spatial::{BODY, Force, Motion};
 
-/// Writes the joint torques that a motion of the links takes.
+/// Computes the joint torques of a given motion of the links.
 ///
 /// - `bodies`: inertial parameters of the links, \[n\].
 /// - `q`, `dq`, `ddq`: link positions, velocities and accelerations, \[n\].
 /// - `steps`: scratch memory, \[n\].
 /// - `tau`: `M(q) ddq + C(q, dq) dq + g(q)`, \[n\], N·m (N).
 ///
-/// With Taylor series for numbers it gives the torques' time derivatives too.
+/// With numbers of type [`Jet`](crate::scalar::Jet), the result also contains the time derivatives
+/// of the torques.
 ///
 /// # Errors
 ///
@@ -61,7 +62,7 @@ pub fn inverse_dynamics<S: Scalar>(
     Ok(())
 }
 
-/// Writes the mass matrix of the links.
+/// Computes the mass matrix of the links.
 ///
 /// - `bodies`: inertial parameters of the links, \[n\]; `q`: \[n\], rad (m).
 /// - `matrix`: `M(q)`, \[n × n\], row by row.
@@ -105,10 +106,10 @@ pub fn mass_matrix(
     Ok(())
 }
 
-/// Writes the torques that the links take while they do not accelerate, and
-/// their mass matrix, of slices whose lengths are checked.
+/// Computes the joint torques at zero accelerations and the mass matrix of the links. The caller
+/// has checked the lengths of the slices.
 ///
-/// - `width`: numbers in a row of the matrix, which holds zeros.
+/// - `width`: numbers in a row of `matrix`; all entries of `matrix` must be zero.
 pub(crate) fn bias_and_masses(
     chain: &Chain<'_>,
     bodies: &[[f64; BODY]],
@@ -132,18 +133,18 @@ pub(crate) fn bias_and_masses(
     }
 }
 
-/// Writes the transforms of all joints.
+/// Writes the transforms of all joints into `steps`.
 fn place<P: Space, S: Scalar>(chain: &Chain<'_>, q: &[S], steps: &mut [Step<S>]) {
     let weightless = chain.base_acceleration().is_none();
     for ((joint, q), step) in chain.joints().iter().zip(q).zip(steps) {
-        // On a base that nothing pulls it does not matter where a link is.
+        // Without gravity, the torques do not depend on the position of a link on the base.
         if joint.parent.is_some() || !weightless {
             step.transform = P::transform(joint, *q);
         }
     }
 }
 
-/// Writes the torques that a motion of links takes whose transforms are known.
+/// Computes the joint torques of a motion; `steps` contains the transforms.
 fn torques<P: Space, S: Scalar>(
     chain: &Chain<'_>,
     bodies: &[[f64; BODY]],
@@ -182,7 +183,7 @@ fn torques<P: Space, S: Scalar>(
     }
 }
 
-/// Writes the mass matrix of links whose transforms are known.
+/// Computes the mass matrix; `workspace.steps` contains the transforms.
 fn masses<P: Space>(
     chain: &Chain<'_>,
     bodies: &[[f64; BODY]],

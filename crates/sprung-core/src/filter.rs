@@ -1,17 +1,17 @@
 //! The filter pair of the filtered regressor: `f(s) = λ/(s + λ)` and
 //! `g(s) = s f(s)`, in discrete time.
 
-/// How the continuous pair is made discrete.
+/// Discretisation of the continuous pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Discretization {
-    /// Zero-order hold, as printed. It makes every inertia λT/2 too small and
-    /// turns part of an inertial torque into viscous friction.
+    /// Zero-order hold, as printed in the paper. It makes every estimated inertia too small, by
+    /// λT/2 of its value, and turns part of an inertial torque into viscous friction.
     ZeroOrderHold,
-    /// Bilinear rule: no phase error between `g` and `s f`.
+    /// Bilinear rule: `g` and `s f` have the same phase.
     Tustin,
 }
 
-/// What is wrong with the settings of a filter pair.
+/// Errors of the settings of a filter pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FilterError {
@@ -29,7 +29,7 @@ impl core::fmt::Display for FilterError {
 
 impl core::error::Error for FilterError {}
 
-/// Coefficients of the discrete pair; both filters share one pole.
+/// Coefficients of the discrete pair; both filters have the same pole.
 ///
 /// `low[k] = -a low[k-1] + f0 x[k] + f1 x[k-1]`, and `g0`, `g1` likewise.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,8 +39,8 @@ pub struct FilterPair {
     g: [f64; 2],
 }
 
-/// Memory of one filtered entry: what the last inputs add to the next output,
-/// and the last output.
+/// State of one filtered entry: the contribution of the last inputs to the next output, and the
+/// last output.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FilterState {
     carry: f64,
@@ -48,24 +48,24 @@ pub struct FilterState {
     started: bool,
 }
 
-/// Memory of many entries that are filtered together; `M` is the caller's
-/// memory, a slice, array or vector, of [`bank_len`] numbers.
+/// State of many entries that are filtered together. `M` is memory of the caller, a slice, array or
+/// vector of [`bank_len`] numbers.
 #[derive(Clone, Debug)]
 pub struct FilterBank<M> {
     memory: M,
     started: bool,
 }
 
-/// Returns how many numbers a [`FilterBank`] keeps for `entries` entries.
+/// Returns the number of `f64` that a [`FilterBank`] needs for `entries` entries.
 #[must_use]
 pub const fn bank_len(entries: usize) -> usize {
     2 * entries
 }
 
 impl<M: AsRef<[f64]> + AsMut<[f64]>> FilterBank<M> {
-    /// Returns a bank that has seen nothing.
+    /// Returns a bank that has not received a sample.
     ///
-    /// - `memory`: two numbers per entry; contents do not matter.
+    /// - `memory`: two numbers per entry; their values do not matter.
     #[must_use]
     pub fn new(memory: M) -> Self {
         Self {
@@ -74,16 +74,17 @@ impl<M: AsRef<[f64]> + AsMut<[f64]>> FilterBank<M> {
         }
     }
 
-    /// Forgets what it has seen: the next sample begins a log.
+    /// Resets the bank: the next sample is the first of a log.
     pub fn restart(&mut self) {
         self.started = false;
     }
 
-    /// Filters one sample of all entries; returns the outputs.
+    /// Filters one sample of all entries and returns the outputs.
     ///
-    /// - `momentum`, `rest`: one number per entry; the shorter of all counts.
+    /// - `momentum`, `rest`: one number per entry. If one slice is shorter, only its entries are
+    ///   filtered.
     ///
-    /// The recursions start at rest, as those of [`FilterPair::process`].
+    /// The recursions start at rest, as in [`FilterPair::process`].
     pub fn process(&mut self, pair: &FilterPair, momentum: &[f64], rest: &[f64]) -> &[f64] {
         let memory = self.memory.as_mut();
         let (carry, output) = memory.split_at_mut(memory.len() / 2);
@@ -144,22 +145,22 @@ impl FilterPair {
         })
     }
 
-    /// Returns the pole of both filters: an error of their start is multiplied by
-    /// it from sample to sample.
+    /// Returns the pole of both filters. From each sample to the next, an error of the initial
+    /// state is multiplied by this pole.
     #[must_use]
     pub fn pole(&self) -> f64 {
         -self.a
     }
 
-    /// Filters one entry of the regressor: returns `g_D momentum + f_D rest`.
+    /// Filters one entry of the regressor and returns `g_D momentum + f_D rest`.
     ///
-    /// The recursion starts at rest: the first output is zero, which removes
-    /// the initial momentum exactly instead of letting it decay.
+    /// The recursion starts at rest: the first output is zero. This removes the initial momentum
+    /// exactly; otherwise its effect would decay only with the filter.
     ///
     /// # Source
     ///
-    /// Eq. (23). The paper's null initial conditions hold only for a robot
-    /// that starts at rest.
+    /// Eq. (23). The null initial conditions of the paper are valid only for a robot that starts at
+    /// rest.
     pub fn process(&self, state: &mut FilterState, momentum: f64, rest: f64) -> f64 {
         let output = if state.started {
             self.step(state.carry, state.output, momentum, rest)

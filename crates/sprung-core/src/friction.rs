@@ -1,55 +1,54 @@
-//! Friction laws: one row of a table and one formula each.
+//! Friction laws: each law is one row of a table and one formula.
 //!
-//! A law that is linear in its parameter is a column: the friction torque is
-//! the column times the parameter. What a law is not linear in stands in
-//! [`Shape`]. Formulas are written over [`Scalar`], so that regression,
-//! simulation and derivatives share them.
+//! Every law is linear in its parameter, so it is a column of the regressor: the friction torque is
+//! the column times the parameter. [`Shape`] contains the values in which a law is not linear. The
+//! formulas are written over [`Scalar`], so regression, simulation and derivatives use the same
+//! formula.
 
 use crate::chain::JointKind;
 use crate::scalar::Scalar;
 
-/// What acts in a joint, as a friction law sees it. A law that needs more, as
-/// the temperature, gets it as one more field.
+/// Quantities on which a friction law depends. A law that needs another quantity, such as the
+/// temperature, needs another field here.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conditions<S = f64> {
     /// Velocity of the side that the law acts on, rad/s (m/s).
     pub velocity: S,
-    /// Torque that the spring carries, N·m (N), from the stiffness in
-    /// [`Shape`]; zero in a rigid joint.
+    /// Torque of the spring, N·m (N): the deflection times the stiffness in [`Shape`]. It is zero
+    /// in a rigid joint.
     pub load: S,
 }
 
-/// What a law is not linear in: values that stay while its parameter is
-/// estimated.
+/// Values in which the laws are not linear. They are fixed while the parameters are estimated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shape {
     /// beta of `tanh(beta v)`, s/rad (s/m), positive.
     pub sharpness: f64,
-    /// Velocity at which Stribeck friction has fallen to 1/e, rad/s (m/s),
-    /// positive.
+    /// Velocity at which the Stribeck friction is 1/e of its largest value, rad/s (m/s), positive.
     pub stribeck_velocity: f64,
-    /// Stiffness that turns a deflection into a load, N·m/rad (N/m).
+    /// Stiffness by which a deflection is multiplied to give the load, N·m/rad (N/m).
     pub load_stiffness: f64,
 }
 
-/// What the parameter of a law is measured in.
+/// Unit of the parameter of a law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Unit {
     Torque,
     TorquePerVelocity,
 }
 
-/// Whether a law can feed energy into the robot.
+/// Whether the parameter of a law can be negative.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Power {
-    /// It takes energy out if its parameter is positive.
+    /// It cannot: with a positive parameter the law takes energy out of the robot, with a negative
+    /// one it adds energy.
     Taken,
-    /// It does either: no friction by itself, but found with it.
+    /// It can, because the law is not friction by itself but occurs together with friction.
     Either,
 }
 
-/// Declares the laws, one row each, under the family and the word that choose
-/// them.
+/// Declares the laws, one row each. Each family has a word, by which a description chooses its
+/// laws.
 macro_rules! laws {
     ($($(#[$about:meta])* $family:ident $word:literal: {
         $(#[doc = $doc:literal] $law:ident $name:literal, $unit:ident, $power:ident;)*
@@ -60,7 +59,7 @@ macro_rules! laws {
             $($(#[doc = $doc] $law,)*)*
         }
 
-        /// Laws that a description chooses together.
+        /// Laws that a description chooses together, by one word.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         pub enum Family {
             $($(#[$about])* $family,)*
@@ -70,7 +69,7 @@ macro_rules! laws {
             /// All families, in the order of their parameters.
             pub const ALL: &[Self] = &[$(Self::$family),*];
 
-            /// Returns the word that chooses the family.
+            /// Returns the word by which a description chooses the family.
             #[must_use]
             pub const fn word(self) -> &'static str {
                 match self {
@@ -78,7 +77,7 @@ macro_rules! laws {
                 }
             }
 
-            /// Returns its laws.
+            /// Returns the laws of the family.
             #[must_use]
             pub const fn laws(self) -> &'static [Law] {
                 match self {
@@ -88,7 +87,7 @@ macro_rules! laws {
         }
 
         impl Law {
-            /// Returns what the law is, as a noun with a full stop.
+            /// Returns a description of the law: a noun phrase with a full stop.
             #[must_use]
             pub const fn about(self) -> &'static str {
                 match self {
@@ -96,8 +95,7 @@ macro_rules! laws {
                 }
             }
 
-            /// Returns the names of the parameter on the link's and on the
-            /// motor's side.
+            /// Returns the names of the parameter on the link side and on the motor side.
             pub(crate) const fn names(self) -> [&'static str; 2] {
                 match self {
                     $($(Self::$law => [concat!("link_", $name), concat!("motor_", $name)],)*)*
@@ -120,53 +118,53 @@ macro_rules! laws {
 }
 
 laws! {
-    /// In proportion to the velocity.
+    /// Friction proportional to the velocity.
     Viscous "viscous": {
         /// Viscous friction.
         Viscous "viscous", TorquePerVelocity, Taken;
     }
-    /// Of one size, against the motion.
+    /// Friction of constant magnitude against the motion.
     Coulomb "coulomb": {
         /// Coulomb friction.
         Coulomb "coulomb", Torque, Taken;
     }
-    /// A constant torque, as by the zero of a current sensor.
+    /// A constant torque, for example from the zero error of a current sensor.
     Offset "offset": {
         /// Constant torque.
         Offset "offset", Torque, Either;
     }
-    /// Viscous, with a value for each direction.
+    /// Viscous friction with one parameter for each direction.
     ViscousAsymmetric "viscous-asymmetric": {
         /// Viscous friction of positive velocities.
         ViscousPositive "viscous_positive", TorquePerVelocity, Taken;
         /// Viscous friction of negative velocities.
         ViscousNegative "viscous_negative", TorquePerVelocity, Taken;
     }
-    /// Coulomb, with a value for each direction.
+    /// Coulomb friction with one parameter for each direction.
     CoulombAsymmetric "coulomb-asymmetric": {
         /// Coulomb friction of positive velocities.
         CoulombPositive "coulomb_positive", Torque, Taken;
         /// Coulomb friction of negative velocities.
         CoulombNegative "coulomb_negative", Torque, Taken;
     }
-    /// More friction at low velocity than at high.
+    /// Additional friction at low velocity.
     Stribeck "stribeck": {
         /// Stribeck friction.
         Stribeck "stribeck", Torque, Either;
     }
 }
 
-/// How a law depends on the velocity.
+/// Formula of a law at given conditions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Form<S> {
-    /// Its column.
+    /// The column itself, of a law that is smooth at zero velocity.
     Smooth(S),
-    /// What `tanh(beta v)` is multiplied with to give its column.
+    /// Factor of `tanh(beta v)` in the column, of a law that jumps at zero velocity.
     Jump(S),
 }
 
 impl Law {
-    /// Returns the law: its only definition.
+    /// Returns the formula of the law. This is its only definition.
     ///
     /// # Source
     ///
@@ -185,11 +183,10 @@ impl Law {
         }
     }
 
-    /// Returns the column of the law: times the parameter it is the friction
-    /// torque.
+    /// Returns the column of the law. The friction torque is the column times the parameter.
     ///
-    /// At zero velocity, where a half begins, the derivative is that of the side
-    /// where it acts.
+    /// A law for one direction begins at zero velocity. Its derivative there is the one-sided
+    /// derivative on the side where the law acts.
     #[must_use]
     pub fn column<S: Scalar>(self, at: &Conditions<S>, shape: &Shape) -> S {
         match self.form(at, shape) {
@@ -198,8 +195,8 @@ impl Law {
         }
     }
 
-    /// Returns what `tanh(beta v)` is multiplied with in the column of a law that
-    /// jumps at zero velocity; nothing for a smooth law.
+    /// Returns the factor of `tanh(beta v)` in the column of a law that jumps at zero velocity;
+    /// `None` for a smooth law.
     #[must_use]
     pub fn jump(self, at: &Conditions, shape: &Shape) -> Option<f64> {
         match self.form(at, shape) {
@@ -208,7 +205,7 @@ impl Law {
         }
     }
 
-    /// Returns the unit of the parameter, at a joint that turns or slides.
+    /// Returns the unit of the parameter at a revolute or prismatic joint.
     #[must_use]
     pub const fn unit(self, kind: JointKind) -> &'static str {
         match (self.measured_in(), kind) {
@@ -219,24 +216,25 @@ impl Law {
         }
     }
 
-    /// Returns whether the law takes energy out of the robot.
+    /// Returns whether the law is friction by itself: it takes energy out of the robot if its
+    /// parameter is positive.
     #[must_use]
     pub const fn takes_energy(self) -> bool {
         matches!(self.power(), Power::Taken)
     }
 }
 
-/// Returns 1 where the joint does not move backwards, 0 elsewhere.
+/// Returns 1 if the velocity is zero or positive, otherwise 0.
 fn forwards<S: Scalar>(at: &Conditions<S>) -> f64 {
     if at.velocity.value() >= 0.0 { 1.0 } else { 0.0 }
 }
 
-/// Returns 1 where the joint does not move forwards, 0 elsewhere.
+/// Returns 1 if the velocity is zero or negative, otherwise 0.
 fn backwards<S: Scalar>(at: &Conditions<S>) -> f64 {
     if at.velocity.value() <= 0.0 { 1.0 } else { 0.0 }
 }
 
-/// Returns how much of Stribeck friction is left at a velocity.
+/// Returns the Stribeck friction at a velocity, as a fraction of its largest value.
 ///
 /// # Source
 ///
@@ -258,7 +256,7 @@ mod tests {
         load_stiffness: 300.0,
     };
 
-    /// Velocities on both sides of zero, beside which nothing bends sharply.
+    /// Velocities on both sides of zero, near which every law is smooth.
     const VELOCITIES: [f64; 5] = [-0.7, -0.02, 0.003, 0.05, 0.4];
 
     fn all() -> impl Iterator<Item = Law> {

@@ -1,20 +1,20 @@
-//! Symmetric positive definite equations, solved without those zeros that stand
-//! before the first entry of a row: a mass matrix whose links and motors do not
-//! couple costs as much as its parts.
+//! Solution of symmetric positive definite equations. Zeros before the first entry of a row are
+//! skipped, so a mass matrix whose links and motors do not couple needs only the operations of its
+//! two blocks.
 
 /// Factors a symmetric matrix in place into `L D L^T`.
 ///
-/// - `a`: \[n × n\], row by row, of which the lower triangle is read; it holds
-///   `L` afterwards, and `1 / D` on the diagonal.
+/// - `a`: \[n × n\], row by row. Only the lower triangle is read. Afterwards it contains `L`, and
+///   `1 / D` on the diagonal.
 ///
-/// Returns whether the matrix is positive definite; if not, it has no factors.
+/// Returns whether the matrix is positive definite. If it is not, `a` contains no valid factors.
 pub fn factor(a: &mut [f64], n: usize) -> bool {
     for i in 0..n {
         let (above, row) = a.split_at_mut(i * n);
         let first = first_entry(row, i);
         let mut pivot = row[i];
         for j in first..i {
-            // Row i holds L D so far: entries behind j are still those of A.
+            // Entries of row i before j are those of L D; entries after j are still those of A.
             let other = &above[j * n..j * n + j];
             let known: f64 = (first..j).map(|k| row[k] * other[k]).sum();
             row[j] -= known;
@@ -83,7 +83,7 @@ pub(crate) fn invert(factors: &[f64], n: usize, inverse: &mut [f64]) {
     }
 }
 
-/// Subtracts a multiple of the first numbers of a row from another row.
+/// Subtracts `factor` times the first `count` numbers of row `of` from row `row`.
 fn subtract(a: &mut [f64], n: usize, row: usize, of: usize, factor: f64, count: usize) {
     let (before, behind) = a.split_at_mut(row.max(of) * n);
     let near = &mut before[row.min(of) * n..];
@@ -97,8 +97,8 @@ fn subtract(a: &mut [f64], n: usize, row: usize, of: usize, factor: f64, count: 
     }
 }
 
-/// Returns where the first entry of a row stands that is not zero; not behind
-/// the diagonal.
+/// Returns the column of the first non-zero entry of a row, or the diagonal if all entries before
+/// it are zero.
 fn first_entry(row: &[f64], diagonal: usize) -> usize {
     let before = row[..diagonal].iter();
     before.take_while(|x| x.abs() <= 0.0).count()
@@ -114,8 +114,8 @@ mod tests {
 
     #[test]
     fn known_system_is_solved() {
-        // A = L D L^T with L = [1 0 0; 1/2 1 0; -1/2 2/3 1] and D = diag(4, 9, 1), and
-        // b = A [1 -2 3]^T; the upper triangle is not read.
+        // A = L D L^T with L = [1 0 0; 1/2 1 0; -1/2 2/3 1] and D = diag(4, 9, 1), and b = A [1 -2
+        // 3]^T. The upper triangle is not read.
         let unread = f64::NAN;
         let mut a = [4.0, unread, unread, 2.0, 10.0, unread, -2.0, 5.0, 6.0];
         let mut b = [-6.0, -3.0, 6.0];

@@ -1,9 +1,9 @@
 //! Derivatives of the accelerations of all coordinates.
 //!
-//! With the residual `r = Y(x, a) theta - u` of the
-//! equations of motion, the implicit function theorem gives the derivatives of the
-//! accelerations `a` from those of `r` at constant `a`: with respect to the state
-//! `-M⁻¹ dr/dx`, to the torques `M⁻¹`, to the parameters `-M⁻¹ Y`.
+//! The residual of the equations of motion is `r = Y(x, a) theta - u`, with the state `x`, the
+//! accelerations `a` and the torques `u`. The implicit function theorem gives the derivatives of
+//! `a`, with those of `r` at constant `a`: `-M⁻¹ dr/dx` by the state, `M⁻¹` by the torques and
+//! `-M⁻¹ Y` by the parameters.
 
 use crate::drives::{Drive, State, Term};
 use crate::links::{LengthError, Step, Workspace, lengths};
@@ -11,13 +11,13 @@ use crate::parameters::JointParameter;
 use crate::robot::{Robot, Values};
 use crate::scalar::{Dual, Scalar};
 
-/// Directions that are differentiated at a time.
+/// Number of variables by which one evaluation differentiates.
 const DIRECTIONS: usize = 4;
 
-/// A number of the links' dynamics with its derivatives.
+/// A number in the dynamics of the links, with its partial derivatives.
 pub type Partial = Dual<DIRECTIONS>;
 
-/// Memory for derivatives, which the caller owns.
+/// Scratch memory of [`Robot::derivatives`], owned by the caller.
 #[derive(Debug)]
 pub struct Partials<'w> {
     /// Positions, velocities, accelerations and torques, \[n\] each.
@@ -29,16 +29,16 @@ pub struct Partials<'w> {
 /// Derivatives of the accelerations, \[rows × rows\] each, row by row.
 #[derive(Debug)]
 pub struct Derivatives<'o> {
-    /// With respect to the positions.
+    /// By the positions.
     pub by_position: &'o mut [f64],
-    /// With respect to the velocities.
+    /// By the velocities.
     pub by_velocity: &'o mut [f64],
 }
 
 impl Robot<'_> {
-    /// Writes the derivatives of the accelerations with respect to the state.
+    /// Computes the derivatives of the accelerations by the state.
     ///
-    /// - `acceleration`, `inverse`: as [`Robot::motion`] wrote them.
+    /// - `acceleration`, `inverse`: results of [`Robot::motion`] at this state.
     ///
     /// # Errors
     ///
@@ -68,7 +68,7 @@ impl Robot<'_> {
         self.of_links(values, state, &acceleration[..n], partials, out)?;
         let parts = workspace.parts();
         self.motor_rates(state.dphi, parts.motors);
-        // The torque of a rotor depends on nothing but the acceleration.
+        // The torque of a rotor inertia depends only on the acceleration.
         let resting = |term: &&Term| term.what != JointParameter::RotorInertia;
         for term in self.terms.iter().filter(resting) {
             let drive = Drive::new(state, parts.motors[term.joint], term.joint);
@@ -81,7 +81,7 @@ impl Robot<'_> {
             matrix.fill(0.0);
             for (sum, row) in matrix.chunks_mut(rows).zip(inverse.chunks(rows)) {
                 for (factor, other) in row.iter().zip(copy.chunks(rows)) {
-                    // Links and motors do not couple through the inverse.
+                    // The entries of the inverse between links and motors are zero.
                     if *factor != 0.0 {
                         for (sum, x) in sum.iter_mut().zip(other) {
                             *sum -= factor * x;
@@ -93,7 +93,7 @@ impl Robot<'_> {
         Ok(())
     }
 
-    /// Writes what the links' torques at constant acceleration change by.
+    /// Writes the derivatives of the links' torques by the state, at constant accelerations.
     fn of_links(
         &self,
         values: &Values<'_>,
@@ -132,7 +132,7 @@ impl Robot<'_> {
         Ok(())
     }
 
-    /// Adds what the torque of a drive's term changes by with the coordinates.
+    /// Adds the derivatives of the torque of one term by the coordinates.
     fn add_slopes(&self, term: &Term, value: f64, slopes: &Drive, out: &mut Derivatives<'_>) {
         let (row, joint) = (term.row * self.rows(), term.joint);
         let motor = self.motor_coordinate(joint);

@@ -1,8 +1,8 @@
-//! Link columns of any tree of joints, one sample at a time.
+//! Link columns of any tree of joints, for one sample at a time.
 //!
-//! Row `i` and link `j` share columns only if joint `i` carries link `j`. The
-//! axis of joint `i` and its rate are carried down to link `j`, and every
-//! column is the kernel at a pair of motions.
+//! Row `i` has columns of link `j` only if joint `i` carries link `j`. The axis of joint `i` and
+//! its rate are transformed to the frame of link `j`. Every column is the kernel at a pair of
+//! motions.
 
 use crate::chain::{Chain, ChainJoint, Motions};
 use crate::scalar::Scalar;
@@ -18,7 +18,7 @@ pub struct JointScratch {
     gravity: Motion,
 }
 
-/// Scratch memory for a joint and a link that it carries.
+/// Scratch memory for a pair of a joint and a link that it carries.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PairScratch {
     axis: Motion,
@@ -45,7 +45,7 @@ impl<S: Scalar> Default for Step<S> {
     }
 }
 
-/// Memory that the caller owns.
+/// Scratch memory, owned by the caller.
 #[derive(Debug)]
 pub struct Workspace<'w> {
     /// One entry per joint.
@@ -54,26 +54,26 @@ pub struct Workspace<'w> {
     pub steps: &'w mut [Step],
     /// One entry per pair of joints, \[n²\].
     pub pairs: &'w mut [PairScratch],
-    /// What the dynamics need, [`numbers_len`] of them.
+    /// Numbers of the dynamics, \[[`numbers_len`]\].
     pub numbers: &'w mut [f64],
 }
 
-/// Returns how many numbers a [`Workspace`] needs for `joints` joints.
+/// Returns the length of `numbers` in a [`Workspace`] for `joints` joints.
 #[must_use]
 pub const fn numbers_len(joints: usize) -> usize {
-    // A matrix of as many coordinates as links and motors, and four vectors.
+    // A mass matrix of 2n coordinates, and 4n numbers of vectors.
     4 * joints * (joints + 1)
 }
 
-/// What the numbers of a [`Workspace`] are.
+/// Parts of the numbers of a [`Workspace`].
 pub(crate) struct Parts<'p> {
-    /// Mass matrix of all coordinates, or its factors, \[(2n)²\] or less.
+    /// Mass matrix of all coordinates, or its factors; at most \[(2n)²\].
     pub(crate) masses: &'p mut [f64],
-    /// A number for each motor, \[n\].
+    /// One number for each motor, \[n\].
     pub(crate) motors: &'p mut [f64],
-    /// A number for each coordinate, \[2n\] or less.
+    /// One number for each coordinate; at most \[2n\].
     pub(crate) vector: &'p mut [f64],
-    /// A number for each joint, \[n\].
+    /// One number for each joint, \[n\].
     pub(crate) more: &'p mut [f64],
 }
 
@@ -92,7 +92,7 @@ impl<'p> Parts<'p> {
 }
 
 impl Workspace<'_> {
-    /// Returns the numbers by what they are; lengths are checked.
+    /// Splits the numbers into parts; the caller has checked their lengths.
     pub(crate) fn parts(&mut self) -> Parts<'_> {
         Parts::new(self.numbers, self.joints.len())
     }
@@ -101,11 +101,11 @@ impl Workspace<'_> {
 /// A slice has the wrong length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LengthError {
-    /// Which slice.
+    /// Name of the slice.
     pub what: &'static str,
-    /// Length needed.
+    /// Required length.
     pub expected: usize,
-    /// Length given.
+    /// Length of the given slice.
     pub found: usize,
 }
 
@@ -122,18 +122,16 @@ impl core::fmt::Display for LengthError {
 
 impl core::error::Error for LengthError {}
 
-/// Visits the columns of the filtered regression, joint by joint and link by
-/// link, those that are zero by construction left out.
+/// Visits the columns of the filtered regression, for every pair of a joint and a link that it
+/// carries. All other columns are zero.
 ///
 /// - `q`, `dq`: link positions and velocities, \[n\], rad (m) and rad/s (m/s).
-/// - `visit`: takes joint `i`, a link `j` that it carries, and two rows of \[10\]:
-///   that of the momentum, which times the inertial parameters gives
-///   `M(q) dq`, and the rest, which gives `-dT/dq + g(q)`, where `T` is the
-///   kinetic energy; `d/dt(momentum) + rest` is the joint torque.
+/// - `visit`: called with joint `i`, link `j` and two rows of \[10\], the momentum and the rest.
+///   Times the inertial parameters, the momentum gives `M(q) dq`, and the rest gives
+///   `-dT/dq + g(q)`, where `T` is the kinetic energy. `d/dt(momentum) + rest` is the joint torque.
 ///
-/// No Coriolis matrix and no derivative of the mass matrix is formed: with
-/// `y = v_i × s_i` the derivative of a link's velocity with respect to `q_i` is
-/// `y` carried to the link.
+/// No Coriolis matrix and no derivative of the mass matrix is needed: the derivative of a link's
+/// velocity by `q_i` is `v_i × s_i`, transformed to the frame of the link.
 ///
 /// # Errors
 ///
@@ -181,10 +179,10 @@ fn visit_columns<P: Space>(
     });
 }
 
-/// Writes the columns of the filtered regression, those of all links.
+/// Writes the columns of the filtered regression of all links, zeros included.
 ///
-/// - `momentum`, `rest`: \[n × 10n\], row by row: the momentum times the inertial parameters is
-///   `M(q) dq`, `d/dt(momentum) + rest` the joint torque.
+/// - `momentum`, `rest`: \[n × 10n\], row by row. Times the inertial parameters, `momentum` gives
+///   `M(q) dq`, and `d/dt(momentum) + rest` gives the joint torque.
 ///
 /// # Errors
 ///
@@ -214,7 +212,7 @@ pub fn regressor(
 /// Writes the columns of the joint torque at given accelerations.
 ///
 /// - `ddq`: link accelerations, \[n\].
-/// - `torque`: \[n × 10n\], row by row; times the inertial parameters it gives
+/// - `torque`: \[n × 10n\], row by row. Times the inertial parameters it gives
 ///   `M(q) ddq + C(q, dq) dq + g(q)`.
 ///
 /// # Errors
@@ -237,11 +235,11 @@ pub fn torque(
     })
 }
 
-/// Visits the columns of the joint torque at given accelerations, joint by
-/// joint and link by link, those that are zero by construction left out.
+/// Visits the columns of the joint torque at given accelerations, for every pair of a joint and a
+/// link that it carries. All other columns are zero.
 ///
 /// - `motion`: link positions, velocities and accelerations, \[n\] each.
-/// - `visit`: takes joint `i`, a link `j` that it carries, and a row of \[10\].
+/// - `visit`: called with joint `i`, link `j` and a row of \[10\].
 ///
 /// # Errors
 ///
@@ -318,7 +316,7 @@ pub(crate) fn lengths(given: &[(&'static str, usize)], expected: usize) -> Resul
     Ok(())
 }
 
-/// Carries velocities, accelerations and axes from the base to the tips.
+/// Computes velocities, accelerations and axes from the base to the tips.
 fn move_all<P: Space>(
     chain: &Chain<'_>,
     q: &[f64],
@@ -355,7 +353,7 @@ fn move_all<P: Space>(
                 gravity = P::apply(&P::transform(joint, q[j]), base);
                 acceleration = gravity;
             }
-            // On a base that nothing pulls it does not matter where a link is.
+            // Without gravity, the columns do not depend on the position of a link on the base.
             (None, None) => {}
         }
         P::add_along(joint, dq[j], &mut velocity);
@@ -372,7 +370,7 @@ fn move_all<P: Space>(
     }
 }
 
-/// Visits every link and every joint that carries it.
+/// Visits every pair of a link and a joint that carries it.
 fn for_pairs(
     chain: &Chain<'_>,
     workspace: &Workspace<'_>,

@@ -1,8 +1,8 @@
-//! The equations of motion: the mass matrix of all coordinates, the torques
-//! that are left for it, and the accelerations that both give.
+//! The equations of motion: the mass matrix M of all coordinates, the torques that accelerate it,
+//! and the accelerations.
 //!
-//! Torques of drives are the columns of the regressor times theta, those of
-//! links the same bilinear form summed up by [`dynamics`](crate::dynamics).
+//! The torques of drives are the columns of the regressor times theta. The torques of links are
+//! sums of the same bilinear form, from [`dynamics`](crate::dynamics).
 
 use crate::drives::{Drive, State};
 use crate::dynamics::{bias_and_masses, inverse_dynamics, mass_matrix};
@@ -13,9 +13,10 @@ use crate::robot::{Robot, Values};
 use crate::scalar::Scalar;
 
 impl Robot<'_> {
-    /// Writes the torques that the links take, without drives, \[n\], N·m (N).
+    /// Computes the joint torques of a motion of the links, without drives, \[n\], N·m (N).
     ///
-    /// With Taylor series for numbers it gives the torques' time derivatives.
+    /// With numbers of type [`Jet`](crate::scalar::Jet), the result also contains the time
+    /// derivatives of the torques.
     ///
     /// # Errors
     ///
@@ -32,7 +33,7 @@ impl Robot<'_> {
         inverse_dynamics(&self.links.chain, values.bodies, q, dq, ddq, steps, tau)
     }
 
-    /// Writes the mass matrix of all coordinates, \[rows × rows\], row by row.
+    /// Computes the mass matrix of all coordinates, \[rows × rows\], row by row.
     ///
     /// # Errors
     ///
@@ -54,7 +55,7 @@ impl Robot<'_> {
             &mut matrix[..n * n],
         )?;
         if rows > n {
-            // From n to more numbers in a row, the last row first.
+            // Widens the rows from n to `rows` numbers, the last row first.
             for i in (0..n).rev() {
                 matrix.copy_within(i * n..(i + 1) * n, i * rows);
                 matrix[i * rows + n..(i + 1) * rows].fill(0.0);
@@ -65,7 +66,7 @@ impl Robot<'_> {
         Ok(())
     }
 
-    /// Adds the rotors to a mass matrix of all coordinates.
+    /// Adds the rotor inertias to a mass matrix of all coordinates.
     fn add_rotors(&self, theta: &[f64], matrix: &mut [f64]) {
         let rows = self.rows();
         for term in self.terms {
@@ -82,12 +83,12 @@ impl Robot<'_> {
         }
     }
 
-    /// Writes the accelerations that torques cause.
+    /// Computes the accelerations that torques cause.
     ///
-    /// - `torque`: on each coordinate, \[rows\], N·m (N), as
-    ///   [`Robot::coordinate_torques`] writes them.
-    /// - `acceleration`: of each coordinate, \[rows\], rad/s² (m/s²); NaN if the
-    ///   mass matrix is not positive.
+    /// - `torque`: torque on each coordinate, \[rows\], N·m (N), from
+    ///   [`Robot::coordinate_torques`].
+    /// - `acceleration`: acceleration of each coordinate, \[rows\], rad/s² (m/s²); NaN if the mass
+    ///   matrix is not positive definite.
     ///
     /// # Errors
     ///
@@ -115,10 +116,9 @@ impl Robot<'_> {
         Ok(())
     }
 
-    /// Writes the accelerations that torques cause as [`Robot::acceleration`]
-    /// does, and the inverse of the mass matrix.
+    /// Computes the accelerations like [`Robot::acceleration`], and the inverse of the mass matrix.
     ///
-    /// - `inverse`: \[rows × rows\], row by row; NaN if the matrix is not positive.
+    /// - `inverse`: \[rows × rows\], row by row; NaN if the mass matrix is not positive definite.
     ///
     /// # Errors
     ///
@@ -144,7 +144,8 @@ impl Robot<'_> {
         Ok(())
     }
 
-    /// Writes the mass matrix into the workspace, and what torques leave for it.
+    /// Writes the mass matrix M into the workspace, and M times the accelerations into `left`: the
+    /// torques minus those of the equations at zero accelerations.
     fn assemble(
         &self,
         values: &Values<'_>,

@@ -1,19 +1,19 @@
 //! Recursive least squares with forgetting factor (LSFF).
 //!
-//! The gain matrix is kept as `P = U D U^T` with `U` unit upper triangular and
-//! `D` diagonal, so it is symmetric by construction and stays positive.
+//! The gain matrix is stored as `P = U D U^T` with `U` unit upper triangular and `D` diagonal, so
+//! it is symmetric by construction and stays positive definite.
 
-/// What is wrong with the settings or the memory of the estimator.
+/// Errors of the settings or the memory of the estimator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum RecursiveError {
     /// The named setting is not a positive finite number.
     NotPositive(&'static str),
-    /// The caller's memory has the wrong length.
+    /// The memory of the caller has the wrong length.
     Memory {
-        /// Length needed, see [`memory_len`].
+        /// Required length, from [`memory_len`].
         expected: usize,
-        /// Length given.
+        /// Length of the given memory.
         found: usize,
     },
 }
@@ -34,25 +34,25 @@ impl core::error::Error for RecursiveError {}
 /// Settings of [`ForgettingLeastSquares`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// δ, 1/s, positive: how fast old samples are forgotten.
+    /// Forgetting rate δ, 1/s, positive: the weight of a sample falls as e^{−δt} with its age t.
     pub forgetting: f64,
     /// Diagonal of `P(0)`, positive.
     pub initial_gain: f64,
-    /// Forgetting pauses while an entry of `D` would grow beyond this, so that
+    /// Limit of the entries of `D`, positive. Forgetting pauses while an entry would exceed it, so
     /// directions without excitation do not wind up.
     pub gain_limit: f64,
-    /// T, s, positive.
+    /// Sampling period T, s, positive.
     pub period: f64,
 }
 
-/// Returns how many numbers the estimator keeps for `parameters` parameters.
+/// Returns the number of `f64` that the estimator needs for `parameters` parameters.
 #[must_use]
 pub const fn memory_len(parameters: usize) -> usize {
     // theta, D, U, and two work vectors.
     parameters * (parameters + 4)
 }
 
-/// The estimator; `M` is the caller's memory, a slice, array or vector.
+/// The estimator. `M` is memory of the caller: a slice, array or vector.
 #[derive(Clone, Debug)]
 pub struct ForgettingLeastSquares<M> {
     memory: M,
@@ -66,12 +66,12 @@ pub struct ForgettingLeastSquares<M> {
 impl<M: AsRef<[f64]> + AsMut<[f64]>> ForgettingLeastSquares<M> {
     /// Returns an estimator that starts at theta = 0.
     ///
-    /// - `memory`: [`memory_len`]`(parameters)` numbers; contents do not matter.
+    /// - `memory`: [`memory_len`]`(parameters)` numbers; their values do not matter.
     ///
     /// # Errors
     ///
-    /// [`RecursiveError::NotPositive`] for a useless setting,
-    /// [`RecursiveError::Memory`] for memory of the wrong length.
+    /// [`RecursiveError::NotPositive`] if a setting is not positive and finite,
+    /// [`RecursiveError::Memory`] if the memory has the wrong length.
     pub fn new(
         settings: &Settings,
         parameters: usize,
@@ -104,13 +104,13 @@ impl<M: AsRef<[f64]> + AsMut<[f64]>> ForgettingLeastSquares<M> {
         })
     }
 
-    /// Returns the estimate, \[p\].
+    /// Returns the estimated parameters, \[p\].
     #[must_use]
     pub fn theta(&self) -> &[f64] {
         &self.memory.as_ref()[..self.parameters]
     }
 
-    /// Returns for how many samples forgetting was paused by the gain limit.
+    /// Returns the number of samples at which the gain limit paused forgetting.
     #[must_use]
     pub fn paused(&self) -> u64 {
         self.paused
@@ -132,7 +132,8 @@ impl<M: AsRef<[f64]> + AsMut<[f64]>> ForgettingLeastSquares<M> {
             .sum()
     }
 
-    /// Forgets once; call it once per sample, before the sample's rows.
+    /// Multiplies the gain matrix by e^{δT}. Call it once per sample, before the updates with the
+    /// sample's rows.
     pub fn forget(&mut self) {
         let p = self.parameters;
         let d = &mut self.memory.as_mut()[p..2 * p];
@@ -145,15 +146,15 @@ impl<M: AsRef<[f64]> + AsMut<[f64]>> ForgettingLeastSquares<M> {
         }
     }
 
-    /// Takes one row of the filtered regression: `row · theta = rhs`.
+    /// Updates the estimate with one row of the filtered regression, `row · theta = rhs`.
     ///
-    /// - `row`: row of `Y_f`, \[p\]; a shorter or longer row is cut to fit.
+    /// - `row`: row of `Y_f`, \[p\]. Missing entries count as zero; further entries are ignored.
     ///
     /// # Source
     ///
-    /// Eq. (30) with its transposes put right:
-    /// `dtheta = P Y_f^T e`, `dP = δ P - P Y_f^T Y_f P`, each integrated over
-    /// one period so that `P` stays positive; the update is Bierman's.
+    /// Eq. (30) with corrected transposes: `dtheta = P Y_f^T e`, `dP = δ P - P Y_f^T Y_f P`. Both
+    /// are integrated over one period, so `P` stays positive definite. The update of `U` and `D` is
+    /// Bierman's.
     pub fn update(&mut self, row: &[f64], rhs: f64) {
         let p = self.parameters;
         let (theta, rest) = self.memory.as_mut().split_at_mut(p);
@@ -175,7 +176,7 @@ impl<M: AsRef<[f64]> + AsMut<[f64]>> ForgettingLeastSquares<M> {
                 }
             }
         }
-        // Column k of U changes by the gain of the columns before it.
+        // Column k of U changes by a multiple of the gain of the columns before k.
         let mut variance = self.noise;
         gain.fill(0.0);
         for k in 0..p {
@@ -244,7 +245,7 @@ mod tests {
                 b[i] = decay * b[i] + 1e-3 * y[i] * rhs;
             }
         }
-        // H theta = b holds exactly for the estimate.
+        // The estimate solves H theta = b exactly.
         for (row, b) in h.iter().zip(b) {
             let left: f64 = row.iter().zip(filter.theta()).map(|(h, x)| h * x).sum();
             assert!((left - b).abs() < 1e-9 * b.abs().max(1.0));
@@ -269,7 +270,7 @@ mod tests {
         const P: usize = 3;
         let mut filter = ForgettingLeastSquares::new(&SETTINGS, P, [0.0; memory_len(P)]).unwrap();
         let mut seed = 3;
-        // An hour at 1 kHz in which the third parameter is never excited.
+        // One hour at 1 kHz without excitation of the third parameter.
         for _ in 0..3_600_000 {
             let y = [noise(&mut seed), noise(&mut seed), 0.0];
             filter.forget();

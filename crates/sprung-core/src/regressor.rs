@@ -1,18 +1,18 @@
-//! One sample's regressor `[Y_a | Y_b]`, and that of the torque.
+//! The regressor `[Y_a | Y_b]` of one sample, and the regressor of the torque.
 //!
-//! Each row of the regressor touches few parameters, so only the entries that
-//! can differ from zero are kept, row after row.
+//! Each row depends on few parameters, so only the entries that can differ from zero are stored,
+//! row after row.
 
 use crate::drives::{Drive, State};
 use crate::links::{LengthError, Workspace, columns, lengths, torque_columns};
 use crate::robot::{Links, Robot};
 
 impl Robot<'_> {
-    /// Writes one sample's regressor, row after row.
+    /// Computes the regressor of one sample, row after row.
     ///
-    /// - `momentum`, `rest`: entries of `Y_a` and `Y_b`. With the parameters
-    ///   theta, `d/dt(Y_a theta) + Y_b theta = [0; tau]`; the only row of a rigid
-    ///   joint has its torque on the right too.
+    /// - `momentum`, `rest`: entries of `Y_a` and `Y_b`. With the parameters theta,
+    ///   `d/dt(Y_a theta) + Y_b theta = [0; tau]`. The right-hand side of the only row of a rigid
+    ///   joint is its torque.
     ///
     /// # Errors
     ///
@@ -20,7 +20,7 @@ impl Robot<'_> {
     ///
     /// # Source
     ///
-    /// Eq. (8) and section 3, corrected as said at each column.
+    /// Eq. (8) and section 3, with the corrections that the columns name.
     pub fn regressor(
         &self,
         state: &State<'_>,
@@ -52,8 +52,8 @@ impl Robot<'_> {
         self.drives(state, workspace, momentum, rest)
     }
 
-    /// Writes the entries of the drives and leaves those of the links alone: all
-    /// that motor rows hold.
+    /// Computes the entries of the drives. Motor rows have no other entries. The entries of the
+    /// links stay unchanged.
     ///
     /// # Errors
     ///
@@ -78,11 +78,11 @@ impl Robot<'_> {
         Ok(())
     }
 
-    /// Writes the entries of `Y(x, a)`, whose product with the parameters is the
-    /// torque on each coordinate.
+    /// Computes the entries of `Y(x, a)`. `Y` times the parameters is the torque on each
+    /// coordinate.
     ///
-    /// - `acceleration`: \[rows\].
-    /// - `entries`: as [`Robot::regressor`] orders them.
+    /// - `acceleration`: acceleration of each coordinate, \[rows\], rad/s² (m/s²).
+    /// - `entries`: entries of `Y` in the order of [`Robot::regressor`].
     ///
     /// # Errors
     ///
@@ -130,12 +130,12 @@ impl Robot<'_> {
 }
 
 impl Links<'_> {
-    /// Returns which columns of a link stand in theta.
+    /// Returns the columns of a link that are in theta.
     fn chosen(&self, link: usize) -> &[usize] {
         &self.selected[self.first[link]..self.first[link + 1]]
     }
 
-    /// Adds what parameters do to bodies beyond their own.
+    /// Adds the effect of parameters of theta that occur in two bodies.
     fn share(&self, entries: &mut [f64]) {
         for share in self.shares {
             entries[share.entry] += share.factor * entries[share.of];

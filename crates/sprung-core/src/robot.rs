@@ -1,9 +1,8 @@
-//! A robot as its rows, links and drives.
+//! A robot: rows, links and drives.
 //!
-//! Rows 0 to n-1 are those of the joints: link rows of flexible joints, which
-//! have no right-hand side, and the only rows of rigid ones. The motor rows of
-//! flexible joints follow. A coordinate belongs to each row: link positions
-//! first, then the motor positions of flexible joints.
+//! Rows 0 to n-1 belong to the joints: the link row of a flexible joint, whose right-hand side is
+//! zero, or the only row of a rigid joint. The motor rows of flexible joints follow. Each row has
+//! one coordinate: the link position, or in a motor row the motor position.
 
 use crate::chain::Chain;
 use crate::drives::{Drive, State, Term};
@@ -11,70 +10,70 @@ use crate::friction::Shape;
 use crate::links::{LengthError, Workspace, check, lengths};
 use crate::spatial::BODY;
 
-/// The links of a robot, and which inertial parameters stand in theta.
+/// The links of a robot, and their inertial parameters in theta.
 #[derive(Clone, Copy, Debug)]
 pub struct Links<'a> {
     /// The tree of joints.
     pub chain: Chain<'a>,
-    /// Which of the [`BODY`] parameters each inertial parameter of theta is,
-    /// link by link.
+    /// For each inertial parameter of theta, link by link: its index among the [`BODY`] parameters
+    /// of the link.
     pub selected: &'a [usize],
-    /// Where each link's inertial parameters begin in theta, and where the
-    /// last end, \[n + 1\].
+    /// Index in theta of the first inertial parameter of each link, and after it the end of the
+    /// last link, \[n + 1\].
     pub first: &'a [usize],
-    /// First entry of joint `i` and link `j`, \[n × n\].
+    /// Index of the first entry of joint `i` and link `j`, \[n × n\].
     pub entries: &'a [usize],
-    /// What a parameter of theta does to a body beyond the one it is; none if
-    /// each is that of one body.
+    /// Parameters of theta that occur in a second body; empty if each parameter belongs to one
+    /// body.
     pub shares: &'a [Share],
 }
 
-/// An inertial parameter of theta that stands in two bodies: in the regressor,
-/// its entry takes a share of another one's.
+/// An inertial parameter of theta that occurs in two bodies. The regressor adds `factor` times the
+/// entry `of` to its entry.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Share {
-    /// Entry of the parameter.
+    /// Index of the parameter's entry.
     pub entry: usize,
-    /// Entry of the other body's parameter in the same row.
+    /// Index of the entry of the other body's parameter in the same row.
     pub of: usize,
-    /// How much of it.
+    /// Factor of the other entry.
     pub factor: f64,
 }
 
-/// A robot as its rows and entries.
+/// A robot as rows and entries of the regressor.
 #[derive(Clone, Copy, Debug)]
 pub struct Robot<'a> {
-    /// Links.
+    /// The links.
     pub links: Links<'a>,
-    /// Drives.
+    /// Terms of the drives.
     pub terms: &'a [Term],
     /// Shapes of the friction laws, \[n\].
     pub shapes: &'a [Shape],
-    /// Motor positions per joint position, \[n × n\] with ones on the diagonal
-    /// and zeros between rigid and flexible joints; nothing if each motor drives
-    /// its joint alone.
+    /// Motor positions per joint position of a coupled transmission, \[n × n\], with ones on the
+    /// diagonal and zeros between rigid and flexible joints; `None` if each motor drives only its
+    /// own joint.
     pub coupling: Option<&'a [f64]>,
-    /// Motor row of each joint; nothing if it is rigid, \[n\].
+    /// Motor row of each joint, \[n\]; `None` for a rigid joint.
     pub motor_rows: &'a [Option<usize>],
-    /// Number of entries.
+    /// Number of entries of the regressor.
     pub entries: usize,
 }
 
-/// Torques on a robot from outside its equations.
+/// External torques on a robot.
 #[derive(Clone, Copy, Debug)]
 pub struct Torques<'t> {
-    /// Of the motors, after gear and coupling, \[n\], N·m (N).
+    /// Torques of the motors, after gear and coupling, \[n\], N·m (N).
     pub motor: &'t [f64],
-    /// On the links, \[n\], N·m (N); none if nothing touches them.
+    /// Torques on the links, \[n\], N·m (N); `None` without contact.
     pub link: Option<&'t [f64]>,
 }
 
-/// Values of a robot's parameters, as its dynamics need them.
+/// Values of a robot's parameters, in the forms that the dynamics need.
 #[derive(Clone, Copy, Debug)]
 pub struct Values<'a> {
     /// The parameter vector, \[p\].
     pub theta: &'a [f64],
-    /// Bodies that move as theta says, \[n\].
+    /// Inertial parameters of bodies that have the dynamics of theta, \[n\].
     pub bodies: &'a [[f64; BODY]],
 }
 
@@ -91,7 +90,7 @@ impl Robot<'_> {
         self.joints() + self.motor_rows.iter().flatten().count()
     }
 
-    /// Returns the joint that a row belongs to.
+    /// Returns the joint of a row.
     #[must_use]
     pub fn joint_of(&self, row: usize) -> usize {
         if row < self.joints() {
@@ -102,15 +101,14 @@ impl Robot<'_> {
         }
     }
 
-    /// Returns the row whose coordinate is the motor position of a joint: the one
-    /// that has the motor torque on its right-hand side.
+    /// Returns the row whose coordinate is the motor position of a joint. Its right-hand side is
+    /// the motor torque.
     #[must_use]
     pub fn motor_coordinate(&self, joint: usize) -> usize {
         self.motor_rows[joint].unwrap_or(joint)
     }
 
-    /// Returns the motor positions per joint position of a coupled
-    /// transmission.
+    /// Returns the position of a motor per position of a joint in the transmission.
     #[must_use]
     pub fn ratio(&self, motor: usize, joint: usize) -> f64 {
         match self.coupling {
@@ -120,7 +118,7 @@ impl Robot<'_> {
         }
     }
 
-    /// Writes the torque on each coordinate, \[rows\], N·m (N).
+    /// Writes the external torque on each coordinate, \[rows\], N·m (N).
     ///
     /// # Errors
     ///
@@ -147,8 +145,8 @@ impl Robot<'_> {
         Ok(())
     }
 
-    /// Writes the velocities of the motors before a coupling, or with their
-    /// accelerations after it, those before it.
+    /// Converts velocities of the motors after the coupling to velocities before the coupling,
+    /// \[n\]; accelerations likewise.
     pub(crate) fn motor_rates(&self, after: &[f64], before: &mut [f64]) {
         match self.coupling {
             None => before.copy_from_slice(after),
@@ -160,7 +158,7 @@ impl Robot<'_> {
         }
     }
 
-    /// Returns a joint as its drive sees it.
+    /// Returns the motion of one joint, as the columns of its drive need it.
     #[must_use]
     pub fn drive(&self, state: &State<'_>, joint: usize) -> Drive {
         let motor_velocity = match self.coupling {

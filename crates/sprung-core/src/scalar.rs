@@ -1,12 +1,12 @@
-//! Numbers that the columns are written over: plain values, Taylor series, and
-//! values with partial derivatives.
+//! Number types of the physics: plain values, Taylor series in time, and values with partial
+//! derivatives.
 //!
-//! A column written once over [`Scalar`] gives its value with `f64` and its
-//! exact time derivatives with [`Jet`], its partial derivatives with [`Dual`].
+//! A formula is written once over [`Scalar`]. It gives its value with `f64`, its exact time
+//! derivatives with [`Jet`], and its exact partial derivatives with [`Dual`].
 
 use core::ops::{Add, Mul, Neg, Sub};
 
-/// A number that the physics can be evaluated with.
+/// A type of number with which the physics can be evaluated.
 pub trait Scalar:
     Copy
     + Add<Output = Self>
@@ -15,14 +15,14 @@ pub trait Scalar:
     + Mul<f64, Output = Self>
     + Neg<Output = Self>
 {
-    /// Returns the number zero.
+    /// The number zero.
     const ZERO: Self;
 
-    /// Returns a number that does not change with time.
+    /// Returns a number whose derivatives are zero.
     #[must_use]
     fn constant(value: f64) -> Self;
 
-    /// Returns the number itself, without derivatives.
+    /// Returns the value, without derivatives.
     #[must_use]
     fn value(self) -> f64;
 
@@ -73,7 +73,7 @@ pub struct Jet<const N: usize> {
 }
 
 impl<const N: usize> Jet<N> {
-    /// Returns the series of a signal from its time derivatives, value first.
+    /// Returns the series of a signal from its value and its time derivatives, lowest order first.
     #[must_use]
     pub fn from_derivatives(derivatives: [f64; N]) -> Self {
         let mut coefficients = derivatives;
@@ -188,7 +188,7 @@ impl<const N: usize> Scalar for Jet<N> {
     fn tanh(self) -> Self {
         let mut tanh = Self::constant(libm::tanh(self.coefficients[0]));
         for k in 1..N {
-            // The derivative of tanh is 1 - tanh²; orders below k are known.
+            // The derivative of tanh is 1 - tanh²; the coefficients below order k are known.
             let slope = Self::constant(1.0) - tanh * tanh;
             for i in 1..=k {
                 let rate = i as f64 * self.coefficients[i] / k as f64;
@@ -199,7 +199,7 @@ impl<const N: usize> Scalar for Jet<N> {
     }
 }
 
-/// A value with its partial derivatives with respect to `N` variables.
+/// A value with its partial derivatives by `N` variables.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dual<const N: usize> {
     /// The value.
@@ -209,7 +209,7 @@ pub struct Dual<const N: usize> {
 }
 
 impl<const N: usize> Dual<N> {
-    /// Returns the value of a function with the slope that it has here.
+    /// Applies the chain rule to a function of `self` with a given value and slope.
     fn chain(self, value: f64, slope: f64) -> Self {
         Self {
             value,
@@ -217,7 +217,7 @@ impl<const N: usize> Dual<N> {
         }
     }
 
-    /// Returns the `i`-th variable at a value.
+    /// Returns the `i`-th variable with a given value.
     #[must_use]
     pub fn variable(value: f64, i: usize) -> Self {
         let mut dual = Self::constant(value);

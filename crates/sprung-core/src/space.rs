@@ -1,52 +1,53 @@
-//! The algebra of motions, in space or in a plane.
+//! Operations on motions and forces, in three dimensions or in a plane.
 //!
-//! Every algorithm on trees is written once over [`Space`]. Where all joints of
-//! a tree move in one plane, most numbers of its motions and forces are zero:
-//! [`Planar`] leaves these out.
+//! Every algorithm on trees is written once over [`Space`]. If all joints of a tree move in one
+//! plane, most numbers of its motions and forces are zero, and [`Planar`] skips them.
 
 use crate::chain::{ChainJoint, JointKind};
 use crate::scalar::Scalar;
 use crate::spatial::{self, BODY, Force, Motion, Transform, Vector};
 
-/// Operations on motions, forces and bodies of a joint's frame.
+/// Operations on motions, forces and bodies in the frame of a joint.
 pub(crate) trait Space {
-    /// Inertial parameters that a motion can show.
+    /// Indices of the inertial parameters that affect motions in this space.
     const SHOWN: &'static [usize];
 
-    /// Returns the transform from the parent's frame at position `q`.
+    /// Returns the transform from the parent's frame to the joint's frame at position `q`, rad (m).
     fn transform<S: Scalar>(joint: &ChainJoint, q: S) -> Transform<S>;
 
-    /// Returns a motion of the parent's frame as the child's sees it.
+    /// Transforms a motion from the parent's frame to the child's frame.
     fn apply<S: Scalar>(transform: &Transform<S>, motion: &Motion<S>) -> Motion<S>;
 
-    /// Adds a force of the child's frame to one of the parent's.
+    /// Transforms a force from the child's frame to the parent's frame and adds it to `sum`.
     fn add_back<S: Scalar>(transform: &Transform<S>, force: &Force<S>, sum: &mut Force<S>);
 
-    /// Adds the inertial parameters of a child's body to those of the parent's.
+    /// Transforms inertial parameters from the child's frame to the parent's frame and adds them to
+    /// `sum`.
     fn add_body_back(transform: &Transform, body: &[f64; BODY], sum: &mut [f64; BODY]);
 
-    /// Adds a motion along a joint's axis.
+    /// Adds a motion along a joint's axis with the given rate.
     fn add_along<S: Scalar>(joint: &ChainJoint, rate: S, sum: &mut Motion<S>);
 
-    /// Returns the rate of a joint's axis in a frame that moves with `v`.
+    /// Returns the rate of change of a joint's axis in a frame that moves with `v`.
     fn axis_rate<S: Scalar>(v: &Motion<S>, joint: &ChainJoint) -> Motion<S>;
 
-    /// Adds a multiple of a motion.
+    /// Adds a multiple of a motion to `sum`.
     fn add_times<S: Scalar>(motion: &Motion<S>, factor: S, sum: &mut Motion<S>);
 
-    /// Returns the force that a body takes: `I a + v ×* I v`.
+    /// Returns the force on a body that moves with velocity `v` and acceleration `a`:
+    /// `I a + v ×* I v`.
     fn force<S: Scalar>(body: &[f64; BODY], v: &Motion<S>, a: &Motion<S>) -> Force<S>;
 
-    /// Returns the momentum of a body that moves along a joint's axis.
+    /// Returns the momentum of a body that moves along a joint's axis with unit rate.
     fn momentum_along(body: &[f64; BODY], joint: &ChainJoint) -> Force;
 
-    /// Returns the part of a force that acts along a joint's axis.
+    /// Returns the component of a force along a joint's axis.
     fn along<S: Scalar>(joint: &ChainJoint, force: &Force<S>) -> S;
 
     /// Returns the rate of change of `m` in a frame that moves with `v`.
     fn cross(v: &Motion, m: &Motion) -> Motion;
 
-    /// Writes the parameters that show of [`spatial::kernel`].
+    /// Writes the entries of [`spatial::kernel`] with indices in [`Self::SHOWN`].
     fn kernel(s: &Motion, v: &Motion, row: &mut [f64; BODY]);
 }
 
@@ -139,10 +140,9 @@ impl Space for Spatial {
     }
 }
 
-/// Motions in the plane across the z axes of all frames.
+/// Motions in the plane perpendicular to the z axes of all frames.
 ///
-/// Only the angular velocity about z and the linear velocities along x and y
-/// are read and written.
+/// Only the angular part about z and the linear parts along x and y are read and written.
 pub(crate) enum Planar {}
 
 impl Planar {
@@ -169,7 +169,7 @@ impl Planar {
         [w * izz + (y * hx - x * hy), x * m - w * hy, y * m + w * hx]
     }
 
-    /// A vector of the child's frame in the parent's axes.
+    /// Returns a vector of the child's frame in the parent's axes.
     #[inline]
     fn out<S: Scalar>(transform: &Transform<S>, x: S, y: S) -> [S; 2] {
         let [along_x, along_y, _] = &transform.axes;
@@ -316,7 +316,7 @@ impl Space for Planar {
     }
 }
 
-/// Returns the cross product with a fixed vector.
+/// Returns the cross product with a constant vector.
 fn cross_fixed<S: Scalar>(a: &Vector<S>, b: &Vector) -> Vector<S> {
     [
         a[1] * b[2] - a[2] * b[1],

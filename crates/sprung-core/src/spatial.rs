@@ -1,9 +1,8 @@
-//! Motions of rigid bodies and the kernel that every link column is made of.
+//! Motions and forces of rigid bodies, and the kernel of all link columns.
 //!
-//! A motion is a pair of an angular and a linear vector, in a joint's frame and
-//! about its origin; a force is the dual pair of a moment and a force. Both are
-//! written over [`Scalar`], so that a Taylor series goes through them as a
-//! number does.
+//! A motion is a pair of an angular and a linear vector, in a joint's frame and about its origin. A
+//! force is the dual pair of a moment and a force vector. Both are written over [`Scalar`], so they
+//! can contain Taylor series and dual numbers.
 
 use crate::scalar::Scalar;
 
@@ -13,8 +12,8 @@ pub type Vector<S = f64> = [S; 3];
 /// Number of inertial parameters of a body.
 pub const BODY: usize = 10;
 
-/// Names of the inertial parameters of a body: mass, first moments and inertia
-/// about the origin of the joint's frame, in its axes.
+/// Names of the inertial parameters of a body: mass, first moments, and inertia about the origin of
+/// the joint's frame, in the axes of this frame.
 pub const BODY_NAMES: [&str; BODY] = [
     "m", "mx", "my", "mz", "ixx", "ixy", "iyy", "ixz", "iyz", "izz",
 ];
@@ -33,12 +32,12 @@ pub struct Motion<S = f64> {
     pub linear: Vector<S>,
 }
 
-/// What moves a rigid body: its power is the product with a velocity.
+/// A force on a rigid body, or a momentum. The product of a force and a velocity is a power.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Force<S = f64> {
-    /// Moment about the origin, N·m, or angular momentum.
+    /// Moment about the origin, N·m, or angular momentum, N·m·s.
     pub moment: Vector<S>,
-    /// Force, N, or linear momentum.
+    /// Force, N, or linear momentum, N·s.
     pub force: Vector<S>,
 }
 
@@ -61,7 +60,7 @@ impl<S: Scalar> Default for Force<S> {
 }
 
 impl<S: Scalar> Motion<S> {
-    /// Returns a motion that does not change with time.
+    /// Returns a motion whose derivatives are zero.
     #[must_use]
     pub fn constant(motion: &Motion) -> Self {
         Self {
@@ -120,7 +119,7 @@ impl<S: Scalar> Motion<S> {
         }
     }
 
-    /// Returns the power of a force along this motion.
+    /// Returns the power of a force at this velocity.
     #[must_use]
     pub fn power(&self, force: &Force<S>) -> S {
         dot(&self.angular, &force.moment) + dot(&self.linear, &force.force)
@@ -138,12 +137,12 @@ impl<S: Scalar> Force<S> {
     }
 }
 
-/// From a parent's frame to a child's.
+/// Transform from a parent's frame to a child's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transform<S = f64> {
-    /// Rows: the child's axes in the parent's frame.
+    /// Axes of the child's frame in the parent's frame, one per row.
     pub axes: [Vector<S>; 3],
-    /// The child's origin in the parent's frame, m.
+    /// Origin of the child's frame in the parent's frame, m.
     pub origin: Vector<S>,
 }
 
@@ -157,7 +156,7 @@ impl<S: Scalar> Default for Transform<S> {
 }
 
 impl<S: Scalar> Transform<S> {
-    /// Returns a motion of the parent's frame as the child's sees it.
+    /// Transforms a motion from the parent's frame to the child's frame.
     #[must_use]
     pub fn apply(&self, motion: &Motion<S>) -> Motion<S> {
         let at_origin = add(&motion.linear, &cross(&motion.angular, &self.origin));
@@ -167,7 +166,7 @@ impl<S: Scalar> Transform<S> {
         }
     }
 
-    /// Returns a force of the child's frame as the parent's sees it.
+    /// Transforms a force from the child's frame to the parent's frame.
     #[must_use]
     pub fn back(&self, force: &Force<S>) -> Force<S> {
         let turned = self.out(&force.force);
@@ -185,11 +184,11 @@ impl<S: Scalar> Transform<S> {
 }
 
 impl Transform {
-    /// Returns the inertial parameters of a child's body in the parent's frame.
+    /// Transforms the inertial parameters of a body from the child's frame to the parent's frame.
     ///
     /// # Source
     ///
-    /// The theorem of parallel axes.
+    /// The parallel axis theorem.
     #[must_use]
     pub fn back_body(&self, body: &[f64; BODY]) -> [f64; BODY] {
         let mass = body[0];
@@ -228,8 +227,8 @@ impl Transform {
     }
 }
 
-/// Returns the momentum of a body that moves with `v`, or with an acceleration
-/// the force that it takes: `I v`.
+/// Returns `I v`: the momentum of a body with velocity `v`, or the force on a body at rest with
+/// acceleration `v`.
 ///
 /// - `body`: inertial parameters, \[10\].
 #[must_use]
@@ -250,13 +249,12 @@ pub(crate) fn momentum<S: Scalar>(body: &[f64; BODY], v: &Motion<S>) -> Force<S>
     }
 }
 
-/// Returns the row that gives `s^T I v` for a body with inertia `I`, times its
-/// inertial parameters; symmetric and bilinear in `s` and `v`.
+/// Returns the row whose product with the inertial parameters of a body is `s^T I v`. It is
+/// symmetric and bilinear in `s` and `v`.
 ///
-/// Every column of a link row, whether of momentum, of kinetic energy, of
-/// gravity or of torque, is this kernel at some pair of motions: since
-/// `a · (h × u) = h · (u × a)` and `-b · (h × w) = h · (b × w)`, the product
-/// `s · I v` is linear in mass, first moments and inertia.
+/// Every column of a link row (momentum, kinetic energy, gravity or torque) is this kernel at a
+/// pair of motions. The product `s · I v` is linear in mass, first moments and inertia, because
+/// `a · (h × u) = h · (u × a)` and `-b · (h × w) = h · (b × w)`.
 #[must_use]
 pub(crate) fn kernel(s: &Motion, v: &Motion) -> [f64; BODY] {
     let (a, b) = (&s.angular, &s.linear);
@@ -276,7 +274,7 @@ pub(crate) fn kernel(s: &Motion, v: &Motion) -> [f64; BODY] {
     ]
 }
 
-/// Returns the rotation matrix of a turn about a unit axis, rad.
+/// Returns the rotation matrix of a rotation by `angle`, rad, about a unit axis.
 ///
 /// # Source
 ///
@@ -305,13 +303,13 @@ pub fn rotation<S: Scalar>(axis: &Vector, angle: S) -> [Vector<S>; 3] {
     ]
 }
 
-/// Returns the product of two matrices.
+/// Returns the product of two 3 × 3 matrices.
 #[must_use]
 pub fn product<S: Scalar>(a: &[Vector; 3], b: &[Vector<S>; 3]) -> [Vector<S>; 3] {
     a.map(|row| core::array::from_fn(|j| b[0][j] * row[0] + b[1][j] * row[1] + b[2][j] * row[2]))
 }
 
-/// Returns the transpose.
+/// Returns the transpose of a 3 × 3 matrix.
 #[must_use]
 pub(crate) fn transposed<S: Scalar>(a: &[Vector<S>; 3]) -> [Vector<S>; 3] {
     core::array::from_fn(|i| core::array::from_fn(|j| a[j][i]))
@@ -394,7 +392,7 @@ mod tests {
             origin: [0.2, -0.5, 0.1],
         };
         let body = [1.3, 0.2, -0.1, 0.4, 0.9, 0.05, 0.8, -0.07, 0.02, 0.6];
-        // Power and kinetic energy do not depend on who looks.
+        // Power and kinetic energy do not depend on the frame.
         let force = momentum(&body, &frame.apply(&V));
         let power = frame.apply(&S).power(&force);
         assert!((S.power(&frame.back(&force)) - power).abs() < 1e-14);

@@ -1,19 +1,19 @@
-//! On-line velocity from positions by averaging twice.
+//! Velocity from positions on line, by two moving averages.
 
-/// Longest window, in samples, of either average.
+/// Largest window of each average, samples.
 pub const LONGEST_WINDOW: usize = 32;
 
 const MEMORY: usize = 2 * LONGEST_WINDOW;
 
-/// What is wrong with the settings of a velocity estimator.
+/// Errors of the settings of a velocity estimator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum VelocityError {
-    /// A window is longer than the memory.
+    /// A window is longer than [`LONGEST_WINDOW`].
     WindowTooLong {
-        /// Samples asked for, `p + 1`.
+        /// Samples of the window, `p + 1`.
         samples: usize,
-        /// Longest allowed.
+        /// Largest allowed number of samples.
         limit: usize,
     },
     /// The sampling period is not a positive finite number.
@@ -36,8 +36,8 @@ impl core::fmt::Display for VelocityError {
 
 impl core::error::Error for VelocityError {}
 
-/// Averages positions over `p1 + 1` samples and their difference quotients
-/// over `p2 + 1` samples.
+/// Velocity estimator. It averages positions over `p1 + 1` samples, and the difference quotients of
+/// these averages over `p2 + 1` samples.
 #[derive(Clone, Copy, Debug)]
 pub struct AveragedVelocity {
     positions: [f64; MEMORY],
@@ -49,15 +49,15 @@ pub struct AveragedVelocity {
 }
 
 impl AveragedVelocity {
-    /// Returns an estimator that has seen nothing.
+    /// Returns an estimator that has not received a sample.
     ///
     /// - `p1`, `p2`: the windows hold `p1 + 1` and `p2 + 1` samples.
-    /// - `period`: T, s, positive.
+    /// - `period`: sampling period T, s, positive.
     ///
     /// # Errors
     ///
-    /// [`VelocityError::WindowTooLong`] beyond [`LONGEST_WINDOW`] samples,
-    /// [`VelocityError::PeriodNotPositive`] for a useless period.
+    /// [`VelocityError::WindowTooLong`] for a window of more than [`LONGEST_WINDOW`] samples,
+    /// [`VelocityError::PeriodNotPositive`] if the period is not positive and finite.
     ///
     /// # Source
     ///
@@ -85,9 +85,9 @@ impl AveragedVelocity {
         })
     }
 
-    /// Takes the next position, in rad, and returns the velocity, in rad/s.
+    /// Takes the next position, rad (m), and returns the velocity, rad/s (m/s).
     ///
-    /// Before the first sample the joint is taken to have stood still there.
+    /// The joint is assumed to rest at the first position before the first sample.
     pub fn process(&mut self, position: f64) -> f64 {
         if !self.started {
             self.positions = [position; MEMORY];
@@ -95,8 +95,8 @@ impl AveragedVelocity {
         }
         self.newest = (self.newest + 1) % MEMORY;
         self.positions[self.newest] = position;
-        // The average of difference quotients telescopes: only the two ends
-        // of the rate window are left.
+        // The sum of the difference quotients telescopes, so only the two ends of the rate window
+        // remain.
         let mut difference = 0.0;
         for age in 0..self.position_window {
             difference += self.past(age) - self.past(age + self.rate_window);
