@@ -1,9 +1,9 @@
 //! Torques and mass matrix of a tree of bodies.
 //!
 //! The momentum of a body is the same bilinear form as the regressor's columns: its component along
-//! a motion is the kernel of both motions times the inertial parameters. A simulation needs no
-//! single columns. The sum from the tips to the base takes a tenth of the operations of the
-//! columns.
+//! a motion is the kernel of both motions times the inertial parameters. A simulation needs only
+//! the products with the parameters, summed from the tips to the base. This takes a tenth of the
+//! operations of the columns.
 
 use crate::chain::{Chain, Motions};
 use crate::links::{LengthError, Step, Workspace, lengths};

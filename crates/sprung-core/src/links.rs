@@ -54,7 +54,7 @@ pub struct Workspace<'w> {
     pub steps: &'w mut [Step],
     /// One entry per pair of joints, \[n²\].
     pub pairs: &'w mut [PairScratch],
-    /// Numbers of the dynamics, \[[`numbers_len`]\].
+    /// Numbers of the dynamics; [`numbers_len`] returns how many.
     pub numbers: &'w mut [f64],
 }
 

@@ -1,5 +1,5 @@
-//! The equations of motion: the mass matrix M of all coordinates, the torques that accelerate it,
-//! and the accelerations.
+//! The equations of motion: the mass matrix of all coordinates, the torques that are left to
+//! accelerate them, and the accelerations.
 //!
 //! The torques of drives are the columns of the regressor times theta. The torques of links are
 //! sums of the same bilinear form, from [`dynamics`](crate::dynamics).

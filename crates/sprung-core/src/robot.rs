@@ -64,7 +64,7 @@ pub struct Robot<'a> {
 pub struct Torques<'t> {
     /// Torques of the motors, after gear and coupling, \[n\], N·m (N).
     pub motor: &'t [f64],
-    /// Torques on the links, \[n\], N·m (N); `None` without contact.
+    /// External torques on the links, \[n\], N·m (N); `None` if there are none.
     pub link: Option<&'t [f64]>,
 }
 
@@ -73,7 +73,8 @@ pub struct Torques<'t> {
 pub struct Values<'a> {
     /// The parameter vector, \[p\].
     pub theta: &'a [f64],
-    /// Inertial parameters of bodies that have the dynamics of theta, \[n\].
+    /// Inertial parameters of the links, \[n\], with the same dynamics as the inertial parameters
+    /// in theta.
     pub bodies: &'a [[f64; BODY]],
 }
 
