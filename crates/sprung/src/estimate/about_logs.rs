@@ -1,4 +1,4 @@
-//! Figures of logs as they stand in the results.
+//! Figures of the logs in the form of the results.
 
 use std::collections::BTreeMap;
 
@@ -9,47 +9,47 @@ use crate::log::Sampling;
 use crate::prepare::Prepared;
 use crate::regression::LogFigures;
 
-/// What is known of a log.
+/// Figures of one log: timing, faulty samples, delays, signs and gains.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LogInfo {
-    /// File as the experiment names it.
+    /// File name as the experiment gives it.
     pub file: String,
     /// Number of samples.
     pub samples: u64,
     /// Sampling period, s.
     pub period_s: f64,
-    /// Time between first and last sample, s.
+    /// Time between the first and the last sample, s.
     pub duration_s: f64,
-    /// Largest deviation of a step from the period, percent.
+    /// Largest deviation of a time step from the period, percent.
     pub jitter_percent: f64,
     /// Root mean square of these deviations, percent.
     #[serde(default)]
     pub jitter_rms_percent: f64,
-    /// When samples were taken: `even`, `on-cycle` or `as-stamped`.
+    /// How the sampling times were determined: `even`, `on-cycle` or `as-stamped`.
     #[serde(default)]
     pub sampling: String,
-    /// The cycle at whose multiples samples were taken, s.
+    /// Cycle at whose multiples the samples were taken, s; `None` if there is no cycle.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cycle_s: Option<f64>,
     /// Number of samples in the file.
     #[serde(default)]
     pub recorded: u64,
-    /// Samples used that were interpolated.
+    /// Number of used samples that were interpolated.
     #[serde(default)]
     pub interpolated: u64,
-    /// Missing samples, at most three together.
+    /// Number of missing samples in holes of at most three samples.
     #[serde(default)]
     pub dropped: u64,
-    /// Samples written twice, with one time, and left out.
+    /// Number of samples left out because they repeat the time of the previous sample.
     #[serde(default)]
     pub repeated: u64,
-    /// Samples that repeat all values of the one before although a joint moves.
+    /// Number of samples that repeat all values of the previous sample although a joint moves.
     #[serde(default)]
     pub frozen: u64,
-    /// Number of gaps, at which filters start anew.
+    /// Number of gaps. The filters restart behind each gap.
     #[serde(default)]
     pub gaps: u64,
-    /// Delays that were undone, by column.
+    /// Delays that were compensated, by column.
     #[serde(default)]
     pub delay_s: BTreeMap<String, DelayUsed>,
     /// Signs that were estimated, by column.
@@ -65,14 +65,14 @@ pub struct LogInfo {
 pub struct SignUsed {
     /// 1 or -1.
     pub value: f64,
-    /// By how much the logarithm of the likelihood is greater than with the other one.
+    /// Logarithm of the likelihood with this sign minus that with the opposite sign.
     pub log_likelihood: f64,
 }
 
 /// A gain that was estimated.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GainUsed {
-    /// What the column was multiplied with.
+    /// Factor by which the column was multiplied.
     pub value: f64,
     /// Standard error of the value.
     pub standard_error: f64,
@@ -98,7 +98,7 @@ impl LogInfo {
     }
 }
 
-/// A delay that was undone.
+/// A delay that was compensated.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DelayUsed {
     /// Value, s.
@@ -107,7 +107,7 @@ pub struct DelayUsed {
     pub standard_error: Option<f64>,
 }
 
-/// Returns figures of the logs, in their order.
+/// Returns the figures of each log, in the order of the logs.
 pub(super) fn log_infos(prepared: &Prepared, figures: &[LogFigures]) -> Vec<LogInfo> {
     let log = prepared.experiment().log.as_ref();
     (figures.iter().zip(&log_names(log, prepared.names())))
@@ -115,7 +115,8 @@ pub(super) fn log_infos(prepared: &Prepared, figures: &[LogFigures]) -> Vec<LogI
         .collect()
 }
 
-/// Returns the names of the logs as the experiment has them.
+/// Returns the names of the logs as the experiment gives them; names of open sources if the
+/// experiment lists no files.
 fn log_names(log: Option<&Log>, opened: &[String]) -> Vec<String> {
     match log.and_then(|log| log.file.as_ref()) {
         Some(files) if files.len() == opened.len() => files

@@ -1,7 +1,7 @@
 //! The tail of the chi-square distribution.
 
-/// Returns the probability that a chi-square variable of `freedom` degrees of
-/// freedom exceeds `x`; 1 for none.
+/// Returns the probability that a chi-square variable with `freedom` degrees of freedom exceeds
+/// `x`; 1 if `freedom` is zero.
 ///
 /// # Source
 ///
@@ -12,7 +12,7 @@ pub(crate) fn upper_tail(x: f64, freedom: usize) -> f64 {
         return 1.0;
     }
     let half = x / 2.0;
-    // Terms half^a e^(-half) / Γ(a + 1), a rising by one from 0 or from 1/2.
+    // Terms half^a e^(-half) / Γ(a + 1), where a rises by one from 0 or from 1/2.
     let (mut tail, mut term, first) = if freedom.is_multiple_of(2) {
         ((-half).exp(), (-half).exp(), 1.0)
     } else {

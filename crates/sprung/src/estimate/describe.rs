@@ -17,7 +17,7 @@ use crate::model::{Model, Parameter, Theta};
 use crate::named::Named;
 use crate::regression::System;
 
-/// Returns the result of an estimator, without its warnings.
+/// Returns the result of an estimator, without findings.
 pub(super) fn describe(
     model: &Model,
     estimator: Estimator,
@@ -28,7 +28,7 @@ pub(super) fn describe(
     let Numbers {
         theta,
         errors,
-        seen,
+        identifiable,
         ..
     } = found;
     let torques = torques(model, system, theta);
@@ -37,7 +37,7 @@ pub(super) fn describe(
         .iter()
         .enumerate()
         .map(|(i, parameter)| {
-            let known = seen[i];
+            let known = identifiable[i];
             let mut estimate = estimate(
                 parameter,
                 known.then_some(theta[i]),
@@ -71,7 +71,7 @@ pub(super) fn describe(
         parameters,
         encoder_offsets,
         stribeck_velocity: stribeck_velocities(model),
-        standard_parameters: standard_parameters(model, theta, seen),
+        standard_parameters: standard_parameters(model, theta, identifiable),
         motor_rows,
         simulation: found.criterion.simulation().cloned(),
         refinement: found.criterion.refinement().cloned(),
@@ -104,7 +104,7 @@ fn motor_rows(model: &Model, fitted: &Fitted) -> Vec<MotorRowResult> {
         .collect()
 }
 
-/// Returns what other ways to solve the same equations say.
+/// Returns the parameters from other ways to solve the same equations.
 fn other_routes(model: &Model, system: &System) -> Vec<CrossCheckResult> {
     (cross_checks(model, system).into_iter())
         .map(|(route, theta)| CrossCheckResult {
@@ -116,8 +116,8 @@ fn other_routes(model: &Model, system: &System) -> Vec<CrossCheckResult> {
         .collect()
 }
 
-/// Returns by how much each link encoder reads higher than its motor's: minus
-/// the preload over the stiffness.
+/// Returns the offset of each link encoder from its motor encoder: minus the preload over the
+/// stiffness.
 fn encoder_offsets(model: &Model, parameters: &[ParameterEstimate]) -> Vec<EncoderOffsetResult> {
     (model.joints().iter().enumerate())
         .filter_map(|(joint, name)| {
@@ -133,7 +133,7 @@ fn encoder_offsets(model: &Model, parameters: &[ParameterEstimate]) -> Vec<Encod
         .collect()
 }
 
-/// Returns the velocities of the joints that have Stribeck friction.
+/// Returns the Stribeck velocities of the joints that have Stribeck friction.
 fn stribeck_velocities(model: &Model) -> Named {
     let has = |joint: usize| {
         [Side::Link, Side::Motor].into_iter().any(|side| {
@@ -200,7 +200,7 @@ fn finite(value: f64) -> Option<f64> {
     Some(value).filter(|v| v.is_finite())
 }
 
-/// Returns parameters over time, of least squares if no estimator has any.
+/// Returns the parameters over time; those of least squares if no estimator has a trace.
 pub(super) fn over_time(model: &Model, system: &System, mut traces: Vec<CurveSet>) -> Curves {
     if traces.is_empty() {
         let points = trace(model, system).collect();
@@ -232,7 +232,7 @@ pub(super) fn trace_of(
     set
 }
 
-/// Returns the filtered right-hand sides, measured and by each estimator.
+/// Returns the filtered right-hand sides: the measured ones and those predicted with each estimate.
 pub(super) fn fit_curves<'a>(
     model: &Model,
     thetas: impl IntoIterator<Item = (Estimator, &'a Theta)>,

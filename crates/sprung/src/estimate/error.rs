@@ -1,4 +1,4 @@
-//! What keeps logs from being identified.
+//! Errors of an identification.
 
 use super::lsff::LsffError;
 use crate::check::Refusal;
@@ -8,7 +8,7 @@ use crate::prepare::PrepareError;
 use crate::progress::Stopped;
 use crate::regression::PassError;
 
-/// What keeps a log from being identified.
+/// Reason why logs cannot be identified.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum IdentifyError {
@@ -21,28 +21,29 @@ pub enum IdentifyError {
          needs no controller"
     )]
     Controller(&'static str),
-    /// The refinement is to start from values that the file does not give.
+    /// The refinement is to start from nominal values, but the experiment does not give all of
+    /// them.
     #[error("[identify] start = \"nominal\" needs nominal values: {0}")]
     Start(ModelError),
     /// LSFF cannot be built.
     #[error(transparent)]
     Lsff(#[from] LsffError),
-    /// The log is wrong, or does not fit the filters.
+    /// A log is faulty, or it does not fit the filters.
     #[error(transparent)]
     Pass(PassError),
-    /// The caller stopped it.
+    /// The caller stopped the identification.
     #[error(transparent)]
     Stopped(#[from] Stopped),
-    /// The log is not what the experiment file says.
+    /// A log contradicts the experiment file.
     #[error("{0}; to go on nevertheless set on_check_error = \"go-on\" in [identify]")]
     Refused(Refusal),
-    /// The numbers leave the range that can be computed with.
+    /// The regression or its solution is not finite.
     #[error(
         "the regression of {file} holds numbers that are not finite; are the units of its columns \
          right?"
     )]
     NotFinite {
-        /// Name of the log.
+        /// Names of the logs.
         file: String,
     },
 }

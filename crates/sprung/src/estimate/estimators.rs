@@ -1,8 +1,8 @@
-//! The estimators, by name.
+//! The estimators, selected by name.
 
-use super::asked::Asked;
 use super::error::IdentifyError;
 use super::found::Found;
+use super::inputs::EstimatorInputs;
 use super::least_squares::least_squares;
 use super::lsff::Lsff;
 use super::on_line::on_line;
@@ -16,27 +16,27 @@ use crate::prepare::{PrepareError, Prepared};
 use crate::progress::Listener;
 use crate::regression::System;
 
-/// What estimators begin with.
+/// Inputs of the estimators.
 pub(super) struct Basis<'a> {
     pub(super) prepared: &'a Prepared,
     pub(super) system: &'a System,
-    /// Least squares, which others start from and stand back to.
+    /// Result of least squares. Other estimators start from it and return it if they fail.
     pub(super) fitted: &'a Fitted,
-    /// Time that it took to read the logs and to fit, s.
+    /// Time spent on reading the logs and on the fit, s.
     pub(super) fit_seconds: f64,
-    /// The on-line estimator if it ran, and the time that it took, s.
+    /// The on-line estimator if it ran, and its computing time, s.
     pub(super) lsff: Option<(&'a Lsff, f64)>,
-    pub(super) asked: &'a Asked<'a>,
-    /// What was noticed about the logs.
+    pub(super) inputs: &'a EstimatorInputs<'a>,
+    /// Findings about the logs.
     pub(super) about_logs: &'a [Finding],
 }
 
 impl Basis<'_> {
-    /// Runs an estimator; every name has an arm here.
+    /// Runs one estimator. Every estimator has an arm here.
     ///
     /// # Errors
     ///
-    /// [`IdentifyError`] if a log cannot be read again, or the caller stops it.
+    /// [`IdentifyError`] if a log cannot be read again or the caller stops the run.
     pub(super) fn run(
         &self,
         estimator: Estimator,
@@ -50,7 +50,7 @@ impl Basis<'_> {
             }
             Estimator::Lsff => on_line(self.lsff.ok_or(PrepareError::NoLog)?, self.fitted),
             Estimator::OutputError => {
-                let controller = self.asked.controller.ok_or(PrepareError::NoLog)?;
+                let controller = self.inputs.controller.ok_or(PrepareError::NoLog)?;
                 output_error(reading, controller, excerpt, self.fitted, progress)?
             }
             Estimator::PredictionError => {
@@ -58,7 +58,7 @@ impl Basis<'_> {
                     excerpt,
                     system: self.system,
                     fitted: self.fitted,
-                    nominal: self.asked.nominal.as_deref(),
+                    nominal: self.inputs.nominal.as_deref(),
                     about_logs: self.about_logs,
                 };
                 prediction_error(reading, sources, before, progress)?

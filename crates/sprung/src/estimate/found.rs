@@ -1,4 +1,4 @@
-//! What an estimator hands back, before it is judged.
+//! Result of an estimator before it is judged.
 
 use super::result::{Refinement, SimulationFit};
 use crate::finding::Finding;
@@ -8,44 +8,45 @@ use crate::model::Theta;
 /// Half width of a 95 % interval of a normal error, in standard errors.
 pub(crate) const NORMAL_95: f64 = 1.959_964;
 
-/// What an estimator found, and what it says of itself.
+/// Result of an estimator with its own findings.
 pub(super) struct Found {
     pub(super) numbers: Numbers,
     pub(super) findings: Vec<Finding>,
 }
 
-/// The numbers that an estimator found.
+/// Numerical result of an estimator.
 pub(super) struct Numbers {
     /// Parameters, \[p\].
     pub(super) theta: Theta,
     /// Standard errors, \[p\].
     pub(super) errors: Vec<f64>,
     /// Whether each parameter is determined, \[p\].
-    pub(super) seen: Vec<bool>,
-    /// Half width of a 95 % interval in standard errors; infinite where they make none.
+    pub(super) identifiable: Vec<bool>,
+    /// Half width of a 95 % interval in standard errors; infinite if the standard errors give no
+    /// interval.
     pub(super) interval: f64,
-    /// Its estimates over time, s; none if it takes the log as a whole.
+    /// Estimates over time, s; empty if the estimator uses the log as a whole.
     pub(super) points: Vec<(f64, Option<Theta>)>,
-    /// What it makes small, and how well that went.
+    /// The criterion that the estimator minimises, with its figures of fit.
     pub(super) criterion: Criterion,
-    /// Time that it took, s.
+    /// Computing time, s.
     pub(super) elapsed: f64,
 }
 
-/// What an estimator makes small.
+/// Criterion that an estimator minimises.
 pub(super) enum Criterion {
-    /// What the filtered equations of the whole log leave.
+    /// Residuals of the filtered equations of the whole log.
     Equations,
-    /// The same of the last samples, while they come.
+    /// Residuals of the filtered equations of the latest samples, recursively.
     RecentEquations,
-    /// The distance of a simulated loop from the log; nothing if none was simulated.
+    /// Distance of a simulated closed loop from the log; `None` if no loop was simulated.
     Loop(Option<SimulationFit>),
-    /// Minus the likelihood of the log; nothing if no filter followed it.
+    /// Minus the likelihood of the log; `None` if the filter did not follow the log.
     Likelihood(Option<Box<Refinement>>),
 }
 
 impl Criterion {
-    /// Returns how the simulated loop fits, if one was simulated.
+    /// Returns the fit of the simulated loop, if a loop was simulated.
     pub(super) fn simulation(&self) -> Option<&SimulationFit> {
         match self {
             Self::Loop(fit) => fit.as_ref(),
@@ -53,7 +54,7 @@ impl Criterion {
         }
     }
 
-    /// Returns how the filter fits, if one was run.
+    /// Returns the fit of the filter, if the filter followed the log.
     pub(super) fn refinement(&self) -> Option<&Refinement> {
         match self {
             Self::Likelihood(refinement) => refinement.as_deref(),
@@ -61,8 +62,8 @@ impl Criterion {
         }
     }
 
-    /// Returns whether the motor rows alone and other ways to solve the equations of the
-    /// whole log tell how far to trust the numbers.
+    /// Returns whether the result is compared with the motor rows alone and with the cross-checks.
+    /// This needs equations of the whole log.
     pub(super) fn stands_beside_equations(&self) -> bool {
         match self {
             Self::Equations | Self::Likelihood(_) => true,
@@ -72,12 +73,12 @@ impl Criterion {
 }
 
 impl Numbers {
-    /// Returns those of least squares, which stand where another estimator fails.
+    /// Returns the numbers of least squares. They are the result where another estimator fails.
     pub(super) fn of(fitted: &Fitted) -> Self {
         Self {
             theta: fitted.theta.clone(),
             errors: fitted.standard_error.clone(),
-            seen: fitted.identifiable.clone(),
+            identifiable: fitted.identifiable.clone(),
             interval: fitted.interval,
             points: Vec::new(),
             criterion: Criterion::Equations,

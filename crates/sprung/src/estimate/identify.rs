@@ -1,12 +1,12 @@
-//! The main job: logs in, parameters out.
+//! The main task: logs in, parameters out.
 
 use super::about_logs::log_infos;
-use super::asked::Asked;
 use super::describe::{describe, fit_curves, over_time, trace_of};
 use super::error::IdentifyError;
 use super::estimators::Basis;
 use super::found::Found;
-use super::judge::{judge, tilted, worth_a_look};
+use super::inputs::EstimatorInputs;
+use super::judge::{judge, tilt_is_possible, tilted};
 use super::least_squares::{add_instruments, sweep};
 use super::lsff::Lsff;
 use super::on_line::OnLine;
@@ -25,34 +25,33 @@ use crate::progress::{Listener, Phase};
 use crate::regression::{Passed, Reading, read_through};
 use crate::stopwatch::Stopwatch;
 
-/// Looks at what was found: instruments and gravity, then other cut-offs.
-const LOOKS: u64 = 2;
+/// Steps of the phase `Examining`: first instruments and gravity, then other cut-offs.
+const EXAMINATION_STEPS: u64 = 2;
 
-/// What an identification leaves.
+/// Result of an identification.
 #[derive(Clone, Debug)]
 pub struct Identified {
     /// The results.
     pub identification: Identification,
-    /// Every parameter over time, one set per estimator.
+    /// Every parameter over time, one set of curves per estimator.
     pub trace: Curves,
-    /// Filtered right-hand sides, measured and by each estimator.
+    /// Filtered right-hand sides: the measured ones and those predicted with each estimate.
     pub fit: Curves,
 }
 
 /// Identifies the parameters of a robot from its logs.
 ///
-/// Each log is read block by block; memory does not grow with it. What is to be
-/// chosen or searched (cut-off, delays, Stribeck velocities), and suspicions about
-/// impossible results, cost a look at the beginning of the first; the refinement
-/// reads the beginnings of all again.
+/// Each log is read block by block, so memory does not grow with the length of a log. Searches
+/// (cut-off, delays, Stribeck velocities) and second looks at impossible results use the beginning
+/// of the first log. The refinement reads the beginning of every log again.
 ///
 /// - `sources`: the logs, all with the same columns.
-/// - `progress`: told of what is chosen, of samples as they are read, of runs of a filter and of
+/// - `progress`: receives the choices made, the samples read, the runs of the filter and the
 ///   simulations.
 ///
 /// # Errors
 ///
-/// [`IdentifyError`] if the description, a log or both together are wrong. A
+/// [`IdentifyError`] if the description or a log is faulty, or if the two contradict each other. A
 /// poor fit is a result, not an error.
 ///
 /// # Source
@@ -65,7 +64,7 @@ pub fn identify(
     progress: &mut dyn Listener,
 ) -> Result<Identified, IdentifyError> {
     let clock = Stopwatch::start();
-    let asked = Asked::new(experiment, model)?;
+    let inputs = EstimatorInputs::new(experiment, model)?;
     let prepared = prepare_to_estimate(experiment, model, sources, progress)?;
     let (passed, on_line) = pass(&prepared, sources, progress)?;
     let about_logs = examine_or_refuse(&prepared, &passed)?;
@@ -76,15 +75,15 @@ pub fn identify(
         fitted: &fitted,
         fit_seconds: clock.seconds() - on_line.seconds,
         lsff: on_line.lsff.as_ref().map(|lsff| (lsff, on_line.seconds)),
-        asked: &asked,
+        inputs: &inputs,
         about_logs: &about_logs,
     };
     let estimates = refine(&basis, sources, progress)?;
     describe_all(&basis, &passed, estimates, progress)
 }
 
-/// Prepares the logs as a check does, then asks the likelihood for delays that are to be
-/// estimated, and finds the weights of samples.
+/// Prepares the logs as a check does. Then estimates the requested delays by likelihood, and
+/// determines the weights of the samples.
 fn prepare_to_estimate(
     experiment: &Experiment,
     model: &Model,
@@ -98,31 +97,30 @@ fn prepare_to_estimate(
     Ok(prepared.with_likely_delays(likely).weighted(progress)?)
 }
 
-/// What the on-line estimator left of the pass.
-struct LeftOnLine {
+/// State of the on-line estimator after the pass.
+struct OnLineState {
     lsff: Option<Lsff>,
-    // Time that it took, s.
+    // Computing time, s.
     seconds: f64,
 }
 
-/// Reads the logs once, past all that takes samples as they come.
+/// Reads the logs once and feeds every consumer of samples.
 fn pass(
     prepared: &Prepared,
     sources: &mut [LogSource<'_>],
     progress: &mut dyn Listener,
-) -> Result<(Passed, LeftOnLine), IdentifyError> {
+) -> Result<(Passed, OnLineState), IdentifyError> {
     let reading = prepared.reading();
     let mut on_line = OnLine::new(reading.model(), reading.settings());
     let passed = read_through(reading, sources, &mut on_line, Phase::Reading, progress)?;
-    let left = LeftOnLine {
+    let left = OnLineState {
         lsff: on_line.lsff.transpose()?,
         seconds: on_line.seconds,
     };
     Ok((passed, left))
 }
 
-/// Returns what there is to know about the logs; refuses those that are not what the
-/// experiment file says.
+/// Returns the findings about the logs. Refuses logs that contradict the experiment file.
 fn examine_or_refuse(prepared: &Prepared, passed: &Passed) -> Result<Vec<Finding>, IdentifyError> {
     let examined = examine(prepared, &passed.logs);
     refuse(prepared.reading().settings(), &examined.findings)?;
@@ -131,7 +129,7 @@ fn examine_or_refuse(prepared: &Prepared, passed: &Passed) -> Result<Vec<Finding
     Ok(findings)
 }
 
-/// Refuses logs that are not what the experiment file says.
+/// Refuses the logs if a finding is an error, unless the settings say to go on.
 fn refuse<'a>(
     settings: &Identify,
     findings: impl IntoIterator<Item = &'a Finding>,
@@ -161,7 +159,7 @@ fn fit_all(prepared: &Prepared, passed: &Passed) -> Result<Fitted, IdentifyError
     })
 }
 
-/// Runs the estimators that the settings name, in their order.
+/// Runs the estimators in the order of the settings.
 fn refine(
     basis: &Basis<'_>,
     sources: &mut [LogSource<'_>],
@@ -173,7 +171,7 @@ fn refine(
         .collect()
 }
 
-/// Judges estimates, looks again at what is suspicious, and puts all of it together.
+/// Judges the estimates, examines suspicious results again, and assembles the identification.
 fn describe_all(
     basis: &Basis<'_>,
     passed: &Passed,
@@ -186,13 +184,13 @@ fn describe_all(
     let mut results: Vec<EstimateResult> = (estimates.iter())
         .map(|(estimator, found)| judged(basis, *estimator, found))
         .collect();
-    progress.tell(Phase::Examining, 1, Some(LOOKS))?;
+    progress.tell(Phase::Examining, 1, Some(EXAMINATION_STEPS))?;
     let mut findings = basis.about_logs.to_vec();
     findings.extend(look_again(basis, &mut results));
     for result in &mut results {
         result.verdict = Verdict::of(findings.iter().chain(&result.warnings));
     }
-    progress.tell(Phase::Examining, LOOKS, Some(LOOKS))?;
+    progress.tell(Phase::Examining, EXAMINATION_STEPS, Some(EXAMINATION_STEPS))?;
     let choice = prepared.cutoff_reason();
     let choice = choice.map(|reason| sweep(reading, excerpt, reason.to_owned()));
     let mut infos = log_infos(prepared, &passed.logs).into_iter();
@@ -218,7 +216,7 @@ fn describe_all(
     })
 }
 
-/// Returns what an estimator found with all that is to be said of it.
+/// Returns the result of an estimator with all its findings.
 fn judged(basis: &Basis<'_>, estimator: Estimator, found: &Found) -> EstimateResult {
     let (reading, fitted) = (basis.prepared.reading(), basis.fitted);
     let (model, channels) = (reading.model(), reading.channels());
@@ -229,8 +227,8 @@ fn judged(basis: &Basis<'_>, estimator: Estimator, found: &Found) -> EstimateRes
     result
 }
 
-/// Looks at the beginning again: what instruments say if they are asked for, and whether
-/// gravity is tilted.
+/// Examines the beginning of the first log again: adds instrumental variables if the settings ask
+/// for them, and tests whether gravity is tilted.
 fn look_again(basis: &Basis<'_>, results: &mut [EstimateResult]) -> Option<Finding> {
     let prepared = basis.prepared;
     let (reading, excerpt) = (prepared.reading(), prepared.excerpt());
@@ -238,13 +236,13 @@ fn look_again(basis: &Basis<'_>, results: &mut [EstimateResult]) -> Option<Findi
         Instruments::None => {}
         Instruments::Simulated => add_instruments(reading, excerpt, basis.fitted, results),
     }
-    if worth_a_look(prepared.experiment(), worst_residual(results)) {
+    if tilt_is_possible(prepared.experiment(), worst_residual(results)) {
         return tilted(prepared.experiment(), reading, excerpt);
     }
     None
 }
 
-/// Returns the largest residual of a torque's row, as a part of its torque.
+/// Returns the largest relative residual of the torque rows of the first result.
 fn worst_residual(results: &[EstimateResult]) -> f64 {
     let first = results.first().into_iter();
     first

@@ -1,4 +1,4 @@
-//! Delays of channels, to a fraction of a sample: by the likelihood of the log.
+//! Delays of channels to a fraction of a sample, by the likelihood of the log.
 
 use super::error::IdentifyError;
 use super::identify::identify;
@@ -10,26 +10,26 @@ use crate::model::Model;
 use crate::prepare::PrepareError;
 use crate::progress::Listener;
 
-/// Significance from which on a channel is late: standard errors that its delay is away from
-/// what is assumed, and the part of a sampling period.
+/// A delay is significant if it exceeds this number of standard errors and this fraction of a
+/// sampling period.
 const DELAY_SIGNIFICANCE_SIGMAS: f64 = 5.0;
 const MIN_DELAY_SAMPLES: f64 = 0.05;
 
-/// Channels that are tried in a round, the surest first.
+/// Maximum number of channels tried in one round, the most significant first.
 const MAX_SUSPECTS: usize = 12;
 
-/// Finds channels that come late by the likelihood of the logs.
+/// Finds channels that are recorded late, by the likelihood of the logs.
 ///
-/// A refinement says of every channel how late it seems to be; the likeliest of a
-/// joint is taken for late, and the next refinement, with its delay undone, says
-/// whether that explains them all. Nothing is said of joints whose description gives
-/// a delay.
+/// A refinement estimates the delay of every channel. The search repeats the refinement with the
+/// delay of one suspected channel estimated. It accepts the channel with the greatest likelihood
+/// among those that leave no other significant delay. Joints whose description gives a delay are
+/// not searched.
 ///
-/// Takes as long as a few identifications.
+/// The search takes as long as several identifications.
 ///
 /// # Errors
 ///
-/// [`IdentifyError`] as [`identify`].
+/// [`IdentifyError`] as for [`identify`].
 pub fn late_channels(
     experiment: &Experiment,
     model: &Model,
@@ -57,8 +57,8 @@ pub fn late_channels(
         channels,
         found: Vec::new(),
     };
-    // One late link seems to make its neighbours late: first the one is looked for
-    // that explains them all, then one joint after the other.
+    // One late link channel makes its neighbours seem late. So the search first looks for a channel
+    // that explains all delays, then for one channel per joint.
     for explains in [Explains::EveryJoint, Explains::ItsJoint] {
         while let Some((delay, then)) = search.likeliest(explains)? {
             search.accept(delay, then);
@@ -67,18 +67,18 @@ pub fn late_channels(
     Ok(search.found)
 }
 
-/// What is to be explained by a late channel.
+/// Set of delays that a late channel has to explain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Explains {
-    /// No delay of any joint is certain besides.
+    /// No other channel of any joint has a significant delay.
     EveryJoint,
-    /// No other delay of its joint is.
+    /// No other channel of the same joint has a significant delay.
     ItsJoint,
 }
 
-/// A search for late channels, one after the other.
+/// A search for late channels that accepts one channel at a time.
 struct LateSearch<'a, 's> {
-    /// With the delays that were found.
+    /// The experiment with the delays found so far.
     experiment: Experiment,
     model: &'a Model,
     sources: &'a mut [LogSource<'s>],
@@ -86,7 +86,7 @@ struct LateSearch<'a, 's> {
     channels: Channels,
     /// Joints whose description gives no delay.
     joints: Vec<usize>,
-    /// What the refinement says now.
+    /// Result of the refinement with the delays found so far.
     now: Refined,
     found: Vec<LikelyDelay>,
 }
@@ -100,8 +100,8 @@ impl LateSearch<'_, '_> {
             .collect()
     }
 
-    /// Returns channels that may be late, of joints without one that was found, with their
-    /// joints, the surest first.
+    /// Returns channels that may be late, with their joints, the most significant first. Joints
+    /// with a channel already found are left out.
     fn suspects(&self) -> Vec<(usize, RefinedDelay)> {
         let is_open = |joint: &&usize| {
             let own = self.columns(**joint);
@@ -113,13 +113,13 @@ impl LateSearch<'_, '_> {
                 own.into_iter().map(move |delay| (joint, delay))
             })
             .collect();
-        suspects.sort_by(|(_, a), (_, b)| sureness(b).total_cmp(&sureness(a)));
+        suspects.sort_by(|(_, a), (_, b)| significance(b).total_cmp(&significance(a)));
         suspects.truncate(MAX_SUSPECTS);
         suspects
     }
 
-    /// Tries the suspects; returns the one with the greatest likelihood of those that explain
-    /// the log, and what the refinement then says.
+    /// Tries the suspected channels. Returns the one with the greatest likelihood among those that
+    /// explain the log, with its refinement.
     fn likeliest(
         &mut self,
         explains: Explains,
@@ -143,14 +143,14 @@ impl LateSearch<'_, '_> {
         Ok(best)
     }
 
-    /// Returns whether a refinement leaves no certain delay but that of one column.
+    /// Returns whether a refinement leaves no significant delay except that of one column.
     fn explained(&self, explains: Explains, joint: usize, column: &str, then: &Refined) -> bool {
         (self.joints.iter())
             .filter(|&&other| explains == Explains::EveryJoint || other == joint)
-            .all(|&other| then.certain(&self.columns(other), column).is_empty())
+            .all(|&other| then.significant(&self.columns(other), column).is_empty())
     }
 
-    /// Takes a delay as known.
+    /// Accepts a delay: the experiment contains it as a known delay from now on.
     fn accept(&mut self, delay: LikelyDelay, then: Refined) {
         if let Some(log) = &mut self.experiment.log {
             let known = Delay::Known(delay.delay);
@@ -161,45 +161,46 @@ impl LateSearch<'_, '_> {
     }
 }
 
-/// What a refinement says of delays.
+/// Delays and likelihood of a refinement.
 struct Refined {
     delays: Vec<RefinedDelay>,
     period: f64,
-    // Whether it is used.
+    // Whether the refinement is used.
     used: bool,
-    // Minus the logarithm of the likelihood of a measurement.
+    // Minus the logarithm of the likelihood, per measurement.
     loss: f64,
 }
 
 impl Refined {
-    /// Delays of some columns that are certain, but that of one column.
-    fn certain(&self, columns: &[&str], but: &str) -> Vec<RefinedDelay> {
+    /// Returns the significant delays of some columns, except that of the column `but`.
+    fn significant(&self, columns: &[&str], but: &str) -> Vec<RefinedDelay> {
         (self.delays.iter())
             .filter(|delay| columns.contains(&delay.column.as_str()) && delay.column != but)
             .filter(|delay| {
                 let beyond = delay.delay_s - delay.used_s;
-                (delay.standard_error_s).is_some_and(|error| is_certain(beyond, error, self.period))
+                (delay.standard_error_s)
+                    .is_some_and(|error| is_significant(beyond, error, self.period))
             })
             .cloned()
             .collect()
     }
 
-    /// Returns the delay of a column that was estimated, if it is certain.
+    /// Returns the estimated delay of a column, if it is significant.
     fn likely_delay(&self, column: &str) -> Option<LikelyDelay> {
         let delay = self.delays.iter().find(|delay| delay.column == column)?;
         let standard_error = delay.standard_error_s?;
-        is_certain(delay.delay_s, standard_error, self.period).then(|| LikelyDelay {
+        is_significant(delay.delay_s, standard_error, self.period).then(|| LikelyDelay {
             column: delay.column.clone(),
             delay: delay.delay_s,
             standard_error,
         })
     }
 
-    /// Delays that may explain the log: those that are certain, or if the refinement
-    /// failed, which a long delay may cause, all.
+    /// Returns the delays that may explain the log: the significant ones, or all of them if the
+    /// refinement failed, because a long delay can make it fail.
     fn suspects(&self, columns: &[&str]) -> Vec<RefinedDelay> {
         if self.used {
-            return self.certain(columns, "");
+            return self.significant(columns, "");
         }
         (columns.iter())
             .map(|&column| {
@@ -215,7 +216,7 @@ impl Refined {
     }
 }
 
-fn is_certain(delay: f64, standard_error: f64, period: f64) -> bool {
+fn is_significant(delay: f64, standard_error: f64, period: f64) -> bool {
     delay.abs() > DELAY_SIGNIFICANCE_SIGMAS * standard_error
         && delay.abs() > MIN_DELAY_SAMPLES * period
 }
@@ -238,7 +239,7 @@ fn refined(
     })
 }
 
-/// How many standard errors a delay is away from what was assumed.
-fn sureness(delay: &RefinedDelay) -> f64 {
+/// Returns the difference of a delay from the assumed one, in standard errors.
+fn significance(delay: &RefinedDelay) -> f64 {
     (delay.standard_error_s).map_or(0.0, |error| (delay.delay_s - delay.used_s).abs() / error)
 }

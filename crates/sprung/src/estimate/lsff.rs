@@ -1,5 +1,5 @@
-//! Recursive least squares with forgetting, as the paper runs it: on-line,
-//! sample by sample, without preprocessing.
+//! Recursive least squares with forgetting as in the paper: on-line, sample by sample, without
+//! preprocessing.
 
 use sprung_core::drives::State;
 use sprung_core::filter::FilterError;
@@ -13,18 +13,17 @@ use crate::model::{Model, Theta};
 use crate::preprocess::{Decimator, RawBlock};
 use crate::regression::FilteredRegression;
 
-/// Points of the trace, at most.
+/// Maximum number of points of the trace.
 const TRACE_POINTS: usize = 512;
 
-/// Largest entry of the gain matrix's diagonal factor. The paper's 10 s with
-/// δ = 1 and P(0) = 10 stay below 3e5; it is reached after 16 s without
-/// excitation.
+/// Upper limit of the diagonal factor D of the gain P. In the paper's experiment (10 s, δ = 1, P(0)
+/// = 10) D stays below 3e5. It reaches the limit after 16 s without excitation.
 const GAIN_LIMIT: f64 = 1e8;
 
-/// Part by which the periods of logs may differ.
+/// Maximum relative difference between the sampling periods of the logs.
 const PERIOD_TOLERANCE: f64 = 0.01;
 
-/// What keeps the recursion from running.
+/// Reason why the recursion cannot run.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LsffError {
@@ -37,7 +36,7 @@ pub enum LsffError {
     /// The recursion cannot be built.
     #[error("{0}")]
     Recursive(RecursiveError),
-    /// Logs of different periods.
+    /// The logs have different sampling periods.
     #[error(
         "estimator \"lsff\" runs at one sampling period, the logs have {first:.6} s and {other:.6} s; \
          identify them one by one, or by \"least-squares\" alone"
@@ -45,12 +44,12 @@ pub enum LsffError {
     Periods {
         /// Period of the first log, s.
         first: f64,
-        /// Period of another, s.
+        /// Period of the other log, s.
         other: f64,
     },
 }
 
-/// The on-line estimator, fed with raw samples.
+/// The on-line estimator. It takes raw samples.
 #[derive(Clone, Debug)]
 pub struct Lsff {
     regression: FilteredRegression,
@@ -68,13 +67,13 @@ pub struct Lsff {
 }
 
 impl Lsff {
-    /// Returns an estimator that has seen nothing.
+    /// Returns an estimator before its first sample.
     ///
     /// - `period`: T, s.
     ///
     /// # Errors
     ///
-    /// [`LsffError`] if a setting is of no use.
+    /// [`LsffError`] if a setting is out of range.
     ///
     /// # Source
     ///
@@ -114,13 +113,13 @@ impl Lsff {
         })
     }
 
-    /// Checks that samples come at the period that the filters are made for.
+    /// Checks the sampling period of further samples. The filters are made for one period.
     ///
     /// - `period`: T, s.
     ///
     /// # Errors
     ///
-    /// [`LsffError::Periods`] if it differs by more than a hundredth.
+    /// [`LsffError::Periods`] if it differs by more than 1 %.
     pub fn check_period(&self, period: f64) -> Result<(), LsffError> {
         if (period / self.period - 1.0).abs() < PERIOD_TOLERANCE {
             return Ok(());
@@ -131,14 +130,14 @@ impl Lsff {
         })
     }
 
-    /// Another log begins, or the log goes on after a gap: velocities and
-    /// filters start anew, the estimate goes on.
+    /// Restarts velocities and filters at the start of another log or behind a gap. The estimate is
+    /// kept.
     pub fn restart(&mut self) {
         self.velocity.fill(self.fresh);
         self.regression.restart();
     }
 
-    /// Takes the next samples.
+    /// Processes the next samples.
     pub fn process(&mut self, samples: &RawBlock) {
         let n = self.model.joint_count();
         for (k, &time) in samples.time.iter().enumerate() {
@@ -172,11 +171,11 @@ impl Lsff {
                 }
                 self.recursion.update(&self.row, rhs);
             }
-            self.wander(time + samples.later);
+            self.record(time + samples.later);
         }
     }
 
-    fn wander(&mut self, time: f64) {
+    fn record(&mut self, time: f64) {
         let theta = self.theta();
         for ((value, mean), variance) in theta.iter().zip(&mut self.mean).zip(&mut self.variance) {
             let difference = value - *mean;
@@ -187,7 +186,7 @@ impl Lsff {
         self.samples += 1;
     }
 
-    /// Returns the estimate now.
+    /// Returns the present estimate, \[p\].
     #[must_use]
     pub fn theta(&self) -> Theta {
         (self.recursion.theta().iter().zip(self.model.parameters()))
@@ -195,15 +194,14 @@ impl Lsff {
             .collect()
     }
 
-    /// Returns how far each estimate wandered lately: its standard deviation
-    /// over about the last 1/δ seconds.
+    /// Returns the standard deviation of each estimate over about the last 1/δ seconds, \[p\].
     #[must_use]
     pub fn wandering(&self) -> Theta {
         self.variance.iter().map(|v| v.sqrt()).collect()
     }
 
-    /// Returns the part of the samples in which forgetting was paused because
-    /// directions without excitation wound up.
+    /// Returns the fraction of the samples in which forgetting was paused, because the gain grew in
+    /// directions without excitation.
     #[must_use]
     pub fn paused(&self) -> f64 {
         self.recursion.paused() as f64 / self.samples.max(1) as f64

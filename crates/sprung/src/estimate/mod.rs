@@ -1,13 +1,14 @@
-//! From a system to parameters, and how far to trust them.
+//! Estimators: from the regression of the logs to parameters, standard errors, findings and a
+//! verdict.
 
 mod about_logs;
-mod asked;
 mod chi_square;
 mod describe;
 mod error;
 mod estimators;
 mod found;
 mod identify;
+mod inputs;
 mod judge;
 mod late_channels;
 mod least_squares;

@@ -1,4 +1,4 @@
-//! The on-line estimator, fed while the logs pass.
+//! The on-line estimator during the pass over the logs.
 
 use super::found::{Criterion, Found, Numbers};
 use super::lsff::{Lsff, LsffError};
@@ -10,17 +10,17 @@ use crate::preprocess::RawBlock;
 use crate::regression::{Observer, Restart};
 use crate::stopwatch::Stopwatch;
 
-/// The on-line estimator, if it is asked for, while the logs pass.
+/// The on-line estimator during the pass over the logs, if it is requested.
 pub(super) struct OnLine<'a> {
     model: &'a Model,
     settings: &'a Identify,
     pub(super) lsff: Option<Result<Lsff, LsffError>>,
-    // Time that LSFF took, s.
+    // Computing time of LSFF, s.
     pub(super) seconds: f64,
 }
 
 impl<'a> OnLine<'a> {
-    /// Returns one that has seen nothing.
+    /// Returns an observer before its first sample.
     pub(super) fn new(model: &'a Model, settings: &'a Identify) -> Self {
         Self {
             model,
@@ -57,16 +57,16 @@ impl Observer for OnLine<'_> {
     }
 }
 
-/// Returns what LSFF leaves.
+/// Returns the result of LSFF.
 ///
-/// - `elapsed`: time that it took, s.
+/// - `elapsed`: computing time, s.
 pub(super) fn on_line((lsff, elapsed): (&Lsff, f64), fitted: &Fitted) -> Found {
     let points = lsff.trace().iter();
     Found {
         numbers: Numbers {
             theta: lsff.theta(),
             errors: lsff.wandering(),
-            // How far a running estimate wandered makes no interval.
+            // The standard deviation of a running estimate gives no interval.
             interval: f64::INFINITY,
             points: points.map(|(t, x)| (*t, Some(x.clone()))).collect(),
             criterion: Criterion::RecentEquations,

@@ -12,23 +12,23 @@ use crate::named::Named;
 
 pub(crate) use crate::finding::GENERATOR;
 
-/// Everything that an identification found; format 1.
+/// Complete result of an identification; format 1.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Identification {
     /// Version of the file format; 1.
     pub format: u32,
-    /// Program and version that wrote it.
+    /// Program and version that wrote the file.
     pub generator: String,
     /// Name of the robot.
     pub robot: String,
-    /// The log, or the first of several.
+    /// The only log, or the first of several.
     pub log: LogInfo,
-    /// Further logs, in their order; in curves each follows the one before.
+    /// Further logs in their order. In curves each log follows the previous one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub further_logs: Vec<LogInfo>,
     /// The settings that were used.
     pub settings: SettingsUsed,
-    /// What was noticed about the log.
+    /// Findings about the logs.
     pub findings: Vec<Finding>,
     /// One result per estimator.
     pub results: Vec<EstimateResult>,
@@ -40,16 +40,16 @@ impl Identification {
         std::iter::once(&self.log).chain(&self.further_logs)
     }
 
-    /// Returns the names of the logs in words.
+    /// Returns the file names of the logs, separated by commas.
     #[must_use]
     pub fn files(&self) -> String {
         let files: Vec<&str> = self.logs().map(|log| log.file.as_str()).collect();
         files.join(", ")
     }
 
-    /// Returns what decided the verdict of a result, in words: the codes of the
-    /// serious findings about it and about the log, or those of the warnings if none
-    /// is serious, with their number where there are several of one.
+    /// Returns the reasons of a result's verdict: the codes of the most severe findings about the
+    /// result and the logs. A code that occurs several times is followed by its count. Information
+    /// alone gives "no warnings".
     #[must_use]
     pub fn reasons(&self, result: &EstimateResult) -> String {
         let findings = || self.findings.iter().chain(&result.warnings);
@@ -77,16 +77,16 @@ impl Identification {
 /// Settings of an identification.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SettingsUsed {
-    /// λ of the filter pair.
+    /// λ of the filter pair, rad/s.
     pub filter_cutoff_rad_per_s: f64,
-    /// How the filter pair is made discrete.
+    /// Discretisation of the filter pair.
     pub discretization: String,
-    /// Weights of the samples.
+    /// Kind of sample weights.
     #[serde(default)]
     pub weights: String,
-    /// Cut-off of the zero-phase filter.
+    /// Cut-off of the zero-phase filter, Hz.
     pub position_cutoff_hz: f64,
-    /// How that was chosen, if it was.
+    /// Reason and sweep of the cut-off, if it was chosen from the data.
     #[serde(default)]
     pub position_cutoff_choice: Option<CutoffChoice>,
     /// Order of the zero-phase filter.
@@ -96,18 +96,18 @@ pub struct SettingsUsed {
 /// A cut-off that was chosen from the data.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CutoffChoice {
-    /// Why this one.
+    /// Reason of the choice.
     pub reason: String,
-    /// What other cut-offs give, from the beginning of the log.
+    /// Estimates with other cut-offs, from the beginning of the log.
     pub sweep: Vec<CutoffPoint>,
 }
 
-/// Estimates at one cut-off.
+/// Estimates with one cut-off.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CutoffPoint {
     /// Cut-off, Hz.
     pub cutoff_hz: f64,
-    /// Values, in the order of theta.
+    /// Parameter values in the order of theta.
     pub values: Vec<f64>,
 }
 
@@ -116,7 +116,7 @@ pub struct CutoffPoint {
 pub struct EncoderOffsetResult {
     /// Name of the joint.
     pub joint: String,
-    /// What the link's reads too much against the motor's, rad (m).
+    /// Reading of the link encoder minus that of the motor encoder without deflection, rad (m).
     pub offset_rad: f64,
     /// Its standard error, rad (m).
     pub standard_error_rad: Option<f64>,
@@ -129,184 +129,183 @@ pub struct StandardParameter {
     pub name: String,
     /// Unit.
     pub unit: String,
-    /// Value: the nominal one, changed as little as the estimate asks for.
+    /// Value: the nominal one with the smallest change that agrees with the estimate.
     pub value: f64,
     /// Nominal value.
     pub nominal: Option<f64>,
-    /// What the log says of it.
+    /// What the log determines of the parameter.
     pub determined: Determined,
 }
 
-/// What a log says of a standard parameter.
+/// What a log determines of a standard parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Determined {
-    /// Its value.
+    /// The log determines the parameter alone.
     Alone,
-    /// Only a combination with others.
+    /// The log determines only a combination with other parameters.
     InCombination,
-    /// Nothing: no motion shows it.
+    /// No motion depends on the parameter, or the log does not determine it.
     Not,
-    /// It was given.
+    /// The experiment gives the value.
     Known,
 }
 
-/// What one estimator found.
+/// Result of one estimator.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EstimateResult {
     /// Name of the estimator.
     pub estimator: String,
-    /// How far to trust it.
+    /// Verdict on the result.
     pub verdict: Verdict,
     /// Numerical rank of the stacked regressor.
     pub rank: usize,
-    /// Number of parameters that were not known before.
+    /// Number of parameters without a given value.
     #[serde(default)]
     pub unknowns: usize,
     /// Condition number of the stacked regressor; absent if infinite.
     pub condition_number: Option<f64>,
-    /// The same after scaling columns to unit length.
+    /// Condition number with columns scaled to unit length; absent if infinite.
     pub condition_number_scaled: Option<f64>,
     /// The parameters, in the order of theta.
     pub parameters: Vec<ParameterEstimate>,
     /// Constant differences of the encoders, if they were estimated.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub encoder_offsets: Vec<EncoderOffsetResult>,
-    /// Velocities at which Stribeck friction has fallen to 1/e, rad/s (m/s), by
-    /// joint.
+    /// Velocities at which Stribeck friction has fallen to 1/e, rad/s (m/s), by joint.
     #[serde(default, skip_serializing_if = "Named::is_empty")]
     pub stribeck_velocity: Named,
-    /// Inertial parameters of single links, as near to the nominal ones as the
-    /// estimate allows; trees only.
+    /// Inertial parameters of single links, as near to the nominal ones as the estimate allows;
+    /// trees only.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub standard_parameters: Vec<StandardParameter>,
-    /// What the motor rows say by themselves; least squares only.
+    /// Fits of the motor rows alone; least squares and prediction error only.
     #[serde(default)]
     pub motor_rows: Vec<MotorRowResult>,
-    /// How the simulated loop fits; output error only.
+    /// Fit of the simulated loop; output error only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub simulation: Option<SimulationFit>,
-    /// How the filter fits; the prediction error only.
+    /// Fit of the filter; prediction error only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub refinement: Option<Refinement>,
-    /// The parameters by other routes; least squares and prediction error only.
+    /// Parameters by other routes; least squares and prediction error only.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub cross_checks: Vec<CrossCheckResult>,
-    /// Residual of each row, root mean square, N·m.
+    /// Root mean square residual of each row, N·m.
     pub residual_rms: Named,
-    /// Residual over torque of each motor row.
+    /// Residual of each torque row relative to its torque.
     pub relative_residual: Named,
-    /// What the resolution of the positions leaves of each torque through Coulomb
-    /// transitions, likewise; absent without weights.
+    /// Part of the relative residual that the noise of the velocities causes through Coulomb
+    /// transitions, for each torque row; absent without weights.
     #[serde(default, skip_serializing_if = "Named::is_empty")]
     pub resolution_share: Named,
-    /// What to know before using the numbers.
+    /// Findings about the result.
     pub warnings: Vec<Finding>,
-    /// Time that the estimate took, s.
+    /// Computing time, s.
     pub elapsed_s: f64,
 }
 
-/// How a simulated closed loop fits the positions of a log.
+/// Fit of a simulated closed loop to the positions of a log.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SimulationFit {
-    /// Samples that were simulated, from the beginning of the first log.
+    /// Number of simulated samples, from the beginning of the first log.
     pub samples: u64,
-    /// Squared error of a position over the variance of its sensor, mean over
-    /// all; about 1 where the loop is exactly known.
+    /// Mean squared error of the positions over the variance of their sensors; about 1 if the loop
+    /// is exactly known.
     pub cost_per_sample: f64,
-    /// Iterations of the search.
+    /// Number of iterations of the search.
     pub iterations: usize,
     /// Root mean square error over the noise of the sensor, by column.
     pub position_rms_over_noise: Named,
-    /// What each position reads too much, rad (m), by column.
+    /// Offset in the reading of each position sensor, rad (m), by column.
     pub offset_rad: Named,
-    /// Difference of the controller's torque from the logged one beyond white
-    /// noise, over the torque, by joint.
+    /// Difference of the controller's torque from the logged torque beyond white noise, relative to
+    /// the torque, by joint.
     pub torque_mismatch: Named,
 }
 
-/// What a prediction-error refinement says besides the parameters.
+/// Figures of a prediction-error refinement besides the parameters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Refinement {
-    /// Whether the values are those of the refinement; if not, they are those of least
-    /// squares, and a finding says why.
+    /// Whether the values are those of the refinement. If not, they are those of least squares, and
+    /// a finding gives the reason.
     #[serde(default)]
     pub used: bool,
-    /// Whether the search ended by itself.
+    /// Whether the search converged.
     pub converged: bool,
-    /// Runs of the filter.
+    /// Number of runs of the filter.
     pub runs: usize,
-    /// Samples that were used.
+    /// Number of samples used.
     pub samples: usize,
-    /// Time that they span, s.
+    /// Time spanned by the samples, s.
     pub duration_s: f64,
-    /// Measurements of positions that were used: of a counter, its edges.
+    /// Number of position measurements used. An incremental encoder gives one at each edge.
     pub measurements: u64,
     /// Minus the logarithm of the likelihood, without its constant.
     pub minus_log_likelihood: f64,
-    /// Noise and disturbances, by row of the regressor.
+    /// Noise and disturbance of each row of the regressor.
     pub disturbances: Vec<RowDisturbance>,
-    /// Corner of the disturbances' spectrum, Hz.
+    /// Corner frequency of the disturbances' spectrum, Hz.
     pub disturbance_corner_hz: f64,
-    /// Whitened innovations squared, mean; well below 1 for counters, whose edges
-    /// lie within their bounds, and above 2 where the model does not follow.
+    /// Mean squared whitened innovation. It is well below 1 for encoders, whose edges lie within
+    /// their bounds, and above 2 if the model does not follow the log.
     #[serde(default)]
     pub cost_per_measurement: f64,
-    /// How well it predicts what it has not seen.
+    /// Residual on the last quarter of the logs, which the estimates had not used.
     #[serde(default)]
     pub held_out_residual: Option<HeldOutResidual>,
-    /// Noise of sensors beyond what their samples show, where it was looked for.
+    /// Noise of sensors beyond the noise that their samples show, where it was estimated.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sensor_noise: Vec<SensorNoise>,
-    /// Constants that sensors read too much.
+    /// Constant offsets of sensors.
     pub encoder_offsets: Vec<RefinedOffset>,
-    /// What the likelihood says of delays.
+    /// Delays estimated by likelihood.
     pub delays: Vec<RefinedDelay>,
-    /// Pairs of parameters whose errors are most alike, with their correlation.
+    /// Pairs of parameters with the most strongly correlated errors, and their correlation.
     pub correlations: Vec<(String, String, f64)>,
-    /// What each of several logs says alone: value and standard error, in the
-    /// order of `parameters`; nothing for one that was not refined.
+    /// Estimate from each of several logs alone: value and standard error, in the order of
+    /// `parameters`; `None` for a parameter that was not refined.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub each_log: Vec<Vec<Option<(f64, f64)>>>,
 }
 
-/// What estimates from the first three quarters of the logs leave of the filtered
-/// torque of the last, as a part of it, root mean square over the rows.
+/// Residual of estimates from the first three quarters of the logs in the filtered torque of the
+/// last quarter, relative to that torque (root mean square over the rows).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HeldOutResidual {
-    /// Of the refinement.
+    /// Residual of the refinement.
     pub refined: f64,
-    /// Of least squares.
+    /// Residual of least squares.
     pub linear: f64,
 }
 
 /// Noise and disturbance of a row of the regressor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RowDisturbance {
-    /// Name of the row, as in `joint1.motor_nm`.
+    /// Name of the row, for example `joint1.motor_nm`.
     pub row: String,
-    /// White noise of the torque, standard deviation, N·m (N).
+    /// Standard deviation of the torque's white noise, N·m (N).
     pub torque_noise_nm: f64,
-    /// Disturbance, standard deviation, N·m (N).
+    /// Standard deviation of the disturbance, N·m (N).
     pub disturbance_nm: f64,
     /// Standard deviation of the joint's motor torque, N·m (N).
     pub torque_nm: f64,
-    /// Whether a level ended at its upper bound.
+    /// Whether the disturbance ended at its upper bound.
     pub at_bound: bool,
 }
 
-/// Noise of a sensor of positions.
+/// Noise of a position sensor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SensorNoise {
     /// The column.
     pub column: String,
     /// Standard deviation of white noise, rad (m).
     pub noise_rad: f64,
-    /// Standard deviation of what it shows, rad (m).
+    /// Standard deviation of the sensor's readings, rad (m).
     pub deviation_rad: f64,
 }
 
-/// What a sensor of positions reads too much.
+/// Offset of a position sensor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RefinedOffset {
     /// Name of the joint.
@@ -319,16 +318,16 @@ pub struct RefinedOffset {
     pub standard_error_rad: f64,
 }
 
-/// What the likelihood says of the delay of a column against the others.
+/// Delay of a column relative to the other columns, by likelihood.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RefinedDelay {
     /// The column.
     pub column: String,
-    /// How much later than its event it was recorded, s.
+    /// Time from the event to its record, s.
     pub delay_s: f64,
-    /// Its standard error, s; absent if the log says nothing.
+    /// Its standard error, s; absent if the log does not determine the delay.
     pub standard_error_s: Option<f64>,
-    /// Part of it that the values of the parameters take into account, s.
+    /// Delay that the parameter values assume, s.
     pub used_s: f64,
 }
 
@@ -347,22 +346,21 @@ pub struct ParameterEstimate {
     pub standard_error: Option<f64>,
     /// 95 % confidence interval.
     pub ci95: Option<[f64; 2]>,
-    /// Value that the maker gives.
+    /// Nominal value from the description.
     pub nominal: Option<f64>,
     /// Whether the data determine it.
     pub identifiable: bool,
-    /// Whether it was given.
+    /// Whether the experiment gives the value.
     #[serde(default)]
     pub fixed: bool,
-    /// Torque that it stands for in the log, root mean square of its column
-    /// times its value, in the row where that is most, N·m.
+    /// Torque of the parameter in the log, N·m: the root mean square of its column times its value,
+    /// in the row where this is largest.
     #[serde(default)]
     pub torque_rms_nm: Option<f64>,
-    /// The same over the largest of that row.
+    /// The same torque relative to the largest torque of a parameter in that row.
     #[serde(default)]
     pub torque_share: Option<f64>,
-    /// The same over what the model leaves unexplained of a row, in the row
-    /// where that is most.
+    /// The same torque relative to the residual of the row, in the row where this ratio is largest.
     #[serde(default)]
     pub torque_over_residual: Option<f64>,
 }
@@ -372,17 +370,17 @@ pub struct ParameterEstimate {
 pub struct MotorRowResult {
     /// Name of the joint.
     pub joint: String,
-    /// Its parameters.
+    /// Parameters of the row.
     pub parameters: Vec<ParameterEstimate>,
     /// Condition number; absent if infinite.
     pub condition_number: Option<f64>,
-    /// Residual over torque; absent if there was no torque.
+    /// Residual relative to the torque; absent if there was no torque.
     pub relative_residual: Option<f64>,
-    /// Square of the spring torque that only the spring explains over that of
-    /// the residual; absent if the stiffness was given.
+    /// Squared ratio of the spring torque that only the spring explains to the residual; absent if
+    /// the stiffness was given.
     #[serde(default)]
     pub scale_number: Option<f64>,
-    /// Standard error of what the stacked stiffness has more, N·m/rad (N/m).
+    /// Standard error of the stacked stiffness minus the motor row's stiffness, N·m/rad (N/m).
     #[serde(default)]
     pub stiffness_difference_standard_error: Option<f64>,
 }
@@ -392,12 +390,12 @@ pub struct MotorRowResult {
 pub struct CrossCheckResult {
     /// `two-stage`, `scale-invariant` or `instrumental-variables`.
     pub method: String,
-    /// Values by name.
+    /// Values by name of the parameter.
     pub values: Named,
 }
 
 impl EstimateResult {
-    /// Returns the refinement that made the values, if one did.
+    /// Returns the refinement if the values come from it.
     #[must_use]
     pub fn refined(&self) -> Option<&Refinement> {
         self.refinement
@@ -405,7 +403,7 @@ impl EstimateResult {
             .filter(|refinement| refinement.used)
     }
 
-    /// Returns the values by name, without those that are not determined.
+    /// Returns the values by name, without parameters that are not determined.
     #[must_use]
     pub fn values(&self) -> BTreeMap<String, f64> {
         let shapes = self.stribeck_velocity.iter();
@@ -415,20 +413,19 @@ impl EstimateResult {
             .collect()
     }
 
-    /// Returns a parameter by name.
+    /// Returns a parameter by its name.
     #[must_use]
     pub fn parameter(&self, name: &str) -> Option<&ParameterEstimate> {
         self.parameters.iter().find(|p| p.name == name)
     }
 }
 
-/// Returns the table of parameters as CSV, one row per parameter and
-/// estimator.
+/// Returns the table of parameters as CSV, one row per parameter and estimator.
 #[must_use]
 pub fn parameters_csv(identification: &Identification) -> String {
     let mut writer = csv::Writer::from_writer(Vec::new());
     let mut write = |row: &[&str]| {
-        // A vector takes every write.
+        // A write to a vector does not fail.
         let _ = writer.write_record(row);
     };
     write(&[

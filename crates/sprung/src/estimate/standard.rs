@@ -7,12 +7,12 @@ use sprung_core::spatial::BODY;
 use super::result::{Determined, StandardParameter};
 use crate::model::{Model, TreeLinks};
 
-/// Returns inertial parameters of single links that make the base parameters of
-/// theta: the nominal ones (zero where there are none), changed as little as
-/// possible. No motion of the robot tells them from others that do.
+/// Returns inertial parameters of single links that agree with the base parameters in theta. They
+/// are the nominal parameters (zero without a nominal value) with the smallest change. No motion of
+/// the robot can distinguish them from other parameters with the same base parameters. Base
+/// parameters that are not identifiable are not constrained.
 ///
-/// Returns none for a robot in closed form, or if a base parameter is not
-/// known.
+/// Returns an empty list for a robot in closed form.
 #[must_use]
 pub fn standard_parameters(
     model: &Model,
@@ -51,7 +51,7 @@ pub fn standard_parameters(
                 .map(|index| g[(row, index)] * nominal[index])
                 .sum::<f64>()
     });
-    // G has full row rank: it holds the identity.
+    // G contains the identity, so it has full row rank.
     let gram = &g * g.transpose();
     let change = g.transpose() * gram.partial_piv_lu().solve(&missing);
     (0..links.standard())

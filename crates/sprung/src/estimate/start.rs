@@ -1,30 +1,29 @@
-//! A start that can be simulated.
+//! Start values with which a robot can be simulated.
 
 use sprung_core::parameters::JointParameter;
 
 use crate::model::{Model, ModelError, Parameter, Theta};
 
-/// Part of the nominal value that stands for an impossible one.
+/// Fraction of the nominal value that replaces an impossible value.
 const NOMINAL_SHARE: f64 = 0.2;
 
-/// Inertia and stiffness where nothing is known of them, kg·m² (kg) and N·m/rad
-/// (N/m).
+/// Inertia and stiffness without a nominal value, kg·m² (kg) and N·m/rad (N/m).
 const UNKNOWN_INERTIA: f64 = 1e-3;
 const UNKNOWN_STIFFNESS: f64 = 10.0;
 
-/// How many times the links' parameters are moved towards those of a body.
-const MOVES: usize = 12;
+/// Maximum number of steps by which the link parameters move towards feasible ones.
+const MAX_MOVES: usize = 12;
 
-/// Returns parameters near the linear ones with which a robot can move, and
-/// the indices of those that were changed.
+/// Returns parameters near the linear ones with which a robot can be simulated, and the indices of
+/// the changed parameters.
 ///
-/// Rotor inertias and stiffnesses below zero become a fifth of the nominal
-/// ones, friction below zero becomes zero, link parameters are moved towards
-/// the nominal ones until the mass matrix is positive.
+/// Rotor inertias and stiffnesses that are not positive become a fifth of the nominal ones.
+/// Negative friction becomes zero. Link parameters move towards the nominal ones until the mass
+/// matrix is positive definite.
 ///
 /// # Errors
 ///
-/// [`ModelError::MassMatrix`] if none is found.
+/// [`ModelError::MassMatrix`] if the search finds no such parameters.
 pub(in crate::estimate) fn feasible(
     model: &Model,
     linear: &[f64],
@@ -39,7 +38,7 @@ pub(in crate::estimate) fn feasible(
         }
     }
     let from = theta.clone();
-    for _ in 0..MOVES {
+    for _ in 0..MAX_MOVES {
         if model.check_inertias(&theta).is_ok() {
             break;
         }
@@ -56,7 +55,7 @@ pub(in crate::estimate) fn feasible(
     Ok((theta, changed))
 }
 
-/// Returns what stands for the value of a joint's parameter that no robot has.
+/// Returns the replacement for an impossible value of a joint's parameter.
 fn instead(model: &Model, parameter: &Parameter, value: f64) -> Option<f64> {
     let (kind, joint) = parameter.joint?;
     let nominal = |some: f64| {
@@ -67,17 +66,17 @@ fn instead(model: &Model, parameter: &Parameter, value: f64) -> Option<f64> {
         _ if value > 0.0 => None,
         JointParameter::RotorInertia if model.is_flexible(joint) => Some(nominal(UNKNOWN_INERTIA)),
         JointParameter::Stiffness => Some(nominal(UNKNOWN_STIFFNESS)),
-        // Friction that feeds energy in.
+        // Negative friction would feed energy in.
         _ if value < 0.0 && parameter.is_friction() => Some(0.0),
         _ => None,
     }
 }
 
-/// Returns a link parameter nearer to its nominal value, or smaller if it is
-/// the coupling of two links, which only must not be too large.
+/// Returns a link parameter nearer to its nominal value. Without a nominal value, the coupling of
+/// two links becomes smaller, because only a large coupling is impossible.
 fn towards(parameter: &Parameter, from: f64, now: f64) -> f64 {
     match parameter.nominal {
-        Some(nominal) => now + (nominal - from) / MOVES as f64,
+        Some(nominal) => now + (nominal - from) / MAX_MOVES as f64,
         None if parameter.name.ends_with(".coupling") => 0.8 * now,
         None => now,
     }
@@ -125,7 +124,7 @@ mod tests {
             ("b.stiffness", -1.0),
             ("a.rotor_inertia", 0.0),
             ("b.link_viscous", -0.1),
-            // No bodies are coupled that much.
+            // A coupling this large is impossible for two bodies.
             ("link2.coupling", 0.4),
         ] {
             theta[at(name)] = value;

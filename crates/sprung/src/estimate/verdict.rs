@@ -1,24 +1,24 @@
-//! How far to trust a result, as one word.
+//! The verdict on a result, as one word.
 
 use serde::{Deserialize, Serialize};
 
 use crate::finding::{Finding, Severity};
 
-/// How far to trust a result.
+/// Verdict on a result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
     /// No warnings.
     Good,
-    /// Some numbers carry a warning.
+    /// At least one number has a warning.
     Doubtful,
-    /// An inertia or a stiffness is impossible or unknown.
+    /// A serious finding: for example, an inertia or a stiffness is impossible or unknown.
     Unusable,
 }
 
 impl Verdict {
-    /// Returns the verdict that findings lead to: one that is serious makes a
-    /// result unusable, a warning makes it doubtful.
+    /// Returns the verdict that follows from findings. A serious finding makes a result unusable, a
+    /// warning makes it doubtful.
     #[must_use]
     pub fn of<'a>(findings: impl IntoIterator<Item = &'a Finding>) -> Self {
         match findings.into_iter().map(|finding| finding.severity).max() {

@@ -1,4 +1,4 @@
-//! Gravity in the wrong frame: a static residual that a tilt explains.
+//! Gravity in the wrong frame: tests whether a tilt of gravity explains the residual.
 
 use crate::description::Experiment;
 use crate::finding::{Finding, Severity};
@@ -7,34 +7,36 @@ use crate::model::Model;
 use crate::prepare::Excerpt;
 use crate::regression::Reading;
 
-/// Part of a residual that another direction must stay below to be mentioned.
+/// A tilt is reported if the residual with it is below this fraction of the residual with the given
+/// gravity.
 const BETTER_RESIDUAL_SHARE: f64 = 0.7;
 
-/// Residual of a torque's row from which gravity is looked at, as a part of it.
+/// Relative residual of a torque row above which the tilt of gravity is tested.
 const SUSPICIOUS_RESIDUAL_SHARE: f64 = 0.01;
 
-/// Samples that are looked at, to the end of their block.
-const SAMPLES_LOOKED_AT: usize = 4096;
+/// Number of samples used for the test, rounded up to whole blocks.
+const SAMPLES_TESTED: usize = 4096;
 
-/// Part of a residual that a first look must come below to be followed.
+/// The search goes on after the coarse step if the residual is below this fraction of the initial
+/// one.
 const PROMISING_RESIDUAL_SHARE: f64 = 0.9;
 
-/// Angles by which the best direction is turned, one after the other, degrees.
+/// Successive angles by which the search turns the best direction, degrees.
 const TURNS_DEG: [f64; 5] = [20.0, 10.0, 5.0, 2.5, 1.25];
 
-/// Returns whether a tilt of gravity is worth looking for.
+/// Returns whether the test of a tilt of gravity is worthwhile.
 ///
-/// - `worst`: largest residual of a torque's row, as a part of its torque.
+/// - `worst`: largest residual of a torque row relative to its torque.
 #[must_use]
-pub(crate) fn worth_a_look(experiment: &Experiment, worst: f64) -> bool {
+pub(crate) fn tilt_is_possible(experiment: &Experiment, worst: f64) -> bool {
     let robot = &experiment.robot;
     robot.tree.is_some()
         && robot.gravity().iter().any(|g| *g != 0.0)
         && worst >= SUSPICIOUS_RESIDUAL_SHARE
 }
 
-/// Says which direction of gravity explains the motor torques far better than
-/// the one of the file, if there is one; see [`worth_a_look`] before.
+/// Reports a direction of gravity that explains the motor torques far better than the given one, if
+/// the search finds one. [`tilt_is_possible`] tells whether the search is worthwhile.
 #[must_use]
 pub(crate) fn tilted(
     experiment: &Experiment,
@@ -43,7 +45,7 @@ pub(crate) fn tilted(
 ) -> Option<Finding> {
     let given = experiment.robot.gravity();
     let size = given.iter().map(|g| g * g).sum::<f64>().sqrt();
-    let excerpt = excerpt.first(SAMPLES_LOOKED_AT);
+    let excerpt = excerpt.first(SAMPLES_TESTED);
     let cost = |direction: [f64; 3]| unexplained(experiment, reading, &excerpt, direction);
     let now = cost(given)?;
     let mut best = (given, now);
@@ -100,7 +102,7 @@ pub(crate) fn tilted(
     ))
 }
 
-/// Returns a vector turned towards one of the six half axes, its length kept.
+/// Returns a vector of the same length, turned towards one of the six half axes.
 fn turned(v: [f64; 3], towards: usize, angle: f64) -> [f64; 3] {
     let size = v.iter().map(|x| x * x).sum::<f64>().sqrt();
     let mut moved = v;
@@ -109,8 +111,8 @@ fn turned(v: [f64; 3], towards: usize, angle: f64) -> [f64; 3] {
     moved.map(|x| x * size / length)
 }
 
-/// Returns the part of the motor torques that a direction of gravity leaves
-/// unexplained, root mean squares over all joints.
+/// Returns the fraction of the motor torques that the model with a direction of gravity does not
+/// explain (root mean square over all joints).
 fn unexplained(
     experiment: &Experiment,
     reading: &Reading,
@@ -123,7 +125,7 @@ fn unexplained(
     let system = excerpt.reduce(&reading.with_model(model.clone()))?;
     let theta = fit_quickly(&model, &system)?;
     let rows = residual(&model, &system, &theta);
-    // Each row as a part of its joint's torque, so that small joints count.
+    // Each row is scaled by its joint's torque, so that small joints count as much as large ones.
     let parts = (0..model.rows()).map(|row| {
         let torque = rows[model.torque_row(model.joint_of(row))].1;
         (rows[row].0 / torque).powi(2)

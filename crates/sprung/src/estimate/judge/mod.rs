@@ -1,4 +1,4 @@
-//! What a result means: findings and verdict.
+//! Judgement of a result: findings about its parameters.
 
 mod gravity;
 mod parameters;
@@ -6,7 +6,7 @@ mod scale;
 
 use sprung_core::parameters::JointParameter;
 
-pub(crate) use gravity::{tilted, worth_a_look};
+pub(crate) use gravity::{tilt_is_possible, tilted};
 
 use self::parameters::{collinear, listed, little_torque, negative, negative_friction, weak};
 use self::scale::{scale_collapse, stiffness_disagrees};
@@ -16,8 +16,8 @@ use crate::finding::{Finding, Severity};
 use crate::log::{Channels, Signal};
 use crate::model::{Model, ModelError, short};
 
-/// Part by which a stacked stiffness may lie below the motor row's: more is
-/// reported, the first only if the standard errors agree.
+/// Relative gaps between the stacked stiffness and the larger stiffness of the motor row. A gap
+/// above `SMALL_GAP` is reported if it exceeds two standard errors, a gap above `LARGE_GAP` always.
 const SMALL_GAP: f64 = 0.05;
 const LARGE_GAP: f64 = 0.1;
 
@@ -30,7 +30,7 @@ fn motor_row<'a>(
     result.motor_rows.iter().find(|row| row.joint == *name)
 }
 
-/// Returns a parameter of a joint, if it has it.
+/// Returns a parameter of a flexible joint, if the joint has it.
 fn of<'a>(
     model: &Model,
     result: &'a EstimateResult,
@@ -42,10 +42,10 @@ fn of<'a>(
     Some(&result.parameters[model.index(kind, joint)?])
 }
 
-/// Returns what there is to know about a result before using it.
+/// Returns the findings about a result.
 ///
-/// - `weakest`: how much each parameter takes part in the direction seen
-///   least, columns scaled.
+/// - `weakest`: share of each parameter in the direction that the log determines least, with scaled
+///   columns, \[p\].
 /// - `channels`: the columns, for their names.
 #[must_use]
 pub(crate) fn judge(
@@ -68,7 +68,7 @@ pub(crate) fn judge(
     negative_friction(model, result, &mut findings);
     weak(model, result, &mut findings);
     if result.refined().is_none() {
-        // Of the likelihood the standard errors show what little torque does.
+        // The standard errors of the likelihood already contain this uncertainty.
         little_torque(model, result, &mut findings);
     }
     collinear(model, result, weakest, &mut findings);
@@ -176,8 +176,7 @@ fn impossible(
     }
 }
 
-/// Base parameters of a tree may have any sign; what must be positive is the
-/// mass matrix that they make.
+/// Base parameters of a tree may have any sign, but their mass matrix must be positive definite.
 fn mass_matrix(model: &Model, result: &EstimateResult, findings: &mut Vec<Finding>) {
     if model.tree().is_none() {
         return;
@@ -195,7 +194,7 @@ fn mass_matrix(model: &Model, result: &EstimateResult, findings: &mut Vec<Findin
     }
 }
 
-/// Link parameters belong to no joint; in closed form they are inertias.
+/// Link parameters of a robot in closed form are inertias and belong to no joint.
 fn negative_links(model: &Model, result: &EstimateResult, findings: &mut Vec<Finding>) {
     if model.tree().is_some() {
         return;
@@ -245,7 +244,7 @@ fn scale(
     };
     let error = error.hypot(stacked.standard_error.unwrap_or(0.0));
     if result.refined().is_some() {
-        // The likelihood has no rows that noise makes smaller; `stiffness_disagrees` compares.
+        // Noise does not shrink an estimate by likelihood. `stiffness_disagrees` compares it.
         return;
     }
     let gap = reference - value;
@@ -279,7 +278,8 @@ fn unexplained(
     findings: &mut Vec<Finding>,
 ) {
     if result.simulation.is_some() {
-        // Its cost says how it fits; the filtered rows hold the encoders' steps.
+        // The cost of the simulation reports the fit. The filtered rows contain the encoders'
+        // quantisation.
         return;
     }
     let row = model.row_name(model.torque_row(joint));

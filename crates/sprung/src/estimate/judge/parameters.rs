@@ -1,21 +1,21 @@
-//! What single parameters of a result mean: weak, collinear, impossible friction.
+//! Findings about single parameters: weakly excited, collinear, impossible friction.
 
 use crate::estimate::result::{EstimateResult, ParameterEstimate};
 use crate::finding::{Finding, Severity};
 use crate::model::{Model, short};
 
-/// Relative standard error above which a parameter counts as weak.
+/// A parameter with a larger relative standard error is reported as weakly excited.
 const WEAK_RELATIVE_ERROR: f64 = 0.15;
 
-/// Torque of a parameter over the residual of its row below which errors that
-/// no stretch shows may be as large as the value.
+/// Ratio of a parameter's torque to the residual of its row. Below this ratio a bias may be as
+/// large as the value, and the standard errors do not show this bias.
 const LITTLE_TORQUE_OVER_RESIDUAL: f64 = 3.0;
 
-/// Condition number, columns scaled, above which directions are named.
+/// Condition number with scaled columns above which the collinear parameters are named.
 const COLLINEAR_CONDITION: f64 = 100.0;
 
-/// Parameters that a message lists, at most.
-const MOST_LISTED: usize = 8;
+/// Maximum number of parameters that a message lists.
+const MAX_LISTED_PARAMETERS: usize = 8;
 
 pub(super) fn negative(estimate: &ParameterEstimate) -> bool {
     estimate.value.is_some_and(|value| value < 0.0)
@@ -65,8 +65,8 @@ pub(super) fn weak(model: &Model, result: &EstimateResult, findings: &mut Vec<Fi
     let share = |p: &ParameterEstimate| Some(p.standard_error? / p.value?.abs());
     let weak: Vec<&ParameterEstimate> = (result.parameters.iter())
         .zip(model.parameters())
-        // Friction below zero has a finding of its own; an offset or a preload
-        // of zero is a good one.
+        // Negative friction has its own finding. Offsets and preloads may be zero, so their
+        // relative error means nothing.
         .filter(|(p, known)| match known.joint {
             Some((kind, _)) if kind.is_friction() => !negative(p),
             Some((kind, _)) => kind.is_vital(),
@@ -92,12 +92,12 @@ pub(super) fn weak(model: &Model, result: &EstimateResult, findings: &mut Vec<Fi
     );
 }
 
-/// Names parameters whose torque drowns in what the model leaves unexplained.
+/// Reports parameters whose torque is small compared with the residual of their row.
 pub(super) fn little_torque(model: &Model, result: &EstimateResult, findings: &mut Vec<Finding>) {
     let little: Vec<&ParameterEstimate> = (result.parameters.iter())
         .zip(model.parameters())
         .filter(|(p, known)| {
-            // An offset or a preload of zero is a good one.
+            // Offsets and preloads may be zero.
             let counts = known
                 .joint
                 .is_none_or(|(kind, _)| kind.is_vital() || kind.is_friction());
@@ -132,10 +132,13 @@ fn list(parameters: &[&ParameterEstimate], value: impl Fn(&ParameterEstimate) ->
     listed((parameters.iter()).map(|p| format!("{} {}", short(&p.name), value(p))))
 }
 
-/// Returns the first of many words, and how many there are more.
+/// Joins the first words of a list and adds the number of words left out.
 pub(super) fn listed(words: impl ExactSizeIterator<Item = String>) -> String {
-    let more = words.len().saturating_sub(MOST_LISTED);
-    let mut shown = words.take(MOST_LISTED).collect::<Vec<String>>().join(", ");
+    let more = words.len().saturating_sub(MAX_LISTED_PARAMETERS);
+    let mut shown = words
+        .take(MAX_LISTED_PARAMETERS)
+        .collect::<Vec<String>>()
+        .join(", ");
     if more > 0 {
         shown = format!("{shown} and {more} more");
     }

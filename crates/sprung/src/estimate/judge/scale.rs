@@ -1,4 +1,4 @@
-//! Whether the scale of links and springs is to be trusted.
+//! Whether the common scale of links and springs can be trusted.
 
 use sprung_core::parameters::JointParameter;
 
@@ -6,18 +6,19 @@ use crate::estimate::result::EstimateResult;
 use crate::finding::{Finding, Severity};
 use crate::model::Model;
 
-/// Scale number below which noise of the link rows may shrink links and springs
-/// together. Row weights that follow their residuals shrink them to nothing
-/// below 8, and by a part of 1 / ρ above.
+/// Scale number ρ below which noise of the link rows may shrink links and springs together. Row
+/// weights that follow the residuals shrink them to zero if ρ is below 8, and by a fraction 1/ρ if
+/// it is above.
 const SAFE_SCALE: f64 = 20.0;
 
-/// Standard errors by which stacked and motor row's stiffness may differ.
+/// Maximum difference of the stacked stiffness from that of the motor row, in standard errors.
 const SIGNIFICANT_SIGMAS: f64 = 3.0;
 
-/// Part of the stiffness from which on a certain difference is a warning.
+/// A significant difference above this fraction of the stiffness is a warning; a smaller one is
+/// information.
 const STIFFNESS_SHARE_THAT_MATTERS: f64 = 0.05;
 
-/// Says which joints' torque shows too little of their spring.
+/// Reports the joints whose torque contains too little of their spring's torque.
 pub(super) fn scale_collapse(model: &Model, result: &EstimateResult, findings: &mut Vec<Finding>) {
     for row in &result.motor_rows {
         let Some(number) = row.scale_number.filter(|number| *number < SAFE_SCALE) else {
@@ -43,8 +44,8 @@ pub(super) fn scale_collapse(model: &Model, result: &EstimateResult, findings: &
     }
 }
 
-/// Says where the stacked stiffness and that of the motor row alone, which is
-/// the first stage of two, cannot both be right.
+/// Reports joints whose stiffness differs significantly from the stiffness of the motor row alone.
+/// The fit of the motor row alone is the first stage of the two-stage route.
 pub(super) fn stiffness_disagrees(
     model: &Model,
     result: &EstimateResult,
@@ -67,7 +68,7 @@ pub(super) fn stiffness_disagrees(
         let (Some(x), Some(reference)) = (stacked.value, alone.value) else {
             continue;
         };
-        // The refinement's error has little to do with that of least squares.
+        // The error of the refinement is nearly independent of the error of least squares.
         let (whose, error) = match result.refined() {
             Some(_) => (
                 "refined stiffness",

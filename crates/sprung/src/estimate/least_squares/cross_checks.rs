@@ -1,28 +1,27 @@
-//! The same system solved by other routes, which fail in other ways.
+//! The same equations solved by other routes, whose errors have other causes.
 
 use crate::fit::Free;
 use crate::model::{Model, Theta};
 use crate::regression::{System, SystemPart, Triangle, solve, solve_quickly};
 use sprung_core::parameters::JointParameter;
 
-/// Times that the weights of rows follow their residuals.
+/// Number of times that the rows are weighted anew by their residuals.
 const REWEIGHTINGS: usize = 5;
 
-/// Steps of the scale-invariant estimate, at most, and the part of every
-/// unknown by which the last may change it.
+/// Maximum number of Gauss-Newton steps of the scale-invariant estimate. The estimate has converged
+/// if a step changes every unknown by less than the given fraction.
 const GAUSS_NEWTON_STEPS: usize = 50;
 const SETTLED_CHANGE: f64 = 1e-9;
 
-/// Part of the largest residual that counts as none.
+/// Lower limit of a row's residual when weights are formed, as a fraction of the largest residual.
 const EXACT_RESIDUAL_SHARE: f64 = 1e-9;
 
 /// A route to the parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Route {
-    /// Motor rows first; then link rows with the spring torque for their
-    /// right-hand side.
+    /// Motor rows first. Then link rows, with the spring torque as their right-hand side.
     TwoStage,
-    /// All rows at once, the residual of each link row divided by its stiffness.
+    /// All rows at once. The residual of each link row is divided by the joint's stiffness.
     ScaleInvariant,
 }
 
@@ -37,12 +36,12 @@ impl Route {
     }
 }
 
-/// Solves a reduced system by other routes than the stacked one, where they
-/// lead somewhere; parameter vectors, \[p\].
+/// Solves the reduced equations by both other routes. Returns parameter vectors, \[p\]; a route
+/// without a solution is left out.
 ///
-/// Neither can shrink links and springs together: in the first motor rows alone
-/// say how stiff the springs are, in the second a common scale of a link row
-/// changes nothing. So rows may have the weights that their residuals ask for.
+/// Neither route can shrink links and springs together. In the two-stage route only the motor rows
+/// determine the stiffnesses. In the scale-invariant route a common scale of a link row does not
+/// change its residual. So the rows can be weighted by their residuals.
 #[must_use]
 pub(crate) fn cross_checks(model: &Model, system: &System) -> Vec<(Route, Theta)> {
     let free = Free::new(model);
@@ -69,18 +68,17 @@ pub(crate) fn cross_checks(model: &Model, system: &System) -> Vec<(Route, Theta)
         .collect()
 }
 
-/// Rows without the parameters that are known.
+/// Rows without the known parameters.
 struct Rows<'a> {
     model: &'a Model,
     free: &'a Free,
     factors: Vec<Triangle>,
-    // Samples that count in each row.
+    // Effective number of samples of each row: the sum of the squared weights.
     counts: Vec<f64>,
 }
 
 impl Rows<'_> {
-    /// Returns the unknowns of motor rows, then those of the others with these
-    /// known.
+    /// Solves the motor rows, then the link rows with the parameters of the motor rows known.
     fn two_stage(&self) -> Option<Vec<f64>> {
         let n = self.model.joint_count();
         let columns = &self.free.columns;
@@ -122,9 +120,8 @@ impl Rows<'_> {
         x.into_iter().collect()
     }
 
-    /// Returns the minimum of the sum of `|L_i x|² / (k_i s_i)²` over link rows
-    /// and `|M_i x - b_i|² / s_i²` over the others, by Gauss-Newton steps in
-    /// which the scales `s_i` follow the residuals.
+    /// Minimises the sum of `|L_i x|² / (k_i s_i)²` over the link rows and `|M_i x - b_i|² / s_i²`
+    /// over the other rows by Gauss-Newton steps. The scales `s_i` follow the residuals.
     fn scale_invariant(&self, start: &[f64]) -> Option<Vec<f64>> {
         let mut x = start.to_vec();
         for step in 0..GAUSS_NEWTON_STEPS {
@@ -144,7 +141,7 @@ impl Rows<'_> {
                 })
                 .collect();
             let next = solve_quickly(&parts(&self.free.columns, &linear), x.len())?;
-            // A spring that changes sign has left the physics.
+            // A stiffness that is not positive is not physical.
             let left = (0..self.factors.len()).any(|row| {
                 let spring = |x: &[f64]| self.spring(row).map(|at| self.own(row, x)[at]);
                 spring(&next).is_some_and(|k| k.is_nan() || k <= 0.0)
@@ -162,15 +159,15 @@ impl Rows<'_> {
         None
     }
 
-    /// Returns the residual of a row, root mean square: of a link row over its
-    /// stiffness.
+    /// Returns the root mean square residual of a row, divided by the stiffness if it is a link
+    /// row.
     fn relative_residual(&self, row: usize, x: &[f64]) -> f64 {
         let own = self.own(row, x);
         let scale = self.spring(row).map_or(1.0, |spring| own[spring].abs());
         length(&self.factors[row].residual(&own)) / (scale * self.counts[row].max(1.0).sqrt())
     }
 
-    /// Returns which unknown of a link row is the stiffness of its joint.
+    /// Returns the position of the joint's stiffness among the unknowns of a link row.
     fn spring(&self, row: usize) -> Option<usize> {
         let model = self.model;
         let joint = (row < model.joint_count() && model.is_flexible(row)).then_some(row)?;
@@ -183,7 +180,7 @@ impl Rows<'_> {
         self.free.columns[row].iter().map(|&c| x[c]).collect()
     }
 
-    /// Returns the unknowns that rows touch and nothing has found yet, in order.
+    /// Returns the unknowns of some rows that have no value yet, in ascending order.
     fn unknowns_of(&self, rows: &[usize], found: &[Option<f64>]) -> Vec<usize> {
         let mut all: Vec<usize> = (rows.iter())
             .flat_map(|&row| self.free.columns[row].iter().copied())
@@ -194,8 +191,8 @@ impl Rows<'_> {
         all
     }
 
-    /// Returns where the unknowns of rows stand in a sorted list; those that do
-    /// not are left out.
+    /// Returns the positions of the rows' unknowns in a sorted list. Unknowns that are not in the
+    /// list are left out.
     fn places(&self, rows: &[usize], among: &[usize]) -> Vec<Vec<usize>> {
         let place = |c: &usize| among.binary_search(c).ok();
         (rows.iter())
@@ -214,7 +211,7 @@ fn length(v: &[f64]) -> f64 {
     v.iter().map(|r| r * r).sum::<f64>().sqrt()
 }
 
-/// Keeps residuals that are none from weighing without end.
+/// Limits the smallest residuals, so that a row without a residual gets no infinite weight.
 fn floored(scales: Vec<f64>) -> Vec<f64> {
     let largest = scales.iter().copied().fold(0.0, f64::max);
     if largest == 0.0 {

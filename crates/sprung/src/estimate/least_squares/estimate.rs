@@ -6,9 +6,9 @@ use crate::fit::{Fitted, trace};
 use crate::model::Model;
 use crate::regression::System;
 
-/// Returns what least squares leaves.
+/// Returns the result of least squares.
 ///
-/// - `elapsed`: time that it took, s.
+/// - `elapsed`: computing time, s.
 pub(in crate::estimate) fn least_squares(
     model: &Model,
     system: &System,

@@ -1,5 +1,5 @@
-//! Instrumental variables: a regression multiplied by that of a motion without
-//! noise.
+//! Instrumental variables: the regression is multiplied by the regression of a simulated motion
+//! without noise.
 
 use faer::Mat;
 
@@ -17,43 +17,43 @@ use crate::simulate::{Measured, Positions, subsystems};
 /// Name in files and tables.
 const NAME: &str = "instrumental-variables";
 
-/// Times that the instruments are simulated, each with the estimate before.
-const ROUNDS: usize = 4;
+/// Number of rounds. Each round simulates the instruments with the estimate of the previous round.
+const SIMULATION_ROUNDS: usize = 4;
 
-/// How much wider than the position filter the one is whose positions drive the
-/// simulation, and the part of the sampling rate that it stays below.
-const WIDER_CUTOFF: f64 = 3.0;
-const SHARE_OF_RATE: f64 = 0.4;
+/// Cut-off of the filter whose positions drive the simulation: this multiple of the position
+/// filter's cut-off, at most this fraction of the sampling rate.
+const DRIVING_CUTOFF_RATIO: f64 = 3.0;
+const MAX_SHARE_OF_RATE: f64 = 0.4;
 
-/// Cosine that a column and its instrument must have at least.
-const LEAST_COSINE: f64 = 0.5;
+/// Minimum cosine between a column and its instrument.
+const MIN_COSINE: f64 = 0.5;
 
-/// Condition number of the products, columns scaled, from which on they say
-/// nothing; that of the regression is about its root.
+/// Condition number of the products with scaled columns above which they are singular. The
+/// condition number of the regression is about its square root.
 const SINGULAR_CONDITION: f64 = 1e10;
 
-/// Parameters that a finding names in its text, at most.
-const MOST_NAMED: usize = 5;
+/// Maximum number of parameters that the text of a finding names.
+const MAX_NAMED_PARAMETERS: usize = 5;
 
-/// Why there is no estimate.
+/// Reason why there is no estimate.
 #[derive(Clone, Debug, PartialEq)]
 enum Refusal {
-    /// There is no spring between links and motors.
+    /// No joint has a spring.
     Rigid,
-    /// All samples count alike.
+    /// The samples have no weights.
     Unweighted,
     /// The beginning of the log is too short for the filters.
     TooShort,
-    /// The simulated motion has nothing to do with the log.
-    RanAway,
-    /// Columns that the simulated motion does not follow.
-    Unlike(Vec<usize>),
+    /// The simulated motion diverges from the measured one.
+    Diverged,
+    /// These columns correlate too little with their instruments.
+    Uncorrelated(Vec<usize>),
     /// The products do not determine the parameters.
     Singular,
 }
 
-/// Adds the estimate, or why there is none, to the results whose other cross-checks
-/// it stands beside.
+/// Adds the estimate to every result that has cross-checks. If there is no estimate, adds a finding
+/// with the reason.
 pub(in crate::estimate) fn add_instruments(
     reading: &Reading,
     excerpt: &Excerpt,
@@ -88,22 +88,22 @@ pub(in crate::estimate) fn add_instruments(
     }
 }
 
-/// Solves the weighted regression of the beginning of a log by instrumental
-/// variables: parameter vector, \[p\], or why there is none.
+/// Solves the weighted regression of the beginning of a log by instrumental variables. Returns the
+/// parameter vector, \[p\], or the reason why there is none.
 ///
-/// The instruments are the regression of a simulated motion, with the same
-/// filters, weights and samples: [`subsystems`] with the estimate before, driven by
-/// positions that were filtered three times as wide. Noise of the measured positions
-/// is in the regression and not, or hardly, in its instruments, so that what it adds
-/// to the squares of least squares is not in the products. Bias of the Coulomb
-/// transition stays, for friction under noise is not friction of the mean; that is
-/// what weights are for, and without them the method gains nothing.
+/// The instruments are the regression of a simulated motion, with the same filters, weights and
+/// samples. [`subsystems`] simulates it with the previous estimate, driven by positions whose
+/// filter has three times the cut-off. Noise of the measured positions is in the regression, but
+/// hardly in the instruments. So it adds almost no bias to the products, unlike to the normal
+/// equations of least squares. The bias by the Coulomb transition remains, because the mean
+/// friction at noisy velocities differs from the friction at the mean velocity. Weights reduce this
+/// bias. Without weights the method has no advantage over least squares.
 ///
 /// # Source
 ///
-/// `θ = (Z^T Y)^-1 Z^T b`, columns scaled; instruments from a simulation as in Janot,
-/// Vandanjon and Gautier, "A generic instrumental variable approach for industrial
-/// robot identification", 2014, but without a controller.
+/// `θ = (Z^T Y)^-1 Z^T b`, columns scaled; instruments from a simulation as in Janot, Vandanjon and
+/// Gautier, "A generic instrumental variable approach for industrial robot identification", 2014,
+/// but without a controller.
 fn instrumental(reading: &Reading, excerpt: &Excerpt, linear: &[f64]) -> Result<Theta, Refusal> {
     let model = reading.model();
     let springs = (0..model.joint_count()).any(|joint| model.is_flexible(joint));
@@ -115,7 +115,8 @@ fn instrumental(reading: &Reading, excerpt: &Excerpt, linear: &[f64]) -> Result<
     }
     let (period, blocks) = (excerpt.period(), excerpt.blocks());
     let measured = signals(reading, period, blocks).map_err(|_| Refusal::TooShort)?;
-    let cutoff = (WIDER_CUTOFF * reading.position_cutoff_hz()).min(SHARE_OF_RATE / period);
+    let cutoff =
+        (DRIVING_CUTOFF_RATIO * reading.position_cutoff_hz()).min(MAX_SHARE_OF_RATE / period);
     let wider = reading.with_position_cutoff(cutoff);
     let driving = signals(&wider, period, blocks).map_err(|_| Refusal::TooShort)?;
     let search = Search {
@@ -127,7 +128,7 @@ fn instrumental(reading: &Reading, excerpt: &Excerpt, linear: &[f64]) -> Result<
     search.run(linear)
 }
 
-/// What the instruments are made from.
+/// Data from which the instruments are formed.
 struct Search<'a> {
     reading: &'a Reading,
     period: f64,
@@ -139,8 +140,8 @@ impl Search<'_> {
     fn run(&self, linear: &[f64]) -> Result<Theta, Refusal> {
         let model = self.reading.model();
         let mut theta = linear.to_vec();
-        for _ in 0..ROUNDS {
-            let (start, _) = feasible(model, &theta).map_err(|_| Refusal::RanAway)?;
+        for _ in 0..SIMULATION_ROUNDS {
+            let (start, _) = feasible(model, &theta).map_err(|_| Refusal::Diverged)?;
             let simulated: Vec<Option<SignalBlock>> = (self.driving.iter())
                 .map(|stretch| self.simulate(&start, stretch))
                 .collect::<Result<_, _>>()?;
@@ -154,8 +155,8 @@ impl Search<'_> {
         Ok(theta)
     }
 
-    /// Returns a simulated stretch as the regression sees measured ones; nothing if
-    /// it is too short for the filters.
+    /// Returns a simulated segment, filtered as the measured ones; `None` if it is too short for
+    /// the filters.
     fn simulate(
         &self,
         theta: &[f64],
@@ -170,7 +171,7 @@ impl Search<'_> {
             tau: &stretch.tau,
         };
         let Positions { q, phi } =
-            subsystems(model, theta, &measured, self.period).map_err(|_| Refusal::RanAway)?;
+            subsystems(model, theta, &measured, self.period).map_err(|_| Refusal::Diverged)?;
         let order = self.reading.settings().position_filter_order;
         let Ok(filter) = Butterworth::new(order, self.reading.position_cutoff_hz(), self.period)
         else {
@@ -193,7 +194,7 @@ impl Search<'_> {
     }
 }
 
-/// Returns the stretch that a measured one is part of.
+/// Returns the simulated segment that covers the middle of a measured one.
 fn belonging<'s>(of: &SignalBlock, all: &'s [Option<SignalBlock>]) -> Option<&'s SignalBlock> {
     let middle = of.time.get(of.len() / 2)?;
     (all.iter().flatten()).find(|stretch| {
@@ -202,7 +203,7 @@ fn belonging<'s>(of: &SignalBlock, all: &'s [Option<SignalBlock>]) -> Option<&'s
     })
 }
 
-/// Solves `Z^T Y θ = Z^T b` of all rows together.
+/// Solves `Z^T Y θ = Z^T b` for all rows together.
 fn solve(model: &Model, products: &[CrossProducts]) -> Result<Theta, Refusal> {
     let free = Free::new(model);
     let count = free.unknowns.len();
@@ -232,12 +233,12 @@ fn solve(model: &Model, products: &[CrossProducts]) -> Result<Theta, Refusal> {
     let unlike: Vec<usize> = (0..count)
         .filter(|&i| {
             let cosine = a[(i, i)] / (of_y[i] * of_z[i]).sqrt();
-            cosine.is_nan() || cosine < LEAST_COSINE
+            cosine.is_nan() || cosine < MIN_COSINE
         })
         .map(|i| free.unknowns[i])
         .collect();
     if !unlike.is_empty() {
-        return Err(Refusal::Unlike(unlike));
+        return Err(Refusal::Uncorrelated(unlike));
     }
     let scaled = Mat::from_fn(count, count, |i, j| a[(i, j)] / (of_z[i] * of_y[j]).sqrt());
     let svd = scaled.thin_svd().map_err(|_| Refusal::Singular)?;
@@ -278,17 +279,21 @@ impl Refusal {
                 "the beginning of the log is too short for the filters".to_owned(),
                 Vec::new(),
             ),
-            Self::RanAway => (
+            Self::Diverged => (
                 "the simulated motion of links and motors does not stay near the measured one"
                     .to_owned(),
                 Vec::new(),
             ),
-            Self::Unlike(columns) => {
+            Self::Uncorrelated(columns) => {
                 let names: Vec<String> = (columns.iter())
                     .map(|&column| model.parameters()[column].name.clone())
                     .collect();
-                let mut all = names[..names.len().min(MOST_NAMED)].join(", ");
-                if let Some(more) = names.len().checked_sub(MOST_NAMED).filter(|more| *more > 0) {
+                let mut all = names[..names.len().min(MAX_NAMED_PARAMETERS)].join(", ");
+                if let Some(more) = names
+                    .len()
+                    .checked_sub(MAX_NAMED_PARAMETERS)
+                    .filter(|more| *more > 0)
+                {
                     all = format!("{all} and {more} more");
                 }
                 (
@@ -318,7 +323,7 @@ mod tests {
     use super::*;
     use crate::description::{no_files, read};
 
-    /// A carriage: mass, viscous and Coulomb friction, offset.
+    /// A carriage with mass, viscous friction, Coulomb friction and an offset.
     fn model(more: &str) -> Model {
         let text = format!(
             "format = 1\n[robot]\ndh_modified = [{{ prismatic = true }}]\n\
@@ -327,7 +332,7 @@ mod tests {
         Model::new(&read("carriage", &text, &[], &mut no_files).unwrap()).unwrap()
     }
 
-    /// Products of rows that parameters explain, instruments without the noise.
+    /// Products of rows that the parameters explain exactly; the instruments have no noise.
     fn products(theta: &[f64], change: impl Fn(&mut [f64; 4], &mut [f64; 4])) -> CrossProducts {
         let mut sums = CrossProducts {
             products: Mat::zeros(4, 5),
@@ -337,7 +342,7 @@ mod tests {
         for k in 0..400 {
             let t = 0.1 * f64::from(k);
             let mut z = [t.sin(), t.cos(), (1.7 * t).sin(), 1.0];
-            // Odd under the noise's period, so that it is in no product with z.
+            // The noise alternates, so it is orthogonal to z.
             let noise = if k % 2 == 0 { 0.3 } else { -0.3 };
             let mut y = [z[0] + noise, z[1], z[2], z[3]];
             change(&mut z, &mut y);
@@ -358,7 +363,7 @@ mod tests {
     fn noise_of_a_column_does_not_shrink_its_parameter() {
         let theta = [2.0, 0.5, -1.5, 0.1];
         let found = solve(&model(""), &[products(&theta, |_, _| ())]).unwrap();
-        // Least squares would be 15 % low: 0.3² of noise beside 0.5.
+        // Least squares would be 15 % low: the noise adds 0.3² to the mean square of 0.5.
         assert!((found[0] / theta[0] - 1.0).abs() < 0.01, "{found:?}");
         assert!((found[2] / theta[2] - 1.0).abs() < 0.01, "{found:?}");
         let known = model("fixed = { \"carriage.motor_viscous\" = 0.5 }");
@@ -370,10 +375,13 @@ mod tests {
     fn instruments_that_are_none_are_refused() {
         let theta = [2.0, 0.5, -1.5, 0.1];
         let unlike = products(&theta, |z, _| z[2] = z[1]);
-        assert_eq!(solve(&model(""), &[unlike]), Err(Refusal::Unlike(vec![2])));
+        assert_eq!(
+            solve(&model(""), &[unlike]),
+            Err(Refusal::Uncorrelated(vec![2]))
+        );
         let still = products(&theta, |z, y| (z[2], y[2]) = (0.0, 0.0));
         let refusal = solve(&model(""), &[still]).unwrap_err();
-        assert_eq!(refusal, Refusal::Unlike(vec![2]));
+        assert_eq!(refusal, Refusal::Uncorrelated(vec![2]));
         let finding = refusal.finding(&model(""));
         assert_eq!(finding.severity, Severity::Info);
         assert_eq!(finding.parameters, ["carriage.motor_coulomb"]);

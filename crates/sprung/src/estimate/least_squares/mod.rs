@@ -1,4 +1,4 @@
-//! Least squares, and what stands beside it: sweeps of the cut-off, cross-checks, instruments.
+//! Least squares and its checks: sweeps of the cut-off, cross-checks, instrumental variables.
 
 mod cross_checks;
 mod estimate;

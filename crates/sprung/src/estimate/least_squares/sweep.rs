@@ -1,19 +1,19 @@
-//! Estimates with cut-offs of the position filter around the chosen one.
+//! Estimates with cut-offs of the position filter around the chosen cut-off.
 
 use crate::estimate::result::{CutoffChoice, CutoffPoint};
 use crate::fit::fit_quickly;
 use crate::prepare::Excerpt;
 use crate::regression::Reading;
 
-/// Cut-offs that are tried around the chosen one, as parts of it.
+/// Tried cut-offs relative to the chosen one.
 const CUTOFF_FACTORS: [f64; 5] = [0.5, 0.7, 1.0, 1.4, 2.0];
 
-/// Estimates with cut-offs around the chosen one, from the beginning of a log.
+/// Estimates the parameters with cut-offs around the chosen one, from the beginning of a log.
 #[must_use]
 pub(crate) fn sweep(reading: &Reading, excerpt: &Excerpt, reason: String) -> CutoffChoice {
     let chosen = reading.position_cutoff_hz();
     let points = CUTOFF_FACTORS.iter().filter_map(|part| {
-        // The noise of a velocity grows so with the cut-off.
+        // The noise of a velocity grows with the cut-off to the power of 1.5.
         let weights = (reading.weights()).map(|w| w.clone().with_noise(part.powf(1.5)));
         let mut reading = reading.with_position_cutoff(part * chosen);
         if let Some(weights) = weights {

@@ -142,7 +142,7 @@ fn simulate_and_fit(
     Found {
         numbers: Numbers {
             theta: plant.theta(&found.x),
-            seen: plant.spread(&errors, |error| error.is_some(), &linear.identifiable),
+            identifiable: plant.spread(&errors, |error| error.is_some(), &linear.identifiable),
             errors: plant.spread(
                 &errors,
                 |error| error.unwrap_or(f64::INFINITY),

@@ -1,4 +1,4 @@
-//! What estimators ask of an experiment beside its log.
+//! Inputs that estimators need from the experiment besides its log.
 
 use super::error::IdentifyError;
 use crate::description::{
@@ -7,21 +7,22 @@ use crate::description::{
 use crate::model::{Model, Theta};
 use crate::prepare::PrepareError;
 
-/// What the estimators that are asked for take from the experiment.
-pub(super) struct Asked<'a> {
-    /// The controller that output error simulates, if it is asked for.
+/// Inputs that the requested estimators need from the experiment.
+pub(super) struct EstimatorInputs<'a> {
+    /// Controller that output error simulates; `None` if output error is not requested.
     pub(super) controller: Option<&'a Controller>,
-    /// Values that a refinement starts from, if not those of least squares, \[p\].
+    /// Nominal parameters from which the refinement starts, \[p\]; `None` if it starts from least
+    /// squares.
     pub(super) nominal: Option<Theta>,
 }
 
-impl<'a> Asked<'a> {
-    /// Returns what is asked, before a log is read.
+impl<'a> EstimatorInputs<'a> {
+    /// Collects the inputs before a log is read.
     ///
     /// # Errors
     ///
     /// [`IdentifyError::Prepare`], [`IdentifyError::Controller`] or [`IdentifyError::Start`] if the
-    /// experiment does not give it.
+    /// experiment does not contain a needed input.
     pub(super) fn new(experiment: &'a Experiment, model: &Model) -> Result<Self, IdentifyError> {
         if experiment.log.is_none() {
             return Err(PrepareError::NoLog.into());
@@ -37,7 +38,7 @@ impl<'a> Asked<'a> {
     }
 }
 
-/// Returns the controller that output error simulates, if it is asked for.
+/// Returns the controller that output error simulates; `None` if output error is not requested.
 fn loop_controller(experiment: &Experiment) -> Result<Option<&Controller>, IdentifyError> {
     if !(experiment.identify.estimator).contains(&Estimator::OutputError) {
         return Ok(None);
