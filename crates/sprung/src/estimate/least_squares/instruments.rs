@@ -372,7 +372,7 @@ mod tests {
     }
 
     #[test]
-    fn instruments_that_are_none_are_refused() {
+    fn uncorrelated_instruments_are_refused() {
         let theta = [2.0, 0.5, -1.5, 0.1];
         let unlike = products(&theta, |z, _| z[2] = z[1]);
         assert_eq!(

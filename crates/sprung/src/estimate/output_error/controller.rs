@@ -1,4 +1,4 @@
-//! Is the controller of the file the one that ran?
+//! Comparison of the described controller with the controller that ran during the log.
 
 use super::record::Record;
 use crate::description::Controller;
@@ -7,29 +7,32 @@ use crate::prepare::white_noise;
 use crate::preprocess::RawBlock;
 use crate::simulate::ClosedLoop;
 
-/// Samples by which a torque may be logged late or early, at most.
-const LARGEST_SHIFT_SAMPLES: usize = 2;
+/// Largest shift of the logged torque that is tried, samples.
+const MAX_SHIFT_SAMPLES: usize = 2;
 
-/// Standard errors that a shift must stand out of the noise.
+/// Minimum change of the controller's torque by a shift (root of the summed squares), in standard
+/// deviations of the noise.
 const SIGNIFICANT_SIGMAS: f64 = 5.0;
 
-/// Logged torque of a joint beside that of the controller.
+/// Logged torque of a joint compared with the controller's torque.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct TorqueMatch {
-    /// Their difference beyond white noise over the torque, root mean squares.
+    /// Difference beyond white noise relative to the logged torque, root mean squares.
     pub(super) relative: f64,
-    /// Logged torque over the controller's, by least squares.
+    /// Ratio of the logged torque to the controller's torque, by least squares.
     pub(super) gain: f64,
-    /// Standard error of that for the white noise of the difference.
+    /// Standard error of the gain, from the white noise of the difference.
     pub(super) gain_error: f64,
-    /// Samples by which the logged torque comes late, if that explains most of
+    /// Number of samples by which the logged torque is late; 0 unless the shift explains most of
     /// the difference.
     pub(super) late: i32,
 }
 
-/// Feeds the controller with the logged positions and compares its torques
-/// with the logged ones; `theta` is that of a plant, which stands still. One entry per joint; nothing for a joint whose
-/// controller gives none.
+/// Replays the controller on the logged positions and compares its torques with the logged ones.
+///
+/// - `theta`: parameters of the loop's plant, \[p\]. The plant does not move here.
+///
+/// Returns one entry per joint; `None` if the controller gives no torque for the joint.
 pub(super) fn compare_torques(
     model: &Model,
     theta: &Theta,
@@ -45,7 +48,7 @@ pub(super) fn compare_torques(
         .collect()
 }
 
-/// Returns the torques of the controller, \[n\] vectors.
+/// Returns the torques of the controller on the logged positions, \[n\] vectors.
 fn commands(
     model: &Model,
     theta: &Theta,
@@ -88,21 +91,22 @@ fn compare(logged: &[f64], commanded: &[f64]) -> Option<TorqueMatch> {
     })
 }
 
-/// Returns the shift that makes the difference smaller by more than half of
-/// what it changes itself, if that stands out of the noise, or 0.
+/// Returns the shift with the smallest squared difference. Returns 0 unless the squared difference
+/// decreases by more than half of the squared change of the controller's torque, and this change is
+/// above the noise.
 fn lateness(logged: &[f64], commanded: &[f64], noise: f64) -> i32 {
     let shifted = |k: usize, late: i32| commanded[(k as i64 - i64::from(late)) as usize];
     let sum = |of: &dyn Fn(usize) -> f64| -> f64 {
-        let inner = LARGEST_SHIFT_SAMPLES
+        let inner = MAX_SHIFT_SAMPLES
             ..logged
                 .len()
-                .saturating_sub(LARGEST_SHIFT_SAMPLES)
-                .max(LARGEST_SHIFT_SAMPLES);
+                .saturating_sub(MAX_SHIFT_SAMPLES)
+                .max(MAX_SHIFT_SAMPLES);
         inner.map(|k| of(k).powi(2)).sum()
     };
     let squares = |late: i32| sum(&|k| logged[k] - shifted(k, late));
     let change = |late: i32| sum(&|k| commanded[k] - shifted(k, late));
-    let reach = LARGEST_SHIFT_SAMPLES as i32;
+    let reach = MAX_SHIFT_SAMPLES as i32;
     let best = (-reach..=reach).min_by(|a, b| squares(*a).total_cmp(&squares(*b)));
     let clear = |late: &i32| {
         let change = change(*late);
@@ -119,8 +123,7 @@ mod tests {
 
     use super::*;
 
-    /// Two torques: the controller's, and another made of it, with 1 % of white
-    /// noise.
+    /// Compares a controller's torque with a logged torque made from it, with 1 % of white noise.
     fn torques(logged: impl Fn(&dyn Fn(f64) -> f64, f64) -> f64) -> TorqueMatch {
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         let torque = |t: f64| (7.0 * t).sin() + 0.5 * (23.0 * t).cos();
@@ -164,7 +167,7 @@ mod tests {
 
     #[test]
     fn another_torque_is_seen() {
-        // Saturated at a third of its peak.
+        // The logged torque saturates at a third of its peak.
         let found = torques(|torque, t| torque(t).clamp(-0.5, 0.5));
         assert!(found.relative > 0.3, "{found:?}");
         assert_eq!(compare(&[1.0, 2.0, 3.0, 4.0, 5.0], &[0.0; 5]), None);

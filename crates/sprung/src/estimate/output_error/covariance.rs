@@ -1,38 +1,38 @@
-//! How sure output error is.
+//! Standard errors of output error.
 
 use faer::{Mat, Side};
 
 use super::levenberg::Found;
 
-/// Samples of a block over which errors may be correlated, at most; and blocks
-/// that a log holds, at least.
-const BLOCK_SAMPLES: usize = 250;
-const FEWEST_BLOCKS: usize = 8;
+/// Maximum number of samples of a block over which errors may be correlated, and minimum number of
+/// blocks in a log.
+const MAX_BLOCK_SAMPLES: usize = 250;
+const MIN_BLOCKS: usize = 8;
 
-/// Eigenvalue of the scaled normal matrix, as a part of the largest, that
-/// counts as none.
+/// Eigenvalue of the scaled normal matrix, relative to the largest one, below which its direction
+/// is flat.
 const FLAT_EIGENVALUE_SHARE: f64 = 1e-11;
 
-/// Part of a flat direction that makes an unknown one that is not seen.
-const UNSEEN_SHARE: f64 = 1e-3;
+/// Component of an unknown in a flat direction from which on the unknown is not determined.
+const MAX_FLAT_COMPONENT: f64 = 1e-3;
 
-/// Returns the standard error of each unknown, \[m\]; nothing for one that the
-/// residuals do not show.
+/// Returns the standard error of each unknown, \[m\]; `None` for an unknown that the residuals do
+/// not determine.
 ///
-/// The larger of two: that of the linearisation for white noise of the stated
-/// level, `(JᵀJ + prior)⁻¹`, and that of a sandwich whose middle sums the
-/// gradient over overlapping blocks of 250 samples.
+/// It is the larger of two estimates: that of the linearisation with white noise of the stated
+/// level, `(JᵀJ + prior)⁻¹`, and that of a sandwich, whose middle sums the gradient over
+/// overlapping blocks of 250 samples.
 ///
 /// # Source
 ///
-/// Newey and West 1987: the sum over overlapping blocks is the long-run
-/// covariance with Bartlett's weights.
+/// Newey and West 1987: the sum over overlapping blocks is the long-run covariance with Bartlett's
+/// weights.
 pub(super) fn standard_errors(found: &Found, samples: usize) -> Vec<Option<f64>> {
     let m = found.x.len();
     let Some((inverse, seen)) = inverse(&found.normal) else {
         return vec![None; m];
     };
-    let block = BLOCK_SAMPLES.min(samples / FEWEST_BLOCKS).max(1);
+    let block = MAX_BLOCK_SAMPLES.min(samples / MIN_BLOCKS).max(1);
     let sums: Vec<Vec<f64>> = (found.jacobian.iter())
         .map(|column| block_sums(column, &found.residuals, samples, block))
         .collect();
@@ -49,7 +49,7 @@ pub(super) fn standard_errors(found: &Found, samples: usize) -> Vec<Option<f64>>
         .collect()
 }
 
-/// Sums of the gradient of one unknown over overlapping blocks of samples.
+/// Sums the gradient of one unknown over overlapping blocks of samples.
 fn block_sums(column: &[f64], residuals: &[f64], samples: usize, block: usize) -> Vec<f64> {
     let mut gradient = vec![0.0; samples];
     for (j, r) in column.chunks(samples).zip(residuals.chunks(samples)) {
@@ -71,8 +71,8 @@ fn block_sums(column: &[f64], residuals: &[f64], samples: usize, block: usize) -
     sums
 }
 
-/// Returns the inverse without the directions that nothing shows, and which
-/// unknowns stand outside of these.
+/// Returns the inverse of the normal matrix without its flat directions, and whether each unknown
+/// lies outside of these directions.
 fn inverse(normal: &Mat<f64>) -> Option<(Mat<f64>, Vec<bool>)> {
     let m = normal.nrows();
     let norm: Vec<f64> = (0..m).map(|i| normal[(i, i)].sqrt()).collect();
@@ -87,7 +87,7 @@ fn inverse(normal: &Mat<f64>) -> Option<(Mat<f64>, Vec<bool>)> {
         let flat = values[k] <= FLAT_EIGENVALUE_SHARE * largest;
         for i in 0..m {
             if flat {
-                seen[i] &= vectors[(i, k)].abs() < UNSEEN_SHARE;
+                seen[i] &= vectors[(i, k)].abs() < MAX_FLAT_COMPONENT;
                 continue;
             }
             for j in 0..m {
@@ -110,8 +110,8 @@ mod tests {
 
     const SAMPLES: usize = 8000;
 
-    /// Standard errors of a constant and a parameter that nothing shows, from
-    /// noise that holds its value for so many samples.
+    /// Standard errors of a constant and of a parameter without influence. The noise holds each
+    /// value for `hold` samples.
     fn errors(hold: usize) -> Vec<Option<f64>> {
         let mut rng = ChaCha8Rng::seed_from_u64(4);
         let mut value = 0.0;
@@ -140,7 +140,7 @@ mod tests {
         let ratio = found[0].unwrap() / white;
         assert!((1.0..1.2).contains(&ratio), "{ratio}");
         assert_eq!(found[1], None);
-        // As if there were one sample in fifty.
+        // Equivalent to one independent sample in fifty.
         let ratio = errors(50)[0].unwrap() / (white * 50_f64.sqrt());
         assert!((0.7..1.3).contains(&ratio), "{ratio}");
     }

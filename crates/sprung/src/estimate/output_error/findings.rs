@@ -1,29 +1,28 @@
-//! What to know before using the numbers of output error.
+//! Findings about a result of output error.
 
 use super::controller::TorqueMatch;
-use super::levenberg::{Ending, HOPELESS};
+use super::levenberg::{Ending, FAILED_FIT_COST};
 use super::record::Record;
 use crate::estimate::result::SimulationFit;
 use crate::finding::{Finding, Severity};
 use crate::model::{Model, short};
 
-/// Difference of the controller's torque from the logged one, beyond white
-/// noise and over the torque, from which on another controller ran.
+/// Relative difference between the controller's torque and the logged torque, beyond white noise,
+/// above which another controller ran.
 const OTHER_CONTROLLER_TORQUE_SHARE: f64 = 0.1;
 
-/// Part by which the logged torque may differ in scale, and standard errors
-/// that make it certain.
+/// Minimum difference of the logged torque's scale that is reported, and its significance in
+/// standard errors.
 const TORQUE_SCALE_SHARE: f64 = 0.005;
 const SIGNIFICANT_SIGMAS: f64 = 5.0;
 
-/// Cost per sample above which the loop is not the simulated one; above
-/// [`HOPELESS`] the intervals cover nothing. On the paper's twin it is 0.97 to 1.02
-/// for the exact loop, 1.02 with a velocity gain 10 % wrong, 1.6 with a delay of
-/// one sample, 125 with a disturbance of 2 % of the torque, 1300 with a torque
-/// that saturates at 70 % of its peak.
+/// Cost per sample above which the real loop differs from the simulated one. Above
+/// [`FAILED_FIT_COST`] the intervals are meaningless. Measured on the paper's twin: 0.97 to 1.02
+/// for the exact loop, 1.02 with a velocity gain 10 % wrong, 1.6 with a delay of one sample, 125
+/// with a disturbance of 2 % of the torque, 1300 with a torque that saturates at 70 % of its peak.
 const OTHER_LOOP_COST: f64 = 1.3;
 
-/// What holds for every result.
+/// Returns the findings that hold for every result.
 pub(super) fn standing() -> Vec<Finding> {
     vec![
         Finding::new(
@@ -52,7 +51,7 @@ pub(super) fn no_record() -> Finding {
     failed("the beginning of the log has too few samples without a gap, or nothing moves in it")
 }
 
-/// The search cannot begin.
+/// The search cannot start.
 pub(super) fn no_start(why: &str) -> Finding {
     failed(&format!("the linear result cannot be simulated: {why}"))
 }
@@ -88,7 +87,7 @@ pub(super) fn not_converged(ending: Ending, last: &str, simulation: &SimulationF
     .about([last.to_owned()])
 }
 
-/// How much of the log was used.
+/// Reports the part of the log that was used.
 pub(super) fn samples(record: &Record) -> Finding {
     let end = if record.at_gap {
         "up to its first gap"
@@ -128,7 +127,7 @@ pub(super) fn start_changed(model: &Model, changed: &[usize]) -> Option<Finding>
     )
 }
 
-/// Says where the controller is not the one that ran.
+/// Reports the joints whose described controller is not the one that ran.
 pub(super) fn controller(model: &Model, torques: &[Option<TorqueMatch>]) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (name, torque) in model.joints().iter().zip(torques) {
@@ -197,7 +196,7 @@ fn late(name: &str, torque: &TorqueMatch) -> Option<Finding> {
     })
 }
 
-/// Says what the cost per sample means where it is not about 1.
+/// Reports a cost per sample that is well above 1.
 pub(super) fn cost(simulation: &SimulationFit) -> Option<Finding> {
     let cost = simulation.cost_per_sample;
     if cost <= OTHER_LOOP_COST {
@@ -208,7 +207,7 @@ pub(super) fn cost(simulation: &SimulationFit) -> Option<Finding> {
         format!(", most in \"{column}\" ({rms:.1} times its noise)")
     });
     Some(Finding::new(
-        if cost > HOPELESS {
+        if cost > FAILED_FIT_COST {
             Severity::Serious
         } else {
             Severity::Warning

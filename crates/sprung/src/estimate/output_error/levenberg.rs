@@ -1,92 +1,94 @@
-//! Levenberg-Marquardt with forward differences.
+//! The Levenberg-Marquardt method with forward differences.
 
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use rayon::prelude::*;
 
-/// Places at which derivatives are taken, at most.
-const MOST_ITERATIONS: usize = 30;
+/// Maximum number of evaluations of the derivatives.
+const MAX_EVALUATIONS: usize = 30;
 
-/// Part of the promised fall of the cost that it may miss, for derivatives that are good
-/// enough for another step: new ones cost as many simulations as there are unknowns.
-const AS_PROMISED: f64 = 0.3;
+/// Maximum relative error of the predicted decrease of the cost for which the next iteration reuses
+/// the derivatives. New derivatives cost one simulation per unknown.
+const MAX_PREDICTION_ERROR: f64 = 0.3;
 
-/// Mean squared residual from which another loop ran: there a step that makes the cost
-/// smaller by less than this part is the last.
-pub(super) const HOPELESS: f64 = 25.0;
-const IN_VAIN: f64 = 1e-3;
+/// Mean squared residual above which another loop ran than the simulated one. Above it the search
+/// ends if a step lowers the cost by less than the given fraction.
+pub(super) const FAILED_FIT_COST: f64 = 25.0;
+const MIN_COST_DECREASE_SHARE: f64 = 1e-3;
 
-/// Steps that are tried in one iteration, at most.
-const MOST_TRIES: usize = 10;
+/// Maximum number of steps tried in one iteration.
+const MAX_TRIES: usize = 10;
 
-/// A step is the last if what it leaves to go is shorter than this part of the standard
-/// errors, or the cost falls by less than this many units of noise.
+/// The search ends if the estimated remaining distance is below this number of standard errors per
+/// square root of the number of unknowns, or if the cost decreases by less than this number of
+/// noise units.
 const SHORT_STEP_SIGMAS: f64 = 0.02;
-const FLAT_COST: f64 = 1e-3;
+const MIN_COST_DECREASE: f64 = 1e-3;
 
-/// Damping below which a step leaves to go what the derivatives miss and no more.
-const UNDAMPED: f64 = 3e-5;
+/// Damping below which the remaining distance is the step times the relative error of the predicted
+/// decrease. Above it the remaining distance is the whole step.
+const NEGLIGIBLE_DAMPING: f64 = 3e-5;
 
-/// A difference moves the cost by this part of a standard error.
-const DIFFERENCE_SIGMAS: f64 = 0.5;
+/// Difference step of the derivatives, in standard errors of the unknown.
+const DIFFERENCE_STEP_SIGMAS: f64 = 0.5;
 
-/// Residuals of unknowns; nothing where there are none.
+/// Residuals as a function of the unknowns; `None` where they cannot be computed.
 type Residuals<'a> = Box<dyn Fn(&[f64]) -> Option<Vec<f64>> + Sync + 'a>;
 
-/// Squares to be made small.
+/// A problem of nonlinear least squares.
 pub(super) struct Problem<'a> {
-    /// Residuals over their noise.
+    /// Residuals divided by the standard deviation of their noise.
     pub(super) residuals: Residuals<'a>,
-    /// Where the search starts, \[m\].
+    /// Start values, \[m\].
     pub(super) start: Vec<f64>,
-    /// Differences of the first derivatives, \[m\].
+    /// Difference steps of the first derivatives and lower limits of the later ones, \[m\].
     pub(super) first: Vec<f64>,
-    /// Largest differences, \[m\].
+    /// Upper limits of the difference steps, \[m\].
     pub(super) largest: Vec<f64>,
-    /// One over the standard deviation of each unknown about zero; 0 for one
-    /// of which nothing is known, \[m\].
+    /// Inverse standard deviation of each unknown about zero; 0 for an unknown without a prior,
+    /// \[m\].
     pub(super) prior: Vec<f64>,
 }
 
-/// How a search ended.
+/// Reason why a search ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Ending {
-    /// At a minimum.
+    /// The search reached a minimum.
     Converged,
-    /// After the last iteration that is allowed.
+    /// The search reached the maximum number of iterations.
     Limit,
-    /// Where no step made the cost smaller, though the derivatives promise it.
+    /// No step lowered the cost, although the derivatives predict a decrease.
     Stuck,
 }
 
-/// What a search found.
+/// Result of a search.
 pub(super) struct Found {
     /// The unknowns, \[m\].
     pub(super) x: Vec<f64>,
-    /// Residuals there.
+    /// Residuals at `x`.
     pub(super) residuals: Vec<f64>,
-    /// Their derivatives, one column per unknown, from the last iteration.
+    /// Derivatives of the residuals at the last evaluation, one column per unknown.
     pub(super) jacobian: Vec<Vec<f64>>,
-    /// `JᵀJ` and the prior, \[m × m\].
+    /// `JᵀJ` plus the prior, \[m × m\].
     pub(super) normal: Mat<f64>,
-    /// Sum of squares of the residuals.
+    /// Sum of the squared residuals.
     pub(super) cost: f64,
     /// Number of iterations.
     pub(super) iterations: usize,
-    /// How it ended.
+    /// Reason why the search ended.
     pub(super) ending: Ending,
-    /// The unknown that moved most in the last step, in standard errors.
+    /// The unknown that moved most in the last step, measured in standard errors.
     pub(super) moved: usize,
 }
 
-/// There are no residuals at the start, or none beside it.
+/// The residuals cannot be computed at the start or next to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct NoStart;
 
-/// Minimises the squares of residuals and prior.
+/// Minimises the sum of squares of the residuals and the prior.
 ///
-/// Columns of the derivatives are shared among threads; who does which changes
-/// no bit.
+/// The columns of the derivatives are computed in parallel. The number of threads does not change
+/// the result.
 pub(super) fn minimise(problem: &Problem<'_>) -> Result<Found, NoStart> {
     let mut x = problem.start.clone();
     let mut residuals = (problem.residuals)(&x).ok_or(NoStart)?;
@@ -109,7 +111,7 @@ pub(super) fn minimise(problem: &Problem<'_>) -> Result<Found, NoStart> {
         let cost = total(problem, &residuals, &x);
         let unit = (cost / residuals.len() as f64).max(f64::MIN_POSITIVE);
         let mut accepted = None;
-        for _ in 0..if fresh { MOST_TRIES } else { 1 } {
+        for _ in 0..if fresh { MAX_TRIES } else { 1 } {
             if let Some(step) = damped(&normal, &gradient, damping) {
                 let next: Vec<f64> = x.iter().zip(&step).map(|(x, d)| x + d).collect();
                 let found = (problem.residuals)(&next);
@@ -124,13 +126,13 @@ pub(super) fn minimise(problem: &Problem<'_>) -> Result<Found, NoStart> {
         }
         let (mut arrived, mut good) = (false, false);
         match accepted {
-            // What the derivatives of another place promise proves nothing.
+            // A failed step with reused derivatives is no evidence of a minimum.
             None if !fresh => {}
             None => {
-                // Rounding and the tolerance of the simulation hide the rest.
+                // Rounding and the tolerance of the simulation hide a smaller predicted decrease.
                 let promised = damped(&normal, &gradient, 0.0)
                     .map_or(f64::INFINITY, |step| -dot(&step, &gradient));
-                ending = if promised < FLAT_COST.sqrt() * unit * x.len() as f64 {
+                ending = if promised < MIN_COST_DECREASE.sqrt() * unit * x.len() as f64 {
                     Ending::Converged
                 } else {
                     Ending::Stuck
@@ -145,16 +147,16 @@ pub(super) fn minimise(problem: &Problem<'_>) -> Result<Found, NoStart> {
                 let square = quadratic(&normal, &step).max(0.0);
                 let promised = -2.0 * dot(&step, &gradient) - square;
                 let missed = (fall / promised - 1.0).abs();
-                good = missed < AS_PROMISED;
-                let part = if damping < UNDAMPED {
+                good = missed < MAX_PREDICTION_ERROR;
+                let part = if damping < NEGLIGIBLE_DAMPING {
                     missed.min(1.0)
                 } else {
                     1.0
                 };
                 let left = part * square.sqrt() / unit.sqrt();
                 arrived = left < SHORT_STEP_SIGMAS * (x.len() as f64).sqrt()
-                    || fall / unit.max(1.0) < FLAT_COST
-                    || (unit > HOPELESS && fall < IN_VAIN * cost);
+                    || fall / unit.max(1.0) < MIN_COST_DECREASE
+                    || (unit > FAILED_FIT_COST && fall < MIN_COST_DECREASE_SHARE * cost);
                 (x, residuals) = (next, r);
                 damping = f64::max(damping / 10.0, 1e-9);
             }
@@ -162,7 +164,7 @@ pub(super) fn minimise(problem: &Problem<'_>) -> Result<Found, NoStart> {
         if arrived && fresh {
             ending = Ending::Converged;
         }
-        if ending != Ending::Limit || (evaluated >= MOST_ITERATIONS && !good) {
+        if ending != Ending::Limit || (evaluated >= MAX_EVALUATIONS && !good) {
             return Ok(Found {
                 cost: dot(&residuals, &residuals),
                 x,
@@ -175,7 +177,7 @@ pub(super) fn minimise(problem: &Problem<'_>) -> Result<Found, NoStart> {
             });
         }
         for (i, step) in steps.iter_mut().enumerate() {
-            let error = DIFFERENCE_SIGMAS / normal[(i, i)].sqrt();
+            let error = DIFFERENCE_STEP_SIGMAS / normal[(i, i)].sqrt();
             *step = error.clamp(problem.first[i].min(problem.largest[i]), problem.largest[i]);
         }
         kept = (good && !arrived).then_some((jacobian, normal));
@@ -193,7 +195,7 @@ fn quadratic(matrix: &Mat<f64>, x: &[f64]) -> f64 {
         .sum()
 }
 
-/// Sum of squares of residuals and prior.
+/// Returns the sum of squares of the residuals and the prior.
 fn total(problem: &Problem<'_>, residuals: &[f64], x: &[f64]) -> f64 {
     let prior: f64 = (x.iter().zip(&problem.prior))
         .map(|(x, p)| (x * p).powi(2))
@@ -210,7 +212,7 @@ fn differences(
     (0..x.len())
         .into_par_iter()
         .map(|i| {
-            // Behind the start where there is nothing before it.
+            // The difference is taken backward where the forward one has no residuals.
             [steps[i], -steps[i]].into_iter().find_map(|step| {
                 let mut beside = x.to_vec();
                 beside[i] += step;
@@ -225,7 +227,7 @@ fn differences(
         .collect()
 }
 
-/// `JᵀJ` and the prior.
+/// Returns `JᵀJ` plus the prior.
 fn normal_matrix(problem: &Problem<'_>, jacobian: &[Vec<f64>]) -> Mat<f64> {
     let m = jacobian.len();
     let rows: Vec<Vec<f64>> = (0..m)
@@ -239,7 +241,7 @@ fn normal_matrix(problem: &Problem<'_>, jacobian: &[Vec<f64>]) -> Mat<f64> {
     normal
 }
 
-/// Half the derivative of the cost.
+/// Returns half the gradient of the cost.
 fn gradient(
     problem: &Problem<'_>,
     jacobian: &[Vec<f64>],
@@ -251,14 +253,13 @@ fn gradient(
         .collect()
 }
 
-/// Solves `(H + damping diag(H)) step = -gradient`, unknowns scaled to unit
-/// diagonal.
+/// Solves `(H + damping diag(H)) step = -gradient`, unknowns scaled to unit diagonal.
 fn damped(normal: &Mat<f64>, gradient: &[f64], damping: f64) -> Option<Vec<f64>> {
     let m = gradient.len();
     let scale: Vec<f64> = (0..m)
         .map(|i| match normal[(i, i)].sqrt() {
             norm if norm > 0.0 => norm.recip(),
-            // Nothing moves with it: it stays.
+            // No residual depends on this unknown, so it does not move.
             _ => 0.0,
         })
         .collect();
@@ -302,14 +303,14 @@ mod tests {
 
     #[test]
     fn a_prior_pulls_to_zero() {
-        // One residual of level 1 and a prior of the same: the middle.
+        // The residual pulls to 3 and the prior to 0 with equal weight, so the minimum is midway.
         let found = minimise(&problem([0.0, 0.0], 1.0, |x| Some(vec![x[0], x[1] - 3.0])));
         assert!((found.unwrap().x[1] - 1.5).abs() < 1e-6);
     }
 
     #[test]
-    fn steps_where_there_is_nothing_are_not_taken() {
-        // The root of 4 is wanted; below 1 and above 3 no robot can move.
+    fn steps_without_residuals_are_rejected() {
+        // The search looks for the root of 4. There are no residuals below 1 and above 3.
         let wall = |x: &[f64]| {
             (1.0..3.0)
                 .contains(&x[0])
@@ -321,15 +322,15 @@ mod tests {
     }
 
     #[test]
-    fn no_way_down_is_said() {
-        // A slope downwards beside the start, and a wall behind it.
+    fn a_search_without_descent_is_stuck() {
+        // The cost decreases next to the start and jumps up at 1e-5.
         let trap = |x: &[f64]| {
             let height = if x[0] > 1e-5 { 9.0 } else { 1.0 - 1e4 * x[0] };
             Some(vec![height, x[1]])
         };
         let found = minimise(&problem([0.0, 0.0], 0.0, trap)).unwrap();
         assert_eq!(found.ending, Ending::Stuck);
-        // A minimum at infinity.
+        // The minimum is at infinity.
         let forever = |x: &[f64]| Some(vec![1e12 / (1.0 + x[0]), x[1]]);
         let found = minimise(&problem([0.0, 0.0], 0.0, forever)).unwrap();
         assert_eq!((found.ending, found.moved), (Ending::Limit, 0));

@@ -1,10 +1,9 @@
-//! Output error: the closed loop is simulated with the controller of the file,
-//! and the parameters are those whose motion is nearest to the measured one.
+//! Output error: simulates the closed loop with the described controller and estimates the
+//! parameters whose motion is nearest to the measured one.
 //!
-//! Exact where controller and reference are known exactly and nothing else
-//! drives the plant: simulation studies. The positions are compared with the
-//! sensors' own noise for a scale, so the cost per sample says whether that is
-//! so.
+//! The method is exact if controller and reference are known exactly and nothing else drives the
+//! plant, as in simulation studies. Position errors are scaled by the noise of the sensors, so the
+//! cost per sample tells whether these conditions hold.
 
 mod controller;
 mod covariance;
@@ -12,7 +11,7 @@ mod findings;
 mod levenberg;
 mod record;
 mod simulated;
-mod told;
+mod simulation_counter;
 
 use crate::description::Controller;
 use crate::estimate::found::{Criterion, Found, NORMAL_95, Numbers};
@@ -31,31 +30,29 @@ use covariance::standard_errors;
 use levenberg::{Ending, minimise};
 use record::Record;
 use simulated::Loop;
-use told::Told;
+use simulation_counter::SimulationCounter;
 
 /// Fits the simulated closed loop to the beginning of a log.
 ///
-/// - `excerpt`: the beginning of the log; what is in memory bounds the work:
-///   the first samples up to its end or the first gap.
-/// - `linear`: where the search starts, and what stands if it fails.
-/// - `progress`: told of each simulation.
+/// - `excerpt`: the beginning of the log. The fit uses its samples up to the first gap.
+/// - `linear`: the start of the search, and the result if the search fails.
+/// - `progress`: is called before each simulation.
 ///
-/// Memory is that of the derivatives: samples times positions times unknowns,
-/// 18 MB for two joints, 80 MB for seven.
+/// The derivatives determine the memory: samples times positions times unknowns, 18 MB for two
+/// joints, 80 MB for seven.
 ///
-/// Minimises the squared errors of all positions over their noise. Unknowns are
-/// the parameters that the log determines and an offset of each position, with
-/// a prior of the sensor's resolution. Derivatives are forward differences.
+/// Minimises the squared errors of all positions, scaled by their noise. The unknowns are the
+/// parameters that the log determines and an offset of each position, with the sensor's resolution
+/// as its prior. Derivatives are forward differences.
 ///
 /// # Source
 ///
-/// Levenberg-Marquardt; standard errors: the larger of those of the
-/// linearisation and of a sandwich over overlapping blocks, since quantisation
-/// is no white noise.
+/// Levenberg-Marquardt. The standard errors are the larger of those of the linearisation and those
+/// of a sandwich over overlapping blocks, because quantisation is not white noise.
 ///
 /// # Errors
 ///
-/// [`Stopped`] if who listens to the progress says so.
+/// [`Stopped`] if the listener asks to stop.
 pub(super) fn output_error(
     reading: &Reading,
     controller: &Controller,
@@ -64,9 +61,9 @@ pub(super) fn output_error(
     progress: &mut dyn Listener,
 ) -> Result<Found, Stopped> {
     let begun = Stopwatch::start();
-    let told = Told::new(progress);
-    let mut found = simulate_and_fit(reading, controller, excerpt, linear, &told);
-    told.outcome()?;
+    let counter = SimulationCounter::new(progress);
+    let mut found = simulate_and_fit(reading, controller, excerpt, linear, &counter);
+    counter.outcome()?;
     found.numbers.elapsed = begun.seconds();
     Ok(found)
 }
@@ -76,11 +73,11 @@ fn simulate_and_fit(
     controller: &Controller,
     excerpt: &Excerpt,
     linear: &Fitted,
-    told: &Told<'_>,
+    counter: &SimulationCounter<'_>,
 ) -> Found {
     let model = reading.model();
     let mut failed = Found {
-        // Simulated from beginning to end, it has no course over time.
+        // The estimate uses the record as a whole, so it has no trace.
         numbers: Numbers {
             interval: NORMAL_95,
             criterion: Criterion::Loop(None),
@@ -108,12 +105,12 @@ fn simulate_and_fit(
     let another = (about_controller.iter()).any(|finding| finding.severity == Severity::Serious);
     failed.findings.extend(about_controller);
     if another {
-        // A fit to another loop only costs time.
+        // A fit to the loop of another controller would only take time.
         return failed;
     }
 
     let plant = Loop::new(model, controller, &record, start, &linear.identifiable);
-    let problem = plant.problem(&linear.standard_error, told);
+    let problem = plant.problem(&linear.standard_error, counter);
     let Ok(found) = minimise(&problem) else {
         let why = "its simulated loop runs away, or is too stiff to be followed";
         failed.findings.push(findings::no_start(why));

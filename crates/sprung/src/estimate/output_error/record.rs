@@ -1,4 +1,4 @@
-//! What of a log a simulation is compared with.
+//! Part of a log that is compared with the simulation.
 
 use crate::log::{LogBlock, Quantity};
 use crate::prepare::Excerpt;
@@ -6,33 +6,34 @@ use crate::prepare::noise;
 use crate::preprocess::{Aligner, RawBlock};
 use crate::regression::Reading;
 
-/// Samples that a fit needs, at least.
-const FEWEST_SAMPLES: usize = 100;
+/// Minimum number of samples of a fit.
+const MIN_SAMPLES: usize = 100;
 
-/// Noise of a position that counts as none, rad (m): a hundred times the error
-/// of the integration.
-const FINEST_NOISE_RAD: f64 = 1e-8;
+/// Smallest noise of a position, rad (m): a hundred times the error of the integration.
+const MIN_NOISE_RAD: f64 = 1e-8;
 
-/// Noise over that of an encoder's steps above which it is more than them.
-const BEYOND_STEPS: f64 = 2.0;
+/// Ratio of the measured noise to the quantisation noise above which the position has further
+/// noise.
+const MAX_QUANTISATION_RATIO: f64 = 2.0;
 
-/// Returns the standard deviation of a position, rad (m), of the noise that a
-/// search of the cut-off finds, and of its steps.
+/// Returns the standard deviation of a position's noise, rad (m), from its measured noise and its
+/// quantisation step.
 ///
-/// Differences of an encoder's steps look up to 1.2 times as noisy as they are.
+/// Differences of quantised positions look up to 1.2 times as noisy as the positions are. So a
+/// position without further noise gets the noise of its steps.
 fn resolution((noise, step): (f64, Option<f64>)) -> f64 {
     let of_steps = step.map(|step| step / 12_f64.sqrt());
     of_steps
-        .filter(|of_steps| noise < BEYOND_STEPS * of_steps)
+        .filter(|of_steps| noise < MAX_QUANTISATION_RATIO * of_steps)
         .unwrap_or(noise)
 }
 
 /// A measured position.
 #[derive(Clone, Debug)]
 pub(super) struct Position {
-    /// Its joint.
+    /// Index of its joint.
     pub(super) joint: usize,
-    /// Which of the joint's positions it is.
+    /// The quantity that it measures.
     pub(super) quantity: Quantity,
     /// Name of its column.
     pub(super) column: String,
@@ -49,12 +50,12 @@ pub(super) struct Record {
     pub(super) samples: RawBlock,
     /// The positions that move.
     pub(super) positions: Vec<Position>,
-    /// Whether a gap ended it.
+    /// Whether the record ends at a gap.
     pub(super) at_gap: bool,
 }
 
 impl Record {
-    /// Returns nothing if there are too few samples, or nothing moves.
+    /// Returns `None` if there are too few samples or nothing moves.
     pub(super) fn new(reading: &Reading, excerpt: &Excerpt) -> Option<Self> {
         let channels = reading.channels();
         let period = excerpt.period();
@@ -78,11 +79,11 @@ impl Record {
                     joint: channel.joint,
                     quantity: channel.quantity,
                     column: channel.column.clone(),
-                    noise: resolution(noise(excerpt, i)?).max(FINEST_NOISE_RAD),
+                    noise: resolution(noise(excerpt, i)?).max(MIN_NOISE_RAD),
                 })
             })
             .collect();
-        (samples.len() >= FEWEST_SAMPLES && !positions.is_empty()).then_some(Self {
+        (samples.len() >= MIN_SAMPLES && !positions.is_empty()).then_some(Self {
             period,
             samples,
             positions,
@@ -94,7 +95,7 @@ impl Record {
         self.samples.len()
     }
 
-    /// Returns where the joints were at the first sample: links, motors.
+    /// Returns the positions of links and motors at the first sample.
     pub(super) fn start(&self) -> (Vec<f64>, Vec<f64>) {
         let samples = &self.samples;
         (RawBlock::at(&samples.q, 0), RawBlock::at(&samples.phi, 0))

@@ -1,8 +1,8 @@
-//! The simulated loop as a function of its unknowns.
+//! The simulated closed loop as a function of its unknowns.
 
 use super::levenberg::Problem;
 use super::record::{Position, Record};
-use super::told::Told;
+use super::simulation_counter::SimulationCounter;
 use crate::description::Controller;
 use crate::log::Signal;
 use crate::model::{Model, Theta};
@@ -10,40 +10,39 @@ use crate::named::Named;
 use crate::preprocess::RawBlock;
 use crate::simulate::ClosedLoop;
 
-/// Tolerance of the integration, rad and rad/s, as a part of the finest position's
-/// noise, and its bounds. With 1e-8, which is that part of an encoder of 2e5 counts per
-/// turn, the integration errs by 2e-10 rad over the 10 s experiment: a thousandth of
-/// what a difference of half a standard error moves.
+/// Tolerance of the integration, rad and rad/s, relative to the smallest noise of a position, and
+/// its limits. An encoder of 2e5 counts per turn gives a tolerance of 1e-8. With it the integration
+/// error is 2e-10 rad over the 10 s experiment, a thousandth of the effect of a difference step of
+/// half a standard error.
 const TOLERANCE_SHARE_OF_NOISE: f64 = 1e-3;
-const FINEST_TOLERANCE_RAD: f64 = 1e-8;
-const COARSEST_TOLERANCE_RAD: f64 = 1e-6;
+const MIN_TOLERANCE_RAD: f64 = 1e-8;
+const MAX_TOLERANCE_RAD: f64 = 1e-6;
 
-/// Steps of the integration, at most, per sample and per millisecond: ten times
-/// what a robot takes. Parameters so stiff that they need more are no robot's.
-const MOST_STEPS_PER_MS: f64 = 15.0;
+/// Maximum number of integration steps: this number per sample and per millisecond. It is ten times
+/// the number that a robot needs, so stiffer parameters are not those of a robot.
+const MAX_STEPS_PER_MS: f64 = 15.0;
 
-/// First difference of a parameter, as a part of it or of its linear standard
-/// error.
+/// First difference step of a parameter, relative to its value or its linear standard error.
 const FIRST_DIFFERENCE_SHARE: f64 = 1e-4;
 
-/// Largest difference, likewise.
+/// Largest difference step, relative to the same scale.
 const LARGEST_DIFFERENCE_SHARE: f64 = 1e-2;
 
-/// A closed loop with unknown parameters, and offsets of its sensors.
+/// A closed loop with unknown parameters and unknown offsets of its sensors.
 pub(super) struct Loop<'a> {
     model: &'a Model,
     controller: &'a Controller,
     record: &'a Record,
     tolerance: f64,
     base: Theta,
-    // Index in theta of each unknown parameter; offsets of the positions follow.
+    // Index in theta of each unknown parameter. The offsets of the positions follow these unknowns.
     free: Vec<usize>,
 }
 
 impl<'a> Loop<'a> {
-    /// - `base`: where the search starts, \[p\].
-    /// - `determined`: whether a parameter is to be found, unless it is known,
-    ///   \[p\].
+    /// - `base`: start of the search, \[p\].
+    /// - `determined`: whether the log determines each parameter, \[p\]. Fixed parameters are never
+    ///   unknowns.
     pub(super) fn new(
         model: &'a Model,
         controller: &'a Controller,
@@ -61,17 +60,21 @@ impl<'a> Loop<'a> {
             model,
             controller,
             record,
-            tolerance: tolerance.clamp(FINEST_TOLERANCE_RAD, COARSEST_TOLERANCE_RAD),
+            tolerance: tolerance.clamp(MIN_TOLERANCE_RAD, MAX_TOLERANCE_RAD),
             base,
             free,
         }
     }
 
-    /// Returns the search for the unknowns.
+    /// Returns the least-squares problem.
     ///
-    /// - `errors`: linear standard errors, \[p\].
-    /// - `told`: of each simulation; none is made after a stop.
-    pub(super) fn problem<'b>(&'b self, errors: &[f64], told: &'b Told<'_>) -> Problem<'b> {
+    /// - `errors`: standard errors of linear least squares, \[p\].
+    /// - `counter`: counts the simulations. After a stop it prevents further simulations.
+    pub(super) fn problem<'b>(
+        &'b self,
+        errors: &[f64],
+        counter: &'b SimulationCounter<'_>,
+    ) -> Problem<'b> {
         let own = self.free.iter().map(|&i| {
             let error = Some(errors[i]).filter(|e| e.is_finite()).unwrap_or(0.0);
             self.base[i].abs().max(error).max(f64::MIN_POSITIVE.sqrt())
@@ -81,7 +84,7 @@ impl<'a> Loop<'a> {
         let parameters = self.free.len();
         Problem {
             residuals: Box::new(|x| {
-                told.begins().ok()?;
+                counter.start_simulation().ok()?;
                 self.residuals(x)
             }),
             start: (self.free.iter().map(|&i| self.base[i]))
@@ -111,7 +114,7 @@ impl<'a> Loop<'a> {
         }
     }
 
-    /// Returns the parameter vector of unknowns.
+    /// Returns the parameter vector with the values of the unknowns, \[p\].
     pub(super) fn theta(&self, x: &[f64]) -> Theta {
         let mut theta = self.base.clone();
         for (&i, value) in self.free.iter().zip(x) {
@@ -120,7 +123,7 @@ impl<'a> Loop<'a> {
         theta
     }
 
-    /// Puts values of the unknowns among those of all parameters.
+    /// Writes values of the unknown parameters into a list of all parameters.
     pub(super) fn spread<T: Clone>(
         &self,
         of: &[Option<f64>],
@@ -134,7 +137,7 @@ impl<'a> Loop<'a> {
         all
     }
 
-    /// Returns what an unknown is called.
+    /// Returns the name of an unknown.
     pub(super) fn name(&self, unknown: usize) -> String {
         if let Some(&i) = self.free.get(unknown) {
             return self.model.parameters()[i].name.clone();
@@ -144,14 +147,14 @@ impl<'a> Loop<'a> {
         format!("the offset of \"{column}\"")
     }
 
-    /// Returns the offsets of the positions, rad (m), by column.
+    /// Returns the offset of each position, rad (m), by column.
     pub(super) fn offsets(&self, x: &[f64]) -> Named {
         (self.record.positions.iter().zip(&x[self.free.len()..]))
             .map(|(position, value)| (position.column.clone(), *value))
             .collect()
     }
 
-    /// Returns root mean squares of the residuals of each position, by column.
+    /// Returns the root mean square of the scaled residuals of each position, by column.
     pub(super) fn rms(&self, residuals: &[f64]) -> Named {
         let columns = residuals.chunks(self.record.len());
         (self.record.positions.iter().zip(columns))
@@ -162,9 +165,9 @@ impl<'a> Loop<'a> {
             .collect()
     }
 
-    /// Returns measured minus simulated positions over their noise, position
-    /// after position; nothing if the parameters are not those of a robot or
-    /// the loop runs away or is too stiff to be followed.
+    /// Returns measured minus simulated positions over their noise, position after position.
+    /// Returns `None` if the parameters are not those of a robot, the loop runs away or it is too
+    /// stiff.
     fn residuals(&self, x: &[f64]) -> Option<Vec<f64>> {
         let theta = self.theta(x);
         let Self { model, record, .. } = self;
@@ -176,7 +179,7 @@ impl<'a> Loop<'a> {
             .with_tolerance(self.tolerance);
         let offsets = &x[self.free.len()..];
         let samples = record.len();
-        let per_sample = MOST_STEPS_PER_MS * (1.0 + 1e3 * record.period);
+        let per_sample = MAX_STEPS_PER_MS * (1.0 + 1e3 * record.period);
         let budget = (per_sample * samples as f64) as u64;
         let mut residuals = vec![0.0; samples * record.positions.len()];
         for k in 0..samples {
@@ -188,7 +191,7 @@ impl<'a> Loop<'a> {
                 residuals[c * samples + k] = error / position.noise;
             }
             if k + 1 < samples {
-                // The controller sees what the sensors show, without their steps.
+                // The controller uses the sensors' readings with offset but without quantisation.
                 let tau = plant.command(record.samples.time[k], &q, &phi);
                 plant.advance(&tau).ok()?;
                 if plant.steps() > budget {
@@ -214,13 +217,13 @@ impl<'a> Loop<'a> {
     }
 }
 
-/// Returns what a position's sensor shows, rad (m).
+/// Returns the reading of an exact sensor, rad (m).
 fn shown(position: &Position, q: &[f64], phi: &[f64]) -> f64 {
     let joint = position.joint;
     position.quantity.shown(q[joint], phi[joint], 0.0)
 }
 
-/// Returns what it showed in a sample.
+/// Returns the logged reading of a sample, rad (m).
 fn read(position: &Position, samples: &RawBlock, k: usize) -> f64 {
     let joint = position.joint;
     (position.quantity).shown(samples.q[joint][k], samples.phi[joint][k], 0.0)

@@ -1,11 +1,11 @@
-//! Progress of simulations that run side by side.
+//! Progress of simulations that run in parallel.
 
 use std::sync::Mutex;
 
 use crate::progress::{Listener, Phase, Stopped};
 
-/// Tells of each simulation, whichever thread it runs in.
-pub(super) struct Told<'a>(Mutex<State<'a>>);
+/// Counts simulations of all threads and reports them to the listener.
+pub(super) struct SimulationCounter<'a>(Mutex<State<'a>>);
 
 struct State<'a> {
     listener: &'a mut dyn Listener,
@@ -13,8 +13,8 @@ struct State<'a> {
     outcome: Result<(), Stopped>,
 }
 
-impl<'a> Told<'a> {
-    /// Returns one that has told nothing.
+impl<'a> SimulationCounter<'a> {
+    /// Returns a counter before the first simulation.
     pub(super) fn new(listener: &'a mut dyn Listener) -> Self {
         Self(Mutex::new(State {
             listener,
@@ -23,13 +23,13 @@ impl<'a> Told<'a> {
         }))
     }
 
-    /// Tells that a simulation begins.
+    /// Reports the start of a simulation.
     ///
     /// # Errors
     ///
-    /// [`Stopped`] from the first answer on that says so.
-    pub(super) fn begins(&self) -> Result<(), Stopped> {
-        // The lock is lost where the listener panicked.
+    /// [`Stopped`] after the listener has asked to stop.
+    pub(super) fn start_simulation(&self) -> Result<(), Stopped> {
+        // The lock is poisoned if the listener panicked.
         let mut state = self.0.lock().map_err(|_| Stopped)?;
         state.outcome?;
         state.simulations += 1;
@@ -38,11 +38,11 @@ impl<'a> Told<'a> {
         state.outcome
     }
 
-    /// Returns whether the caller stopped it.
+    /// Returns an error if the listener has asked to stop.
     ///
     /// # Errors
     ///
-    /// [`Stopped`] if so.
+    /// [`Stopped`] in this case.
     pub(super) fn outcome(&self) -> Result<(), Stopped> {
         self.0.lock().map_err(|_| Stopped)?.outcome
     }
