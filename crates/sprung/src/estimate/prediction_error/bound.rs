@@ -1,4 +1,4 @@
-//! How precisely a log of known noise can show its parameters.
+//! Cramér-Rao bound of the parameters for a log with known noise.
 
 use super::dynamics::Dynamics;
 use super::filter::{Keep, run};
@@ -14,17 +14,16 @@ use crate::model::Model;
 use crate::prepare::{PrepareError, as_given, excerpt};
 use crate::regression::PassError;
 
-/// What is known of the noise of a log and of the disturbances of its robot, as
-/// standard deviations in N·m (N), \[n\].
+/// Known noise of a log and known disturbances of its robot: standard deviations in N·m (N), \[n\].
 #[derive(Clone, Debug, PartialEq)]
 pub struct KnownNoise {
-    /// White noise on the logged torque.
+    /// White noise of the logged torque.
     pub torque: Vec<f64>,
     /// Disturbance of the motor.
     pub motor: Vec<f64>,
     /// Disturbance of the link.
     pub link: Vec<f64>,
-    /// Corner of the spectrum of both disturbances, Hz.
+    /// Corner frequency of the spectrum of both disturbances, Hz.
     pub corner: f64,
 }
 
@@ -39,20 +38,19 @@ impl From<&Simulate> for KnownNoise {
     }
 }
 
-/// Returns the Cramér-Rao bound of the standard deviation of each parameter, \[p\],
-/// zero for known ones; nothing if the log is too short or does not determine
-/// them all.
+/// Returns the Cramér-Rao bound of each parameter's standard deviation, \[p\]; zero for fixed
+/// parameters. Returns `None` if the log is too short or does not determine all parameters.
 ///
-/// It is that of Gaussian measurements: the inverse of the information of the
-/// filter's innovations, at the true parameters and the true noise. Encoders
-/// count as measurements at the edges of their counts. Counts say more than
-/// that, so an estimate of coarse ones may do better.
+/// The bound is that of Gaussian measurements: the inverse of the information of the filter's
+/// innovations at the true parameters and the true noise. Encoders count as measurements at the
+/// edges of their counts. The counts between the edges contain further information, so an estimate
+/// from coarse encoders may have a smaller error than the bound.
 ///
 /// - `theta`: true parameters, \[p\], SI units.
 ///
 /// # Errors
 ///
-/// [`IdentifyError`] if the description or the log is wrong.
+/// [`IdentifyError`] if the description or the log is faulty.
 ///
 /// # Source
 ///

@@ -1,9 +1,9 @@
-//! The covariance P of the filter's state (coordinates, their velocities, and one
-//! disturbance per row, \[3 rows\]) over a measurement and a period, and derivatives by
-//! it on their way back.
+//! The covariance P of the filter's state over a measurement and over a period, and the derivatives
+//! by P in the backward pass. The state contains the coordinates, their velocities and one
+//! disturbance per row, \[3 rows\].
 //!
-//! F is kept without the rows of the disturbances, \[2 rows × 3 rows\]: each is `a` times
-//! itself.
+//! F is stored without the rows of the disturbances, \[2 rows × 3 rows\]: over a period a
+//! disturbance is only multiplied by `a`.
 
 use super::levels::{Decay, Levels};
 use super::measurements::{Segment, observe};
@@ -20,8 +20,8 @@ pub(super) fn start_covariance(rows: usize, segment: &Segment, levels: &Levels) 
     covariance
 }
 
-/// Takes a measurement into a covariance: `P ← P − K S Kᵀ`; writes `P Hᵀ`, the covariance of
-/// the state with the measurement, and returns `S = H P Hᵀ + R`.
+/// Updates a covariance by a measurement: `P ← P − K S Kᵀ`. Writes `P Hᵀ`, the covariance of the
+/// state with the measurement, and returns `S = H P Hᵀ + R`.
 ///
 /// - `observation`: entries of H; `variance`: R.
 pub(super) fn measurement_update(
@@ -45,11 +45,10 @@ pub(super) fn measurement_update(
     variance
 }
 
-/// Carries a covariance over a period: `F P Fᵀ`.
+/// Propagates a covariance over a period: `F P Fᵀ`.
 ///
-/// - `transition`: F without the rows of the disturbances, \[2 rows × 3 rows\]; `decay`: what
-///   is left of them, a.
-/// - `product`: memory for as much.
+/// - `transition`: F without the rows of the disturbances, \[2 rows × 3 rows\]; `decay`: a.
+/// - `product`: work memory, \[2 rows × 3 rows\].
 pub(super) fn propagate(
     covariance: &mut [f64],
     transition: &[f64],
@@ -88,7 +87,7 @@ fn states_of(transition: &[f64]) -> usize {
     3 * (transition.len() / 6).isqrt()
 }
 
-/// Adds Q: what torque noise and fresh disturbances add in a period.
+/// Adds Q: the covariance that torque noise and new disturbances add in a period.
 pub(super) fn add_process_noise(
     covariance: &mut [f64],
     transition: &[f64],
@@ -107,7 +106,7 @@ pub(super) fn add_process_noise(
     }
 }
 
-/// Adds the variance of one row's held torque to a covariance.
+/// Adds the effect of one row's torque variance over a period.
 fn add_torque_noise(covariance: &mut [f64], transition: &[f64], row: usize, variance: f64) {
     let states = states_of(transition);
     let column = 2 * states / 3 + row;
@@ -121,9 +120,9 @@ fn add_torque_noise(covariance: &mut [f64], transition: &[f64], row: usize, vari
     }
 }
 
-/// Carries a deviation of the state over a period: `F x`.
+/// Propagates a deviation of the state over a period: `F x`.
 ///
-/// - `memory`: \[states\].
+/// - `memory`: work memory, \[states\].
 pub(super) fn propagate_state(x: &mut [f64], transition: &[f64], decay: f64, memory: &mut [f64]) {
     let states = x.len();
     let moving = 2 * states / 3;
@@ -134,7 +133,7 @@ pub(super) fn propagate_state(x: &mut [f64], transition: &[f64], decay: f64, mem
     scale(&mut x[moving..], decay);
 }
 
-/// Carries a derivative by the state back over a period: `Fᵀ r`.
+/// Propagates a derivative by the state back over a period: `Fᵀ r`.
 pub(super) fn adjoint_state(
     weight: &mut [f64],
     transition: &[f64],
@@ -153,7 +152,7 @@ pub(super) fn adjoint_state(
     weight.copy_from_slice(memory);
 }
 
-/// Writes `Fᵀ D`, of a symmetric derivative D by the covariance.
+/// Writes `Fᵀ D`, where D is a symmetric derivative by the covariance.
 pub(super) fn adjoint_product(
     by_covariance: &[f64],
     transition: &[f64],
@@ -175,7 +174,7 @@ pub(super) fn adjoint_product(
     add(&mut product[drifts..], decay, &by_covariance[drifts..]);
 }
 
-/// Writes `(Fᵀ D) F`, symmetric.
+/// Writes `(Fᵀ D) F`, which is symmetric.
 pub(super) fn adjoint_covariance(
     product: &[f64],
     transition: &[f64],

@@ -1,36 +1,36 @@
-//! What the likelihood says of delays.
+//! Estimates of channel delays from the normal equations.
 
 use super::filter::NormalEquations;
 use super::unknowns::Unknowns;
 
-/// What the likelihood says of the delay of a channel against the others.
+/// Estimate of the delay of a channel relative to the other channels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct DelayUpdate {
     /// Index in [`Channels::all`](crate::log::Channels::all).
     pub(super) channel: usize,
-    /// What was assumed, s.
+    /// Assumed delay, s.
     pub(super) assumed: f64,
-    /// How much later than that it was recorded, s.
+    /// Estimated delay minus assumed delay, s.
     pub(super) beyond: f64,
-    /// Its standard error, s.
+    /// Standard error of the delay, s.
     pub(super) standard_error: f64,
-    /// Whether it is to be estimated.
+    /// Whether the description asks to estimate this delay.
     pub(super) estimated: bool,
 }
 
 impl DelayUpdate {
-    /// Returns how late the channel was recorded, s.
+    /// Returns the estimated delay, s.
     pub(super) fn delay(&self) -> f64 {
         self.assumed + self.beyond
     }
 }
 
-/// Returns what one step of Gauss-Newton says of each delay, the other unknowns
-/// following; of those that are not to be estimated, each alone.
+/// Returns the estimate of each delay by one Gauss-Newton step, in which the other unknowns follow.
+/// Delays that are not to be estimated are moved one at a time.
 ///
-/// - `covariance`: of the unknowns with values and the delays that are to be estimated,
-///   \[count × count\].
-/// - `assumed`: delay of each channel, s.
+/// - `covariance`: covariance of the unknowns with values and the delays to be estimated, \[count ×
+///   count\].
+/// - `assumed`: assumed delay of each channel, s.
 pub(super) fn delay_updates(
     unknowns: &Unknowns,
     normal: &NormalEquations,
@@ -59,8 +59,7 @@ pub(super) fn delay_updates(
         .collect()
 }
 
-/// Returns information and gradient of a delay that is one of the unknowns, the others
-/// following.
+/// Returns information and gradient of a delay to be estimated, with the other unknowns eliminated.
 fn with_others(
     normal: &NormalEquations,
     covariance: &[f64],
@@ -73,8 +72,8 @@ fn with_others(
     (information, step * information)
 }
 
-/// Returns information and gradient of a delay beside the unknowns, these following:
-/// its own less what they explain.
+/// Returns information and gradient of a delay that is not among the unknowns, with the unknowns
+/// eliminated.
 fn beside_others(
     normal: &NormalEquations,
     covariance: &[f64],

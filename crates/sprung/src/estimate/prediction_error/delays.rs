@@ -1,4 +1,4 @@
-//! Delays that are to be estimated, by likelihood from more than one start.
+//! Delays to be estimated, by likelihood from several starts.
 
 use super::refine::{Start, refine};
 use super::refined::Refined;
@@ -10,23 +10,24 @@ use crate::prepare::{DelayByLikelihood, Excerpt, fit_motor_rows};
 use crate::progress::{Listener, Phase};
 use crate::regression::{PassError, Reading};
 
-/// Delays from which the likelihood is followed until two starts lead to one place, s:
-/// it reaches some ten milliseconds from each.
+/// Further start values of the delays, s. They are tried until two starts lead to the same delays.
+/// From each start value the likelihood converges over some ten milliseconds.
 const FURTHER_STARTS_S: [f64; 5] = [5e-3, 1e-2, 2e-2, 3.5e-2, -1e-2];
 
-/// Standard errors, and the part of a period, within which two delays are the same.
+/// Two delays are equal if they differ by less than this number of standard errors. A standard
+/// error counts with at least the given fraction of a period.
 const SAME_DELAY_SIGMAS: f64 = 3.0;
 const MIN_DELAY_ERROR_SAMPLES: f64 = 0.05;
 
-/// Finds the delays that the description asks for, by likelihood; none where it fails, so
-/// that those of the search by least squares stand.
+/// Estimates the requested delays by likelihood.
 ///
-/// A link that is a few milliseconds late looks to the equation of one joint like more
-/// viscous friction. So the likelihood of the whole robot is asked, from no delay, from
-/// what the search found and from further delays, until two starts lead to one place;
-/// the greatest wins.
+/// In the equation of a single joint a link channel that is late by a few milliseconds looks like
+/// additional viscous friction. So the search uses the likelihood of the whole robot. It starts
+/// from zero delay, from the delays found by least squares and from further delays, until two
+/// starts lead to the same delays. The delays with the greatest likelihood are returned.
 ///
-/// Returns none where no delay is to be estimated or the refinement is not asked for.
+/// Returns an empty list if no delay is to be estimated, the refinement is not requested or no
+/// start converges. Then the delays found by least squares stand.
 ///
 /// # Errors
 ///
@@ -83,8 +84,8 @@ pub(in crate::estimate) fn likely_delays(
         .collect())
 }
 
-/// Returns whether the joints that are asked about have springs that pull back: the
-/// likelihood of a log that is wrong takes minutes to say nothing.
+/// Returns whether the joints concerned have positive stiffnesses by least squares. On a faulty log
+/// the likelihood takes minutes without a result.
 fn is_sound(reading: &Reading, excerpt: &Excerpt, estimated: &[usize]) -> bool {
     fit_motor_rows(excerpt, &reading.without_weights()).is_some_and(|fits| {
         estimated.iter().all(|&i| {
@@ -96,7 +97,8 @@ fn is_sound(reading: &Reading, excerpt: &Excerpt, estimated: &[usize]) -> bool {
     })
 }
 
-/// Minus the logarithm of the likelihood of a measurement: late channels leave fewer.
+/// Returns minus the log-likelihood per measurement. A late channel reduces the number of
+/// measurements.
 fn per_measurement(refined: &Refined) -> f64 {
     refined.loss / refined.measurements.max(1) as f64
 }
@@ -123,7 +125,7 @@ struct DelaySearch<'a, 's, 'p> {
 }
 
 impl DelaySearch<'_, '_, '_> {
-    /// Follows the likelihood from some delays and what least squares say with them.
+    /// Refines from the given delays and from the least-squares estimate with these delays.
     fn follow(&mut self, start: &[f64]) -> Result<Option<Refined>, PassError> {
         let mut delays = self.reading.delays().to_vec();
         for (&channel, &delay) in self.estimated.iter().zip(start) {

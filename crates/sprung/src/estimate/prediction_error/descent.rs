@@ -1,9 +1,9 @@
-//! From a start to the parameters of the greatest likelihood.
+//! Descent from a start to the parameters with the greatest likelihood.
 //!
-//! A Gauss-Newton step holds the filter's gains; the next run makes them anew, and
-//! the levels of the disturbances with them. At the true parameters innovations
-//! correlate with their derivatives by noise of the logged torque alone, which is
-//! taken off, so gains decide how precise the estimate is, not whether it is right.
+//! A Gauss-Newton step holds the filter's gains. The next run computes new gains, with new levels
+//! of the noise and the disturbances. At the true parameters the innovations correlate with their
+//! derivatives only by noise of the logged torque. The expectation of this correlation is
+//! subtracted, so the gains affect the precision of the estimate but do not bias it.
 
 use super::dynamics::Dynamics;
 use super::filter::{FilterRun, Keep, NormalEquations, Trajectory, replay, run};
@@ -16,26 +16,28 @@ use super::solve::{damped_step, length};
 use super::vector::add;
 use crate::progress::{Listener, Phase, Stopped};
 
-/// Runs of the filter, at most.
+/// Maximum number of runs of the filter.
 const MAX_FILTER_RUNS: usize = 30;
 
-/// Run from which on levels are searched: innovations of a poor start are not noise.
+/// First run after which levels are searched. Before it the innovations contain the error of the
+/// start.
 const FIRST_LEVEL_SEARCH: usize = 2;
 
-/// A step is short if it is this long in standard errors per square root of the
-/// number of unknowns, or saves less than this of the cost.
+/// A step is short if its length in standard errors per square root of the number of unknowns is
+/// below the first value, or if it saves less cost than the second.
 const SHORT_STEP_SIGMAS: f64 = 0.02;
 const MIN_COST_SAVED: f64 = 1e-3;
 
-/// A search of the levels that raises the likelihood's logarithm by less than this has ended.
+/// The levels have settled if their search raises the log-likelihood by less than this value.
 const SETTLED_GAIN: f64 = 0.5;
 
-/// Searches in a row that leave a disturbance at its upper bound before a descent ends: the
-/// model lacks something, which no level of a disturbance makes good.
+/// Number of successive searches with a disturbance at its upper bound after which the descent
+/// ends. In this case the model lacks an effect that no disturbance can replace.
 const MAX_SEARCHES_AT_BOUND: usize = 6;
 
-/// Damping of the first step, as a part of the information; what a step that fails multiplies
-/// it by, and at least makes it; what a good step divides it by, and at most; tries.
+/// Damping of the first step, relative to the information. A failed step multiplies the damping by
+/// `DAMPING_GROWTH`, to at least `MIN_FAILED_DAMPING`. A successful step divides it by
+/// `DAMPING_DECREASE`, to at least `MIN_DAMPING`. At most `MAX_DAMPING_TRIES` steps are tried.
 const FIRST_DAMPING: f64 = 1e-3;
 const DAMPING_GROWTH: f64 = 8.0;
 const MIN_FAILED_DAMPING: f64 = 1e-4;
@@ -43,35 +45,35 @@ const DAMPING_DECREASE: f64 = 10.0;
 const MIN_DAMPING: f64 = 1e-9;
 const MAX_DAMPING_TRIES: usize = 8;
 
-/// Memory that transitions take at most, in numbers.
+/// Memory limit of the transitions, in numbers.
 const MAX_TRANSITION_NUMBERS: usize = 6_000_000;
 
-/// Why a descent ended.
+/// Reason why a descent ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Ending {
-    /// Steps are short and levels have settled.
+    /// The last step was short and the levels had settled.
     Converged,
-    /// A disturbance stays at its upper bound.
+    /// A disturbance stayed at its upper bound.
     AtBound,
     /// The filter ran [`MAX_FILTER_RUNS`] times.
     OutOfRuns,
 }
 
-/// Where a descent ended.
+/// End of a descent.
 #[derive(Clone, Debug)]
 pub(super) struct Descent {
     /// Values of the unknowns.
     pub(super) z: Vec<f64>,
     pub(super) levels: Levels,
-    /// Runs of the filter.
+    /// Number of runs of the filter.
     pub(super) runs: usize,
-    /// What noise of the logged torque adds to the gradient of half the cost.
+    /// Expected gradient of half the cost by noise of the logged torque.
     pub(super) noise_gradient: Vec<f64>,
-    /// Sum of the squared whitened innovations, and their number.
+    /// Sum of the squared whitened innovations, and number of measurements.
     pub(super) cost: f64,
     pub(super) measurements: u64,
     pub(super) ending: Ending,
-    /// Part of its standard error by which each unknown moved last.
+    /// Last move of each unknown, in standard errors.
     pub(super) moved: Vec<f64>,
 }
 
@@ -79,29 +81,29 @@ pub(super) struct Descent {
 struct Step {
     by: Vec<f64>,
     saved: f64,
-    /// Where it leads with the gains held.
+    /// Trajectory after the step, with the gains held.
     trajectory: Trajectory,
 }
 
-/// The normal equations at the values of a run, what is known before and the noise of the
-/// torque taken into account.
+/// The normal equations at the unknowns of a run, with the prior and corrected for the noise of the
+/// torque.
 struct Gradient {
     cost: f64,
     normal: NormalEquations,
-    /// What noise of the logged torque added.
+    /// Expected gradient by noise of the logged torque, already subtracted.
     by_noise: Vec<f64>,
 }
 
-/// Goes down from a start: run, step, levels, until both have ended.
+/// Descends from a start: run, step, levels, until step and levels have settled.
 ///
 /// - `z`, `levels`: the start.
-/// - `progress`: told of each run of the filter, as part of a phase.
+/// - `progress`: is called before each run of the filter, with its phase.
 ///
-/// Returns nothing if the filter does not follow the log from there.
+/// Returns `None` if the filter does not follow the log from the start.
 ///
 /// # Errors
 ///
-/// [`Stopped`] if who listens to the progress says so.
+/// [`Stopped`] if the listener asks to stop.
 pub(super) fn descend(
     problem: &Problem<'_>,
     (mut z, mut levels): (Vec<f64>, Levels),
@@ -145,8 +147,8 @@ pub(super) fn descend(
         }
         if let Some(step) = step {
             add(&mut z, 1.0, &step.by);
-            // Levels are searched about the new trajectory: about the old one, step and
-            // levels would oscillate about the optimum.
+            // Levels are searched about the new trajectory. About the old one, step and levels
+            // would oscillate about the optimum.
             ran.trajectory = step.trajectory;
         }
         if runs >= FIRST_LEVEL_SEARCH || short {
@@ -156,17 +158,17 @@ pub(super) fn descend(
     Ok(None)
 }
 
-/// How far the search for levels is.
+/// State of the search for levels.
 #[derive(Clone, Copy, Debug, Default)]
 struct LevelSearch {
-    /// Whether the last search hardly gained anything.
+    /// Whether the last search gained less than `SETTLED_GAIN`.
     settled: bool,
-    /// Searches in a row that left a disturbance at its upper bound.
+    /// Number of successive searches with a disturbance at its upper bound.
     at_bound: usize,
 }
 
 impl LevelSearch {
-    /// Searches levels about the trajectory of a run.
+    /// Searches the levels about the trajectory of a run.
     fn levels(
         &mut self,
         problem: &Problem<'_>,
@@ -183,9 +185,9 @@ impl LevelSearch {
         levels
     }
 
-    /// Returns why a descent ends after a run, if it does.
+    /// Returns the reason to end the descent after a run; `None` to go on.
     ///
-    /// - `short`: whether its step is short.
+    /// - `short`: whether the step of this run is short.
     fn ending(&self, short: bool, runs: usize) -> Option<Ending> {
         if short && self.settled {
             Some(Ending::Converged)
@@ -199,7 +201,7 @@ impl LevelSearch {
     }
 }
 
-/// Returns cost and normal equations at the values of a run.
+/// Returns cost and normal equations at the unknowns of a run.
 fn gradient(
     problem: &Problem<'_>,
     dynamics: &mut Dynamics<'_>,
@@ -219,8 +221,7 @@ fn gradient(
     }
 }
 
-/// Returns whether a step is short, and writes by which part of its standard error each
-/// unknown moves.
+/// Returns whether a step is short. Writes the move of each unknown in standard errors.
 fn is_short(step: &Step, normal: &NormalEquations, moved: &mut [f64]) -> bool {
     let information = &normal.information;
     for (i, (moved, by)) in moved.iter_mut().zip(&step.by).enumerate() {
@@ -230,8 +231,8 @@ fn is_short(step: &Step, normal: &NormalEquations, moved: &mut [f64]) -> bool {
     length(information, &step.by) < most || step.saved < MIN_COST_SAVED
 }
 
-/// Returns a step that lowers the cost with the gains held; nothing if there is none. A, g and V
-/// hold what is known before.
+/// Returns a step that lowers the cost with the gains held; `None` if no tried step does. A, g and
+/// V contain the prior, and g is corrected by g_n.
 ///
 /// ```text
 /// (A + μ diag A) Δz = −g        saved = V(z) − V(z + Δz) + 2 g_n · Δz > 0

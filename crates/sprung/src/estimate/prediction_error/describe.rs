@@ -1,4 +1,4 @@
-//! A refinement as a result says it.
+//! A refinement in the form of the results.
 
 use super::findings::correlations;
 use super::hold_out::HeldOut;
@@ -10,9 +10,9 @@ use crate::estimate::result::{
 use crate::log::Channels;
 use crate::model::Model;
 
-/// Returns what a result says of a refinement.
+/// Returns the part of the result that describes a refinement.
 ///
-/// - `status`: what came of it.
+/// - `status`: outcome of the refinement.
 pub(super) fn describe(
     model: &Model,
     channels: &Channels,

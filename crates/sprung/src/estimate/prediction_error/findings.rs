@@ -1,4 +1,4 @@
-//! What there is to know of a refinement.
+//! Findings about a refinement.
 
 use super::delay_updates::DelayUpdate;
 use super::refined::Refined;
@@ -8,25 +8,25 @@ use crate::log::Channels;
 use crate::model::Model;
 use crate::regression::Reading;
 
-/// Pairs of parameters that are listed, and the correlation from which on they are.
+/// Maximum number of listed pairs of parameters, and minimum correlation of a listed pair.
 const MAX_LISTED_PAIRS: usize = 5;
 const LISTED_CORRELATION: f64 = 0.5;
 
-/// Correlation from which on two parameters are known together only.
+/// Correlation above which the log determines only a combination of two parameters.
 const KNOWN_TOGETHER_CORRELATION: f64 = 0.98;
 
-/// Significance from which on a delay counts, in standard errors, and the part of a sample
-/// that it must be: less does no harm.
+/// A delay is reported if it exceeds this number of standard errors and this fraction of a sample.
+/// A smaller delay is harmless.
 const DELAY_SIGNIFICANCE_SIGMAS: f64 = 4.0;
 const MIN_DELAY_SAMPLES: f64 = 0.1;
 
-/// Probability of a false alarm when logs are compared.
+/// Probability of a false alarm in the comparison of logs.
 const FALSE_ALARM_PROBABILITY: f64 = 0.01;
 
-/// Part of a motor's torque that disturbances may have before they are mentioned.
+/// Disturbances above this fraction of the motor's torque are reported.
 const MAX_QUIET_DISTURBANCE: f64 = 0.05;
 
-/// Returns what there is to know of a refinement.
+/// Returns the findings about a refinement.
 pub(super) fn about(reading: &Reading, period: f64, refined: &Refined) -> Vec<Finding> {
     let model = reading.model();
     let mut findings = Vec::new();
@@ -74,7 +74,7 @@ pub(super) fn about(reading: &Reading, period: f64, refined: &Refined) -> Vec<Fi
     findings
 }
 
-/// Says which channels were recorded late: of each joint, the one that it shows best.
+/// Reports late channels: for each joint the channel with the most significant delay.
 fn late(channels: &Channels, period: f64, delays: &[DelayUpdate]) -> Vec<Finding> {
     let joints = channels.rigid.len();
     let mut findings = Vec::new();
@@ -125,7 +125,7 @@ fn late(channels: &Channels, period: f64, delays: &[DelayUpdate]) -> Vec<Finding
     findings
 }
 
-/// Says how late a channel is, or how early.
+/// Returns the delay in words.
 fn when(delay: f64) -> String {
     match delay {
         d if d > 0.0 => format!("{d:.5} s late"),
@@ -134,7 +134,7 @@ fn when(delay: f64) -> String {
     }
 }
 
-/// Names pairs of parameters of which only a combination is known.
+/// Reports pairs of parameters of which the log determines only a combination.
 fn together(model: &Model, refined: &Refined) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (a, b, correlation) in correlations(refined) {
@@ -169,7 +169,8 @@ fn together(model: &Model, refined: &Refined) -> Vec<Finding> {
     findings
 }
 
-/// Returns pairs of parameters, indices in theta, whose errors are most alike.
+/// Returns the pairs of parameters with the most strongly correlated errors: indices in theta and
+/// correlation.
 pub(super) fn correlations(refined: &Refined) -> Vec<(usize, usize, f64)> {
     let width = refined.free.len();
     let at = |i: usize, j: usize| refined.covariance[i * width + j];
@@ -186,7 +187,7 @@ pub(super) fn correlations(refined: &Refined) -> Vec<(usize, usize, f64)> {
     pairs
 }
 
-/// Says which parameters several logs disagree about.
+/// Reports the parameters on which several logs disagree.
 fn disagree(model: &Model, refined: &Refined) -> Option<Finding> {
     if refined.logs.len() < 2 {
         return None;

@@ -1,4 +1,4 @@
-//! From the end of a descent to a result.
+//! From the end of a descent to the result.
 
 use super::delay_updates::delay_updates;
 use super::descent::Descent;
@@ -13,11 +13,11 @@ use super::vector::add;
 use crate::model::{Model, Theta};
 use crate::regression::Reading;
 
-/// Points of a trace, at most.
+/// Maximum number of points of the trace.
 const MAX_TRACE_POINTS: usize = 60;
 
-/// Turns the end of a descent into a result; nothing if the filter does not follow the log,
-/// or leaves parameters open.
+/// Returns the result of a descent. Returns `None` if the filter does not follow the log or the log
+/// does not determine all unknowns.
 ///
 /// - `estimated`: channels whose delays are to be estimated.
 pub(super) fn finish(
@@ -30,7 +30,7 @@ pub(super) fn finish(
     let unknowns =
         (problem.unknowns.clone()).with_delays(model, reading.channels(), measurements, estimated);
     let sums = last_run(problem, &unknowns, descent)?;
-    // Delays that were found cost the others precision.
+    // Estimated delays are unknowns, so they increase the standard errors of the parameters.
     let count = unknowns.values() + estimated.len();
     let covariance = covariance_of(&sums.normal.first(count).information, count)?;
     let error = |place: usize| covariance[place * (count + 1)].sqrt();
@@ -77,7 +77,7 @@ pub(super) fn finish(
     })
 }
 
-/// Runs the filter where a descent ended, with columns for delays.
+/// Runs the filter at the end of a descent, with derivatives by the delays.
 fn last_run(problem: &Problem<'_>, unknowns: &Unknowns, descent: &Descent) -> Option<Sums> {
     let (z, levels) = (&descent.z, &descent.levels);
     let mut dynamics = Dynamics::new(problem.model, &unknowns.theta(z));
@@ -101,7 +101,7 @@ fn last_run(problem: &Problem<'_>, unknowns: &Unknowns, descent: &Descent) -> Op
 
 /// Returns the standard error of each parameter, \[p\].
 ///
-/// - `error`: of a refined one, by its place among them.
+/// - `error`: standard error of a refined parameter, by its position in `free`.
 fn standard_errors(model: &Model, free: &[usize], error: impl Fn(usize) -> f64) -> Vec<f64> {
     let mut errors: Vec<f64> = (model.parameters().iter())
         .map(|parameter| match parameter.fixed {
@@ -115,7 +115,7 @@ fn standard_errors(model: &Model, free: &[usize], error: impl Fn(usize) -> f64) 
     errors
 }
 
-/// Returns the parameter vectors of growing parts of the log.
+/// Returns the parameter vectors for growing parts of the logs.
 fn trace(problem: &Problem<'_>, descent: &Descent, sums: &Sums) -> Vec<(f64, Theta)> {
     let duration = problem.measurements.duration();
     (sums.growing.iter())
@@ -126,7 +126,7 @@ fn trace(problem: &Problem<'_>, descent: &Descent, sums: &Sums) -> Vec<(f64, The
         .collect()
 }
 
-/// Returns what each log says alone: value and standard error of each refined parameter.
+/// Returns the estimate from each log alone: value and standard error of each refined parameter.
 fn each_log(problem: &Problem<'_>, descent: &Descent, sums: &Sums) -> Vec<Vec<(f64, f64)>> {
     let (values, width) = (problem.unknowns.values(), problem.unknowns.free.len());
     (sums.logs.iter().enumerate())
@@ -139,10 +139,10 @@ fn each_log(problem: &Problem<'_>, descent: &Descent, sums: &Sums) -> Vec<Vec<(f
         .collect()
 }
 
-/// Returns what part of the measurements says: one step from where all lead, and
-/// its covariance.
+/// Returns the estimate from a part of the measurements, and its covariance. The estimate is one
+/// step from the optimum of all measurements.
 ///
-/// - `share`: of all samples.
+/// - `share`: fraction of all samples in this part.
 fn alone(
     problem: &Problem<'_>,
     descent: &Descent,
@@ -164,8 +164,8 @@ fn row_levels(problem: &Problem<'_>, levels: &Levels) -> Vec<RowLevel> {
             torque_noise: levels.torque_noise[row],
             disturbance: levels.disturbance[row],
             torque: problem.measurements.torque_scale[row],
-            // Positions may show so little of the white noise that any level will do; what
-            // a model lacks is slower.
+            // Only the disturbance is checked. White noise that the log does not determine may
+            // reach its bound too, and an effect that the model lacks is slower than white noise.
             at_bound: problem.levels.disturbance_at_bound(levels, row),
         })
         .collect()

@@ -1,21 +1,21 @@
-//! Whether a refinement predicts what it has not seen as well as least squares does.
+//! Whether a refinement predicts held-out samples as well as least squares does.
 
 use super::refined::Refined;
 use crate::fit::fits_of_growing;
 use crate::model::Model;
 use crate::regression::System;
 
-/// The last of so many parts of the logs is held out; and the parts of which as many
-/// are seen as come before.
+/// Number of parts of the logs, of which the last one is held out, and number of growing parts for
+/// which least squares is fitted.
 const HOLD_OUT_PARTS: usize = 4;
 const GROWING_PARTS: usize = 16;
 
-/// How much worse than least squares a refinement may predict what neither has seen:
-/// by chance, a few seconds of a disturbance make it a tenth on one good log in a hundred.
+/// Maximum ratio of the held-out residual of the refinement to that of least squares. A disturbance
+/// of a few seconds makes the ratio 1.1 by chance on one good log in a hundred.
 const MAX_ERROR_RATIO: f64 = 1.2;
 
-/// What two estimates from the first three quarters of the logs leave of the last
-/// one's filtered torque: root mean squares over that of the joints' torques.
+/// Residuals of two estimates from the first three quarters of the logs, in the filtered torque of
+/// the last quarter: root mean squares relative to the joints' torques.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct HeldOut {
     pub(super) refined: f64,
@@ -23,16 +23,16 @@ pub(super) struct HeldOut {
 }
 
 impl HeldOut {
-    /// Returns whether a refinement predicts worse than what it began with.
+    /// Returns whether the refinement predicts worse than least squares, from which it started.
     pub(super) fn is_worse(self) -> bool {
         self.refined > MAX_ERROR_RATIO * self.linear
     }
 }
 
-/// Compares both estimates; nothing if a part of the logs does not determine them.
+/// Compares both estimates; `None` if a part of the logs does not determine them.
 pub(super) fn held_out(model: &Model, system: &System, refined: &Refined) -> Option<HeldOut> {
     let fits: Vec<_> = fits_of_growing(model, system, GROWING_PARTS).collect();
-    // Both shall have seen as much; all that a refinement uses comes first.
+    // The refinement uses the beginning of the logs only. Both estimates use the same samples here.
     let used = (refined.samples as f64 / system.samples().max(1) as f64).min(1.0);
     let seen = used.min((HOLD_OUT_PARTS - 1) as f64 / HOLD_OUT_PARTS as f64);
     let count = (seen * fits.len() as f64).floor() as usize;
@@ -71,7 +71,7 @@ mod tests {
             linear: 0.05,
         };
         assert!(!held(0.03).is_worse());
-        // Disturbances of a few seconds do that by chance.
+        // A disturbance of a few seconds causes this by chance.
         assert!(!held(0.057).is_worse());
         assert!(held(0.061).is_worse());
     }

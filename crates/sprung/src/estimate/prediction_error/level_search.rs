@@ -1,45 +1,45 @@
-//! The levels of the greatest likelihood.
+//! Search for the levels with the greatest likelihood.
 //!
-//! Steps are those of scoring: the information that the innovations show, brought
-//! to the size that is expected of it.
+//! The search takes scoring steps. Their matrix is the average information of the innovations,
+//! scaled to the expected information.
 
 use super::levels::{Level, Levels, UnknownLevels};
 use super::likelihood::{LevelLikelihood, Score};
 use super::solve::damped_step;
 
-/// Steps of scoring, at most, and the largest change of a logarithm in one.
+/// Maximum number of scoring steps, and largest change of a logarithm in one step.
 const MAX_STEPS: usize = 6;
 const MAX_LOG_CHANGE: f64 = 1.5;
 
-/// Ratio of expected to found by which the information is corrected, at most.
+/// Limit of the factor that scales the information, and of its inverse.
 const MAX_CORRECTION: f64 = 30.0;
 
-/// A step that promises less than this of the likelihood's logarithm ends the
-/// search: the estimate does not feel it.
+/// The search ends if a step predicts a smaller gain of the log-likelihood. The estimate does not
+/// depend on such a gain.
 const MIN_PROMISED_GAIN: f64 = 0.1;
 
-/// Shortening of a step that does not raise the likelihood, and the part of it from which
-/// on it is given up.
+/// Factor that shortens a step while it does not raise the likelihood, and fraction of the step
+/// below which the search ends.
 const SHORTENING: f64 = 0.25;
 const MIN_STEP_PART: f64 = 0.01;
 
-/// What holds every logarithm at first, as an information, and by how much more where the
+/// Initial information that is added for every logarithm, and factor by which it grows while the
 /// longest step is too long.
 const START_HOLD: f64 = 0.1;
 const HOLD_GROWTH: f64 = 4.0;
 
-/// Change of a logarithm that counts as none.
+/// Change of a logarithm that counts as zero.
 const NO_CHANGE: f64 = 1e-9;
 
-/// Corner of the disturbances' spectrum that is expected, Hz, and by which factor it may
-/// well differ: a log with little disturbance says nothing of it.
+/// Expected corner frequency of the disturbances, Hz, and its standard deviation as a factor. This
+/// prior is needed because a log with small disturbances does not determine the corner.
 pub(super) const EXPECTED_CORNER_HZ: f64 = 1.5;
 const CORNER_FACTOR: f64 = 3.0;
 
-/// Searches the levels of the greatest likelihood; returns them, and by how much
-/// its logarithm grew.
+/// Searches the levels with the greatest likelihood. Returns them and the increase of the
+/// log-likelihood.
 ///
-/// - `unknown`: those that are searched; `from`: all, at the start.
+/// - `unknown`: the levels that are searched; `from`: all levels at the start.
 pub(super) fn search_levels(
     likelihood: &LevelLikelihood<'_>,
     unknown: &UnknownLevels,
@@ -79,8 +79,8 @@ pub(super) fn search_levels(
     (levels, first - score.loss)
 }
 
-/// Returns what the likelihood and what is known of the corner say at some
-/// levels; the information is the expected one where only one level counts.
+/// Returns the score of the likelihood with the prior of the corner. The information is scaled such
+/// that for a single level it equals the expected information.
 pub(super) fn score(
     likelihood: &LevelLikelihood<'_>,
     unknown: &UnknownLevels,
@@ -116,10 +116,10 @@ pub(super) fn score(
     Some(score)
 }
 
-/// Returns the step of scoring within the bounds, and what it promises.
+/// Returns the scoring step within the bounds, and its predicted gain.
 ///
-/// What the log hardly speaks of moves little: every logarithm is held by the
-/// same amount, as much as keeps the longest step within its bound.
+/// The same information is added for every logarithm, as much as limits the longest step to its
+/// bound. So a level that the log hardly determines moves little.
 fn scoring_step(unknown: &UnknownLevels, logs: &[f64], score: &Score) -> Option<(Vec<f64>, f64)> {
     let (gradient, information) = (&score.gradient, &score.information);
     let count = logs.len();
@@ -153,8 +153,8 @@ fn scoring_step(unknown: &UnknownLevels, logs: &[f64], score: &Score) -> Option<
         }
         let promised: f64 = -0.5 * all.iter().zip(gradient).map(|(d, g)| d * g).sum::<f64>();
         match beyond {
-            // A level that stands at its bound and pulls outward is none; nor
-            // may one that is cut short lead the others uphill.
+            // A level at its bound whose step points outward is fixed. A level whose step is cut is
+            // fixed too if the whole step would lower the likelihood.
             Some((i, _)) if all[i].abs() < NO_CHANGE || promised <= 0.0 => fixed[i] = true,
             _ => return Some((all, promised)),
         }

@@ -2,44 +2,44 @@
 
 use super::measurements::{Measurement, Measurements};
 
-/// Bounds of a level of torque, as parts of the torque's standard deviation. A larger
-/// disturbance is not one but an effect that the model lacks; white noise may be that of a
-/// current sensor.
+/// Bounds of the torque levels, relative to the torque's standard deviation. A larger disturbance
+/// is an effect that the model lacks. White noise may be larger, for example that of a current
+/// sensor.
 const MIN_TORQUE_LEVEL: f64 = 1e-4;
 const MAX_TORQUE_NOISE: f64 = 0.5;
 const MAX_DISTURBANCE: f64 = 0.25;
 
-/// Bounds of a sensor's noise, as parts of the standard deviation of what it shows.
+/// Bounds of a sensor's noise, relative to the standard deviation of its readings.
 const MIN_SENSOR_NOISE: f64 = 1e-8;
 const MAX_SENSOR_NOISE: f64 = 0.3;
 
-/// Bounds of the corner of the disturbances' spectrum, Hz: a log with little disturbance
-/// says nothing of it.
+/// Bounds of the corner frequency of the disturbances, Hz. A log with small disturbances does not
+/// determine the corner.
 const CORNER_BOUNDS_HZ: (f64, f64) = (0.2, 10.0);
 
-/// Part of its upper bound from which on a level is at it.
+/// A level above this fraction of its upper bound is at the bound.
 const AT_BOUND: f64 = 0.99;
 
-/// Levels of noise and disturbances: Q and R of the filter.
+/// Levels of noise and disturbances. They determine Q and R of the filter.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Levels {
     /// White noise of the logged torque, held for a period: `σ_w`, N·m (N), \[rows\].
     pub(super) torque_noise: Vec<f64>,
     /// Slow disturbance, a torque with a first-order spectrum: `σ_d`, N·m (N), \[rows\].
     pub(super) disturbance: Vec<f64>,
-    /// Corner of that spectrum: `f_d`, Hz.
+    /// Corner frequency of that spectrum: `f_d`, Hz.
     pub(super) corner: f64,
-    /// Noise of each sensor beyond what its samples show: `σ_s`, rad (m).
+    /// Noise of each sensor beyond the noise that its samples show: `σ_s`, rad (m).
     pub(super) sensor_noise: Vec<f64>,
 }
 
 impl Levels {
-    /// Returns the variance of a measurement, R.
+    /// Returns the variance R of a measurement.
     pub(super) fn measurement_variance(&self, measurement: &Measurement) -> f64 {
         measurement.variance + self.sensor_noise[measurement.sensor].powi(2)
     }
 
-    /// Returns what a period leaves of a disturbance.
+    /// Returns the decay of a disturbance over a period.
     ///
     /// - `period`: s.
     pub(super) fn decay(&self, period: f64) -> Decay {
@@ -52,12 +52,12 @@ impl Levels {
     }
 }
 
-/// What a period leaves of a disturbance.
+/// Decay of a disturbance over a period.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Decay {
     /// `a = exp(−2π f_d T)`.
     pub(super) factor: f64,
-    /// Its derivative by the logarithm of the corner.
+    /// Derivative of the factor by the logarithm of the corner.
     pub(super) by_log_corner: f64,
 }
 
@@ -81,7 +81,7 @@ pub(super) enum Level {
     Corner,
 }
 
-/// Levels that are unknown, and their bounds.
+/// The unknown levels and their bounds.
 #[derive(Clone, Debug)]
 pub(super) struct UnknownLevels {
     pub(super) all: Vec<Level>,
@@ -89,8 +89,8 @@ pub(super) struct UnknownLevels {
 }
 
 impl UnknownLevels {
-    /// - `noisy_torques`: whether each row has white noise that is unknown; `noisy_sensors`:
-    ///   whether each sensor has noise beyond what its samples show.
+    /// - `noisy_torques`: whether each row has white noise of unknown level.
+    /// - `noisy_sensors`: whether each sensor has noise beyond the noise that its samples show.
     pub(super) fn new(
         measurements: &Measurements,
         noisy_torques: &[bool],
@@ -139,7 +139,7 @@ impl UnknownLevels {
         self.all.iter().map(|level| value(level).ln()).collect()
     }
 
-    /// Returns levels with the unknown ones at other logarithms, within their bounds.
+    /// Returns the levels with other logarithms of the unknown ones, limited to their bounds.
     pub(super) fn levels(&self, known: &Levels, logarithms: &[f64]) -> Levels {
         let mut levels = known.clone();
         for ((level, log), (low, high)) in self.all.iter().zip(logarithms).zip(&self.bounds) {

@@ -1,5 +1,5 @@
-//! The prediction-error estimator: a refinement of least squares, and what there is
-//! to know of it. NOTATION.md has its equations.
+//! The prediction-error estimator: refines the estimate of least squares and judges the refinement.
+//! NOTATION.md contains the equations.
 
 mod bound;
 mod covariance;
@@ -47,29 +47,29 @@ use refined::Refined;
 use start_levels::TorqueNoise;
 use status::Status;
 
-/// What a refinement begins with.
+/// Inputs of a refinement.
 #[derive(Clone, Copy)]
 pub(super) struct Before<'a> {
     /// The beginning of the first log.
     pub(super) excerpt: &'a Excerpt,
     pub(super) system: &'a System,
     pub(super) fitted: &'a Fitted,
-    /// Values to start from instead of the fitted ones, \[p\].
+    /// Start values instead of the fitted ones, \[p\].
     pub(super) nominal: Option<&'a [f64]>,
-    /// What was noticed about the logs; where their columns are wrong, the
-    /// refinement is not tried, for it may take minutes to fail.
+    /// Findings about the logs. If a log itself is faulty, the refinement is not tried, because it
+    /// may take minutes to fail.
     pub(super) about_logs: &'a [Finding],
 }
 
-/// Refines what least squares found: refine, hold out, judge.
+/// Refines the estimate of least squares: refine, hold out, judge.
 ///
-/// Where that fails, the linear values stand and a finding says why.
+/// If the refinement fails, the result contains the linear values and a finding with the reason.
 ///
-/// - `progress`: told of each run of the filter.
+/// - `progress`: is called before each run of the filter.
 ///
 /// # Errors
 ///
-/// [`PassError`] if a log cannot be read again, or who listens to the progress stops it.
+/// [`PassError`] if a log cannot be read again or the listener asks to stop.
 pub(super) fn prediction_error(
     reading: &Reading,
     sources: &mut [LogSource<'_>],
@@ -115,7 +115,7 @@ pub(super) fn prediction_error(
     })
 }
 
-/// Returns what a refinement of least squares starts from.
+/// Returns the start of a refinement after least squares.
 fn start<'a>(reading: &Reading, before: &Before<'a>) -> Start<'a> {
     let (model, channels) = (reading.model(), reading.channels());
     let parameters = model.parameters().iter();
@@ -133,14 +133,14 @@ fn start<'a>(reading: &Reading, before: &Before<'a>) -> Start<'a> {
     }
 }
 
-/// Returns the finding that a log itself is wrong.
+/// Returns a finding that a log itself is faulty, if there is one.
 fn wrong_log(about_logs: &[Finding]) -> Option<&Finding> {
     about_logs.iter().find(|finding| {
         finding.severity >= Severity::Serious || finding.code == "looks-like-degrees"
     })
 }
 
-/// Returns the numbers of a refinement that is used.
+/// Returns the numerical result of a refinement that is used.
 fn refined_numbers(refined: Refined, fitted: &Fitted) -> Numbers {
     Numbers {
         theta: refined.theta,

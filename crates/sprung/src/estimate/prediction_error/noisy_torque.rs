@@ -1,15 +1,14 @@
-//! What noise of the logged torque does to the gradient.
+//! Bias of the gradient by noise of the logged torque.
 //!
-//! The filter takes the logged torque for the one that acted, up to noise. Its
-//! noise is in the innovations, and through the accelerations that it seems to cause
-//! in their derivatives, too: the gradient is not zero at the true parameters, and
-//! inertias come out too large by the variance of the noise over that of the torque
-//! that accelerates. The expectation follows from the filter and is taken off.
+//! The filter takes the logged torque for the acting torque up to noise. This noise enters the
+//! innovations and, through the accelerations that it seems to cause, their derivatives. So the
+//! gradient is not zero at the true parameters. Without a correction inertias come out too large,
+//! by the ratio of the noise's variance to the variance of the torque that accelerates. The
+//! filter's information gives the expectation of this gradient; it is subtracted.
 //!
 //! # Source
 //!
-//! The attenuation by errors in variables; Fuller, Measurement Error Models,
-//! section 1.1.
+//! The attenuation by errors in variables; Fuller, Measurement Error Models, section 1.1.
 
 use super::dynamics::Dynamics;
 use super::levels::Levels;
@@ -19,7 +18,7 @@ use super::vector::scale;
 
 /// Returns the expected gradient of half the cost at the true parameters, \[values\].
 ///
-/// Samples whose linearization is kept stand for all.
+/// It is summed over the samples with a linearization and scaled to all samples.
 pub(super) fn expected_gradient(
     likelihood: &LevelLikelihood<'_>,
     dynamics: &mut Dynamics<'_>,
@@ -38,7 +37,7 @@ pub(super) fn expected_gradient(
     }
     let linearization = &likelihood.run.linearization;
     let mut seen = 0;
-    // What measurements say of the state behind a sample, as each noisy torque moves it.
+    // σ_w² N_k F_τ of each noisy torque, \[rows × 2 rows\].
     let mut told = vec![0.0; rows * moving];
     likelihood.information_ahead(levels, |sample, information| {
         seen += 1;

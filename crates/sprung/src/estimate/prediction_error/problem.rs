@@ -1,4 +1,4 @@
-//! What a descent goes down.
+//! The minimisation problem of a descent.
 
 use super::filter::NormalEquations;
 use super::levels::UnknownLevels;
@@ -6,7 +6,7 @@ use super::measurements::Measurements;
 use super::unknowns::Unknowns;
 use crate::model::Model;
 
-/// What there is to find, and from what.
+/// Model, measurements and unknowns of a descent.
 #[derive(Clone, Copy)]
 pub(super) struct Problem<'a> {
     pub(super) model: &'a Model,
@@ -16,7 +16,7 @@ pub(super) struct Problem<'a> {
 }
 
 impl Problem<'_> {
-    /// Returns the cost of the offsets, of what is known of them before.
+    /// Returns the cost of the offsets' prior.
     pub(super) fn prior_cost(&self, z: &[f64]) -> f64 {
         let values = &z[self.unknowns.free.len()..];
         let offsets = self.unknowns.offsets.iter().zip(values);
@@ -25,13 +25,12 @@ impl Problem<'_> {
             .sum()
     }
 
-    /// Returns whether the parameters are those of a robot, as far as can be said
-    /// without moving it.
+    /// Returns whether the parameters can be those of a robot. The mass matrix is not checked.
     pub(super) fn is_feasible(&self, z: &[f64]) -> bool {
         let parameters = self.model.parameters();
         self.unknowns.free.iter().zip(z).all(|(&index, value)| {
             let vital = parameters[index].joint.is_some_and(|(kind, joint)| {
-                // The link of a rigid joint may hold its rotor.
+                // The inertia of a rigid joint's rotor may be counted with its link.
                 kind.is_vital() && self.model.is_flexible(joint)
             });
             value.is_finite() && (!vital || *value > 0.0)
@@ -39,7 +38,7 @@ impl Problem<'_> {
     }
 }
 
-/// Adds what is known of the offsets before, and returns its cost.
+/// Adds the prior of the offsets to the normal equations, and returns its cost.
 pub(super) fn add_prior(unknowns: &Unknowns, z: &[f64], normal: &mut NormalEquations) -> f64 {
     let first = unknowns.free.len();
     let mut cost = 0.0;

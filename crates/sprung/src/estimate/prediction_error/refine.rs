@@ -1,13 +1,12 @@
-//! Prediction-error refinement: maximum likelihood on the innovations of an
-//! extended Kalman filter.
+//! Prediction-error refinement: maximum likelihood on the innovations of an extended Kalman filter.
 //!
-//! It needs no controller, no reference and no more than a fair start. Torque and
-//! links may be disturbed; the levels of the disturbances are estimated from the log.
+//! The refinement needs neither controller nor reference, and only a fair start. Torques and links
+//! may be disturbed. The levels of the disturbances are estimated from the log.
 //!
 //! # Source
 //!
-//! Ljung, System Identification, chapters 7 and 10; Åström, Automatica 1980:
-//! "Maximum likelihood and prediction error methods".
+//! Ljung, System Identification, chapters 7 and 10; Åström, Automatica 1980: "Maximum likelihood
+//! and prediction error methods".
 
 use super::delay_updates::DelayUpdate;
 use super::descent::{Descent, descend};
@@ -24,41 +23,40 @@ use crate::prepare::Excerpt;
 use crate::progress::{Listener, Phase, Stopped};
 use crate::regression::{PassError, Reading};
 
-/// Mean squared whitened innovation beyond which counters have noise as well: their lines
-/// are not even, or the joint is not where the model has it.
+/// Mean squared whitened innovation above which encoders get additional noise: their lines are
+/// uneven, or the joint is not where the model has it.
 const MAX_COST_OF_EXACT_COUNTERS: f64 = 2.0;
 
-/// Rounds in which delays are found, the part of its standard error that a delay
-/// may be off after the last, and how far it may move in one, in samples or
-/// standard errors: what a delay does is linear nearby only.
+/// Maximum number of rounds in which delays are estimated; maximum remaining error of a delay, in
+/// standard errors; and maximum move of a delay in one round, in samples or standard errors. The
+/// effect of a delay is linear only for small moves.
 const MAX_DELAY_ROUNDS: usize = 6;
 const DELAY_TOLERANCE_SIGMAS: f64 = 0.1;
 const MAX_DELAY_MOVE: f64 = 10.0;
 
-/// What there is to refine from.
+/// Start of a refinement.
 pub(super) struct Start<'a> {
     /// A parameter vector, \[p\].
     pub(super) theta: &'a [f64],
-    /// Indices of the parameters to refine.
+    /// Indices of the parameters to be refined.
     pub(super) free: Vec<usize>,
     pub(super) torque_noise: TorqueNoise,
     /// Channels whose delays are to be estimated.
     pub(super) delays: Vec<usize>,
 }
 
-/// Refines parameters from a start: measurements, start levels, descent, result, once more
-/// while delays that are to be estimated move.
+/// Refines parameters from a start: measurements, start levels, descent, result. Repeats this while
+/// delays that are to be estimated move.
 ///
 /// - `excerpt`: the beginning of the first log, for the noise of its channels.
-/// - `progress`: told of each run of the filter, as part of a phase.
+/// - `progress`: is called before each run of the filter, with `phase`.
 ///
-/// Returns nothing if the logs are too short, or the filter does not follow them
-/// from this start.
+/// Returns `None` if the logs are too short or the filter does not follow them from this start.
 ///
 /// # Errors
 ///
-/// [`PassError`] if a log cannot be read, the filter does not fit it, or who listens to the
-/// progress stops it.
+/// [`PassError`] if a log cannot be read, the filter of positions does not fit it, or the listener
+/// asks to stop.
 pub(super) fn refine(
     reading: &Reading,
     sources: &mut [LogSource<'_>],
@@ -110,8 +108,8 @@ pub(super) fn refine(
     Ok(None)
 }
 
-/// Descends with the noise that sensors show, and if the filter then does not follow,
-/// with noise of every sensor; returns where it ended and with which levels.
+/// Descends with noise only of the sensors that show noise. If the filter then does not follow the
+/// log, descends with noise of every sensor. Returns the end of the descent with its problem.
 fn descend_with_noise<'p>(
     problem: Problem<'p>,
     every_sensor: &'p UnknownLevels,
@@ -135,10 +133,10 @@ fn descend_with_noise<'p>(
     Ok(descent.map(|descent| (descent, problem)))
 }
 
-/// Moves the delays that are to be estimated; returns whether one is far from what the
-/// likelihood says.
+/// Moves the delays that are to be estimated. Returns whether a delay was still far from its
+/// estimate.
 ///
-/// - `period`: s; `delays`: of all channels, s.
+/// - `period`: s; `delays`: delays of all channels, s.
 fn move_delays(updates: &[DelayUpdate], period: f64, delays: &mut [f64]) -> bool {
     let estimated = || updates.iter().filter(|update| update.estimated);
     let far =

@@ -1,59 +1,59 @@
-//! What a refinement finds.
+//! Result of a refinement.
 
 use super::delay_updates::DelayUpdate;
 use super::descent::Ending;
 use crate::model::Theta;
 
-/// What a refinement finds.
+/// Result of a refinement.
 #[derive(Clone, Debug)]
 pub(super) struct Refined {
-    /// The parameter vector, known values included, \[p\].
+    /// The parameter vector including fixed values, \[p\].
     pub(super) theta: Theta,
-    /// Standard error of each parameter; zero for known ones, infinite where the
-    /// log says nothing.
+    /// Standard error of each parameter, \[p\]: zero for fixed parameters, infinite if the log does
+    /// not determine the parameter.
     pub(super) standard_error: Vec<f64>,
     /// Indices in theta of the parameters that were refined.
     pub(super) free: Vec<usize>,
-    /// Covariance of these, \[free × free\].
+    /// Covariance of the refined parameters, \[free × free\].
     pub(super) covariance: Vec<f64>,
-    /// Why the search ended.
+    /// Reason why the search ended.
     pub(super) ending: Ending,
-    /// Runs of the filter.
+    /// Number of runs of the filter.
     pub(super) runs: usize,
-    /// The parameters, index in theta, that moved last, and by how many standard
-    /// errors, the largest first.
+    /// Last move of each refined parameter: index in theta and move in standard errors, the largest
+    /// first.
     pub(super) moved: Vec<(usize, f64)>,
     /// Minus the logarithm of the likelihood, without its constant.
     pub(super) loss: f64,
-    /// Measurements that were used.
+    /// Number of measurements used.
     pub(super) measurements: u64,
-    /// Samples that were used.
+    /// Number of samples used.
     pub(super) samples: usize,
-    /// Time that they span, s.
+    /// Time that the samples span, s.
     pub(super) duration: f64,
-    /// Whether the logs hold more.
+    /// Whether the logs contain more samples.
     pub(super) left_out: bool,
-    /// Levels of noise and disturbances, one per row of the regressor.
+    /// Levels of noise and disturbance, one entry per row of the regressor.
     pub(super) levels: Vec<RowLevel>,
-    /// Corner of the disturbances' spectrum, Hz.
+    /// Corner frequency of the disturbances' spectrum, Hz.
     pub(super) corner: f64,
-    /// Noise of sensors beyond what their samples show.
+    /// Noise of sensors beyond the noise that their samples show.
     pub(super) sensors: Vec<SensorLevel>,
-    /// Whitened innovations squared, mean.
+    /// Mean squared whitened innovation.
     pub(super) cost: f64,
-    /// By how much sensors read too much.
+    /// Offsets of the sensors.
     pub(super) offsets: Vec<SensorOffset>,
-    /// What the log says of delays, one per channel.
+    /// Estimates of the delays, one per channel.
     pub(super) delays: Vec<DelayUpdate>,
-    /// Parameter vectors of growing parts of the log, by their end in s.
+    /// Parameter vectors for growing parts of the log, with the end of each part, s.
     pub(super) trace: Vec<(f64, Theta)>,
-    /// What each of several logs says alone: value and standard error of each
-    /// refined parameter.
+    /// Estimate from each of several logs alone: value and standard error of each refined
+    /// parameter.
     pub(super) logs: Vec<Vec<(f64, f64)>>,
 }
 
 impl Refined {
-    /// Returns whether the search ended by itself.
+    /// Returns whether the search converged.
     pub(super) fn converged(&self) -> bool {
         match self.ending {
             Ending::Converged => true,
@@ -62,7 +62,7 @@ impl Refined {
     }
 }
 
-/// Noise and disturbance of a row.
+/// Levels of noise and disturbance of a row.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct RowLevel {
     /// Standard deviation of white torque noise, N·m (N); zero in link rows.
@@ -75,17 +75,17 @@ pub(super) struct RowLevel {
     pub(super) at_bound: bool,
 }
 
-/// Noise of a sensor beyond what its samples show.
+/// Noise of a sensor beyond the noise that its samples show.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SensorLevel {
     pub(super) channel: usize,
     /// Standard deviation, rad (m).
     pub(super) noise: f64,
-    /// Standard deviation of what it shows, rad (m).
+    /// Standard deviation of the sensor's readings, rad (m).
     pub(super) scale: f64,
 }
 
-/// By how much a sensor reads too much.
+/// Offset of a sensor's readings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SensorOffset {
     pub(super) joint: usize,

@@ -1,13 +1,14 @@
-//! Small symmetric systems.
+//! Solution of small symmetric systems.
 
 use faer::linalg::solvers::{DenseSolveCore, Solve};
 use faer::{Mat, Side};
 
-/// Part of its scale by which a direction is stiffened that nothing determines.
+/// Information added in every direction, relative to its scale, so that an undetermined direction
+/// has a solution.
 const RELATIVE_RIDGE: f64 = 1e-13;
 
-/// Returns the information with unit diagonal, and the scales that make it so;
-/// what has no information keeps its scale.
+/// Returns the information scaled to unit diagonal, and the scale factors. An unknown without
+/// information keeps its scale.
 fn scaled(information: &[f64], count: usize, damping: f64) -> (Mat<f64>, Vec<f64>) {
     let scales: Vec<f64> = (0..count)
         .map(|i| {
@@ -31,10 +32,10 @@ fn scaled(information: &[f64], count: usize, damping: f64) -> (Mat<f64>, Vec<f64
     (matrix, scales)
 }
 
-/// Returns the step that a quadratic model asks for, each direction damped by a
-/// part of its own information; nothing if the model is not convex.
+/// Returns the minimum of a quadratic model, where the damping increases the diagonal by a fraction
+/// of itself. Returns `None` if the model is not convex.
 ///
-/// - `information`: \[count × count\], of which the lower triangle is read.
+/// - `information`: \[count × count\]; only the lower triangle is read.
 /// - `gradient`: \[count\].
 pub(super) fn damped_step(information: &[f64], gradient: &[f64], damping: f64) -> Option<Vec<f64>> {
     let count = gradient.len();
@@ -48,8 +49,7 @@ pub(super) fn damped_step(information: &[f64], gradient: &[f64], damping: f64) -
     step.iter().all(|x| x.is_finite()).then_some(step)
 }
 
-/// Returns the inverse of an information, \[count × count\]; nothing if it is
-/// singular.
+/// Returns the inverse of an information matrix, \[count × count\]; `None` if it is singular.
 pub(super) fn covariance(information: &[f64], count: usize) -> Option<Vec<f64>> {
     let (matrix, scales) = scaled(information, count, 0.0);
     let inverse = matrix.llt(Side::Lower).ok()?.inverse();
@@ -65,8 +65,8 @@ pub(super) fn covariance(information: &[f64], count: usize) -> Option<Vec<f64>> 
         .then_some(covariance)
 }
 
-/// Returns the length of a step in standard errors: the square root of the
-/// quadratic form of the information.
+/// Returns the length of a step in standard errors: the square root of the quadratic form of the
+/// information.
 pub(super) fn length(information: &[f64], step: &[f64]) -> f64 {
     let count = step.len();
     let mut sum = 0.0;
@@ -83,8 +83,7 @@ mod tests {
 
     #[test]
     fn step_reaches_the_minimum_of_a_quadratic() {
-        // Gradient of half x^T A x - b^T x at zero is -b; the upper triangle is not
-        // read.
+        // The gradient of half x^T A x - b^T x at zero is -b. The upper triangle is not read.
         let a = [4.0, f64::NAN, 2.0, 10.0];
         let step = damped_step(&a, &[-8.0, -14.0], 0.0).unwrap();
         assert!((step[0] - 13.0 / 9.0).abs() < 1e-9 && (step[1] - 10.0 / 9.0).abs() < 1e-9);

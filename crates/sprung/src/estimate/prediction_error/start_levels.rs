@@ -1,4 +1,4 @@
-//! Levels that a refinement starts from, and those that it searches.
+//! Start levels of a refinement, and the levels that are searched.
 
 use super::level_search::EXPECTED_CORNER_HZ;
 use super::levels::{Levels, UnknownLevels};
@@ -6,26 +6,26 @@ use super::measurements::{Measurements, Noise};
 use crate::log::Channels;
 use crate::model::Model;
 
-/// Levels of motor torques, of torques on links, and of the noise of a torque that is said
-/// to be exact, as parts of the torque's standard deviation.
+/// Start levels relative to the torque's standard deviation: noise and disturbance of motor
+/// torques, disturbance of links, and noise of a torque that is declared exact.
 const START_MOTOR_LEVEL: f64 = 0.01;
 const START_LINK_LEVEL: f64 = 0.003;
 const EXACT_TORQUE_NOISE: f64 = 1e-3;
 
-/// Noise of a sensor without counts, as a part of the standard deviation of what it shows.
+/// Start level of a sensor's noise, relative to the standard deviation of its readings.
 const START_SENSOR_NOISE: f64 = 1e-3;
 
-/// What is known of the logged torque.
+/// Accuracy of the logged torque.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum TorqueNoise {
-    /// It is what acted.
+    /// The logged torque is the acting torque.
     Exact,
-    /// It has white noise of a level that is unknown.
+    /// The logged torque has white noise of unknown level.
     Unknown,
 }
 
 impl TorqueNoise {
-    /// Returns what the columns of a log say.
+    /// Returns the accuracy that the description of the columns states.
     pub(super) fn of(channels: &Channels) -> Self {
         if channels.exact_torque {
             Self::Exact
@@ -35,7 +35,7 @@ impl TorqueNoise {
     }
 }
 
-/// Returns the levels that a refinement starts from.
+/// Returns the start levels of a refinement.
 pub(super) fn start_levels(
     model: &Model,
     measurements: &Measurements,
@@ -71,7 +71,7 @@ pub(super) fn start_levels(
     }
 }
 
-/// Returns levels with noise of every sensor.
+/// Returns levels in which every sensor has noise.
 pub(super) fn with_sensor_noise(mut levels: Levels, measurements: &Measurements) -> Levels {
     for (level, sensor) in levels.sensor_noise.iter_mut().zip(&measurements.sensors) {
         *level = level.max(START_SENSOR_NOISE * sensor.scale);
@@ -79,17 +79,17 @@ pub(super) fn with_sensor_noise(mut levels: Levels, measurements: &Measurements)
     levels
 }
 
-/// Levels to search.
+/// Sets of levels to be searched.
 #[derive(Clone, Debug)]
 pub(super) struct Searches {
-    /// With noise of the sensors that show some.
+    /// Levels with noise only of the sensors that show noise.
     pub(super) shown: UnknownLevels,
-    /// With noise of every sensor.
+    /// Levels with noise of every sensor.
     pub(super) every_sensor: UnknownLevels,
 }
 
 impl Searches {
-    /// - `levels`: at the start; a sensor whose noise is not zero shows some.
+    /// - `levels`: start levels. A sensor whose level is not zero shows noise.
     pub(super) fn new(
         model: &Model,
         measurements: &Measurements,

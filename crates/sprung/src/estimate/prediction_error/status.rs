@@ -1,4 +1,4 @@
-//! What came of a refinement.
+//! Outcome of a refinement.
 
 use super::descent::Ending;
 use super::hold_out::HeldOut;
@@ -6,34 +6,34 @@ use super::refined::Refined;
 use crate::finding::{Finding, Severity};
 use crate::model::Model;
 
-/// Parameters that are named where a refinement did not converge.
+/// Maximum number of parameters named if a refinement did not converge.
 const MAX_NAMED_PARAMETERS: usize = 3;
 
-/// What came of a refinement, and so whether it is used.
+/// Outcome of a refinement. It determines whether the refinement is used.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Status {
-    /// It converged to parameters that predict, and is used.
+    /// The refinement converged to parameters that predict held-out samples, and is used.
     Converged,
-    /// The log itself is wrong, so that it was not tried: the finding that says so.
+    /// The refinement was not tried because a log itself is faulty; code of that finding.
     NotTried { code: String },
     /// The filter does not follow the log, or the log is too short.
     NotFollowed,
     /// Disturbances of these rows ended at their upper bound.
     AtBound { rows: Vec<String> },
-    /// The search did not end by itself: runs of the filter, and the parameters that moved
-    /// last, by how many standard errors.
+    /// The search did not converge: number of filter runs, and the parameters that moved most in
+    /// the last run, in standard errors.
     NotConverged {
         runs: usize,
         moved: Vec<(String, f64)>,
     },
-    /// It predicts what it has not seen worse than least squares.
+    /// The refinement predicts held-out samples worse than least squares.
     NotPredictive(HeldOut),
 }
 
 impl Status {
     /// Judges a refinement.
     ///
-    /// - `held_out`: what it predicts of what it has not seen, where that is known.
+    /// - `held_out`: residuals on held-out samples, if they are known.
     pub(super) fn of(model: &Model, refined: &Refined, held_out: Option<HeldOut>) -> Self {
         let bound: Vec<String> = (refined.levels.iter().enumerate())
             .filter(|(_, level)| level.at_bound)
@@ -66,7 +66,7 @@ impl Status {
         }
     }
 
-    /// Says why the refinement is not used; nothing if it is.
+    /// Returns the reason why the refinement is not used; `None` if it is used.
     fn reason(&self) -> Option<String> {
         Some(match self {
             Self::Converged => return None,
@@ -98,7 +98,7 @@ impl Status {
         })
     }
 
-    /// Returns the finding that the linear values stand; nothing if the refinement is used.
+    /// Returns a finding that the linear values stand; `None` if the refinement is used.
     pub(super) fn finding(&self) -> Option<Finding> {
         let why = self.reason()?;
         Some(Finding::new(

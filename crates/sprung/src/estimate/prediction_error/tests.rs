@@ -1,4 +1,4 @@
-//! The filter's derivatives against differences, on a short log of the demo's robot.
+//! The filter's derivatives compared with differences, on a short log of the demo's robot.
 
 use super::dynamics::{Dynamics, Tangent};
 use super::filter::{FilterRun, Keep, replay, run};
@@ -21,8 +21,7 @@ struct Case {
 }
 
 impl Case {
-    /// Two segments of a motion that torques push about, its positions measured a
-    /// little wrong.
+    /// Two segments of a driven motion, with small errors in the measured positions.
     fn new() -> Self {
         let experiment =
             description::read("experiment.toml", demo::EXPERIMENT, &[], &mut no_files).unwrap();
@@ -208,7 +207,7 @@ fn gradient_is_that_of_the_replayed_cost() {
     }
 }
 
-/// A search of the levels of a run of the filter.
+/// Returns a run of the filter and its unknown levels.
 fn search_of(case: &Case) -> (FilterRun, UnknownLevels) {
     let unknowns = case.unknowns();
     let mut dynamics = Dynamics::new(&case.model, &case.theta);
@@ -227,7 +226,7 @@ fn search_of(case: &Case) -> (FilterRun, UnknownLevels) {
     )
 }
 
-/// Levels away from those of the run, by powers of a factor.
+/// Returns logarithms of levels that differ from those of the run by powers of a factor.
 fn away(case: &Case, search: &UnknownLevels, factor: f64) -> Vec<f64> {
     let logs = search.logarithms(&case.levels).into_iter().enumerate();
     logs.map(|(i, log)| log + f64::ln(factor) * (i as f64 - 2.5))
@@ -263,9 +262,10 @@ fn levels_have_the_gradient_of_the_likelihood() {
 
 #[test]
 fn information_is_what_the_found_part_of_the_gradient_changes_by() {
-    // The found part is y' P W P y / 2, the covariance of the data being P^-1 and W
-    // its derivative by a logarithm; its own change is -y' P W P V P y, and 2 W that
-    // of W itself. Data of twice the size tell it from the expected part.
+    // Let P be the inverse covariance of the data y, W its derivative by the logarithm of level i,
+    // and V that by level j. The found part is y' P W P y / 2. Its derivative is -y' P W P V P y
+    // plus the change of W itself, which is 2 W if i = j. Doubled data separate the found part from
+    // the expected part.
     let case = Case::new();
     let (run, search) = search_of(&case);
     let twice = run.scaled(2.0);
@@ -291,7 +291,7 @@ fn information_is_what_the_found_part_of_the_gradient_changes_by() {
     for j in 0..count {
         let (after, before) = (found(j, 1e-4), found(j, -1e-4));
         for i in 0..count {
-            // W of the corner and of disturbances changes with both.
+            // W also changes with the second level here, so the formula does not hold.
             let both = (search.all[i], search.all[j]);
             if let (Level::Corner, _) | (Level::Disturbance(_), Level::Corner) = both {
                 continue;

@@ -1,51 +1,51 @@
-//! What the refinement estimates: parameters, offsets between encoders, delays.
+//! Unknowns of the refinement: parameters, offsets between encoders, delays.
 
 use super::measurements::{Measurements, Segment};
 use crate::log::{Channels, Signal};
 use crate::model::{Model, Theta};
 use sprung_core::parameters::JointParameter;
 
-/// A constant that one sensor reads too much.
+/// A constant offset of one sensor.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Offset {
     pub(super) joint: usize,
     pub(super) sensor: usize,
-    /// Coordinate that starts where the sensor says.
+    /// Coordinate whose start value comes from this sensor.
     coordinate: usize,
-    /// Standard deviation that is known before, rad (m).
+    /// Standard deviation of the prior, rad (m).
     pub(super) deviation: f64,
 }
 
-/// A delay whose effect is looked at.
+/// Signal that a delay belongs to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum DelayOf {
-    /// Of a sensor of positions.
+    /// A position sensor.
     Sensor(usize),
-    /// Of the torque on a row.
+    /// The torque on a row.
     Torque(usize),
 }
 
-/// The unknowns: parameters that are not known, offsets, and delays.
+/// The unknowns: parameters that are not fixed, offsets, and delays.
 ///
-/// Delays have columns but no values: what they do is linear only nearby, so that
-/// measurements are made anew with every delay.
+/// Delays have columns but no values. Their effect is linear only for small changes, so the
+/// measurements are built again for every delay.
 #[derive(Clone, Debug)]
 pub(super) struct Unknowns {
-    /// Parameter vector with the known values.
+    /// Parameter vector with the fixed values.
     known: Theta,
     /// Index in theta of each unknown parameter.
     pub(super) free: Vec<usize>,
     pub(super) offsets: Vec<Offset>,
-    /// Channel of each delay, and what it does.
+    /// Channel of each delay, and the signal that it shifts.
     delays: Vec<(usize, DelayOf)>,
 }
 
 impl Unknowns {
-    /// - `theta`: known values, and any for the others.
-    /// - `free`: indices of the others.
+    /// - `theta`: the fixed values; the other entries are ignored.
+    /// - `free`: indices of the unknown parameters.
     ///
-    /// A flexible joint without a preload of its own may have encoders that were
-    /// switched on anywhere within a count.
+    /// A flexible joint without a preload parameter gets an offset, because its encoders may be
+    /// zeroed anywhere within a count.
     pub(super) fn new(
         model: &Model,
         channels: &Channels,
@@ -64,7 +64,8 @@ impl Unknowns {
             .filter(|&joint| model.is_flexible(joint))
             .filter(|&joint| model.index(JointParameter::Preload, joint).is_none())
             .filter_map(|joint| {
-                // The sensor that stands for the difference of the two.
+                // The motion shows only the difference of the two encoders, so one sensor gets the
+                // offset.
                 let sensor_of = |signal: Signal| {
                     let index = channels.telling(signal, joint)?;
                     measurements.sensors.iter().position(|s| s.channel == index)
@@ -92,8 +93,8 @@ impl Unknowns {
         }
     }
 
-    /// Returns the same with a column for the delay of each channel, those that are
-    /// to be estimated first.
+    /// Returns the same unknowns with a column for the delay of each channel. The columns of the
+    /// delays to be estimated come first.
     pub(super) fn with_delays(
         mut self,
         model: &Model,
@@ -130,7 +131,7 @@ impl Unknowns {
         self.values() + self.delays.len()
     }
 
-    /// Returns the values that a parameter vector has, offsets zero.
+    /// Returns the values of the unknowns for a parameter vector, with zero offsets.
     pub(super) fn point(&self, theta: &[f64]) -> Vec<f64> {
         let free = self.free.iter().map(|&i| theta[i]);
         free.chain(self.offsets.iter().map(|_| 0.0)).collect()
@@ -145,7 +146,7 @@ impl Unknowns {
         theta
     }
 
-    /// Returns the column of each parameter of theta, behind `before` others.
+    /// Returns the column of each parameter of theta, after `before` other columns.
     pub(super) fn places(&self, before: usize) -> Vec<Option<usize>> {
         let mut places = vec![None; self.known.len()];
         for (place, &index) in self.free.iter().enumerate() {
@@ -154,20 +155,20 @@ impl Unknowns {
         places
     }
 
-    /// Returns what a sensor reads too much, rad (m).
+    /// Returns the offset of a sensor, rad (m).
     pub(super) fn offset(&self, z: &[f64], sensor: usize) -> f64 {
         let own = self.offsets.iter().position(|o| o.sensor == sensor);
         own.map_or(0.0, |i| z[self.free.len() + i])
     }
 
-    /// Moves a start to where its sensors without their offsets say.
+    /// Corrects a start state by the offsets of its sensors.
     pub(super) fn shift_start(&self, z: &[f64], x: &mut [f64]) {
         for (offset, value) in self.offsets.iter().zip(&z[self.free.len()..]) {
             x[offset.coordinate] -= value;
         }
     }
 
-    /// Returns the derivatives of a start, \[3 rows × columns\].
+    /// Returns the derivatives of the start state, \[3 rows × columns\].
     pub(super) fn start(&self, rows: usize) -> Vec<f64> {
         let count = self.columns();
         let mut derivatives = vec![0.0; 3 * rows * count];
@@ -177,10 +178,9 @@ impl Unknowns {
         derivatives
     }
 
-    /// Adds to the derivatives of an innovation what offset and delay of its sensor
-    /// do.
+    /// Adds the derivatives of an innovation by the offset and the delay of its sensor.
     ///
-    /// - `coordinates`: that the sensor measures; `velocity`: of all.
+    /// - `coordinates`: coordinates that the sensor measures; `velocity`: velocities of all rows.
     pub(super) fn innovation(
         &self,
         row: &mut [f64],
@@ -202,11 +202,12 @@ impl Unknowns {
         }
     }
 
-    /// Adds the derivatives of the torque on a row with respect to delays.
+    /// Adds the derivatives of the torque on a row by its delay.
     pub(super) fn torque(&self, columns: &mut [f64], segment: &Segment, k: usize, row: usize) {
         for (i, (_, delay_of)) in self.delays.iter().enumerate() {
             if *delay_of == DelayOf::Torque(row) {
-                // A torque that was recorded late is that of a later sample.
+                // The torque of a late channel is logged later, so its derivative by the delay is
+                // its rate.
                 let rows = segment.torque_rate.len() / segment.samples();
                 let rate = segment.torque_rate[k * rows + row];
                 columns[self.values() + i] += rate;

@@ -1,6 +1,6 @@
-//! Sums of rows of numbers.
+//! Operations on rows of numbers.
 
-/// Adds a multiple of a row to another.
+/// Adds a multiple of a row to another row.
 #[inline]
 pub(super) fn add(sum: &mut [f64], factor: f64, row: &[f64]) {
     for (sum, x) in sum.iter_mut().zip(row) {
@@ -8,14 +8,14 @@ pub(super) fn add(sum: &mut [f64], factor: f64, row: &[f64]) {
     }
 }
 
-/// Multiplies a row.
+/// Multiplies a row by a factor.
 pub(super) fn scale(row: &mut [f64], factor: f64) {
     for x in row {
         *x *= factor;
     }
 }
 
-/// Returns the sum of products.
+/// Returns the scalar product.
 pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -1,7 +1,7 @@
-//! The robot over one sampling period, and its derivatives.
+//! The motion of the robot over one sampling period, and its derivatives.
 //!
-//! State: the coordinates of all rows, then their velocities, \[2 rows\]. Inputs:
-//! one torque per row, held for the period.
+//! State: the coordinates of all rows, then their velocities, \[2 rows\]. Inputs: one torque per
+//! row, held during the period.
 
 mod motion;
 mod runge_kutta;

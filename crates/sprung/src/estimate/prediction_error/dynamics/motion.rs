@@ -1,4 +1,4 @@
-//! A robot at one instant: accelerations and their derivatives.
+//! Accelerations of a robot at one instant, and their derivatives.
 
 use sprung_core::drives::State;
 use sprung_core::linearized::{Derivatives, Partial, Partials};
@@ -9,7 +9,7 @@ use sprung_core::spatial::BODY;
 
 use crate::model::{Model, Scratch, Theta};
 
-/// A robot with its parameters, ready to move.
+/// A robot with its parameters and work memory.
 #[derive(Clone, Debug)]
 pub(in crate::estimate::prediction_error) struct Dynamics<'m> {
     pub(super) model: &'m Model,
@@ -30,7 +30,7 @@ pub(in crate::estimate::prediction_error) struct Dynamics<'m> {
     pub(super) entry_rows: Vec<usize>,
     partials: [Vec<Partial>; 4],
     steps: Vec<Step<Partial>>,
-    // States and rates of a step.
+    // States and rates within an integration step.
     pub(super) at: Vec<f64>,
     pub(super) rate: Vec<f64>,
     pub(super) sum: Vec<f64>,
@@ -105,12 +105,12 @@ impl<'m> Dynamics<'m> {
         let mut workspace = self.scratch.workspace();
         let fits = robot.acceleration(&values, &state, torque, &mut workspace, &mut self.rate);
         if fits.is_err() {
-            // The memory is made to fit, so there is no other outcome.
+            // The work memory has the right size, so this does not happen.
             self.rate.fill(f64::NAN);
         }
     }
 
-    /// Writes the accelerations at a state, and the inverse of the mass matrix.
+    /// Writes the accelerations at a state and the inverse of the mass matrix.
     pub(super) fn accelerate_and_invert(&mut self, x: &[f64], torque: &[f64]) {
         self.unpack(x);
         let state = state(&self.joints, self.n);
@@ -123,13 +123,13 @@ impl<'m> Dynamics<'m> {
         let (rate, inverse) = (&mut self.rate, &mut self.inverse);
         let fits = robot.motion(&values, &state, torque, &mut workspace, rate, inverse);
         if fits.is_err() {
-            // The memory is made to fit, so there is no other outcome.
+            // The work memory has the right size, so this does not happen.
             self.rate.fill(f64::NAN);
         }
     }
 
-    /// Writes the accelerations at a state, their derivatives by it, and the entries of the
-    /// regressor there.
+    /// Writes the accelerations at a state, their derivatives by the state, and the regressor's
+    /// entries.
     pub(super) fn differentiate(&mut self, x: &[f64], torque: &[f64]) {
         self.accelerate_and_invert(x, torque);
         let state = state(&self.joints, self.n);
@@ -163,11 +163,12 @@ impl<'m> Dynamics<'m> {
         self.write_entries();
     }
 
-    /// Visits what the parameters' torques change by where a torque of 1 N·m (N) on one
-    /// row more accelerates the robot: that row, row and column of theta of the torque,
-    /// and its change.
+    /// Visits the changes of the parameters' torques when an additional torque of 1 N·m (N) on one
+    /// row accelerates the robot. The arguments are the pushed row, row and column of theta of the
+    /// changed torque, and its change.
     ///
-    /// - `positions`: of all rows; `pushed`: rows that get the torque in turn.
+    /// - `positions`: positions of all rows; `pushed`: rows that get the torque one after the
+    ///   other.
     pub(in crate::estimate::prediction_error) fn visit_acceleration_torques(
         &mut self,
         positions: &[f64],
@@ -195,7 +196,7 @@ impl<'m> Dynamics<'m> {
         }
     }
 
-    /// Writes the entries of the regressor at the state that was unpacked last.
+    /// Writes the entries of the regressor at the state unpacked last.
     fn write_entries(&mut self) {
         let state = state(&self.joints, self.n);
         let mut workspace = self.scratch.workspace();
@@ -207,7 +208,7 @@ impl<'m> Dynamics<'m> {
     }
 }
 
-/// Returns positions and velocities of links and motors as the model names them.
+/// Returns positions and velocities of links and motors, each \[n\].
 fn state(joints: &[f64], n: usize) -> State<'_> {
     let (link, motor) = joints.split_at(2 * n);
     State {

@@ -1,4 +1,4 @@
-//! The state over a period, by the Runge-Kutta method of order 4, and its derivatives.
+//! Integration of the state and its derivatives over a period by the Runge-Kutta method of order 4.
 
 use super::motion::Dynamics;
 use super::tangent::Tangent;
@@ -7,7 +7,7 @@ use crate::estimate::prediction_error::vector::add;
 impl Dynamics<'_> {
     /// Moves the state by one period.
     ///
-    /// - `steps`: of the integration.
+    /// - `steps`: number of integration steps.
     pub(in crate::estimate::prediction_error) fn advance(
         &mut self,
         x: &mut [f64],
@@ -34,7 +34,7 @@ impl Dynamics<'_> {
         self.at = at;
     }
 
-    /// Moves the state by one period, and its derivatives exactly along.
+    /// Moves the state by one period, together with the exact derivatives of the integration.
     pub(in crate::estimate::prediction_error) fn advance_tangent(
         &mut self,
         x: &mut [f64],
@@ -112,11 +112,11 @@ impl Dynamics<'_> {
     }
 }
 
-/// Weight of each stage of the Runge-Kutta method of order 4 in sixths, and how
-/// far ahead the next stage looks, in steps.
+/// Weight of each stage of the Runge-Kutta method of order 4 in sixths, and distance to the next
+/// stage in steps.
 const STAGES: [(f64, f64); 4] = [(1.0, 0.5), (2.0, 0.5), (2.0, 1.0), (1.0, 0.0)];
 
-/// Writes where the next stage looks.
+/// Writes the state of the next stage.
 fn next(x: &[f64], step: f64, rate: &[f64], at: &mut [f64]) {
     let rows = rate.len();
     let (positions, velocities) = at.split_at_mut(rows);

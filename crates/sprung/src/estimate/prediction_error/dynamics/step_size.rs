@@ -1,21 +1,21 @@
-//! How many steps the integration of a period needs.
+//! Number of integration steps that a period needs.
 
 use sprung_core::drives::Drive;
 
 use super::motion::Dynamics;
 
-/// What the fastest friction may pull a velocity in one step of the integration,
-/// and the phase that the fastest spring may swing through, rad: Runge-Kutta of
-/// order 4 is stable to 2.7, and off by 1e-3 of a swing at 0.7.
+/// Limits of one integration step: step length times the fastest friction rate, and phase of the
+/// fastest spring, rad. Runge-Kutta of order 4 is stable up to 2.7. At 0.7 its error is 1e-3 of an
+/// oscillation.
 const MAX_DAMPING_PER_STEP: f64 = 1.2;
 const MAX_PHASE_PER_STEP: f64 = 0.7;
 
-/// Steps of the integration in a period, at most.
+/// Maximum number of integration steps in a period.
 const MAX_STEPS: usize = 64;
 
 impl Dynamics<'_> {
-    /// Returns how many steps the integration of a period needs: friction and
-    /// springs say how fast the motion can change.
+    /// Returns the number of integration steps that a period needs for the friction and the springs
+    /// at a state.
     ///
     /// - `x`: the state, \[2 rows\]; `torque`: \[rows\].
     pub(in crate::estimate::prediction_error) fn steps(
@@ -27,10 +27,10 @@ impl Dynamics<'_> {
         self.accelerate_and_invert(x, torque);
         let robot = self.model.robot();
         let rows = self.rows;
-        // Friction at the slowest velocity that the period comes by.
+        // Friction is steepest at the slowest velocity of the period.
         let slowest = |row: usize| {
             let (from, change) = (x[rows + row], self.rate[row] * period);
-            // A period that misses the reversal by little may end in it.
+            // The margin of 1.5 covers a period that nearly reaches the reversal.
             let (low, high) = (from.min(from + 1.5 * change), from.max(from + 1.5 * change));
             if low <= 0.0 && high >= 0.0 {
                 0.0

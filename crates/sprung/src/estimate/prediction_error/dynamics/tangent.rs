@@ -1,15 +1,15 @@
-//! Derivatives that travel with the state.
+//! Derivatives that are integrated together with the state.
 
-/// Derivatives that travel with the state: those of the state \[2 rows × columns\]
+/// Derivatives that are integrated together with the state: those of the state \[2 rows × columns\]
 /// and those of the torques \[rows × columns\], row by row.
 ///
-/// Of the last columns, `theta` says which parameter each is the derivative by.
+/// `theta` assigns columns to the parameters.
 #[derive(Clone, Debug)]
 pub(in crate::estimate::prediction_error) struct Tangent {
     pub(in crate::estimate::prediction_error) columns: usize,
     pub(in crate::estimate::prediction_error) state: Vec<f64>,
     pub(in crate::estimate::prediction_error) torque: Vec<f64>,
-    /// Column of each parameter of theta; nothing if there is none.
+    /// Column of each parameter of theta; `None` for a parameter without derivatives.
     pub(in crate::estimate::prediction_error) theta: Vec<Option<usize>>,
     pub(super) stage: Vec<f64>,
     pub(super) sum: Vec<f64>,
@@ -18,7 +18,7 @@ pub(in crate::estimate::prediction_error) struct Tangent {
 }
 
 impl Tangent {
-    /// Returns zero derivatives.
+    /// Returns derivatives that are zero.
     pub(in crate::estimate::prediction_error) fn new(
         rows: usize,
         columns: usize,

@@ -3,8 +3,7 @@
 use super::measure::Innovation;
 use crate::estimate::prediction_error::vector::add;
 
-/// Size of a whitened innovation beyond which it counts as this: one bad sample shall not
-/// decide.
+/// Limit of a whitened innovation in the cost, so that a single bad sample does not dominate.
 pub(super) const MAX_WHITENED_INNOVATION: f64 = 1e4;
 
 /// Normal equations of the unknowns.
@@ -12,7 +11,7 @@ pub(super) const MAX_WHITENED_INNOVATION: f64 = 1e4;
 pub(in super::super) struct NormalEquations {
     /// Number of unknowns.
     pub(in super::super) count: usize,
-    /// Information, \[count × count\]; the lower triangle is filled.
+    /// Information, \[count × count\]; only the lower triangle is filled.
     pub(in super::super) information: Vec<f64>,
     /// Gradient of half the cost, \[count\].
     pub(in super::super) gradient: Vec<f64>,
@@ -27,7 +26,7 @@ impl NormalEquations {
         }
     }
 
-    /// Returns what came since others.
+    /// Returns the difference from earlier sums.
     fn without(&self, before: &Self) -> Self {
         let minus = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect();
         Self {
@@ -37,7 +36,7 @@ impl NormalEquations {
         }
     }
 
-    /// Returns those of the first unknowns.
+    /// Returns the normal equations of the first unknowns.
     pub(in super::super) fn first(&self, count: usize) -> Self {
         let rows = self.information.chunks(self.count.max(1)).take(count);
         Self {
@@ -47,7 +46,7 @@ impl NormalEquations {
         }
     }
 
-    /// Takes an innovation with its derivatives.
+    /// Adds an innovation with its derivatives.
     fn add(&mut self, innovation: &Innovation<'_>) {
         let weight = 1.0 / (innovation.deviation * innovation.deviation);
         let row = innovation.gradient;
@@ -72,9 +71,10 @@ pub(in super::super) struct Sums {
     /// Number of measurements.
     pub(in super::super) measurements: u64,
     pub(in super::super) normal: NormalEquations,
-    /// The normal equations after parts of the samples: time, s, and sums so far.
+    /// The normal equations after growing parts of the samples: end of the part, s, and sums up to
+    /// there.
     pub(in super::super) growing: Vec<(f64, NormalEquations)>,
-    /// Those of each log alone.
+    /// The normal equations of each log alone.
     pub(in super::super) logs: Vec<NormalEquations>,
     before_log: NormalEquations,
 }
@@ -92,7 +92,7 @@ impl Sums {
         }
     }
 
-    /// Takes an innovation.
+    /// Adds an innovation.
     ///
     /// ```text
     /// V ← V + e²/S                       L ← L + e²/(2S) + ln(S)/2
@@ -106,21 +106,21 @@ impl Sums {
         self.normal.add(innovation);
     }
 
-    /// Keeps the sums of the samples so far.
+    /// Stores a copy of the sums up to now.
     ///
-    /// - `time`: of their end, s.
+    /// - `time`: end of the samples, s.
     pub(super) fn keep(&mut self, time: f64) {
         self.growing.push((time, self.normal.clone()));
     }
 
-    /// Keeps the sums of a log that ends.
+    /// Stores the sums of the log that ends here.
     pub(super) fn end_log(&mut self) {
         self.logs.push(self.normal.without(&self.before_log));
         self.before_log = self.normal.clone();
     }
 }
 
-/// Bounds a whitened innovation.
+/// Limits a whitened innovation.
 pub(super) fn whitened(innovation: f64) -> f64 {
     innovation.clamp(-MAX_WHITENED_INNOVATION, MAX_WHITENED_INNOVATION)
 }

@@ -1,10 +1,10 @@
-//! What a run of the filter leaves for others that follow its gains.
+//! Results of a filter run for a replay and for the likelihood of the levels.
 
 use super::accumulate::Sums;
 #[cfg(test)]
 use crate::estimate::prediction_error::vector::scale;
 
-/// What a run of the filter leaves.
+/// Results of a filter run.
 #[derive(Clone, Debug)]
 pub(in super::super) struct FilterRun {
     pub(in super::super) sums: Sums,
@@ -16,7 +16,7 @@ pub(in super::super) struct FilterRun {
 impl FilterRun {
     /// Returns gains and innovation of each measurement.
     ///
-    /// - `states`: \[3 rows\].
+    /// - `states`: number of states, \[3 rows\].
     pub(in super::super) fn corrections(
         &self,
         states: usize,
@@ -24,8 +24,7 @@ impl FilterRun {
         (self.schedule.gains.chunks(states)).zip(self.trajectory.innovations.iter().copied())
     }
 
-    /// Returns what a run of other data would leave: innovations and disturbances
-    /// times a factor.
+    /// Returns the results of a run with scaled data: innovations and disturbances times a factor.
     #[cfg(test)]
     pub(in super::super) fn scaled(&self, factor: f64) -> Self {
         let mut other = self.clone();
@@ -35,7 +34,7 @@ impl FilterRun {
     }
 }
 
-/// What a replay holds.
+/// Quantities that a replay holds.
 #[derive(Clone, Debug, Default)]
 pub(super) struct GainSchedule {
     /// K of each measurement, \[measurements × 3 rows\].
@@ -48,23 +47,22 @@ pub(super) struct GainSchedule {
     pub(super) corner: f64,
 }
 
-/// Where gains led.
+/// Innovations and disturbances along a trajectory.
 #[derive(Clone, Debug, Default)]
 pub(in super::super) struct Trajectory {
     /// e of each measurement.
     pub(super) innovations: Vec<f64>,
-    /// d after each sample's measurements, \[samples × rows\], of the samples with a
-    /// linearization.
+    /// d after the measurements of each sample with a linearization, \[samples × rows\].
     pub(in super::super) disturbances: Vec<f64>,
 }
 
-/// Derivatives about a trajectory, of its first samples.
+/// Derivatives about the trajectory of a run, for its first samples.
 #[derive(Clone, Debug, Default)]
 pub(in super::super) struct Linearization {
-    /// Corner of the disturbances of the run, Hz.
+    /// Corner frequency of the disturbances in the run, Hz.
     pub(in super::super) corner: f64,
-    /// F over the period behind each sample without the rows of the disturbances,
-    /// \[samples × 2 rows × 3 rows\].
+    /// F over the period after each sample, without the rows of the disturbances, \[samples × 2
+    /// rows × 3 rows\].
     pub(in super::super) transitions: Vec<f64>,
     /// Coordinates at each sample, \[samples × rows\].
     pub(in super::super) positions: Vec<f64>,

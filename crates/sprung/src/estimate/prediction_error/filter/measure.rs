@@ -1,11 +1,11 @@
-//! The measurement update: one position moves the state by its gain.
+//! The measurement update: an innovation corrects the state by its gain.
 
 use super::state::Filter;
 use crate::estimate::prediction_error::covariance::measurement_update;
 use crate::estimate::prediction_error::measurements::{Measurement, Sensor, observe};
 use crate::estimate::prediction_error::vector::add;
 
-/// What a measurement says against what was expected.
+/// Innovation of a measurement: the measured minus the expected position.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Innovation<'f> {
     /// e, rad (m).
@@ -19,7 +19,7 @@ pub(super) struct Innovation<'f> {
 }
 
 impl Filter<'_, '_> {
-    /// Takes a measurement y of a sensor that reads b too much.
+    /// Updates the state by a measurement y of a sensor with the offset b.
     ///
     /// ```text
     /// e = y − b − H x        S = H P Hᵀ + R        K = P Hᵀ / S
@@ -27,7 +27,7 @@ impl Filter<'_, '_> {
     /// ∂e/∂z = −H ∂x/∂z − ∂b/∂z − ∂(H x)/∂z         ∂x/∂z ← ∂x/∂z + K ∂e/∂z
     /// ```
     ///
-    /// H depends on z where a delay is looked at.
+    /// H depends on z if z contains delays.
     pub(super) fn measure(&mut self, sensor: &Sensor, measurement: &Measurement) -> Innovation<'_> {
         let rows = self.dynamics.rows();
         let observation = sensor.observation(measurement, rows);
@@ -52,7 +52,7 @@ impl Filter<'_, '_> {
         }
     }
 
-    /// Writes ∂e/∂z, and takes it into ∂x/∂z.
+    /// Writes ∂e/∂z and updates ∂x/∂z.
     fn differentiate(
         &mut self,
         sensor: &Sensor,

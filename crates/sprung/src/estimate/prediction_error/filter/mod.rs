@@ -1,13 +1,12 @@
-//! The extended Kalman filter of a robot whose torques are disturbed, and the
-//! derivatives of its innovations. NOTATION.md has its equations.
+//! The extended Kalman filter of a robot with disturbed torques, and the derivatives of its
+//! innovations. NOTATION.md contains the equations.
 //!
-//! State: coordinates, their velocities, and one disturbance per row, \[3 rows\]. A
-//! disturbance is a torque with a first-order spectrum; logged torques are noisy
-//! besides. Measurements are taken one by one, which needs no matrix to be
-//! inverted.
+//! State: coordinates, their velocities, and one disturbance per row, \[3 rows\]. A disturbance is
+//! a torque with a first-order spectrum. In addition the logged torques have white noise. The
+//! filter processes measurements one by one, so it inverts no matrix.
 //!
-//! [`run`] is the filter, sample by sample: measure, accumulate, predict. [`replay`] is the
-//! same with its gains held.
+//! [`run`] processes the samples in order: measure, accumulate, predict. [`replay`] does the same
+//! with the gains of a run.
 
 mod accumulate;
 mod linearization;

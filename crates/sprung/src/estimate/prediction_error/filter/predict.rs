@@ -1,4 +1,4 @@
-//! The time update: dynamics carry the state over a period.
+//! The time update: the dynamics move the state over a period.
 
 use super::state::Filter;
 use crate::estimate::prediction_error::covariance::{add_process_noise, propagate};
@@ -6,15 +6,15 @@ use crate::estimate::prediction_error::measurements::Segment;
 use crate::estimate::prediction_error::vector::scale;
 
 impl Filter<'_, '_> {
-    /// Moves on by a period T; returns the steps of the integration.
+    /// Moves the state by a period T. Returns the number of integration steps.
     ///
     /// ```text
     /// [q; v] ← Φ(q, v, τ + d, θ)        d ← a d
     /// P ← F P Fᵀ + Q                    ∂x/∂z ← F ∂x/∂z + ∂Φ/∂z
     /// ```
     ///
-    /// Φ is the flow of the equations of motion over T with the torque held, F its
-    /// derivative by the state, and Q what torque noise and fresh disturbances add.
+    /// Φ is the flow of the equations of motion over T with the torque held. F is its derivative by
+    /// the state. Q is the covariance of torque noise and new disturbances.
     pub(super) fn predict(&mut self, segment: &Segment, sample: usize) -> usize {
         let rows = self.dynamics.rows();
         let period = segment.period;
@@ -33,7 +33,7 @@ impl Filter<'_, '_> {
         steps
     }
 
-    /// Writes the derivatives at the beginning of a period by the state there and by z.
+    /// Writes the derivatives at the beginning of a period, by the state there and by z.
     fn seed_tangent(&mut self, segment: &Segment, sample: usize) {
         let (rows, count) = (self.dynamics.rows(), self.unknowns.columns());
         let (states, width) = (3 * rows, self.tangent.columns);

@@ -1,4 +1,4 @@
-//! The filter with its gains held.
+//! The filter with the gains of a run.
 
 use super::accumulate::whitened;
 use super::linearization::{FilterRun, Trajectory};
@@ -10,8 +10,8 @@ use crate::estimate::prediction_error::measurements::Measurements;
 use crate::estimate::prediction_error::unknowns::Unknowns;
 use crate::estimate::prediction_error::vector::{add, scale};
 
-/// Returns the cost at other values of the unknowns, with the gains, whitening and
-/// integration steps of a run held, and where they lead; nothing if a number is not finite.
+/// Returns cost and trajectory at other values of the unknowns, with the gains, whitening and
+/// integration steps of a run. Returns `None` if a number is not finite.
 ///
 /// ```text
 /// e = y − b − H x        x ← x + K e        [q; v] ← Φ(q, v, τ + d, θ)        d ← a d

@@ -1,4 +1,4 @@
-//! The filter over a whole record, with derivatives.
+//! The filter over all measurements, with derivatives.
 
 use super::accumulate::Sums;
 use super::linearization::{FilterRun, GainSchedule, Linearization, Trajectory};
@@ -8,23 +8,22 @@ use crate::estimate::prediction_error::levels::Levels;
 use crate::estimate::prediction_error::measurements::Measurements;
 use crate::estimate::prediction_error::unknowns::Unknowns;
 
-/// What a run keeps besides its sums and gains.
+/// Optional results of a run.
 #[derive(Clone, Copy, Debug, Default)]
 pub(in super::super) struct Keep {
-    /// Samples whose linearization is kept, the first ones.
+    /// Number of samples whose linearization is kept, from the first one.
     pub(in super::super) linearized_samples: usize,
-    /// Copies of the normal equations over time.
+    /// Number of copies of the normal equations over time.
     pub(in super::super) growing_parts: usize,
 }
 
-/// Runs the filter over measurements: measure, accumulate, predict.
+/// Runs the filter over all measurements: measure, accumulate, predict.
 ///
-/// Derivatives are those of the filter with its gains held, so that they are exact
-/// for [`replay`](super::replay).
+/// The derivatives hold the gains, so they are the exact derivatives of [`replay`](super::replay).
 ///
 /// - `z`: values of the unknowns.
 ///
-/// Returns nothing if a number is not finite.
+/// Returns `None` if a number is not finite.
 pub(in super::super) fn run(
     measurements: &Measurements,
     dynamics: &mut Dynamics<'_>,
@@ -92,7 +91,7 @@ impl FilterRun {
         }
     }
 
-    /// Keeps coordinates and disturbances after a sample's measurements.
+    /// Keeps coordinates and disturbances after the measurements of a sample.
     fn keep_state(&mut self, filter: &Filter<'_, '_>) {
         let rows = filter.torque.len();
         (self.trajectory.disturbances).extend_from_slice(&filter.x[2 * rows..]);

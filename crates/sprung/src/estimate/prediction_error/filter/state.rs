@@ -1,4 +1,4 @@
-//! State and covariance of the filter on their way.
+//! State and covariance of the filter.
 
 use crate::estimate::prediction_error::covariance::start_covariance;
 use crate::estimate::prediction_error::dynamics::{Dynamics, Tangent};
@@ -6,11 +6,11 @@ use crate::estimate::prediction_error::levels::Levels;
 use crate::estimate::prediction_error::measurements::Segment;
 use crate::estimate::prediction_error::unknowns::Unknowns;
 
-/// The filter at one instant, and its memory.
+/// The filter at one instant, with its work memory.
 pub(super) struct Filter<'a, 'm> {
     pub(super) dynamics: &'a mut Dynamics<'m>,
     pub(super) unknowns: &'a Unknowns,
-    /// Unknowns that have values: z.
+    /// Values of the unknowns, z.
     pub(super) z: &'a [f64],
     pub(super) levels: &'a Levels,
     /// x, \[3 rows\].
@@ -59,7 +59,7 @@ impl<'a, 'm> Filter<'a, 'm> {
         }
     }
 
-    /// Starts at the first sample of a segment.
+    /// Sets the filter to the first sample of a segment.
     pub(super) fn start(&mut self, segment: &Segment) {
         let rows = self.dynamics.rows();
         self.x = start_state(rows, segment, self.unknowns, self.z);

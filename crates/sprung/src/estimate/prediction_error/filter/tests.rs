@@ -1,4 +1,4 @@
-//! The filter against a dense one from the textbook, on a carriage that a spring moves.
+//! The filter compared with a dense textbook filter, for a carriage on a spring.
 
 use super::run::{Keep, run};
 use super::state::Filter;
@@ -12,7 +12,7 @@ use crate::estimate::prediction_error::unknowns::Unknowns;
 use crate::log::Channels;
 use crate::model::Model;
 
-/// A carriage without gravity: its equations are linear.
+/// A carriage without gravity, so its equations are linear.
 const CARRIAGE: &str = r#"
 format = 1
 [robot]
@@ -33,7 +33,8 @@ motor_force_n = ["force"]
 encoder_offset = "none"
 "#;
 
-/// Carriage, rotor, kg; friction of both, N s/m; stiffness, N/m: as the model orders them.
+/// Masses of carriage and rotor, kg; viscous friction of both, N s/m; stiffness, N/m; in the order
+/// of the model.
 const TRUTH: [f64; 5] = [2.0, 0.5, 0.3, 0.7, 900.0];
 const PERIOD: f64 = 2e-3;
 const SAMPLES: usize = 40;
@@ -71,7 +72,7 @@ fn transposed(a: &Matrix) -> Matrix {
         .collect()
 }
 
-/// Adds a multiple of a matrix to another.
+/// Returns `a + factor · b`.
 fn plus(a: &Matrix, factor: f64, b: &Matrix) -> Matrix {
     let sum = |(a, b): (&Vec<f64>, &Vec<f64>)| -> Vec<f64> {
         a.iter().zip(b).map(|(a, b)| a + factor * b).collect()
@@ -79,7 +80,7 @@ fn plus(a: &Matrix, factor: f64, b: &Matrix) -> Matrix {
     a.iter().zip(b).map(sum).collect()
 }
 
-/// The textbook's filter: x = (q, ϕ, q̇, ϕ̇, d₁, d₂) and P, dense.
+/// The dense textbook filter: x = (q, ϕ, q̇, ϕ̇, d₁, d₂) and P.
 struct Textbook {
     theta: Vec<f64>,
     levels: Levels,
@@ -107,7 +108,8 @@ impl Textbook {
         }
     }
 
-    /// F of states and torque, of a Runge-Kutta method of order 4: a series of the exponential.
+    /// F by the states and the torque. For a linear system the Runge-Kutta method of order 4 is a
+    /// Taylor series of the matrix exponential.
     fn transition(&self, steps: usize) -> Matrix {
         let [m, rotor, b1, b2, k] = self.theta[..] else {
             panic!("five parameters")
@@ -127,7 +129,7 @@ impl Textbook {
         (0..steps).fold(identity(STATES), |all, _| product(&step, &all))
     }
 
-    /// P Hᵀ / S, e and S.
+    /// Returns K = P Hᵀ / S, e and S.
     fn gain(&self, measurement: &Measurement, offset: f64) -> (Matrix, f64, f64) {
         let mut h = zeros(1, STATES);
         h[0][measurement.sensor] = 1.0;
@@ -245,7 +247,7 @@ impl Case {
         )
     }
 
-    /// Unknowns away from the truth, the offset of the motor's sensor the last.
+    /// Unknowns away from the true values. The last one is the offset of the motor's sensor.
     fn z(&self) -> Vec<f64> {
         let unknowns = self.unknowns();
         assert_eq!(unknowns.values(), TRUTH.len() + 1);
@@ -335,8 +337,8 @@ fn a_period_moves_state_and_covariance_as_in_the_textbook() {
     }
 }
 
-/// Innovations, gains, S and steps of the textbook's filter over the segment; gains and steps
-/// are those of another run where there is one.
+/// Gains, innovations and S of the textbook filter over the segment. `held` gives gains and S of
+/// another run.
 fn textbook_run(
     case: &Case,
     z: &[f64],
@@ -382,7 +384,7 @@ fn sums_are_those_of_the_textbook_and_its_differences() {
     agree(run.sums.cost, cost, 0.0, "V");
     agree(run.sums.loss, loss, 0.0, "L");
     assert_eq!(run.sums.measurements, here.len() as u64);
-    // Derivatives of the innovations with the gains held, by differences.
+    // Derivatives of the innovations by differences, with the gains held.
     let held: Vec<(Matrix, f64)> = here.iter().map(|(gain, _, s)| (gain.clone(), *s)).collect();
     let derivatives: Vec<Vec<f64>> = (0..z.len())
         .map(|i| {

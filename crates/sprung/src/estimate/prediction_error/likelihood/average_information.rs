@@ -1,4 +1,4 @@
-//! Forward once more: the average of expected and observed information of the levels.
+//! Second forward pass: the average of expected and observed information of the levels.
 
 use super::backward::Backward;
 use super::forward::Forward;
@@ -8,21 +8,21 @@ use crate::estimate::prediction_error::levels::Level;
 use crate::estimate::prediction_error::measurements::{Measurement, observe};
 use crate::estimate::prediction_error::vector::add;
 
-/// What each level would add to the state, filtered on its way.
+/// Contribution of each level's change to the state, filtered.
 struct Added<'a> {
     linear: &'a LinearRun<'a>,
     levels: &'a [Level],
     forward: &'a Forward,
     backward: &'a Backward,
-    /// \[levels × states\].
+    /// Contribution of each level to the state, \[levels × states\].
     states: Vec<f64>,
-    /// What a measurement finds of each, \[levels\].
+    /// Contribution of each level to the present innovation, \[levels\].
     found: Vec<f64>,
     memory: Vec<f64>,
 }
 
-/// Returns the average information, \[levels × levels\], of which the lower triangle is filled:
-/// what each level would add to the measurements, filtered, whitened and multiplied.
+/// Returns the average information, \[levels × levels\]; only the lower triangle is filled. Its
+/// entries are sums of products of the levels' whitened contributions to the innovations.
 pub(super) fn average_information(
     linear: &LinearRun<'_>,
     levels: &[Level],
@@ -61,9 +61,9 @@ pub(super) fn average_information(
 }
 
 impl Added<'_> {
-    /// Starts a segment.
+    /// Sets the contributions at the start of a segment.
     ///
-    /// - `state_adjoint`, `corner_adjoint`: as the backward pass ended.
+    /// - `state_adjoint`, `corner_adjoint`: end of the backward pass in this segment.
     fn start(&mut self, (state_adjoint, corner_adjoint): &(Vec<f64>, Vec<f64>)) {
         let (rows, states) = (self.linear.rows, self.linear.states);
         let disturbance = &self.linear.levels.disturbance;
@@ -84,7 +84,7 @@ impl Added<'_> {
         }
     }
 
-    /// Writes what a measurement finds of each level, and takes it off by its gain.
+    /// Writes the contribution of each level to an innovation, and corrects the states by the gain.
     fn measure(&mut self, (measurement, index): (&Measurement, usize)) {
         let states = self.linear.states;
         let gains = &self.forward.gains[index * states..(index + 1) * states];
@@ -104,7 +104,7 @@ impl Added<'_> {
         }
     }
 
-    /// Moves on by a period.
+    /// Propagates the contributions over a period.
     fn predict(&mut self, segment: &LinearSegment<'_>, (k, sample): (usize, usize)) {
         let (rows, states, levels) = (self.linear.rows, self.linear.states, self.linear.levels);
         let decay = segment.decay;

@@ -1,4 +1,4 @@
-//! Backward: derivatives of the loss by state and covariance.
+//! Backward pass: derivatives of the loss by state and covariance.
 
 use super::forward::Forward;
 use super::level_gradient::LevelGradient;
@@ -9,32 +9,32 @@ use crate::estimate::prediction_error::covariance::{
 use crate::estimate::prediction_error::measurements::Measurement;
 use crate::estimate::prediction_error::vector::dot;
 
-/// What is called with the index of a sample, D and r behind it.
+/// Called with the index of a sample, and D and r at the end of the period after it.
 pub(super) type Visit<'v> = dyn FnMut(usize, &[f64], &[f64]) + 'v;
 
-/// What the backward pass leaves.
+/// Results of the backward pass.
 #[derive(Default)]
 pub(super) struct Backward {
-    /// r behind each sample, \[samples × states\].
+    /// r at the end of the period after each sample, \[samples × states\].
     pub(super) state_adjoint: Vec<f64>,
     /// u of each measurement.
     pub(super) smoothing_error: Vec<f64>,
-    /// Derivative of r by the logarithm of the corner, of the disturbances behind each
-    /// sample, \[samples × rows\].
+    /// Derivative of the disturbances' part of r by the logarithm of the corner, at the end of the
+    /// period after each sample, \[samples × rows\].
     pub(super) corner_adjoint: Vec<f64>,
-    /// Disturbances as all measurements show them, \[samples × rows\].
+    /// Smoothed disturbances, given all measurements, \[samples × rows\].
     pub(super) smoothed: Vec<f64>,
-    /// r and its derivative by the corner at the start of each segment.
+    /// r and its derivative by the logarithm of the corner at the start of each segment.
     pub(super) starts: Vec<(Vec<f64>, Vec<f64>)>,
 }
 
-/// Derivatives of the loss on their way back.
+/// Derivatives of the loss during the backward pass.
 struct Adjoint {
-    /// D, by the covariance, \[states × states\], symmetric.
+    /// D, derivative by the covariance, \[states × states\], symmetric.
     covariance: Vec<f64>,
-    /// r, minus that by the state, \[states\].
+    /// r, minus the derivative by the state, \[states\].
     state: Vec<f64>,
-    /// Derivative of r by the logarithm of the corner, of the disturbances, \[rows\].
+    /// Derivative of the disturbances' part of r by the logarithm of the corner, \[rows\].
     corner: Vec<f64>,
     product: Vec<f64>,
     memory: Vec<f64>,
@@ -52,8 +52,8 @@ impl Adjoint {
     }
 }
 
-/// Carries the derivatives of the loss by state and covariance backward, and
-/// gathers those by the levels.
+/// Propagates the derivatives of the loss by state and covariance backward, and adds up those by
+/// the levels.
 ///
 /// ```text
 /// over a period        r ← Fᵀ r        D ← Fᵀ D F
@@ -61,7 +61,7 @@ impl Adjoint {
 ///                      D ← (1 − K H)ᵀ D (1 − K H) + terms of e, S and r
 /// ```
 ///
-/// - `visit`: called for each sample, from the last one.
+/// - `visit`: called for each sample, the last one first.
 pub(super) fn backward(
     linear: &LinearRun<'_>,
     forward: &Forward,
@@ -88,7 +88,7 @@ pub(super) fn backward(
             let own = sample * rows..(sample + 1) * rows;
             backward.corner_adjoint[own.clone()].copy_from_slice(&adjoint.corner);
             adjoint.back_over_period(linear, segment, (k, sample), forward, gradient);
-            // What all measurements say of the disturbance here.
+            // The smoothed disturbance is the filtered one plus P r.
             let covariance = forward.covariance[own.start * states..].chunks(states);
             for (smoothed, covariance) in backward.smoothed[own].iter_mut().zip(covariance) {
                 *smoothed += dot(covariance, &adjoint.state);
@@ -108,7 +108,7 @@ pub(super) fn backward(
 }
 
 impl Adjoint {
-    /// Goes back over the period behind a sample.
+    /// Propagates the derivatives back over the period after a sample.
     fn back_over_period(
         &mut self,
         linear: &LinearRun<'_>,
@@ -151,7 +151,7 @@ impl Adjoint {
         adjoint_state(&mut self.state, transition, decay.factor, &mut self.memory);
     }
 
-    /// Goes back over a measurement; returns its smoothing error u.
+    /// Propagates the derivatives back over a measurement. Returns its smoothing error u.
     fn back_over_measurement(
         &mut self,
         linear: &LinearRun<'_>,

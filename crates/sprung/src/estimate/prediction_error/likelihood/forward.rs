@@ -1,4 +1,4 @@
-//! Forward: the filter at other levels.
+//! Forward pass: the filter at other levels.
 
 use super::linear_run::LinearRun;
 use crate::estimate::prediction_error::covariance::{
@@ -8,7 +8,7 @@ use crate::estimate::prediction_error::levels::Decay;
 use crate::estimate::prediction_error::measurements::observe;
 use crate::estimate::prediction_error::vector::add;
 
-/// What the filter says at other levels.
+/// Results of the forward pass.
 #[derive(Default)]
 pub(super) struct Forward {
     /// L, minus the logarithm of the likelihood, without its constant.
@@ -17,16 +17,16 @@ pub(super) struct Forward {
     pub(super) gains: Vec<f64>,
     pub(super) variance: Vec<f64>,
     pub(super) scaled_innovation: Vec<f64>,
-    /// P of the disturbances with all states after a sample's measurements,
-    /// \[samples × rows × states\], and the disturbances, \[samples × rows\].
+    /// Rows of P for the disturbances after the measurements of each sample, \[samples × rows ×
+    /// states\], and the disturbances, \[samples × rows\].
     pub(super) covariance: Vec<f64>,
     pub(super) disturbances: Vec<f64>,
 }
 
-/// Runs the filter; nothing if the run has fewer measurements or samples.
+/// Runs the linear filter. Returns `None` if the run has fewer measurements or samples.
 ///
-/// The state is the run's and a deviation from it: a measurement moves it by its own gain,
-/// where the run moved by its.
+/// The state is that of the run plus a deviation. A measurement moves the sum by the new gain,
+/// whereas it moved the run by the gain of the run.
 pub(super) fn forward(linear: &LinearRun<'_>) -> Option<Forward> {
     let (rows, states) = (linear.rows, linear.states);
     let run = linear.run;

@@ -1,4 +1,4 @@
-//! Derivatives of the loss by the levels, gathered on the way back.
+//! Derivatives of the loss by the levels, summed in the backward pass.
 
 use crate::estimate::prediction_error::levels::{Decay, Level, Levels};
 
@@ -6,7 +6,8 @@ use crate::estimate::prediction_error::levels::{Decay, Level, Levels};
 #[derive(Clone, Copy, Debug, Default)]
 struct ByLevel {
     gradient: f64,
-    /// The part that the innovations found, whose expectation the rest is.
+    /// Quadratic part by the innovations. The gradient is the expectation of this part minus this
+    /// part.
     found: f64,
 }
 
@@ -46,12 +47,14 @@ impl LevelGradient {
         self.by_level(level).gradient
     }
 
-    /// Returns the part of it that the innovations found.
+    /// Returns the quadratic part of the derivative by the innovations.
     pub(super) fn found(&self, level: Level) -> f64 {
         self.by_level(level).found
     }
 
-    /// Takes what D and r at the start of a segment say of the disturbances.
+    /// Adds the derivative by the disturbances at the start of a segment.
+    ///
+    /// - `covariance_adjoint`: D, `state_adjoint`: r, both at the start.
     pub(super) fn add_start(
         &mut self,
         covariance_adjoint: &[f64],
@@ -67,9 +70,10 @@ impl LevelGradient {
         }
     }
 
-    /// Takes what D and r behind a period say of fresh disturbances.
+    /// Adds the derivatives by the new disturbances of a period.
     ///
-    /// - `disturbances`: before the period.
+    /// - `covariance_adjoint`: D, `state_adjoint`: r, both at the end of the period.
+    /// - `disturbances`: d before the period.
     pub(super) fn add_disturbance(
         &mut self,
         covariance_adjoint: &[f64],
@@ -91,9 +95,10 @@ impl LevelGradient {
         }
     }
 
-    /// Takes what D and r behind a period say of torque noise.
+    /// Adds the derivative by the torque noise of a period.
     ///
     /// - `product`: `Fᵀ D`; `decay`: a.
+    /// - `covariance_adjoint`: D, `state_adjoint`: r, both at the end of the period.
     pub(super) fn add_torque_noise(
         &mut self,
         product: &[f64],
@@ -122,10 +127,9 @@ impl LevelGradient {
         }
     }
 
-    /// Takes what D behind a period says of the decay.
+    /// Adds the derivative by the decay of the disturbances in a period.
     ///
-    /// - `product`: `Fᵀ D`; `covariance`: P of the disturbances with all states before the
-    ///   period.
+    /// - `product`: `Fᵀ D`; `covariance`: rows of P for the disturbances before the period.
     pub(super) fn add_decay(&mut self, product: &[f64], covariance: &[f64], decay: Decay) {
         let rows = self.disturbance.len();
         let states = 3 * rows;
@@ -136,7 +140,7 @@ impl LevelGradient {
         }
     }
 
-    /// Takes what a measurement says of its sensor's noise.
+    /// Adds the derivative by the noise of a sensor.
     ///
     /// - `by_variance`: derivative of the loss by R; `error`: u.
     pub(super) fn add_sensor_noise(

@@ -1,4 +1,4 @@
-//! What the likelihood says at some levels.
+//! The likelihood of levels, with gradient and information.
 
 use super::average_information::average_information;
 use super::backward::backward;
@@ -9,30 +9,30 @@ use crate::estimate::prediction_error::filter::FilterRun;
 use crate::estimate::prediction_error::levels::{Levels, UnknownLevels};
 use crate::estimate::prediction_error::measurements::Measurements;
 
-/// The likelihood of levels, the filter being linear about a run.
+/// The likelihood of levels, with the filter linearised about a run.
 #[derive(Clone, Copy)]
 pub(in super::super) struct LevelLikelihood<'a> {
     pub(in super::super) measurements: &'a Measurements,
     pub(in super::super) run: &'a FilterRun,
-    // Samples whose linearization is used.
+    // Number of samples whose linearization is used.
     samples: usize,
 }
 
-/// What the likelihood says at some levels, by their logarithms.
+/// Likelihood at some levels, with derivatives by the logarithms of the levels.
 #[derive(Clone, Debug)]
 pub(in super::super) struct Score {
     /// Minus the logarithm of the likelihood, without its constant.
     pub(in super::super) loss: f64,
     pub(in super::super) gradient: Vec<f64>,
-    /// The part of the gradient that innovations of the expected size would give.
+    /// Expectation of the gradient's quadratic part by the innovations.
     pub(in super::super) expected: Vec<f64>,
-    /// Average of expected and observed information, \[levels × levels\]; the lower
-    /// triangle is filled.
+    /// Average of expected and observed information, \[levels × levels\]; only the lower triangle
+    /// is filled.
     pub(in super::super) information: Vec<f64>,
 }
 
 impl<'a> LevelLikelihood<'a> {
-    /// - `samples`: whose linearization is kept.
+    /// - `samples`: number of samples whose linearization is used.
     pub(in super::super) fn new(
         measurements: &'a Measurements,
         run: &'a FilterRun,
@@ -45,8 +45,8 @@ impl<'a> LevelLikelihood<'a> {
         }
     }
 
-    /// Returns what the likelihood says at some levels; nothing if the run is not one of
-    /// the measurements.
+    /// Returns the likelihood at some levels; `None` if the run does not belong to the
+    /// measurements.
     pub(in super::super) fn score(
         &self,
         unknown: &UnknownLevels,
@@ -70,9 +70,9 @@ impl<'a> LevelLikelihood<'a> {
         })
     }
 
-    /// Visits, from the last sample to the first, the information that later
-    /// measurements give about the state behind it: its index and that matrix,
-    /// `2 D + r rᵀ`, \[states × states\].
+    /// Visits the samples, the last one first, with the information of later measurements about the
+    /// state at the end of the period after the sample. The arguments are the sample's index and
+    /// the matrix `2 D + r rᵀ`, \[states × states\].
     pub(in super::super) fn information_ahead(
         &self,
         levels: &Levels,
@@ -84,7 +84,7 @@ impl<'a> LevelLikelihood<'a> {
         };
         let mut information = Vec::new();
         let mut behind = |sample: usize, covariance_adjoint: &[f64], state_adjoint: &[f64]| {
-            // D is half the information less half the square of r as it was found.
+            // D is half the information minus r rᵀ/2, so r rᵀ is added to 2 D.
             information.clear();
             let rows = covariance_adjoint.chunks(state_adjoint.len());
             for (row, own) in rows.zip(state_adjoint) {

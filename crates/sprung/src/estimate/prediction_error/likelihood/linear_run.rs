@@ -1,22 +1,22 @@
-//! A run of the filter as a linear one, at levels of its own.
+//! A run of the filter, linearised about its trajectory, with other levels.
 
 use crate::estimate::prediction_error::filter::FilterRun;
 use crate::estimate::prediction_error::levels::{Decay, Levels};
 use crate::estimate::prediction_error::measurements::{Measurement, Measurements, Segment, Sensor};
 
-/// The filter, linear about the trajectory of a run.
+/// The filter linearised about the trajectory of a run.
 pub(super) struct LinearRun<'a> {
     pub(super) run: &'a FilterRun,
     pub(super) levels: &'a Levels,
     pub(super) segments: Vec<LinearSegment<'a>>,
     sensors: &'a [Sensor],
-    /// Rows of the regressor, and states of the filter, \[3 rows\].
+    /// Number of rows of the regressor, and number of states of the filter, \[3 rows\].
     pub(super) rows: usize,
     pub(super) states: usize,
 }
 
 impl<'a> LinearRun<'a> {
-    /// - `samples`: whose linearization is used, at most.
+    /// - `samples`: maximum number of samples whose linearization is used.
     pub(super) fn new(
         measurements: &'a Measurements,
         run: &'a FilterRun,
@@ -68,8 +68,8 @@ pub(super) struct LinearSegment<'a> {
 }
 
 impl LinearSegment<'_> {
-    /// Returns F over the period behind a sample without the rows of the disturbances,
-    /// \[2 rows × 3 rows\].
+    /// Returns F over the period after a sample without the rows of the disturbances, \[2 rows × 3
+    /// rows\].
     pub(super) fn transition(&self, sample: usize, rows: usize) -> &[f64] {
         let size = 6 * rows * rows;
         &self.transitions[sample * size..(sample + 1) * size]

@@ -1,16 +1,14 @@
-//! The likelihood of the levels of noise and disturbances, the filter being linear about
-//! the last trajectory, with its exact gradient and a curvature. NOTATION.md has its
-//! equations.
+//! The likelihood of the levels of noise and disturbances, with its exact gradient and a curvature.
+//! The filter is linearised about the last trajectory. NOTATION.md contains the equations.
 //!
-//! [`forward`] goes the filter; [`backward`] go the derivatives of the loss by state and
-//! covariance, which give those by all levels at once; forward once more goes, for
-//! each level, what a change of it would add to the measurements ([`average_information`]).
+//! [`forward`] runs the filter. [`backward`] propagates the derivatives of the loss by state and
+//! covariance, which give the derivatives by all levels at once. [`average_information`] runs
+//! forward again with the contribution that a change of each level makes to the measurements.
 //!
 //! # Source
 //!
-//! Koopman and Shephard, Biometrika 1992: "Exact score for time series models in
-//! state space form"; Gilmour, Thompson and Cullis, Biometrics 1995: "Average
-//! information REML".
+//! Koopman and Shephard, Biometrika 1992: "Exact score for time series models in state space form";
+//! Gilmour, Thompson and Cullis, Biometrics 1995: "Average information REML".
 
 mod average_information;
 mod backward;

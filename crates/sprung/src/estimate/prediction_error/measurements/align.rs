@@ -1,4 +1,4 @@
-//! Delays undone: raw samples become torques and measurements of one time.
+//! Alignment: raw samples become torques and measurements without their delays.
 
 use super::encoder_edges::{EdgePosition, encoder_edges};
 use super::measurement::Measurement;
@@ -11,7 +11,7 @@ use crate::log::Channels;
 use crate::model::Model;
 use crate::preprocess::{Butterworth, ZeroPhase};
 
-/// Samples of a segment that all channels reach, delays undone.
+/// Samples of a segment for which all channels have values after their delays are removed.
 struct Window<'a> {
     /// Delay of each channel, s.
     delays: &'a [f64],
@@ -23,7 +23,7 @@ struct Window<'a> {
 }
 
 impl<'a> Window<'a> {
-    /// Returns nothing if the samples are too few.
+    /// Returns `None` if there are too few samples.
     fn new(length: usize, delays: &'a [f64], period: f64) -> Option<Self> {
         let shifts = delays.iter().map(|delay| delay / period);
         let latest = shifts
@@ -41,13 +41,13 @@ impl<'a> Window<'a> {
         })
     }
 
-    /// Returns how many samples late a channel is.
+    /// Returns the delay of a channel in samples.
     fn shift(&self, channel: usize) -> f64 {
         self.delays[channel] / self.period
     }
 
-    /// Returns the sample behind a position of a sensor, and that measurement; nothing
-    /// outside.
+    /// Returns the first sample after a position of a sensor, and the measurement at this sample;
+    /// `None` if the position is outside of the window.
     fn place(
         &self,
         (index, sensor): (usize, &Sensor),
@@ -59,7 +59,8 @@ impl<'a> Window<'a> {
             return None;
         }
         let age = (sample - at).max(0.0) * self.period;
-        // The filter goes back by the velocity of the sample alone.
+        // The observation goes back by the velocity at the sample, so the effect of the
+        // acceleration is subtracted here.
         let braked = 0.5 * position.acceleration * age * age;
         let measurement = Measurement {
             sensor: index,
@@ -73,10 +74,10 @@ impl<'a> Window<'a> {
 
 /// Turns raw samples into torques and measurements.
 ///
-/// - `delays`: of each channel, s.
-/// - `filter`: of the smoothed positions, at the period of the log.
+/// - `delays`: delay of each channel, s.
+/// - `filter`: smooths the positions, at the period of the log.
 ///
-/// Returns nothing if the samples are too few for the filter or the delays.
+/// Returns `None` if there are too few samples for the filter or the delays.
 pub(super) fn align(
     raw: &RawSegment,
     model: &Model,
@@ -117,7 +118,7 @@ pub(super) fn align(
     })
 }
 
-/// Visits the positions that a channel says.
+/// Visits the positions that a channel measures.
 fn positions(
     values: &[f64],
     velocity: &[f64],
@@ -141,7 +142,7 @@ fn positions(
     }
 }
 
-/// Returns the index of the first measurement of each sample, and their number.
+/// Returns the index of the first measurement of each sample, then the number of measurements.
 fn first_of_samples(found: &[(usize, Measurement)], samples: usize) -> Vec<usize> {
     let mut first = Vec::with_capacity(samples + 1);
     let mut next = 0;

@@ -9,13 +9,13 @@ use crate::prepare::{Excerpt, noise as noise_of};
 use crate::preprocess::Butterworth;
 use crate::regression::{PassError, Reading};
 
-/// Noise of positions that show none, standard deviation, rad (m).
+/// Noise of positions that show no noise, standard deviation, rad (m).
 const MIN_POSITION_NOISE: f64 = 1e-9;
 
-/// Turns raw samples into what the filter sees; nothing if they are too few.
+/// Turns raw samples into the inputs of the filter; `None` if there are too few samples.
 ///
 /// - `excerpt`: the beginning of the first log, for the noise of its channels.
-/// - `left_out`: whether the logs hold more samples.
+/// - `left_out`: whether the logs contain more samples.
 ///
 /// # Errors
 ///

@@ -1,4 +1,4 @@
-//! Scales of what channels show.
+//! Standard deviation of a channel's values.
 
 /// Returns the standard deviation of numbers.
 pub(super) fn deviation(all: impl Iterator<Item = f64> + Clone) -> f64 {

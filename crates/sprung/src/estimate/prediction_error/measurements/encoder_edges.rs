@@ -1,35 +1,35 @@
 //! Positions at the edges of an encoder's counts.
 
-/// Standard deviation of an edge's place, in counts: encoder lines are not more even.
+/// Standard deviation of an edge's position, in counts, because encoder lines are uneven.
 const EDGE_DEVIATION_COUNTS: f64 = 0.05;
 
-/// Samples without an edge after which a joint is taken to rest within a count.
+/// Number of samples without an edge after which the joint counts as resting within a count.
 const REST_SAMPLES: usize = 100;
 
-/// What a counter says.
+/// A position measured by an incremental encoder.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EdgePosition {
-    /// Place among the samples.
+    /// Time of the position, in samples.
     pub(super) sample: f64,
     /// Position, rad (m).
     pub(super) value: f64,
-    /// Its variance, rad² (m²).
+    /// Variance of the position, rad² (m²).
     pub(super) variance: f64,
-    /// Acceleration there, rad/s² (m/s²).
+    /// Acceleration at this time, rad/s² (m/s²).
     pub(super) acceleration: f64,
 }
 
-/// Visits the positions that a counter's edges and rests say.
+/// Visits the positions at the edges and rests of an encoder's counts.
 ///
-/// Where the counter changes, the position halfway between two samples is the mean
-/// of both, whatever the number of counts between them: of all positions that lead
-/// to so many counts at this velocity it is the centre, and they span one count
-/// less the part by which the number differs from what the velocity says. The later
-/// value would be wrong by up to half a count towards the motion, which looks like
-/// friction.
+/// If the count changes between two samples, the position halfway between them is the mean of both
+/// values, for one count as for several. The mean is the centre of all positions that give this
+/// number of counts at this velocity. Their range is one count minus the difference between the
+/// number of counts and the motion at this velocity. The later value would be wrong by up to half a
+/// count in the direction of the motion, an error that looks like friction.
 ///
-/// - `values`: of a channel, rad (m); `velocity`: of the smoothed values, rad/s (m/s).
-/// - `count`: rad (m); `period`: s.
+/// - `values`: positions of a channel, rad (m); `velocity`: velocity of the smoothed values, rad/s
+///   (m/s).
+/// - `count`: size of a count, rad (m); `period`: s.
 pub(super) fn encoder_edges(
     values: &[f64],
     velocity: &[f64],
@@ -46,7 +46,7 @@ pub(super) fn encoder_edges(
         if counts.abs() < 0.5 {
             continue;
         }
-        // A rest says once where the joint was, however long it was.
+        // A rest gives a single measurement, no matter how long it lasts.
         if k - since >= REST_SAMPLES {
             let middle = usize::midpoint(since, k);
             visit(EdgePosition {
@@ -61,7 +61,7 @@ pub(super) fn encoder_edges(
             let moved = 0.5 * (velocity[k] + ahead) * period / count;
             let width = (1.0 - (counts - moved).abs()).max(0.0);
             let uneven = EDGE_DEVIATION_COUNTS * EDGE_DEVIATION_COUNTS;
-            // The mean of two positions lies ahead of the one between them in time.
+            // The mean of two positions exceeds the position halfway between them by a h²/8.
             let gained = ahead - velocity[k];
             visit(EdgePosition {
                 sample: k as f64 + 0.5,

@@ -7,8 +7,8 @@ pub(in super::super) struct Measurement {
     pub(in super::super) sensor: usize,
     /// y, rad (m).
     pub(in super::super) value: f64,
-    /// What its samples show of R, rad² (m²).
+    /// Part of R that the samples show, rad² (m²).
     pub(in super::super) variance: f64,
-    /// How long before its sample it was taken, s.
+    /// Time from the measurement to its sample, s.
     pub(in super::super) age: f64,
 }

@@ -1,9 +1,9 @@
-//! What the filter sees of logs: torques, and measurements of positions.
+//! Inputs of the filter from the logs: torques, and measurements of positions.
 //!
-//! An encoder says little between two counts and much at an edge, where its count
-//! changes: the position halfway between two samples, to a twentieth of a count. A raw
-//! count is not a position with white noise, and a filter that takes it for one finds
-//! disturbances that are not there.
+//! An encoder gives little information between two counts and precise information at an edge, where
+//! its count changes: the position halfway between two samples, to a twentieth of a count. The
+//! error of a raw count is not white noise, so a filter that assumes white noise attributes this
+//! error to disturbances.
 
 mod align;
 mod build;

@@ -1,8 +1,8 @@
-//! The beginning of logs, in memory.
+//! The beginning of the logs, in memory.
 
 use crate::log::{Channels, LogBlock, LogError, LogSource};
 
-/// Consecutive samples of one log: channels in SI units.
+/// Consecutive samples of one log: one vector per channel, in SI units.
 #[derive(Clone, Debug)]
 pub(in super::super) struct RawSegment {
     pub(super) log: usize,
@@ -10,20 +10,20 @@ pub(in super::super) struct RawSegment {
     pub(super) values: Vec<Vec<f64>>,
 }
 
-/// Samples times rows times rows that the filter goes through, at most: its work
-/// grows with the rows, and more would take minutes and tell little.
+/// Maximum work of the filter: samples times rows times rows. More samples would take minutes and
+/// add little information.
 const MAX_FILTER_WORK: usize = 2_400_000;
 
-/// Returns how many samples the filter goes through at most.
+/// Returns the maximum number of samples that the filter processes.
 pub(in super::super) fn max_samples(rows: usize) -> usize {
     MAX_FILTER_WORK / (rows * rows).max(1)
 }
 
-/// Reads the beginning of logs, cut at gaps.
+/// Reads the beginning of the logs and splits it at gaps.
 ///
-/// - `limit`: samples, at most, of all logs together.
+/// - `limit`: maximum number of samples of all logs together.
 ///
-/// Returns them, and whether the logs hold more.
+/// Returns the segments, and whether the logs contain more samples.
 ///
 /// # Errors
 ///
@@ -42,7 +42,7 @@ pub(in super::super) fn read(
     Ok((segments, more))
 }
 
-/// Reads the beginning of one log; returns whether it holds more than `limit` samples.
+/// Reads the beginning of one log. Returns whether it contains more than `limit` samples.
 fn read_log(
     channels: &Channels,
     (log_index, source): (usize, &mut LogSource<'_>),

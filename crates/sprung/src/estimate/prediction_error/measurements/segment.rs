@@ -1,4 +1,4 @@
-//! Measurements of positions, in the order in which the filter takes them.
+//! Measurements of positions, in the order in which the filter processes them.
 
 use super::measurement::Measurement;
 use super::sensor::Sensor;
@@ -12,15 +12,15 @@ pub(in super::super) struct Segment {
     pub(in super::super) period: f64,
     /// Torque on each row, N·m (N), \[samples × rows\].
     pub(in super::super) torque: Vec<f64>,
-    /// Rate of the smoothed torque, N·m/s: the rate of its noise would look as if it
-    /// told of delays.
+    /// Rate of the smoothed torque, N·m/s. Noise of an unsmoothed rate would look like information
+    /// about delays.
     pub(in super::super) torque_rate: Vec<f64>,
     pub(in super::super) measurements: Vec<Measurement>,
-    /// Index of the first measurement of each sample, and their number at the end.
+    /// Index of the first measurement of each sample, then the number of measurements.
     pub(in super::super) first: Vec<usize>,
     /// Positions and velocities of the rows at the first sample, \[2 rows\].
     pub(in super::super) start: Vec<f64>,
-    /// Their standard deviations.
+    /// Standard deviations of `start`.
     pub(in super::super) start_deviation: Vec<f64>,
 }
 
@@ -35,7 +35,8 @@ impl Segment {
         &self.measurements[self.first[sample]..self.first[sample + 1]]
     }
 
-    /// Writes the torque that acts for a period, the logged one and the disturbance, \[rows\].
+    /// Writes the torque that acts during a period: the logged torque plus the disturbance,
+    /// \[rows\].
     pub(in super::super) fn write_torque(
         &self,
         sample: usize,
@@ -50,14 +51,14 @@ impl Segment {
     }
 }
 
-/// Logs as the filter sees them.
+/// The logs in the form that the filter processes.
 #[derive(Clone, Debug)]
 pub(in super::super) struct Measurements {
     pub(in super::super) sensors: Vec<Sensor>,
     pub(in super::super) segments: Vec<Segment>,
     /// Standard deviation of the torque of each row's joint, N·m (N).
     pub(in super::super) torque_scale: Vec<f64>,
-    /// Whether the logs hold more samples than these.
+    /// Whether the logs contain more samples.
     pub(in super::super) left_out: bool,
 }
 
@@ -72,7 +73,7 @@ impl Measurements {
         self.segments.last().map_or(0, |segment| segment.log + 1)
     }
 
-    /// Returns the part of the samples that is of one log.
+    /// Returns the fraction of the samples that belong to one log.
     pub(in super::super) fn share(&self, log: usize) -> f64 {
         let own = self.segments.iter().filter(|segment| segment.log == log);
         let own: usize = own.map(Segment::samples).sum();

@@ -1,4 +1,4 @@
-//! Channels of positions: what they measure, and how precisely.
+//! Position channels: their coordinates, offsets and noise.
 
 use super::deviation::deviation;
 use super::measurement::Measurement;
@@ -9,9 +9,9 @@ use crate::model::Model;
 /// Noise of a channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in super::super) enum Noise {
-    /// Counts of this size, rad (m).
+    /// Quantisation with counts of this size, rad (m).
     Counts(f64),
-    /// White, of this standard deviation, rad (m).
+    /// White noise with this standard deviation, rad (m).
     White(f64),
 }
 
@@ -25,24 +25,24 @@ impl Noise {
     }
 }
 
-/// What a channel of positions measures: a sum of coordinates.
+/// A position channel. It measures a weighted sum of coordinates.
 #[derive(Clone, Debug)]
 pub(in super::super) struct Sensor {
     /// Index in [`Channels::all`].
     pub(in super::super) channel: usize,
-    /// Coordinates and how much of each: the row of H for a measurement at a sample.
+    /// Coordinates and their weights: the row of H for a measurement taken at a sample.
     pub(in super::super) coordinates: Vec<(usize, f64)>,
-    /// What is added to a logged value to measure them, rad (m).
+    /// Constant that is added to a logged value to get the weighted sum of coordinates, rad (m).
     pub(in super::super) offset: f64,
     pub(in super::super) noise: Noise,
-    /// Standard deviation of what it shows, rad (m).
+    /// Standard deviation of the logged values, rad (m).
     pub(in super::super) scale: f64,
 }
 
 impl Sensor {
-    /// Returns the entries of H for one measurement that are not zero: states and how much
-    /// of each. They are coordinates and, as the measurement is older than its sample, their
-    /// velocities.
+    /// Returns the entries of H for one measurement that are not zero: states and their weights.
+    /// The states are the sensor's coordinates and, if the measurement is older than its sample,
+    /// their velocities.
     pub(in super::super) fn observation(
         &self,
         measurement: &Measurement,
@@ -64,9 +64,9 @@ pub(in super::super) fn observe(x: &[f64], observation: impl Iterator<Item = (us
     observation.map(|(state, weight)| weight * x[state]).sum()
 }
 
-/// Returns what each channel of positions measures.
+/// Returns the sensors of all position channels.
 ///
-/// - `raw`: samples, for the scales; `noise`: of each channel.
+/// - `raw`: samples, from which the scales are computed; `noise`: noise of each channel.
 pub(super) fn sensors(
     model: &Model,
     channels: &Channels,

@@ -1,25 +1,24 @@
-//! Where the rows are when a segment begins.
+//! Positions and velocities of the rows at the start of a segment.
 
 use faer::Mat;
 use faer::linalg::solvers::SolveLstsq;
 
 use super::sensor::Sensor;
 
-/// How well the smoothed velocity at the start of a segment is known: standard deviation,
-/// rad/s, and as a part of the velocity.
+/// Standard deviation of the smoothed velocity at the start of a segment: constant part, rad/s, and
+/// part relative to the velocity.
 const START_VELOCITY_DEVIATION: f64 = 0.05;
 const START_VELOCITY_RELATIVE_DEVIATION: f64 = 0.2;
 
-/// Returns positions and velocities of the rows at the first sample, and their
-/// standard deviations.
+/// Returns positions and velocities of the rows at the first sample, and their standard deviations.
 ///
-/// - `begins`: position and velocity of each sensor.
+/// - `begins`: position and velocity of each sensor at the first sample.
 pub(super) fn start_state(
     rows: usize,
     sensors: &[Sensor],
     begins: &[(f64, f64)],
 ) -> Option<(Vec<f64>, Vec<f64>)> {
-    // Each coordinate is measured, if not alone, then with known ones.
+    // Each coordinate is measured directly, or in a sum with coordinates that are.
     let count = sensors.len();
     if count < rows {
         return None;

@@ -6,11 +6,11 @@ use super::segment::Segment;
 use crate::log::{Channels, Mix};
 use crate::model::Model;
 
-/// Part of the largest torque that every joint's torque counts with at least.
+/// Minimum scale of a joint's torque, relative to the largest scale.
 const MIN_RELATIVE_TORQUE_SCALE: f64 = 1e-3;
 
-/// Returns the standard deviation of the torque of each row's joint, N·m (N); a joint that
-/// has hardly any counts with a part of the largest.
+/// Returns the standard deviation of the torque of each row's joint, N·m (N). A joint with almost
+/// no torque gets a fraction of the largest value.
 pub(super) fn torque_scale(model: &Model, segments: &[Segment]) -> Vec<f64> {
     let rows = model.rows();
     let of_row = |row: usize| {
@@ -29,9 +29,9 @@ pub(super) fn torque_scale(model: &Model, segments: &[Segment]) -> Vec<f64> {
         .collect()
 }
 
-/// Returns the torque on each row, held for a period, N·m (N), \[samples × rows\].
+/// Returns the torque on each row, held during a period, N·m (N), \[samples × rows\].
 ///
-/// - `delays`: of each channel, s; `begin`: index of the first sample.
+/// - `delays`: delay of each channel, s; `begin`: index of the first sample.
 pub(super) fn torques(
     raw: &RawSegment,
     model: &Model,
@@ -46,7 +46,8 @@ pub(super) fn torques(
     for k in 0..samples {
         for (i, channel) in channels.all.iter().enumerate() {
             if !channel.quantity.is_position() {
-                // A torque held from between two samples counts for both.
+                // With a delay of a fraction of a sample two logged torques act during a period.
+                // Their mean is weighted by their durations.
                 let lead = delays[i] / raw.period + begin as f64;
                 let whole = (lead + 1e-9).floor();
                 let part = (lead - whole).max(0.0);
