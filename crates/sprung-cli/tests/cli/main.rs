@@ -1,11 +1,6 @@
 //! The program as a user runs it.
 
-#![expect(
-    clippy::unwrap_used,
-    clippy::print_stdout,
-    clippy::print_stderr,
-    reason = "these are tests"
-)]
+#![expect(clippy::unwrap_used, clippy::print_stdout, reason = "these are tests")]
 
 mod arm;
 mod bad_experiment;

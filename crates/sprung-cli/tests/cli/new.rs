@@ -134,15 +134,12 @@ fn two_joints_if_nobody_says_how_many_and_quiet_is_quiet() {
 
 #[test]
 fn golden_robots_are_read_as_they_stand() {
-    let golden = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/golden");
     let desk = Desk::new();
     for (name, last) in [("arm7", "j7"), ("planar2r", "j2")] {
-        let file = format!("{golden}/{name}.urdf");
-        if !Path::new(&file).exists() {
-            eprintln!("skipped: no robot at {file}");
-            continue;
-        }
-        desk.succeeds(&["new", name, "--urdf", &file]);
+        let Some(file) = sprung_testing::golden(&format!("{name}.urdf")) else {
+            return;
+        };
+        desk.succeeds(&["new", name, "--urdf", file.to_str().unwrap()]);
         let text = desk.read(&format!("{name}/experiment.toml"));
         assert!(text.contains(&format!("name = \"{name}\"")), "{text}");
         assert!(text.contains(&format!("name = \"{last}\"")), "{text}");

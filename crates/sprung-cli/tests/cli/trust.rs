@@ -88,7 +88,7 @@ fn every_table_has_as_many_cells_as_its_header() {
 fn lost_output_is_an_error() {
     let full = std::fs::File::options().write(true).open("/dev/full");
     let Ok(full) = full else {
-        eprintln!("skipped: no /dev/full on this machine");
+        sprung_testing::skipped("full", "no /dev/full on this machine");
         return;
     };
     let output = std::process::Command::new(env!("CARGO_BIN_EXE_sprung"))

@@ -135,14 +135,10 @@ fn columns_and_recursions_are_what_pinocchio_computes() {
 fn every_column_is_that_of_independent_code() {
     let fixture = fixture();
     for name in ["planar2r", "arm7"] {
-        let path = format!(
-            "{}/../../../shared/golden/{name}.json",
-            env!("CARGO_MANIFEST_DIR")
-        );
-        let Ok(text) = std::fs::read_to_string(&path) else {
-            eprintln!("skipped: no golden vectors at {path}");
+        let Some(path) = sprung_testing::golden(&format!("{name}.json")) else {
             return;
         };
+        let text = std::fs::read_to_string(path).unwrap();
         let golden: Value = serde_json::from_str(&text).unwrap();
         let joints = joints(&fixture[name]);
         let chain = Chain::new(&joints, vector(&golden["gravity"])).unwrap();

@@ -1,23 +1,10 @@
-//! What machines wrote, against tidy copies of it: `../shared/data`.
+//! Logs as machines recorded them, against tidy copies of these logs.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use sprung::description::{no_files, read};
 use sprung::log::{Channels, Input, LogBlock, LogSource, Sampling, Timing};
-
-/// A folder of logs that others recorded, or nothing where it is not here.
-fn data(folder: &str) -> Option<PathBuf> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
-    let path = root.join(folder);
-    if path.exists() {
-        return Some(path);
-    }
-    eprintln!(
-        "skipped: no files of the real machine at {}",
-        path.display()
-    );
-    None
-}
+use sprung_testing::data;
 
 /// Reads a log in a folder: time, then channels.
 fn log_of(folder: &Path, experiment: &str) -> Vec<Vec<f64>> {

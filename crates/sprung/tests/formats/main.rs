@@ -1,11 +1,7 @@
 //! Logs in every format, written by the programs that people use
 //! (`make_fixtures.py`), read back.
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
-#![expect(
-    clippy::print_stdout,
-    clippy::print_stderr,
-    reason = "figures for people"
-)]
+#![expect(clippy::print_stdout, reason = "figures for people")]
 
 mod bags;
 mod broken;
@@ -20,3 +16,12 @@ mod resampling;
 mod same;
 mod support;
 mod units;
+
+#[cfg(not(feature = "mat73"))]
+#[test]
+fn matlab_7_3() {
+    sprung_testing::skipped(
+        "hdf5",
+        "built without the feature mat73, which needs libhdf5",
+    );
+}
