@@ -1,9 +1,10 @@
 """Writes one log in every format with the writers that people use.
 
     pip install numpy scipy h5py pandas pyarrow zstandard mcap mcap-ros2-support rosbags
-    python make_fixtures.py
+    python make_fixtures.py [FOLDER]
 
-The numbers are the same in all files; tests/formats/main.rs reads them back.
+The numbers are the same in all files; tests/formats/same.rs reads them back. FOLDER is `fixtures` by default.
+`cargo xtask test outside formats` installs the writers, writes new files and reads them.
 """
 
 import gzip
@@ -20,7 +21,7 @@ import pyarrow.parquet as pq
 import scipy.io
 import zstandard
 
-HERE = Path(__file__).parent / "fixtures"
+HERE = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent / "fixtures"
 ROWS = 240
 NAMES = ["t_s", "q1_rad", "q2_rad", "phi1_rad", "phi2_rad", "tau1_nm", "tau2_nm"]
 
@@ -285,7 +286,7 @@ def bags(data):
 
 
 def main():
-    HERE.mkdir(exist_ok=True)
+    HERE.mkdir(parents=True, exist_ok=True)
     data = table()
     for write in [csvs, arrays, matlab, matlab73, tables, mcaps, bags]:
         write(data)

@@ -31,10 +31,11 @@ pub(crate) enum Files {
     Memory(Vec<(&'static str, Vec<u8>)>),
 }
 
+/// A file that `make_fixtures.py` wrote: of the repository, or of the folder `SPRUNG_TEST_FORMATS`.
 pub(crate) fn fixture(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("tests/formats/fixtures")
-        .join(name)
+    let own = || Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/formats/fixtures");
+    let other = std::env::var_os("SPRUNG_TEST_FORMATS").map(PathBuf::from);
+    other.unwrap_or_else(own).join(name)
 }
 
 pub(crate) fn experiment(log: &str) -> Result<Experiment, String> {

@@ -1,0 +1,69 @@
+//! Programs and libraries that tests need, installed where the machine is a Debian.
+
+use std::path::Path;
+use std::process::Command;
+
+/// Installs Chromium; returns whether a browser is there.
+pub(crate) fn browser() -> bool {
+    let is_there = || {
+        [
+            "/usr/bin/chromium",
+            "/usr/bin/chromium-browser",
+            "/usr/bin/google-chrome",
+        ]
+        .iter()
+        .any(|path| Path::new(path).exists())
+    };
+    if is_there() {
+        return true;
+    }
+    eprintln!("── installing Chromium, to test the report in");
+    if packages("chromium") && is_there() {
+        return true;
+    }
+    eprintln!("── Chromium could not be installed: the tests of the report will be skipped");
+    false
+}
+
+/// Installs libhdf5; returns whether it is there.
+pub(crate) fn hdf5() -> bool {
+    let is_there = || {
+        std::env::var_os("HDF5_DIR").is_some()
+            || ["/usr/include/hdf5/serial/hdf5.h", "/usr/include/hdf5.h"]
+                .iter()
+                .any(|path| Path::new(path).exists())
+    };
+    if is_there() {
+        return true;
+    }
+    eprintln!("── installing libhdf5, to read MATLAB 7.3 with");
+    if packages("libhdf5-dev pkg-config") && is_there() {
+        return true;
+    }
+    eprintln!("── libhdf5 could not be installed: the tests of MATLAB 7.3 will be skipped");
+    false
+}
+
+/// Installs packages of a Debian; returns whether that went well.
+fn packages(names: &str) -> bool {
+    let install = format!(
+        "apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq \
+         --no-install-recommends {names} >/dev/null"
+    );
+    let done = Command::new("sh").args(["-c", &install]).status();
+    done.is_ok_and(|status| status.success())
+}
+
+/// The oldest CMake that configures the sources of libhdf5: major and minor version.
+pub(crate) const CMAKE: (u32, u32) = (3, 26);
+
+/// Returns whether libhdf5 can be compiled from its sources.
+pub(crate) fn builds_hdf5() -> bool {
+    let Ok(output) = Command::new("cmake").arg("--version").output() else {
+        return false;
+    };
+    let text = String::from_utf8_lossy(&output.stdout);
+    let version = text.split_whitespace().nth(2).unwrap_or_default();
+    let mut parts = version.split('.').map_while(|part| part.parse().ok());
+    (parts.next(), parts.next()) >= (Some(CMAKE.0), Some(CMAKE.1))
+}

@@ -1,0 +1,105 @@
+//! `cargo xtask test outside`: sprung against foreign programs, which it installs itself.
+//!
+//! A step that cannot install its programs fails: nothing is skipped here.
+
+mod formats;
+mod mujoco;
+mod python;
+mod vectors;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use python::Python;
+
+use crate::root;
+use crate::run::Outcome;
+use crate::steps::Steps;
+use crate::summary;
+
+/// A comparison with a foreign program.
+struct Step {
+    name: &'static str,
+    what: &'static str,
+    /// What pip installs for it.
+    packages: &'static [&'static str],
+    /// Returns `None`, and prints why, if the comparison fails.
+    run: fn(&Python) -> Option<()>,
+}
+
+/// All steps, the quick ones first. A new comparison is a line here and a file beside this one.
+const STEPS: [Step; 4] = [
+    Step {
+        name: "scipy",
+        what: "the zero-phase filter of SciPy",
+        packages: &["numpy==2.4.6", "scipy==1.17.1"],
+        run: vectors::scipy,
+    },
+    Step {
+        name: "pinocchio",
+        what: "torques and momenta of Pinocchio",
+        packages: &["numpy==2.4.6", "pin==4.1.0"],
+        run: vectors::pinocchio,
+    },
+    Step {
+        name: "formats",
+        what: "logs as their usual writers write them",
+        packages: &[
+            "numpy==2.4.6",
+            "scipy==1.17.1",
+            "h5py==3.16.0",
+            "pandas==3.1.1",
+            "pyarrow==26.0.1",
+            "zstandard==0.25.0",
+            "mcap==1.6.0",
+            "mcap-ros2-support==0.6.0",
+            "rosbags==0.11.9",
+        ],
+        run: formats::check,
+    },
+    Step {
+        name: "mujoco",
+        what: "an arm simulated by MuJoCo, identified",
+        packages: &["numpy==2.4.6", "mujoco==4.0.0"],
+        run: mujoco::check,
+    },
+];
+
+/// Returns the names of all steps.
+pub(crate) fn names() -> Vec<&'static str> {
+    STEPS.iter().map(|step| step.name).collect()
+}
+
+/// Runs steps; stops at the first that fails.
+///
+/// - `chosen`: their names; all if empty.
+pub(crate) fn run(chosen: &[&str]) -> ExitCode {
+    if let Some(unknown) = chosen.iter().find(|name| !names().contains(*name)) {
+        eprintln!(
+            "there is no step {unknown}; there are {}",
+            names().join(", ")
+        );
+        return ExitCode::from(2);
+    }
+    let mut steps = Steps::default();
+    for step in STEPS
+        .iter()
+        .filter(|step| chosen.is_empty() || chosen.contains(&step.name))
+    {
+        steps.step(step.name, step.what, || {
+            let python = Python::with(&target().join("outside"), step.packages)?;
+            (step.run)(&python)
+        });
+    }
+    if summary::print(&steps, &Outcome::default()) {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    }
+}
+
+/// Returns the folder where cargo builds.
+fn target() -> PathBuf {
+    let target = std::env::var_os("CARGO_TARGET_DIR");
+    target.map_or_else(|| root().join("target"), PathBuf::from)
+}
