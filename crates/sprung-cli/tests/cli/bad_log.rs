@@ -124,7 +124,7 @@ fn one_encoder_in_another_unit_or_direction() {
         3,
         &[
             "opposite-signs",
-            "\"phi2_rad\" and \"q2_rad\" count against each other",
+            "\"phi2_rad\" and \"q2_rad\" have opposite directions",
             "sign = { \"phi2_rad\" = -1 }",
         ],
     );

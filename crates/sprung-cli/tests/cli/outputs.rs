@@ -164,7 +164,7 @@ fn validate_reads_what_identify_wrote() {
         finding["text"]
             .as_str()
             .unwrap()
-            .contains("friction below zero feeds energy in")
+            .contains("negative friction feeds energy into the loop")
     );
     assert!(
         prediction[2]["modified"]

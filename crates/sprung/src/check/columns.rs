@@ -1,33 +1,33 @@
-//! Other meanings of the columns that would explain a joint better: exchanged,
-//! swapped, turned round, on another scale.
+//! Other meanings of the columns that would explain a joint better: link and motor exchanged,
+//! joints swapped, signs reversed, another scale.
 
 use sprung_core::parameters::JointParameter;
 
-use super::look::{Look, SIGNIFICANT_SIGMAS};
+use super::context::{CheckContext, SIGNIFICANT_SIGMAS};
 use crate::finding::{Finding, Severity};
 use crate::log::{Channels, Quantity};
 use crate::prepare::{MotorRowFit, RowFit, fit_motor_rows, fit_rows};
 
-/// Part of a residual that another reading of the log must stay below to be
-/// mentioned.
+/// Another meaning of the columns is reported if it reduces the residual below this fraction.
 const BETTER_RESIDUAL_SHARE: f64 = 0.9;
 
-/// Scales of a motor position that are tried on each side of that of its spread,
-/// and the ratio of neighbours.
+/// Scales of a motor position in the scan about the ratio of standard deviations: their number on
+/// each side, and the ratio of neighbours.
 const SCALES_EACH_SIDE: i32 = 6;
 const SCALE_RATIO: f64 = 1.1;
 
-/// The least scale that is mentioned.
-const LEAST_SCALE: f64 = 1.25;
+/// Smallest scale error that is reported.
+const MIN_SCALE: f64 = 1.25;
 
-impl Look<'_> {
+impl CheckContext<'_> {
     /// Fits all rows with other meanings of the columns.
     fn with(&self, channels: &Channels) -> Vec<MotorRowFit> {
         let reading = self.reading.with_channels(channels.clone());
         fit_motor_rows(self.excerpt, &reading).unwrap_or_default()
     }
 
-    /// Joints whose link and motor columns look exchanged.
+    /// Returns joints with apparently exchanged link and motor columns, and adds findings about
+    /// them.
     pub(super) fn exchanged(
         &self,
         fits: &[RowFit],
@@ -35,12 +35,12 @@ impl Look<'_> {
         findings: &mut Vec<Finding>,
     ) -> Vec<usize> {
         let channels = self.reading.channels();
-        let mut told = Vec::new();
+        let mut reported = Vec::new();
         let exchanged = weak.iter().fold(channels.clone(), |channels, &joint| {
             channels.exchanged(joint).unwrap_or(channels)
         });
         if exchanged == *channels {
-            return told;
+            return reported;
         }
         let now = self.with(&exchanged);
         for &joint in weak {
@@ -51,7 +51,7 @@ impl Look<'_> {
             if !better {
                 continue;
             }
-            told.push(joint);
+            reported.push(joint);
             let (link, motor) = (
                 self.link(joint),
                 self.column(&[Quantity::MotorPosition], joint),
@@ -83,22 +83,22 @@ impl Look<'_> {
                 ),
             );
         }
-        told
+        reported
     }
 
-    /// Pairs of joints whose columns of one quantity look swapped.
+    /// Adds findings about pairs of joints with apparently swapped columns of one quantity.
     pub(super) fn swapped(
         &self,
         fits: &[RowFit],
         weak: &[usize],
-        told: &mut Vec<usize>,
+        reported: &mut Vec<usize>,
         findings: &mut Vec<Finding>,
     ) {
         let channels = self.reading.channels();
         for (k, &one) in weak.iter().enumerate() {
             for &two in &weak[k + 1..] {
                 for quantity in Quantity::ALL {
-                    if told.contains(&one) || told.contains(&two) {
+                    if reported.contains(&one) || reported.contains(&two) {
                         continue;
                     }
                     let Some(swapped) = channels.swapped(quantity, one, two) else {
@@ -113,7 +113,7 @@ impl Look<'_> {
                         })
                     };
                     if better(one) && better(two) {
-                        told.extend([one, two]);
+                        reported.extend([one, two]);
                         findings.push(self.swap(quantity, one, two, fits, &now));
                     }
                 }
@@ -154,7 +154,7 @@ impl Look<'_> {
         )
     }
 
-    /// A torque that brakes where it should drive.
+    /// Finding: the torque brakes where it should drive.
     pub(super) fn reversed(&self, joint: usize, fit: &RowFit) -> Option<Finding> {
         let signed: Vec<(JointParameter, f64, f64)> = (fit
             .of_joints(self.reading.model(), self.independent))
@@ -172,7 +172,7 @@ impl Look<'_> {
         Some(reversed_torque(self.name(joint), torque).seen(self.file, torque, signed[0].1, ""))
     }
 
-    /// Fits the torque's row of a joint with a column times a number.
+    /// Fits the torque row of a joint with one column multiplied by `by`.
     fn scaled(&self, quantities: &[Quantity], joint: usize, by: f64) -> Option<MotorRowFit> {
         let channel = (quantities.iter())
             .find_map(|&quantity| self.reading.channels().index(quantity, joint))?;
@@ -181,7 +181,7 @@ impl Look<'_> {
         Some(fits.first()?.short(self.reading.model()))
     }
 
-    /// A link that counts against its motor, as the equations show it.
+    /// Finding: by the equations, link and motor position have opposite directions.
     pub(super) fn opposite(&self, joint: usize, fit: &RowFit) -> Option<Finding> {
         let before = fit.relative_residual();
         let (link, motor) = (
@@ -191,7 +191,7 @@ impl Look<'_> {
         if link.is_empty() {
             return None;
         }
-        // Which of them it is, the torque says.
+        // The fit of the torque shows which of the two columns is reversed.
         let (wrong, turned) = [
             (link, Quantity::LinkPosition),
             (motor, Quantity::MotorPosition),
@@ -205,9 +205,9 @@ impl Look<'_> {
                 Severity::Error,
                 "opposite-signs",
                 format!(
-                    "{}: \"{motor}\" and \"{link}\" count against each other: with \"{wrong}\" turned \
-                     the motor row leaves {:.1} % of the torque unexplained instead of {:.1} %, and \
-                     every parameter is positive",
+                    "{}: \"{motor}\" and \"{link}\" have opposite directions: with the sign of \
+                     \"{wrong}\" reversed the motor row leaves {:.1} % of the torque unexplained instead \
+                     of {:.1} %, and every parameter is positive",
                     self.name(joint),
                     100.0 * turned.relative_residual,
                     100.0 * before
@@ -221,7 +221,7 @@ impl Look<'_> {
         )
     }
 
-    /// A motor position on another scale than the link's, as the equations show it.
+    /// Finding: by the equations, the motor position has another scale than the link position.
     pub(super) fn other_scale(&self, joint: usize, fit: &RowFit) -> Option<Finding> {
         let channels = self.reading.channels();
         let motor = channels.index(Quantity::MotorPosition, joint)?;
@@ -255,7 +255,7 @@ impl Look<'_> {
         let (ratio, now) = best?;
         let before = fit.relative_residual();
         if now.relative_residual > BETTER_RESIDUAL_SHARE * before
-            || ratio.ln().abs() < LEAST_SCALE.ln()
+            || ratio.ln().abs() < MIN_SCALE.ln()
         {
             return None;
         }
@@ -265,16 +265,15 @@ impl Look<'_> {
                 Severity::Error,
                 "slope-not-one",
                 format!(
-                    "{}: \"{column}\" moves about {ratio:.3} times too far beside \"{}\": on the \
-                     link's scale the motor row leaves {:.1} % of the torque unexplained instead of \
-                     {:.1} %; a gear ratio, a number of counts per turn or a unit is wrong",
+                    "{}: \"{column}\" moves about {ratio:.3} times as far as \"{}\": on the link's scale \
+                     the motor row leaves {:.1} % of the torque unexplained instead of {:.1} %; a gear \
+                     ratio, a number of counts per turn or a unit is wrong",
                     self.name(joint),
                     self.link(joint),
                     100.0 * now.relative_residual,
                     100.0 * before
                 ),
-                "see that gear_ratio and counts_per_turn are those of the joint, and which side each \
-                 encoder is on",
+                "check gear_ratio and counts_per_turn of the joint, and the side of each encoder",
             )
             .seen(self.file, column, ratio, "rad/rad")
             .mended_by(
@@ -287,17 +286,17 @@ impl Look<'_> {
     }
 }
 
-/// Says that stiffness and frictions came out negative, all of them.
+/// Returns the finding about a reversed torque: stiffness and all friction are negative.
 #[must_use]
 pub fn reversed_torque(name: &str, torque: &str) -> Finding {
     Finding::new(
         Severity::Error,
         "reversed-torque",
         format!(
-            "{name}: in the motor row stiffness and both frictions come out negative: the sign of the \
-             torque is reversed against the motor position"
+            "{name}: in the motor row stiffness and both frictions are negative: the sign of the torque \
+             is reversed relative to the motor position"
         ),
-        &format!("set sign = {{ \"{torque}\" = -1 }} in [log], or turn the signs of both positions"),
+        &format!("set sign = {{ \"{torque}\" = -1 }} in [log], or reverse the signs of both positions"),
     )
     .mended_by("[log]", &format!("sign = {{ \"{torque}\" = -1 }}"))
 }

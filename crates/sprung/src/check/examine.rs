@@ -1,4 +1,4 @@
-//! What is wrong with logs, by their figures and the beginning of the first.
+//! Examines logs by their figures and the beginning of the first log.
 
 use super::filters::filters;
 use super::joints::joints as examine_joints;
@@ -9,21 +9,21 @@ use crate::model::Model;
 use crate::prepare::{Excerpt, Prepared};
 use crate::regression::LogFigures;
 
-/// Jitter, as a part of the period, that is worth a note.
+/// Smallest jitter for a note, as a fraction of the period.
 const NOTED_JITTER_SHARE: f64 = 0.01;
 
-/// What [`examine`] says.
+/// Result of [`examine`].
 #[derive(Clone, Debug, Default)]
 pub struct Examination {
-    /// What is wrong, worst first.
+    /// Findings, worst first.
     pub findings: Vec<Finding>,
-    /// Figures of the joints; none if the log is too short for the filters.
+    /// Figures of the joints; empty if the log is too short for the filters.
     pub joints: Vec<JointFigures>,
 }
 
-/// Judges logs by their figures and the beginning of the first.
+/// Examines logs by their figures and the beginning of the first log.
 ///
-/// - `figures`: of each log.
+/// - `figures`: figures of each log.
 #[must_use]
 pub fn examine(prepared: &Prepared, figures: &[LogFigures]) -> Examination {
     let (reading, excerpt) = (prepared.reading(), prepared.excerpt());
@@ -34,7 +34,7 @@ pub fn examine(prepared: &Prepared, figures: &[LogFigures]) -> Examination {
     findings.extend(prepared.delays().findings(channels));
     let mut joints = Vec::new();
     if let (Some(name), Some(first)) = (prepared.names().first(), figures.first()) {
-        // Samples that are weighed say less of what is wrong with some.
+        // Weights could hide faulty samples, so all weights are equal here.
         let reading = reading.without_weights();
         let moving: Vec<usize> = (0..model.joint_count())
             .filter(|&joint| moves(channels, &first.summary, joint))
@@ -43,7 +43,7 @@ pub fn examine(prepared: &Prepared, figures: &[LogFigures]) -> Examination {
         match examine_joints(prepared.experiment(), &reading, excerpt, name, &moving) {
             Some(examined) => {
                 findings.extend(filters(&reading, excerpt, name, &moving));
-                // What the equations say of signs and scales is surer than correlations.
+                // The equations determine signs and scales more reliably than correlations.
                 let again = |found: &Finding| {
                     (examined.findings.iter())
                         .any(|other| other.code == found.code && same_joint(found, other, channels))
@@ -62,7 +62,7 @@ pub fn examine(prepared: &Prepared, figures: &[LogFigures]) -> Examination {
     Examination { findings, joints }
 }
 
-/// Returns what one log says by itself: its columns and its clock.
+/// Returns findings about one log alone: its columns and its clock.
 fn about_log(name: &str, channels: &Channels, model: &Model, figures: &LogFigures) -> Vec<Finding> {
     let mut findings = crate::log::check(name, channels, model.joints(), &figures.summary);
     let timing = check_timing(name, channels, &figures.timing);
@@ -75,7 +75,7 @@ fn about_log(name: &str, channels: &Channels, model: &Model, figures: &LogFigure
     findings
 }
 
-/// Returns whether a position of a joint changes.
+/// Returns whether any position of a joint changes.
 fn moves(channels: &Channels, summary: &Summary, joint: usize) -> bool {
     (channels.all.iter().enumerate())
         .filter(|(_, channel)| channel.joint == joint && channel.quantity.is_position())
@@ -86,8 +86,8 @@ fn moves(channels: &Channels, summary: &Summary, joint: usize) -> bool {
         })
 }
 
-/// Returns whether a column of a joint is known to be wrong: what its equations
-/// say follows from that.
+/// Returns whether a column of a joint has an error; findings from the joint's equations would be
+/// consequences of it.
 fn is_wrong(findings: &[Finding], channels: &Channels, joint: usize) -> bool {
     let own = |column: &str| {
         (channels.all.iter()).any(|channel| channel.joint == joint && channel.column == column)
@@ -126,18 +126,18 @@ fn gaps(file: &str, figures: &LogFigures) -> Option<Finding> {
             },
             "gaps",
             format!(
-                "{file} has {} gap{}, {:.3} s together, at which the filters start anew{lost}",
+                "{file} has {} gap{}, {:.3} s together, at which the filters restart{lost}",
                 gaps.count,
                 if gaps.count == 1 { "" } else { "s" },
                 gaps.duration
             ),
-            "see that the recorder keeps up; nothing needs to be cut",
+            "check that the recorder keeps up; the log need not be cut",
         )
         .seen(file, "", gaps.duration, "s")
     })
 }
 
-/// Says that a clock is a little uneven.
+/// Returns a finding about a slightly uneven clock.
 fn jitter(file: &str, timing: &Timing) -> Option<Finding> {
     (timing.jitter > NOTED_JITTER_SHARE).then(|| {
         Finding::new(
@@ -148,7 +148,8 @@ fn jitter(file: &str, timing: &Timing) -> Option<Finding> {
                 1e3 * timing.period,
                 100.0 * timing.jitter
             ),
-            "nothing, if the times are rounded; otherwise stamp samples where they are taken",
+            "nothing if the times are rounded; otherwise let the controller stamp each sample when it is \
+             taken",
         )
         .seen(file, "", 100.0 * timing.jitter, "%")
     })
@@ -159,8 +160,8 @@ fn too_short(file: &str, excerpt: &Excerpt) -> Finding {
         Severity::Warning,
         "too-short-to-examine",
         format!(
-            "{file}: {:.3} s are too short for the filters, so that torques, signs and delays were not \
-             looked at",
+            "{file}: {:.3} s are too short for the filters, so torques, signs and delays were not \
+             checked",
             excerpt.duration()
         ),
         "record a longer log; three periods of position_cutoff_hz pad each end",

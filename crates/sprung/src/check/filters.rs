@@ -1,5 +1,5 @@
-//! The bandwidth of the data against the filters of the file, and noise against
-//! the motion.
+//! Compares the bandwidth of the data with the filters of the experiment, and the noise with the
+//! motion.
 
 use crate::description::Cutoff;
 use crate::finding::{Finding, Severity};
@@ -8,35 +8,35 @@ use crate::prepare::{Excerpt, choose_cutoff, noise, velocity_per_position};
 use crate::preprocess::SignalBlock;
 use crate::regression::{Reading, signals};
 
-/// What the position filter takes away: standard deviations of the noise, and
-/// part of the motion, beyond which it is motion.
-const TAKEN_NOISE: f64 = 4.0;
-const TAKEN_MOTION: f64 = 0.01;
+/// Limits of the signal that the position filter removes, in standard deviations of the noise and
+/// as a fraction of the motion. Above both limits the filter removes motion.
+const REMOVED_NOISE_RATIO: f64 = 4.0;
+const REMOVED_MOTION_SHARE: f64 = 0.01;
 
-/// How many times the cut-off may be the one that the noise asks for.
-const TOO_HIGH: f64 = 4.0;
+/// Largest ratio of the given cut-off to the one that sprung would choose.
+const MAX_CUTOFF_RATIO: f64 = 4.0;
 
-/// Samples in a period of the motion, at least.
+/// Smallest number of samples in a period of the motion.
 const SAMPLES_PER_PERIOD: f64 = 20.0;
 
-/// λ as a part of the sampling rate and of the motion's angular frequency.
-const LAMBDA_HIGH: f64 = 0.3;
-const LAMBDA_LOW: f64 = 0.1;
+/// Largest λ over the sampling rate, and smallest λ over the motion's angular frequency.
+const MAX_LAMBDA_SHARE_OF_RATE: f64 = 0.3;
+const MIN_LAMBDA_SHARE_OF_MOTION: f64 = 0.1;
 
-/// Noise of a velocity, of a deflection and of a torque that counts, as a part
-/// of their standard deviations.
-const VELOCITY_NOISE: f64 = 0.1;
-const DEFLECTION_NOISE: f64 = 0.1;
-const TORQUE_NOISE: f64 = 0.35;
+/// Limits of the noise of a velocity, a deflection and a torque, as fractions of their standard
+/// deviations.
+const MAX_VELOCITY_NOISE: f64 = 0.1;
+const MAX_DEFLECTION_NOISE: f64 = 0.1;
+const MAX_TORQUE_NOISE: f64 = 0.35;
 
-struct Look<'a> {
+struct FilterCheck<'a> {
     reading: &'a Reading,
     excerpt: &'a Excerpt,
     file: &'a str,
     signals: Vec<SignalBlock>,
 }
 
-/// Judges filters and noise of the joints that move.
+/// Returns findings about filters and noise for the joints that move.
 pub(super) fn filters(
     reading: &Reading,
     excerpt: &Excerpt,
@@ -46,17 +46,17 @@ pub(super) fn filters(
     let Ok(signals) = signals(reading, excerpt.period(), excerpt.blocks()) else {
         return Vec::new();
     };
-    let look = Look {
+    let check = FilterCheck {
         reading,
         excerpt,
         file,
         signals,
     };
-    let mut findings: Vec<Finding> = look.too_high().into_iter().collect();
+    let mut findings: Vec<Finding> = check.too_high().into_iter().collect();
     for &joint in moving {
-        findings.extend(look.takes_motion(joint));
-        findings.extend(look.rate(joint));
-        findings.extend(look.noises(joint));
+        findings.extend(check.removes_motion(joint));
+        findings.extend(check.rate(joint));
+        findings.extend(check.noises(joint));
     }
     findings
 }
@@ -73,12 +73,12 @@ fn deviation(values: impl Iterator<Item = f64>) -> f64 {
     (squares / f64::max(n, 1.0)).sqrt()
 }
 
-impl Look<'_> {
+impl FilterCheck<'_> {
     fn name(&self, joint: usize) -> &str {
         &self.reading.model().joints()[joint]
     }
 
-    /// The cut-off that the file gives lets too much noise through.
+    /// Finding: the given cut-off passes too much noise.
     fn too_high(&self) -> Option<Finding> {
         let Cutoff::Fixed(given) = self.reading.settings().position_cutoff_hz else {
             return None;
@@ -89,13 +89,13 @@ impl Look<'_> {
             self.reading.settings().weights,
             self.excerpt,
         );
-        (given > TOO_HIGH * chosen && reason.starts_with('"')).then(|| {
+        (given > MAX_CUTOFF_RATIO * chosen && reason.starts_with('"')).then(|| {
             Finding::new(
                 Severity::Warning,
                 "position-cutoff-high",
                 format!(
-                    "position_cutoff_hz = {given} lets noise through: for {chosen:.1} Hz speaks that \
-                     {reason}"
+                    "position_cutoff_hz = {given} passes too much noise; \"auto\" would choose \
+                     {chosen:.1} Hz: {reason}"
                 ),
                 "set position_cutoff_hz = \"auto\" in [identify]",
             )
@@ -104,9 +104,9 @@ impl Look<'_> {
         })
     }
 
-    /// Returns raw and filtered motor positions of a joint, and the period of
-    /// its motion, s.
-    fn taken(&self, joint: usize, channel: usize) -> Option<(f64, f64)> {
+    /// Returns the standard deviations of the signal that the filter removes from a motor position,
+    /// and of the filtered position, rad (m).
+    fn removed(&self, joint: usize, channel: usize) -> Option<(f64, f64)> {
         let raw = (self.excerpt.blocks().iter())
             .flat_map(|block| block.time.iter().zip(&block.values[channel]));
         let mut raw = raw.peekable();
@@ -123,7 +123,7 @@ impl Look<'_> {
                 }
             }
         }
-        // The filter's own transient at the ends is not the motion's.
+        // The ends contain the filter's transient, so they are left out.
         let edge = differences.len() / 20;
         let inside = |values: &[f64]| {
             let values = values.get(edge..values.len() - edge).unwrap_or_default();
@@ -132,32 +132,32 @@ impl Look<'_> {
         Some((inside(&differences), inside(&kept)))
     }
 
-    /// The position filter takes away motion, not only noise.
-    fn takes_motion(&self, joint: usize) -> Option<Finding> {
+    /// Finding: the position filter removes motion besides noise.
+    fn removes_motion(&self, joint: usize) -> Option<Finding> {
         let channels = self.reading.channels();
         let channel = channels.telling(Signal::Motor, joint)?;
         let delayed = self.reading.delays().iter().any(|delay| *delay != 0.0);
         if channels.position_mix.is_some() || delayed {
             return None;
         }
-        let (taken, motion) = self.taken(joint, channel)?;
+        let (removed, motion) = self.removed(joint, channel)?;
         let (white, _) = noise(self.excerpt, channel)?;
         let cutoff = self.reading.position_cutoff_hz();
-        (taken > TAKEN_NOISE * white && taken > TAKEN_MOTION * motion).then(|| {
+        (removed > REMOVED_NOISE_RATIO * white && removed > REMOVED_MOTION_SHARE * motion).then(|| {
             Finding::new(
                 Severity::Warning,
                 "position-cutoff-low",
                 format!(
-                    "{}: the position filter at {cutoff:.1} Hz takes {taken:.2e} rad (m) away from \
-                     \"{}\", {:.0} times its noise and {:.1} % of its motion",
+                    "{}: the position filter at {cutoff:.1} Hz removes {removed:.2e} rad (m) from \"{}\", \
+                     {:.0} times its noise and {:.1} % of its motion",
                     self.name(joint),
                     channels.all[channel].column,
-                    taken / white,
-                    100.0 * taken / motion
+                    removed / white,
+                    100.0 * removed / motion
                 ),
                 "choose a higher position_cutoff_hz in [identify], or \"auto\"",
             )
-            .seen(self.file, &channels.all[channel].column, taken, "rad")
+            .seen(self.file, &channels.all[channel].column, removed, "rad")
             .mended_by(
                 "[identify]",
                 &format!("position_cutoff_hz = {:.0}", 2.0 * cutoff),
@@ -165,7 +165,7 @@ impl Look<'_> {
         })
     }
 
-    /// Sampling rate and λ against the motion.
+    /// Compares sampling rate and λ with the motion.
     fn rate(&self, joint: usize) -> Option<Finding> {
         let period = self.excerpt.period();
         let velocity = deviation(
@@ -190,7 +190,7 @@ impl Look<'_> {
                     "sampled-slowly",
                     format!(
                         "{name}: {samples:.0} samples in a period of its motion ({:.1} Hz); \
-                         velocities from so few are wrong",
+                         velocities from so few samples are wrong",
                         frequency / std::f64::consts::TAU
                     ),
                     "record faster, or move more slowly",
@@ -198,9 +198,9 @@ impl Look<'_> {
                 .seen(self.file, "", samples, "samples"),
             );
         }
-        let (words, better) = if lambda * period > LAMBDA_HIGH {
-            ("little below the sampling rate", 0.1 / period)
-        } else if lambda < LAMBDA_LOW * frequency {
+        let (words, better) = if lambda * period > MAX_LAMBDA_SHARE_OF_RATE {
+            ("too close to the sampling rate", 0.1 / period)
+        } else if lambda < MIN_LAMBDA_SHARE_OF_MOTION * frequency {
             ("far below the frequency of the motion", frequency)
         } else {
             return None;
@@ -225,7 +225,7 @@ impl Look<'_> {
         )
     }
 
-    /// Noise against what is measured.
+    /// Returns findings about noise compared with the signals.
     fn noises(&self, joint: usize) -> Vec<Finding> {
         let (channels, period) = (self.reading.channels(), self.excerpt.period());
         let per_position = velocity_per_position(self.reading.position_cutoff_hz(), period);
@@ -241,7 +241,12 @@ impl Look<'_> {
             )
         };
         let mut findings = Vec::new();
-        let mut tell = |channel: usize, what: &str, code: &str, noise: f64, size: f64, of: f64| {
+        let mut compare = |channel: usize,
+                           what: &str,
+                           code: &str,
+                           noise: f64,
+                           size: f64,
+                           of: f64| {
             if size > 0.0 && noise > of * size {
                 findings.push(
                     Finding::new(
@@ -263,13 +268,13 @@ impl Look<'_> {
         if let Some((channel, noise)) = of(Signal::Motor) {
             let size = all(|s| &s.dphi);
             let noise = noise * per_position;
-            tell(
+            compare(
                 channel,
                 "velocity",
                 "noisy-velocity",
                 noise,
                 size,
-                VELOCITY_NOISE,
+                MAX_VELOCITY_NOISE,
             );
         }
         let link = of(Signal::Link);
@@ -277,21 +282,28 @@ impl Look<'_> {
             let deflection = (self.signals.iter())
                 .flat_map(|s| s.q[joint].iter().zip(&s.phi[joint]).map(|(q, phi)| q - phi));
             let size = deviation(deflection);
-            // What the filter leaves of white noise.
+            // White noise that passes the filter.
             let cutoff = self.reading.position_cutoff_hz();
             let noise = noise * (2.0 * cutoff * period).min(1.0).sqrt();
-            tell(
+            compare(
                 channel,
                 "deflection",
                 "noisy-deflection",
                 noise,
                 size,
-                DEFLECTION_NOISE,
+                MAX_DEFLECTION_NOISE,
             );
         }
         if let Some((channel, noise)) = of(Signal::Torque) {
             let size = deviation(self.excerpt.channel(channel));
-            tell(channel, "torque", "noisy-torque", noise, size, TORQUE_NOISE);
+            compare(
+                channel,
+                "torque",
+                "noisy-torque",
+                noise,
+                size,
+                MAX_TORQUE_NOISE,
+            );
         }
         findings
     }

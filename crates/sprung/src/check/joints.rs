@@ -1,36 +1,36 @@
-//! What the torque's row of each joint says about the log: does the torque
-//! explain the motion, and would another reading of the columns explain it better?
+//! Checks with the torque row of each joint: whether the torque explains the motion, and whether
+//! another meaning of the columns would explain it better.
 
-use super::look::Look;
+use super::context::CheckContext;
 use super::relative::{ChannelDelay, RelativeDelays, relative_delays};
 use super::resolution::{UNEXPLAINED, beyond_resolution, transition_shares};
-use super::result::{DELAYED, DelayFigures, JointFigures};
+use super::result::{DELAYED_CHANNEL, DelayFigures, JointFigures};
 use crate::description::Experiment;
 use crate::finding::{Finding, Severity};
 use crate::log::Quantity;
 use crate::prepare::{Excerpt, RowFit, fit_rows, independent};
 use crate::regression::Reading;
 
-/// Part of the torque's squared residual that a delay must take away, and the
-/// standard errors that it must be away from none.
-const DELAY_SHARE_OF_SQUARES: f64 = 0.15;
+/// Conditions for a finding about a delay: smallest reduction of the torque's squared residual, and
+/// smallest distance of the delay from zero in standard errors.
+const MIN_DELAY_IMPROVEMENT: f64 = 0.15;
 const DELAY_SIGMAS: f64 = 3.0;
 
-/// How far parameters may be from the maker's, all in one direction, before the
-/// scale of the torque is doubted.
-const DOUBTED_SCALE: f64 = 6.0;
+/// Ratio to the nominal parameters, for all of them in one direction, at which the scale of the
+/// torque is doubtful.
+const SUSPICIOUS_SCALE: f64 = 6.0;
 
-/// What is known about the joints of a log.
+/// Findings about the joints of a log, with figures.
 pub(super) struct Examined {
     pub(super) findings: Vec<Finding>,
     pub(super) joints: Vec<JointFigures>,
 }
 
-/// Examines the torque's rows of the beginning of a log.
+/// Examines the torque rows at the beginning of a log.
 ///
-/// - `moving`: joints that move; others say nothing.
+/// - `moving`: joints that move; other joints give no information.
 ///
-/// Returns nothing if it is too short for the filters.
+/// Returns `None` if the excerpt is too short for the filters.
 pub(super) fn joints(
     experiment: &Experiment,
     reading: &Reading,
@@ -38,7 +38,7 @@ pub(super) fn joints(
     file: &str,
     moving: &[usize],
 ) -> Option<Examined> {
-    let look = Look {
+    let context = CheckContext {
         experiment,
         reading,
         excerpt,
@@ -61,57 +61,57 @@ pub(super) fn joints(
         })
         .collect();
     let mut findings: Vec<Finding> = (all.iter())
-        .filter_map(|&joint| look.zeros_apart(joint))
+        .filter_map(|&joint| context.zeros_apart(joint))
         .collect();
-    let mut told = look.exchanged(&fits, &weak, &mut findings);
-    look.swapped(&fits, &weak, &mut told, &mut findings);
+    let mut reported = context.exchanged(&fits, &weak, &mut findings);
+    context.swapped(&fits, &weak, &mut reported, &mut findings);
     for &joint in &weak {
-        if told.contains(&joint) {
+        if reported.contains(&joint) {
             continue;
         }
-        let better =
-            (look.opposite(joint, &fits[joint])).or_else(|| look.other_scale(joint, &fits[joint]));
+        let better = (context.opposite(joint, &fits[joint]))
+            .or_else(|| context.other_scale(joint, &fits[joint]));
         if let Some(finding) = better {
             findings.push(finding);
-            told.push(joint);
+            reported.push(joint);
         }
     }
     for &joint in moving {
-        if let Some(finding) = look.reversed(joint, &fits[joint]) {
+        if let Some(finding) = context.reversed(joint, &fits[joint]) {
             findings.push(finding);
-            told.push(joint);
+            reported.push(joint);
         }
     }
-    let wanting: Vec<usize> = (weak.iter().copied())
-        .filter(|joint| !told.contains(joint))
+    let unreported: Vec<usize> = (weak.iter().copied())
+        .filter(|joint| !reported.contains(joint))
         .collect();
-    let delays = relative_delays(excerpt, reading, &wanting);
+    let delays = relative_delays(excerpt, reading, &unreported);
     for delay in &delays {
-        if moving.contains(&delay.joint) && !told.contains(&delay.joint) {
-            let finding = look.delayed(delay);
+        if moving.contains(&delay.joint) && !reported.contains(&delay.joint) {
+            let finding = context.delayed(delay);
             if finding.is_some() && !unexplained(delay.joint, delay.residual[1]) {
-                told.push(delay.joint);
+                reported.push(delay.joint);
             }
             findings.extend(finding);
         }
     }
     for &joint in moving {
-        if !told.contains(&joint) {
+        if !reported.contains(&joint) {
             let fit = &fits[joint];
             if unexplained(joint, fit.relative_residual()) {
-                findings.push(look.unexplained(joint, fit, shares[joint]));
+                findings.push(context.unexplained(joint, fit, shares[joint]));
             } else {
-                findings.extend(look.unexcited(joint, fit));
+                findings.extend(context.unexcited(joint, fit));
             }
-            findings.extend(look.scale(joint, fit));
+            findings.extend(context.scale(joint, fit));
         }
     }
-    let offsets = look.offsets();
+    let offsets = context.offsets();
     for &joint in moving {
-        if !told.contains(&joint)
+        if !reported.contains(&joint)
             && let Some(offset) = &offsets[joint]
         {
-            findings.extend(look.offset(joint, offset, &fits[joint]));
+            findings.extend(context.offset(joint, offset, &fits[joint]));
         }
     }
     let of = |joint: usize| delays.iter().find(|delay| delay.joint == joint);
@@ -122,7 +122,7 @@ pub(super) fn joints(
             slope: None,
             explained_percent: 100.0 * (1.0 - row.relative_residual.powi(2)),
             stiffness: row.stiffness,
-            delay: of(joint).map(|delay| look.as_figures(&delay.likely)),
+            delay: of(joint).map(|delay| context.as_figures(&delay.likely)),
             encoder_offset_rad: offsets[joint].as_ref().map(|offset| offset.value),
             encoder_offset_standard_error_rad: (offsets[joint].as_ref())
                 .map(|offset| offset.standard_error),
@@ -134,7 +134,7 @@ pub(super) fn joints(
     })
 }
 
-impl Look<'_> {
+impl CheckContext<'_> {
     fn delayed(&self, found: &RelativeDelays) -> Option<Finding> {
         let [without, with] = found.residual;
         let ChannelDelay {
@@ -142,7 +142,7 @@ impl Look<'_> {
             delay,
             standard_error,
         } = found.likely;
-        let sure = with.powi(2) < (1.0 - DELAY_SHARE_OF_SQUARES) * without.powi(2)
+        let sure = with.powi(2) < (1.0 - MIN_DELAY_IMPROVEMENT) * without.powi(2)
             && delay.abs() > DELAY_SIGMAS * standard_error;
         if !sure {
             return None;
@@ -152,7 +152,7 @@ impl Look<'_> {
         Some(
             Finding::new(
                 Severity::Warning,
-                DELAYED,
+                DELAYED_CHANNEL,
                 format!(
                     "{}: if \"{column}\" was recorded {delay:.3} s late (standard error \
                      {standard_error:.3} s), the motor row explains {:.1} % of the torque instead of \
@@ -172,9 +172,9 @@ impl Look<'_> {
         )
     }
 
-    /// The energy that the motor puts in is not what moves the joint.
+    /// Finding: the motor torque does not explain the motion of the joint.
     ///
-    /// - `share`: what the resolution of the positions leaves of the torque.
+    /// - `share`: part of the torque that the resolution of the positions explains.
     fn unexplained(&self, joint: usize, fit: &RowFit, share: f64) -> Finding {
         let relative = fit.relative_residual();
         let torque = self.column(&[Quantity::MotorTorque], joint);
@@ -191,18 +191,18 @@ impl Look<'_> {
             "torque-unexplained",
             format!(
                 "{}: the motion explains {:.0} % of \"{torque}\" (squares, filtered); {:.0} % of its \
-                 root mean square is left over{resolution}: the energy that goes in does not come out",
+                 root mean square remains unexplained{resolution}: the torque does not match the motion",
                 self.name(joint),
                 100.0 * (1.0 - relative.powi(2)).max(0.0),
                 100.0 * relative
             ),
-            "see that the column is the torque of this joint, that its sign and unit are right, \
+            "check that the column is the torque of this joint, that its sign and unit are right, \
              and whether a contact, a load or a friction law is missing in the model",
         )
         .seen(self.file, torque, relative, "")
     }
 
-    /// The scale of the torque against the maker's values.
+    /// Finding: the scale of the torque disagrees with the nominal values.
     fn scale(&self, joint: usize, fit: &RowFit) -> Option<Finding> {
         let mut ratios: Vec<f64> = (fit.beside_nominal(self.reading.model()).iter())
             .map(|(value, nominal)| value / nominal)
@@ -215,8 +215,8 @@ impl Look<'_> {
         let (least, most) = (*ratios.first()?, *ratios.last()?);
         let middle = ratios[ratios.len() / 2].min(ratios[(ratios.len() - 1) / 2]);
         let far = middle.max(1.0 / middle);
-        // All to one side: a scale, not a parameter.
-        if far < DOUBTED_SCALE || (least < 1.0 && most > 1.0) {
+        // Only ratios on one side of 1 indicate a wrong scale instead of a wrong parameter.
+        if far < SUSPICIOUS_SCALE || (least < 1.0 && most > 1.0) {
             return None;
         }
         let torque = self.column(&[Quantity::MotorTorque], joint);
@@ -242,23 +242,23 @@ impl Look<'_> {
         };
         Some(
             Finding::new(
-                // The maker's values may be the ones that are wrong.
+                // The nominal values may be wrong instead of the torque.
                 Severity::Warning,
                 "torque-scale",
                 format!(
-                    "{}: stiffness, inertia and friction come out {middle:.3} times the nominal ones, \
-                     all in one direction ({least:.3} to {most:.3}): \"{torque}\" looks like {likely}, \
-                     or the positions have another unit",
+                    "{}: stiffness, inertia and friction are about {middle:.3} times their nominal \
+                     values, all in one direction ({least:.3} to {most:.3}): \"{torque}\" looks like \
+                     {likely}, or the positions have another unit",
                     self.name(joint)
                 ),
-                "say the unit and the side of the torque; or correct the nominal values",
+                "give the unit and the side of the torque, or correct the nominal values",
             )
             .seen(self.file, torque, middle, "")
             .mended_by("[log]", &line),
         )
     }
 
-    /// A motion that shows friction and nothing else.
+    /// Finding: the motion determines friction only.
     fn unexcited(&self, joint: usize, fit: &RowFit) -> Option<Finding> {
         let parameters = fit.of_joints(self.reading.model(), self.independent);
         let blind: Vec<String> = (parameters.iter())
@@ -273,8 +273,8 @@ impl Look<'_> {
                 Severity::Warning,
                 "only-friction",
                 format!(
-                    "{}: friction explains the torque so well that {} stays within its error: the \
-                     joint hardly accelerates",
+                    "{}: friction explains the torque, and the estimate of {} lies within two standard \
+                     errors of zero: the joint hardly accelerates",
                     self.name(joint),
                     blind.join(" and ")
                 ),

@@ -1,17 +1,17 @@
-//! What is wrong with a log, before anything is identified from it.
+//! Checks a log before an identification.
 //!
-//! [`check`] reads logs once, in bounded memory, and says what it found; an
-//! identification asks [`examine`] with the figures of its own pass. What one
-//! column shows by itself is judged in [`crate::log`]; here stands what takes the
-//! robot's equations or the settings: whether the torque explains the motion, which
-//! channel is late, what the filters take away. For these the beginning of the first
-//! log is looked at, an `Excerpt`.
+//! [`check`] reads logs once, in bounded memory, and returns findings; an identification calls
+//! [`examine`] with the figures of its own pass. [`crate::log`] checks single columns. This module
+//! makes the checks that need the robot's equations or the settings: whether the torque explains
+//! the motion, which channel is late, what the filters remove. These checks use the beginning of
+//! the first log, an `Excerpt`.
 
+mod assemble;
 mod columns;
+mod context;
 mod examine;
 mod filters;
 mod joints;
-mod look;
 mod offset;
 mod pass;
 mod refusal;
@@ -19,7 +19,6 @@ mod relative;
 mod resolution;
 mod result;
 mod run;
-mod tell;
 
 pub use columns::reversed_torque;
 pub use examine::examine;

@@ -1,32 +1,32 @@
-//! Constants between the two encoders of a joint.
+//! Constant offsets between the two encoders of a joint.
 
 use sprung_core::chain::JointKind;
 use sprung_core::parameters::JointParameter;
 
-use super::look::{Look, SIGNIFICANT_SIGMAS};
+use super::context::{CheckContext, SIGNIFICANT_SIGMAS};
 use crate::description::EncoderOffset;
 use crate::finding::{Finding, Severity};
 use crate::log::Quantity;
 use crate::model::Model;
 use crate::prepare::{RowFit, fit_rows};
 
-/// Part of the torque that a constant must make to be mentioned.
+/// Smallest torque of an offset for a finding, as a fraction of the motor torque.
 const OFFSET_TORQUE_SHARE: f64 = 0.02;
 
-/// Angle, rad, that no spring is turned by on average.
+/// Average deflection, rad, that no spring reaches.
 const ZEROS_APART_RAD: f64 = 0.3;
 
-/// A constant between the two encoders.
+/// A constant offset between the two encoders of a joint.
 pub(super) struct Offset {
-    /// Motor minus link where the spring is at rest, rad (m).
+    /// Motor minus link position at zero spring torque, rad (m).
     pub(super) value: f64,
     pub(super) standard_error: f64,
     preload: f64,
 }
 
-impl Look<'_> {
-    /// Constants between the two encoders of each joint, where the model has
-    /// none of its own; nothing where it cannot tell.
+impl CheckContext<'_> {
+    /// Estimates the offset between the two encoders of each joint; `None` if the log does not
+    /// determine it.
     pub(super) fn offsets(&self) -> Vec<Option<Offset>> {
         let model = self.reading.model();
         let nothing = || (0..model.joint_count()).map(|_| None).collect();
@@ -66,7 +66,8 @@ impl Look<'_> {
         fits.iter().map(offset).collect()
     }
 
-    /// Encoders of a joint that count from different zeros, as those do that lose theirs.
+    /// Finding: the encoders of a joint have different zeros, for example after one encoder lost
+    /// its zero.
     pub(super) fn zeros_apart(&self, joint: usize) -> Option<Finding> {
         let (model, channels) = (self.reading.model(), self.reading.channels());
         let link = channels.index(Quantity::LinkPosition, joint)?;
@@ -86,13 +87,14 @@ impl Look<'_> {
                 Severity::Info,
                 "zeros-apart",
                 format!(
-                    "{}: \"{link}\" less \"{motor}\" is {apart:.3} rad on average: no spring is turned so \
-                     far, so one of them has lost its zero. The motor's only moves a constant; the \
-                     link's would turn gravity and the other joints with it",
+                    "{}: \"{link}\" minus \"{motor}\" is {apart:.3} rad on average: no spring deflects so \
+                     far, so one encoder has lost its zero. A wrong zero of the motor only changes a \
+                     constant; a wrong zero of the link changes the direction of gravity and the pose \
+                     of the arm",
                     self.name(joint)
                 ),
-                "see that the link's is right; if another column knows where the joint was, name it in \
-                 starts_at_rad beside the column",
+                "check the zero of the link; if another column contains the joint's position, name that \
+                 column in starts_at_rad beside the faulty one",
             )
             .seen(self.file, link, apart, "rad"),
         )
@@ -104,7 +106,7 @@ impl Look<'_> {
         let torque = (fit.torque / samples).sqrt();
         let sure = offset.value.abs() > SIGNIFICANT_SIGMAS * offset.standard_error
             && offset.preload.abs() > OFFSET_TORQUE_SHARE * torque;
-        // Where the model has a place for it, nothing is wrong.
+        // If the model has a preload, it accounts for the offset.
         if !sure || model.index(JointParameter::Preload, joint).is_some() {
             return None;
         }
@@ -114,15 +116,15 @@ impl Look<'_> {
                 Severity::Warning,
                 "encoder-offset",
                 format!(
-                    "{}: \"{link}\" and \"{}\" differ by {:.3e} rad (standard error {:.1e} rad) where the \
-                     spring is at rest, which is taken for a torque of {:.3} N·m",
+                    "{}: \"{link}\" and \"{}\" differ by {:.3e} rad (standard error {:.1e} rad) at zero \
+                     spring torque; the model takes this offset for a torque of {:.3} N·m",
                     self.name(joint),
                     self.column(&[Quantity::MotorPosition], joint),
                     offset.value,
                     offset.standard_error,
                     offset.preload
                 ),
-                "let the offset be estimated: set encoder_offset = \"estimate\" in [identify]",
+                "set encoder_offset = \"estimate\" in [identify], so that sprung estimates the offset",
             )
             .seen(self.file, link, offset.value, "rad")
             .mended_by("[identify]", "encoder_offset = \"estimate\""),

@@ -1,11 +1,11 @@
-//! Figures of logs, read through once without filters.
+//! Reads logs once without filters and gathers their figures.
 
 use crate::log::{LogBlock, LogSource, Summary};
 use crate::prepare::PrepareError;
 use crate::progress::{Listener, Phase};
 use crate::regression::{LogFigures, Reading, shortest_segment};
 
-/// Reads logs through, one after the other.
+/// Reads all logs, one after the other.
 pub(super) fn read_all(
     reading: &Reading,
     sources: &mut [LogSource<'_>],
@@ -19,9 +19,9 @@ pub(super) fn read_all(
     Ok(figures)
 }
 
-/// Reads a log through.
+/// Reads one log.
 ///
-/// - `before`: samples of the logs before.
+/// - `before`: number of samples in the previous logs.
 fn read(
     reading: &Reading,
     source: &mut LogSource<'_>,
@@ -47,9 +47,9 @@ fn read(
     })
 }
 
-/// Samples between gaps, and how many of them are too few for the filters.
+/// Counts samples in segments that are too short for the filters.
 struct Segments {
-    // Samples that the filters need; none if no filter fits the log.
+    // Smallest number of samples for the filters; `None` if no filter fits the log.
     shortest: Option<u64>,
     current: u64,
     lost: u64,

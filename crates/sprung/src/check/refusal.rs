@@ -1,8 +1,8 @@
-//! Why a log is refused.
+//! Errors about a log that `identify` refuses.
 
 use crate::finding::Finding;
 
-/// Errors about a log, for which it is refused.
+/// Errors about a refused log.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Refusal(pub Vec<Finding>);
 

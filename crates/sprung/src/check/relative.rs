@@ -1,34 +1,33 @@
-//! Delays between the channels of a joint, tested where nobody asked.
+//! Tests for delays between the channels of a joint that the description does not mention.
 
 use crate::description::Delay;
 use crate::log::Signal;
 use crate::prepare::{Excerpt, estimate_delays, fit_rows, independent};
 use crate::regression::Reading;
 
-/// Distance at which the curvature of the residual is taken, s, at least: below
-/// it the samples at the ends count more than the delay.
+/// Smallest distance for the curvature of the residual, s. At smaller distances, samples that enter
+/// or leave at the ends change the residual more than the delay does.
 const CURVATURE_STEP_S: f64 = 3e-3;
 
-/// Steps of Newton's method, and how far one may go, in those distances.
+/// Newton steps, and the longest step in distances of the curvature.
 const NEWTON_STEPS: usize = 10;
 const LONGEST_NEWTON_STEP: f64 = 3.0;
 
-/// How far from where it starts a search may end, s: farther off the parabola is
-/// not that of the delay.
-const SEARCH_REACH_S: f64 = 0.03;
+/// Longest delay that Newton's method may find, s; farther away the parabola does not describe the
+/// delay.
+const MAX_SHORT_DELAY_S: f64 = 0.03;
 
-/// Part of a residual that a long delay must stay below.
+/// A long delay is accepted if it reduces the residual below this fraction.
 const LONG_DELAY_RESIDUAL_SHARE: f64 = 0.9;
 
-/// What a joint says about delays between its channels.
+/// Delays between the channels of a joint.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct RelativeDelays {
     /// Joint, from 0.
     pub joint: usize,
-    /// The delay of one channel alone that explains the torque best.
+    /// The delay of a single channel that explains the torque best.
     pub likely: ChannelDelay,
-    /// Residual of the torque's row as a part of the torque, root mean squares,
-    /// without and with the delay.
+    /// Residual of the torque row over the torque, root mean squares, without and with the delay.
     pub residual: [f64; 2],
 }
 
@@ -37,34 +36,34 @@ pub(crate) struct RelativeDelays {
 pub(crate) struct ChannelDelay {
     /// Index of the channel in [`Channels::all`](crate::log::Channels::all).
     pub channel: usize,
-    /// How much later than the others it was recorded.
+    /// Delay of the channel behind the others.
     pub delay: f64,
     /// Standard error.
     pub standard_error: f64,
 }
 
-/// One joint while the delay of its torque is searched.
+/// State of the search for the torque delay of one joint.
 #[derive(Clone, Copy, Debug)]
 struct Joint {
     number: usize,
     torque: usize,
     motor: usize,
-    // Nothing if the link has no channel of its own.
+    // `None` if the link has no channel of its own.
     link: Option<usize>,
-    // A whole number of samples, s.
+    // Current delay for the next step, a whole number of samples, s.
     at: f64,
     delay: f64,
     // Half the second derivative of the squared residual.
     curvature: f64,
-    // Squared residuals as parts of the torque's.
+    // Squared residuals over the squared torque, with and without the delay.
     cost: f64,
     without: f64,
     active: bool,
 }
 
 impl Joint {
-    /// Moves to the minimum of the parabola through costs before, at and behind
-    /// the place.
+    /// Moves to the minimum of the parabola through the costs before, at and after the current
+    /// delay.
     fn step(&mut self, costs: [f64; 3], h: f64, period: f64) {
         let [left, centre, right] = costs;
         let slope = (right - left) / (2.0 * h);
@@ -82,19 +81,20 @@ impl Joint {
         let by = by.clamp(-LONGEST_NEWTON_STEP * h, LONGEST_NEWTON_STEP * h);
         self.delay = self.at + by;
         self.cost = centre + slope * by + self.curvature * by * by;
-        // Rounded towards the place: two samples would call each other for ever.
+        // Truncation avoids endless steps between two samples.
         let whole = (by / period).trunc() * period;
         self.active = whole.abs() > 0.5 * period;
         self.at += whole;
     }
 
-    /// Says which channel it is: the torque, or, if that were early, the motor.
+    /// Returns the late channel: the torque, or the motor if the torque's delay is negative. `None`
+    /// if the search has not converged.
     ///
-    /// - `independent`: residuals that do not depend on each other.
-    fn told(&self, independent: f64) -> Option<RelativeDelays> {
-        // Of a fit without residual nothing is uncertain; never below rounding.
+    /// - `independent`: number of independent residuals.
+    fn converged(&self, independent: f64) -> Option<RelativeDelays> {
+        // The residual of an exact fit is at least at the level of rounding errors.
         let variance = self.cost.max(1e-12) / (independent * self.curvature);
-        let settled = !self.active && self.delay.abs() < SEARCH_REACH_S;
+        let settled = !self.active && self.delay.abs() < MAX_SHORT_DELAY_S;
         (settled && variance > 0.0 && variance.is_finite()).then(|| RelativeDelays {
             joint: self.number,
             likely: ChannelDelay {
@@ -111,19 +111,17 @@ impl Joint {
     }
 }
 
-/// Finds the delay between torque and motor position of every joint, by Newton's
-/// method on the residual of the torque's row.
+/// Finds the delay between torque and motor position of every joint, by Newton's method on the
+/// residual of the torque row.
 ///
-/// - `weak`: joints whose delay may be long, as a negative stiffness or a torque
-///   that is not explained show; of them all channels are searched in the whole
-///   range of [`estimate_delays`].
+/// - `weak`: joints with a negative stiffness or an unexplained torque. Their delay may be long, so
+///   all their channels are searched in the whole range of [`estimate_delays`].
 ///
-/// Only delays between channels show. A link that is a little late looks like more
-/// viscous friction of the motor and less of the link: such delays need the
-/// likelihood of the whole robot. Joints with a delay in the description are passed
-/// over.
+/// Only delays between channels can be determined. A link that is slightly late looks like more
+/// viscous friction of the motor and less of the link: such delays need the likelihood of the whole
+/// robot. Joints with a delay in the description are skipped.
 ///
-/// Returns nothing of joints whose excerpt is too short.
+/// Joints are missing in the result if the excerpt is too short.
 #[must_use]
 pub(crate) fn relative_delays(
     excerpt: &Excerpt,
@@ -136,7 +134,7 @@ pub(crate) fn relative_delays(
     for (joint, cost) in joints.iter_mut().zip(costs) {
         joint.without = cost;
     }
-    let long = search.far_away(&joints, weak);
+    let long = search.long_delays(&joints, weak);
     for _ in 0..NEWTON_STEPS {
         if !joints.iter().any(|joint| joint.active) {
             break;
@@ -147,7 +145,7 @@ pub(crate) fn relative_delays(
     (joints.iter())
         .filter_map(|joint| {
             let long = long.iter().find(|long| long.joint == joint.number);
-            long.cloned().or_else(|| joint.told(independent))
+            long.cloned().or_else(|| joint.converged(independent))
         })
         .collect()
 }
@@ -179,16 +177,16 @@ fn candidates(reading: &Reading) -> Vec<Joint> {
         .collect()
 }
 
-/// What delays are searched in.
+/// Data of the search for delays.
 struct Search<'a> {
     excerpt: &'a Excerpt,
     reading: &'a Reading,
 }
 
 impl Search<'_> {
-    /// Finds long delays of one channel of each weak joint: the one that explains
-    /// the torque best.
-    fn far_away(&self, joints: &[Joint], weak: &[usize]) -> Vec<RelativeDelays> {
+    /// Finds a long delay of a single channel for each weak joint: the one that explains the torque
+    /// best.
+    fn long_delays(&self, joints: &[Joint], weak: &[usize]) -> Vec<RelativeDelays> {
         let mut all: Vec<RelativeDelays> = Vec::new();
         let sides: [fn(&Joint) -> Option<usize>; 3] = [
             |joint| joint.link,
@@ -232,7 +230,7 @@ impl Search<'_> {
         all
     }
 
-    /// Moves every active joint by one step of Newton's method.
+    /// Moves every active joint by one Newton step.
     fn step(&self, joints: &mut [Joint]) {
         let period = self.excerpt.period();
         let h = period * (CURVATURE_STEP_S / period).ceil().max(1.0);
@@ -244,8 +242,8 @@ impl Search<'_> {
         }
     }
 
-    /// Squared residuals of the torque's rows as parts of the torque, with all
-    /// torques moved; not a number where there is none.
+    /// Returns squared residuals of the torque rows over the squared torque, with all torques
+    /// shifted by `by`, s; not a number if the rows cannot be fitted.
     fn costs(&self, joints: &[Joint], by: f64) -> Vec<f64> {
         let mut delays = self.reading.delays().to_vec();
         for joint in joints {

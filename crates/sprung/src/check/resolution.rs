@@ -1,27 +1,26 @@
-//! What the resolution of the positions alone leaves of a torque unexplained.
+//! Computes the part of a torque's residual that the resolution of the positions causes.
 
 use crate::prepare::{Excerpt, RowFit, velocity_noise};
 use crate::regression::{Reading, System, TransitionWeights};
 
-/// Part of the motor torque that may stay unexplained, root mean squares, beyond what
-/// the resolution of the positions leaves of it.
+/// Limit of the unexplained fraction of a motor torque, root mean squares, after the part that the
+/// resolution of the positions causes is subtracted.
 pub(crate) const UNEXPLAINED: f64 = 0.2;
 
-/// Returns the part of a torque that a model leaves unexplained where the positions
-/// are exact.
+/// Returns the fraction of a torque that a model would leave unexplained with exact positions.
 ///
 /// - `relative`: residual over torque, root mean squares.
-/// - `share`: what noise leaves through Coulomb transitions, likewise.
+/// - `share`: velocity noise that passes through Coulomb transitions over torque, root mean
+///   squares.
 #[must_use]
 pub(crate) fn beyond_resolution(relative: f64, share: f64) -> f64 {
     (relative.powi(2) - share.powi(2)).max(0.0).sqrt()
 }
 
-/// Returns what the noise of the velocities leaves of each joint's torque through
-/// Coulomb transitions, root mean squares over the torque, \[n\]; zero where that
-/// cannot be said.
+/// Returns the velocity noise that passes through Coulomb transitions into each joint's torque,
+/// root mean squares over the torque, \[n\]; zero if it cannot be computed.
 ///
-/// - `fits`: of the torque's row of each joint.
+/// - `fits`: fits of each joint's torque row.
 pub(super) fn transition_shares(reading: &Reading, excerpt: &Excerpt, fits: &[RowFit]) -> Vec<f64> {
     let model = reading.model();
     let mut theta = vec![0.0; model.parameters().len()];

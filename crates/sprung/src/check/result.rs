@@ -1,4 +1,4 @@
-//! What a check leaves, as it stands in `check.json`.
+//! Results of a check, the contents of `check.json`.
 
 use std::collections::BTreeMap;
 
@@ -7,33 +7,32 @@ use serde::Serialize;
 use crate::curves::Curves;
 use crate::finding::{Finding, Severity};
 
-/// Code of the finding that a channel is late.
-pub(super) const DELAYED: &str = "delayed-channel";
+/// Code of the finding about a late channel.
+pub(super) const DELAYED_CHANNEL: &str = "delayed-channel";
 
-/// The log against its description.
+/// Figures and findings of a check.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CheckReport {
-    /// Version of this format.
+    /// Version of the file format.
     pub format: u32,
-    /// The program that wrote it.
+    /// Program and version that wrote the file.
     pub generator: String,
     /// Name of the robot.
     pub robot: String,
-    /// The logs, in their order.
+    /// The logs, in the given order.
     pub logs: Vec<CheckedLog>,
-    /// Joints, from the beginning of the first log.
+    /// Figures of the joints, from the beginning of the first log.
     pub joints: Vec<JointFigures>,
-    /// Whether there is an error: `identify` refuses such a log.
+    /// Whether there is an error; `identify` refuses a log with an error.
     pub refused: bool,
-    /// How many findings of each severity.
+    /// Number of findings of each severity.
     pub counts: BTreeMap<String, usize>,
-    /// What is wrong, worst first.
+    /// Findings, worst first.
     pub findings: Vec<Finding>,
 }
 
 impl CheckReport {
-    /// Puts what a likelihood says of delays in the place of what least squares
-    /// said.
+    /// Replaces findings about delays by least squares with those by likelihood.
     fn with_delays(&mut self, found: &[LikelyDelay]) {
         let joint_of = |column: &str| {
             let log = self.logs.first()?;
@@ -45,7 +44,7 @@ impl CheckReport {
             .first()
             .map_or("", |log| log.file.as_str())
             .to_owned();
-        let sharper: Vec<(Option<String>, Finding)> = (found.iter())
+        let by_likelihood: Vec<(Option<String>, Finding)> = (found.iter())
             .map(|delay| (joint_of(&delay.column), delay.finding(&file)))
             .collect();
         let joints: Vec<Option<String>> = (self.findings.iter())
@@ -54,12 +53,12 @@ impl CheckReport {
         let mut joints = joints.into_iter();
         self.findings.retain(|finding| {
             let joint = joints.next().flatten();
-            finding.code != DELAYED
+            finding.code != DELAYED_CHANNEL
                 || joint.is_none()
-                || !sharper.iter().any(|(other, _)| *other == joint)
+                || !by_likelihood.iter().any(|(other, _)| *other == joint)
         });
         self.findings
-            .extend(sharper.into_iter().map(|(_, finding)| finding));
+            .extend(by_likelihood.into_iter().map(|(_, finding)| finding));
         self.findings
             .sort_by_key(|finding| std::cmp::Reverse(finding.severity));
         self.count();
@@ -74,7 +73,7 @@ impl CheckReport {
         }
     }
 
-    /// Returns the worst severity of its findings.
+    /// Returns the worst severity of the findings.
     #[must_use]
     pub fn worst(&self) -> Option<Severity> {
         self.findings.iter().map(|finding| finding.severity).max()
@@ -96,19 +95,19 @@ pub struct CheckedLog {
     pub duration_s: f64,
     /// Largest deviation of a step from the period.
     pub jitter_percent: f64,
-    /// When samples were taken: `even`, `on-cycle` or `as-stamped`.
+    /// Times of the samples: `even`, `on-cycle` or `as-stamped`.
     pub sampling: String,
-    /// Samples that were interpolated onto even times.
+    /// Number of samples that were interpolated onto even times.
     pub interpolated: u64,
-    /// Samples that are missing between gaps.
+    /// Number of missing samples, outside gaps.
     pub dropped: u64,
-    /// Samples that are there twice.
+    /// Number of duplicate samples.
     pub repeated: u64,
-    /// Samples that repeat all values of the one before though a joint moves.
+    /// Number of samples that repeat all values of the previous one although a joint moves.
     pub frozen: u64,
     /// Number of gaps.
     pub gaps: u64,
-    /// How long they are together.
+    /// Duration of all gaps.
     pub gap_duration_s: f64,
     /// Columns, in the order of the joints: links, motors, torques.
     pub columns: Vec<ColumnFigures>,
@@ -119,11 +118,11 @@ pub struct CheckedLog {
 pub struct ColumnFigures {
     /// Name of the column.
     pub column: String,
-    /// Its quantity, as the key of `[log]` names it.
+    /// Quantity, as a key of `[log]`.
     pub quantity: String,
     /// Name of the joint.
     pub joint: String,
-    /// Unit of the values below.
+    /// Unit of the following values.
     pub unit: String,
     /// Smallest value.
     pub min: f64,
@@ -133,42 +132,41 @@ pub struct ColumnFigures {
     pub mean: f64,
     /// Standard deviation about the mean.
     pub deviation: f64,
-    /// Standard deviation of its noise, from the beginning of the log.
+    /// Standard deviation of the noise, from the beginning of the log.
     pub noise: Option<f64>,
-    /// Step between its values, if it is quantised.
+    /// Step between values, if the column is quantised.
     pub step: Option<f64>,
-    /// Logarithm to base 2 of range over noise, as an ideal converter of so many
-    /// bits has it.
+    /// Bits of an ideal converter with the same range and noise.
     pub effective_bits: Option<f64>,
-    /// Longest time with one value.
+    /// Longest time with a constant value.
     pub longest_still_s: f64,
 }
 
 /// Figures of one joint.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct JointFigures {
-    /// Name.
+    /// Name of the joint.
     pub joint: String,
     /// Slope of motor over link position, if both are logged.
     pub slope: Option<f64>,
-    /// Part of the squared filtered torque that the motion explains.
+    /// Percentage of the squared filtered torque that the motion explains.
     pub explained_percent: f64,
-    /// Stiffness that the motor row alone gives, N·m/rad (N/m).
+    /// Stiffness from the motor row alone, N·m/rad (N/m).
     pub stiffness: Option<f64>,
-    /// The delay of one channel that explains the log best, if it was tested.
+    /// The delay of a single channel that explains the log best, if delays were tested.
     pub delay: Option<DelayFigures>,
-    /// Motor minus link position where the spring is at rest.
+    /// Motor minus link position at zero spring torque.
     pub encoder_offset_rad: Option<f64>,
-    /// Its standard error.
+    /// Standard error of the encoder offset.
     pub encoder_offset_standard_error_rad: Option<f64>,
 }
 
-/// A channel that came late, as a likelihood says.
+/// A delay of a channel by the likelihood of the log.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LikelyDelay {
-    /// The column.
+    /// Name of the column.
     pub column: String,
-    /// How much later than the others it was recorded, s.
+    /// Delay of the channel behind the others, s.
     pub delay: f64,
     /// Standard error, s.
     pub standard_error: f64,
@@ -180,10 +178,10 @@ impl LikelyDelay {
         let setting = format!("delay_s = {{ \"{}\" = {:.6} }}", self.column, self.delay);
         Finding::new(
             Severity::Warning,
-            DELAYED,
+            DELAYED_CHANNEL,
             format!(
-                "the likelihood says that \"{}\" was recorded {:.6} s {when} (standard error {:.6} s), and \
-                 with that no other channel of its joint is",
+                "by the likelihood, \"{}\" was recorded {:.6} s {when} (standard error {:.6} s); with this \
+                 delay no other channel of its joint is late or early",
                 self.column,
                 self.delay.abs(),
                 self.standard_error
@@ -195,32 +193,30 @@ impl LikelyDelay {
     }
 }
 
-/// A delay, whether or not it is one.
+/// Estimate of a delay; it need not be significant.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DelayFigures {
-    /// The column.
+    /// Name of the column.
     pub column: String,
-    /// How much later than the others of its joint it was recorded.
+    /// Delay of the column behind the others of its joint.
     pub delay_s: f64,
     /// Standard error.
     pub standard_error_s: f64,
 }
 
-/// A check and the curves that show what it found.
+/// Results of a check with curves for the report.
 #[derive(Clone, Debug)]
 pub struct Checked {
     /// The figures and findings.
     pub report: CheckReport,
     /// Each column over the first log: a set `smallest` and a set `largest`.
     pub overview: Curves,
-    /// Columns around the places of findings: one set per finding that has one,
-    /// labelled by its place in the list of findings, from 0.
+    /// Samples around the places of findings, one entry per finding with a place in the excerpt.
     pub places: Vec<Place>,
 }
 
 impl Checked {
-    /// Puts what a likelihood says of delays in the place of what least squares
-    /// said.
+    /// Replaces findings about delays by least squares with those by likelihood.
     pub fn with_delays(&mut self, found: &[LikelyDelay]) {
         let before: Vec<Finding> = self.report.findings.clone();
         self.report.with_delays(found);
@@ -237,7 +233,7 @@ impl Checked {
 pub struct Place {
     /// Index of the finding in [`CheckReport::findings`].
     pub finding: usize,
-    /// Name of the column, and its unit.
+    /// Name of the column.
     pub column: String,
     /// Unit of the values.
     pub unit: String,

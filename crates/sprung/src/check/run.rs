@@ -1,9 +1,9 @@
-//! Logs checked against their description.
+//! Checks logs against their description.
 
+use super::assemble::assemble;
 use super::examine::examine;
 use super::pass::read_all;
 use super::result::Checked;
-use super::tell::told;
 use crate::description::Experiment;
 use crate::log::LogSource;
 use crate::model::Model;
@@ -12,16 +12,16 @@ use crate::progress::Listener;
 
 /// Checks logs against their description, prepared as an identification prepares them.
 ///
-/// Each is read once, block by block, and the beginning of the first before; memory does not
-/// grow with it.
+/// Each log is read once, block by block, after the beginning of the first log; memory does not
+/// grow with the logs.
 ///
 /// - `sources`: the logs, all with the same columns.
-/// - `progress`: told of what is chosen and of the samples read so far.
+/// - `progress`: receives each choice and the number of samples read so far.
 ///
 /// # Errors
 ///
-/// [`PrepareError`] if the description is not complete or a log cannot be read. A
-/// log that is wrong is a report.
+/// [`PrepareError`] if the description is not complete or a log cannot be read. The report contains
+/// the faults of a readable log.
 pub fn check(
     experiment: &Experiment,
     model: &Model,
@@ -32,5 +32,5 @@ pub fn check(
     let figures = read_all(prepared.reading(), sources, progress)?;
     let mut found = examine(&prepared, &figures);
     found.findings.extend(prepared.findings());
-    Ok(told(&prepared, &figures, found))
+    Ok(assemble(&prepared, &figures, found))
 }

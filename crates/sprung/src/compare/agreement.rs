@@ -1,39 +1,39 @@
-//! Do repeated estimates differ by more than their intervals allow?
+//! Tests whether repeated estimates differ by more than their intervals allow.
 
 use super::result::{ComparedParameter, ComparedResult, ComparedValue};
 use crate::estimate::{NORMAL_95, upper_tail};
 use crate::finding::{Finding, Severity};
 use crate::model::short;
 
-/// Significance of a disagreement: the probability of a false alarm for all parameters of one estimator together,
-/// if the intervals are those of independent, normal errors.
+/// Significance of a disagreement: the probability of a false alarm for all parameters of one
+/// estimator together, if the errors are independent and normal with the given intervals.
 pub(crate) const SIGNIFICANCE: f64 = 0.01;
 
-/// Code of the finding that says so.
+/// Code of the finding about disagreeing results.
 pub(crate) const RUNS_DISAGREE: &str = "runs-disagree";
 
-/// Parameters that the text of a finding names, at most.
+/// Limit of the parameters that a finding names.
 const PARAMETERS_IN_TEXT: usize = 5;
 
-/// A parameter whose estimates do not agree.
-struct Disagreement<'a> {
+/// Test of one parameter for agreement between results.
+struct AgreementTest<'a> {
     parameter: &'a ComparedParameter,
     low: f64,
     high: f64,
-    // Root mean square distance from the mean over what the intervals allow.
+    // Root mean square distance from the mean, relative to the standard errors.
     excess: f64,
     probability: f64,
 }
 
-/// Returns how many parameters were tested, and for each estimator which of
-/// them disagree between its results.
+/// Returns the number of tests, and for each estimator the parameters that disagree between its
+/// results.
 ///
-/// For each parameter with an interval in K results the statistic is
-/// `Σ (x_i − x̄)²/s_i²`, x̄ the mean weighted by 1/s², s the half width of the
-/// 95 % interval over 1.96: chi-square with K − 1 degrees of freedom for
-/// independent errors. It counts if its probability is below [`SIGNIFICANCE`] over the
-/// number of parameters tested (Bonferroni). Results of one log share its
-/// errors, so they differ less than that: no false alarm, less power.
+/// For each parameter with an interval in K results the statistic is `Σ (x_i − x̄)²/s_i²`, x̄ the
+/// mean weighted by 1/s², s the half width of the 95 % interval over 1.96. It is chi-square with K
+/// − 1 degrees of freedom for independent errors. A parameter disagrees if the probability of its
+/// statistic is below [`SIGNIFICANCE`] over the number of parameters tested (Bonferroni). Results
+/// of one log share its errors, so they differ less: the test then has less power, but no more
+/// false alarms.
 pub(super) fn runs_disagree(
     compared: &[ComparedResult],
     parameters: &[ComparedParameter],
@@ -49,7 +49,7 @@ pub(super) fn runs_disagree(
         let own: Vec<usize> = (0..compared.len())
             .filter(|&i| compared[i].estimator == estimator)
             .collect();
-        let tests: Vec<Disagreement<'_>> = (parameters.iter())
+        let tests: Vec<AgreementTest<'_>> = (parameters.iter())
             .filter_map(|parameter| test(parameter, &own))
             .collect();
         tested += tests.len();
@@ -62,10 +62,10 @@ fn of_estimator(
     estimator: &str,
     own: &[usize],
     compared: &[ComparedResult],
-    tests: &[Disagreement<'_>],
+    tests: &[AgreementTest<'_>],
 ) -> Option<Finding> {
     let limit = SIGNIFICANCE / tests.len().max(1) as f64;
-    let mut apart: Vec<&Disagreement> = tests.iter().filter(|t| t.probability < limit).collect();
+    let mut apart: Vec<&AgreementTest> = tests.iter().filter(|t| t.probability < limit).collect();
     if apart.is_empty() {
         return None;
     }
@@ -80,12 +80,12 @@ fn of_estimator(
         .iter()
         .all(|&i| compared[i].settings == compared[own[0]].settings);
     let remedy = if same_settings {
-        "parameters that move with the gains of the controller, the speed or the load mean an effect \
-         that the model lacks (a torque delay, a friction law, play, another inertia); look at \
-         validations on each other's logs"
+        "parameters that change with the controller's gains, the speed or the load show an effect that \
+         the model lacks (a torque delay, a friction law, play, another inertia); validate each result \
+         on the other logs"
     } else {
-        "the settings differ too: identify all logs with the same ones first; what still differs \
-         then means an effect that the model lacks"
+        "the settings differ too: first identify all logs with the same settings; differences that \
+         remain show an effect that the model lacks"
     };
     Some(
         Finding::new(
@@ -105,8 +105,8 @@ fn of_estimator(
     )
 }
 
-fn describe(apart: &Disagreement<'_>) -> String {
-    let Disagreement {
+fn describe(apart: &AgreementTest<'_>) -> String {
+    let AgreementTest {
         parameter,
         low,
         high,
@@ -122,7 +122,7 @@ fn describe(apart: &Disagreement<'_>) -> String {
     )
 }
 
-fn test<'a>(parameter: &'a ComparedParameter, own: &[usize]) -> Option<Disagreement<'a>> {
+fn test<'a>(parameter: &'a ComparedParameter, own: &[usize]) -> Option<AgreementTest<'a>> {
     let values: Vec<(f64, f64)> = (own.iter())
         .filter_map(|&i| estimate(parameter.values[i].as_ref()?))
         .collect();
@@ -133,7 +133,7 @@ fn test<'a>(parameter: &'a ComparedParameter, own: &[usize]) -> Option<Disagreem
     let statistic: f64 = (values.iter()).map(|(x, s)| ((x - mean) / s).powi(2)).sum();
     let fold =
         |start: f64, with: fn(f64, f64) -> f64| values.iter().map(|(x, _)| *x).fold(start, with);
-    Some(Disagreement {
+    Some(AgreementTest {
         parameter,
         low: fold(f64::INFINITY, f64::min),
         high: fold(f64::NEG_INFINITY, f64::max),
@@ -142,7 +142,7 @@ fn test<'a>(parameter: &'a ComparedParameter, own: &[usize]) -> Option<Disagreem
     })
 }
 
-/// Returns a value and its standard error, as wide as the interval says.
+/// Returns a value and the standard error that matches its interval.
 fn estimate(value: &ComparedValue) -> Option<(f64, f64)> {
     if value.fixed {
         return None;
@@ -160,7 +160,7 @@ mod tests {
 
     use super::*;
 
-    /// A parameter with normal errors, about values of its own in each run.
+    /// A parameter with normal errors about a separate true value in each run.
     fn parameter(rng: &mut ChaCha8Rng, name: usize, truth: &[f64]) -> ComparedParameter {
         let values = truth.iter().enumerate().map(|(run, truth)| {
             let error = 0.1 * (1 + run) as f64;
@@ -182,7 +182,7 @@ mod tests {
         }
     }
 
-    /// Part of many comparisons in which some parameter is apart.
+    /// Fraction of many comparisons with at least one disagreeing parameter.
     fn alarms(truth: &[f64]) -> f64 {
         const COMPARISONS: usize = 4000;
         const PARAMETERS: usize = 15;
@@ -208,7 +208,7 @@ mod tests {
 
     #[test]
     fn true_differences_are_found() {
-        // Six combined standard errors.
+        // Six times the combined standard error.
         let share = alarms(&[5.0, 5.0 + 6.0 * 0.1 * 5_f64.sqrt()]);
         assert!(share > 0.99, "{share}");
     }

@@ -1,7 +1,7 @@
-//! Short names that tell results apart.
+//! Short, unique names of results.
 
-/// Returns a name for each of `results`, given by file and estimator: what
-/// differs of the path, the estimator, or both.
+/// Returns a name for each of `results`, which are pairs of file and estimator. The name is the
+/// differing part of the path, the estimator, or both.
 pub(super) fn labels(results: &[(&str, &str)]) -> Vec<String> {
     let mut files: Vec<&str> = Vec::new();
     for (file, _) in results {
@@ -28,8 +28,7 @@ pub(super) fn labels(results: &[(&str, &str)]) -> Vec<String> {
     labels
 }
 
-/// Returns what is left of paths without the folders that all begin with and
-/// the names that all end with.
+/// Returns the paths without their common first folders and their common last names.
 fn distinct(files: &[&str]) -> Vec<String> {
     let split: Vec<Vec<&str>> = (files.iter())
         .map(|file| {
@@ -87,7 +86,7 @@ mod tests {
             made(&[("a.json", ls), ("a.json", "lsff"), ("x/b.json", ls)]),
             "a least-squares | a lsff | x/b least-squares"
         );
-        // One path is the end of the other.
+        // One path is the end of the other one.
         assert_eq!(
             made(&[
                 ("identification.json", ls),

@@ -1,4 +1,4 @@
-//! Results side by side: estimators, settings, runs, robots.
+//! Compares results of several estimators, settings, runs or robots.
 
 mod agreement;
 mod labels;

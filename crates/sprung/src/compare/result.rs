@@ -6,70 +6,68 @@ use crate::estimate::{SettingsUsed, Verdict};
 use crate::finding::Finding;
 use crate::named::Named;
 
-/// Results side by side; format 1.
+/// The compared results; format 1.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Comparison {
     /// Version of the file format; 1.
     pub format: u32,
-    /// Program and version that wrote it.
+    /// Program and version that wrote the file.
     pub generator: String,
-    /// The results that are compared; the others differ from the first.
+    /// The compared results; differences refer to the first one.
     pub compared: Vec<ComparedResult>,
-    /// Every parameter that one of them has, in the order of the first.
+    /// All parameters of all results, in the order of the first result.
     pub parameters: Vec<ComparedParameter>,
-    /// Number of parameters, over all estimators, whose repeated results were
-    /// tested for agreement.
+    /// Number of tests for agreement between repeated results: one per parameter and estimator.
     pub tested: usize,
-    /// What was noticed.
+    /// Findings of the comparison.
     pub findings: Vec<Finding>,
 }
 
-/// Where the values of one column come from.
+/// Origin of the values in one column.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ComparedResult {
-    /// A short name that no other result here has.
+    /// A short, unique name.
     pub label: String,
     /// The file that was read.
     pub file: String,
     /// Name of the robot.
     pub robot: String,
-    /// The logs.
+    /// Names of the logs.
     pub log: String,
     /// Number of samples of all logs.
     pub samples: u64,
-    /// Time that the logs last, s.
+    /// Duration of all logs, s.
     pub duration_s: f64,
-    /// Program and version that identified.
+    /// Program and version that made the identification.
     pub generator: String,
-    /// The settings that were used.
+    /// Settings of the identification.
     pub settings: SettingsUsed,
     /// Name of the estimator.
     pub estimator: String,
-    /// How far to trust it.
+    /// Trustworthiness of the result.
     pub verdict: Verdict,
-    /// Condition number after scaling columns to unit length; absent if
-    /// infinite.
+    /// Condition number with columns scaled to unit length; absent if infinite.
     pub condition_number_scaled: Option<f64>,
     /// Residual of each row, root mean square, N·m (N).
     pub residual_rms: Named,
-    /// Residual over torque of each row that has a torque.
+    /// Residual over torque in each row with a torque, root mean squares.
     pub relative_residual: Named,
-    /// Codes of its warnings and serious findings.
+    /// Codes of the result's warnings and serious findings.
     pub findings: Vec<String>,
-    /// Time that the estimate took, s.
+    /// Duration of the estimation, s.
     pub elapsed_s: f64,
 }
 
 /// One parameter in all results.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ComparedParameter {
-    /// Name.
+    /// Name of the parameter.
     pub name: String,
     /// The paper's symbol.
     pub symbol: String,
     /// Unit.
     pub unit: String,
-    /// One entry per result; nothing where the robot does not have it.
+    /// One entry per result; `None` if the result does not have the parameter.
     pub values: Vec<Option<ComparedValue>>,
 }
 
@@ -82,11 +80,11 @@ pub struct ComparedValue {
     pub standard_error: Option<f64>,
     /// 95 % confidence interval.
     pub ci95: Option<[f64; 2]>,
-    /// Whether it was given.
+    /// Whether the value was given.
     pub fixed: bool,
-    /// Difference from the first result, percent of its value there.
+    /// Difference from the first result, percent of the first result's value.
     pub difference_percent: Option<f64>,
-    /// The same over both standard errors, squared and added, which takes
-    /// the errors for independent.
+    /// Difference from the first result over the root of the sum of both squared standard errors,
+    /// which is valid for independent errors.
     pub difference_standard_errors: Option<f64>,
 }

@@ -1,4 +1,4 @@
-//! From identifications to a table.
+//! Makes the table of a comparison from identifications.
 
 use super::agreement::runs_disagree;
 use super::labels::labels;
@@ -12,44 +12,43 @@ use crate::model::short;
 pub struct Compared<'a> {
     /// Name of the file.
     pub file: &'a str,
-    /// What it holds.
+    /// Identification in the file.
     pub identification: &'a Identification,
 }
 
-/// What keeps results from being compared.
+/// Errors of a comparison.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CompareError {
-    /// There is one result only, or none.
+    /// There are fewer than two results.
     #[error("{found} in {}; give another file to compare it with", files.join(", "))]
     TooFew {
-        /// How many results there are, in words.
+        /// The number of results, in words.
         found: String,
         /// The files.
         files: Vec<String>,
     },
-    /// Robots without a parameter in common.
+    /// A file has no parameter in common with any other file.
     #[error(
         "{file} has no parameter in common with {other}; compare results of one robot, or of robots \
          with joints of the same names"
     )]
     NothingInCommon {
-        /// The file, its robot, its first parameters.
+        /// The file, its robot and its first parameters.
         file: String,
-        /// The first of the other files, likewise.
+        /// The same of the first other file.
         other: String,
     },
 }
 
-/// Puts the results of several files side by side; differences are those from
-/// the first result of the first file.
+/// Compares the results of several files; differences refer to the first result of the first file.
 ///
-/// - `files`: one or more, two results together at least.
+/// - `files`: one or more files, with at least two results in total.
 ///
 /// # Errors
 ///
-/// [`CompareError`] if there are fewer than two results, or a file has no
-/// parameter (name and unit) in common with any other.
+/// [`CompareError`] if there are fewer than two results, or if a file has no parameter (name and
+/// unit) in common with any other file.
 pub fn compare(files: &[Compared<'_>]) -> Result<Comparison, CompareError> {
     let results: Vec<(&Compared<'_>, &EstimateResult)> = (files.iter())
         .flat_map(|file| file.identification.results.iter().map(move |r| (file, r)))
@@ -171,7 +170,7 @@ fn parameters(results: &[(&Compared<'_>, &EstimateResult)]) -> Vec<ComparedParam
 fn value(p: &ParameterEstimate, first: Option<ComparedValue>) -> ComparedValue {
     let difference = p.value.zip(first.and_then(|f| f.value)).map(|(v, f)| v - f);
     let reference = first.and_then(|f| f.value);
-    // A value that was given has no error.
+    // A given value has no error.
     let error = |fixed: bool, error: Option<f64>| if fixed { Some(0.0) } else { error };
     let errors =
         first.and_then(|f| error(f.fixed, f.standard_error).zip(error(p.fixed, p.standard_error)));
@@ -197,11 +196,11 @@ fn different_robots(compared: &[ComparedResult]) -> Option<Finding> {
         Severity::Warning,
         "different-robots",
         format!(
-            "\"{}\" ({}) and \"{}\" ({}) are robots of different names; parameters are compared by \
+            "\"{}\" ({}) and \"{}\" ({}) are robots with different names; parameters are compared by \
              name and unit",
             first.robot, first.file, other.robot, other.file
         ),
-        "see that joints of the same name mean the same joint",
+        "check that joints with the same name are the same joint",
     ))
 }
 
@@ -219,14 +218,14 @@ fn missing(compared: &[ComparedResult], parameters: &[ComparedParameter]) -> Opt
             Severity::Info,
             "different-parameters",
             format!(
-                "{} of {} parameters are not in all results, as {}, which {} has and {} has not",
+                "{} of {} parameters are not in all results: for example, {} is in {}, but not in {}",
                 lacking.len(),
                 parameters.len(),
                 short(&row.name),
                 label(true),
                 label(false)
             ),
-            "compare models of the same friction laws and springs where a difference matters",
+            "compare models with the same friction laws and springs if a difference matters",
         )
         .about(lacking.iter().map(|row| row.name.clone())),
     )

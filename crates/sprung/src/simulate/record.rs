@@ -19,7 +19,7 @@ pub enum RecordError {
     Diverged(#[from] Diverged),
     /// A channel of the log has a delay, but the twin's sensors have none.
     #[error(
-        "[log] says that \"{column}\" is delayed; the twin records without delay, so remove it from \
+        "[log] gives \"{column}\" a delay, but the twin records without delays; remove the column from \
          delay_s"
     )]
     Delayed {

@@ -1,4 +1,4 @@
-//! Links and motors simulated subsystems, each driven by the other as it was measured.
+//! Simulates links and motors separately, each with the measured motion of the other.
 
 use sprung_core::drives::State;
 use sprung_core::robot::{Torques, Values};
@@ -6,12 +6,12 @@ use sprung_core::robot::{Torques, Values};
 use super::integrator::{Integrator, StepsExhausted};
 use crate::model::{Model, Scratch};
 
-/// Largest error of a step, rad (m) and rad/s (m/s): far below what an encoder
-/// shows, and no more is asked of such a motion.
+/// Largest accepted error of a step, rad (m) and rad/s (m/s). It is far below an encoder's
+/// resolution, which is accurate enough for this simulation.
 const TOLERANCE: f64 = 1e-6;
 
-/// Times the largest measured velocity beyond which a motion has nothing to do
-/// with the log.
+/// Limit of simulated velocities over the largest measured one; a faster motion is unrelated to the
+/// log.
 const VELOCITY_LIMIT_RATIO: f64 = 10.0;
 
 /// A measured motion, evenly sampled; columns of \[samples\], one per joint.
@@ -32,26 +32,26 @@ pub struct Measured<'a> {
 /// Positions of links and motors, rad (m), columns of \[samples\], one per joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Positions {
-    /// Of the links.
+    /// Link positions.
     pub q: Vec<Vec<f64>>,
-    /// Of the motors, after gear and coupling.
+    /// Motor positions after gear and coupling.
     pub phi: Vec<Vec<f64>>,
 }
 
-/// Simulates the links of flexible joints driven through their springs by the
-/// measured motors, and the motors driven by their torques and, through the
-/// springs, by the measured links. Both start as measured; between samples
-/// measured positions and velocities change evenly.
+/// Simulates links and motors separately. The measured motors drive the links of flexible joints
+/// through their springs. The torques, and the measured links through the springs, drive the
+/// motors. Both start at the measured state; measured positions and velocities are linear between
+/// samples.
 ///
-/// No controller is needed, and neither part can drift away from the log, since a
-/// spring ties it. A rigid joint moves under its torque alone and may.
+/// No controller is needed. Neither part drifts away from the log, because a spring connects it to
+/// the measured motion. A rigid joint has no spring, so it may drift.
 ///
-/// - `theta`: parameters with which the robot can move, \[p\]; `period`: T, s.
+/// - `theta`: parameters with physical inertias, \[p\]; `period`: T, s.
 ///
 /// # Errors
 ///
-/// [`StepsExhausted`] if the motion cannot be followed, or becomes ten times
-/// faster than the fastest measured one.
+/// [`StepsExhausted`] if the integration fails, or if a velocity exceeds ten times the fastest
+/// measured one.
 pub fn subsystems(
     model: &Model,
     theta: &[f64],
@@ -73,7 +73,7 @@ pub fn subsystems(
     }
     let velocities = measured.dq.iter().chain(measured.dphi).flatten();
     let fastest = VELOCITY_LIMIT_RATIO * velocities.fold(f64::MIN_POSITIVE, |m, v| m.max(v.abs()));
-    // Time since the last sample, in periods, travels with the state.
+    // The last state is the time since the last sample, in periods.
     let mut x = [
         at(measured.q, 0),
         rotors(at(measured.phi, 0)),
@@ -126,25 +126,25 @@ pub fn subsystems(
     Ok(positions)
 }
 
-/// A robot in two halves.
+/// A robot in two parts, with their buffers.
 struct Subsystems<'a> {
     model: &'a Model,
     theta: &'a [f64],
     bodies: Vec<[f64; sprung_core::spatial::BODY]>,
     flexible: &'a [usize],
     scratch: Scratch,
-    // q, dq, phi, dphi of links that are simulated, and of motors that are.
+    // q, dq, phi and dphi with simulated links, and the same with simulated motors.
     links: Vec<f64>,
     motors: Vec<f64>,
-    // On each coordinate, and what it causes in either state.
+    // Torque on each coordinate, and the accelerations of both parts.
     torque: Vec<f64>,
     out: Vec<f64>,
 }
 
 impl Subsystems<'_> {
-    /// Writes the rate of links, rotors of flexible joints and their velocities.
+    /// Writes the time derivative of links, rotors of flexible joints and their velocities.
     ///
-    /// - `from`, `to`: q, dq, phi and dphi as measured at the samples around.
+    /// - `from`, `to`: measured q, dq, phi and dphi at the samples before and after.
     fn rate(&mut self, x: &[f64], from: &[f64], to: &[f64], tau: &[f64], rate: &mut [f64]) {
         let n = tau.len();
         let half = x.len() / 2;
@@ -175,7 +175,7 @@ impl Subsystems<'_> {
             link: None,
         };
         let robot = self.model.robot();
-        // The memory is made to fit, here and below, so there is no other outcome.
+        // The buffers have the robot's sizes, so no error is expected here and below.
         let mut fits = robot.coordinate_torques(&torques, &mut self.torque).is_ok();
         let halves = [&self.links, &self.motors].into_iter();
         for (all, out) in halves.zip(self.out.chunks_mut(half)) {

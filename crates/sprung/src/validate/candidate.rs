@@ -1,4 +1,4 @@
-//! One parameter set beside one log.
+//! One parameter set on one log.
 
 use std::collections::BTreeMap;
 
@@ -15,23 +15,23 @@ use crate::preprocess::RawBlock;
 use crate::regression::System;
 use crate::simulate::ClosedLoop;
 
-/// Label of what the log says.
+/// Label of the measured curves.
 pub(super) const MEASURED: &str = "measured";
 
 /// Quantities compared per joint: link position, motor position, torque.
 pub(super) const COMPARED: usize = 3;
 
-/// Parameters to validate, and what they are called.
+/// Parameters to validate, with a label.
 #[derive(Clone, Debug)]
 pub struct ParameterSet {
-    /// Where they come from.
+    /// Origin of the values.
     pub label: String,
-    /// Values by name; those that could not be identified are missing.
+    /// Values by name; parameters that were not identified are missing.
     pub values: BTreeMap<String, f64>,
 }
 
 impl ParameterSet {
-    /// Returns what each estimator of an identification found.
+    /// Returns one set per estimator of an identification.
     #[must_use]
     pub fn of(identification: &Identification) -> Vec<Self> {
         (identification.results.iter())
@@ -43,13 +43,13 @@ impl ParameterSet {
     }
 }
 
-/// One parameter set on its way through one experiment.
+/// One parameter set during the validation on one experiment.
 pub(super) struct Candidate {
     pub(super) label: String,
     modified: Option<String>,
     theta: Option<Theta>,
     plant: Option<ClosedLoop>,
-    // The model with the shapes that the set holds.
+    // The model with the Stribeck velocities of the set.
     model: Model,
     rms: Vec<Rms>,
     measured: Vec<Spread>,
@@ -66,7 +66,7 @@ impl Candidate {
             findings.push(findings::parameters_missing(&set.label, &error));
         });
         Self {
-            // The log's own curves are called that.
+            // This label is reserved for the measured curves.
             label: if set.label == MEASURED {
                 format!("{MEASURED} (parameters)")
             } else {
@@ -85,8 +85,8 @@ impl Candidate {
         }
     }
 
-    /// Returns the set with negative friction set to zero, if the loop ran
-    /// away and there is any.
+    /// Returns a copy with negative friction set to zero, if the loop ran away and a friction is
+    /// negative.
     pub(super) fn without_negative_friction(&self) -> Option<Self> {
         if !self.ran_away {
             return None;
@@ -129,17 +129,17 @@ impl Candidate {
         }
     }
 
-    /// Returns whether its curves belong beside the measured ones.
+    /// Returns whether the report shows the curves of this set.
     pub(super) fn is_shown(&self) -> bool {
         !self.ran_away && (self.plant.is_some() || self.stopped)
     }
 
-    /// Leaves the loop where it is: what follows cannot be compared.
+    /// Ends the simulation, because the samples that follow cannot be compared.
     pub(super) fn stop(&mut self) {
         self.stopped |= self.plant.take().is_some();
     }
 
-    /// Compares sample `k` of a block and moves on; returns what the model says.
+    /// Compares sample `k` of a block and advances the loop; returns the simulated values.
     pub(super) fn compare(&mut self, samples: &RawBlock, k: usize) -> Vec<Option<f64>> {
         let mut values = vec![None; self.rms.len()];
         let model = &self.model;
@@ -165,7 +165,7 @@ impl Candidate {
         values
     }
 
-    /// Returns its parameters, \[p\], if it has all.
+    /// Returns the parameters, \[p\]; `None` if a value is missing.
     pub(super) fn theta(&self) -> Option<&Theta> {
         self.theta.as_ref()
     }
@@ -199,8 +199,7 @@ impl Candidate {
         }
     }
 
-    /// Returns how the filtered torque of each joint is explained; nothing of a set that is not
-    /// whole.
+    /// Returns the fit of each joint's filtered torque; empty if a value of the set is missing.
     fn torques(&self, system: &System) -> Vec<TorqueFit> {
         let model = &self.model;
         let Some(theta) = &self.theta else {
@@ -231,7 +230,7 @@ impl Candidate {
         }
     }
 
-    /// Returns the largest error of a simulated position, as a part of its measured motion.
+    /// Returns the largest error of a simulated position over the position's measured motion.
     fn motion_error(&self) -> f64 {
         let positions = 2 * self.model.joint_count();
         (self.rms.iter().zip(&self.measured).take(positions))
@@ -239,7 +238,7 @@ impl Candidate {
             .fold(0.0, f64::max)
     }
 
-    /// Returns measured minus simulated, by quantity and joint.
+    /// Returns the root mean squares of measured minus simulated, by quantity and joint.
     fn errors(&self) -> RootMeanSquares {
         let joints = self.model.joints();
         let of_joints = |group: usize| -> Named {

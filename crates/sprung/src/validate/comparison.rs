@@ -1,4 +1,4 @@
-//! Candidates beside a log, sample by sample.
+//! Compares candidates with a log, sample by sample.
 
 use super::candidate::{COMPARED, Candidate, MEASURED};
 use crate::curves::CurveSet;
@@ -6,10 +6,10 @@ use crate::description::Controller;
 use crate::preprocess::{Decimator, RawBlock};
 use crate::regression::{Observer, Restart};
 
-/// Points of the curves, at most.
+/// Limit of the points of a curve.
 const POINTS_OF_CURVES: usize = 2048;
 
-/// Runs every candidate beside the log.
+/// Runs every candidate along the log.
 pub(super) struct Comparison<'a> {
     controller: Option<&'a Controller>,
     candidates: &'a mut [Candidate],
@@ -19,7 +19,7 @@ pub(super) struct Comparison<'a> {
 }
 
 impl<'a> Comparison<'a> {
-    /// Returns a comparison that has seen nothing; loops are simulated if there is a controller.
+    /// Returns a comparison for a new run; loops are simulated if there is a controller.
     pub(super) fn new(controller: Option<&'a Controller>, candidates: &'a mut [Candidate]) -> Self {
         Self {
             controller,
@@ -30,14 +30,14 @@ impl<'a> Comparison<'a> {
         }
     }
 
-    /// Returns whether a loop could not be simulated beyond a gap.
+    /// Returns whether a gap ended the simulation of a loop.
     pub(super) fn ended_at_gap(&self) -> bool {
         self.gap && self.controller.is_some()
     }
 
-    /// Returns the measured curves, then one set per candidate that is shown.
+    /// Returns the measured curves, then one set per shown candidate.
     ///
-    /// - `joints`: how many there are.
+    /// - `joints`: number of joints.
     pub(super) fn curves(self, joints: usize) -> Vec<CurveSet> {
         curves(self.candidates, &self.points.into_items(), joints)
     }
@@ -79,7 +79,7 @@ impl Observer for Comparison<'_> {
     }
 }
 
-/// One sample, measured and as each candidate says.
+/// One sample: measured values and those of each candidate.
 struct Point {
     time: f64,
     measured: Vec<f64>,
@@ -96,7 +96,7 @@ fn curves(candidates: &[Candidate], points: &[Point], joints: usize) -> Vec<Curv
             .collect(),
     };
     let measured = collect(MEASURED, &|point, at| Some(point.measured[at]));
-    // A loop that ran away would hide every other curve.
+    // A loop that runs away would dwarf all other curves.
     let shown = (candidates.iter().enumerate()).filter(|(_, candidate)| candidate.is_shown());
     std::iter::once(measured)
         .chain(shown.map(|(index, candidate)| {

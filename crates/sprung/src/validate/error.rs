@@ -1,15 +1,15 @@
-//! What keeps a model from being validated.
+//! Errors of a validation.
 
 use crate::log::ChannelError;
 use crate::model::ModelError;
 use crate::progress::Stopped;
 use crate::regression::PassError;
 
-/// What keeps a model from being validated.
+/// Errors of a validation.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ValidateError {
-    /// The experiment has nothing to validate on.
+    /// The experiment has no `[[validate]]` block.
     #[error(
         "the experiment has no [[validate]] block; add one with a name, a log and a controller"
     )]
@@ -20,31 +20,31 @@ pub enum ValidateError {
     /// The description of a log is not complete.
     #[error(transparent)]
     Channel(#[from] ChannelError),
-    /// A delay is to be estimated, which only an identification does.
+    /// A delay is to be estimated, but only an identification estimates delays.
     #[error(
-        "the delay of \"{column}\" is to be estimated, and the parameter file does not say what was \
-         found; give it as a number in delay_s"
+        "the delay of \"{column}\" is to be estimated, but the parameter file does not contain the \
+         estimate; give it as a number in delay_s"
     )]
     UnknownDelay {
         /// Name of the column.
         column: String,
     },
-    /// A sign or a gain is to be estimated, likewise.
+    /// A sign or a gain is to be estimated, but only an identification estimates them.
     #[error(
-        "the sign or gain of \"{column}\" is to be estimated, and the parameter file does not say what was \
-         found; give it as a number"
+        "the sign or gain of \"{column}\" is to be estimated, but the parameter file does not contain the \
+         estimate; give it as a number"
     )]
     UnknownFactor {
         /// Name of the column.
         column: String,
     },
-    /// A name of the parameter file is not one of the model.
+    /// The model has no parameter with a name of the parameter file.
     #[error(transparent)]
     Model(#[from] ModelError),
-    /// A log is wrong, or does not fit the filters.
+    /// A log is faulty or does not fit the filters.
     #[error(transparent)]
     Pass(PassError),
-    /// The caller stopped it.
+    /// The caller stopped the validation.
     #[error(transparent)]
     Stopped(#[from] Stopped),
 }

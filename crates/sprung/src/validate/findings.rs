@@ -1,24 +1,25 @@
-//! What there is to say of a parameter set beside a log.
+//! Findings about a parameter set on a log.
 
 use crate::check::{UNEXPLAINED, beyond_resolution};
 use crate::finding::{Finding, Severity};
 use crate::model::{Model, ModelError};
 use crate::simulate::{Diverged, LoopError};
 
-/// How the filtered motor torque of a joint is explained along the measured motion.
+/// Residual of a joint's filtered motor torque along the measured motion.
 pub(super) struct TorqueFit {
     /// Name of the joint.
     pub(super) joint: String,
-    /// What is left of the torque, root mean square, N·m (N).
+    /// Residual of the torque, root mean square, N·m (N).
     pub(super) residual: f64,
-    /// The same over the torque.
+    /// Residual over torque, root mean squares.
     pub(super) relative: f64,
-    /// Part of the torque that noise may turn over where friction changes its sign.
+    /// Fraction of the torque that velocity noise may cause in the Coulomb transition.
     pub(super) transition: f64,
 }
 
 impl TorqueFit {
-    /// Returns whether more is left than the resolution of the positions explains.
+    /// Returns whether the residual exceeds the limit after the share of velocity noise is
+    /// subtracted.
     pub(super) fn is_unexplained(&self) -> bool {
         self.relative.is_finite() && beyond_resolution(self.relative, self.transition) > UNEXPLAINED
     }
@@ -72,9 +73,12 @@ pub(super) fn runs_away(
         )
     } else {
         (
-            format!("friction below zero feeds energy in: {}", names.join(", ")),
-            "compare the row with these set to zero; identify with an estimator that finds them \
-             positive",
+            format!(
+                "negative friction feeds energy into the loop: {}",
+                names.join(", ")
+            ),
+            "compare with the row in which these parameters are zero; identify with an estimator that \
+             finds positive values",
         )
     };
     Finding::new(
@@ -85,7 +89,7 @@ pub(super) fn runs_away(
     )
 }
 
-/// Returns the indices of friction that feeds energy in.
+/// Returns the indices of negative friction parameters, which feed energy into the robot.
 pub(super) fn negative_friction(model: &Model, theta: &[f64]) -> Vec<usize> {
     (model.parameters().iter().zip(theta).enumerate())
         .filter(|(_, (parameter, value))| **value < 0.0 && parameter.is_friction())
@@ -93,7 +97,7 @@ pub(super) fn negative_friction(model: &Model, theta: &[f64]) -> Vec<usize> {
         .collect()
 }
 
-/// Says which torques are not explained.
+/// Returns findings about torques that the model does not explain.
 pub(super) fn poor_prediction<'a>(
     label: &'a str,
     torques: &'a [TorqueFit],
@@ -104,8 +108,8 @@ pub(super) fn poor_prediction<'a>(
             Severity::Warning,
             "poor-prediction",
             format!(
-                "{label}: the model misses the filtered motor torque of {} by {:.0} % (root mean \
-                 squares)",
+                "{label}: the model's filtered motor torque of {} differs from the measured one by \
+                 {:.0} % (root mean squares)",
                 torque.joint,
                 100.0 * torque.relative
             ),
@@ -114,22 +118,22 @@ pub(super) fn poor_prediction<'a>(
     })
 }
 
-/// A model that fits along the measured motion, in a loop that moves otherwise: it is the loop
-/// that is not the one of the log.
+/// Finding for a model that explains the torque along the measured motion, but moves differently in
+/// the simulated loop: the simulated loop differs from that of the log.
 ///
-/// - `motion`: error of the simulated positions, as a part of their measured motion.
+/// - `motion`: error of the simulated positions over their measured motion.
 pub(super) fn moves_otherwise(label: &str, motion: f64) -> Finding {
     Finding::new(
         Severity::Warning,
         "loop-moves-otherwise",
         format!(
-            "{label}: the simulated positions miss the measured ones by {:.0} % of their motion, \
-             though the model explains the torque along them: the log does not start at rest, its \
-             clock is not the reference's, or another controller ran",
+            "{label}: the simulated positions differ from the measured ones by {:.0} % of their motion, \
+             although the model explains the torque along the measured motion: the log does not start \
+             at rest, its clock differs from the reference's, or another controller ran",
             100.0 * motion
         ),
-        "cut the log at its start, let its time begin where the reference does, and check gains, \
-         reference and velocity window",
+        "let the log start at rest and its time begin with the reference, and check gains, reference \
+         and velocity window",
     )
 }
 
@@ -137,8 +141,9 @@ pub(super) fn until_gap() -> Finding {
     Finding::new(
         Severity::Warning,
         "simulated-until-gap",
-        "the log has gaps, over which a loop cannot be simulated; it is compared up to the first"
-            .to_owned(),
+        "the log has gaps, and a loop cannot be simulated across a gap; it is compared up to the first \
+         gap"
+        .to_owned(),
         "cut the log at its gaps and validate on the longest part",
     )
 }

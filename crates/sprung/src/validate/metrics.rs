@@ -1,4 +1,4 @@
-//! Error measures that are gathered sample by sample.
+//! Error measures of streams.
 
 /// Root mean square of a stream of errors.
 ///
@@ -12,7 +12,7 @@ pub struct Rms {
 }
 
 impl Rms {
-    /// Takes the next error.
+    /// Adds the next error.
     pub fn push(&mut self, error: f64) {
         self.squares += error * error;
         self.samples += 1;
@@ -34,7 +34,7 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// Takes the next value.
+    /// Adds the next value.
     ///
     /// # Source
     ///

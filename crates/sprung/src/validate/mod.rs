@@ -1,4 +1,4 @@
-//! A model against logs: the identification log itself and others.
+//! Validates a model on logs: on the identification log itself and on others.
 
 mod candidate;
 mod comparison;

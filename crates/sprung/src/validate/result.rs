@@ -5,12 +5,12 @@ use serde::{Deserialize, Serialize};
 use crate::finding::Finding;
 use crate::named::Named;
 
-/// Everything that a validation found; format 1.
+/// Results of a validation; format 1.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Validation {
     /// Version of the file format; 1.
     pub format: u32,
-    /// Program and version that wrote it.
+    /// Program and version that wrote the file.
     pub generator: String,
     /// Name of the robot.
     pub robot: String,
@@ -27,9 +27,9 @@ pub struct RunResult {
     pub log: String,
     /// Number of samples.
     pub samples: u64,
-    /// Whether a controller was known, so that the closed loop was simulated.
+    /// Whether the closed loop was simulated, which needs a controller.
     pub simulated: bool,
-    /// What was noticed about the log.
+    /// Findings about the log.
     #[serde(default)]
     pub findings: Vec<Finding>,
     /// One entry per parameter set.
@@ -52,17 +52,17 @@ impl RunResult {
     }
 }
 
-/// What became of a simulated closed loop.
+/// Outcome of simulating a closed loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Outcome {
-    /// It ran to the end of the log.
+    /// The simulation ran to the end of the log, or to its first gap.
     Simulated,
-    /// It ran away.
+    /// The simulated loop ran away.
     RanAway,
-    /// It could not be simulated with these parameters.
+    /// The loop cannot be simulated with these parameters.
     NotSimulable,
-    /// No controller was given.
+    /// The experiment has no controller.
     NoController,
 }
 
@@ -82,24 +82,24 @@ impl Outcome {
 /// One parameter set on one experiment.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SetResult {
-    /// Where the parameters come from.
+    /// Origin of the parameters.
     pub parameters: String,
-    /// What was changed to make the loop stable, if anything.
+    /// Changes of the parameters that make the loop stable, if there are any.
     pub modified: Option<String>,
-    /// What became of the simulated closed loop.
+    /// Outcome of simulating the closed loop.
     pub outcome: Outcome,
-    /// Errors of the simulated closed loop; only if it ran to the end.
+    /// Errors of the simulated closed loop; absent unless it was simulated.
     pub e_rms: Option<RootMeanSquares>,
-    /// Residual of the filtered motor torque along the measured motion, root
-    /// mean square, N·m, by joint.
+    /// Residual of the filtered motor torque along the measured motion, root mean square, N·m (N),
+    /// by joint.
     pub torque_residual_nm: Named,
-    /// The same over the torque.
+    /// Residual over torque, root mean squares, by joint.
     pub torque_relative_residual: Named,
-    /// What to know about these numbers.
+    /// Findings about this parameter set.
     pub findings: Vec<Finding>,
 }
 
-/// Root mean squares of measured minus simulated, by joint.
+/// Root mean squares of measured minus simulated signals, by joint.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RootMeanSquares {
     /// Motor torque, N·m.

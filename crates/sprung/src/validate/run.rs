@@ -1,4 +1,4 @@
-//! Direct validation and prediction.
+//! Direct validation (identification log) and prediction (other logs).
 
 use std::collections::BTreeMap;
 
@@ -19,7 +19,7 @@ use crate::prepare::{Excerpt, as_given, excerpt, velocity_noise};
 use crate::progress::{Listener, Phase};
 use crate::regression::{PassError, Reading, System, TransitionWeights, read_through};
 
-/// What a validation leaves.
+/// Results of a validation.
 #[derive(Clone, Debug)]
 pub struct Validated {
     /// The results.
@@ -30,20 +30,18 @@ pub struct Validated {
 
 /// Validates parameter sets on every `[[validate]]` experiment.
 ///
-/// - `delays`: delays that an identification found, s, by column.
-/// - `sources`: the logs of the validation experiments, in their order, one or
-///   several each; more or fewer are passed over.
-/// - `progress`: told of the samples read so far.
+/// - `delays`: delays that an identification estimated, s, by column.
+/// - `sources`: logs of each validation experiment, in the order of the experiments; surplus
+///   entries on either side are ignored.
+/// - `progress`: receives the number of samples read so far.
 ///
-/// With a controller the closed loop is simulated from rest under the same
-/// reference, which runs on the log's time, and compared with the log. Without,
-/// and besides, the filtered torque that the model needs for the measured
-/// motion is compared.
+/// With a controller the closed loop is simulated from rest under the same reference, which uses
+/// the log's time, and compared with the log. With or without a controller, the filtered torque
+/// that the model needs for the measured motion is compared with the logged one.
 ///
 /// # Errors
 ///
-/// [`ValidateError`] if a description or a log is wrong. A loop that runs away
-/// is a finding.
+/// [`ValidateError`] if a description or a log is faulty. A loop that runs away is a finding.
 ///
 /// # Source
 ///
@@ -151,7 +149,7 @@ struct Simulated {
     samples: u64,
     findings: Vec<Finding>,
     system: System,
-    // Measured first, then one per candidate.
+    // Measured curves, then one set per shown candidate.
     curves: Vec<CurveSet>,
 }
 
@@ -164,8 +162,8 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// Returns how the logs are read: samples count alike, and weights say what noise does to
-    /// the friction of the first candidate.
+    /// Returns the settings for reading the logs. All weights are 1; they only give the variance
+    /// that velocity noise causes in the friction of the first candidate.
     fn reading(&self, candidates: &[Candidate], beginning: Option<&Excerpt>) -> Reading {
         let (model, settings, channels) = (self.model, self.settings, self.channels);
         let Some(beginning) = beginning else {
@@ -180,7 +178,7 @@ impl Run<'_> {
         reading.with_weights(TransitionWeights::unweighted(model, &noise, theta))
     }
 
-    /// Reads the logs once, past all candidates.
+    /// Reads the logs once and compares all candidates with them.
     fn simulate(
         &self,
         candidates: &mut [Candidate],

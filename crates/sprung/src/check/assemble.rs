@@ -1,4 +1,4 @@
-//! From figures and findings to what is shown.
+//! Assembles the report of a check and its curves from figures and findings.
 
 use std::collections::BTreeMap;
 
@@ -11,11 +11,11 @@ use crate::log::{Channels, Figures, Overview, Sampling};
 use crate::prepare::{Excerpt, Prepared, noise};
 use crate::regression::LogFigures;
 
-/// Samples that are shown on each side of a place.
+/// Samples that the report shows on each side of a place.
 const SAMPLES_EACH_SIDE: usize = 150;
 
-/// Puts a report and its curves together.
-pub(super) fn told(prepared: &Prepared, figures: &[LogFigures], found: Examination) -> Checked {
+/// Assembles a report and its curves.
+pub(super) fn assemble(prepared: &Prepared, figures: &[LogFigures], found: Examination) -> Checked {
     let (experiment, channels) = (prepared.experiment(), prepared.reading().channels());
     let (names, excerpt) = (prepared.names(), prepared.excerpt());
     let logs = (figures.iter().zip(names).enumerate())
@@ -71,7 +71,7 @@ fn log(
             deviation: of.deviation(),
             noise: level,
             step: noise.and_then(|(_, step)| step),
-            // An ideal converter's step has a standard deviation of its root of 12th.
+            // The quantisation noise of an ideal converter is its step over √12.
             effective_bits: level.map(|level| (extent.range() / (level * 12_f64.sqrt())).log2()),
             longest_still_s: of.longest().samples as f64 * figures.timing.period,
         })
@@ -96,7 +96,7 @@ fn log(
     }
 }
 
-/// All columns of the first log, smallest and largest values of its parts.
+/// Returns the smallest and largest values of all columns in each part of the first log.
 fn overview(channels: &Channels, figures: &[LogFigures]) -> Curves {
     let all: Vec<Option<&Overview>> = (0..channels.all.len())
         .map(|i| figures.first()?.summary.figures(i).map(Figures::overview))
@@ -119,7 +119,7 @@ fn overview(channels: &Channels, figures: &[LogFigures]) -> Curves {
     }
 }
 
-/// The samples around the place of a finding, if it lies in the excerpt.
+/// Returns the samples around the place of a finding; `None` if the place is not in the excerpt.
 fn place(
     channels: &Channels,
     names: &[String],

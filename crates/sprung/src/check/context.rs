@@ -1,4 +1,4 @@
-//! What is looked at when the joints of a log are examined.
+//! Data for the examination of the joints of a log.
 
 use sprung_core::parameters::JointParameter;
 
@@ -7,11 +7,11 @@ use crate::log::{Quantity, Signal};
 use crate::prepare::Excerpt;
 use crate::regression::Reading;
 
-/// Standard errors that a value must be away from zero to be believed.
+/// Standard errors from zero at which a value counts as significant.
 pub(super) const SIGNIFICANT_SIGMAS: f64 = 5.0;
 
-/// What is looked at.
-pub(super) struct Look<'a> {
+/// Data for the examination of the joints of a log.
+pub(super) struct CheckContext<'a> {
     pub(super) experiment: &'a Experiment,
     pub(super) reading: &'a Reading,
     pub(super) excerpt: &'a Excerpt,
@@ -19,7 +19,7 @@ pub(super) struct Look<'a> {
     pub(super) independent: f64,
 }
 
-impl Look<'_> {
+impl CheckContext<'_> {
     pub(super) fn name(&self, joint: usize) -> &str {
         &self.reading.model().joints()[joint]
     }
