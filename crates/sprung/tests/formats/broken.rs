@@ -92,65 +92,6 @@ fn what_is_not_read_says_what_it_is() {
 }
 
 #[test]
-fn arrays_of_three_dimensions_say_what_to_do() {
-    let text = "{'descr': '<f8', 'fortran_order': False, 'shape': (240, 7, 2), }\n";
-    let length = (text.len() as u16).to_le_bytes();
-    let npy = [
-        b"\x93NUMPY\x01\x00",
-        &length[..],
-        text.as_bytes(),
-        &[0; 560],
-    ]
-    .concat();
-    let told = [
-        "the shape (240, 7, 2)",
-        "reshape it to samples × columns, as a.reshape(240, -1)",
-    ];
-    let message = read_bytes(npy.clone(), NUMBERS).unwrap_err();
-    says(&message, &["run.log has", told[0], told[1]]);
-    // In an archive only those that are asked for.
-    let plain = std::fs::read(fixture("plain.npy")).unwrap();
-    let zip = stored_zip(&[("cube.npy", &npy), ("q.npy", &plain)]);
-    assert!(read_bytes(zip.clone(), NUMBERS).is_ok());
-    let message = read_bytes(zip, &NUMBERS.replace("= 1", "= \"cube[:,0,1]\"")).unwrap_err();
-    says(&message, &["run.log: \"cube\" has", told[0], told[1]]);
-}
-
-/// A zip archive of members as they are.
-fn stored_zip(members: &[(&str, &[u8])]) -> Vec<u8> {
-    let (mut all, mut directory) = (Vec::new(), Vec::new());
-    for (name, bytes) in members {
-        let mut sum = flate2::Crc::new();
-        sum.update(bytes);
-        let sizes = [
-            sum.sum().to_le_bytes(),
-            (bytes.len() as u32).to_le_bytes(),
-            (bytes.len() as u32).to_le_bytes(),
-            [name.len() as u8, 0, 0, 0],
-        ]
-        .concat();
-        directory.extend(b"PK\x01\x02\x14\0\x14\0\0\0\0\0\0\0\0\0");
-        directory.extend(&sizes);
-        directory.extend([0; 10]);
-        directory.extend((all.len() as u32).to_le_bytes());
-        directory.extend(name.bytes());
-        all.extend(b"PK\x03\x04\x14\0\0\0\0\0\0\0\0\0");
-        all.extend(&sizes);
-        all.extend(name.bytes());
-        all.extend(*bytes);
-    }
-    let (at, length) = (all.len() as u32, directory.len() as u32);
-    let count = members.len() as u8;
-    all.extend(directory);
-    all.extend(b"PK\x05\x06\0\0\0\0");
-    all.extend([count, 0, count, 0]);
-    all.extend(length.to_le_bytes());
-    all.extend(at.to_le_bytes());
-    all.extend([0; 2]);
-    all
-}
-
-#[test]
 fn bags_and_tables_are_told_apart() {
     let bag = |file: &str, log: &str| read_log(&Files::Fixtures, file, log).unwrap_err();
     for file in ["zstd.mcap", "plain.db3"] {

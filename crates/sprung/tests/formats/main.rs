@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 #![expect(clippy::print_stdout, reason = "figures for people")]
 
+mod archives;
 mod bags;
 mod broken;
 mod clocks;

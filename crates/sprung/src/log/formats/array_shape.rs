@@ -1,9 +1,9 @@
-//! What files of arrays share: their sides, columns of one length, no topics.
+//! Rules that all files of arrays share: two sides, columns of equal length, no topics.
 
 use super::table::Request;
 use crate::log::error::LogError;
 
-/// The sides of an array.
+/// Lengths of the two sides of a matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Sides {
     pub(super) rows: u64,
@@ -11,10 +11,13 @@ pub(super) struct Sides {
 }
 
 impl Sides {
-    /// Returns the two sides of an array that are longer than one; says what is wrong if there are
-    /// more.
+    /// Returns the sides of an array, of which those of length 1 are dropped.
     ///
-    /// - `dimensions`: as MATLAB counts them; their product is no overflow.
+    /// - `dimensions`: in MATLAB's order; their product does not overflow.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong, as a predicate, if more than two sides are longer than 1.
     pub(super) fn of(dimensions: &[u64]) -> Result<Self, String> {
         let long: Vec<u64> = dimensions.iter().copied().filter(|n| *n != 1).collect();
         match long[..] {
@@ -35,17 +38,18 @@ impl Sides {
         }
     }
 
-    /// Whether samples lie in a row; they run along the longer side.
+    /// Whether the samples run along the second side: they run along the longer one.
     pub(super) fn lies(self) -> bool {
         self.columns > self.rows
     }
 
+    /// Returns the length of the longer side.
     pub(super) fn samples(self) -> u64 {
         self.rows.max(self.columns)
     }
 
-    /// Returns the names of the columns of an array, `t`, `q(:,1)` or `q(1,:)`, with their
-    /// places.
+    /// Returns the names of the columns of an array as MATLAB writes them, `t`, `q(:,1)` or `q(1,:)`,
+    /// with their indices from 0.
     pub(super) fn columns_of(self, array: &str) -> impl Iterator<Item = (String, u64)> + '_ {
         let width = self.rows.min(self.columns);
         (0..width.min(MAX_LISTED_COLUMNS)).map(move |place| {
@@ -59,10 +63,10 @@ impl Sides {
     }
 }
 
-/// Most columns of one array that are listed.
+/// Most columns of one array; it bounds the memory for their names.
 const MAX_LISTED_COLUMNS: u64 = 1 << 16;
 
-/// Checks that no topic is asked for.
+/// Checks that no topic is asked for: only bags have topics.
 pub(super) fn no_topics(request: &Request<'_>) -> Result<(), LogError> {
     match request.topic {
         None => Ok(()),
@@ -73,9 +77,10 @@ pub(super) fn no_topics(request: &Request<'_>) -> Result<(), LogError> {
     }
 }
 
-/// Checks that columns are of one length, and returns it.
+/// Checks that the wanted columns are of equal length, and returns it.
 ///
-/// - `of`: name and length of a column.
+/// - `places`: indices of the wanted columns.
+/// - `of`: name and length of a column by its index.
 pub(super) fn same_rows<'a>(
     file: &str,
     places: &[usize],
@@ -105,7 +110,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sides_of_one_are_none() {
+    fn sides_of_length_one_do_not_count() {
         let sides = |dimensions: &[u64]| {
             let sides = Sides::of(dimensions)?;
             Ok::<_, String>((sides.rows, sides.columns))

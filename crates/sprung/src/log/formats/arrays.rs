@@ -1,9 +1,9 @@
-//! NumPy arrays: `.npy` and `.npz`.
+//! NumPy arrays: `.npy`, and `.npz`, which is a zip archive of `.npy` members.
 
 use std::io::{Read, SeekFrom};
 
 use super::array_shape::{no_topics, same_rows};
-use super::npy::{Npy, NpyColumn, head};
+use super::npy::{Npy, NpyColumn, header};
 use super::strips::{Cell, Strip, StripTable, skip};
 use super::table::{Opened, Reopen, Request};
 use super::zip::{Member, members};
@@ -12,12 +12,13 @@ use crate::log::error::LogError;
 
 /// An array of a file.
 struct Array {
-    /// Nothing for the only one of an `.npy` file.
+    /// Its member in an archive; nothing in an `.npy` file, which holds one array.
     member: Option<Member>,
     npy: Npy,
 }
 
 impl Array {
+    /// Returns the name of the array; empty in an `.npy` file.
     fn label(&self) -> String {
         match &self.member {
             Some(member) => member.name.trim_end_matches(".npy").to_owned(),
@@ -32,7 +33,9 @@ impl Array {
         format!("{label}{}{}", if joined { "" } else { "." }, column.name)
     }
 
-    /// Returns a reader of what stands behind so many bytes.
+    /// Returns a reader of the array that has skipped its first `before` bytes.
+    ///
+    /// - `name`: the column, for messages.
     fn read(
         &self,
         (file, name): (&str, &str),
@@ -51,13 +54,13 @@ impl Array {
     }
 }
 
-/// Most columns of all arrays of an archive that are listed.
+/// Most columns of all arrays of an archive; it bounds the memory for their names.
 const MAX_LISTED_COLUMNS: usize = 1 << 21;
 
 /// Opens an `.npy` file.
 pub(super) fn open_npy(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Opened, LogError> {
-    let npy =
-        head(&mut *reopen()?).map_err(|what| LogError::format(request.file, format!(" {what}")))?;
+    let npy = header(&mut *reopen()?)
+        .map_err(|what| LogError::format(request.file, format!(" {what}")))?;
     open(request, &[Array { member: None, npy }], &[], reopen)
 }
 
@@ -84,8 +87,17 @@ pub(super) fn open_npz(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Open
     for member in members.into_iter().filter(|member| is_array(&member.name)) {
         let mut read = member.open(file, reopen()?)?;
         let name = || member.name.trim_end_matches(".npy").to_owned();
-        match head(&mut *read) {
+        match header(&mut *read) {
             Ok(npy) if npy.scalar => {}
+            // Its checksum is compared only where all its bytes are read.
+            Ok(npy) if npy.bytes() != Some(member.bytes()) => refused.push(Refused {
+                name: name(),
+                why: format!(
+                    "has {} bytes in the archive, which is not what its header describes; copy or write \
+                     the archive again",
+                    member.bytes()
+                ),
+            }),
             Ok(npy) if listed + npy.columns.len() > MAX_LISTED_COLUMNS => refused.push(Refused {
                 name: name(),
                 why: "has absurdly many columns".to_owned(),
@@ -97,7 +109,7 @@ pub(super) fn open_npz(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Open
                     npy,
                 });
             }
-            // Text beside numbers is nobody's fault.
+            // An array of text may stand beside the columns, so it is an error only if it is asked for.
             Err(why) => refused.push(Refused { name: name(), why }),
         }
     }
@@ -108,6 +120,9 @@ pub(super) fn open_npz(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Open
     open(request, &arrays, &refused, reopen)
 }
 
+/// Finds the wanted columns, and opens a reader for each array that has some of them.
+///
+/// - `refused`: arrays that are not read, with the reason.
 fn open(
     request: &Request<'_>,
     arrays: &[Array],
@@ -140,7 +155,8 @@ fn open(
         (&all[place], arrays[columns[place].0].npy.rows)
     })?;
     let mut strips: Vec<Strip> = Vec::new();
-    // Columns between others share a strip, those that stand alone have theirs.
+    // Columns whose numbers lie in the same rows of an array share a reader. A column whose numbers follow
+    // one another has its own.
     let mut shared: Vec<(usize, bool, usize)> = Vec::new();
     for (out, &place) in places.iter().enumerate() {
         let (i, column) = columns[place];
@@ -157,13 +173,13 @@ fn open(
             continue;
         }
         let name = format!("\"{}\"", all[place]);
-        let before = array.npy.head + if column.own { column.at } else { 0 };
+        let before = array.npy.header_bytes + if column.own { column.at } else { 0 };
         let read = array.read((file, &name), before, reopen)?;
         let (record, at) = if column.own {
             (column.number.size(), 0)
         } else {
             shared.push((i, column.big_endian, strips.len()));
-            (array.npy.record as usize, column.at as usize)
+            (array.npy.row_bytes as usize, column.at as usize)
         };
         strips.push(Strip {
             name,

@@ -1,4 +1,4 @@
-//! Columns in memory, read like those of a file.
+//! Columns in memory, read block by block like those of a file.
 
 use super::array_shape::no_topics;
 use super::table::{Opened, Readings, Request, Table};
@@ -6,12 +6,13 @@ use crate::log::arrays::{Array, Arrays};
 use crate::log::columns::names::Names;
 use crate::log::error::{LogError, Place};
 
-/// The wanted columns, and how far they have been read.
+/// The wanted columns and the position of the reader.
 struct MemoryTable {
     columns: Vec<Array>,
     rows: usize,
-    /// The first row of the last block, and the one behind it.
+    /// The first row of the last block.
     first: usize,
+    /// The row after the last block.
     next: usize,
 }
 
@@ -19,7 +20,7 @@ struct MemoryTable {
 ///
 /// # Errors
 ///
-/// [`LogError`] if one is not there.
+/// [`LogError`] if a wanted column is missing, or a topic is asked for.
 pub(in crate::log) fn open(request: &Request<'_>, arrays: &Arrays) -> Result<Opened, LogError> {
     no_topics(request)?;
     let names = Names {

@@ -1,67 +1,90 @@
-//! `.npy`: a NumPy array, alone or as a member of `.npz`.
+//! The header of a NumPy array, `.npy`, alone or as a member of `.npz`.
+//!
+//! The header is a Python literal: a dictionary with the type of an element (`descr`), the order of the
+//! sides (`fortran_order`) and their lengths (`shape`).
 
 use std::io::Read;
 
 use super::number::Number;
 
-/// A column of an array: its name behind that of the array, and where it is.
+/// A column of an array.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct NpyColumn {
-    /// As Python writes it, `[:,0]`, or the name of a field; empty for a vector.
+    /// The index as Python writes it, `[:,0]`, or the name of a field; empty for a vector.
     pub(super) name: String,
     pub(super) number: Number,
     pub(super) big_endian: bool,
-    /// Bytes within a record, or before the column if `own`.
+    /// Bytes before its number in a row, or before its first number in the array if `own`.
     pub(super) at: u64,
-    /// Whether the column stands by itself, number after number.
+    /// Whether its numbers follow one another, without those of other columns between them.
     pub(super) own: bool,
     /// Size of the unit in s, for times.
     pub(super) time_unit: Option<f64>,
 }
 
-/// What the head of an array says.
+/// What the header of an array says.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Npy {
-    /// Bytes before the numbers.
-    pub(super) head: u64,
+    /// Bytes of the header; the numbers follow it.
+    pub(super) header_bytes: u64,
     pub(super) rows: u64,
     /// Bytes of a row.
-    pub(super) record: u64,
+    pub(super) row_bytes: u64,
     pub(super) columns: Vec<NpyColumn>,
-    /// Whether it is a single number and no column.
+    /// Whether it is a single number: a setting, not a column.
     pub(super) scalar: bool,
 }
 
-/// Longest head of an array that is believed.
-const MAX_HEAD_BYTES: u32 = 1 << 22;
+impl Npy {
+    /// Returns the bytes of header and numbers, if they are not absurdly many.
+    pub(super) fn bytes(&self) -> Option<u64> {
+        self.rows
+            .checked_mul(self.row_bytes)?
+            .checked_add(self.header_bytes)
+    }
+}
 
-/// Reads the head of an array; says what is wrong with it.
-pub(super) fn head(read: &mut dyn Read) -> Result<Npy, String> {
+/// Longest header that is read; it bounds the memory that a damaged length can ask for.
+const MAX_HEADER_BYTES: u32 = 1 << 22;
+
+const DAMAGED: &str = "has a damaged header; copy or write it again";
+
+/// Reads the header of an array.
+///
+/// # Errors
+///
+/// What is wrong with the array, as the predicate of a sentence whose subject is its name.
+pub(super) fn header(read: &mut dyn Read) -> Result<Npy, String> {
     let mut fixed = [0_u8; 8];
-    let cut = |_| "ends within its head: it was cut off".to_owned();
+    let cut = |_| "ends within its header: it was cut off; copy or write it again".to_owned();
     read.read_exact(&mut fixed).map_err(cut)?;
     if &fixed[..6] != b"\x93NUMPY" {
         return Err("is not a NumPy array".to_owned());
     }
-    let (length, before) = if fixed[6] == 1 {
-        let mut length = [0_u8; 2];
-        read.read_exact(&mut length).map_err(cut)?;
-        (u32::from(u16::from_le_bytes(length)), 10)
-    } else {
-        let mut length = [0_u8; 4];
-        read.read_exact(&mut length).map_err(cut)?;
-        (u32::from_le_bytes(length), 12)
+    // Versions 2 and 3 differ in the encoding of the text only.
+    let (length, before) = match fixed[6] {
+        1 => {
+            let mut length = [0_u8; 2];
+            read.read_exact(&mut length).map_err(cut)?;
+            (u32::from(u16::from_le_bytes(length)), 10)
+        }
+        2 | 3 => {
+            let mut length = [0_u8; 4];
+            read.read_exact(&mut length).map_err(cut)?;
+            (u32::from_le_bytes(length), 12)
+        }
+        _ => return Err(DAMAGED.to_owned()),
     };
-    if length > MAX_HEAD_BYTES {
-        return Err("has a damaged head".to_owned());
+    if length > MAX_HEADER_BYTES {
+        return Err(DAMAGED.to_owned());
     }
     let mut text = vec![0_u8; length as usize];
     read.read_exact(&mut text).map_err(cut)?;
     let text = String::from_utf8_lossy(&text).into_owned();
     let mut parser = Parser { rest: &text };
-    let value = parser.value(0).ok_or("has a damaged head")?;
+    let value = parser.value(0).ok_or(DAMAGED)?;
     let Value::Dict(entries) = value else {
-        return Err("has a damaged head".to_owned());
+        return Err(DAMAGED.to_owned());
     };
     let entry = |key: &str| {
         entries
@@ -72,31 +95,40 @@ pub(super) fn head(read: &mut dyn Read) -> Result<Npy, String> {
     let (Some(descr), Some(Value::Word(fortran)), Some(Value::List(shape))) =
         (entry("descr"), entry("fortran_order"), entry("shape"))
     else {
-        return Err("has a damaged head".to_owned());
+        return Err(DAMAGED.to_owned());
     };
     let shape: Option<Vec<u64>> = shape.iter().map(Value::number).collect();
-    let shape = shape.ok_or("has a damaged head")?;
+    let shape = shape.ok_or(DAMAGED)?;
     sized(&shape)?;
     layout(descr, fortran == "True", &shape, before + u64::from(length))
 }
 
-/// Most numbers of an array, and bytes of a record, that are believed.
+/// Most numbers of an array; products of fewer do not overflow.
 const MAX_ARRAY_NUMBERS: u64 = 1 << 48;
+
+/// Longest record of a structured array; one record is held in memory at least.
 const MAX_RECORD_BYTES: u64 = 1 << 24;
 
-/// Refuses a shape whose product, or that of a part of it, overflows.
+/// Refuses a shape with more than [`MAX_ARRAY_NUMBERS`] numbers.
+///
+/// Sides of 0 count as 1, so that the product of any part of the shape does not overflow either.
 fn sized(shape: &[u64]) -> Result<(), String> {
     let mut sides = shape.iter().map(|n| *n.max(&1));
     let total = sides.try_fold(1_u64, u64::checked_mul);
     match total {
         Some(total) if total <= MAX_ARRAY_NUMBERS => Ok(()),
-        _ => Err("has a damaged head: its shape is absurd".to_owned()),
+        _ => Err("has a damaged header: its shape is absurd; copy or write it again".to_owned()),
     }
 }
 
-fn layout(descr: &Value, fortran: bool, shape: &[u64], head: u64) -> Result<Npy, String> {
+/// Finds the columns of an array.
+///
+/// - `descr`: the type of an element, or the fields of a structured array.
+/// - `fortran`: whether the first side varies fastest.
+/// - `header_bytes`: bytes before the numbers.
+fn layout(descr: &Value, fortran: bool, shape: &[u64], header_bytes: u64) -> Result<Npy, String> {
     let scalar = shape.iter().product::<u64>() == 1;
-    // Ones say nothing, and samples run along the longer side of a matrix.
+    // Sides of length 1 are dropped. Samples run along the longer side of a matrix.
     let long: Vec<u64> = shape.iter().copied().filter(|n| *n != 1).collect();
     let (rows, width, lying) = match long[..] {
         [] => (1, None, false),
@@ -107,7 +139,7 @@ fn layout(descr: &Value, fortran: bool, shape: &[u64], head: u64) -> Result<Npy,
     };
     let inner: Vec<u64> = width.into_iter().collect();
     let mut columns = Vec::new();
-    let record = match descr {
+    let row_bytes = match descr {
         Value::Text(kind) => {
             let kind = Kind::of(kind)?;
             let size = kind.number.size() as u64;
@@ -127,20 +159,20 @@ fn layout(descr: &Value, fortran: bool, shape: &[u64], head: u64) -> Result<Npy,
         _ => return Err("is an array of records with more than one dimension".to_owned()),
     };
     Ok(Npy {
-        head,
+        header_bytes,
         rows,
-        record,
+        row_bytes,
         columns,
         scalar,
     })
 }
 
-/// Says that an array has more than two dimensions.
+/// Returns the message for an array of more than two dimensions.
 ///
 /// - `long`: its sides that are longer than one.
 fn too_deep(shape: &[u64], long: &[u64]) -> String {
     let sides: Vec<String> = shape.iter().map(u64::to_string).collect();
-    // Nobody knows which side is time; the first is what most people mean.
+    // The header does not say which side is time; usually it is the first.
     let rows = long.first().copied().unwrap_or(0);
     format!(
         "has the shape ({}), and a log has two dimensions; reshape it to samples × columns, as \
@@ -149,18 +181,20 @@ fn too_deep(shape: &[u64], long: &[u64]) -> String {
     )
 }
 
-/// Lists the numbers of records, and returns how long a record is.
+/// Appends the columns of a structured array, and returns the bytes of a record.
+///
+/// Fields without numbers (text, padding) take space and give no column.
 fn fields_of(fields: &[Value], columns: &mut Vec<NpyColumn>) -> Result<u64, String> {
     let mut at = 0;
     for field in fields {
         let Value::List(parts) = field else {
-            return Err("has a damaged head".to_owned());
+            return Err(DAMAGED.to_owned());
         };
         let (name, kind, shape) = match &parts[..] {
             [Value::Text(name), Value::Text(kind)] => (name, kind, Vec::new()),
             [Value::Text(name), Value::Text(kind), Value::List(shape)] => {
                 let shape: Option<Vec<u64>> = shape.iter().map(Value::number).collect();
-                let shape = shape.ok_or("has a damaged head")?;
+                let shape = shape.ok_or(DAMAGED)?;
                 sized(&shape)?;
                 (name, kind, shape)
             }
@@ -174,8 +208,8 @@ fn fields_of(fields: &[Value], columns: &mut Vec<NpyColumn>) -> Result<u64, Stri
         };
         let end = (size.checked_mul(count)).map(|size| at + size);
         let end = end.filter(|end| *end <= MAX_RECORD_BYTES);
-        let end = end.ok_or("has a damaged head: its records are absurdly long")?;
-        // Text and padding between numbers are passed over.
+        let end = end
+            .ok_or("has a damaged header: its records are absurdly long; copy or write it again")?;
         let Ok(kind) = number else {
             at = end;
             continue;
@@ -193,10 +227,12 @@ fn fields_of(fields: &[Value], columns: &mut Vec<NpyColumn>) -> Result<u64, Stri
     Ok(at)
 }
 
-/// Most columns of an array that are listed.
+/// Most columns of an array; more are the samples of an array that lies on its side.
 const MAX_COLUMNS: u64 = 1 << 20;
 
-/// Returns the indices of an array as Python writes them, with their places.
+/// Returns the indices of an array as Python writes them, with their places in C order.
+///
+/// The index of an array without sides is empty.
 fn places(shape: &[u64]) -> Result<Vec<(String, u64)>, String> {
     let count: u64 = shape.iter().product();
     if count > MAX_COLUMNS {
@@ -220,7 +256,7 @@ fn places(shape: &[u64]) -> Result<Vec<(String, u64)>, String> {
     Ok((0..count).map(|place| (name(place), place)).collect())
 }
 
-/// A type of NumPy.
+/// A type of NumPy whose elements are numbers.
 struct Kind {
     number: Number,
     big_endian: bool,
@@ -228,6 +264,7 @@ struct Kind {
 }
 
 impl Kind {
+    /// Reads a type as NumPy writes it: byte order, letter, bytes, and the unit of a time, `<M8[ns]`.
     fn of(text: &str) -> Result<Self, String> {
         let refused = || {
             Err(format!(
@@ -282,7 +319,7 @@ impl Kind {
     }
 }
 
-/// Returns the size of a type that holds no number.
+/// Returns the size in bytes of a type that is no column of numbers, such as text or padding.
 fn size_of(text: &str) -> Option<u64> {
     let rest = text.trim_start_matches(['<', '>', '|', '=']);
     let (kind, digits) = rest.split_at_checked(1)?;
@@ -294,7 +331,7 @@ fn size_of(text: &str) -> Option<u64> {
     }
 }
 
-/// A Python literal.
+/// A Python literal; a word is a number, `True` or `False`, and a tuple is a list.
 #[derive(Clone, Debug, PartialEq)]
 enum Value {
     Text(String),
@@ -312,14 +349,16 @@ impl Value {
     }
 }
 
+/// A parser of the Python literals that NumPy writes.
 struct Parser<'a> {
     rest: &'a str,
 }
 
-/// Literals within literals that are believed.
+/// Deepest literal within literals; it bounds the recursion.
 const MAX_NESTING: usize = 8;
 
 impl Parser<'_> {
+    /// Skips white space, and `c` if it follows; returns whether it did.
     fn eat(&mut self, c: char) -> bool {
         self.rest = self.rest.trim_start();
         match self.rest.strip_prefix(c) {
@@ -331,6 +370,9 @@ impl Parser<'_> {
         }
     }
 
+    /// Reads a literal; returns nothing if the text is no literal.
+    ///
+    /// - `depth`: literals around it.
     fn value(&mut self, depth: usize) -> Option<Value> {
         if depth > MAX_NESTING {
             return None;
@@ -382,7 +424,7 @@ mod tests {
         let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
         bytes.extend((text.len() as u16).to_le_bytes());
         bytes.extend(text.bytes());
-        head(&mut &bytes[..])
+        header(&mut &bytes[..])
     }
 
     fn named(npy: &Npy) -> Vec<(&str, u64, bool)> {
@@ -395,7 +437,7 @@ mod tests {
     #[test]
     fn matrices_have_columns_along_their_longer_side() {
         let tall = of("{'descr': '<f8', 'fortran_order': False, 'shape': (100, 2), }\n").unwrap();
-        assert_eq!((tall.rows, tall.record), (100, 16));
+        assert_eq!((tall.rows, tall.row_bytes), (100, 16));
         assert_eq!(named(&tall), [("[:,0]", 0, false), ("[:,1]", 8, false)]);
         let fortran = of("{'descr': '<f4', 'fortran_order': True, 'shape': (100, 2)}\n").unwrap();
         assert_eq!(named(&fortran), [("[:,0]", 0, true), ("[:,1]", 400, true)]);
@@ -421,9 +463,9 @@ mod tests {
             assert!(told.contains(&format!("has the shape {shape}")), "{told}");
             assert!(told.contains("reshape it to samples × columns"), "{told}");
         }
-        // Sides of one are none.
+        // Sides of length 1 do not count.
         let flat = of("{'descr': '<f8', 'fortran_order': False, 'shape': (1, 100, 2)}\n").unwrap();
-        assert_eq!((flat.rows, flat.record), (100, 16));
+        assert_eq!((flat.rows, flat.row_bytes), (100, 16));
         assert_eq!(named(&flat), [("[:,0]", 0, false), ("[:,1]", 8, false)]);
     }
 
@@ -432,7 +474,7 @@ mod tests {
         let text = "{'descr': [('t', '<f8'), ('name', '<U4'), ('q', '<f4', (2,)), ('', '|V4')], \
                     'fortran_order': False, 'shape': (10,)}\n";
         let npy = of(text).unwrap();
-        assert_eq!(npy.record, 8 + 16 + 8 + 4);
+        assert_eq!(npy.row_bytes, 8 + 16 + 8 + 4);
         assert_eq!(
             named(&npy),
             [
@@ -444,7 +486,7 @@ mod tests {
     }
 
     #[test]
-    fn damaged_heads_are_refused() {
+    fn damaged_headers_are_refused() {
         for text in [
             "",
             "{'descr': '<f8'",

@@ -1,4 +1,4 @@
-//! Numbers of fixed size in a row: the inside of arrays.
+//! Records of numbers of fixed size, as arrays store them.
 
 use std::io::Read;
 
@@ -9,37 +9,42 @@ use crate::log::error::{LogError, Place};
 /// A number within a record.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cell {
-    /// Bytes before it.
+    /// Bytes before it in the record.
     pub(super) at: usize,
     pub(super) number: Number,
-    /// The column that it belongs to.
+    /// Index of its column among the wanted ones.
     pub(super) out: usize,
 }
 
-/// Records of equal size, one after the other.
+/// A reader of records of equal size that follow one another.
 pub(super) struct Strip {
-    /// What it is called in messages.
+    /// Name of the column or array, for messages.
     pub(super) name: String,
-    /// Stands at the first record.
+    /// A reader that stands at the first record.
     pub(super) read: Box<dyn Read + Send>,
     /// Bytes of a record.
     pub(super) record: usize,
-    /// Wanted numbers of a record.
+    /// Numbers of a record that are wanted.
     pub(super) cells: Vec<Cell>,
     pub(super) big_endian: bool,
 }
 
-/// Strips beside one another; each gives some of the columns.
+/// Strips that are read side by side, a block of rows at a time; each gives some of the columns.
 pub(super) struct StripTable {
-    pub(super) file: String,
-    pub(super) strips: Vec<Strip>,
-    pub(super) rows: u64,
-    pub(super) done: u64,
-    pub(super) before: u64,
-    pub(super) buffer: Vec<u8>,
+    file: String,
+    strips: Vec<Strip>,
+    rows: u64,
+    /// Rows that were read.
+    done: u64,
+    /// Rows before the last block.
+    before: u64,
+    buffer: Vec<u8>,
 }
 
 impl StripTable {
+    /// Returns a table of so many rows.
+    ///
+    /// - `file`: its name, for messages.
     pub(super) fn new(file: &str, strips: Vec<Strip>, rows: u64) -> Self {
         Self {
             file: file.to_owned(),
@@ -52,7 +57,7 @@ impl StripTable {
     }
 }
 
-/// Bytes that are read at once, at most.
+/// Most bytes that are read from a strip at once.
 const READ_BYTES: usize = 1 << 20;
 
 impl Table for StripTable {
@@ -82,7 +87,11 @@ impl Table for StripTable {
     }
 }
 
-/// Reads past some bytes.
+/// Skips so many bytes.
+///
+/// # Errors
+///
+/// `UnexpectedEof` if there are fewer.
 pub(super) fn skip(read: &mut dyn Read, bytes: u64) -> std::io::Result<()> {
     let skipped = std::io::copy(&mut read.take(bytes), &mut std::io::sink())?;
     if skipped == bytes {
