@@ -90,7 +90,7 @@ fn gravity_in_a_wrong_frame_is_found_and_named() {
         assert_eq!(code, 0);
         assert!(text.contains(angle), "{gravity}: {text}");
         assert!(
-            text.contains("the base is mounted otherwise than the file says"),
+            text.contains("the base is mounted differently from what the file says"),
             "{text}"
         );
         // The remedy is a direction within two degrees of the true one.

@@ -45,7 +45,8 @@ fn loop_controller(experiment: &Experiment) -> Result<Option<&Controller>, Ident
     }
     let controller = experiment.controller.as_ref();
     let controller = controller.ok_or(IdentifyError::Controller(
-        "the experiment has no [controller]; give gains and reference of what ran during the log",
+        "the experiment has no [controller]; give gains and reference of the controller that ran \
+         during the log",
     ))?;
     if controller.kind == ControllerKind::StateFeedback
         && controller.feedforward == Feedforward::Identified

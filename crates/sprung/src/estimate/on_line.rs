@@ -81,10 +81,10 @@ fn about_lsff(lsff: &Lsff) -> Vec<Finding> {
     let mut notes = vec![Finding::new(
         Severity::Info,
         "standard-error-is-wandering",
-        "the standard errors of LSFF are how far the running estimate wandered over its last \
-         memory; bias by the noise of on-line velocities is not in them"
+        "the standard errors of LSFF are the standard deviations of the running estimate over its \
+         memory; they do not contain the bias by noise of the on-line velocities"
             .to_owned(),
-        "prefer least squares on filtered positions where the log is at hand",
+        "use least-squares on filtered positions if the whole log is available",
     )];
     if lsff.paused() > 0.0 {
         notes.push(Finding::new(

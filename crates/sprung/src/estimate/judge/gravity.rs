@@ -94,7 +94,7 @@ pub(crate) fn tilted(
         format!(
             "with gravity turned by {angle:.0}° in the base frame the model leaves {:.1} % of the \
              motor torques unexplained instead of {:.1} % (root mean squares): the base is mounted \
-             otherwise than the file says",
+             differently from what the file says",
             100.0 * cost,
             100.0 * now
         ),

@@ -77,24 +77,28 @@ pub(crate) fn judge(
 }
 
 fn unidentifiable(model: &Model, result: &EstimateResult, findings: &mut Vec<Finding>) {
-    let blind: Vec<(usize, &ParameterEstimate)> = (result.parameters.iter().enumerate())
+    let unidentifiable: Vec<(usize, &ParameterEstimate)> = (result.parameters.iter().enumerate())
         .filter(|(_, p)| !p.identifiable)
         .collect();
-    if blind.is_empty() {
+    if unidentifiable.is_empty() {
         return;
     }
-    let names: Vec<String> = blind.iter().map(|(_, p)| p.name.clone()).collect();
-    let vital = (blind.iter()).any(|&(i, _)| {
+    let names: Vec<String> = unidentifiable.iter().map(|(_, p)| p.name.clone()).collect();
+    let vital = (unidentifiable.iter()).any(|&(i, _)| {
         let kind = model.parameters()[i].joint.map(|(kind, _)| kind);
         kind.map_or(model.tree().is_none(), JointParameter::is_vital)
     });
     findings.push(
         Finding::new(
-            if vital { Severity::Serious } else { Severity::Warning },
+            if vital {
+                Severity::Serious
+            } else {
+                Severity::Warning
+            },
             "not-identifiable",
             format!(
-                "the log does not determine {} (rank {} of {}): the motion does not excite them, or \
-                 only a combination of them",
+                "the log does not determine {} (rank {} of {}): the motion does not excite them, \
+                 or excites only a combination of them",
                 listed(names.iter().map(|name| short(name).into_owned())),
                 result.rank,
                 result.unknowns
@@ -140,8 +144,8 @@ fn impossible(
                 Severity::Serious,
                 "negative-stiffness",
                 format!(
-                    "{name}: the stiffness comes out negative ({value:.4} {}). A spring cannot do \
-                     that: a channel is delayed against the others, or a sign is wrong",
+                    "{name}: the stiffness is negative ({value:.4} {}), which no spring has: a \
+                     channel is delayed against the others, or a sign is wrong",
                     stiffness.unit
                 ),
                 &format!(
@@ -164,9 +168,9 @@ fn impossible(
                 Severity::Serious,
                 "negative-inertia",
                 format!(
-                    "{name}: the rotor inertia comes out negative ({value:.4e} {}): the torque is \
-                     delayed against the motor position, or its sign is wrong, or friction hides \
-                     the inertia",
+                    "{name}: the rotor inertia is negative ({value:.4e} {}): the torque is delayed \
+                     against the motor position, or its sign is wrong, or the friction is much \
+                     larger than the inertia's torque",
                     rotor.unit
                 ),
                 "check sign and delay of the torque; excite the joint with higher accelerations",
@@ -188,8 +192,8 @@ fn mass_matrix(model: &Model, result: &EstimateResult, findings: &mut Vec<Findin
             Severity::Warning,
             "mass-matrix-not-positive",
             format!("no bodies have these inertial parameters: {error}"),
-            "the weak ones among them make it; a log with higher accelerations finds them, and \
-             until then the model cannot be simulated at that pose",
+            "weakly excited parameters cause this: record a log with higher accelerations. Until \
+             then the model cannot be simulated at that pose",
         ));
     }
 }
@@ -257,12 +261,11 @@ fn scale(
                 format!(
                     "{name}: the stacked estimate of the stiffness, {value:.4} {}, lies {:.0} % \
                      below that of the motor row alone, {reference:.4}. The link rows have no \
-                     right-hand side: noise makes them prefer smaller links and springs, and they \
-                     pull the common scale down",
+                     right-hand side, so their noise reduces the common scale of links and springs",
                     stacked.unit,
                     100.0 * gap / reference
                 ),
-                "trust the motor row's stiffness more; look for delays and for noise of the link \
+                "prefer the stiffness of the motor row; look for delays and for noise of the link \
                  positions",
             )
             .about([stacked.name.clone()]),
@@ -292,12 +295,12 @@ fn unexplained(
             Severity::Warning,
             "poor-fit",
             format!(
-                "{name}: the residual of the motor row is {:.0} % of its torque (root mean squares): \
-                 the model does not explain this log",
+                "{name}: the residual of the motor row is {:.0} % of its torque (root mean \
+                 squares): the model does not explain this log",
                 100.0 * relative
             ),
-            "look at the fit over time: a delay, a missing friction law or an offset of the torque \
-             shows there",
+            "look at the fit over time: it shows a delay, a missing friction law or an offset of \
+             the torque",
         ));
     }
 }

@@ -35,13 +35,10 @@ pub(super) fn negative_friction(
     for (group, meaning) in [
         (
             wrong,
-            "friction that feeds energy in makes a simulation unstable; quantisation of the \
-             positions and smoothing through the Coulomb transition cause it",
+            "friction that feeds energy in makes a simulation unstable. Possible causes are \
+             quantised positions and smoothing through the Coulomb transition",
         ),
-        (
-            lost,
-            "within two standard errors, so it cannot be told from zero",
-        ),
+        (lost, "the value is within two standard errors of zero"),
     ] {
         if group.is_empty() {
             continue;
@@ -53,7 +50,7 @@ pub(super) fn negative_friction(
             Finding::new(
                 Severity::Warning,
                 "negative-friction",
-                format!("friction comes out negative, {list}: {meaning}"),
+                format!("estimated friction is negative, {list}: {meaning}"),
                 "excite the joint at low and at high speed; until then simulate with zero",
             )
             .about(group.iter().map(|p| p.name.clone())),
@@ -85,8 +82,8 @@ pub(super) fn weak(model: &Model, result: &EstimateResult, findings: &mut Vec<Fi
         Finding::new(
             Severity::Warning,
             "weakly-excited",
-            format!("the log says little about some parameters; their standard errors: {list}"),
-            "larger amplitudes, or a longer log, with motion in which these parameters matter",
+            format!("the log excites some parameters weakly; relative standard errors: {list}"),
+            "record larger amplitudes or a longer log, with motion that excites these parameters",
         )
         .about(weak.iter().map(|p| p.name.clone())),
     );
@@ -118,10 +115,11 @@ pub(super) fn little_torque(model: &Model, result: &EstimateResult, findings: &m
             Severity::Info,
             "little-torque",
             format!(
-                "some parameters stand for hardly more torque than their rows leave unexplained \
-                 ({list}): a bias that no standard error shows may be as large as the value"
+                "the torque of some parameters is hardly larger than the residual of their rows \
+                 ({list}): their bias may be as large as the value, and the standard errors do not \
+                 show it"
             ),
-            "higher accelerations or velocities of these joints; finer encoders",
+            "use higher accelerations or velocities of these joints, or finer encoders",
         )
         .about(little.iter().map(|p| p.name.clone())),
     );
@@ -169,11 +167,12 @@ pub(super) fn collinear(
             Severity::Warning,
             "collinear",
             format!(
-                "{} act alike in this log (condition number {condition:.0} after scaling): their \
-                 separate values are far less sure than a combination of them",
+                "the columns of {} are nearly collinear in this log (condition number \
+                 {condition:.0} after scaling): their separate values are far less certain than a \
+                 combination of them",
                 listed(names.iter().map(|name| short(name).into_owned()))
             ),
-            "a trajectory with more frequencies and with the joints out of step",
+            "use a trajectory with more frequencies, with the joints moving independently",
         )
         .about(names),
     );

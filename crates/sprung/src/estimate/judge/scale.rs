@@ -32,12 +32,12 @@ pub(super) fn scale_collapse(model: &Model, result: &EstimateResult, findings: &
                     "{}: the spring torque that only the spring explains is {:.1} times the \
                      residual of the motor row (squares: {number:.1}, {SAFE_SCALE} is safe). Link \
                      rows have no right-hand side, so noise shrinks links and springs together \
-                     while the residuals look perfect",
+                     without larger residuals",
                     row.joint,
                     number.sqrt()
                 ),
                 "compare with motor_rows and cross_checks; record finer positions, or a motion \
-                 that bends the spring more",
+                 with larger spring deflections",
             )
             .about(stiffness(model, &row.joint)),
         );
@@ -96,16 +96,17 @@ pub(super) fn stiffness_disagrees(
                 severity,
                 "stiffness-disagrees",
                 format!(
-                    "{}: the {whose} is {x:.4} {}, that of the motor row alone by least \
-                     squares {reference:.4}: they differ by {:.1} %, {:.1} standard errors of the \
-                     difference. The model, or the noise of a position, bends one of them",
+                    "{}: the {whose} is {x:.4} {}, that of the motor row alone by least squares \
+                     {reference:.4}: they differ by {:.1} %, {:.1} standard errors of the \
+                     difference. An error of the model or the noise of a position biases one of \
+                     them",
                     row.joint,
                     stacked.unit,
                     100.0 * gap / reference,
                     gap.abs() / error
                 ),
-                "compare with cross_checks; a delay, a missing friction law or an offset of an \
-                 encoder moves one more than the other",
+                "compare with cross_checks; a delay, a missing friction law or an encoder offset \
+                 changes one value more than the other",
             )
             .about([name]),
         );

@@ -29,9 +29,9 @@ fn standard_error_of_stretches() -> Finding {
     Finding::new(
         Severity::Info,
         "standard-error-of-stretches",
-        "the standard errors say how much stretches of this log disagree; a bias that all \
-         stretches share, as by quantised positions through the Coulomb transition or by a \
-         disturbance, is not in them: ci95 is a lower bound of the interval"
+        "the standard errors measure how much stretches of this log disagree. They do not contain \
+         a bias that all stretches share, for example by quantised positions in the Coulomb \
+         transition or by a disturbance. So ci95 is a lower bound of the interval"
             .to_owned(),
         "compare cut-offs and repeated experiments",
     )

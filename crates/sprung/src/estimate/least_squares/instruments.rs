@@ -268,11 +268,11 @@ impl Refusal {
     fn finding(&self, model: &Model) -> Finding {
         let (why, about) = match self {
             Self::Rigid => (
-                "no joint has a spring, so nothing is to be simulated apart".to_owned(),
+                "no joint has a spring between link and motor".to_owned(),
                 Vec::new(),
             ),
             Self::Unweighted => (
-                "without weights = \"transition\" they gain nothing".to_owned(),
+                "without weights = \"transition\" they have no advantage".to_owned(),
                 Vec::new(),
             ),
             Self::TooShort => (
@@ -280,7 +280,7 @@ impl Refusal {
                 Vec::new(),
             ),
             Self::Diverged => (
-                "the simulated motion of links and motors does not stay near the measured one"
+                "the simulated motion of links and motors diverges from the measured one"
                     .to_owned(),
                 Vec::new(),
             ),
@@ -298,13 +298,13 @@ impl Refusal {
                 }
                 (
                     format!(
-                        "the simulated motion does not show what the measured one does of {all}"
+                        "the simulated motion correlates too little with the measured one for {all}"
                     ),
                     names,
                 )
             }
             Self::Singular => (
-                "the simulated motion does not tell all parameters apart".to_owned(),
+                "the simulated motion does not determine all parameters".to_owned(),
                 Vec::new(),
             ),
         };
@@ -312,7 +312,7 @@ impl Refusal {
             Severity::Info,
             "no-instruments",
             format!("instrumental variables are left out of the cross-checks: {why}"),
-            "the other cross-checks stand; record a motion that excites all joints",
+            "use the other cross-checks, or record a motion that excites all joints",
         )
         .about(about)
     }

@@ -29,7 +29,7 @@ const MAX_FLAT_COMPONENT: f64 = 1e-3;
 /// weights.
 pub(super) fn standard_errors(found: &Found, samples: usize) -> Vec<Option<f64>> {
     let m = found.x.len();
-    let Some((inverse, seen)) = inverse(&found.normal) else {
+    let Some((inverse, determined)) = inverse(&found.normal) else {
         return vec![None; m];
     };
     let block = MAX_BLOCK_SAMPLES.min(samples / MIN_BLOCKS).max(1);
@@ -44,7 +44,7 @@ pub(super) fn standard_errors(found: &Found, samples: usize) -> Vec<Option<f64>>
     (0..m)
         .map(|i| {
             let variance = inverse[(i, i)].max(sandwich[(i, i)]);
-            Some(variance.sqrt()).filter(|error| seen[i] && error.is_finite())
+            Some(variance.sqrt()).filter(|error| determined[i] && error.is_finite())
         })
         .collect()
 }
@@ -82,12 +82,12 @@ fn inverse(normal: &Mat<f64>) -> Option<(Mat<f64>, Vec<bool>)> {
     let (vectors, values) = (eigen.U(), eigen.S().column_vector());
     let largest = (0..m).map(|k| values[k]).fold(0.0, f64::max);
     let mut inverse = Mat::<f64>::zeros(m, m);
-    let mut seen = vec![true; m];
+    let mut determined = vec![true; m];
     for k in 0..m {
         let flat = values[k] <= FLAT_EIGENVALUE_SHARE * largest;
         for i in 0..m {
             if flat {
-                seen[i] &= vectors[(i, k)].abs() < MAX_FLAT_COMPONENT;
+                determined[i] &= vectors[(i, k)].abs() < MAX_FLAT_COMPONENT;
                 continue;
             }
             for j in 0..m {
@@ -96,7 +96,7 @@ fn inverse(normal: &Mat<f64>) -> Option<(Mat<f64>, Vec<bool>)> {
             }
         }
     }
-    Some((inverse, seen))
+    Some((inverse, determined))
 }
 
 #[cfg(test)]

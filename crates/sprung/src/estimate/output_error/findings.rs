@@ -28,9 +28,9 @@ pub(super) fn standing() -> Vec<Finding> {
         Finding::new(
             Severity::Info,
             "controller-taken-as-exact",
-            "output error takes the controller and its reference for exactly known: with gains that \
-             are 2 % wrong every parameter is 2 % wrong, the motion fits all the same, and the \
-             standard errors do not show it"
+            "output error assumes that the controller and its reference are exactly known: with \
+             gains that are 2 % wrong every parameter is 2 % wrong, but the motion still fits and \
+             the standard errors do not show the error"
                 .to_owned(),
             "take the gains from the code that ran, and compare with least-squares, which uses the \
              logged torque instead",
@@ -38,11 +38,11 @@ pub(super) fn standing() -> Vec<Finding> {
         Finding::new(
             Severity::Info,
             "disturbances-not-modelled",
-            "output error knows of no torque but the controller's: a real one of 2 % of the motor's \
-             makes the parameters 3 to 4 % wrong, friction of links much more, and the intervals \
-             cover nothing; the cost per sample shows it"
+            "output error models no torque except the controller's. A disturbance of 2 % of the \
+             motor torque makes the parameters 3 to 4 % wrong and the friction of links much more, \
+             and the intervals do not contain the true values. The cost per sample shows this"
                 .to_owned(),
-            "use it for simulation studies and for loops that are known exactly",
+            "use output error for simulation studies and for loops that are known exactly",
         ),
     ]
 }
@@ -68,15 +68,15 @@ fn failed(why: &str) -> Finding {
 
 pub(super) fn not_converged(ending: Ending, last: &str, simulation: &SimulationFit) -> Finding {
     let how = match ending {
-        Ending::Stuck => "no further step made the cost smaller, though its slope promises it",
+        Ending::Stuck => "no further step lowered the cost, although a decrease was predicted",
         _ => "the limit of iterations was reached",
     };
     Finding::new(
         Severity::Serious,
         "output-error-not-converged",
         format!(
-            "output error did not converge: after {} iterations {how} (cost per sample {:.3}); what \
-             moved last is {}. The values here are those of least squares",
+            "output error did not converge: after {} iterations {how} (cost per sample {:.3}); {} \
+             moved most in the last step. The values here are those of least squares",
             simulation.iterations,
             simulation.cost_per_sample,
             short(last)
@@ -118,7 +118,8 @@ pub(super) fn start_changed(model: &Model, changed: &[usize]) -> Option<Finding>
             Severity::Info,
             "output-error-start-changed",
             format!(
-                "no robot has the linear values of {}; the search started from others",
+                "the linear values of {} are impossible for a robot; the search started from other \
+                 values",
                 shown.join(", ")
             ),
             "compare with the result of least-squares",
@@ -136,7 +137,7 @@ pub(super) fn controller(model: &Model, torques: &[Option<TorqueMatch>]) -> Vec<
                 Severity::Serious,
                 "controller-does-not-match",
                 format!(
-                    "{name}: the controller, fed with the logged positions, gives no torque to \
+                    "{name}: replayed on the logged positions, the controller gives no torque to \
                      compare with the logged one. No loop was simulated; the values here are those \
                      of least squares"
                 ),
@@ -150,15 +151,15 @@ pub(super) fn controller(model: &Model, torques: &[Option<TorqueMatch>]) -> Vec<
                 Severity::Serious,
                 "controller-does-not-match",
                 format!(
-                    "{name}: the controller, fed with the logged positions, misses the logged torque \
-                     by {:.0} % beyond its noise (root mean squares): another one ran, or its torque \
-                     did not pass (saturation). No loop was simulated; the values here are those of \
-                     least squares",
+                    "{name}: replayed on the logged positions, the controller's torque differs \
+                     from the logged torque by {:.0} % beyond its noise (root mean squares): \
+                     another controller ran, or its torque was limited (saturation). No loop was \
+                     simulated; the values here are those of least squares",
                     100.0 * torque.relative
                 ),
-                "give gains, velocity window, reference and limits in [controller] as they were, and \
-                 let time begin where the reference does; or use least-squares, which needs no \
-                 controller",
+                "give gains, velocity window, reference and limits in [controller] as they were \
+                 during the log, and let time start with the reference; or use least-squares, \
+                 which needs no controller",
             ));
         } else if (torque.gain - 1.0).abs()
             > TORQUE_SCALE_SHARE.max(SIGNIFICANT_SIGMAS * torque.gain_error)
@@ -167,9 +168,9 @@ pub(super) fn controller(model: &Model, torques: &[Option<TorqueMatch>]) -> Vec<
                 Severity::Warning,
                 "controller-torque-scale",
                 format!(
-                    "{name}: the logged torque is {:.4} ± {:.4} times what the controller gives for \
-                     the logged positions; output error uses the controller's, so every parameter \
-                     shares this factor, and the motion fits all the same",
+                    "{name}: the logged torque is {:.4} ± {:.4} times the torque of the controller \
+                     for the logged positions. Output error uses the controller's torque, so every \
+                     parameter contains this factor, and the motion still fits",
                     torque.gain, torque.gain_error
                 ),
                 "check the gains of [controller] against the code that ran, and the torque constant",
@@ -185,13 +186,13 @@ fn late(name: &str, torque: &TorqueMatch) -> Option<Finding> {
             Severity::Warning,
             "controller-torque-late",
             format!(
-                "{name}: the logged torque is that of the controller {} sample(s) {}: the loop has a \
-                 delay that is not simulated, or the log has one",
+                "{name}: the logged torque is that of the controller {} sample(s) {}: the loop has \
+                 a delay that is not simulated, or the log has a delay",
                 torque.late.abs(),
                 if torque.late > 0 { "later" } else { "earlier" }
             ),
-            "log position and torque of one sample in one line; a true delay of the loop makes rotor \
-             inertias wrong by several percent: use least-squares",
+            "log position and torque of one sample in one line. A true delay of the loop makes \
+             rotor inertias wrong by several percent, so use least-squares then",
         )
     })
 }
@@ -214,12 +215,13 @@ pub(super) fn cost(simulation: &SimulationFit) -> Option<Finding> {
         },
         "simulated-loop-differs",
         format!(
-            "the simulated positions miss the measured ones by {:.2} times the noise of the sensors \
-             (root mean squares; cost per sample {cost:.2}, 1 where the loop is exactly known){worst}: \
-             a disturbance, a delay or a limit of the loop, a start in motion, or an effect that the \
-             model lacks. The parameters take it up, by percents, and the intervals do not show it",
+            "the simulated positions differ from the measured ones by {:.2} times the noise of the \
+             sensors (root mean squares; cost per sample {cost:.2}, 1 where the loop is exactly \
+             known){worst}: a disturbance, a delay or a limit of the loop, a start in motion, or \
+             an effect that the model lacks. This biases the parameters by several percent, and \
+             the intervals do not show it",
             cost.sqrt()
         ),
-        "use least-squares, which needs no controller, or see what disturbs the loop",
+        "use least-squares, which needs no controller, or find the disturbance of the loop",
     ))
 }

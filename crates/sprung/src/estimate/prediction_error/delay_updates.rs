@@ -11,7 +11,7 @@ pub(super) struct DelayUpdate {
     /// Assumed delay, s.
     pub(super) assumed: f64,
     /// Estimated delay minus assumed delay, s.
-    pub(super) beyond: f64,
+    pub(super) correction: f64,
     /// Standard error of the delay, s.
     pub(super) standard_error: f64,
     /// Whether the description asks to estimate this delay.
@@ -21,7 +21,7 @@ pub(super) struct DelayUpdate {
 impl DelayUpdate {
     /// Returns the estimated delay, s.
     pub(super) fn delay(&self) -> f64 {
-        self.assumed + self.beyond
+        self.assumed + self.correction
     }
 }
 
@@ -51,7 +51,7 @@ pub(super) fn delay_updates(
             DelayUpdate {
                 channel,
                 assumed: assumed[channel],
-                beyond: -gradient / information,
+                correction: -gradient / information,
                 standard_error: information.max(0.0).sqrt().recip(),
                 estimated,
             }

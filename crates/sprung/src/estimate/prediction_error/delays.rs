@@ -64,11 +64,11 @@ pub(in crate::estimate) fn likely_delays(
         let Some(refined) = search.follow(&start)? else {
             continue;
         };
-        let again = found
+        let repeated = found
             .iter()
             .any(|other| agree(other, &refined, excerpt.period()));
         found.push(refined);
-        if again {
+        if repeated {
             break;
         }
     }
@@ -110,8 +110,8 @@ fn agree(one: &Refined, other: &Refined, period: f64) -> bool {
         .zip(&other.delays)
         .filter(|(d, _)| d.estimated);
     let same = estimated.into_iter().all(|(a, b)| {
-        let apart = (a.assumed + a.beyond - b.assumed - b.beyond).abs();
-        apart < SAME_DELAY_SIGMAS * a.standard_error.max(MIN_DELAY_ERROR_SAMPLES * period)
+        let difference = (a.assumed + a.correction - b.assumed - b.correction).abs();
+        difference < SAME_DELAY_SIGMAS * a.standard_error.max(MIN_DELAY_ERROR_SAMPLES * period)
     });
     one.converged() && other.converged() && same
 }

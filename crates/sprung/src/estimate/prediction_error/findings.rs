@@ -24,7 +24,7 @@ const MIN_DELAY_SAMPLES: f64 = 0.1;
 const FALSE_ALARM_PROBABILITY: f64 = 0.01;
 
 /// Disturbances above this fraction of the motor's torque are reported.
-const MAX_QUIET_DISTURBANCE: f64 = 0.05;
+const REPORTED_DISTURBANCE_SHARE: f64 = 0.05;
 
 /// Returns the findings about a refinement.
 pub(super) fn about(reading: &Reading, period: f64, refined: &Refined) -> Vec<Finding> {
@@ -35,8 +35,8 @@ pub(super) fn about(reading: &Reading, period: f64, refined: &Refined) -> Vec<Fi
             Severity::Info,
             "refined-on-part",
             format!(
-                "the refinement used the first {:.1} s ({} samples) of the logs; more would take long \
-                 and tell little",
+                "the refinement used the first {:.1} s ({} samples) of the logs; more samples \
+                 would take long and add little information",
                 refined.duration, refined.samples
             ),
             "put the most exciting part first, or cut the log",
@@ -45,8 +45,8 @@ pub(super) fn about(reading: &Reading, period: f64, refined: &Refined) -> Vec<Fi
     findings.extend(late(reading.channels(), period, &refined.delays));
     findings.extend(together(model, refined));
     findings.extend(disagree(model, refined));
-    let loud: Vec<String> = (refined.levels.iter().enumerate())
-        .filter(|(_, level)| level.disturbance > MAX_QUIET_DISTURBANCE * level.torque)
+    let unexplained: Vec<String> = (refined.levels.iter().enumerate())
+        .filter(|(_, level)| level.disturbance > REPORTED_DISTURBANCE_SHARE * level.torque)
         .map(|(row, level)| {
             let part = 100.0 * level.disturbance / level.torque;
             // The row's name ends in the unit.
@@ -57,15 +57,16 @@ pub(super) fn about(reading: &Reading, period: f64, refined: &Refined) -> Vec<Fi
             )
         })
         .collect();
-    if !loud.is_empty() {
+    if !unexplained.is_empty() {
         findings.push(Finding::new(
             Severity::Warning,
             "unexplained-torque",
             format!(
-                "slow torques that the model does not explain, standard deviation and part of the \
-                 motor's: {}. The intervals take them for random disturbances; an effect that \
-                 repeats with the motion, as another friction law, may hide in them",
-                loud.join(", ")
+                "the model leaves slow torques unexplained; their standard deviations, and the \
+                 same relative to the motor torque: {}. The intervals assume random disturbances, \
+                 but an effect that repeats with the motion, for example a missing friction law, \
+                 may be part of them",
+                unexplained.join(", ")
             ),
             "look at the fit over time; try further friction laws, and a second experiment with \
              another motion",
@@ -96,12 +97,13 @@ fn late(channels: &Channels, period: f64, delays: &[DelayUpdate]) -> Vec<Finding
         if delays.iter().filter(own).any(|d| d.estimated) {
             continue;
         }
-        let size = |d: &DelayUpdate| d.beyond.abs() / d.standard_error;
+        let size = |d: &DelayUpdate| d.correction.abs() / d.standard_error;
         let best = delays
             .iter()
             .filter(own)
             .filter(|d| {
-                size(d) > DELAY_SIGNIFICANCE_SIGMAS && d.beyond.abs() > MIN_DELAY_SAMPLES * period
+                size(d) > DELAY_SIGNIFICANCE_SIGMAS
+                    && d.correction.abs() > MIN_DELAY_SAMPLES * period
             })
             .max_by(|a, b| size(a).total_cmp(&size(b)));
         let Some(delay) = best else { continue };
@@ -111,9 +113,9 @@ fn late(channels: &Channels, period: f64, delays: &[DelayUpdate]) -> Vec<Finding
             Severity::Warning,
             "late-channel",
             format!(
-                "the likelihood says that \"{column}\" was recorded {} instead of {} (standard error \
-                 {:.5} s, log-likelihood +{:.0}); a sample of torque delay alone moves a rotor \
-                 inertia by several per cent",
+                "by likelihood, \"{column}\" was recorded {} instead of {} (standard error {:.5} \
+                 s, log-likelihood +{:.0}). A torque delay of one sample alone changes a rotor \
+                 inertia by several percent",
                 when(total),
                 when(delay.assumed),
                 delay.standard_error,
@@ -142,10 +144,10 @@ fn together(model: &Model, refined: &Refined) -> Vec<Finding> {
             continue;
         }
         let (first, second) = (&model.parameters()[a], &model.parameters()[b]);
-        let known = if correlation < 0.0 {
-            "sum"
+        let (known, sign) = if correlation < 0.0 {
+            ("sum", '+')
         } else {
-            "difference"
+            ("difference", '-')
         };
         let (own, other) = (refined.standard_error[a], refined.standard_error[b]);
         let both = (2.0 * own * own * (1.0 - correlation.abs())).sqrt();
@@ -154,14 +156,15 @@ fn together(model: &Model, refined: &Refined) -> Vec<Finding> {
                 Severity::Info,
                 "known-together",
                 format!(
-                    "of {} and {} only a {known} is known well (correlation {correlation:.3}): with \
-                     the second times {:.3}, to {both:.2e} {}, the first alone to {own:.2e}",
-                    first.short(),
-                    second.short(),
+                    "the log determines only a {known} of {a} and {b} well (correlation \
+                     {correlation:.3}): the standard error of {a} {sign} {:.3} times {b} is {both:.2e} \
+                     {}, that of {a} alone {own:.2e}",
                     own / other,
-                    first.unit
+                    first.unit,
+                    a = first.short(),
+                    b = second.short(),
                 ),
-                "use both together, or excite them apart",
+                "use both together, or record a motion that excites them separately",
             )
             .about([first.name.clone(), second.name.clone()]),
         );
@@ -193,7 +196,7 @@ fn disagree(model: &Model, refined: &Refined) -> Option<Finding> {
         return None;
     }
     let freedom = refined.logs.len() - 1;
-    let mut apart = Vec::new();
+    let mut disagreeing = Vec::new();
     let mut names = Vec::new();
     for (place, &index) in refined.free.iter().enumerate() {
         let values = refined.logs.iter().map(|log| log[place]);
@@ -209,21 +212,21 @@ fn disagree(model: &Model, refined: &Refined) -> Option<Finding> {
         if upper_tail(spread, freedom) < FALSE_ALARM_PROBABILITY / refined.free.len() as f64 {
             let parameter = &model.parameters()[index];
             let each: Vec<String> = values.map(|(x, e)| format!("{x:.4} ± {e:.4}")).collect();
-            apart.push(format!("{} ({})", parameter.short(), each.join(", ")));
+            disagreeing.push(format!("{} ({})", parameter.short(), each.join(", ")));
             names.push(parameter.name.clone());
         }
     }
-    (!apart.is_empty()).then(|| {
+    (!disagreeing.is_empty()).then(|| {
         Finding::new(
             Severity::Warning,
             "logs-disagree",
             format!(
-                "the logs disagree by more than their intervals allow about {}; they are not of one \
-                 robot as it is modelled",
-                apart.join("; ")
+                "the logs disagree by more than their intervals allow about {}: one model with one \
+                 set of parameters does not describe all of them",
+                disagreeing.join("; ")
             ),
-            "see that all logs are of one robot in one state; parameters that move with the motion or \
-             with the controller's gains mean a missing effect",
+            "make sure that all logs are of one robot in one state; parameters that change with \
+             the motion or with the controller's gains mean that the model lacks an effect",
         )
         .about(names)
     })

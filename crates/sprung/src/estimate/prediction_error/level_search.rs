@@ -16,17 +16,17 @@ const MAX_CORRECTION: f64 = 30.0;
 
 /// The search ends if a step predicts a smaller gain of the log-likelihood. The estimate does not
 /// depend on such a gain.
-const MIN_PROMISED_GAIN: f64 = 0.1;
+const MIN_PREDICTED_GAIN: f64 = 0.1;
 
 /// Factor that shortens a step while it does not raise the likelihood, and fraction of the step
 /// below which the search ends.
 const SHORTENING: f64 = 0.25;
-const MIN_STEP_PART: f64 = 0.01;
+const MIN_STEP_FRACTION: f64 = 0.01;
 
 /// Initial information that is added for every logarithm, and factor by which it grows while the
 /// longest step is too long.
-const START_HOLD: f64 = 0.1;
-const HOLD_GROWTH: f64 = 4.0;
+const START_ADDED_INFORMATION: f64 = 0.1;
+const ADDED_INFORMATION_GROWTH: f64 = 4.0;
 
 /// Change of a logarithm that counts as zero.
 const NO_CHANGE: f64 = 1e-9;
@@ -52,10 +52,10 @@ pub(super) fn search_levels(
     };
     let first = score.loss;
     for _ in 0..MAX_STEPS {
-        let Some((step, promised)) = scoring_step(unknown, &logs, &score) else {
+        let Some((step, predicted)) = scoring_step(unknown, &logs, &score) else {
             break;
         };
-        if promised < MIN_PROMISED_GAIN {
+        if predicted < MIN_PREDICTED_GAIN {
             break;
         }
         let mut part = 1.0;
@@ -67,7 +67,7 @@ pub(super) fn search_levels(
                 break Some((there, found));
             }
             part *= SHORTENING;
-            if part < MIN_STEP_PART {
+            if part < MIN_STEP_FRACTION {
                 break None;
             }
         };
@@ -124,39 +124,39 @@ fn scoring_step(unknown: &UnknownLevels, logs: &[f64], score: &Score) -> Option<
     let (gradient, information) = (&score.gradient, &score.information);
     let count = logs.len();
     let mut fixed = vec![false; count];
-    let mut hold = START_HOLD;
+    let mut added = START_ADDED_INFORMATION;
     loop {
         let free: Vec<usize> = (0..count).filter(|i| !fixed[*i]).collect();
         let part: Vec<f64> = (free.iter())
             .flat_map(|&i| free.iter().map(move |&j| (i, j)))
             .map(|(i, j)| {
-                let own = if i == j { hold } else { 0.0 };
+                let own = if i == j { added } else { 0.0 };
                 own + information[i.max(j) * count + i.min(j)]
             })
             .collect();
         let own: Vec<f64> = free.iter().map(|&i| gradient[i]).collect();
         let step = damped_step(&part, &own, 0.0)?;
         if step.iter().any(|step| step.abs() > MAX_LOG_CHANGE) {
-            hold *= HOLD_GROWTH;
+            added *= ADDED_INFORMATION_GROWTH;
             continue;
         }
         let mut all = vec![0.0; count];
-        let mut beyond = None;
+        let mut most_cut = None;
         for (&i, step) in free.iter().zip(&step) {
             let (low, high) = unknown.bounds[i];
             let inside = (logs[i] + step).clamp(low.ln(), high.ln());
             all[i] = inside - logs[i];
             let cut = (all[i] - step).abs();
-            if beyond.is_none_or(|(_, most)| cut > most) && cut > NO_CHANGE {
-                beyond = Some((i, cut));
+            if most_cut.is_none_or(|(_, most)| cut > most) && cut > NO_CHANGE {
+                most_cut = Some((i, cut));
             }
         }
-        let promised: f64 = -0.5 * all.iter().zip(gradient).map(|(d, g)| d * g).sum::<f64>();
-        match beyond {
+        let predicted: f64 = -0.5 * all.iter().zip(gradient).map(|(d, g)| d * g).sum::<f64>();
+        match most_cut {
             // A level at its bound whose step points outward is fixed. A level whose step is cut is
             // fixed too if the whole step would lower the likelihood.
-            Some((i, _)) if all[i].abs() < NO_CHANGE || promised <= 0.0 => fixed[i] = true,
-            _ => return Some((all, promised)),
+            Some((i, _)) if all[i].abs() < NO_CHANGE || predicted <= 0.0 => fixed[i] = true,
+            _ => return Some((all, predicted)),
         }
     }
 }

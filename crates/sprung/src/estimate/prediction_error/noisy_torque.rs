@@ -36,29 +36,29 @@ pub(super) fn expected_gradient(
         return gradient;
     }
     let linearization = &likelihood.run.linearization;
-    let mut seen = 0;
+    let mut samples = 0;
     // σ_w² N_k F_τ of each noisy torque, \[rows × 2 rows\].
-    let mut told = vec![0.0; rows * moving];
+    let mut weighted = vec![0.0; rows * moving];
     likelihood.information_ahead(levels, |sample, information| {
-        seen += 1;
+        samples += 1;
         let transition = &linearization.transitions[sample * moving * states..][..moving * states];
         let by_torque = |row: usize| transition[moving + row..].iter().step_by(states);
         for &row in &noisy {
-            let own = told[row * moving..].iter_mut();
-            for (told, own) in own.zip(information.chunks(states).take(moving)) {
+            let own = weighted[row * moving..].iter_mut();
+            for (weighted, own) in own.zip(information.chunks(states).take(moving)) {
                 let both = own.iter().zip(by_torque(row)).map(|(n, b)| n * b);
-                *told = levels.torque_noise[row].powi(2) * both.sum::<f64>();
+                *weighted = levels.torque_noise[row].powi(2) * both.sum::<f64>();
             }
         }
         let positions = &linearization.positions[sample * rows..(sample + 1) * rows];
         dynamics.visit_acceleration_torques(positions, &noisy, |pushed, row, column, torque| {
             if let Some(place) = places[column] {
-                let own = told[pushed * moving..].iter().zip(by_torque(row));
+                let own = weighted[pushed * moving..].iter().zip(by_torque(row));
                 gradient[place] -= torque * own.map(|(n, b)| n * b).sum::<f64>();
             }
         });
     });
-    let all = likelihood.measurements.samples() as f64 / f64::max(f64::from(seen), 1.0);
+    let all = likelihood.measurements.samples() as f64 / f64::max(f64::from(samples), 1.0);
     scale(&mut gradient, all);
     gradient
 }

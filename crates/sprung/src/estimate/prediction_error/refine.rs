@@ -25,7 +25,7 @@ use crate::regression::{PassError, Reading};
 
 /// Mean squared whitened innovation above which encoders get additional noise: their lines are
 /// uneven, or the joint is not where the model has it.
-const MAX_COST_OF_EXACT_COUNTERS: f64 = 2.0;
+const MAX_COST_OF_EXACT_ENCODERS: f64 = 2.0;
 
 /// Maximum number of rounds in which delays are estimated; maximum remaining error of a delay, in
 /// standard errors; and maximum move of a delay in one round, in samples or standard errors. The
@@ -118,9 +118,9 @@ fn descend_with_noise<'p>(
     progress: &mut dyn Listener,
 ) -> Result<Option<(Descent, Problem<'p>)>, Stopped> {
     let descent = descend(&problem, start.clone(), phase, progress)?;
-    let rough = |d: &Descent| d.cost > MAX_COST_OF_EXACT_COUNTERS * d.measurements as f64;
+    let fits_badly = |d: &Descent| d.cost > MAX_COST_OF_EXACT_ENCODERS * d.measurements as f64;
     let same = problem.levels.all.len() == every_sensor.all.len();
-    if same || !descent.as_ref().is_none_or(rough) {
+    if same || !descent.as_ref().is_none_or(fits_badly) {
         return Ok(descent.map(|descent| (descent, problem)));
     }
     let problem = Problem {
@@ -139,11 +139,12 @@ fn descend_with_noise<'p>(
 /// - `period`: s; `delays`: delays of all channels, s.
 fn move_delays(updates: &[DelayUpdate], period: f64, delays: &mut [f64]) -> bool {
     let estimated = || updates.iter().filter(|update| update.estimated);
-    let far =
-        |update: &DelayUpdate| update.beyond.abs() > DELAY_TOLERANCE_SIGMAS * update.standard_error;
+    let far = |update: &DelayUpdate| {
+        update.correction.abs() > DELAY_TOLERANCE_SIGMAS * update.standard_error
+    };
     for update in estimated() {
         let reach = MAX_DELAY_MOVE * period.max(update.standard_error);
-        delays[update.channel] += update.beyond.clamp(-reach, reach);
+        delays[update.channel] += update.correction.clamp(-reach, reach);
     }
     estimated().any(far)
 }

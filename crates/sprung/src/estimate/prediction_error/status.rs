@@ -71,7 +71,7 @@ impl Status {
         Some(match self {
             Self::Converged => return None,
             Self::NotTried { code } => {
-                format!("it was not tried, for the log itself is wrong ({code})")
+                format!("it was not tried, because the log itself is wrong ({code})")
             }
             Self::NotFollowed => "the filter does not follow the log from the linear values, or \
                                   the log is too short"
@@ -84,14 +84,15 @@ impl Status {
             Self::NotConverged { runs, moved } => {
                 let moved = (moved.iter()).map(|(name, by)| format!("{name} by {by:+.2}"));
                 format!(
-                    "it did not converge in {runs} runs of the filter; last moved, in standard errors, {}",
+                    "it did not converge in {runs} runs of the filter; last moves, in standard \
+                     errors: {}",
                     moved.collect::<Vec<_>>().join(", ")
                 )
             }
             Self::NotPredictive(held) => format!(
-                "estimated from the first three quarters of the logs it misses {:.1} % of the filtered \
-                 torque of the last, least squares {:.1} %: what it takes for disturbances repeats with \
-                 the motion",
+                "estimated from the first three quarters of the logs, it leaves {:.1} % of the \
+                 filtered torque of the last quarter unexplained, least squares {:.1} %: an effect \
+                 that repeats with the motion is attributed to disturbances",
                 100.0 * held.refined,
                 100.0 * held.linear
             ),
@@ -141,11 +142,11 @@ mod tests {
             ),
             (
                 Status::NotConverged { runs: 30, moved },
-                "in 30 runs of the filter; last moved, in standard errors, m1 by -0.25",
+                "in 30 runs of the filter; last moves, in standard errors: m1 by -0.25",
             ),
             (
                 Status::NotPredictive(held),
-                "6.1 % of the filtered torque of the last, least squares 5.0 %",
+                "6.1 % of the filtered torque of the last quarter unexplained, least squares 5.0 %",
             ),
         ];
         for (status, words) in cases {

@@ -31,8 +31,8 @@ impl<'a> Window<'a> {
             .fold(0.0, |most, shift| f64::max(most, shift.max(0.0)));
         let earliest = shifts.fold(0.0, |least, shift| f64::min(least, shift.min(0.0)));
         let begin = (-earliest).ceil() as usize;
-        let lost = begin + latest.ceil() as usize;
-        let samples = length.checked_sub(lost + 1).filter(|left| *left > 2)?;
+        let left_out = begin + latest.ceil() as usize;
+        let samples = length.checked_sub(left_out + 1).filter(|left| *left > 2)?;
         Some(Self {
             delays,
             period,
@@ -61,10 +61,10 @@ impl<'a> Window<'a> {
         let age = (sample - at).max(0.0) * self.period;
         // The observation goes back by the velocity at the sample, so the effect of the
         // acceleration is subtracted here.
-        let braked = 0.5 * position.acceleration * age * age;
+        let acceleration_effect = 0.5 * position.acceleration * age * age;
         let measurement = Measurement {
             sensor: index,
-            value: position.value + sensor.offset - braked,
+            value: position.value + sensor.offset - acceleration_effect,
             variance: position.variance,
             age,
         };

@@ -58,16 +58,16 @@ pub(super) fn encoder_edges(
         }
         since = k + 1;
         if let (Some(next), Some(ahead)) = (values.get(k + 1), velocity.get(k + 1)) {
-            let moved = 0.5 * (velocity[k] + ahead) * period / count;
-            let width = (1.0 - (counts - moved).abs()).max(0.0);
+            let expected_counts = 0.5 * (velocity[k] + ahead) * period / count;
+            let width = (1.0 - (counts - expected_counts).abs()).max(0.0);
             let uneven = EDGE_DEVIATION_COUNTS * EDGE_DEVIATION_COUNTS;
             // The mean of two positions exceeds the position halfway between them by a h²/8.
-            let gained = ahead - velocity[k];
+            let velocity_change = ahead - velocity[k];
             visit(EdgePosition {
                 sample: k as f64 + 0.5,
-                value: 0.5 * (values[k] + next) - gained * period / 8.0,
+                value: 0.5 * (values[k] + next) - velocity_change * period / 8.0,
                 variance: (width * width / 12.0 + uneven) * count * count,
-                acceleration: gained / period,
+                acceleration: velocity_change / period,
             });
         }
     }
