@@ -3,8 +3,8 @@
 //! [`check`] reads logs once, in bounded memory, and returns findings; an identification calls
 //! [`examine`] with the figures of its own pass. [`crate::log`] checks single columns. This module
 //! makes the checks that need the robot's equations or the settings: whether the torque explains
-//! the motion, which channel is late, what the filters remove. These checks use the beginning of
-//! the first log, an `Excerpt`.
+//! the motion, whether a channel is late, whether the filters remove motion. These checks use the
+//! beginning of the first log, an `Excerpt`.
 
 mod assemble;
 mod columns;

@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn false_alarms_are_as_rare_as_promised() {
+    fn false_alarm_rate_matches_the_significance() {
         for runs in [2, 3, 6] {
             let share = alarms(&vec![5.0; runs]);
             assert!((0.005..0.016).contains(&share), "{runs} runs: {share}");
@@ -214,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_interval_is_not_tested() {
+    fn parameters_without_intervals_are_not_tested() {
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         let mut parameter = parameter(&mut rng, 0, &[1.0, 9.0]);
         assert!(test(&parameter, &[0, 1]).is_some());

@@ -86,7 +86,7 @@ mod tests {
             made(&[("a.json", ls), ("a.json", "lsff"), ("x/b.json", ls)]),
             "a least-squares | a lsff | x/b least-squares"
         );
-        // One path is the end of the other one.
+        // The first path is the end of the second path.
         assert_eq!(
             made(&[
                 ("identification.json", ls),

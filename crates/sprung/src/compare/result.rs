@@ -13,7 +13,7 @@ pub struct Comparison {
     pub format: u32,
     /// Program and version that wrote the file.
     pub generator: String,
-    /// The compared results; differences refer to the first one.
+    /// The compared results; differences refer to the first result.
     pub compared: Vec<ComparedResult>,
     /// All parameters of all results, in the order of the first result.
     pub parameters: Vec<ComparedParameter>,

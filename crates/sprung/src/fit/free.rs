@@ -52,8 +52,8 @@ impl Free {
             .collect()
     }
 
-    /// Returns the values of all parameters, \[p\], from those of the unknowns and of the known
-    /// ones.
+    /// Returns the values of all parameters, \[p\], from the values of the unknowns and of the known
+    /// parameters.
     pub(crate) fn whole<T: Copy>(&self, of_unknowns: &[T], of_known: impl Fn(f64) -> T) -> Vec<T> {
         let mut next = of_unknowns.iter();
         (self.known.iter())

@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn leaving_a_group_out_moves_as_solving_without_it() {
+    fn influences_equal_solutions_without_each_group() {
         let factors: Vec<Triangle> = (0..8).map(|g| Triangle::of(&group(g))).collect();
         let solved = |left_out: Option<usize>| {
             let kept = (factors.iter().enumerate()).filter(|(g, _)| Some(*g) != left_out);

@@ -14,9 +14,9 @@ const JACKKNIFE_GROUPS: usize = 32;
 pub struct Fitted {
     /// The parameter vector, known values included, \[p\].
     pub theta: Theta,
-    /// Whether the data determine each parameter; true for known ones.
+    /// Whether the data determine each parameter; true for known parameters.
     pub identifiable: Vec<bool>,
-    /// Standard error of each parameter; zero for known ones.
+    /// Standard error of each parameter; zero for known parameters.
     pub standard_error: Vec<f64>,
     /// Participation of each parameter in the least excited direction, columns scaled to unit
     /// length.
@@ -122,7 +122,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn quantiles_are_those_of_the_tables() {
+    fn student_quantiles_match_tables() {
         for (freedom, expected) in [(3, 3.182), (6, 2.447), (16, 2.120), (31, 2.040)] {
             assert!(
                 (student_95(freedom) / expected - 1.0).abs() < 0.01,

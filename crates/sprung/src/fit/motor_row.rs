@@ -96,7 +96,7 @@ pub(super) fn motor_row(
     })
 }
 
-/// Returns the parameters of all entries of a row, including known ones.
+/// Returns the parameters of all entries of a row, including known parameters.
 ///
 /// - `found`: values of the row's unknowns.
 fn values_of_row(model: &Model, row: usize, free: &Free, found: &[f64]) -> Vec<f64> {

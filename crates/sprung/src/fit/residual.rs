@@ -47,7 +47,7 @@ pub struct TorqueOf {
     /// Root mean square of the parameter's column times its value, N·m (N). A parameter in two rows
     /// has the larger of its two torques here.
     pub rms: f64,
-    /// `rms` over the largest such torque in the same row.
+    /// `rms` over the largest `rms` of all parameters in the same row.
     pub share: f64,
     /// Root mean square of the torque over that of the row's residual, in the row where this ratio
     /// is largest.

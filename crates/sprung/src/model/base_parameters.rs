@@ -40,9 +40,11 @@ pub struct Candidates<'a> {
 pub struct BaseParameters {
     /// Parameters with independent columns, in order.
     pub independent: Vec<usize>,
-    /// Parameters that affect the motion only in combination with independent ones, or not at all.
+    /// Parameters that affect the motion only in combination with independent parameters, or not at
+    /// all.
     pub dependent: Vec<usize>,
-    /// Factor of each dependent parameter in each independent one, \[independent × dependent\].
+    /// Factor of each dependent parameter in the combination of each independent parameter,
+    /// \[independent × dependent\].
     pub combination: Vec<Vec<f64>>,
 }
 
@@ -50,7 +52,7 @@ impl BaseParameters {
     /// Finds the base parameters from the torque columns of random states.
     ///
     /// Columns are accepted in their order: links from the base to the tips, then rotors. This
-    /// order gives short combinations and always the same ones.
+    /// order gives short combinations, and the same combinations in every run.
     ///
     /// # Errors
     ///
@@ -332,7 +334,7 @@ mod tests {
     }
 
     #[test]
-    fn groupings_read_as_a_roboticist_writes_them() {
+    fn groupings_have_the_usual_form() {
         let planar = modified(&[row(0.0, 0.0, 0.0), row(0.0, 0.343, 0.0)]);
         let name = |k: usize| format!("link{}.{}", k / BODY + 1, BODY_NAMES[k % BODY]);
         let found = base(&planar, DOWN, &[]);

@@ -42,7 +42,7 @@ pub(super) struct Shared {
     pub(super) parameter: usize,
     /// Index in theta of the other parameter.
     pub(super) of: usize,
-    /// Factor of the parameter in the other one.
+    /// Factor of the parameter in the other parameter.
     pub(super) factor: f64,
 }
 

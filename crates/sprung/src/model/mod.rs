@@ -30,7 +30,7 @@ pub use scratch::Scratch;
 /// A parameter vector theta, \[p\].
 pub type Theta = Vec<f64>;
 
-/// Stribeck velocity until a search has found one, rad/s (m/s).
+/// Stribeck velocity before it is searched, rad/s (m/s).
 const INITIAL_STRIBECK_VELOCITY: f64 = 0.1;
 
 #[derive(Clone, Debug)]
@@ -306,7 +306,7 @@ impl Model {
     }
 
     /// Returns the row of a joint with the motor torque on its right-hand side: the motor row of a
-    /// flexible joint, the only row of a rigid one.
+    /// flexible joint, the only row of a rigid joint.
     #[must_use]
     pub fn torque_row(&self, joint: usize) -> usize {
         self.fixed.layout.motor_rows[joint].unwrap_or(joint)
@@ -390,7 +390,7 @@ impl Model {
     }
 
     /// Returns the index in theta of the base parameter that begins with a standard inertial
-    /// parameter; `None` if there is none.
+    /// parameter; `None` if no base parameter begins with it.
     #[must_use]
     pub fn parameter_of(&self, standard: usize) -> Option<usize> {
         let links = self.fixed.links.as_ref()?;

@@ -123,7 +123,7 @@ impl Search<'_> {
         for k in 0..=count {
             let offset = range.0 + f64::from(k) * step;
             let at: Vec<f64> = centres.iter().map(|centre| centre + offset).collect();
-            // A long delay can leave too few samples of a short log; it is skipped.
+            // With a long delay a short log can have too few samples; such a delay is skipped.
             let Some(fits) = self.attempt(&at) else {
                 continue;
             };

@@ -28,7 +28,7 @@ impl Excerpt {
         }
     }
 
-    /// Appends the next block; returns whether the excerpt accepts another one.
+    /// Appends the next block; returns whether the excerpt accepts another block.
     pub fn push(&mut self, block: &LogBlock) -> bool {
         if self.samples < self.limit {
             self.samples += block.len();

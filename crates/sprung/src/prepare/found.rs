@@ -7,7 +7,7 @@ pub struct FoundSign {
     pub column: String,
     /// 1 or -1.
     pub value: f64,
-    /// Logarithm of the likelihood ratio between this sign and the other one.
+    /// Logarithm of the likelihood ratio between this sign and the opposite sign.
     pub log_likelihood: f64,
     /// Reason for the sign, in words.
     pub because: String,

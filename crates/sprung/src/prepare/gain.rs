@@ -25,7 +25,8 @@ const LONGEST_NEWTON_STEP: f64 = 4.0;
 /// Largest accepted standard error, as a fraction of the gain.
 const LARGEST_ERROR_SHARE: f64 = 0.1;
 
-/// Finds the gain of a channel; the error says why the log does not determine it, and the remedy.
+/// Finds the gain of a channel; the error gives the reason why the log does not determine the gain,
+/// and a remedy.
 pub(super) fn gain(
     experiment: &Experiment,
     reading: &Reading,

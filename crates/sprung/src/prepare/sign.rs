@@ -17,7 +17,7 @@ const MAX_SIGNS_TOGETHER: usize = 10;
 /// Residuals below this fraction of the torque count as equal.
 const EXACT_TORQUE_SHARE: f64 = 1e-4;
 
-/// Finds all open signs; the error says which sign the log does not determine, and the remedy.
+/// Finds all open signs; the error names the sign that the log does not determine, and a remedy.
 pub(super) fn signs(
     reading: &Reading,
     excerpt: &Excerpt,

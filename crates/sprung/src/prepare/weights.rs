@@ -6,7 +6,7 @@ use crate::fit::fit_values;
 use crate::model::Model;
 use crate::regression::{Reading, System, TransitionWeights};
 
-/// Number of successive estimates; each gives the weights for the next one.
+/// Number of successive estimates; each estimate gives the weights for the next estimate.
 const ESTIMATES: usize = 3;
 
 /// Ratio of a normal variable's standard deviation to the median of its absolute value.

@@ -112,7 +112,7 @@ impl Aligner {
                 let whole = (lead + WHOLE_SAMPLE_TOLERANCE).floor();
                 let fraction = lead - whole;
                 Lead {
-                    // Bounds absurd delays; no log has so many samples.
+                    // Limits absurd delays to a number of samples that no log reaches.
                     samples: whole.min(1e15) as usize,
                     weights: (fraction > WHOLE_SAMPLE_TOLERANCE).then(|| cubic(fraction)),
                 }
@@ -290,7 +290,7 @@ mod tests {
     }
 
     #[test]
-    fn late_channels_come_back_to_their_time() {
+    fn delays_are_undone() {
         for delays in [
             [0.0; 6],
             [0.004, 0.0, 0.0, 0.011, 0.0, 0.0],

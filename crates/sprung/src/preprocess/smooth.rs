@@ -154,7 +154,7 @@ impl Smoother {
         self
     }
 
-    /// Processes samples and appends the finished ones to `out`.
+    /// Processes samples and appends finished samples to `out`.
     pub(crate) fn push(&mut self, samples: &RawBlock, out: &mut SignalBlock) {
         (self.time).extend(samples.time.iter().map(|time| time + samples.later));
         for (own, tau) in self.tau.iter_mut().zip(&samples.tau) {
@@ -206,7 +206,7 @@ impl Smoother {
             out.q[joint].extend_from_slice(&out.phi[joint][before..]);
             out.dq[joint].extend_from_slice(&out.dphi[joint][before..]);
         }
-        // `time` still contains the sample before the first finished one.
+        // `time` still contains the sample before the first finished sample.
         let kept = self.time.len().min(1);
         out.time.extend_from_slice(&self.time[kept..][..ready]);
         self.time.drain(..ready);

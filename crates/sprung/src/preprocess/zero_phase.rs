@@ -179,7 +179,7 @@ impl ZeroPhase {
         }
     }
 
-    /// Processes the next samples and appends the finished ones to `out`.
+    /// Processes the next samples and appends finished samples to `out`.
     pub fn push(&mut self, samples: &[f64], out: &mut Vec<f64>) {
         let padding = self.filter.padding;
         let mut samples = samples;

@@ -11,8 +11,9 @@ use crate::model::{Model, Scratch};
 ///
 /// # Source
 ///
-/// Eqs. (10) and (23). The paper's discretisation holds every signal. The matched one holds only
-/// the torque, because a digital controller holds it, and treats all other signals as continuous.
+/// Eqs. (10) and (23). The paper's discretisation holds every signal. The matched discretisation
+/// holds only the torque, because a digital controller holds it, and treats all other signals as
+/// continuous.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pairs {
     pub(super) entries: FilterPair,

@@ -25,9 +25,9 @@ pub(crate) struct CrossProducts {
 /// Forms, filters and weights the regressors of pairs of motions and multiplies them; returns one
 /// result per row.
 ///
-/// Only samples at times that both motions share take part. Both motions have the weights of the
-/// measured one. The filters start anew with each pair; if the initial momentum is to be estimated,
-/// samples that it affects are left out.
+/// The products contain only samples at times that both motions share. Both motions have the weights
+/// of the measured motion. The filters restart with each pair; if the initial momentum is to be
+/// estimated, samples that it affects are left out.
 ///
 /// - `pairs`: measured motion and instrument motion of each stretch; `period`: T, s.
 ///

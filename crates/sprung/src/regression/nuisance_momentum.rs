@@ -59,7 +59,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_decays_with_the_filter_is_gone() {
+    fn a_decaying_initial_momentum_is_removed() {
         let pole: f64 = 0.97;
         let [mut plain, mut disturbed] = [NuisanceMomentum::default(), NuisanceMomentum::default()];
         for k in 0..1000 {
@@ -79,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn an_end_before_the_start_is_forgotten_keeps_what_is_there() {
+    fn a_log_that_ends_early_releases_its_rows() {
         let mut start = NuisanceMomentum::default();
         assert!(start.hold(&[2.0], 0.9, 1.0));
         // The unknown absorbs a single row completely.

@@ -164,7 +164,7 @@ impl Preparation {
         self.hand_on(piece, out);
     }
 
-    /// Ends a segment; the filters start again with the next one.
+    /// Ends a segment; the filters restart with the next segment.
     fn end(&mut self, next: Restart, out: &mut Vec<Piece>) {
         let model = self.reading.model();
         let fresh = smoother(model, &self.filter, self.period).behind_gap();
@@ -361,7 +361,7 @@ pub(crate) fn read_through(
         begun?;
         ready.clear();
         let period = log.timing().period;
-        // A log continues at the end of the previous one, whatever its own time is.
+        // Each log continues at the end of the previous log, independent of its own time stamps.
         let first = block.time.first().copied().unwrap_or_default();
         let later = ended.map_or(0.0, |end| end + period - first);
         let mut preparation = Preparation::new(reading, period, later)?;

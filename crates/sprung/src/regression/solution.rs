@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn blind_directions_are_named() {
+    fn unobserved_directions_are_not_identifiable() {
         // The third column repeats the second, so only the sum of their parameters is observed.
         let triangle = factor(&rows(|t| [t.sin(), t.cos(), t.cos()]));
         let part = SystemPart {
@@ -213,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_seen_is_rank_zero() {
+    fn a_zero_system_has_rank_zero() {
         let triangle = factor(&[[0.0; 4]; 9]);
         let part = SystemPart {
             columns: &[0, 1, 2],

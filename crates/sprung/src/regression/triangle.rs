@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn known_unknowns_move_to_the_right_hand_side() {
+    fn known_values_move_to_the_right_hand_side() {
         let a = rows(60, 3);
         let all = Triangle::of_rows(a.clone().as_mut());
         let reduced = all.with_known(&[None, Some(0.7), None]);
@@ -200,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn steps_over_an_unknown_are_those_of_gauss_and_newton() {
+    fn over_unknown_gives_the_gauss_newton_step() {
         let a = rows(60, 3);
         let triangle = Triangle::of_rows(a.clone().as_mut());
         let x = [0.3, 0.7, -1.1];

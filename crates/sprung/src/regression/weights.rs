@@ -52,8 +52,8 @@ impl Transition {
 
 /// Weights that are small for samples in the Coulomb transition, for each row.
 ///
-/// Noise n of a velocity changes the Coulomb friction by `f_c β sech²(β v) n`: much during a
-/// reversal, nothing in sliding. With the scale `s0` of the row's residual the weight is `s0 /
+/// Noise n of a velocity changes the Coulomb friction by `f_c β sech²(β v) n`. This is large during
+/// a reversal and zero in sliding. With the scale `s0` of the row's residual the weight is `s0 /
 /// √(s0² + f[(f_c β σ_v sech²(β v))²])`, where `f[.]` is the filter of the regression. Weights are
 /// at most 1, so they do not amplify any row. Weights from the residuals of the stacked rows would
 /// do so: the rows without a right-hand side would vanish.
@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn weights_are_at_most_one_and_rows_without_scale_have_none() {
+    fn weights_are_at_most_one_and_rows_without_scale_have_weight_one() {
         let weights = TransitionWeights {
             transitions: vec![plain()],
             slip: vec![4.0, 0.0, f64::INFINITY],

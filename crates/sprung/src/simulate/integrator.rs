@@ -165,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn explosion_is_an_error() {
+    fn finite_escape_time_is_an_error() {
         let mut integrator = Integrator::new(1e-9, 1);
         let mut x = [1.0];
         // x' = x² reaches infinity at t = 1.

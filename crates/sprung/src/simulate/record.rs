@@ -17,7 +17,7 @@ pub enum RecordError {
     /// The loop runs away.
     #[error("{0}; check the controller's gains against the parameters of the twin")]
     Diverged(#[from] Diverged),
-    /// A channel of the log has a delay, but the twin's sensors have none.
+    /// A channel of the log has a delay, but the twin's sensors have no delays.
     #[error(
         "[log] gives \"{column}\" a delay, but the twin records without delays; remove the column from \
          delay_s"

@@ -10,8 +10,8 @@ use crate::model::{Model, Scratch};
 /// resolution, which is accurate enough for this simulation.
 const TOLERANCE: f64 = 1e-6;
 
-/// Limit of simulated velocities over the largest measured one; a faster motion is unrelated to the
-/// log.
+/// Limit of simulated velocities over the largest measured velocity; a faster motion is unrelated
+/// to the log.
 const VELOCITY_LIMIT_RATIO: f64 = 10.0;
 
 /// A measured motion, evenly sampled; columns of \[samples\], one per joint.
@@ -51,7 +51,7 @@ pub struct Positions {
 /// # Errors
 ///
 /// [`StepsExhausted`] if the integration fails, or if a velocity exceeds ten times the fastest
-/// measured one.
+/// measured velocity.
 pub fn subsystems(
     model: &Model,
     theta: &[f64],

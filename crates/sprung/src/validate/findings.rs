@@ -43,7 +43,7 @@ pub(super) fn not_simulable(label: &str, error: &LoopError) -> Finding {
             LoopError::Model(ModelError::Missing { .. }) => {
                 "give the nominal values that the feedforward needs"
             }
-            _ => "look at the warnings of the identification",
+            _ => "read the warnings of the identification",
         },
     )
 }

@@ -58,7 +58,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn spread_forgets_the_mean() {
+    fn spread_is_independent_of_the_mean() {
         let mut spread = Spread::default();
         for k in 0..1000 {
             spread.push(1e3 + (std::f64::consts::TAU * f64::from(k) / 1000.0).sin());
@@ -67,7 +67,7 @@ mod tests {
     }
 
     #[test]
-    fn of_a_sine_is_its_amplitude_over_root_two() {
+    fn rms_of_a_sine_is_its_amplitude_over_root_two() {
         let mut rms = Rms::default();
         for k in 0..1000 {
             rms.push(3.0 * (std::f64::consts::TAU * f64::from(k) / 1000.0).sin());

@@ -37,7 +37,7 @@ pub struct Validated {
 ///
 /// With a controller the closed loop is simulated from rest under the same reference, which uses
 /// the log's time, and compared with the log. With or without a controller, the filtered torque
-/// that the model needs for the measured motion is compared with the logged one.
+/// that the model needs for the measured motion is compared with the logged torque.
 ///
 /// # Errors
 ///
