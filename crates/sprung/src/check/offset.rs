@@ -14,7 +14,7 @@ use crate::prepare::{RowFit, fit_rows};
 const OFFSET_TORQUE_SHARE: f64 = 0.02;
 
 /// Average deflection, rad, that no spring reaches.
-const ZEROS_APART_RAD: f64 = 0.3;
+const MAX_MEAN_DEFLECTION_RAD: f64 = 0.3;
 
 /// A constant offset between the two encoders of a joint.
 pub(super) struct Offset {
@@ -78,7 +78,7 @@ impl CheckContext<'_> {
             .sum();
         let apart = sum / self.excerpt.samples() as f64;
         let turns = model.is_flexible(joint) && model.kind(joint) == JointKind::Revolute;
-        if !turns || apart.abs() < ZEROS_APART_RAD {
+        if !turns || apart.abs() < MAX_MEAN_DEFLECTION_RAD {
             return None;
         }
         let [link, motor] = [link, motor].map(|channel| &channels.all[channel].column);

@@ -29,8 +29,8 @@ struct AgreementTest<'a> {
 /// results.
 ///
 /// For each parameter with an interval in K results the statistic is `Σ (x_i − x̄)²/s_i²`, x̄ the
-/// mean weighted by 1/s², s the half width of the 95 % interval over 1.96. It is chi-square with K
-/// − 1 degrees of freedom for independent errors. A parameter disagrees if the probability of its
+/// mean weighted by 1/s², s the half width of the 95 % interval over 1.96. For independent errors
+/// it is chi-square with K − 1 degrees of freedom. A parameter disagrees if the probability of its
 /// statistic is below [`SIGNIFICANCE`] over the number of parameters tested (Bonferroni). Results
 /// of one log share its errors, so they differ less: the test then has less power, but no more
 /// false alarms.

@@ -46,9 +46,11 @@ impl Parameter {
 /// Returns a parameter's name; a long combination is shortened to its first term.
 #[must_use]
 pub fn short(name: &str) -> Cow<'_, str> {
-    const LONGEST: usize = 32;
+    const LONGEST_NAME: usize = 32;
     match name.split_once([' ']) {
-        Some((first, _)) if name.chars().count() > LONGEST => Cow::Owned(format!("{first} + …")),
+        Some((first, _)) if name.chars().count() > LONGEST_NAME => {
+            Cow::Owned(format!("{first} + …"))
+        }
         _ => Cow::Borrowed(name),
     }
 }

@@ -12,7 +12,7 @@ const LOWEST_HZ: f64 = 10.0;
 const HIGHEST_HZ: f64 = 40.0;
 
 /// Upper bound of the cut-off as a fraction of the sampling rate.
-const SHARE_OF_RATE: f64 = 0.2;
+const MAX_SHARE_OF_RATE: f64 = 0.2;
 
 /// Allowed noise in the argument of the Coulomb transition, β times the standard deviation of the
 /// velocity: with equal weights, and with weights for the transition.
@@ -41,7 +41,7 @@ pub(crate) fn choose_cutoff(
     excerpt: &Excerpt,
 ) -> (f64, String) {
     let period = excerpt.period();
-    let highest = HIGHEST_HZ.min(SHARE_OF_RATE / period);
+    let highest = HIGHEST_HZ.min(MAX_SHARE_OF_RATE / period);
     let mut best = (highest, None);
     for (i, channel) in channels.all.iter().enumerate() {
         if channel.quantity == Quantity::MotorTorque {

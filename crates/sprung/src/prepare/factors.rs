@@ -84,7 +84,7 @@ impl Factors {
     }
 
     /// Writes the signs and gains into the description of a log.
-    fn put_into(&self, experiment: &mut Experiment) {
+    fn write_into(&self, experiment: &mut Experiment) {
         let signs = self.signs.iter().map(|s| (s.column.clone(), s.value));
         let gains = self.gains.iter().map(|g| (g.column.clone(), g.value));
         if let Some(log) = &mut experiment.log {
@@ -130,7 +130,7 @@ pub fn find_factors<'a>(
     if channels.all.iter().any(|channel| channel.open_sign) {
         let reading = reading_while_open(&now, model, &channels, &beginning, &file)?;
         found.signs = signs(&reading, &beginning, &file).map_err(FactorError::NotTold)?;
-        found.put_into(&mut now);
+        found.write_into(&mut now);
     }
     // The reader applies signs, so the beginning is read again with the signs that were found.
     let settled = Channels::new(&now.robot, now.log.as_ref().unwrap_or(log))?;
@@ -144,7 +144,7 @@ pub fn find_factors<'a>(
             let own = gain(&now, &reading, &beginning, channel);
             found.gains.push(own.map_err(FactorError::NotTold)?);
         }
-        found.put_into(&mut now);
+        found.write_into(&mut now);
     }
     Ok((Cow::Owned(now), found))
 }

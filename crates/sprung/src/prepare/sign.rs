@@ -9,13 +9,13 @@ use crate::log::{Channels, Quantity};
 use crate::regression::Reading;
 
 /// Log-likelihood ratio at which a sign counts as determined: a thousand to one.
-const SURE_LOG_LIKELIHOOD: f64 = 6.9;
+const MIN_LOG_LIKELIHOOD_RATIO: f64 = 6.9;
 
 /// Limit of the signs that are tried together; each sign doubles the work.
 const MAX_SIGNS_TOGETHER: usize = 10;
 
 /// Residuals below this fraction of the torque count as equal.
-const EXACT_TORQUE_SHARE: f64 = 1e-4;
+const MIN_RESIDUAL_SHARE: f64 = 1e-4;
 
 /// Finds all open signs; the error names the sign that the log does not determine, and a remedy.
 pub(super) fn signs(
@@ -115,10 +115,10 @@ fn decide(
             let ahead = other.map_or(0.0, |other| best.score - other.score);
             let joint = reading.channels().all[wanted[k]].joint;
             let place = rows.iter().position(|&row| row == joint).unwrap_or(0);
-            if ahead < SURE_LOG_LIKELIHOOD {
+            if ahead < MIN_LOG_LIKELIHOOD_RATIO {
                 return Err(format!(
                     "the sign of \"{}\" cannot be determined from {file}: the equation of {} fits about \
-                     equally well with the other sign (log-likelihood +{ahead:.1}, {SURE_LOG_LIKELIHOOD} is needed); \
+                     equally well with the other sign (log-likelihood +{ahead:.1}, {MIN_LOG_LIKELIHOOD_RATIO} is needed); \
                      give it as 1 or -1 in sign, or log a motion with more accelerations and reversals",
                     column(k),
                     reading.model().joints()[joint]
@@ -128,7 +128,7 @@ fn decide(
                 column: column(k).clone(),
                 value: if best.turned[k] { -1.0 } else { 1.0 },
                 log_likelihood: ahead,
-                because: because(
+                because: evidence(
                     reading,
                     excerpt,
                     joint,
@@ -145,7 +145,7 @@ fn score(fit: &RowFit, reading: &Reading, independent: f64) -> f64 {
     let positive: f64 = physical(fit, reading, independent)
         .map(|(_, value, error)| log_positive(value / error))
         .sum();
-    positive - independent * fit.relative_residual().max(EXACT_TORQUE_SHARE).ln()
+    positive - independent * fit.relative_residual().max(MIN_RESIDUAL_SHARE).ln()
 }
 
 /// Parameters that are positive in every robot: kind, value, standard error.
@@ -171,7 +171,7 @@ fn log_positive(z: f64) -> f64 {
 
 /// Describes the evidence for a sign: negative parameters, residuals, and the correlation of both
 /// positions.
-fn because(reading: &Reading, excerpt: &Excerpt, joint: usize, fits: [&RowFit; 2]) -> String {
+fn evidence(reading: &Reading, excerpt: &Excerpt, joint: usize, fits: [&RowFit; 2]) -> String {
     let number = independent(excerpt, reading);
     let [with, other] = fits.map(|fit| {
         let negative: Vec<&str> = physical(fit, reading, number)

@@ -7,7 +7,7 @@ use crate::model::Model;
 use crate::regression::{Reading, System, TransitionWeights};
 
 /// Number of successive estimates; each estimate gives the weights for the next estimate.
-const ESTIMATES: usize = 3;
+const WEIGHT_ITERATIONS: usize = 3;
 
 /// Ratio of a normal variable's standard deviation to the median of its absolute value.
 const MEDIAN_TO_DEVIATION: f64 = 1.4826;
@@ -27,7 +27,7 @@ pub(crate) fn find_weights(reading: &Reading, excerpt: &Excerpt) -> Option<Trans
         reading.position_cutoff_hz(),
     );
     let mut weights = TransitionWeights::unknown(model, &noise);
-    for _ in 0..ESTIMATES {
+    for _ in 0..WEIGHT_ITERATIONS {
         let system = excerpt.reduce(&reading.with_weights(weights))?;
         let theta = fit_values(model, &system)?;
         let slip = (0..model.rows())

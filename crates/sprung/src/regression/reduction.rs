@@ -228,7 +228,7 @@ impl RowReduction {
         self.in_current = 0;
         self.done.extend(self.current.take());
         if self.done.len() == self.stretches.max_factors {
-            self.done = halved(&self.done, |a, b| {
+            self.done = joined_in_pairs(&self.done, |a, b| {
                 Triangle::merge([a, b]).unwrap_or_else(|| b.clone())
             });
             self.stretch *= 2;
@@ -237,7 +237,7 @@ impl RowReduction {
 }
 
 /// Joins neighbours in pairs.
-fn halved<T: Clone>(all: &[T], join: impl Fn(&T, &T) -> T) -> Vec<T> {
+fn joined_in_pairs<T: Clone>(all: &[T], join: impl Fn(&T, &T) -> T) -> Vec<T> {
     all.chunks(2)
         .map(|pair| match pair {
             [a, b] => join(a, b),
@@ -375,7 +375,7 @@ impl Reduction {
         self.in_current = 0;
         self.ends.push(self.last_time);
         if self.ends.len() == self.stretches.max_factors {
-            self.ends = halved(&self.ends, |_, end| *end);
+            self.ends = joined_in_pairs(&self.ends, |_, end| *end);
             self.stretch *= 2;
         }
     }

@@ -8,7 +8,7 @@ use super::triangle::Triangle;
 const RANK_TOLERANCE: f64 = 1e-8;
 
 /// A parameter with at least this component in an unobserved direction is not identifiable.
-const UNSEEN_SHARE: f64 = 1e-3;
+const UNOBSERVED_SHARE: f64 = 1e-3;
 
 /// The factor of one equation and its unknowns.
 #[derive(Clone, Copy, Debug)]
@@ -79,7 +79,7 @@ pub fn solve(parts: &[SystemPart<'_>], unknowns: usize) -> Option<Solution> {
         }
     }
     let identifiable = (0..unknowns)
-        .map(|i| (rank..unknowns).all(|k| v[(i, k)].abs() < UNSEEN_SHARE))
+        .map(|i| (rank..unknowns).all(|k| v[(i, k)].abs() < UNOBSERVED_SHARE))
         .collect();
     let weakest = rank.max(1) - 1;
     Some(Solution {

@@ -53,10 +53,13 @@ impl Transition {
 /// Weights that are small for samples in the Coulomb transition, for each row.
 ///
 /// Noise n of a velocity changes the Coulomb friction by `f_c β sech²(β v) n`. This is large during
-/// a reversal and zero in sliding. With the scale `s0` of the row's residual the weight is `s0 /
-/// √(s0² + f[(f_c β σ_v sech²(β v))²])`, where `f[.]` is the filter of the regression. Weights are
-/// at most 1, so they do not amplify any row. Weights from the residuals of the stacked rows would
-/// do so: the rows without a right-hand side would vanish.
+/// a reversal and zero in sliding. With the scale `s0` of the row's residual the weight is
+///
+/// `s0 / √(s0² + f[(f_c β σ_v sech²(β v))²])`,
+///
+/// where `f[.]` is the filter of the regression. Weights are at most 1, so they do not amplify any
+/// row. Weights from the residuals of the stacked rows would do so: the rows without a right-hand
+/// side would vanish.
 #[derive(Clone, Debug)]
 pub struct TransitionWeights {
     transitions: Vec<Transition>,
