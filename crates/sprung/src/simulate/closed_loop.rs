@@ -17,7 +17,7 @@ use crate::model::{Model, ModelError, Theta};
 /// Accepted error of an integration step, rad and rad/s. Over the paper's 10 s experiment,
 /// positions differ by at most 2e-9 rad and velocities by at most 5e-8 rad/s from a simulation with
 /// a millionth of this tolerance. Ten times this tolerance misses friction transitions and leaves
-/// 1.5e-6 rad.
+/// errors of 1.5e-6 rad.
 const TOLERANCE: f64 = 1e-7;
 
 /// Position beyond which a joint counts as run away, rad.
