@@ -145,7 +145,7 @@ impl Section {
 
 /// Filters one signal forward and backward, block by block.
 ///
-/// The backward pass of a block starts so far behind the block that its initial state has no
+/// The backward pass of a block starts so far after the block that its initial state has no
 /// effect: the result equals that for the whole signal to round-off.
 #[derive(Clone, Debug)]
 pub struct ZeroPhase {
