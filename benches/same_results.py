@@ -1,17 +1,19 @@
 #!/usr/bin/env python3
-"""Compares what two builds of sprung identify, number by number.
+"""Compares the identifications of two builds of sprung, number by number.
 
     benches/same_results.py OLD NEW [--logs FOLDER] [--estimator NAME] [EXAMPLE ...]
 
-OLD and NEW are two binaries `sprung`. Each example is identified by both, and every number of the
-two `identification.json` is compared. A number that belongs to a parameter may differ by a part of
-that parameter's standard error, any other number by a part of itself: 1e-6 for least squares and
-LSFF, 1e-2 for the refinement, whose search stops at 0.02 standard errors. Words, names and codes
-must be equal. Times are left out, and so are instruments where only one build computed them.
+OLD and NEW are two binaries `sprung`. Both identify each example, and the script compares every
+number of the two `identification.json`. A number of a parameter may differ by a fraction of that
+parameter's standard error, and any other number by a fraction of itself. The fraction is 1e-6 for
+least squares and LSFF, and 1e-2 for the refinement, whose search stops at 0.02 standard errors.
+Words, names and codes must be equal. Times are not compared. Instrumental variables are not compared
+if only one build computed them.
 
-The examples `paper` and `seven` are simulated by OLD. The others are measured logs, which are not
-part of the project; FOLDER has them below the names that their README gives. Without --estimator
-least squares and the refinement both run. The exit code is 1 if anything differs by more.
+OLD simulates the examples `paper` and `seven`. The other examples use measured logs, which are not
+part of the project; FOLDER contains them under the names that their README gives. Without
+--estimator, the script runs least squares and the refinement. The exit code is 1 if a difference is
+larger than allowed.
 """
 
 import argparse
@@ -27,7 +29,7 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 EXAMPLES = HERE.parent / "examples"
 
-# Folder of the example, and its log and further files below the folder of logs.
+# Folder of each example, and its log and other files, relative to the folder of logs.
 MEASURED = {
     "emps": ("emps", ["emps/emps_estimation.csv"]),
     "quanser": ("quanser-2dsfl", ["quanser_2dsfl/quanser_2dsfl_psf.csv"]),
@@ -43,7 +45,7 @@ NUMBER = re.compile(r"[-+]?\d+\.?\d*(?:e[-+]?\d+)?")
 
 
 def run(*words):
-    """Runs a command; 1 says that a verdict is unusable, not that it failed."""
+    """Runs a command. Exit code 1 is accepted, because it means an unusable result."""
     done = subprocess.run([str(word) for word in words], capture_output=True, text=True)
     if done.returncode > 1:
         sys.exit(f"{' '.join(map(str, words))}: exit code {done.returncode}\n{done.stderr}")
@@ -82,7 +84,7 @@ def identified(binary, folder, estimator):
 
 
 class Comparison:
-    """The differences of two results, as parts of what is allowed."""
+    """Differences of two results, relative to the allowed difference."""
 
     def __init__(self, errors, allowed):
         self.errors = errors
@@ -102,7 +104,7 @@ class Comparison:
             self.apart.append(f"{path}: {a!r} became {b!r}")
 
     def text(self, path, a, b):
-        """Compares words exactly, and the rounded numbers in them loosely."""
+        """Compares words exactly and the rounded numbers between them within 2 %."""
         if NUMBER.sub("#", a) != NUMBER.sub("#", b):
             self.apart.append(f"{path}: {a!r} became {b!r}")
             return
@@ -116,7 +118,7 @@ class Comparison:
             self.table(path, a, b, scale)
         elif isinstance(a, list) and isinstance(b, list):
             if path.endswith(("cross_checks", "warnings")):
-                a, b = alike(a, b)
+                a, b = without_instruments(a, b)
             if len(a) != len(b):
                 self.apart.append(f"{path}: {len(a)} entries became {len(b)}")
             for k, (x, y) in enumerate(zip(a, b)):
@@ -144,8 +146,8 @@ class Comparison:
             self.value(f"{path}.{key}", a[key], b[key], own)
 
 
-def alike(a, b):
-    """Leaves instruments, and that there are none, out where only one build looked at them."""
+def without_instruments(a, b):
+    """Removes entries about instrumental variables that only one of the two builds has."""
 
     def names(entries):
         return {entry.get("method") or entry.get("code") for entry in entries}
@@ -167,14 +169,14 @@ def main():
     parser.add_argument("old", type=Path)
     parser.add_argument("new", type=Path)
     parser.add_argument("--logs", type=Path, help="folder of the measured logs")
-    parser.add_argument("--estimator", action="append", help="run this one only")
+    parser.add_argument("--estimator", action="append", help="run this estimator only")
     parser.add_argument("examples", nargs="*", help=", ".join([*SIMULATED, *MEASURED]))
     args = parser.parse_intermixed_args()
     old, new = args.old.resolve(), args.new.resolve()
     examples = args.examples or [*SIMULATED, *(MEASURED if args.logs else [])]
     estimators = args.estimator or ["least-squares", "prediction-error"]
     failed = False
-    print(f"{'example':<10} {'estimator':<18} {'numbers':>7} {'largest':>9}  of what is allowed, at")
+    print(f"{'example':<10} {'estimator':<18} {'numbers':>7} {'largest':>9}  relative to the allowed difference, at")
     with tempfile.TemporaryDirectory() as work:
         for name in examples:
             if name not in SIMULATED and name not in MEASURED:

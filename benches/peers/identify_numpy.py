@@ -1,5 +1,5 @@
-"""Least squares from a CSV log, vectorised in NumPy: the same job as
-`sprung identify` with its estimator "least-squares".
+"""Identifies by least squares from a CSV log, vectorised in NumPy. It does the same
+work as `sprung identify` with the estimator "least-squares".
 
     python identify_numpy.py LOG.csv
 """
@@ -20,7 +20,7 @@ COLUMNS = ["t_s", "q1_rad", "q2_rad", "phi1_rad", "phi2_rad", "tau1_nm", "tau2_n
 
 
 def smooth(positions, period):
-    """Filters without phase shift and takes central differences."""
+    """Returns positions filtered without phase shift, and their central differences."""
     rate = 1.0 / period
     sos = butter(POSITION_ORDER, POSITION_CUTOFF_HZ, output="sos", fs=rate)
     padding = round(3 * rate / POSITION_CUTOFF_HZ)
@@ -29,7 +29,7 @@ def smooth(positions, period):
 
 
 def rows(x, dx):
-    """Yields each row's columns of theta, entries under d/dt, entries beside."""
+    """Yields for each row its columns of theta, the entries under d/dt, and the other entries."""
     q1, q2, p1, p2 = x.T
     dq1, dq2, dp1, dp2 = dx.T
     s, c = np.sin(q2), np.cos(q2)
@@ -50,7 +50,7 @@ def rows(x, dx):
 
 
 def start_at_rest(b, a, x):
-    """Filters so that the first output is zero."""
+    """Filters with the initial state that makes the first output zero."""
     state = lfiltic(b, a, [0.0], x[:1])
     return np.concatenate([[0.0], lfilter(b, a, x[1:], zi=state)[0]])
 

@@ -1,5 +1,5 @@
-"""The arm with seven flexible joints identified with what PyPI has: accelerations by
-differences, Pinocchio's regressor sample by sample, one dense least-squares problem.
+"""Identifies the arm with seven flexible joints with packages of PyPI: accelerations by
+differences, Pinocchio's regressor for each sample, and one dense least-squares problem.
 
     python identify_pinocchio.py LOG.csv
 """
@@ -25,7 +25,7 @@ def mebibytes():
 
 
 def base_columns(model, data):
-    """Columns of the rigid regressor that depend on no others."""
+    """Returns linearly independent columns of the rigid regressor."""
     rng = np.random.default_rng(1)
     draws = rng.uniform(-2.0, 2.0, (200, 3, arm.N))
     rows = np.vstack([pin.computeJointTorqueRegressor(model, data, *draw) for draw in draws])
@@ -50,7 +50,7 @@ def main():
     data = model.createData()
     base = base_columns(model, data)
     links = len(base)
-    # Columns: links, then stiffness, preload, friction of links and motors, rotors.
+    # Columns: links, then stiffness, preload, link friction, motor friction and rotors.
     a = np.zeros((2 * n, samples, links + 7 * n))
     b = np.zeros((2 * n, samples))
     b[n:] = tau.T

@@ -1,4 +1,4 @@
-"""Pinocchio's regressor of the seven-joint arm, through its Python binding.
+"""Times Pinocchio's regressor of the seven-joint arm, called through its Python binding.
 
     python regressor_pinocchio.py
 """
@@ -31,7 +31,7 @@ def main():
     parameters = np.concatenate([arm.link(i) for i in range(arm.N)])
     assert np.allclose(torque @ parameters, pin.rnea(model, data, q, v, a))
     regressor = microseconds(lambda: pin.computeJointTorqueRegressor(model, data, q, v, a))
-    # Next to no arithmetic: what a call with vectors costs by itself.
+    # This call has almost no arithmetic, so it shows the cost of a call with vectors.
     binding = microseconds(lambda: pin.integrate(model, q, v))
     print(f"microseconds {regressor:.3f}")
     print(f"binding {binding:.3f}")

@@ -3,9 +3,9 @@
 #
 #   cargo build --release && benches/peers/run.sh [FOLDER]
 #
-# A peer that does not install is skipped. An hour of the arm with seven flexible joints
-# takes 1.5 GB on disk.
-# FOLDER keeps the virtual environment and the logs; it is temporary by default.
+# A program that cannot be installed is skipped. The log of an hour of the arm with seven
+# flexible joints takes 1.5 GB on disk.
+# FOLDER keeps the virtual environment and the logs; the default is a temporary folder.
 set -euo pipefail
 
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
@@ -29,21 +29,21 @@ for peer in pinocchio mujoco; do
     if "$work/venv/bin/pip" install --quiet -r "$here/requirements-$peer.txt"; then
         touch "$work/venv/has-$peer"
     else
-        echo "$peer does not install: what needs it is skipped"
+        echo "$peer cannot be installed: its comparisons are skipped"
     fi
 done
 
-# Says whether a peer is there.
+# Succeeds if a program is installed.
 has() {
     [ -e "$work/venv/has-$1" ] || { echo "skipped: $1 is not installed"; false; }
 }
 
-# How many times the first number holds the second.
+# Prints the first number divided by the second.
 ratio() {
     awk "BEGIN { printf \"%.1f\", $1 / $2 }"
 }
 
-# The fastest run of a benchmark of sprung with an argument, in microseconds.
+# Prints the fastest run of a benchmark of sprung with an argument, in microseconds.
 bench() {
     (cd "$here" && cargo bench --quiet -p sprung --bench "$1" -- "$2" 2>/dev/null) |
         LC_ALL=C sed 's/^[^a-z0-9]*//' | awk -v bench="$2" -v name="$3" '
@@ -51,14 +51,14 @@ bench() {
                 found = value * (unit == "ns" ? 1e-3 : unit == "ms" ? 1e3 : unit == "s" ? 1e6 : 1)
             }
             found { next }
-            # What the benchmark says itself comes between a name and its times.
+            # The benchmark may print its own text between a name and its times.
             here { take($1, $2); next }
             $1 == bench { inside = 1 }
             inside && $1 == name { if ($2 ~ /^[0-9.]+$/) take($2, $3); else here = 1 }
             END { print found }'
 }
 
-# The peers compute on one thread; sprung where it says so.
+# The other programs use one thread. The output states the threads of sprung.
 export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 
 # Runs a command and sets `seconds` (the best of `runs`, three) and `mebibytes`.
@@ -70,7 +70,7 @@ measure() {
         start=$EPOCHREALTIME
         /usr/bin/time -q -f %M -o "$work/time" "$@" >"$work/output" || status=$?
         end=$EPOCHREALTIME
-        # 1 says that a result is unusable, not that it is missing.
+        # Exit code 1 means an unusable result, not a failed run.
         [ "$status" -le 1 ] || return "$status"
         read -r kibibytes <"$work/time"
         mebibytes=$((kibibytes / 1024))
@@ -79,7 +79,7 @@ measure() {
     done
 }
 
-# Largest relative difference between the peer's parameters and ours.
+# Prints the largest relative difference between the parameters of the other program and of sprung.
 compare() {
     "$python" - "$1" "$2" <<'EOF'
 import json, sys
@@ -165,7 +165,7 @@ if has mujoco; then
     "$sprung" simulate "$work/seven/exact.toml" --quiet --out "$work/exact"
     ours=$(bench simulate closed_loop_of_seven_joints 0.0000001)
     echo "simulate   sprung, 10 s: $(awk "BEGIN { printf \"%.3f\", $ours / 1e6 }") s"
-    # Steps of 0.25 ms are about as accurate as sprung at its tolerance.
+    # Steps of 0.25 ms give about the accuracy of sprung at its tolerance.
     for substeps in 4 10; do
         "$python" "$here/simulate_mujoco.py" "$work/exact/identification.csv" $substeps \
             >"$work/output"

@@ -1,4 +1,4 @@
-"""The arm of examples/seven-joint-twin, for the peers."""
+"""The arm of examples/seven-joint-twin, for the programs that are compared with sprung."""
 
 import tomllib
 from pathlib import Path
@@ -15,8 +15,8 @@ _truth = tomllib.loads((EXAMPLE / "truth.toml").read_text())
 DH = _robot["dh_modified"]
 N = len(DH)
 GRAVITY = np.array(_robot["gravity_m_per_s2"])
-# Of the controller: gains of the motors' positions and velocities, and the window, in
-# samples, whose two halves' means the velocity compares.
+# Controller: gains for the motors' positions and velocities, and the window in samples.
+# The velocity is the difference between the means of the window's two halves.
 _gain = np.array(_experiment["controller"]["gain"])
 POSITION_GAIN = np.diag(_gain[:, N : 2 * N])
 VELOCITY_GAIN = np.diag(_gain[:, 3 * N :])
@@ -24,7 +24,7 @@ WINDOW = _experiment["controller"]["velocity_window"][0]
 
 
 def frame(row):
-    """Rotation and position of a joint's frame in its parent's, at angle zero."""
+    """Returns rotation and position of a joint's frame in its parent's frame, at angle zero."""
     alpha = np.radians(row.get("alpha_deg", 0.0))
     c, s = np.cos(alpha), np.sin(alpha)
     d = row.get("d_m", 0.0)
@@ -33,12 +33,12 @@ def frame(row):
 
 
 def link(i):
-    """True dynamic parameters of a link about its frame."""
+    """Returns the true dynamic parameters of a link about its frame."""
     return np.array([_truth[f"link{i + 1}.{name}"] for name in LINK])
 
 
 def joints(name):
-    """A true parameter of every joint."""
+    """Returns a true parameter for every joint."""
     return np.array([_truth[f"joint{i + 1}.{name}"] for i in range(N)])
 
 
@@ -57,7 +57,7 @@ def pinocchio_model():
 
 
 def read(path):
-    """Time, link positions, motor positions and motor torques of a log."""
+    """Returns time, link positions, motor positions and motor torques of a log."""
     with open(path) as file:
         names = file.readline().strip().split(",")
     table = np.loadtxt(path, delimiter=",", skiprows=1)

@@ -1,13 +1,14 @@
-"""The closed loop of the arm with seven flexible joints by MuJoCo's Runge-Kutta of
-order 4.
+"""Simulates the closed loop of the arm with seven flexible joints by MuJoCo's
+Runge-Kutta method of order 4.
 
     python simulate_mujoco.py LOG.csv [SUBSTEPS]
 
-LOG.csv is what sprung simulated without sensors. The controller is linear in what it
-measures, so that its torque is the log's and the feedback of the difference from the
-log; that spares its feedforward and changes nothing in its loop. The rotors are bodies of their own that turn about axes at rest, as in the equations that
-sprung solves; a fixed tendon between rotor and link is the spring. MuJoCo has no
-friction that is a tanh of the velocity: a compiled callback adds it at every stage.
+LOG.csv is a log that sprung simulated without sensors. The controller is linear in the
+measured signals. So its torque is the logged torque plus the feedback of the difference
+from the log. This form needs no feedforward and leaves the loop unchanged. As in
+sprung's equations, the rotors are separate bodies that turn about fixed axes. A fixed
+tendon between rotor and link is the spring. MuJoCo has no friction law with a tanh of
+the velocity, so a compiled callback adds this friction at every stage.
 """
 
 import sys
@@ -33,7 +34,7 @@ def quaternion(rotation):
 
 
 def inertial(parameters):
-    """Mass, centre of mass, principal moments of inertia and their axes."""
+    """Returns mass, centre of mass, principal moments of inertia and their axes."""
     m, (xx, xy, yy, xz, yz, zz) = parameters[0], parameters[4:]
     centre = parameters[1:4] / m
     about_origin = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
@@ -92,8 +93,8 @@ def friction(data):
 
 def simulate(q, phi, tau, period, substeps):
     model = mujoco.MjModel.from_xml_string(mjcf(period / substeps))
-    # Not in the MJCF: the compiler refuses link 5, whose largest moment is larger than
-    # the other two together.
+    # The inertias are not in the MJCF, because its compiler refuses link 5, whose largest
+    # principal moment exceeds the sum of the other two.
     for i in range(arm.N):
         _, _, model.body_inertia[1 + i], model.body_iquat[1 + i] = inertial(arm.link(i))
     data = mujoco.MjData(model)
@@ -102,7 +103,7 @@ def simulate(q, phi, tau, period, substeps):
     callback = friction(data)
     mujoco.set_mjcb_passive(callback.ctypes)
     states = np.empty((len(tau), 2 * arm.N))
-    # How far the motors lag behind the log: now, and at the samples before.
+    # Differences of the motor positions from the log: for this sample and earlier ones.
     w = arm.WINDOW
     past = np.zeros((2 * w, arm.N))
     weights = np.repeat([1.0, -1.0], w) / (w * w * period)

@@ -1,5 +1,5 @@
-"""The demo's closed loop without sensors, 10 s, by Runge-Kutta of order 4 with
-a fixed step, compiled by Numba.
+"""Simulates the demo's closed loop without sensors for 10 s by the Runge-Kutta method of
+order 4 with a fixed step, compiled by Numba.
 
     python simulate_numba.py [SECONDS]
 """
@@ -29,7 +29,7 @@ SINES = np.array([
 
 @njit
 def rate(x, tau, out):
-    """State: q, phi, dq, dphi."""
+    """Writes the time derivative of the state x = [q, phi, dq, dphi] into out."""
     s, c = np.sin(x[1]), np.cos(x[1])
     f1 = THETA[9] * (x[2] - x[0]) - THETA[5] * x[4] - THETA[11] * np.tanh(BETA * x[4])
     f2 = THETA[10] * (x[3] - x[1]) - THETA[6] * x[5] - THETA[12] * np.tanh(BETA * x[5])

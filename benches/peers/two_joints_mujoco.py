@@ -1,12 +1,12 @@
-"""Logs of the demo's arm, simulated by MuJoCo in closed loop with its encoders.
+"""Simulates logs of the demo's arm with MuJoCo, in closed loop and with encoders.
 
     python two_joints_mujoco.py FOLDER [LOGS]
 
-What differs from the equations that sprung fits: Coulomb friction is MuJoCo's dry
-friction, a constraint that holds a joint at rest and does not know a velocity of
-transition; springs are tendons, links are bodies with masses, and the integrator is
-implicit. The rotors turn about axes at rest. Controller, reference, encoders and noise
-are those of the demo.
+The simulation differs from the equations that sprung fits. Coulomb friction is MuJoCo's
+dry friction, a constraint that holds a joint at rest and has no transition velocity.
+Springs are tendons, links are bodies with masses, and the integrator is implicit. The
+rotors turn about fixed axes. Controller, reference, encoders and noise are those of the
+demo.
 """
 
 import pathlib
@@ -15,7 +15,7 @@ import sys
 import mujoco
 import numpy as np
 
-# Table of the demo's truth.toml.
+# Values of the demo's truth.toml.
 LINK1, COUPLING, LINK2 = 0.207184, 0.017580, 0.013163
 ROTOR = [0.216776, 0.006842]
 LINK_VISCOUS, MOTOR_VISCOUS = [0.037675, 0.002959], [8.435283, 0.135564]
@@ -34,7 +34,7 @@ SINES = np.array([
 COUNTS = 16384
 TORQUE_NOISE = np.array([0.02, 0.005])
 
-# Bodies that make the three parameters of the links: any length and mass do.
+# Bodies that give the three parameters of the links. Length and masses are arbitrary.
 LENGTH, MASS2, MASS1 = 0.343, 0.5, 1.0
 CENTRE2 = COUPLING / (MASS2 * LENGTH)
 ABOUT2 = LINK2 - MASS2 * CENTRE2**2
@@ -43,7 +43,7 @@ assert ABOUT1 > 0 and ABOUT2 > 0
 
 
 def mjcf():
-    # Friction as stiff as the step allows; MuJoCo's default lets a joint creep.
+    # The friction is as stiff as the step allows, because joints creep with MuJoCo's default.
     step = PERIOD / SUBSTEPS
     dry = f'solreffriction="{2 * step:.17g} 1" solimpfriction="0.99 0.9999 0.001"'
 

@@ -1,4 +1,4 @@
-//! Arrow IPC, files and streams.
+//! Fuzzes Arrow IPC, files and streams.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

@@ -1,4 +1,4 @@
-//! Text behind gzip or zstd.
+//! Fuzzes text compressed with gzip or zstd.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

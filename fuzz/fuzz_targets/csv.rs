@@ -1,4 +1,4 @@
-//! Text of numbers.
+//! Fuzzes CSV.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

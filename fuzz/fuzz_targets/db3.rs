@@ -1,4 +1,4 @@
-//! SQLite bags of ROS 2.
+//! Fuzzes SQLite bags of ROS 2.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

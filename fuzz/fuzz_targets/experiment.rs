@@ -1,4 +1,4 @@
-//! experiment.toml.
+//! Fuzzes `experiment.toml`.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

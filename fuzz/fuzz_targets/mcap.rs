@@ -1,4 +1,4 @@
-//! MCAP bags.
+//! Fuzzes MCAP bags.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

@@ -1,4 +1,4 @@
-//! Arrays of NumPy.
+//! Fuzzes arrays of NumPy (.npy).
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

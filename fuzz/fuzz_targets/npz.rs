@@ -1,4 +1,4 @@
-//! Archives of NumPy.
+//! Fuzzes archives of NumPy (.npz).
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

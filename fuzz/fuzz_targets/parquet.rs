@@ -1,4 +1,4 @@
-//! Parquet.
+//! Fuzzes Parquet files.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

@@ -1,4 +1,4 @@
-//! A definition of messages, and messages in CDR.
+//! Fuzzes a definition of ROS messages, and messages in CDR.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

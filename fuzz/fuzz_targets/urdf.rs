@@ -1,4 +1,4 @@
-//! URDF.
+//! Fuzzes URDF files.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

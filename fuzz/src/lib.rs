@@ -1,9 +1,9 @@
-//! What the targets share: files in memory, read as a user's would be.
+//! Functions shared by the fuzz targets. They read files in memory as a session reads those of a
+//! user.
 //!
-//! An error is as good as a result; what must not be is a panic, an endless loop, or memory
-//! without bounds.
+//! An error is an acceptable outcome. A panic, an endless loop or unbounded memory is a fault.
 
-// The bytes of a bag, as the tests make them.
+// Writes the bytes of a bag, in the same way as the tests.
 #[path = "../../crates/sprung/tests/formats/mcap_bytes.rs"]
 #[allow(dead_code, clippy::unwrap_used, reason = "made for tests")]
 mod mcap_bytes;
@@ -32,11 +32,11 @@ name = "joint2"
 
 /// Reads a log to its end.
 ///
-/// - `keys`: of `[log]`, one of the constants above.
+/// - `keys`: the keys of `[log]`, one of the constants in [`keys`].
 ///
 /// # Panics
 ///
-/// If the keys are wrong, which are none of the input.
+/// If the keys are wrong; they do not depend on the input.
 pub fn read_log(data: &[u8], keys: &str) {
     expect_some_panics();
     let text = format!("{ROBOT}{keys}");
@@ -55,8 +55,8 @@ pub fn read_log(data: &[u8], keys: &str) {
     while let Ok(true) = log.read(&mut block) {}
 }
 
-/// Crates that read some formats panic on damaged files, which the reader catches; libFuzzer
-/// ends at any panic unless it is told.
+/// Suppresses panics that the readers of logs catch. Some crates panic on damaged files, and
+/// libFuzzer ends at any panic that reaches its hook.
 fn expect_some_panics() {
     static ONCE: std::sync::Once = std::sync::Once::new();
     ONCE.call_once(|| {
@@ -69,7 +69,8 @@ fn expect_some_panics() {
     });
 }
 
-/// Makes a bag of a definition, up to the first zero, and of three messages alike.
+/// Returns a bag with a message definition (the data up to the first zero) and three messages with
+/// equal contents.
 #[must_use]
 pub fn bag_of(data: &[u8]) -> Vec<u8> {
     let end = data.iter().position(|&byte| byte == 0).unwrap_or(data.len());
@@ -81,7 +82,7 @@ pub fn bag_of(data: &[u8]) -> Vec<u8> {
     mcap_bytes::file_of(&records)
 }
 
-/// Reads an experiment, and makes the model of its robot.
+/// Reads an experiment and makes the model of its robot.
 pub fn read_experiment(data: &[u8]) {
     let Ok(text) = std::str::from_utf8(data) else {
         return;
@@ -91,7 +92,7 @@ pub fn read_experiment(data: &[u8]) {
     }
 }
 
-/// Reads a robot of one joint.
+/// Reads a URDF file as a robot with one joint.
 pub fn read_urdf(data: &[u8]) {
     let Ok(urdf) = std::str::from_utf8(data) else {
         return;

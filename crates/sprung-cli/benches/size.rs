@@ -1,12 +1,12 @@
-//! How long a check of a long log takes, and how much memory.
+//! Measures time and memory of a check of a long log.
 //!
-//! `cargo bench -p sprung-cli --bench size` records an hour of the seven-joint twin (3.6 million
+//! `cargo bench -p sprung-cli --bench size` simulates an hour of the seven-joint twin (3.6 million
 //! rows, 22 columns, 1.5 GB of text), writes it as CSV and Parquet into a temporary folder, and
-//! prints the time (of the clock, and of processors, which others on the machine do not lengthen)
-//! and the largest memory of `sprung check`. Arguments behind `--`:
+//! prints elapsed time, processor time (which other programs on the machine do not lengthen) and
+//! peak memory of `sprung check`. Arguments after `--`:
 //!
 //! - `--hours 1`: length of the log.
-//! - `--folder DIR`: keeps the logs there, and uses those that are there.
+//! - `--folder DIR`: keeps the logs in this folder, and uses the logs that are already there.
 #![expect(clippy::print_stdout, reason = "a benchmark says what it measured")]
 #![expect(clippy::unwrap_used, reason = "a benchmark may panic")]
 
@@ -23,18 +23,18 @@ use parquet::arrow::ArrowWriter;
 use parquet::basic::{Compression, ZstdLevel};
 use parquet::file::properties::WriterProperties;
 
-/// What an hour may take: s, and MB where memory has a goal.
+/// Goals for one hour: time in s, and memory in MB if memory has a goal.
 const GOALS: [(&str, f64, Option<f64>); 2] =
     [("log.parquet", 15.0, Some(200.0)), ("log.csv", 25.0, None)];
 
-/// Rows of a row group, as pyarrow writes them.
+/// Rows per row group, the default of pyarrow.
 const GROUP: usize = 1 << 20;
 
-/// Rows that are handed to the writer at once.
+/// Rows passed to the writer at once.
 const BATCH: usize = 1 << 14;
 
 fn main() {
-    // A test run of all targets starts benchmarks too.
+    // A test run of all targets also starts benchmarks.
     if !std::env::args().any(|argument| argument == "--bench") {
         println!("cargo bench -p sprung-cli --bench size checks a log of one hour");
         return;
@@ -74,7 +74,7 @@ fn arguments() -> (f64, Option<PathBuf>) {
     while let Some(word) = words.next() {
         let mut value = || words.next().expect("an argument lacks its value");
         match word.as_str() {
-            // What cargo adds.
+            // Cargo adds this argument.
             "--bench" => {}
             "--hours" => hours = value().parse().expect("--hours is a number"),
             "--folder" => folder = Some(PathBuf::from(value())),
@@ -88,7 +88,7 @@ fn sprung() -> Command {
     Command::new(env!("CARGO_BIN_EXE_sprung"))
 }
 
-/// Records the twin, as text.
+/// Simulates the twin and writes its log as CSV.
 fn record(folder: &Path, hours: f64) {
     let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/seven-joint-twin");
     for file in ["experiment.toml", "truth.toml"] {
@@ -108,7 +108,7 @@ fn record(folder: &Path, hours: f64) {
     std::fs::rename(out.join("log.csv"), folder.join("log.csv")).unwrap();
 }
 
-/// Writes the text again as Parquet.
+/// Converts the log from CSV to Parquet.
 fn convert(folder: &Path) {
     let mut lines = BufReader::new(File::open(folder.join("log.csv")).unwrap()).lines();
     let header = lines.next().unwrap().unwrap();
@@ -151,7 +151,7 @@ struct Run {
     samples: u64,
 }
 
-/// Checks a log, and watches how much memory that takes.
+/// Checks a log and measures the time and the memory.
 fn check(folder: &Path, log: &str) -> Run {
     let out = folder.join("out");
     let start = Instant::now();
@@ -167,7 +167,7 @@ fn check(folder: &Path, log: &str) -> Run {
         .unwrap();
     let (mut cpu_seconds, mut peak_mb) = (0.0_f64, 0.0_f64);
     let status = loop {
-        // Nothing is told of one that has ended.
+        // A process that has ended gives no figures.
         cpu_seconds = cpu_seconds.max(processor_time(child.id()).unwrap_or(0.0));
         peak_mb = peak_mb.max(high_water(child.id()).unwrap_or(0.0));
         if let Some(status) = child.try_wait().unwrap() {
@@ -176,7 +176,7 @@ fn check(folder: &Path, log: &str) -> Run {
         std::thread::sleep(Duration::from_millis(5));
     };
     let seconds = start.elapsed().as_secs_f64();
-    // A log of the twin is in order, or usable at least.
+    // A log of the twin has at most serious findings, no errors.
     assert!(matches!(status.code(), Some(0 | 1)), "{log}: {status}");
     let text = std::fs::read_to_string(out.join("check.json")).unwrap();
     let report: serde_json::Value = serde_json::from_str(&text).unwrap();
@@ -188,17 +188,17 @@ fn check(folder: &Path, log: &str) -> Run {
     }
 }
 
-/// The time that a process has used so far, in user and system mode, s; Linux says it, in
-/// hundredths.
+/// Returns the processor time of a process so far, user and system mode together, s. Linux provides
+/// it in hundredths.
 fn processor_time(process: u32) -> Option<f64> {
     let text = std::fs::read_to_string(format!("/proc/{process}/stat")).ok()?;
-    // Behind the name, which may hold blanks.
+    // The fields follow the name of the program, which may contain blanks.
     let (_, fields) = text.rsplit_once(')')?;
     let ticks = |field: usize| fields.split_whitespace().nth(field)?.parse::<f64>().ok();
     Some((ticks(11)? + ticks(12)?) / 100.0)
 }
 
-/// The largest resident memory of a process so far, MB; Linux says it.
+/// Returns the peak resident memory of a process so far, MB. Linux provides it.
 fn high_water(process: u32) -> Option<f64> {
     let text = std::fs::read_to_string(format!("/proc/{process}/status")).ok()?;
     let line = text.lines().find(|line| line.starts_with("VmHWM:"))?;

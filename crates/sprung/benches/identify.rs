@@ -1,5 +1,5 @@
-//! Least squares from CSV in memory to parameters: the demo's arm for 10 s and
-//! for 1000 s, an arm with seven flexible joints for a minute and for an hour.
+//! Times least squares from CSV in memory to parameters: the demo's arm for 10 s and for 1000 s,
+//! and an arm with seven flexible joints for a minute and for an hour.
 
 use std::collections::BTreeMap;
 use std::io::Cursor;
@@ -16,7 +16,7 @@ use sprung::model::Model;
 use sprung::progress::Unheard;
 use sprung::simulate::{TwinSetup, record};
 
-/// Bytes that every opened reader shares.
+/// Bytes shared by all opened readers.
 #[derive(Clone)]
 struct Shared(Arc<Vec<u8>>);
 
@@ -33,7 +33,7 @@ fn main() {
 const SEVEN: &str = include_str!("../../../examples/seven-joint-twin/experiment.toml");
 const SEVEN_TRUTH: &str = include_str!("../../../examples/seven-joint-twin/truth.toml");
 
-/// A twin with least squares alone, its model, and a log of it.
+/// Returns a twin's experiment with least squares only, its model, and a simulated log.
 fn log_of(experiment: &str, truth: &str, seconds: u32) -> (Experiment, Model, Shared) {
     let mut experiment =
         description::read("twin", experiment, &[], &mut no_files).expect("the twin is right");
@@ -55,7 +55,7 @@ fn log_of(experiment: &str, truth: &str, seconds: u32) -> (Experiment, Model, Sh
     (experiment, model, Shared(Arc::new(csv)))
 }
 
-/// Identifies from so many logs of 15 s: each is read, filtered and reduced anew.
+/// Identifies from `logs` logs of 15 s. Each log is read, filtered and reduced separately.
 fn bench_seven(bencher: Bencher, logs: usize, threads: usize) {
     let (mut experiment, model, csv) = log_of(SEVEN, SEVEN_TRUTH, 15);
     experiment.identify.position_cutoff_hz = Cutoff::Fixed(40.0);
@@ -63,7 +63,7 @@ fn bench_seven(bencher: Bencher, logs: usize, threads: usize) {
         .num_threads(threads)
         .build()
         .expect("threads");
-    // As a test it only has to run.
+    // A test run needs only one log.
     let logs = if std::env::args().any(|word| word == "--bench") {
         logs
     } else {

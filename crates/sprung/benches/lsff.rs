@@ -1,4 +1,4 @@
-//! One sample of recursive least squares with forgetting, 15 parameters.
+//! Times one sample of recursive least squares with forgetting, for 15 parameters.
 
 use divan::{Bencher, black_box};
 use sprung::demo;
@@ -8,7 +8,7 @@ use sprung::model::Model;
 use sprung::preprocess::RawBlock;
 use sprung_core::recursive::{ForgettingLeastSquares, Settings, memory_len};
 
-/// Parameters of the paper's arm, and the columns that each of its rows touches.
+/// Number of parameters of the paper's arm, and the columns with entries in each row.
 const PARAMETERS: usize = 15;
 const ROW_COLUMNS: [&[usize]; 4] = [
     &[0, 1, 2, 5, 9, 11],
@@ -21,7 +21,7 @@ fn main() {
     divan::main();
 }
 
-/// What a controller would run: forgetting and four rows.
+/// The work of a controller per sample: forgetting and four rows.
 #[divan::bench(sample_size = 1000)]
 fn core_step(bencher: Bencher) {
     let settings = Settings {
@@ -32,7 +32,7 @@ fn core_step(bencher: Bencher) {
     };
     let memory = [0.0; memory_len(PARAMETERS)];
     let mut lsff = ForgettingLeastSquares::new(&settings, PARAMETERS, memory).expect("settings");
-    // Rows that turn keep the gain from winding up.
+    // Rows that vary keep the gain bounded.
     let rows: Vec<[[f64; PARAMETERS]; 4]> = (0..64)
         .map(|k| {
             ROW_COLUMNS.map(|columns| {
@@ -54,7 +54,7 @@ fn core_step(bencher: Bencher) {
     });
 }
 
-/// The whole chain of `sprung identify`: velocities, filters, recursion, trace.
+/// The complete work of `sprung identify` per sample: velocities, filters, recursion, trace.
 #[divan::bench(sample_size = 1000)]
 fn whole_step(bencher: Bencher) {
     let experiment =

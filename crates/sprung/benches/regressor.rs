@@ -1,5 +1,5 @@
-//! One sample: its regressor, the filtered regressor, an acceleration; of the
-//! paper's arm and of an arm with seven flexible joints.
+//! Times one sample: the regressor, the filtered regressor and the accelerations, for the paper's
+//! arm and for an arm with seven flexible joints.
 
 use divan::{Bencher, black_box};
 use sprung::demo;
@@ -41,7 +41,7 @@ fn model(name: &str) -> Model {
     Model::new(&experiment).expect("it is right")
 }
 
-/// Positions and velocities of `n` joints.
+/// Returns positions and velocities of `n` joints.
 fn numbers(n: usize) -> [Vec<f64>; 4] {
     std::array::from_fn(|group| (0..n).map(|i| 0.3 + 0.2 * (i + group) as f64).collect())
 }
@@ -88,7 +88,7 @@ fn acceleration(bencher: Bencher, robot: &str) {
         .collect();
     let bodies = vec![[1.0, 0.0, 0.0, 0.0, 0.1, 0.0, 0.1, 0.0, 0.0, 0.1]; n];
     let mut out = vec![0.0; model.rows()];
-    // On motors: all joints are flexible.
+    // The torque acts on the motor rows, because all joints are flexible.
     let torque = [vec![0.0; n], numbers[1].clone()].concat();
     let equations = model.robot();
     bencher.bench_local(move || {

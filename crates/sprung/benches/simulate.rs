@@ -1,5 +1,5 @@
-//! Closed loops, 10 s at 1 kHz: the demo's with and without its sensors, and
-//! that of an arm with seven flexible joints.
+//! Times closed loops of 10 s at 1 kHz: the demo with and without sensors, and an arm with seven
+//! flexible joints.
 #![expect(clippy::print_stdout, reason = "a benchmark says what it measured")]
 
 use std::collections::BTreeMap;
@@ -20,7 +20,7 @@ fn main() {
 const SEVEN: &str = include_str!("../../../examples/seven-joint-twin/experiment.toml");
 const SEVEN_TRUTH: &str = include_str!("../../../examples/seven-joint-twin/truth.toml");
 
-/// A twin, its model and its true parameters.
+/// Returns a twin's experiment, its model and its true parameters.
 fn twin_of(experiment: &str, truth: &str) -> (Experiment, Model, Theta) {
     let experiment =
         description::read("twin", experiment, &[], &mut no_files).expect("the twin is right");
@@ -39,8 +39,7 @@ fn run(mut plant: ClosedLoop) -> ClosedLoop {
     plant
 }
 
-/// Largest difference of the positions from those at a thousandth of the
-/// tolerance, rad.
+/// Returns the largest deviation of the positions from those at a thousandth of the tolerance, rad.
 fn error(start: &dyn Fn() -> ClosedLoop, tolerance: f64) -> f64 {
     let mut coarse = start().with_tolerance(tolerance);
     let mut fine = start().with_tolerance(1e-3 * tolerance);

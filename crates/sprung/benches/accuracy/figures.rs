@@ -1,29 +1,29 @@
-//! From runs to the figures of a row.
+//! Computes the figures of a row from the results of the runs.
 
 use sprung::estimate::EstimateResult;
 
-/// Runs of one method on one case.
+/// Results of one method on one case.
 pub(crate) struct Runs<'a> {
-    /// True parameters that are compared, \[p\], by name.
+    /// Names and true values of the compared parameters, \[p\].
     pub(crate) truth: Vec<(String, f64)>,
     pub(crate) results: Vec<&'a EstimateResult>,
-    /// Cramér-Rao bounds of each run, \[p\]; nothing where none is known.
+    /// Cramér-Rao bounds of each run, \[p\]; `None` if the bounds are unknown.
     pub(crate) bounds: Vec<Option<&'a [f64]>>,
 }
 
-/// What is to be said of a parameter, relative to its true value.
+/// Figures of one parameter over all runs, relative to its true value.
 pub(crate) struct OfParameter {
     pub(crate) name: String,
     pub(crate) mean: f64,
     pub(crate) rms: f64,
     pub(crate) standard_error: f64,
-    /// Root mean square of the bounds.
+    /// Root mean square of the Cramér-Rao bounds.
     pub(crate) bound: Option<f64>,
-    /// Part of the intervals that hold the truth.
+    /// Fraction of the 95 % intervals that contain the true value.
     pub(crate) inside: f64,
 }
 
-/// Returns the median; NaN of nothing.
+/// Returns the median; NaN for an empty list.
 pub(crate) fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     let middle = values.len() / 2;
@@ -35,7 +35,8 @@ pub(crate) fn median(mut values: Vec<f64>) -> f64 {
 }
 
 impl Runs<'_> {
-    /// Relative error of each parameter in a run; infinite without a value.
+    /// Returns the relative error of each parameter in a run; infinite if the parameter has no
+    /// value.
     fn errors(&self, result: &EstimateResult) -> Vec<f64> {
         (self.truth.iter())
             .map(|(name, truth)| {
@@ -45,7 +46,7 @@ impl Runs<'_> {
             .collect()
     }
 
-    /// Median of the absolute relative errors of all parameters and runs.
+    /// Returns the median of the absolute relative errors of all parameters and runs.
     pub(crate) fn median_error(&self) -> f64 {
         let all = self.results.iter().flat_map(|result| self.errors(result));
         median(all.map(f64::abs).collect())
@@ -88,7 +89,7 @@ impl Runs<'_> {
         median(self.results.iter().map(|result| result.elapsed_s).collect())
     }
 
-    /// Runs whose refinement is not used.
+    /// Returns the number of runs whose refinement is not used.
     pub(crate) fn failed(&self) -> usize {
         let failed = |result: &&&EstimateResult| {
             (result.warnings.iter()).any(|finding| finding.code == "refinement-failed")

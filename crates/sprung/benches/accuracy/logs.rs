@@ -1,5 +1,5 @@
-//! Logs with known parameters: the demo's twin, a plant that the model does not
-//! describe, and files of others.
+//! Logs with known parameters: from the demo's twin, from a plant with effects that the model
+//! lacks, and from files.
 
 use std::collections::BTreeMap;
 
@@ -13,12 +13,11 @@ use sprung::model::{Model, Theta};
 use sprung::progress::Unheard;
 use sprung::simulate::{ClosedLoop, TwinSetup, record};
 
-/// Part by which the spring of the other plant is stiffer at its largest
-/// deflection.
+/// Relative increase of the stiffness of the other plant at the largest deflection.
 const CUBIC: f64 = 0.2;
 
-/// Stribeck friction of the other plant as a part of the Coulomb friction of its
-/// motors, and its velocity.
+/// Stribeck friction of the other plant relative to the Coulomb friction of its motors, and its
+/// Stribeck velocity.
 const STRIBECK: f64 = 0.3;
 const STRIBECK_RAD_PER_S: f64 = 0.05;
 
@@ -51,7 +50,7 @@ impl Demo {
         settings
     }
 
-    /// The log that the twin writes.
+    /// Returns a log of the twin.
     pub(crate) fn log(&self, settings: &Simulate) -> Vec<u8> {
         let setup = TwinSetup {
             model: &self.model,
@@ -82,8 +81,8 @@ fn channels(experiment: &Experiment) -> Channels {
     Channels::new(&experiment.robot, log).expect("the demo is right")
 }
 
-/// The demo's experiment with the laws of the other plant, whose Stribeck velocity
-/// and torque delay the fit has to find.
+/// Returns the demo's experiment with the friction and spring laws of the other plant. The fit must
+/// find its Stribeck velocity and its torque delay.
 pub(crate) fn with_its_laws() -> Experiment {
     let experiment = laws(None);
     read(&experiment.replace(
@@ -112,8 +111,8 @@ fn laws(stribeck: Option<f64>) -> String {
     text
 }
 
-/// A plant whose springs stiffen, whose motors stick, and whose torque acts a
-/// sample late.
+/// A plant with stiffening springs, with Stribeck friction in its motors, and with torques that act
+/// one sample late.
 pub(crate) struct Other {
     experiment: Experiment,
     model: Model,
@@ -141,7 +140,7 @@ impl Other {
         }
     }
 
-    /// Its log: the encoders and the noise of the demo.
+    /// Returns a log of the plant, with the encoders and the noise of the demo.
     pub(crate) fn log(&self, settings: &Simulate) -> Vec<u8> {
         let controller = self
             .experiment
@@ -185,7 +184,7 @@ impl Other {
     }
 }
 
-/// Largest deflections of the demo's springs, rad.
+/// Returns the largest deflections of the demo's springs, rad.
 fn peaks(demo: &Demo) -> Vec<f64> {
     let controller = demo
         .experiment

@@ -1,14 +1,14 @@
-//! How well the estimators do on logs with known parameters.
+//! Measures the accuracy of the estimators on logs with known parameters.
 //!
-//! `cargo bench -p sprung --bench accuracy` prints the tables; arguments behind
-//! `--` shorten or lengthen them:
+//! `cargo bench -p sprung --bench accuracy` prints the tables. Arguments after `--` change their
+//! extent:
 //!
-//! - `--seeds 10`, `--first 0`: logs of each case, and the first seed.
-//! - `--cases clean,motor,link,other,mujoco`: those that are run.
+//! - `--seeds 10`, `--first 0`: number of logs per case, and the first seed.
+//! - `--cases clean,motor,link,other,mujoco`: cases to run.
 //! - `--counts 16384,4096`: resolutions of the encoders.
-//! - `--methods prediction,linear`: rows with one of these words, instead of all.
-//! - `--parameters`: a row for each parameter besides.
-//! - `--mujoco FOLDER`: logs of `benches/peers/two_joints_mujoco.py`.
+//! - `--methods prediction,linear`: only methods whose names contain one of these words.
+//! - `--parameters`: adds a row for each parameter.
+//! - `--mujoco FOLDER`: folder with the logs of `benches/peers/two_joints_mujoco.py`.
 #![expect(clippy::print_stdout, reason = "a benchmark says what it measured")]
 
 mod figures;
@@ -30,7 +30,7 @@ use sprung::finding::Severity;
 use sprung::model::Model;
 use sprung::progress::Unheard;
 
-/// Disturbances of motors and links, N·m rms.
+/// Names of the cases, and disturbances of motors and of links, N·m rms.
 const CASES: [(&str, [f64; 2], [f64; 2]); 3] = [
     ("clean", [0.0, 0.0], [0.0, 0.0]),
     ("motor", [0.05, 0.01], [0.0, 0.0]),
@@ -51,7 +51,7 @@ impl Arguments {
     ///
     /// # Panics
     ///
-    /// If it is not understood.
+    /// If an argument is unknown or has no valid value.
     fn new() -> Self {
         let (mut first, mut seeds) = (0, 10);
         let mut found = Self {
@@ -68,7 +68,7 @@ impl Arguments {
         while let Some(word) = words.next() {
             let mut value = || words.next().expect("an argument lacks its value");
             match word.as_str() {
-                // What cargo adds.
+                // Cargo adds this argument.
                 "--bench" => {}
                 "--parameters" => found.parameters = true,
                 "--seeds" => seeds = value().parse().expect("--seeds is a number"),
@@ -90,7 +90,7 @@ impl Arguments {
         found
     }
 
-    /// Returns the methods that are wanted.
+    /// Returns the selected methods.
     fn chosen<'m>(&self, mut all: Vec<(&'m str, Experiment)>) -> Vec<(&'m str, Experiment)> {
         let wanted = |name: &str| self.methods.iter().any(|word| name.contains(word));
         all.retain(|(name, _)| self.methods.is_empty() || wanted(name));
@@ -102,7 +102,7 @@ impl Arguments {
     }
 }
 
-/// The ways to the parameters, and the experiment that asks for each.
+/// Returns the methods, each with its experiment.
 fn methods(experiment: &Experiment) -> Vec<(&'static str, Experiment)> {
     let with = |estimator, change: &dyn Fn(&mut Experiment)| {
         let mut experiment = experiment.clone();
@@ -142,7 +142,7 @@ fn result_of(experiment: &Experiment, log: &[u8]) -> EstimateResult {
     })
 }
 
-/// One log: what each method finds, and the bound.
+/// The results of each method on one log, and the Cramér-Rao bound.
 struct Trial {
     results: Vec<EstimateResult>,
     bound: Option<Vec<f64>>,
@@ -185,7 +185,7 @@ fn header() {
     );
 }
 
-/// Prints the figures of one method; rms are over runs.
+/// Prints the figures of one method; root mean squares are over the runs.
 fn row(name: &str, runs: &Runs<'_>, parameters: bool) {
     let all = runs.parameters();
     let worst = all.iter().max_by(|a, b| a.rms.total_cmp(&b.rms));
@@ -244,8 +244,7 @@ fn print(demo: &Demo, trials: &[Trial], methods: &[(&str, Experiment)], paramete
     }
 }
 
-/// Prints how often runs end with a verdict, and with a finding that is a warning
-/// or serious.
+/// Prints the number of runs with each verdict, and with each finding above a note.
 fn findings(trials: &[Trial], methods: &[(&str, Experiment)]) {
     for (index, (name, _)) in methods.iter().enumerate() {
         let mut counts: BTreeMap<String, usize> = BTreeMap::new();
@@ -273,7 +272,8 @@ fn findings(trials: &[Trial], methods: &[(&str, Experiment)]) {
     refinements(trials, methods);
 }
 
-/// Prints how refinements predict what they have not seen, and why the first stood back.
+/// Prints the held-out residuals of the refinements, and why the first unused refinement was
+/// rejected.
 fn refinements(trials: &[Trial], methods: &[(&str, Experiment)]) {
     for (index, (name, _)) in methods.iter().enumerate() {
         let refined = trials.iter().filter_map(|trial| {
@@ -302,7 +302,7 @@ fn refinements(trials: &[Trial], methods: &[(&str, Experiment)]) {
     }
 }
 
-/// The demo's twin: estimates and truth have the same model.
+/// Runs the cases with the demo's twin, where estimation and simulation use the same model.
 fn own_model(demo: &Demo, arguments: &Arguments) {
     let usual = arguments.chosen(methods(&demo.experiment));
     let mut exact = demo.experiment.clone();
@@ -343,7 +343,7 @@ fn own_model(demo: &Demo, arguments: &Arguments) {
     }
 }
 
-/// A plant with laws that the model lacks, fitted without and with them.
+/// Runs the case of a plant with laws that the model lacks, fitted without and with these laws.
 fn other_plant(demo: &Demo, arguments: &Arguments) {
     let other = Other::new(demo);
     let mut ways = methods(&demo.experiment);
@@ -364,7 +364,7 @@ fn other_plant(demo: &Demo, arguments: &Arguments) {
     findings(&trials, &ways);
 }
 
-/// Logs of MuJoCo: dry friction as a constraint, springs as tendons.
+/// Runs the case of MuJoCo's logs, with dry friction as a constraint and springs as tendons.
 fn mujoco(demo: &Demo, arguments: &Arguments) {
     let folder = arguments.mujoco.display();
     println!("\nMuJoCo, dry friction, tendons for springs, logs of {folder}");
@@ -394,7 +394,7 @@ fn mujoco(demo: &Demo, arguments: &Arguments) {
 }
 
 fn main() {
-    // A test run of all targets starts benchmarks too; tables are for `cargo bench`.
+    // A test run of all targets also starts benchmarks; only `cargo bench` prints the tables.
     if !std::env::args().any(|argument| argument == "--bench") {
         println!("cargo bench -p sprung --bench accuracy prints the tables");
         return;

@@ -1,8 +1,8 @@
-//! How well delays of channels are found, on logs of the demo's twin.
+//! Measures the accuracy of estimated delays on logs of the demo's twin.
 //!
-//! `cargo bench -p sprung --bench delays -- --seeds 2`: `identify` with
-//! `delay_s = { column = "estimate" }`, and the thorough check, which is told
-//! nothing, of every channel and of delays from 0 to 20 ms.
+//! `cargo bench -p sprung --bench delays -- --seeds 2` runs `identify`, where
+//! `delay_s = { column = "estimate" }` declares the late channel, and the thorough check, which does
+//! not know this channel. Each channel in turn is late by 0 to 20 ms.
 #![expect(clippy::print_stdout, reason = "a benchmark says what it measured")]
 #![expect(clippy::expect_used, reason = "a benchmark may panic")]
 
@@ -24,7 +24,7 @@ const COLUMNS: [&str; 6] = [
     "q1_rad", "q2_rad", "phi1_rad", "phi2_rad", "tau1_nm", "tau2_nm",
 ];
 
-/// Delays, ms; samples of the demo.
+/// Delays in ms, which equal samples of the demo.
 const SIZES: [usize; 6] = [0, 1, 2, 5, 10, 20];
 
 struct Arguments {
@@ -37,8 +37,7 @@ struct Arguments {
 }
 
 impl Arguments {
-    /// Reads the command line; nothing if the program was not started by
-    /// `cargo bench`.
+    /// Reads the command line. Returns `None` if `cargo bench` did not start the program.
     fn new() -> Option<Self> {
         let mut found = Self {
             seeds: 2,
@@ -104,7 +103,7 @@ fn main() {
     }
 }
 
-/// Prints the largest error of each channel and delay, in ms.
+/// Prints the largest error for each channel and delay, in ms.
 fn table(
     name: &str,
     arguments: &Arguments,
@@ -147,7 +146,7 @@ fn table(
     }
 }
 
-/// The delay that an identification finds in a channel, s.
+/// Returns the delay that an identification finds for a channel declared as late, s.
 fn told(demo: &Demo, log: &Table, column: usize) -> Result<f64, String> {
     let mut experiment = demo.experiment.clone();
     experiment.identify.estimator = vec![Estimator::PredictionError];
@@ -171,7 +170,7 @@ fn told(demo: &Demo, log: &Table, column: usize) -> Result<f64, String> {
         .ok_or_else(|| format!("{codes:?}"))
 }
 
-/// The delays that a thorough check finds: columns, s.
+/// Returns the columns and delays, s, that a thorough check finds.
 fn untold(demo: &Demo, log: &Table) -> Vec<(String, f64)> {
     let model = Model::new(&demo.experiment).expect("the twin has a model");
     with_source(&log.csv(), |source| {

@@ -1,4 +1,4 @@
-//! What goes wrong with logs.
+//! Faults of logs, and their injection.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -7,7 +7,7 @@ use sprung::description::{Cutoff, Experiment};
 
 use super::twin::{Demo, Table};
 
-/// A log with a fault, and a setting that is one.
+/// A log with a fault, and a faulty setting if the fault is one.
 pub(crate) struct Fault {
     pub(crate) table: Table,
     position_cutoff_hz: Option<f64>,
@@ -21,7 +21,7 @@ impl Fault {
         }
     }
 
-    /// The experiment of the log.
+    /// Returns the experiment of the log.
     pub(crate) fn experiment(&self, demo: &Experiment) -> Experiment {
         let mut experiment = demo.clone();
         if let Some(cutoff) = self.position_cutoff_hz {
@@ -31,13 +31,13 @@ impl Fault {
     }
 }
 
-/// One kind of fault.
+/// A kind of fault.
 pub(crate) struct Kind {
     pub(crate) name: &'static str,
-    /// Sizes, from small to large; where a fault has none, which columns.
+    /// Sizes from small to large. For a fault without size: the columns concerned.
     pub(crate) sizes: [f64; 5],
     pub(crate) unit: &'static str,
-    /// Findings that name it.
+    /// Codes of the findings that identify the fault.
     pub(crate) codes: &'static [&'static str],
     damage: fn(&mut Table, f64, &mut ChaCha8Rng),
 }
@@ -49,7 +49,7 @@ const TAU: usize = 4;
 const NO_SIZE: [f64; 5] = [1.0, 2.0, 3.0, 1.0, 2.0];
 
 impl Kind {
-    /// Whether it is a delay, which a thorough check finds.
+    /// Returns whether the fault is a delay, which the thorough check finds.
     pub(crate) fn is_delay(&self) -> bool {
         self.codes.contains(&"delayed-channel")
     }
@@ -70,18 +70,18 @@ impl Kind {
     }
 }
 
-/// A joint by chance.
+/// Returns a random joint.
 fn joint(rng: &mut ChaCha8Rng) -> usize {
     usize::from(rng.random::<bool>())
 }
 
-/// A sample that is not near the ends.
+/// Returns a random sample that is not near the ends.
 fn sample(table: &Table, rng: &mut ChaCha8Rng) -> usize {
     let part: f64 = rng.random_range(0.1..0.8);
     (part * table.time.len() as f64) as usize
 }
 
-/// Joints that a fault without size befalls: the first, the second, both.
+/// Returns the joints concerned by a fault without size: the first, the second or both.
 fn which(size: f64) -> Vec<usize> {
     match size as usize {
         1 => vec![0],
@@ -180,7 +180,7 @@ pub(crate) const KINDS: [Kind; 34] = [
         },
     },
     Kind {
-        // Milliseconds, microseconds and nanoseconds, read as seconds.
+        // Times in milliseconds, microseconds and nanoseconds are read as seconds.
         name: "time in another unit",
         sizes: [1e3, 1e6, 1e9, 1e3, 1e6],
         unit: "times",
@@ -242,7 +242,7 @@ pub(crate) const KINDS: [Kind; 34] = [
         name: "position jumps",
         sizes: [0.01, 0.02, 0.05, 0.1, 0.5],
         unit: "rad",
-        // Where it stood still before, it looks like a stretch that was stuck.
+        // After a standstill, a jump looks like the end of a stall.
         codes: &["position-jumps", "stuck-samples"],
         damage: |table, size, rng| {
             let (column, from) = (Q + 2 * joint(rng) + joint(rng), sample(table, rng));

@@ -1,14 +1,15 @@
-//! How many faults of logs the check finds, and how often it cries wolf.
+//! Counts the faults of logs that the check finds, and its false alarms.
 //!
-//! `cargo bench -p sprung --bench faults` prints the tables; arguments behind
-//! `--` shorten or lengthen them:
+//! `cargo bench -p sprung --bench faults` prints the tables. Arguments after `--` change their
+//! extent:
 //!
-//! - `--seeds 10`: logs of each fault and size.
-//! - `--clean 100`: logs without fault, of the demo's encoders and of coarser ones.
-//! - `--delays 2`: logs of each delay that is measured by the likelihood, and a tenth of those
-//!   without.
-//! - `--late 10`: logs of each fault that is a delay, found by the likelihood, at most.
-//! - `--kinds saturated,spike`: those whose names contain one of the words.
+//! - `--seeds 10`: number of logs per fault and size.
+//! - `--clean 100`: number of logs without fault, with the demo's encoders and with coarser
+//!   encoders.
+//! - `--delays 2`: number of logs per delay estimated by maximum likelihood; ten times this number
+//!   of logs without delay are added.
+//! - `--late 10`: maximum number of logs per fault that is a delay, found by maximum likelihood.
+//! - `--kinds saturated,spike`: only faults whose names contain one of these words.
 #![expect(clippy::print_stdout, reason = "a benchmark says what it measured")]
 
 mod faults;
@@ -28,7 +29,7 @@ use sprung::model::Model;
 use sprung::progress::Unheard;
 use twin::{Demo, Table};
 
-/// Columns of the log.
+/// Columns of the log, except the time.
 const COLUMNS: [&str; 6] = [
     "q1_rad", "q2_rad", "phi1_rad", "phi2_rad", "tau1_nm", "tau2_nm",
 ];
@@ -42,12 +43,11 @@ struct Arguments {
 }
 
 impl Arguments {
-    /// Reads the command line; nothing if the program was not started by
-    /// `cargo bench`.
+    /// Reads the command line. Returns `None` if `cargo bench` did not start the program.
     ///
     /// # Panics
     ///
-    /// If it is not understood.
+    /// If an argument is unknown or has no valid value.
     fn new() -> Option<Self> {
         let mut found = Self {
             seeds: 10,
@@ -91,7 +91,7 @@ fn main() {
     faults(&demo, &arguments);
 }
 
-/// What the check says; thorough, of faults that are delays.
+/// Returns the report of a check. The thorough check is for faults that are delays.
 fn report(demo: &Demo, fault: &Fault, thorough: bool) -> CheckReport {
     let experiment = fault.experiment(&demo.experiment);
     let model = Model::new(&experiment).expect("the twin has a model");
@@ -106,7 +106,7 @@ fn report(demo: &Demo, fault: &Fault, thorough: bool) -> CheckReport {
     checked.report
 }
 
-/// Codes of the findings that a user would act on.
+/// Returns the codes of the findings above a note.
 fn alarms(report: &CheckReport) -> Vec<String> {
     (report.findings.iter())
         .filter(|finding| finding.severity >= Severity::Warning)
@@ -114,7 +114,7 @@ fn alarms(report: &CheckReport) -> Vec<String> {
         .collect()
 }
 
-/// Clean logs: everything above a note is a false alarm.
+/// Checks logs without fault. Every finding above a note is a false alarm.
 fn clean(name: &str, demo: &Demo, logs: u64, table: impl Fn(u64) -> Table + Sync) {
     let all: Vec<Vec<String>> = (0..logs)
         .into_par_iter()
@@ -134,7 +134,8 @@ fn clean(name: &str, demo: &Demo, logs: u64, table: impl Fn(u64) -> Table + Sync
     }
 }
 
-/// Delays by the likelihood: none where there is none, and those of each channel.
+/// Prints delays estimated by maximum likelihood, for logs without delay and with a delay of each
+/// channel.
 fn delays(demo: &Demo, seeds: u64) {
     let none: usize = (0..10 * seeds)
         .into_par_iter()
@@ -182,7 +183,7 @@ fn faults(demo: &Demo, arguments: &Arguments) {
         |kind: &&Kind| (arguments.kinds.iter()).any(|word| kind.name.contains(word.as_str()));
     let (mut found, mut all) = (0, 0);
     for kind in KINDS.iter().filter(wanted) {
-        // A refinement takes seconds.
+        // A refinement takes seconds, so faults that are delays get fewer logs.
         let seeds = if kind.is_delay() {
             arguments.seeds.min(arguments.late)
         } else {

@@ -1,4 +1,4 @@
-//! Logs of the demo's twin, as tables that can be damaged.
+//! Logs of the demo's twin as tables, into which faults can be injected.
 
 use sprung::demo;
 use sprung::description::{self, Experiment, no_files};
@@ -38,14 +38,14 @@ impl Demo {
         }
     }
 
-    /// A log of the demo.
+    /// Returns a log of the demo.
     ///
-    /// - `part`: of the demo's amplitudes.
+    /// - `part`: factor for the demo's amplitudes.
     pub(crate) fn table(&self, seed: u64, part: f64) -> Table {
         self.with(seed, part, |_| ())
     }
 
-    /// A log of the demo with encoders of so many counts per turn.
+    /// Returns a log of the demo with encoders of `counts` counts per turn.
     pub(crate) fn with_counts(&self, seed: u64, counts: u32) -> Table {
         self.with(seed, 1.0, |settings| {
             settings.link_encoder_counts_per_turn = vec![counts; 2];
@@ -95,7 +95,7 @@ impl Table {
         table
     }
 
-    /// The log as CSV.
+    /// Returns the log as CSV.
     pub(crate) fn csv(&self) -> Vec<u8> {
         use std::fmt::Write;
         let mut text = format!("{}\n", self.header);
@@ -109,7 +109,7 @@ impl Table {
         text.into_bytes()
     }
 
-    /// The log with a column recorded so many samples late.
+    /// Returns the log with a column delayed by a number of samples.
     pub(crate) fn delayed(&self, column: usize, samples: usize) -> Self {
         let mut late = self.clone();
         for (k, values) in late.columns.iter_mut().enumerate() {
@@ -123,7 +123,7 @@ impl Table {
         late
     }
 
-    /// Removes rows that are not wanted.
+    /// Removes the rows for which `keep` returns false.
     pub(crate) fn retain(&mut self, keep: impl Fn(usize) -> bool) {
         for values in self.columns.iter_mut().chain([&mut self.time]) {
             let mut k = 0;
@@ -134,7 +134,7 @@ impl Table {
         }
     }
 
-    /// Distance between the smallest and the largest value of a column.
+    /// Returns the difference between the largest and the smallest value of a column.
     pub(crate) fn range(&self, column: usize) -> f64 {
         let values = &self.columns[column];
         let fold = |pick: fn(f64, f64) -> f64| values.iter().copied().reduce(pick);
