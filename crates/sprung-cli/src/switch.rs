@@ -154,7 +154,7 @@ mod tests {
             assert!(
                 failure
                     .to_string()
-                    .contains("is no list of files; remove it")
+                    .contains("is not a valid list of files; remove it")
             );
         }
         // A run that was killed at its last step leaves an empty list.

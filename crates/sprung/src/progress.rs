@@ -66,7 +66,7 @@ pub enum Answer {
 
 /// The listener stopped the run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("stopped before the end, as was asked for; earlier results are as they were")]
+#[error("stopped on request before the end; earlier results are unchanged")]
 pub struct Stopped;
 
 /// Receives the progress of a run, and may stop the run.

@@ -52,7 +52,7 @@ fn late_time_stamps() {
     let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(json["log"]["sampling"], "even");
     assert_eq!(json["log"]["interpolated"], 0);
-    assert!(stderr(&output).contains("Samples are even, stamps are late"));
+    assert!(stderr(&output).contains("Samples are even, and stamps are late"));
     assert!(stderr(&output).contains("sampling = \"even\" in [log]"));
 }
 
@@ -69,7 +69,7 @@ fn gaps_restart_the_filters_and_are_told() {
     assert_eq!(json["log"]["gaps"], 1);
     assert_eq!(json["log"]["dropped"], 1);
     assert!(stderr(&output).contains("has 1 gap, 0.500 s together"));
-    assert!(stderr(&output).contains("lacks 1 sample, at most three together, first at line 3001"));
+    assert!(stderr(&output).contains("lacks 1 sample, at most three in a row, first at line 3001"));
     // Filters that ran across a gap would see a jump of half a second.
     for parameter in json["results"][0]["parameters"].as_array().unwrap() {
         let name = parameter["name"].as_str().unwrap();

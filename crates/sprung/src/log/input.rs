@@ -129,7 +129,8 @@ const MAGIC: [(&[u8], Kind); 20] = [
     (
         b"#ROSBAG V2.0",
         Kind::Other(
-            "is a bag of ROS 1; convert it with rosbags-convert (pip install rosbags) and read that",
+            "is a bag of ROS 1; convert it with rosbags-convert (pip install rosbags) and give the \
+             converted bag",
         ),
     ),
     (
@@ -160,8 +161,8 @@ pub(super) fn kind_of(start: &[u8]) -> Kind {
     }
     if start.contains(&0) {
         return Kind::Other(
-            "is binary and none of the formats that are read: CSV, Parquet, Arrow, .npy, .npz, .mat, \
-             MCAP, ROS 2 .db3",
+            "is a binary file in an unknown format; sprung reads CSV, Parquet, Arrow, .npy, .npz, \
+             .mat, MCAP and ROS 2 .db3",
         );
     }
     Kind::Text

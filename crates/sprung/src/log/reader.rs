@@ -323,8 +323,8 @@ fn unequal(log: &str, other: &str, before: u64, (first, own): (usize, usize)) ->
     LogError::format(
         short,
         format!(
-            " ends after {rows} rows, {long} goes on; rows are matched one by one, so name the column \
-             of its own time with time = \"…\" beside the file"
+            " ends after {rows} rows, but {long} continues; without a time of its own, a file must have \
+             one row for each row of the log, so name its time column with time = \"…\" beside the file"
         ),
     )
 }

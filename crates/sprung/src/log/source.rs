@@ -92,7 +92,7 @@ fn open_arrays(
         Some(path) => Err(LogError::format(
             name,
             format!(
-                " is in memory, and {} holds columns of it; give them with the others",
+                " is in memory, but {} contains some of its columns; give these columns in memory, too",
                 path.display()
             ),
         )),

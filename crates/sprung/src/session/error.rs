@@ -56,11 +56,11 @@ pub enum SessionError {
         error: ModelError,
     },
     /// The experiment has no log.
-    #[error("the experiment has no [log]; say which columns hold what")]
+    #[error("the experiment has no [log]; add it and name the columns of the log")]
     NoLog,
     /// The log has no file.
     #[error(
-        "the experiment does not say which log to read; give file in [log], or --set log.file=FILE"
+        "the experiment does not name the file of the log; give file in [log], or --set log.file=FILE"
     )]
     NoLogFile,
     /// The log cannot be checked.
@@ -91,7 +91,7 @@ pub enum SessionError {
     /// A file was written by a newer version of sprung.
     #[error(
         "{file} has format {format}, written by {generator}; this is sprung {}, which reads format \
-         {known}: use a newer version",
+         {known}: use a newer version of sprung",
         env!("CARGO_PKG_VERSION")
     )]
     NewerFormat {
@@ -136,7 +136,7 @@ pub enum SessionError {
     #[error("the experiment has no [simulate] block; add one")]
     NoTwin,
     /// The experiment has no validation run of this name.
-    #[error("no [[validate]] block is called \"{name}\"; there are: {}", .known.join(", "))]
+    #[error("no [[validate]] block is called \"{name}\"; the blocks are: {}", .known.join(", "))]
     NoRun {
         /// The requested name.
         name: String,
@@ -168,7 +168,7 @@ pub enum SessionError {
     },
     /// A path cannot stand in an experiment file.
     #[error(
-        "the path {} is not Unicode and cannot stand in experiment.toml; rename it",
+        "the path {} is not Unicode, so experiment.toml cannot contain it; rename it",
         .path.display()
     )]
     NotUnicode {
@@ -180,8 +180,8 @@ pub enum SessionError {
     Start(#[from] StartError),
     /// An interrupted run left results partly in place, and they cannot be completed.
     #[error(
-        "cannot {what} in {}: {source}; files there may be of two runs until the next command \
-         that can finish this",
+        "cannot {what} in {}: {source}; this folder may contain files of two runs until a later \
+         command completes this step",
         .folder.display()
     )]
     Unfinished {
@@ -194,7 +194,8 @@ pub enum SessionError {
     },
     /// The list of pending renames is damaged.
     #[error(
-        "{} is no list of files; remove it, and run again what made the results there",
+        "{} is not a valid list of files; remove it, and repeat the command that wrote the results \
+         in its folder",
         .list.display()
     )]
     NoSwitch {

@@ -92,7 +92,7 @@ pub fn read_identification(path: &Path) -> Result<ReadIdentification, SessionErr
                 "its format is {format}; this version reads format {FORMAT}"
             )));
         }
-        None => return Err(wrong("it says no format; give an identification.json")),
+        None => return Err(wrong("it has no format; give an identification.json")),
     }
     let identification: Identification =
         serde_json::from_value(json).map_err(|error| wrong(&format!("{error}")))?;

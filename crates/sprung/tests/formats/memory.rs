@@ -114,8 +114,8 @@ fn memory_holds_all_columns_or_none() {
         "[{ file = \"b.csv\", column = \"a\" }, \"tau2_nm\"]",
     );
     let error = read_arrays(&arrays, &other).unwrap_err();
-    let expected =
-        "the arrays is in memory, and b.csv holds columns of it; give them with the others";
+    let expected = "the arrays is in memory, but b.csv contains some of its columns; give these columns in \
+         memory, too";
     assert_eq!(error, expected);
     let topic = LOG
         .replace(

@@ -175,7 +175,7 @@ motor_torque_nm = { file = "more.csv", column = "tau*_nm" }
     says(
         &error,
         &[
-            "more.csv ends after 1 rows, log.csv goes on",
+            "more.csv ends after 1 rows, but log.csv continues",
             "time = \"…\"",
         ],
     );

@@ -69,7 +69,7 @@ fn experiments_that_lack_something_are_the_users_fault() {
     says(no_log.identify(&mut Unheard), usage, "no [log]");
     let demo = session(&[]);
     let unknown = demo.twin(Some("else"), None);
-    says(unknown, usage, "there are: direct, prediction");
+    says(unknown, usage, "the blocks are: direct, prediction");
     says(
         Session::open(Path::new("run7.csv"), &[]),
         usage,

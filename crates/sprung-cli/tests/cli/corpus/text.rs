@@ -300,12 +300,12 @@ fn whole_files() -> Vec<Faulty> {
         usual(
             "a picture",
             b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR".to_vec(),
-            &["is binary and none of the formats"],
+            &["is a binary file in an unknown format"],
         ),
         usual(
             "a text with a hole",
             zeros,
-            &["is binary and none of the formats"],
+            &["is a binary file in an unknown format"],
         ),
         usual(
             "text in UTF-16",

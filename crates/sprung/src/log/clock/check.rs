@@ -33,34 +33,35 @@ pub(crate) fn check_timing(file: &str, channels: &Channels, timing: &Timing) -> 
     findings.extend(counted(
         (file, "dropped-samples", &timing.dropped, timing),
         format!(
-            "{file} lacks {}, at most three together{}; they were interpolated",
+            "{file} lacks {}, at most three in a row{}; sprung interpolated them",
             samples(&timing.dropped),
             first(&timing.dropped)
         ),
-        "see that the recorder keeps up; nothing needs to be done about a few",
+        "check that the recorder is fast enough; a few missing samples need no action",
     ));
     findings.extend(counted(
         (file, "repeated-samples", &timing.repeated, timing),
         format!(
-            "{file} has {} twice, with one time and the same values{}; one of each was left out",
+            "{file} contains {} twice, with the same time and the same values{}; sprung ignored the \
+             repetitions",
             samples(&timing.repeated),
             first(&timing.repeated)
         ),
-        "see that the recorder writes each sample once; nothing needs to be cut",
+        "check that the recorder writes each sample once; the log needs no change",
     ));
     findings.extend(counted(
         (file, "frozen-samples", &timing.frozen, timing),
         format!(
-            "in {file} {} all values of the one before although a joint moves{}: the \
-             recorder was faster than what it read, or missed an update",
+            "in {file} {} all values of the preceding sample although a joint moves{}: the \
+             recorder was faster than its source, or missed an update",
             match timing.frozen.count {
                 1 => "1 sample repeats".to_owned(),
                 count => format!("{count} samples repeat"),
             },
             first(&timing.frozen)
         ),
-        "record at the rate of the controller, or leave such samples out: those that are missing are \
-         interpolated",
+        "record at the rate of the controller, or remove these samples: sprung interpolates missing \
+         samples",
     ));
     findings
 }
@@ -108,12 +109,12 @@ pub(crate) fn time_unit(file: &str, channels: &Channels, period: f64) -> Option<
         severity,
         "time-unit",
         format!(
-            "{file}: {what} as it is read gives {} samples per second, at which no robot is \
-             recorded; in {unit} it would give {}",
+            "{file}: {what}, as declared, gives {} samples per second, which is unusual for a robot; \
+             in {unit} it would give {}",
             rounded(rate),
             rounded(likely)
         ),
-        "give the time with its unit, in place of the line that is there",
+        "replace the present key of the time by a key with the right unit",
     );
     let column = match &channels.time {
         TimeOrigin::Column(column) => column.to_string(),
@@ -176,14 +177,14 @@ fn uneven(file: &str, channels: &Channels, timing: &Timing) -> Option<Finding> {
             Severity::Warning,
             "uneven-sampling",
             format!(
-                "{steps}, and positions do not tell whether samples were taken when stamped; taken as \
-                 {}. {outcome}",
+                "{steps}, and the positions do not show whether samples were taken at these times; \
+                 sprung treats them as {}. {outcome}",
                 match sampling {
-                    Sampling::AsStamped => "stamped",
-                    _ => "even",
+                    Sampling::AsStamped => "taken when stamped",
+                    _ => "evenly spaced",
                 }
             ),
-            "say it in [log]: sampling = \"as-stamped\", or \"even\" if stamps are rounded or late",
+            "set in [log] sampling = \"as-stamped\", or \"even\" if stamps are rounded or late",
         )));
     }
     let (how, line) = match sampling {
@@ -192,12 +193,12 @@ fn uneven(file: &str, channels: &Channels, timing: &Timing) -> Option<Finding> {
             "sampling = \"as-stamped\"".to_owned(),
         ),
         Sampling::Even => (
-            "are even, stamps are late".to_owned(),
+            "are even, and stamps are late".to_owned(),
             "sampling = \"even\"".to_owned(),
         ),
         Sampling::OnCycle(cycle) => (
             format!(
-                "were taken on a cycle of {:.4} ms, stamps are late",
+                "were taken on a cycle of {:.4} ms, and stamps are late",
                 1e3 * cycle
             ),
             format!("period_s = {} beside the time", rounded(cycle)),
@@ -210,7 +211,7 @@ fn uneven(file: &str, channels: &Channels, timing: &Timing) -> Option<Finding> {
             "{steps}. Samples {how}: {}. {outcome}",
             told(channels, &evidence)
         ),
-        &format!("nothing needs to be done; {line} in [log] says it once and for all"),
+        &format!("no action is needed; {line} in [log] would declare it"),
     )))
 }
 
@@ -222,8 +223,9 @@ fn told(channels: &Channels, evidence: &Evidence) -> String {
     });
     let (cycle, on_cycle) = evidence.on_cycle;
     format!(
-        "at {} uneven steps \"{}\" lies {:.1e} {unit} off the cubic through its neighbours if taken when \
-         stamped, {:.1e} if evenly, {on_cycle:.1e} if at multiples of {:.4} ms",
+        "at {} uneven steps, the RMS distance of \"{}\" from the cubic through its neighbours is \
+         {:.1e} {unit} for the stamped times, {:.1e} for even times and {on_cycle:.1e} for multiples \
+         of {:.4} ms",
         evidence.samples,
         channel.map_or("", |channel| &channel.column),
         evidence.stamped,
@@ -327,7 +329,7 @@ mod tests {
         assert!(
             findings[0]
                 .text
-                .contains("lacks 1 sample, at most three together, first at line 7")
+                .contains("lacks 1 sample, at most three in a row, first at line 7")
         );
         let quiet = Timing {
             recorded: 1000,
@@ -355,7 +357,8 @@ mod tests {
         };
         let cycle = told(Sampling::OnCycle(1.999_996e-3), true);
         assert!(
-            cycle.text.contains("on a cycle of 2.0000 ms") && cycle.text.contains("\"phi\" lies")
+            cycle.text.contains("on a cycle of 2.0000 ms")
+                && cycle.text.contains("distance of \"phi\"")
         );
         assert!(
             cycle.remedy.contains("period_s = 0.002 beside the time"),
@@ -374,6 +377,6 @@ mod tests {
         );
         let open = told(Sampling::AsStamped, false);
         assert_eq!(open.severity, Severity::Warning);
-        assert!(open.text.contains("do not tell"));
+        assert!(open.text.contains("do not show"));
     }
 }

@@ -226,8 +226,8 @@ impl Grid {
             remedy: if after < before {
                 ""
             } else {
-                "; if stamps are rounded or late and samples one period apart, set sampling = \"even\" in \
-                 [log]"
+                "; if the samples are one period apart and the stamps rounded or late, set \
+                 sampling = \"even\" in [log]"
             },
         }
     }
@@ -249,8 +249,8 @@ impl Grid {
                 return Err(LogError::format(
                     &self.file,
                     format!(
-                        " has samples {:.4} ms apart, period_s = {cycle} is longer; samples are taken at \
-                         whole multiples of it",
+                        " has samples {:.4} ms apart, but period_s = {cycle} is longer; samples must be \
+                         whole multiples of period_s apart",
                         1e3 * step
                     ),
                 ));

@@ -86,7 +86,7 @@ impl Of<'_> {
                     Severity::Serious,
                     "unexcited-joint",
                     format!(
-                        "{name} stands still in all {} samples, so nothing of it can be identified",
+                        "{name} stands still in all {} samples, so its parameters cannot be identified",
                         summary.samples()
                     ),
                     "record a log in which the joint moves through its working range",
@@ -168,9 +168,9 @@ impl Of<'_> {
                 "units-disagree",
                 format!(
                     "{name}: \"{motor}\" spans {motor_range:.3} rad and \"{link}\" {link_range:.3} \
-                     rad in {file}, about the same is expected; {likely}"
+                     rad in {file}, although the two should span about the same; {likely}"
                 ),
-                "say the unit and the side of each column",
+                "give the unit and the side of each column",
             )
             .seen(file, column, ratio, "")
             .mended_by("[log]", &setting),
@@ -200,8 +200,7 @@ impl Of<'_> {
                  counts per turn or a unit is wrong",
                 line.correlation
             ),
-            "see that gear_ratio and counts_per_turn are those of the joint, and which side each \
-             encoder is on",
+            "check gear_ratio and counts_per_turn of the joint, and the side of each encoder",
         )
         .seen(self.file, motor, line.slope, "rad/rad");
         Some(finding.mended_by(

@@ -100,11 +100,11 @@ impl Of<'_> {
             "torque-saturated",
             &format!(
                 "lies at its extreme, {:.4} N·m (N), in {part:.2} % of the samples, up to {} in a \
-                 row: the amplifier or the sensor can go no farther",
+                 row: the amplifier or the sensor is saturated",
                 worst.value, worst.longest.samples
             ),
-            "log the torque that acted, not the one that was asked for; or move with less \
-             acceleration, so that the limit is not reached",
+            "log the torque that acted instead of the commanded torque, or move with less \
+             acceleration, so that the torque stays below the limit",
         );
         Some(
             (finding.seen(self.file, &self.channel.column, worst.value, "N·m"))
@@ -142,16 +142,16 @@ impl Of<'_> {
             Severity::Warning,
             "stuck-samples",
             &format!(
-                "repeats {:.6} {} in {} samples from {:.3} s on and then goes on {:.2e} away: the \
-                 recorder or the sensor stood still, the joint did not",
+                "repeats {:.6} {} in {} samples from {:.3} s on and then changes by {:.2e}: the \
+                 recorder or the sensor froze while the joint moved",
                 stall.value,
                 self.unit(),
                 stall.samples,
                 stall.time,
                 stall.jump.abs()
             ),
-            "leave those samples out of the log, which makes them a gap that sprung knows how to \
-             treat; see that the recorder keeps up",
+            "remove these samples from the log: sprung handles the resulting gap; check that the \
+             recorder is fast enough",
         );
         Some(
             (finding.seen(
@@ -187,12 +187,12 @@ impl Of<'_> {
                 "wraps-around",
                 &format!(
                     "jumps by {size:.4} {} of its range of {range:.4} at {:.3} s and {} more times: \
-                     the counter starts anew, the joint does not",
+                     the counter wraps around",
                     self.unit(),
                     first.time,
                     all.len() - 1
                 ),
-                "say after how many units of the column the counter starts anew",
+                "give the number of units of the column after which the counter wraps around",
             );
             let setting = format!(
                 "{} = {{ column = \"{column}\", unit = \"…\", wrap = {} }}",
@@ -209,8 +209,8 @@ impl Of<'_> {
             Severity::Warning,
             "position-jumps",
             &format!(
-                "jumps by {:.3e} {} at {:.3} s, {:.0} times as far as it otherwise moves in a sample, \
-                 and stays there: counts were lost, or the sensor was set anew",
+                "jumps by {:.3e} {} at {:.3} s, {:.0} times the 95th percentile of its steps, and then \
+                 stays at the new position: counts were lost, or the sensor was reset",
                 largest.size,
                 self.unit(),
                 largest.time,
@@ -238,15 +238,15 @@ impl Of<'_> {
             Severity::Warning,
             "spikes",
             &format!(
-                "has samples that stand alone ({count}); the largest, at {:.4} s, is off by \
-                 {:.3e} {}, {:.0} times as far as one in a hundred samples is",
+                "has single samples far from their neighbours ({count}); the largest, at {:.4} s, is \
+                 off by {:.3e} {}, {:.0} times the 99th percentile of all samples",
                 largest.time,
                 largest.size,
                 self.unit(),
                 largest.size.abs() / figures.bends().quantile(0.99)
             ),
-            "replace those samples by the mean of their neighbours, or leave their rows out; look for \
-             a loose connector or a bit that flips",
+            "replace these samples by the mean of their neighbours, or remove their rows; look for a \
+             loose connector or a flipping bit",
         );
         Some((finding.seen(self.file, &self.channel.column, largest.size, "rad")).at(largest.time))
     }
