@@ -18,19 +18,20 @@ pub fn compose_check(checked: &Checked, command: &str, experiment: &str) -> Docu
     let mut sections = vec![
         section(
             "findings",
-            "What was found",
-            "An error means that the log is not what the experiment file says; sprung identify \
-             refuses it. A warning makes results doubtful. Each finding names what to do, and the \
-             line of the experiment file that does it.",
+            "Findings",
+            "An error means that the log contradicts the experiment file; sprung identify refuses \
+             such a log. A warning makes results doubtful. Each finding contains a remedy and, if \
+             possible, the line of the experiment file for it.",
             findings(checked),
         ),
         section(
             "joints",
             "Joints",
-            "From the beginning of the first log: how much of the filtered torque its own motion \
-             explains, and the delay of one channel that would explain it best, with its standard \
-             error. Every log has such a delay; one within a few standard errors of zero is none. \
-             Motors move as far as links below the resonance of a joint, less far at it.",
+            "These figures come from the beginning of the first log. The table shows the percentage \
+             of each joint's filtered torque that its motion explains, and the delay of one channel \
+             that would explain the torque best, with its standard error. A delay within a few \
+             standard errors of zero is not significant. Below the resonance of a joint, motor and \
+             link move equally far; at the resonance, the motor moves less.",
             vec![Block::Table(joints(report))],
         ),
     ];
@@ -39,8 +40,8 @@ pub fn compose_check(checked: &Checked, command: &str, experiment: &str) -> Docu
             &format!("log-{k}"),
             &log.file,
             &format!(
-                "{} samples in {} s, {} Hz; steps of the time differ by up to {} %; {} gaps, {} s \
-                 together.",
+                "{} samples in {} s, {} Hz; steps of the time differ by up to {} %; {} gaps, {} s in \
+                 total.",
                 log.samples,
                 significant(log.duration_s, 5),
                 significant(log.rate_hz, 5),
@@ -97,7 +98,7 @@ fn badge(report: &CheckReport) -> Badge {
 fn findings(checked: &Checked) -> Vec<Block> {
     let all = &checked.report.findings;
     if all.is_empty() {
-        return vec![Block::Paragraph("Nothing.".to_owned())];
+        return vec![Block::Paragraph("No findings.".to_owned())];
     }
     let mut blocks = Vec::new();
     for (k, finding) in all.iter().enumerate() {
@@ -201,7 +202,7 @@ fn columns(log: &CheckedLog) -> Table {
             ("noise", true),
             ("step", true),
             ("effective bits", true),
-            ("longest still [s]", true),
+            ("longest standstill [s]", true),
         ]),
         rows: rows.collect(),
     }

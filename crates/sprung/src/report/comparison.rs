@@ -23,23 +23,23 @@ pub fn compose_comparison(comparison: &Comparison, command: &str) -> Document {
     let mut sections = vec![
         section(
             "results",
-            "What is compared",
+            "Compared results",
             "",
             vec![Block::Table(headers(compared))],
         ),
         section(
             "agreement",
-            "What agrees",
-            "Values with their 95 % intervals, as differences from the first result. Every row has \
-             a scale of its own: where intervals overlap, results agree, however small they are.",
+            "Agreement",
+            "Values with their 95 % intervals, as differences from the first result. Each row has \
+             its own scale. Results agree if their intervals overlap.",
             vec![Block::Intervals(intervals(comparison))],
         ),
         section(
             "parameters",
             "Parameters",
-            "Differences from the first result, in percent and in combined standard errors (the root \
-             of the sum of both squares, which takes the errors for independent; results of one log \
-             share theirs).",
+            "Differences from the first result, in percent and in combined standard errors. The \
+             combined standard error is the root of the sum of both squares. It assumes independent \
+             errors, but results from the same log share errors.",
             vec![Block::Table(parameters(comparison))],
         ),
     ];
@@ -49,10 +49,10 @@ pub fn compose_comparison(comparison: &Comparison, command: &str) -> Document {
             1,
             section(
                 "findings",
-                "What to know",
+                "Findings",
                 &format!(
-                    "Repeated results of one estimator disagree if chance makes such differences in \
-                     less than {} % of all comparisons.",
+                    "Repeated results of one estimator disagree if chance alone would cause such \
+                     differences in less than {} % of all comparisons.",
                     100.0 * SIGNIFICANCE
                 ),
                 vec![Block::Findings(findings)],
@@ -62,7 +62,7 @@ pub fn compose_comparison(comparison: &Comparison, command: &str) -> Document {
     sections.push(section(
         "residuals",
         "Residuals",
-        "What each result leaves unexplained of its own log.",
+        "The part of its own log that each result does not explain.",
         vec![Block::Table(residuals(compared))],
     ));
     sections.push(section(
@@ -73,7 +73,7 @@ pub fn compose_comparison(comparison: &Comparison, command: &str) -> Document {
     ));
     Document {
         title: robots.join(" and "),
-        subtitle: format!("{} results side by side", compared.len()),
+        subtitle: format!("Comparison of {} results", compared.len()),
         generator: comparison.generator.clone(),
         verdict: badge(comparison),
         sections,
@@ -206,8 +206,8 @@ fn parameters(comparison: &Comparison) -> Table {
 fn intervals(comparison: &Comparison) -> Intervals {
     let rows = comparison.parameters.iter().filter_map(row).collect();
     Intervals {
-        caption: "Differences from the first result, or from the first that has a value; the \
-                  number at the right is what half the width stands for."
+        caption: "Differences from the first result that has a value. The number at the right is \
+                  half the width of the row."
             .to_owned(),
         names: comparison
             .compared

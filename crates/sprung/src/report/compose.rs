@@ -89,19 +89,20 @@ fn parameters(identification: &Identification, contents: &Contents<'_>) -> Secti
     let mut blocks = vec![Block::Table(table)];
     if let Some(table) = tables::motor_rows(identification) {
         blocks.push(Block::Paragraph(
-            "The motor row of a joint holds the torque, so nothing pulls its scale down; the link \
-             rows have no right-hand side, so with noise they prefer smaller links and springs. \
-             Where the two stiffnesses differ, look for delays and noise of the link positions."
+            "The motor row of a joint contains the measured torque, which fixes the scale of its \
+             parameters. The link rows have no right-hand side, so noise shrinks the parameters of \
+             links and springs. If the two stiffnesses differ, look for delays and noise of the link \
+             positions."
                 .to_owned(),
         ));
         blocks.push(Block::Table(table));
     }
     if let Some(table) = tables::cross_checks(identification) {
         blocks.push(Block::Paragraph(
-            "Other routes fail in other ways. Two stages and the scale-invariant fit cannot shrink \
-             links and springs together; instrumental variables, where they are asked for, do not \
-             square the noise of the positions. Where they agree, what they share is left to doubt: \
-             equations, delays, the friction law."
+            "The cross-checks have other error sources. The two-stage fit and the scale-invariant \
+             fit cannot shrink links and springs together. Instrumental variables, if requested, do \
+             not square the noise of the positions. If all methods agree, the remaining error \
+             sources are those that they share: the equations, the delays and the friction law."
                 .to_owned(),
         ));
         blocks.push(Block::Table(table));
@@ -111,7 +112,7 @@ fn parameters(identification: &Identification, contents: &Contents<'_>) -> Secti
         "parameters",
         "Parameters",
         "Each value with its standard error. A dash means that the log does not determine the \
-         value, or that nobody gave it.",
+         value, or that the value was not given.",
         blocks,
     )
 }
@@ -143,10 +144,10 @@ fn warnings(identification: &Identification) -> Section {
     }
     section(
         "warnings",
-        "What to know before using these numbers",
-        "One serious finding, about the log or about a result, makes the result unusable: a physical \
-         impossibility, or a parameter without which there is no model. One warning makes it \
-         doubtful. Notes change nothing: with none but these it is good.",
+        "Findings and verdicts",
+        "A serious finding about the log or about a result makes the result unusable. It is a \
+         physical impossibility, or an undetermined parameter that the model needs. A warning makes \
+         the result doubtful. Notes do not change the verdict, so a result with notes only is good.",
         blocks,
     )
 }
@@ -155,8 +156,8 @@ fn traces(identification: &Identification, trace: &Curves, contents: &Contents<'
     section(
         "traces",
         "Parameters over time",
-        "The estimate from the log up to each time. A value that has settled no longer depends on \
-         how long the log is; one that keeps drifting or swinging is not to be trusted.",
+        "The estimate from the log up to each time. A settled value no longer depends on the length \
+         of the log. A value that still drifts or oscillates is not reliable.",
         vec![Block::Figure(plots::traces(
             identification,
             trace,
@@ -188,8 +189,8 @@ fn validation_section(validation: &Validation, curves: &Curves) -> Section {
     section(
         "validation",
         "Validation",
-        "Measured against simulated: the closed loop is run with each parameter set under the \
-         reference and the controller of the experiment, from rest, and compared with the log.",
+        "For each parameter set, sprung simulates the closed loop from rest with the reference and \
+         the controller of the experiment, and compares the simulated signals with the log.",
         blocks,
     )
 }
@@ -198,8 +199,8 @@ fn fit_section(identification: &Identification, fit: &Curves) -> Section {
     section(
         "fit",
         "Fit of the regression",
-        "Filtered motor torque: measured, and as the model needs it for the measured motion. What \
-         is left shows what the model lacks.",
+        "Filtered motor torque: as measured, and as the model computes it from the measured motion. \
+         The difference shows effects that the model lacks.",
         vec![Block::Figure(plots::fit(identification, fit))],
     )
 }
@@ -231,7 +232,7 @@ fn conditioning(identification: &Identification) -> Section {
             pairs.push((
                 format!("Cost per sample of {}", result.estimator),
                 format!(
-                    "{} over {} samples, after {} iterations (about 1 where the loop is exactly known)",
+                    "{} over {} samples, after {} iterations (about 1 if the loop is exactly known)",
                     significant(fit.cost_per_sample, 4),
                     fit.samples,
                     fit.iterations
@@ -247,8 +248,8 @@ fn conditioning(identification: &Identification) -> Section {
     section(
         "conditioning",
         "Excitation and conditioning",
-        "How well the motion tells the parameters apart. Below 100 after scaling is comfortable; \
-         the residuals are root mean squares over the whole log.",
+        "These figures show how well the motion distinguishes the parameters. A scaled condition \
+         number below 100 is good. The residuals are root mean squares over the whole log.",
         blocks,
     )
 }
@@ -266,8 +267,9 @@ fn cutoff(identification: &Identification) -> Option<Section> {
     Some(section(
         "cutoff",
         "Cut-off of the positions",
-        "A low cut-off smears reversals of direction and takes inertia for friction; a high one lets \
-         the noise of the encoders through. Where estimates move much, neither is far away.",
+        "A low cut-off smears reversals of direction, so the fit confuses inertia with friction. A \
+         high cut-off passes the noise of the encoders. If estimates change much with the cut-off, \
+         one of these errors is near.",
         blocks,
     ))
 }
@@ -280,7 +282,8 @@ fn links(identification: &Identification) -> Option<Section> {
     let mut blocks = Vec::new();
     if !lumped.is_empty() {
         blocks.push(Block::Paragraph(
-            "Motion shows only combinations of the links' masses, first moments and inertias:"
+            "The motion determines only combinations of the links' masses, first moments and \
+             inertias:"
                 .to_owned(),
         ));
         blocks.push(Block::KeyValues(lumped));
@@ -308,9 +311,9 @@ fn samples(log: &LogInfo) -> String {
     };
     let counts = [
         (log.interpolated, "interpolated"),
-        (log.dropped, "missing, at most three together"),
+        (log.dropped, "missing, at most three in a row"),
         (log.repeated, "written twice"),
-        (log.frozen, "that repeat the one before"),
+        (log.frozen, "that repeat the preceding sample"),
         (log.gaps, "gaps"),
     ];
     let counted = (counts.into_iter())

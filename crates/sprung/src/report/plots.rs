@@ -61,7 +61,8 @@ pub(super) fn traces(
         .collect();
     Figure {
         id: "traces".to_owned(),
-        caption: "Estimates over time. The start is left out where it would hide the rest."
+        caption: "Estimates over time. Values at the start are omitted if they would dominate the \
+                  scale."
             .to_owned(),
         x_label: "time [s]".to_owned(),
         layout: Layout::Grid,

@@ -26,8 +26,9 @@ pub(super) fn refinement(identification: &Identification) -> Option<Section> {
     let mut blocks = Vec::new();
     if !refinement.used {
         blocks.push(Block::Paragraph(format!(
-            "The refinement is not used, and what follows did not make the values of {}; it may say \
-             why: levels at a bound and late columns point at what is missing.",
+            "The refinement is not used, so the values of {} do not depend on the figures below. The \
+             figures may show the reason: levels at a bound and late columns indicate effects that \
+             the model lacks.",
             result.estimator
         )));
     }
@@ -41,10 +42,10 @@ pub(super) fn refinement(identification: &Identification) -> Option<Section> {
     Some(section(
         "refinement",
         "Noise, disturbances, delays",
-        "What the likelihood of the measured positions says besides the parameters. The filter \
-         takes what the model does not explain for white noise of the torques and for slow random \
-         disturbances of motors and links, as large as the log makes likely; the intervals of the \
-         parameters rest on these levels.",
+        "Besides the parameters, the refinement estimates noise, disturbances and delays by maximum \
+         likelihood of the measured positions. The filter attributes unexplained motion to white \
+         noise of the torques and to slow random disturbances of motors and links. Their levels are \
+         estimated from the log, and the intervals of the parameters depend on these levels.",
         blocks,
     ))
 }
@@ -63,7 +64,7 @@ fn search(refinement: &Refinement) -> Vec<(String, String)> {
         (
             "Used",
             format!(
-                "{} samples, {} s, {} measurements of positions (of a counter, its edges)",
+                "{} samples, {} s, {} measurements of positions (for a counter: its edges)",
                 refinement.samples,
                 significant(refinement.duration_s, 4),
                 refinement.measurements
@@ -80,7 +81,8 @@ fn search(refinement: &Refinement) -> Vec<(String, String)> {
     ];
     if let Some(held_out) = refinement.held_out_residual {
         search.push((
-            "Missed of the last quarter's filtered torque, estimated from the first three",
+            "Residual of the filtered torque in the last quarter, with parameters from the first \
+             three quarters",
             format!(
                 "{} %, least squares {} %",
                 significant(100.0 * held_out.refined, 2),
@@ -137,8 +139,8 @@ fn levels(rows: &[RowDisturbance]) -> Bars {
     };
     Bars {
         caption: "Standard deviations as parts of the standard deviation of the joint's motor \
-                  torque, on a logarithmic scale. A row at its bound has more than any disturbance \
-                  should: the model lacks an effect there."
+                  torque, on a logarithmic scale. A level at its bound is too large for a \
+                  disturbance: the model lacks an effect in this row."
             .to_owned(),
         names: vec![
             "white noise of the torque".to_owned(),
@@ -173,7 +175,7 @@ fn logs(
     let each = &refinement.each_log;
     (each.len() > 1).then_some(())?;
     let files: Vec<String> = identification.logs().map(|log| log.file.clone()).collect();
-    let mut names = vec!["all together".to_owned()];
+    let mut names = vec!["all logs".to_owned()];
     if files.len() == each.len() {
         names.extend(files);
     } else {
@@ -196,9 +198,9 @@ fn logs(
     });
     Some(Intervals {
         caption:
-            "What each log says alone, with 95 % intervals, around what all say together; the \
-                  number at the right is what half the width stands for. Intervals that miss each \
-                  other mean an effect that the model lacks, or another robot."
+            "Estimates from each log alone, with 95 % intervals, relative to the estimate from all \
+             logs. The number at the right is half the width of the row. Intervals that do not \
+             overlap indicate an effect that the model lacks, or another robot."
                 .to_owned(),
         names,
         rows: rows.collect(),
@@ -230,9 +232,9 @@ fn delay_intervals(delays: &[RefinedDelay]) -> Option<Intervals> {
         })
         .collect();
     (!rows.is_empty()).then(|| Intervals {
-        caption: "How much later each column was recorded than the values of the parameters take \
-                  into account (the line in the middle), against the other columns, with its 95 % \
-                  interval; the number at the right is what half the width stands for."
+        caption: "Remaining delay of each column relative to the other columns, with its 95 % \
+                  interval. The line in the middle is the delay used for the parameters. The number \
+                  at the right is half the width of the row."
             .to_owned(),
         names: vec!["delay by likelihood".to_owned()],
         rows,
@@ -250,7 +252,7 @@ fn delay_table(delays: &[RefinedDelay]) -> Option<Table> {
                 delay.column.clone(),
                 significant(size * delay.used_s, 4),
                 delay.standard_error_s.map_or_else(
-                    || "the log says nothing".to_owned(),
+                    || "not determined".to_owned(),
                     |error| {
                         let half = NORMAL_95 * size * error;
                         format!(
@@ -272,16 +274,17 @@ fn delay_table(delays: &[RefinedDelay]) -> Option<Table> {
     };
     Some(Table {
         caption: format!(
-            "Delays. Marked ones are more than {MARKED} standard errors away from what is used. Of \
-             the columns of one joint each could be the late one; where several are marked, the \
-             one with the greatest log-likelihood explains most."
+            "Delays. Marked delays differ from the used value by more than {MARKED} standard errors. \
+             A late column can also make the other columns of its joint appear late. If several \
+             columns are marked, the column with the largest increase of the log-likelihood is the \
+             likeliest."
         ),
         columns: vec![
             text("Column"),
             number(format!("Used [{unit}]")),
             number(format!("By likelihood ± 95 % [{unit}]")),
-            number("Away in s.e."),
-            number("Log-likelihood +"),
+            number("Difference in s.e."),
+            number("Increase of log-likelihood"),
         ],
         rows: delays.iter().map(row).collect(),
     })
@@ -321,7 +324,7 @@ fn offsets(refinement: &Refinement) -> Option<Table> {
         .collect();
     (!rows.is_empty()).then(|| Table {
         caption:
-            "What each column reads too much: where its zero, or the edges of its counter, lie."
+            "Constant error of each column: the offset of its zero, or of the edges of its counter."
                 .to_owned(),
         columns: vec![
             text("Joint"),
@@ -338,20 +341,20 @@ fn offsets(refinement: &Refinement) -> Option<Table> {
 fn pairs(refinement: &Refinement) -> Vec<Block> {
     if refinement.correlations.is_empty() {
         return vec![Block::Paragraph(
-            "No two parameters have errors that are much alike.".to_owned(),
+            "No two parameters have strongly correlated errors.".to_owned(),
         )];
     }
     let words = |(first, second, correlation): &(String, String, f64)| {
         let (known, way) = if *correlation < 0.0 {
-            ("sum", "where one is too large the other is too small")
+            ("sum", "if one is too large, the other is too small")
         } else {
             ("difference", "both are too large or too small together")
         };
         (
             format!("{} and {}", short(first), short(second)),
             format!(
-                "correlation {correlation:+.3}: {way}; their {known}, each in its standard errors, \
-                 is known {} times as well as if they were independent",
+                "correlation {correlation:+.3}: {way}; their {known}, each in units of its standard \
+                 error, is known {} times as accurately as with independent errors",
                 significant(
                     (1.0 - correlation.abs()).max(f64::EPSILON).sqrt().recip(),
                     2
@@ -360,7 +363,7 @@ fn pairs(refinement: &Refinement) -> Vec<Block> {
         )
     };
     vec![
-        Block::Paragraph("Parameters whose errors are most alike:".to_owned()),
+        Block::Paragraph("Parameters with the most strongly correlated errors:".to_owned()),
         Block::KeyValues(refinement.correlations.iter().map(words).collect()),
     ]
 }
@@ -442,7 +445,7 @@ mod tests {
             _ => None,
         });
         let (logs, delays) = (shown.next().unwrap(), shown.next().unwrap());
-        assert_eq!(logs.names, ["all together", "first.csv", "second.csv"]);
+        assert_eq!(logs.names, ["all logs", "first.csv", "second.csv"]);
         // The other parameter has no value in any log.
         assert_eq!(logs.rows.len(), 1);
         let at = |i: usize| logs.rows[0].marks[i].unwrap().at;
@@ -465,7 +468,7 @@ mod tests {
             ["q", "100.0", "500 ± 20", "+40.0", "800.0"]
         );
         assert_eq!(table.rows[0].tone, Tone::Doubtful);
-        assert_eq!(table.rows[1].cells[2], "the log says nothing");
+        assert_eq!(table.rows[1].cells[2], "not determined");
     }
 
     #[test]

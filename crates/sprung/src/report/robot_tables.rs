@@ -28,8 +28,8 @@ pub(super) fn encoder_offsets(identification: &Identification) -> Option<Table> 
         })
         .collect();
     (!rows.is_empty()).then(|| Table {
-        caption: "What each link encoder reads too much against its motor's: minus the preload \
-                  over the stiffness."
+        caption: "Offset of each link encoder relative to the motor encoder: minus the preload \
+                  divided by the stiffness."
             .to_owned(),
         columns: vec![
             text("Joint"),
@@ -81,9 +81,9 @@ pub(super) fn cutoffs(identification: &Identification, choice: &CutoffChoice) ->
         .collect();
     Some(Table {
         caption: format!(
-            "How estimates from the beginning of the log move around the chosen cut-off; parameters \
-             with at least {:.0} % of the largest torque of their row. Marked ones move by more \
-             than {:.0} %.",
+            "Estimates from the beginning of the log, as changes from those at the chosen cut-off, \
+             for parameters with at least {:.0} % of the largest torque of their row. Marked \
+             parameters change by more than {:.0} %.",
             100.0 * LISTED,
             100.0 * MOVES
         ),
@@ -129,10 +129,11 @@ pub(super) fn standard(result: &EstimateResult) -> Option<Table> {
         })
         .collect();
     (!rows.is_empty()).then(|| Table {
-        caption: "Parameters of single links that make these combinations: the nominal ones, changed \
-                  as little as possible. Others would move the robot just the same; marked ones show \
-                  in no motion."
-            .to_owned(),
+        caption:
+            "Parameters of single links that give these combinations, as close as possible to \
+                  the nominal values. Other values would give the same motion. Marked parameters \
+                  have no effect on any motion."
+                .to_owned(),
         columns: vec![
             text("Parameter"),
             number("Value"),

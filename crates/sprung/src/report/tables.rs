@@ -80,7 +80,7 @@ pub(super) fn parameters(
     let first = results.first();
     Table {
         caption: format!(
-            "Identified parameters. Marked rows are named in a note or a warning of {}.",
+            "Identified parameters. Notes or warnings of {} concern the marked rows.",
             first.map_or("the first estimator", |result| &result.estimator)
         ),
         columns,
@@ -116,7 +116,7 @@ pub(super) fn motor_rows(identification: &Identification) -> Option<Table> {
         .collect();
     Some(Table {
         caption: format!(
-            "{}, from all rows together, against the motor row of each joint alone by least squares.",
+            "{} from all rows, compared with least squares on the motor row of each joint alone.",
             result.estimator
         ),
         columns: vec![
@@ -155,7 +155,10 @@ pub(super) fn cross_checks(identification: &Identification) -> Option<Table> {
         }
     };
     Some(Table {
-        caption: format!("{}, and the same by other routes.", result.estimator),
+        caption: format!(
+            "{}, and the cross-checks by other methods.",
+            result.estimator
+        ),
         columns,
         rows: result.parameters.iter().map(row).collect(),
     })
@@ -237,8 +240,8 @@ pub(super) fn excitation(identification: &Identification) -> Option<Table> {
         .collect();
     Some(Table {
         caption: format!(
-            "Torque that each parameter stands for in the log ({}), root mean square. Marked ones \
-             carry less than {:.0} % of the largest of their row.",
+            "Root mean square torque of each parameter in the log ({}). Marked parameters have less \
+             than {:.0} % of the largest torque of their row.",
             result.estimator,
             100.0 * CARRIES_LITTLE
         ),

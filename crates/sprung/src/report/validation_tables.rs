@@ -88,8 +88,8 @@ pub(super) fn torque(run: &RunResult) -> Table {
         .collect();
     Table {
         caption: format!(
-            "{}: filtered motor torque that the model needs for the measured motion in {} ({} \
-             samples), root mean square of its error.",
+            "{}: root mean square error of the filtered motor torque that the model computes from \
+             the measured motion in {} ({} samples).",
             run.name, run.log, run.samples
         ),
         columns,
@@ -138,8 +138,8 @@ fn errors_by_joint(run: &RunResult) -> Table {
 fn torque_by_joint(run: &RunResult) -> Table {
     Table {
         caption: format!(
-            "{}: filtered motor torque that the model needs for the measured motion in {} ({} \
-             samples), root mean square of its error.",
+            "{}: root mean square error of the filtered motor torque that the model computes from \
+             the measured motion in {} ({} samples).",
             run.name, run.log, run.samples
         ),
         columns: vec![
