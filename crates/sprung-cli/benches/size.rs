@@ -28,10 +28,10 @@ const GOALS: [(&str, f64, Option<f64>); 2] =
     [("log.parquet", 15.0, Some(200.0)), ("log.csv", 25.0, None)];
 
 /// Rows per row group, the default of pyarrow.
-const GROUP: usize = 1 << 20;
+const ROWS_PER_GROUP: usize = 1 << 20;
 
 /// Rows passed to the writer at once.
-const BATCH: usize = 1 << 14;
+const ROWS_PER_WRITE: usize = 1 << 14;
 
 fn main() {
     // A test run of all targets also starts benchmarks.
@@ -118,12 +118,13 @@ fn convert(folder: &Path) {
     ));
     let properties = WriterProperties::builder()
         .set_compression(Compression::ZSTD(ZstdLevel::default()))
-        .set_max_row_group_row_count(Some(GROUP))
+        .set_max_row_group_row_count(Some(ROWS_PER_GROUP))
         .build();
     let part = folder.join("log.parquet.part");
     let file = File::create(&part).unwrap();
     let mut writer = ArrowWriter::try_new(file, schema.clone(), Some(properties)).unwrap();
-    let mut columns: Vec<Vec<f64>> = vec![Vec::with_capacity(BATCH); schema.fields().len()];
+    let mut columns: Vec<Vec<f64>> =
+        vec![Vec::with_capacity(ROWS_PER_WRITE); schema.fields().len()];
     let mut write = |columns: &mut Vec<Vec<f64>>| {
         let arrays = columns
             .iter_mut()
@@ -135,7 +136,7 @@ fn convert(folder: &Path) {
         for (column, cell) in columns.iter_mut().zip(line.unwrap().split(',')) {
             column.push(cell.parse().unwrap());
         }
-        if columns[0].len() == BATCH {
+        if columns[0].len() == ROWS_PER_WRITE {
             write(&mut columns);
         }
     }

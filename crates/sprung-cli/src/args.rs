@@ -6,7 +6,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 
 const EXIT_CODES: &str = "Exit codes:
   0  done
-  1  done, but the verdict is unusable (the numbers were written and say so)
+  1  done, but the verdict is unusable (all results were written)
   2  the command line or the experiment file is wrong
   3  a log is wrong
   4  a file cannot be read or written";
@@ -27,10 +27,10 @@ pub(crate) enum Verb {
     /// Write a commented experiment.toml to start from, for your own robot.
     #[command(before_help = "Example: sprung new my-arm --urdf arm.urdf")]
     New(New),
-    /// Say what is wrong with a log, before any fit: rate, units, signs, delays, faults.
+    /// Check a log before any fit: rate, units, signs, delays, faults.
     #[command(before_help = "Example: sprung check experiment.toml --set log.file=run7.csv")]
     Check(Check),
-    /// Find the parameters of a robot from a log.
+    /// Identify the parameters of a robot from a log.
     #[command(before_help = "Example: sprung identify experiment.toml --set log.file=run7.csv")]
     Identify(Identify),
     /// Test identified parameters on other logs, by simulation.
@@ -38,12 +38,12 @@ pub(crate) enum Verb {
         before_help = "Example: sprung validate experiment.toml --parameters sprung-out/identification.json"
     )]
     Validate(Validate),
-    /// Put results side by side: estimators, settings, runs, robots.
+    /// Compare results: estimators, settings, runs, robots.
     #[command(
         before_help = "Example: sprung compare run1/sprung-out/identification.json run2/sprung-out/identification.json"
     )]
     Compare(Compare),
-    /// Record a log of the digital twin that an experiment describes.
+    /// Simulate a log with the digital twin that an experiment describes.
     #[command(before_help = "Example: sprung simulate experiment.toml --set simulate.seed=7")]
     Simulate(Simulate),
     /// Print the JSON schema of experiment.toml, for editors.
@@ -56,10 +56,10 @@ pub(crate) struct Common {
     /// Folder for results [default: sprung-out beside the experiment file].
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
-    /// Override one key of the experiment, as in log.file=run7.csv; may be given again.
+    /// Override one key of the experiment, for example log.file=run7.csv; can be repeated.
     #[arg(long = "set", value_name = "KEY.PATH=VALUE")]
     pub(crate) overrides: Vec<String>,
-    /// Print results as JSON on stdout, and nothing else there.
+    /// Print only the results on stdout, as JSON.
     #[arg(long)]
     pub(crate) json: bool,
     #[command(flatten)]
@@ -70,14 +70,14 @@ pub(crate) struct Common {
 
 #[derive(Clone, Copy, Debug, Args)]
 pub(crate) struct Work {
-    /// Threads to work with; results do not depend on it [default: one per processor].
+    /// Number of threads; results do not depend on it [default: one per processor].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     pub(crate) threads: Option<u16>,
 }
 
 #[derive(Clone, Copy, Debug, Args)]
 pub(crate) struct Voice {
-    /// Print nothing but errors.
+    /// Print only errors.
     #[arg(short, long)]
     pub(crate) quiet: bool,
     /// Print notes as well as warnings.
@@ -114,7 +114,7 @@ pub(crate) struct Demo {
 
 #[derive(Debug, Args)]
 pub(crate) struct New {
-    /// Folder for experiment.toml; made if it is not there.
+    /// Folder for experiment.toml; created if it does not exist.
     #[arg(value_name = "DIR")]
     pub(crate) folder: PathBuf,
     /// URDF file of the robot; it stays where it is.
@@ -131,8 +131,8 @@ pub(crate) struct New {
 pub(crate) struct Check {
     /// Experiment file, or the folder that holds experiment.toml.
     pub(crate) experiment: PathBuf,
-    /// Find delays to a fraction of a sample, by the likelihood of the log; takes as long as a
-    /// few identifications.
+    /// Estimate delays to a fraction of a sample by maximum likelihood; this takes as long as a few
+    /// identifications.
     #[arg(long)]
     pub(crate) thorough: bool,
     #[command(flatten)]
@@ -161,14 +161,14 @@ pub(crate) struct Validate {
 
 #[derive(Debug, Args)]
 pub(crate) struct Compare {
-    /// Two or more identification.json, or their folders; one, if it holds several results. The
-    /// others are compared with the first.
+    /// Two or more identification.json or their folders, or a single file that contains several
+    /// results. All results are compared with the first.
     #[arg(value_name = "FILE", required = true)]
     pub(crate) files: Vec<PathBuf>,
     /// Folder for comparison.json and report.html.
     #[arg(long, value_name = "DIR", default_value = "sprung-comparison")]
     pub(crate) out: PathBuf,
-    /// Print the comparison as JSON on stdout, and nothing else there.
+    /// Print only the comparison on stdout, as JSON.
     #[arg(long)]
     pub(crate) json: bool,
     #[command(flatten)]
@@ -179,11 +179,11 @@ pub(crate) struct Compare {
 pub(crate) struct Simulate {
     /// Experiment file, or the folder that holds experiment.toml.
     pub(crate) experiment: PathBuf,
-    /// Use controller and log of this validation run instead of the experiment's own.
+    /// Use the controller and the log of this validation run instead of the experiment's own.
     #[arg(long, value_name = "NAME")]
     pub(crate) run: Option<String>,
     /// Parameters of the twin: identification.json, or a TOML file with values by name [default:
-    /// what the simulate block says].
+    /// those of the simulate block].
     #[arg(long, value_name = "FILE")]
     pub(crate) parameters: Option<PathBuf>,
     #[command(flatten)]

@@ -78,7 +78,7 @@ impl Output {
             Failure::new(
                 ExitCode::File,
                 format!(
-                    "cannot write {}: {error}; results of earlier runs are as they were",
+                    "cannot write {}: {error}; results of earlier runs are unchanged",
                     path.display()
                 ),
             )

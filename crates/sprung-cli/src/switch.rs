@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_begun_is_finished_wherever_it_stopped() {
+    fn a_killed_switch_is_completed_from_any_step() {
         // Case 0 has only the list. In case 1 the outdated file is gone. In cases 2 to 4, one to
         // three files are also renamed.
         for done in 0..=4 {
@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_that_is_at_it_is_waited_for() {
+    fn finish_waits_for_a_running_switch() {
         let (folder, switch) = written();
         let path = folder.path();
         let list = decide(&switch, path, list(path)).unwrap();
@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn a_list_of_another_run_is_done_first() {
+    fn an_earlier_list_is_completed_first() {
         let (folder, switch) = written();
         let path = folder.path();
         drop(decide(&switch, path, list(path)).unwrap());
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn a_list_that_is_none_or_leaves_the_folder_is_refused() {
+    fn damaged_lists_and_lists_for_other_folders_are_refused() {
         for text in [
             "{",
             r#"{"outdated": ["../a"], "renames": []}"#,

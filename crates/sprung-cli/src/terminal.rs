@@ -62,7 +62,7 @@ impl Terminal {
         } else {
             ProgressDrawTarget::stderr()
         });
-        set_template(&bar, OPEN_END);
+        set_template(&bar, SAMPLES_OF_UNKNOWN_TOTAL);
         bar.set_message(what.to_owned());
         bar
     }
@@ -113,7 +113,7 @@ impl Terminal {
                 ));
             } else {
                 self.say(format!(
-                    "{}: error of the filtered torque; no controller given, so no loop was simulated \
+                    "{}: error of the filtered torque; without a controller, sprung simulated no loop \
                      ({})",
                     run.name, run.log
                 ));
@@ -177,8 +177,8 @@ impl Terminal {
 
 /// Templates of the progress bar: samples with unknown total, samples with known total, and filter
 /// runs.
-const OPEN_END: &str = "{msg} {spinner} {human_pos} samples";
-const TO_THE_END: &str = "{msg} [{bar:30}] {human_pos} of {human_len} samples, {eta} left";
+const SAMPLES_OF_UNKNOWN_TOTAL: &str = "{msg} {spinner} {human_pos} samples";
+const SAMPLES_OF_TOTAL: &str = "{msg} [{bar:30}] {human_pos} of {human_len} samples, {eta} left";
 const FILTER_RUNS: &str =
     "{msg} {spinner} filter run {human_pos} of at most {human_len}, {elapsed}";
 
@@ -201,7 +201,7 @@ fn show(bar: &ProgressBar, progress: Progress) {
         }
         (Phase::Simulating, Some(total)) => {
             if bar.length() != Some(total) {
-                set_template(bar, TO_THE_END);
+                set_template(bar, SAMPLES_OF_TOTAL);
                 bar.set_length(total);
             }
             bar.set_position(progress.done);
@@ -210,7 +210,7 @@ fn show(bar: &ProgressBar, progress: Progress) {
             // Samples are counted again after filter runs.
             if bar.length().is_some() {
                 bar.disable_steady_tick();
-                set_template(bar, OPEN_END);
+                set_template(bar, SAMPLES_OF_UNKNOWN_TOTAL);
                 bar.set_message(progress.phase.word());
                 bar.unset_length();
             }
@@ -231,7 +231,7 @@ fn disturbances(refinement: &Refinement) -> String {
         format!("{name} {} %", significant(share, 2))
     });
     format!(
-        "  disturbances, of the motor's torque: {}",
+        "  disturbances relative to the motor torque: {}",
         rows.collect::<Vec<_>>().join(", ")
     )
 }
@@ -253,11 +253,11 @@ pub(crate) fn print_json(value: &impl serde::Serialize) {
 }
 
 /// Whether a line of output could not be written.
-static LOST: AtomicBool = AtomicBool::new(false);
+static OUTPUT_LOST: AtomicBool = AtomicBool::new(false);
 
 /// Returns whether a line of output could not be written.
-pub(crate) fn lost() -> bool {
-    LOST.load(Ordering::Relaxed)
+pub(crate) fn output_lost() -> bool {
+    OUTPUT_LOST.load(Ordering::Relaxed)
 }
 
 /// Prints a line on stdout. It is not an error if the reader of a pipe has gone.
@@ -265,7 +265,7 @@ fn print(text: &impl std::fmt::Display) {
     let mut stdout = std::io::stdout();
     if let Err(error) = writeln!(stdout, "{text}").and_then(|()| stdout.flush())
         && error.kind() != std::io::ErrorKind::BrokenPipe
-        && !LOST.swap(true, Ordering::Relaxed)
+        && !OUTPUT_LOST.swap(true, Ordering::Relaxed)
     {
         complain(&format!("error: cannot write to stdout: {error}"));
     }
@@ -351,7 +351,7 @@ fn parameter_table(
 }
 
 /// Maximum number of joints that share a row.
-const MOST_JOINTS_SIDE_BY_SIDE: usize = 3;
+const MAX_JOINTS_PER_ROW: usize = 3;
 
 /// One row per parameter set and joint.
 fn error_table_by_joint(run: &sprung::validate::RunResult) -> Table {
@@ -411,7 +411,7 @@ fn of_log(identification: &Identification) -> Vec<String> {
 
 fn error_table(run: &sprung::validate::RunResult) -> Table {
     let joints = run.joints();
-    if joints.len() > MOST_JOINTS_SIDE_BY_SIDE {
+    if joints.len() > MAX_JOINTS_PER_ROW {
         return error_table_by_joint(run);
     }
     let simulated: &[&str] = if run.simulated {

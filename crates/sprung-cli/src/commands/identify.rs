@@ -35,8 +35,8 @@ pub(crate) fn run(args: &Identify) -> Result<ExitCode, Failure> {
     terminal.parameters(&found.identification, None);
     if outdated {
         terminal.say(
-            "\nthe validation in that folder was of earlier parameters and is gone; run sprung validate \
-             again",
+            "\nthe validation in that folder belonged to earlier parameters and was removed; run \
+             sprung validate again",
         );
     }
     terminal.say(format!("\nreport: {}", report.display()));

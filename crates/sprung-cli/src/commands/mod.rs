@@ -42,7 +42,7 @@ pub(crate) fn run() -> std::process::ExitCode {
         }
     };
     match outcome {
-        Ok(_) if terminal::lost() => ExitCode::File.into(),
+        Ok(_) if terminal::output_lost() => ExitCode::File.into(),
         Ok(code) => code.into(),
         Err(failure) => {
             complain(&format!("error: {}", failure.message));

@@ -52,7 +52,7 @@ fn refuse_what_is_there(folder: &Path) -> Result<(), Failure> {
     let toml = (folder.extension()).is_some_and(|extension| extension == "toml");
     if folder.is_file() || (toml && !folder.is_dir()) {
         return refuse(format!(
-            "{} names a file; give the folder that experiment.toml shall be written to",
+            "{} is a file; give the folder for experiment.toml",
             folder.display()
         ));
     }
@@ -60,7 +60,7 @@ fn refuse_what_is_there(folder: &Path) -> Result<(), Failure> {
     // A link without target also counts as an existing file.
     if file.symlink_metadata().is_ok() {
         return refuse(format!(
-            "{} is there already and is not overwritten; choose another folder, or move the file away",
+            "{} exists already and is not overwritten; choose another folder, or move the file away",
             file.display()
         ));
     }

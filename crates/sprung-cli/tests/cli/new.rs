@@ -232,13 +232,13 @@ fn nothing_is_overwritten() {
     assert_eq!(output.status.code(), Some(2));
     let message = stderr(&output);
     assert!(
-        message.contains("mine/experiment.toml is there already and is not overwritten"),
+        message.contains("mine/experiment.toml exists already and is not overwritten"),
         "{message}"
     );
     assert_eq!(desk.read("mine/experiment.toml"), "my work");
     desk.write("a-file", "my work");
     for name in ["a-file", "new/experiment.toml"] {
-        desk.fails(&["new", name], 2, &[name, "names a file; give the folder"]);
+        desk.fails(&["new", name], 2, &[name, "is a file; give the folder"]);
     }
     assert_eq!(desk.read("a-file"), "my work");
 }
@@ -249,7 +249,7 @@ fn links_are_not_overwritten() {
     let desk = Desk::new();
     std::fs::create_dir(desk.path("linked")).unwrap();
     std::os::unix::fs::symlink("nowhere", desk.path("linked/experiment.toml")).unwrap();
-    desk.fails(&["new", "linked"], 2, &["is there already"]);
+    desk.fails(&["new", "linked"], 2, &["exists already"]);
 }
 
 #[test]

@@ -284,7 +284,7 @@ fn identify_lets_go_of_a_validation_of_earlier_parameters() {
     let output = case.identify(&[]);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     assert!(
-        stdout(&output).contains("is gone; run sprung validate again"),
+        stdout(&output).contains("was removed; run sprung validate again"),
         "{}",
         stdout(&output)
     );

@@ -24,7 +24,7 @@ fn the_default_is_the_refinement() {
         "{text}"
     );
     assert!(
-        text.contains("disturbances, of the motor's torque: joint1.link "),
+        text.contains("disturbances relative to the motor torque: joint1.link "),
         "{text}"
     );
     // Not a terminal: no bar.

@@ -14,11 +14,11 @@ use sprung::progress::Unheard;
 use sprung::simulate::{ClosedLoop, TwinSetup, record};
 
 /// Relative increase of the stiffness of the other plant at the largest deflection.
-const CUBIC: f64 = 0.2;
+const CUBIC_STIFFENING: f64 = 0.2;
 
 /// Stribeck friction of the other plant relative to the Coulomb friction of its motors, and its
 /// Stribeck velocity.
-const STRIBECK: f64 = 0.3;
+const STRIBECK_OVER_COULOMB: f64 = 0.3;
 const STRIBECK_RAD_PER_S: f64 = 0.05;
 
 /// The demo's experiment and the true parameters of its robot.
@@ -127,8 +127,8 @@ impl Other {
         for (joint, peak) in peaks(demo).into_iter().enumerate() {
             let name = &demo.model.joints()[joint];
             let of = |what: &str| values[&format!("{name}.{what}")];
-            let cubic = CUBIC * of("stiffness") / (peak * peak);
-            let stribeck = STRIBECK * of("motor_coulomb");
+            let cubic = CUBIC_STIFFENING * of("stiffness") / (peak * peak);
+            let stribeck = STRIBECK_OVER_COULOMB * of("motor_coulomb");
             values.insert(format!("{name}.cubic_stiffness"), cubic);
             values.insert(format!("{name}.motor_stribeck"), stribeck);
         }

@@ -195,7 +195,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn files_are_known_by_their_beginning() {
+    fn formats_are_recognised_by_first_bytes() {
         assert_eq!(kind_of(b""), Kind::Empty);
         assert_eq!(kind_of(b"t,q\n0,1\n"), Kind::Text);
         assert_eq!(kind_of(b"\x93NUMPY\x01\x00"), Kind::Npy);

@@ -11,13 +11,13 @@ use crate::estimate::{
 use crate::model::short;
 
 /// A delay is marked if it differs from the used value by more than this number of standard errors.
-const MARKED: f64 = 4.0;
+const MARKED_STANDARD_ERRORS: f64 = 4.0;
 
 /// Range of decades of the torque that the bars always show.
-const DECADES: (i32, i32) = (-4, -1);
+const MIN_SHOWN_DECADES: (i32, i32) = (-4, -1);
 
 /// Tolerance, in decades, for a level at its bound that rounding puts beyond it.
-const ROUNDING: f64 = 1e-9;
+const DECADE_TOLERANCE: f64 = 1e-9;
 
 /// Composes the section for the first refined result.
 pub(super) fn refinement(identification: &Identification) -> Option<Section> {
@@ -101,10 +101,10 @@ fn levels(rows: &[RowDisturbance]) -> Bars {
             .map(|level| Some(level / row.torque_nm).filter(|x| *x > 0.0 && x.is_finite()))
     };
     let decades = rows.iter().flat_map(parts).flatten().map(f64::log10);
-    let (first, last) = decades.fold(DECADES, |(low, high), decade| {
+    let (first, last) = decades.fold(MIN_SHOWN_DECADES, |(low, high), decade| {
         (
-            low.min((decade + ROUNDING).floor() as i32),
-            high.max((decade - ROUNDING).ceil() as i32),
+            low.min((decade + DECADE_TOLERANCE).floor() as i32),
+            high.max((decade - DECADE_TOLERANCE).ceil() as i32),
         )
     });
     let place = |part: f64| (part.log10() - f64::from(first)) / f64::from(last - first);
@@ -265,7 +265,7 @@ fn delay_table(delays: &[RefinedDelay]) -> Option<Table> {
                 away.map_or_else(|| "–".to_owned(), |x| format!("{x:+.1}")),
                 away.map_or_else(|| "–".to_owned(), |x| format!("{:.1}", 0.5 * x * x)),
             ],
-            tone: if away.is_some_and(|x| x.abs() > MARKED) {
+            tone: if away.is_some_and(|x| x.abs() > MARKED_STANDARD_ERRORS) {
                 Tone::Doubtful
             } else {
                 Tone::Neutral
@@ -274,7 +274,7 @@ fn delay_table(delays: &[RefinedDelay]) -> Option<Table> {
     };
     Some(Table {
         caption: format!(
-            "Delays. Marked delays differ from the used value by more than {MARKED} standard errors. \
+            "Delays. Marked delays differ from the used value by more than {MARKED_STANDARD_ERRORS} standard errors. \
              A late column can also make the other columns of its joint appear late. If several \
              columns are marked, the column with the largest increase of the log-likelihood is the \
              likeliest."
@@ -438,7 +438,7 @@ mod tests {
     }
 
     #[test]
-    fn logs_stand_around_what_they_say_together() {
+    fn single_logs_are_shown_around_the_common_estimate() {
         let blocks = blocks(&[]);
         let mut shown = blocks.iter().filter_map(|block| match block {
             Block::Intervals(intervals) => Some(intervals),
@@ -458,7 +458,7 @@ mod tests {
     }
 
     #[test]
-    fn delays_are_marked_and_gaps_said() {
+    fn significant_delays_are_marked() {
         let blocks = blocks(&[]);
         let Some(Block::Table(table)) = blocks.iter().find(|b| matches!(b, Block::Table(_))) else {
             panic!("no table")
@@ -472,7 +472,7 @@ mod tests {
     }
 
     #[test]
-    fn a_refinement_that_is_not_used_says_so() {
+    fn an_unused_refinement_is_explained() {
         let first = |codes: &[&str]| matches!(blocks(codes)[0], Block::Paragraph(_));
         assert!(first(&["refinement-failed"]));
         assert!(!first(&["late-channel"]));

@@ -8,10 +8,10 @@ use crate::estimate::{CutoffChoice, Determined, EstimateResult, Identification};
 use crate::model::short;
 
 /// Relative change over the cut-offs above which a row is marked.
-const MOVES: f64 = 0.05;
+const MARKED_CHANGE: f64 = 0.05;
 
 /// Minimum share of a row's torque for a parameter in the table of cut-offs.
-const LISTED: f64 = 0.05;
+const MIN_LISTED_SHARE: f64 = 0.05;
 
 /// Returns a table of the constant differences between link and motor encoders.
 pub(super) fn encoder_offsets(identification: &Identification) -> Option<Table> {
@@ -54,7 +54,7 @@ pub(super) fn cutoffs(identification: &Identification, choice: &CutoffChoice) ->
         (choice.sweep.iter())
             .map(|point| number(format!("{} Hz", significant(point.cutoff_hz, 3)))),
     );
-    let matters = |share: Option<f64>| share.is_some_and(|share| share >= LISTED);
+    let matters = |share: Option<f64>| share.is_some_and(|share| share >= MIN_LISTED_SHARE);
     let rows = (result.parameters.iter().enumerate())
         .filter(|(i, p)| {
             matters(p.torque_share) && middle.values.get(*i).is_some_and(|v| *v != 0.0)
@@ -71,7 +71,7 @@ pub(super) fn cutoffs(identification: &Identification, choice: &CutoffChoice) ->
             );
             Row {
                 cells,
-                tone: if changes.iter().any(|change| change.abs() > MOVES) {
+                tone: if changes.iter().any(|change| change.abs() > MARKED_CHANGE) {
                     Tone::Doubtful
                 } else {
                     Tone::Neutral
@@ -84,8 +84,8 @@ pub(super) fn cutoffs(identification: &Identification, choice: &CutoffChoice) ->
             "Estimates from the beginning of the log, as changes from those at the chosen cut-off, \
              for parameters with at least {:.0} % of the largest torque of their row. Marked \
              parameters change by more than {:.0} %.",
-            100.0 * LISTED,
-            100.0 * MOVES
+            100.0 * MIN_LISTED_SHARE,
+            100.0 * MARKED_CHANGE
         ),
         columns,
         rows,

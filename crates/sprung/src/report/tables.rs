@@ -233,7 +233,7 @@ pub(super) fn excitation(identification: &Identification) -> Option<Table> {
                     .map_or_else(|| "–".to_owned(), |share| format!("{:.1}", 100.0 * share)),
             ],
             tone: match parameter.torque_share {
-                Some(share) if share >= CARRIES_LITTLE => Tone::Neutral,
+                Some(share) if share >= SMALL_TORQUE_SHARE => Tone::Neutral,
                 _ => Tone::Doubtful,
             },
         })
@@ -243,7 +243,7 @@ pub(super) fn excitation(identification: &Identification) -> Option<Table> {
             "Root mean square torque of each parameter in the log ({}). Marked parameters have less \
              than {:.0} % of the largest torque of their row.",
             result.estimator,
-            100.0 * CARRIES_LITTLE
+            100.0 * SMALL_TORQUE_SHARE
         ),
         columns: vec![
             text("Parameter"),
@@ -255,4 +255,4 @@ pub(super) fn excitation(identification: &Identification) -> Option<Table> {
 }
 
 /// A parameter with less than this share of the largest torque of its row is marked.
-const CARRIES_LITTLE: f64 = 0.01;
+const SMALL_TORQUE_SHARE: f64 = 0.01;

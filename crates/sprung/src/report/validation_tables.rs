@@ -6,12 +6,12 @@ use super::tables::{number, text};
 use crate::validate::{RunResult, SetResult};
 
 /// Maximum number of joints that share a row.
-const SIDE_BY_SIDE: usize = 3;
+const MAX_JOINTS_PER_ROW: usize = 3;
 
 /// Returns a table of the root mean square differences between measured and simulated signals.
 pub(super) fn errors(run: &RunResult) -> Table {
     let joints = run.joints();
-    if joints.len() > SIDE_BY_SIDE {
+    if joints.len() > MAX_JOINTS_PER_ROW {
         return errors_by_joint(run);
     }
     let mut columns = vec![text("Parameters")];
@@ -61,7 +61,7 @@ pub(super) fn errors(run: &RunResult) -> Table {
 /// Returns a table of the residuals of the filtered torque along the measured motion.
 pub(super) fn torque(run: &RunResult) -> Table {
     let joints = run.joints();
-    if joints.len() > SIDE_BY_SIDE {
+    if joints.len() > MAX_JOINTS_PER_ROW {
         return torque_by_joint(run);
     }
     let mut columns = vec![text("Parameters")];

@@ -8,7 +8,7 @@ use crate::log::columns::channels::Channels;
 use crate::log::columns::origin::TimeOrigin;
 
 /// Fraction of the samples above which a count is a warning.
-const MANY_PART: f64 = 0.01;
+const WARNING_PART: f64 = 0.01;
 
 /// Usual range of sampling rates of robots, Hz, and the range beyond which a rate is impossible.
 const USUAL_RATES_HZ: std::ops::RangeInclusive<f64> = 10.0..=5e4;
@@ -142,7 +142,7 @@ fn counted(
     message: String,
     remedy: &str,
 ) -> Option<Finding> {
-    let many = count.count as f64 > MANY_PART * timing.recorded as f64;
+    let many = count.count as f64 > WARNING_PART * timing.recorded as f64;
     let severity = if many {
         Severity::Warning
     } else {
@@ -209,14 +209,14 @@ fn uneven(file: &str, channels: &Channels, timing: &Timing) -> Option<Finding> {
         "uneven-sampling",
         format!(
             "{steps}. Samples {how}: {}. {outcome}",
-            told(channels, &evidence)
+            evidence_text(channels, &evidence)
         ),
         &format!("no action is needed; {line} in [log] would declare it"),
     )))
 }
 
 /// Returns a text about the evidence.
-fn told(channels: &Channels, evidence: &Evidence) -> String {
+fn evidence_text(channels: &Channels, evidence: &Evidence) -> String {
     let channel = channels.all.get(evidence.channel);
     let unit = channel.map_or("rad", |channel| {
         channel.quantity.unit(channels.turns[channel.joint])
@@ -265,7 +265,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rate_that_no_robot_has_names_the_unit() {
+    fn an_unusual_rate_suggests_another_unit() {
         let channels = channels();
         let told = |period| {
             let finding = time_unit("log.csv", &channels, period)?;
@@ -301,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_counted_is_told_and_many_are_a_warning() {
+    fn counts_give_findings_and_high_counts_warn() {
         let of = |count| Count {
             count,
             first: Some(Place::Line(7)),
@@ -342,7 +342,7 @@ mod tests {
     }
 
     #[test]
-    fn the_answer_and_the_line_that_says_it() {
+    fn findings_contain_the_sampling_and_its_setting() {
         let told = |sampling, decisive| {
             let timing = Timing {
                 recorded: 1000,

@@ -215,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn late_stamps_tell_their_ticks() {
+    fn ticks_are_found_from_late_stamps() {
         // Every stamp is late by up to a third of a cycle. Every 500th stamp is 2.1 cycles late, so
         // the stamps after it follow at once. One tick is missing. The cycle is longer than 1 ms by
         // a factor of 1 + 1e-4.

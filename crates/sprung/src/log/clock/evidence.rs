@@ -11,14 +11,14 @@ pub(in crate::log) const EVEN_STEP_PART: f64 = 0.02;
 const CYCLES_PER_STEP: [f64; 6] = [2.0, 3.0, 4.0, 5.0, 8.0, 10.0];
 
 /// Neighbouring residuals share samples, so this number of them counts as one independent residual.
-const SHARED_RATIO: f64 = 4.0;
+const SAMPLES_PER_INDEPENDENT: f64 = 4.0;
 
 /// Threshold for the logarithm of the likelihood ratio, 150 to 1.
-const DECISIVE_RATIO: f64 = 5.0;
+const DECISIVE_LOG_RATIO: f64 = 5.0;
 
 /// A cycle must reduce the mean square by this factor, because among six tried cycles a short one
 /// fits any stamps closely by chance.
-const CLEAR_RATIO: f64 = 0.5;
+const MAX_CYCLE_SQUARE_RATIO: f64 = 0.5;
 
 /// Compares three hypotheses about the times of samples: as stamped, even, or on a cycle. Returns
 /// the evidence, and the answer if the evidence is decisive.
@@ -70,7 +70,7 @@ pub(in crate::log) fn weigh(
         {
             continue;
         }
-        let scale = 0.5 * places.len() as f64 / SHARED_RATIO;
+        let scale = 0.5 * places.len() as f64 / SAMPLES_PER_INDEPENDENT;
         for (sum, square) in likelihood.iter_mut().zip(&squares) {
             *sum -= scale * square.ln();
         }
@@ -89,12 +89,12 @@ pub(in crate::log) fn weigh(
     }
     let cycle = even / CYCLES_PER_STEP[best - 2];
     let (stamped, evenly) = (likelihood[0], likelihood[1]);
-    let clearly = squares[best] < CLEAR_RATIO * squares[0].min(squares[1]);
-    let answer = if clearly && likelihood[best] - stamped.max(evenly) > DECISIVE_RATIO {
+    let clearly = squares[best] < MAX_CYCLE_SQUARE_RATIO * squares[0].min(squares[1]);
+    let answer = if clearly && likelihood[best] - stamped.max(evenly) > DECISIVE_LOG_RATIO {
         Some(Sampling::OnCycle(cycle))
-    } else if stamped - evenly > DECISIVE_RATIO {
+    } else if stamped - evenly > DECISIVE_LOG_RATIO {
         Some(Sampling::AsStamped)
-    } else if evenly - stamped > DECISIVE_RATIO {
+    } else if evenly - stamped > DECISIVE_LOG_RATIO {
         Some(Sampling::Even)
     } else {
         None

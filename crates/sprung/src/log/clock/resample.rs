@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn cubics_are_met_and_even_samples_stay() {
+    fn cubics_are_reproduced_and_even_samples_stay() {
         // The jitter is 40 %, two samples almost coincide, and three samples are missing.
         let mut at: Vec<f64> = (0..900)
             .filter(|k| !(500..503).contains(k))

@@ -180,7 +180,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn cubics_are_met_exactly_and_gaps_are_left_open() {
+    fn cubics_are_exact_and_gaps_give_nan() {
         let mut times: Vec<f64> = (0..20)
             .map(|k| 0.1 * f64::from(k) + 0.003 * f64::from(k % 3))
             .collect();

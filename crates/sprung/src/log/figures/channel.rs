@@ -431,7 +431,7 @@ mod tests {
     }
 
     #[test]
-    fn stretches_know_their_place() {
+    fn stretches_have_time_length_and_change() {
         let clipped = of((0..2000).map(|k| wave(k).min(0.8)));
         let high = clipped.extremes()[1];
         assert!((high.value - 0.8).abs() < 1e-15);
@@ -446,7 +446,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_said_across_a_gap() {
+    fn no_event_spans_a_gap() {
         let mut figures = Figures::new(0.0, 0.0);
         for k in 0..100 {
             if k == 50 {

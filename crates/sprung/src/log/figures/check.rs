@@ -35,27 +35,29 @@ pub fn check(
     joints: &[String],
     summary: &Summary,
 ) -> Vec<Finding> {
-    let of = Of {
+    let columns = ColumnCheck {
         file,
         channels,
         summary,
     };
     let mut findings = Vec::new();
     for (joint, name) in joints.iter().enumerate() {
-        if let Some(finding) = of.still(name, joint) {
+        if let Some(finding) = columns.stands_still(name, joint) {
             findings.push(finding);
             continue;
         }
-        let scale = of.units(name, joint).or_else(|| of.slope(name, joint));
+        let scale = columns
+            .units_disagree(name, joint)
+            .or_else(|| columns.slope_not_one(name, joint));
         findings.extend(scale);
-        findings.extend(of.degrees(name, joint));
-        findings.extend(of.opposite(name, joint));
+        findings.extend(columns.looks_like_degrees(name, joint));
+        findings.extend(columns.opposite_signs(name, joint));
         for (i, channel) in channels.all.iter().enumerate() {
             if channel.joint == joint
                 && let Some(figures) = summary.figures(i)
             {
                 findings.extend(faults(file, name, channel, figures));
-                findings.extend(of.hardly(name, channel, i));
+                findings.extend(columns.hardly_moves(name, channel, i));
             }
         }
     }
@@ -63,15 +65,15 @@ pub fn check(
 }
 
 /// A log and its statistics.
-struct Of<'a> {
+struct ColumnCheck<'a> {
     file: &'a str,
     channels: &'a Channels,
     summary: &'a Summary,
 }
 
-impl Of<'_> {
+impl ColumnCheck<'_> {
     /// Reports a joint that never moves, or a single constant column of a joint that moves.
-    fn still(&self, name: &str, joint: usize) -> Option<Finding> {
+    fn stands_still(&self, name: &str, joint: usize) -> Option<Finding> {
         let summary = self.summary;
         let of_joint: Vec<(&Channel, Extent)> = (self.channels.all.iter().enumerate())
             .filter(|(_, channel)| channel.joint == joint)
@@ -127,7 +129,7 @@ impl Of<'_> {
 
     /// Compares the ranges of the two encoders of a joint. The spring changes the ratio, but less
     /// than the factor of about 19 that is tested here.
-    fn units(&self, name: &str, joint: usize) -> Option<Finding> {
+    fn units_disagree(&self, name: &str, joint: usize) -> Option<Finding> {
         let [(motor, motor_range), (link, link_range)] = self.pair(joint)?;
         // If a joint barely moves, an encoder may not have counted yet.
         let few = |quantity| {
@@ -178,7 +180,7 @@ impl Of<'_> {
     }
 
     /// Compares the slope of motor position versus link position with 1.
-    fn slope(&self, name: &str, joint: usize) -> Option<Finding> {
+    fn slope_not_one(&self, name: &str, joint: usize) -> Option<Finding> {
         let [(motor, _), (link, _)] = self.pair(joint)?;
         let line = self.summary.line(joint)?;
         let slope = line.slope.abs();
@@ -209,7 +211,7 @@ impl Of<'_> {
         ))
     }
 
-    fn opposite(&self, name: &str, joint: usize) -> Option<Finding> {
+    fn opposite_signs(&self, name: &str, joint: usize) -> Option<Finding> {
         let [(motor, _), (link, _)] = self.pair(joint)?;
         let (motor, link) = (&motor.column, &link.column);
         let correlation = self.summary.correlation(joint)?;
@@ -231,7 +233,7 @@ impl Of<'_> {
         })
     }
 
-    fn degrees(&self, name: &str, joint: usize) -> Option<Finding> {
+    fn looks_like_degrees(&self, name: &str, joint: usize) -> Option<Finding> {
         let channels = self.channels;
         let motor = channels.index(Quantity::MotorPosition, joint)?;
         let range = self.summary.extent(motor)?.range();
@@ -265,7 +267,7 @@ impl Of<'_> {
 
     /// Reports a joint whose encoder counts so few steps that its velocity is mostly quantisation
     /// noise.
-    fn hardly(&self, name: &str, channel: &Channel, i: usize) -> Option<Finding> {
+    fn hardly_moves(&self, name: &str, channel: &Channel, i: usize) -> Option<Finding> {
         if !matches!(
             channel.quantity,
             Quantity::LinkPosition | Quantity::MotorPosition

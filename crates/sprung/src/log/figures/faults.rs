@@ -41,30 +41,34 @@ pub(in crate::log) fn faults(
     if figures.extent().is_constant() {
         return Vec::new();
     }
-    let of = Of {
+    let samples = SampleCheck {
         file,
         joint,
         channel,
         figures,
     };
-    let jumps = of.jumps();
+    let jumps = samples.jumps();
     let wraps = (jumps.as_ref()).is_some_and(|finding| finding.severity == Severity::Error);
     // A stall ends with a jump, so only one of the two is reported.
-    let stays = if wraps { jumps } else { of.stalled().or(jumps) };
-    (of.saturated().into_iter())
+    let stays = if wraps {
+        jumps
+    } else {
+        samples.stalled().or(jumps)
+    };
+    (samples.saturated().into_iter())
         .chain(stays)
-        .chain(of.spikes())
+        .chain(samples.spikes())
         .collect()
 }
 
-struct Of<'a> {
+struct SampleCheck<'a> {
     file: &'a str,
     joint: &'a str,
     channel: &'a Channel,
     figures: &'a Figures,
 }
 
-impl Of<'_> {
+impl SampleCheck<'_> {
     fn unit(&self) -> &'static str {
         if self.channel.quantity.is_position() {
             "rad (m)"
