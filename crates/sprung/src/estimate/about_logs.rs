@@ -37,7 +37,7 @@ pub struct LogInfo {
     /// Number of used samples that were interpolated.
     #[serde(default)]
     pub interpolated: u64,
-    /// Number of missing samples in holes of at most three samples.
+    /// Number of missing samples. More than three missing samples in a row count as a gap instead.
     #[serde(default)]
     pub dropped: u64,
     /// Number of samples left out because they repeat the time of the previous sample.
@@ -46,7 +46,7 @@ pub struct LogInfo {
     /// Number of samples that repeat all values of the previous sample although a joint moves.
     #[serde(default)]
     pub frozen: u64,
-    /// Number of gaps. The filters restart behind each gap.
+    /// Number of gaps. The filters restart after each gap.
     #[serde(default)]
     pub gaps: u64,
     /// Delays that were compensated, by column.
@@ -115,8 +115,8 @@ pub(super) fn log_infos(prepared: &Prepared, figures: &[LogFigures]) -> Vec<LogI
         .collect()
 }
 
-/// Returns the names of the logs as the experiment gives them; names of open sources if the
-/// experiment lists no files.
+/// Returns the names of the logs as the experiment gives them, or the names of the opened logs if
+/// the experiment lists none.
 fn log_names(log: Option<&Log>, opened: &[String]) -> Vec<String> {
     match log.and_then(|log| log.file.as_ref()) {
         Some(files) if files.len() == opened.len() => files

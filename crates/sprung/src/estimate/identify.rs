@@ -41,9 +41,9 @@ pub struct Identified {
 
 /// Identifies the parameters of a robot from its logs.
 ///
-/// Each log is read block by block, so memory does not grow with the length of a log. Searches
-/// (cut-off, delays, Stribeck velocities) and second looks at impossible results use the beginning
-/// of the first log. The refinement reads the beginning of every log again.
+/// Each log is read block by block, so memory does not grow with the length of a log. The beginning
+/// of the first log is enough for searches (cut-off, delays, Stribeck velocities) and for further
+/// tests of suspicious results. The refinement reads the beginning of every log again.
 ///
 /// - `sources`: the logs, all with the same columns.
 /// - `progress`: receives the choices made, the samples read, the runs of the filter and the

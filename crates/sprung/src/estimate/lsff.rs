@@ -130,7 +130,7 @@ impl Lsff {
         })
     }
 
-    /// Restarts velocities and filters at the start of another log or behind a gap. The estimate is
+    /// Restarts velocities and filters at the start of another log or after a gap. The estimate is
     /// kept.
     pub fn restart(&mut self) {
         self.velocity.fill(self.fresh);

@@ -17,8 +17,8 @@ const SUSPICIOUS_RESIDUAL_SHARE: f64 = 0.01;
 /// Number of samples used for the test, rounded up to whole blocks.
 const SAMPLES_TESTED: usize = 4096;
 
-/// The search goes on after the coarse step if the residual is below this fraction of the initial
-/// one.
+/// The search continues after its coarse steps if the residual is below this fraction of the
+/// initial residual.
 const PROMISING_RESIDUAL_SHARE: f64 = 0.9;
 
 /// Successive angles by which the search turns the best direction, degrees.

@@ -14,7 +14,7 @@ const SAFE_SCALE: f64 = 20.0;
 /// Maximum difference of the stacked stiffness from that of the motor row, in standard errors.
 const SIGNIFICANT_SIGMAS: f64 = 3.0;
 
-/// A significant difference above this fraction of the stiffness is a warning; a smaller one is
+/// A significant difference above this fraction of the stiffness is a warning. A smaller one is an
 /// information.
 const STIFFNESS_SHARE_THAT_MATTERS: f64 = 0.05;
 

@@ -94,7 +94,7 @@ pub(in crate::estimate) fn add_instruments(
 /// The instruments are the regression of a simulated motion, with the same filters, weights and
 /// samples. [`subsystems`] simulates it with the previous estimate, driven by positions whose
 /// filter has three times the cut-off. Noise of the measured positions is in the regression, but
-/// hardly in the instruments. So it adds almost no bias to the products, unlike to the normal
+/// hardly in the instruments. So it hardly biases the products, whereas it biases the normal
 /// equations of least squares. The bias by the Coulomb transition remains, because the mean
 /// friction at noisy velocities differs from the friction at the mean velocity. Weights reduce this
 /// bias. Without weights the method has no advantage over least squares.

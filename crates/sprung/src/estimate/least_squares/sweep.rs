@@ -13,7 +13,7 @@ const CUTOFF_FACTORS: [f64; 5] = [0.5, 0.7, 1.0, 1.4, 2.0];
 pub(crate) fn sweep(reading: &Reading, excerpt: &Excerpt, reason: String) -> CutoffChoice {
     let chosen = reading.position_cutoff_hz();
     let points = CUTOFF_FACTORS.iter().filter_map(|part| {
-        // The noise of a velocity grows with the cut-off to the power of 1.5.
+        // The noise of a velocity grows with the power 1.5 of the cut-off.
         let weights = (reading.weights()).map(|w| w.clone().with_noise(part.powf(1.5)));
         let mut reading = reading.with_position_cutoff(part * chosen);
         if let Some(weights) = weights {

@@ -13,7 +13,7 @@ const MIN_BLOCKS: usize = 8;
 /// is flat.
 const FLAT_EIGENVALUE_SHARE: f64 = 1e-11;
 
-/// Component of an unknown in a flat direction from which on the unknown is not determined.
+/// An unknown is not determined if its component in a flat direction is at least this value.
 const MAX_FLAT_COMPONENT: f64 = 1e-3;
 
 /// Returns the standard error of each unknown, \[m\]; `None` for an unknown that the residuals do

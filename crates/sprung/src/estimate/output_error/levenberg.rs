@@ -11,8 +11,8 @@ const MAX_EVALUATIONS: usize = 30;
 /// the derivatives. New derivatives cost one simulation per unknown.
 const MAX_PREDICTION_ERROR: f64 = 0.3;
 
-/// Mean squared residual above which another loop ran than the simulated one. Above it the search
-/// ends if a step lowers the cost by less than the given fraction.
+/// Mean squared residual above which the simulated loop is not the loop that ran. Above it the
+/// search ends if a step lowers the cost by less than the given fraction.
 pub(super) const FAILED_FIT_COST: f64 = 25.0;
 const MIN_COST_DECREASE_SHARE: f64 = 1e-3;
 

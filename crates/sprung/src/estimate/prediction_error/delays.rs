@@ -11,7 +11,7 @@ use crate::progress::{Listener, Phase};
 use crate::regression::{PassError, Reading};
 
 /// Further start values of the delays, s. They are tried until two starts lead to the same delays.
-/// From each start value the likelihood converges over some ten milliseconds.
+/// From each start the search finds delays within about ten milliseconds.
 const FURTHER_STARTS_S: [f64; 5] = [5e-3, 1e-2, 2e-2, 3.5e-2, -1e-2];
 
 /// Two delays are equal if they differ by less than this number of standard errors. A standard

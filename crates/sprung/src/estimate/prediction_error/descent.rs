@@ -45,7 +45,7 @@ const DAMPING_DECREASE: f64 = 10.0;
 const MIN_DAMPING: f64 = 1e-9;
 const MAX_DAMPING_TRIES: usize = 8;
 
-/// Memory limit of the transitions, in numbers.
+/// Maximum number of stored entries of the transitions.
 const MAX_TRANSITION_NUMBERS: usize = 6_000_000;
 
 /// Reason why a descent ended.

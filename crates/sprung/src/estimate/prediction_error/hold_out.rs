@@ -32,7 +32,7 @@ impl HeldOut {
 /// Compares both estimates; `None` if a part of the logs does not determine them.
 pub(super) fn held_out(model: &Model, system: &System, refined: &Refined) -> Option<HeldOut> {
     let fits: Vec<_> = fits_of_growing(model, system, GROWING_PARTS).collect();
-    // The refinement uses the beginning of the logs only. Both estimates use the same samples here.
+    // The refinement uses only the beginning of the logs. Both estimates here use the same samples.
     let used = (refined.samples as f64 / system.samples().max(1) as f64).min(1.0);
     let seen = used.min((HOLD_OUT_PARTS - 1) as f64 / HOLD_OUT_PARTS as f64);
     let count = (seen * fits.len() as f64).floor() as usize;

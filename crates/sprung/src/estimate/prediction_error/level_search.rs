@@ -118,8 +118,8 @@ pub(super) fn score(
 
 /// Returns the scoring step within the bounds, and its predicted gain.
 ///
-/// The same information is added for every logarithm, as much as limits the longest step to its
-/// bound. So a level that the log hardly determines moves little.
+/// The same information is added for every logarithm. It is large enough to keep the longest step
+/// below `MAX_LOG_CHANGE`. So a level that the log hardly determines moves little.
 fn scoring_step(unknown: &UnknownLevels, logs: &[f64], score: &Score) -> Option<(Vec<f64>, f64)> {
     let (gradient, information) = (&score.gradient, &score.information);
     let count = logs.len();

@@ -21,7 +21,7 @@ pub(super) enum Status {
     /// Disturbances of these rows ended at their upper bound.
     AtBound { rows: Vec<String> },
     /// The search did not converge: number of filter runs, and the parameters that moved most in
-    /// the last run, in standard errors.
+    /// the last step, in standard errors.
     NotConverged {
         runs: usize,
         moved: Vec<(String, f64)>,

@@ -262,10 +262,10 @@ fn levels_have_the_gradient_of_the_likelihood() {
 
 #[test]
 fn information_is_what_the_found_part_of_the_gradient_changes_by() {
-    // Let P be the inverse covariance of the data y, W its derivative by the logarithm of level i,
-    // and V that by level j. The found part is y' P W P y / 2. Its derivative is -y' P W P V P y
-    // plus the change of W itself, which is 2 W if i = j. Doubled data separate the found part from
-    // the expected part.
+    // Let P⁻¹ be the covariance of the data y, W its derivative by the logarithm of level i, and V
+    // that by level j. The found part is y' P W P y / 2. Its derivative is -y' P W P V P y plus the
+    // change of W itself, which is 2 W if i = j. Doubled data separate the found part from the
+    // expected part.
     let case = Case::new();
     let (run, search) = search_of(&case);
     let twice = run.scaled(2.0);

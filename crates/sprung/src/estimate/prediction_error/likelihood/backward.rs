@@ -9,7 +9,7 @@ use crate::estimate::prediction_error::covariance::{
 use crate::estimate::prediction_error::measurements::Measurement;
 use crate::estimate::prediction_error::vector::dot;
 
-/// Called with the index of a sample, and D and r at the end of the period after it.
+/// Callback for a sample: its index, and D and r at the end of the period after it.
 pub(super) type Visit<'v> = dyn FnMut(usize, &[f64], &[f64]) + 'v;
 
 /// Results of the backward pass.

@@ -25,8 +25,8 @@ pub(super) struct Forward {
 
 /// Runs the linear filter. Returns `None` if the run has fewer measurements or samples.
 ///
-/// The state is that of the run plus a deviation. A measurement moves the sum by the new gain,
-/// whereas it moved the run by the gain of the run.
+/// The state is that of the run plus a deviation. A measurement moves the state by the new gain and
+/// moved the run by the gain of the run, so the deviation moves by the difference.
 pub(super) fn forward(linear: &LinearRun<'_>) -> Option<Forward> {
     let (rows, states) = (linear.rows, linear.states);
     let run = linear.run;
