@@ -1,6 +1,6 @@
-//! Words from a fixed list, refused with the nearest one.
+//! Words from a fixed list; the error for an unknown word names the nearest known word.
 
-/// Returns the word of `available` nearest to `word`, if any is near.
+/// Returns the word of `available` nearest to `word`, if its edit distance is small.
 pub(crate) fn nearest<'a>(
     word: &str,
     available: impl IntoIterator<Item = &'a str>,
@@ -15,8 +15,9 @@ pub(crate) fn nearest<'a>(
         .map(|(_, candidate)| candidate)
 }
 
-/// Returns the index of `word` in `available`, or a message that offers the
-/// nearest word.
+/// Returns the index of `word` in `available`, or a message with the nearest word.
+///
+/// - `what`: name of the choice for the message.
 pub(crate) fn choose(what: &str, word: &str, available: &[&str]) -> Result<usize, String> {
     if let Some(index) = available.iter().position(|&candidate| candidate == word) {
         return Ok(index);
@@ -45,7 +46,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn words_are_found_offered_or_listed() {
+    fn a_message_offers_the_nearest_word_or_lists_all() {
         let words = ["least-squares", "lsff"];
         assert_eq!(choose("estimator", "lsff", &words), Ok(1));
         let message = choose("estimator", "least-square", &words).unwrap_err();

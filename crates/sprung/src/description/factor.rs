@@ -1,4 +1,4 @@
-//! Numbers that the description gives or asks for.
+//! Numbers that the description gives, or that are to be estimated.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer};
@@ -10,21 +10,21 @@ use super::choice::choose;
 pub enum Delay {
     /// Known, s.
     Known(f64),
-    /// To be found from the log.
+    /// To be estimated from the log.
     Estimate,
 }
 
 /// A sign or a gain: a number, or `"estimate"`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Factor {
-    /// What a column is multiplied with.
+    /// Known factor of a column.
     Known(f64),
-    /// To be found from the log.
+    /// To be estimated from the log.
     Estimate,
 }
 
 impl Factor {
-    /// Returns the number, if it is known.
+    /// Returns the factor, if it is known.
     #[must_use]
     pub fn known(self) -> Option<f64> {
         match self {
@@ -34,7 +34,7 @@ impl Factor {
     }
 }
 
-/// Reads a number, or nothing where the word is `"estimate"`.
+/// Reads a number; returns `None` for the word `"estimate"`.
 fn number_or_estimate<'de, D: Deserializer<'de>>(
     deserializer: D,
     what: &'static str,

@@ -1,4 +1,4 @@
-//! Friction laws by the words of the core's table.
+//! Friction laws by their names in the core's table.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -19,7 +19,7 @@ impl FrictionLaw {
         self.0.word()
     }
 
-    /// Returns the columns of the law.
+    /// Returns the regressor columns of the law.
     #[must_use]
     pub fn columns(self) -> &'static [Law] {
         self.0.laws()

@@ -1,4 +1,4 @@
-//! Which measured quantities a log gives, in which files, on which side of the gearbox.
+//! The measured quantities of a log, their files and their side of the gearbox.
 
 use std::path::PathBuf;
 
@@ -8,27 +8,28 @@ use super::quantities::{KEYS, Key, Scaling, Signal};
 use super::robot::Side;
 
 impl Log {
-    /// Returns the keys of measured quantities that it gives, with their columns.
+    /// Returns the keys of the measured quantities in the log, with their columns.
     pub(crate) fn given(&self) -> impl Iterator<Item = (&'static Key, &Columns)> {
         KEYS.iter()
             .filter_map(|key| Some((key, (key.columns)(self).as_ref()?)))
     }
 
-    /// Returns all files that it names.
+    /// Returns all files that the log names.
     pub fn files(&self) -> impl Iterator<Item = &PathBuf> {
         let of_columns = self.given().flat_map(|(_, columns)| &columns.0);
         (self.file.iter().flatten())
             .chain((of_columns.chain(&self.time)).filter_map(|column| column.file.as_ref()))
     }
 
-    /// Returns the side of the gearbox on which what is scaled so was recorded, if it is said.
+    /// Returns the side of the gearbox on which the quantities with this scaling were recorded, if
+    /// the log declares it.
     pub(crate) fn side(&self, scaling: Scaling) -> Option<Side> {
-        let said = match scaling {
+        let declared = match scaling {
             Scaling::PositionSide => self.motor_position_side,
             Scaling::TorqueSide => self.motor_torque_side,
             Scaling::None | Scaling::TorqueConstant | Scaling::AmplifierGain => None,
         };
-        said.or_else(|| {
+        declared.or_else(|| {
             (self.given())
                 .filter(|(key, _)| key.scaling == scaling)
                 .flat_map(|(_, columns)| &columns.0)
@@ -36,7 +37,8 @@ impl Log {
         })
     }
 
-    /// Returns this log with what `over` says of the same things replaced.
+    /// Returns this log with the entries of `over` in place of its own; a signal in `over` replaces
+    /// all columns of this signal.
     #[must_use]
     pub fn overlaid(&self, over: &Self) -> Self {
         let mut log = self.clone();

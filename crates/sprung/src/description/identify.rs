@@ -1,11 +1,11 @@
-//! `[identify]`: filters and estimators.
+//! `[identify]`: estimators and filters.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::choice::choose;
 
-/// How to identify.
+/// Settings of the identification.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct Identify {
@@ -13,32 +13,32 @@ pub struct Identify {
     #[serde(deserialize_with = "one_or_many")]
     #[schemars(with = "OneOrManyEstimators")]
     pub estimator: Vec<Estimator>,
-    /// Where the refinement starts.
+    /// Start values of the refinement.
     pub start: StartName,
-    /// λ of the filter pair.
+    /// Corner λ of the filter pair, rad/s.
     pub filter_cutoff_rad_per_s: f64,
-    /// How the filter pair is made discrete.
+    /// Discretisation of the filter pair.
     pub discretization: DiscretizationName,
-    /// Cut-off of the zero-phase Butterworth filter of the positions.
+    /// Cut-off of the zero-phase Butterworth filter of the positions, Hz.
     pub position_cutoff_hz: Cutoff,
     /// Order of that filter.
     pub position_filter_order: usize,
-    /// Weights of the samples; least squares only.
+    /// Weights of the samples in least squares.
     pub weights: Weights,
     /// Cross-check by instrumental variables; needs `weights = "transition"`.
     pub instruments: Instruments,
-    /// Constant offset between the two encoders of a joint; `none` for
-    /// `planar-2r` if absent, `estimate` otherwise.
+    /// Constant offset between the two encoders of a joint. If absent: `none` for `planar-2r`,
+    /// `estimate` for other robots.
     pub encoder_offset: Option<EncoderOffset>,
     /// Momentum at the start of a log and behind each gap.
     pub initial_momentum: InitialMomentum,
-    /// What to do with a log that the check finds an error in.
+    /// Action if the check finds an error in a log.
     pub on_check_error: OnCheckError,
     /// Forgetting rate δ of LSFF, 1/s.
     pub lsff_forgetting_per_s: f64,
     /// Diagonal of the initial gain matrix of LSFF.
     pub lsff_initial_gain: f64,
-    /// Windows `p1`, `p2` of the velocities that LSFF uses.
+    /// Windows `p1`, `p2` of the velocity estimator of LSFF, samples.
     pub lsff_velocity_window: [usize; 2],
 }
 
@@ -68,14 +68,14 @@ impl Default for Identify {
 #[serde(try_from = "String")]
 #[schemars(extend("enum" = ["prediction-error", "least-squares", "lsff", "output-error"]))]
 pub enum Estimator {
-    /// Maximum likelihood on the innovations of a Kalman filter, started from
-    /// least squares.
+    /// Maximum likelihood on the innovations of an extended Kalman filter, started from least
+    /// squares.
     PredictionError,
     /// Least squares on the filtered regression.
     LeastSquares,
     /// Recursive least squares with forgetting factor, sample by sample.
     Lsff,
-    /// The closed loop, simulated with the controller of the file.
+    /// Fit of the closed loop, simulated with the controller of the file.
     OutputError,
 }
 
@@ -107,14 +107,14 @@ impl TryFrom<String> for Estimator {
     }
 }
 
-/// Where the refinement starts.
+/// Start values of the refinement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(try_from = "String")]
 #[schemars(extend("enum" = ["least-squares", "nominal"]))]
 pub enum StartName {
-    /// From what least squares finds.
+    /// The estimates of least squares.
     LeastSquares,
-    /// From the nominal values of the file.
+    /// The nominal values of the file.
     Nominal,
 }
 
@@ -171,7 +171,7 @@ fn one_or_many<'de, D: serde::Deserializer<'de>>(
 pub enum Cutoff {
     /// Given, Hz.
     Fixed(f64),
-    /// Chosen from the noise of the positions.
+    /// Chosen by sprung from the noise of the positions.
     Auto,
 }
 
@@ -216,14 +216,14 @@ impl JsonSchema for Cutoff {
     }
 }
 
-/// How the filter pair is made discrete.
+/// Discretisation of the filter pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(try_from = "String")]
 #[schemars(extend("enum" = ["matched", "paper"]))]
 pub enum DiscretizationName {
-    /// Tustin for the regressor, zero-order hold for the held torque.
+    /// Tustin for the regressor, zero-order hold for the torque, which the amplifier holds.
     Matched,
-    /// Zero-order hold for both, as printed.
+    /// Zero-order hold for both, as in the paper.
     Paper,
 }
 
@@ -252,9 +252,9 @@ impl TryFrom<String> for DiscretizationName {
 #[serde(try_from = "String")]
 #[schemars(extend("enum" = ["transition", "none"]))]
 pub enum Weights {
-    /// Less where noise moves a velocity through the Coulomb transition.
+    /// Samples count less if velocity noise disturbs Coulomb friction, near a reversal.
     Transition,
-    /// All samples alike, as in the paper.
+    /// All samples have weight 1, as in the paper.
     None,
 }
 
@@ -283,10 +283,10 @@ impl TryFrom<String> for Weights {
 #[serde(try_from = "String")]
 #[schemars(extend("enum" = ["none", "simulated"]))]
 pub enum Instruments {
-    /// Not asked for: on the twin they are no better than weights, and take as long as the
-    /// rest of least squares.
+    /// No instruments: on the twin they are no better than weights, and take as long as the rest of
+    /// least squares.
     None,
-    /// The regression of a simulated motion.
+    /// The regressors of a simulated motion.
     Simulated,
 }
 
@@ -304,9 +304,9 @@ impl TryFrom<String> for Instruments {
 #[serde(try_from = "String")]
 #[schemars(extend("enum" = ["none", "estimate"]))]
 pub enum EncoderOffset {
-    /// Taken to be zero.
+    /// Assumed to be zero.
     None,
-    /// Found with the parameters.
+    /// Estimated with the parameters.
     Estimate,
 }
 
@@ -324,9 +324,9 @@ impl TryFrom<String> for EncoderOffset {
 #[serde(try_from = "String")]
 #[schemars(extend("enum" = ["measured", "estimate"]))]
 pub enum InitialMomentum {
-    /// That of the first sample.
+    /// Computed from the first sample.
     Measured,
-    /// Found with the parameters: the velocity of the first sample may be wrong.
+    /// Estimated with the parameters, because the velocity of the first sample may be wrong.
     Estimate,
 }
 
@@ -339,14 +339,14 @@ impl TryFrom<String> for InitialMomentum {
     }
 }
 
-/// What to do with a log that is not what the file says.
+/// Action if the check finds that a log contradicts the experiment file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(try_from = "String")]
 #[schemars(extend("enum" = ["refuse", "go-on"]))]
 pub enum OnCheckError {
-    /// Identify nothing from it.
+    /// Refuse to identify.
     Refuse,
-    /// Identify, with the error among the findings.
+    /// Identify, and list the error among the findings.
     GoOn,
 }
 

@@ -1,4 +1,4 @@
-//! Keys that the schema does not know, found with their place in the file.
+//! Finds keys that the schema does not contain, with their place in the file.
 
 use std::ops::Range;
 use std::sync::LazyLock;
@@ -9,11 +9,11 @@ use toml::de::{DeTable, DeValue};
 use super::choice::nearest;
 use super::types::ExperimentFile;
 
-/// A message and where it belongs.
+/// A message and its place in the file.
 pub(super) struct Misfit {
     /// Bytes of the text, if known.
     pub(super) span: Option<Range<usize>>,
-    /// What is wrong and what to do.
+    /// The fault and the remedy.
     pub(super) message: String,
 }
 
@@ -58,9 +58,9 @@ fn walk(table: &DeTable<'_>, schema: &Value, place: &str) -> Result<(), Misfit> 
         };
         match value.get_ref() {
             DeValue::Table(table) => match branch(schema, "items") {
-                // An override speaks of an element by its name or index, a
-                // column that stands alone by its keys.
-                Some(items) if !stands_alone(table, schema) => {
+                // An override selects elements by name or index; a table in place of a list is one
+                // column and has its keys.
+                Some(items) if !is_single_element(table, schema) => {
                     for (_, item) in table {
                         if let DeValue::Table(table) = item.get_ref() {
                             walk(table, items, &place)?;
@@ -84,22 +84,22 @@ fn walk(table: &DeTable<'_>, schema: &Value, place: &str) -> Result<(), Misfit> 
     Ok(())
 }
 
-/// Returns whether a table is the element itself where a list of them may
-/// stand, and not an override of elements.
-fn stands_alone(table: &DeTable<'_>, schema: &Value) -> bool {
+/// Returns whether a table in place of a list is a single element; otherwise it overrides elements
+/// of the list.
+fn is_single_element(table: &DeTable<'_>, schema: &Value) -> bool {
     let elements = |(_, value): (_, &toml::Spanned<DeValue<'_>>)| value.get_ref().is_table();
     branch(schema, "properties").is_some() && !table.iter().all(elements)
 }
 
-/// Returns a part of a schema, looking through the alternatives of `anyOf`.
+/// Returns a part of a schema, also from the alternatives of `anyOf`.
 fn branch<'a>(schema: &'a Value, part: &str) -> Option<&'a Value> {
     schema.get(part).or_else(|| {
         (schema.get("anyOf")?.as_array()?.iter()).find_map(|alternative| branch(alternative, part))
     })
 }
 
-/// Returns where a path of keys and indices stands in the file: the place of
-/// the deepest part that is there.
+/// Returns the place of a path of keys and indices in the file: that of the deepest part of the
+/// path that exists.
 pub(super) fn span_of(table: &DeTable<'_>, path: &[&str]) -> Option<Range<usize>> {
     let (first, rest) = path.split_first()?;
     let (key, value) = table.get_key_value(*first)?;

@@ -1,8 +1,7 @@
-//! What the user says: the robot, the log, how to identify and validate it.
+//! The experiment file: the robot, the log, and the settings of identification and validation.
 //!
-//! [`read`] turns the text of `experiment.toml` into an [`Experiment`] or an
-//! error that names the line and what to do. Everything to the right of this
-//! module can rely on the lengths and signs that [`read`] has checked.
+//! [`read`] turns the text of `experiment.toml` into an [`Experiment`], or into an error that names
+//! the line and the remedy. It checks lengths and signs, so all later stages can rely on them.
 
 mod check;
 mod choice;

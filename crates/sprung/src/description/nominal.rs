@@ -1,4 +1,4 @@
-//! Nominal values of a joint, one per kind of parameter of the core.
+//! Nominal values of a joint, at most one for each kind of joint parameter of the core.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -9,13 +9,13 @@ use serde_json::{Map, Value, json};
 use sprung_core::chain::JointKind;
 use sprung_core::parameters::JointParameter;
 
-/// Values that the maker gives for a joint, SI units.
+/// Nominal values of a joint, as given by its maker, SI units.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(transparent)]
 pub struct Nominal(BTreeMap<String, f64>);
 
 impl Nominal {
-    /// Returns names and values, in the order of the parameters.
+    /// Returns the given names and values, in the order of the core's parameters.
     pub fn all(&self) -> impl Iterator<Item = (&'static str, f64)> {
         let names = JointParameter::ALL.into_iter().map(JointParameter::name);
         names.filter_map(|name| Some((name, self.0.get(name).copied()?)))
@@ -27,7 +27,7 @@ impl Nominal {
         self.0.get(kind.name()).copied()
     }
 
-    /// Forgets the value of a kind of parameter.
+    /// Removes the value of a kind of parameter.
     pub fn remove(&mut self, kind: JointParameter) {
         self.0.remove(kind.name());
     }
@@ -43,7 +43,7 @@ impl JsonSchema for Nominal {
             .map(|kind| (kind.name().to_owned(), property(kind)))
             .collect();
         json_schema!({
-            "description": "Values that the maker gives for a joint, SI units.",
+            "description": "Nominal values of a joint, as given by its maker, SI units.",
             "type": "object",
             "properties": properties,
         })

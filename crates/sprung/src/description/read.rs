@@ -14,19 +14,19 @@ use super::run::{Controller, Simulate, Validate};
 use super::tree::{Open, TreeError, tree};
 use super::types::ExperimentFile;
 
-/// An experiment: the robot, the log, how to identify and how to validate.
+/// An experiment: the robot, the log, and the settings of identification and validation.
 ///
-/// Lengths and signs are checked: lists have one entry per joint, names of
-/// joints exist and are unique.
+/// Its lengths and signs are checked: lists have one entry per joint; names of joints exist and
+/// are unique.
 #[derive(Clone, Debug)]
 pub struct Experiment {
     /// The robot.
     pub robot: Robot,
     /// The log to identify from, if any.
     pub log: Option<Log>,
-    /// How to identify.
+    /// Settings of the identification.
     pub identify: Identify,
-    /// The controller that ran during the log, if it is known.
+    /// The controller that ran during the log, if known.
     pub controller: Option<Controller>,
     /// Experiments to validate on.
     pub validate: Vec<Validate>,
@@ -34,46 +34,46 @@ pub struct Experiment {
     pub simulate: Option<Simulate>,
 }
 
-/// What is wrong with an experiment file.
+/// Error of an experiment file.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum DescriptionError {
-    /// A line of the file is wrong.
+    /// An error in a line of the file.
     #[error("line {line} of {file}: {message}")]
     Line {
         /// Name of the file.
         file: String,
         /// Line, from 1.
         line: usize,
-        /// What is wrong and what to do.
+        /// The fault and the remedy.
         message: String,
     },
-    /// The file as a whole is wrong.
+    /// An error of the file without a line.
     #[error("{file}: {message}")]
     File {
         /// Name of the file.
         file: String,
-        /// What is wrong and what to do.
+        /// The fault and the remedy.
         message: String,
     },
     /// A file that the experiment names cannot be read.
     #[error("{message}")]
     Unreadable {
-        /// Which, and what the system says.
+        /// The file and the error of the operating system.
         message: String,
     },
-    /// The robot's URDF file is wrong.
+    /// An error in the robot's URDF file.
     #[error("{message}")]
     Urdf {
-        /// What is wrong with which line, and what to do.
+        /// The line, the fault and the remedy.
         message: String,
     },
-    /// An override of the command line is wrong.
+    /// An error in an override of the command line.
     #[error("--set {assignment}: {message}")]
     Override {
-        /// The override as typed.
+        /// The override, unchanged.
         assignment: String,
-        /// What is wrong and what to do.
+        /// The fault and the remedy.
         message: String,
     },
 }
@@ -82,16 +82,14 @@ pub enum DescriptionError {
 ///
 /// - `file`: name for messages.
 /// - `text`: contents of `experiment.toml`.
-/// - `overrides`: assignments `key.path=value`, applied in order; elements of
-///   lists are found by their `name` or index, as in
-///   `robot.joint.joint1.gear_ratio=100`; a value that is not TOML is taken as
-///   a string.
-/// - `open`: returns the text of a file that the experiment names, as of a URDF.
+/// - `overrides`: assignments `key.path=value`, applied in order. The path selects an element of a
+///   list by its `name` or index, as in `robot.joint.joint1.gear_ratio=100`. A value that is not
+///   TOML becomes a string.
+/// - `open`: returns the text of a file that the experiment names, such as a URDF.
 ///
 /// # Errors
 ///
-/// [`DescriptionError`] with the line or the override, what is wrong with it
-/// and what to do.
+/// [`DescriptionError`] with the line or the override, the fault and the remedy.
 pub fn read(
     file: &str,
     text: &str,
@@ -136,8 +134,8 @@ pub fn read(
         if overrides.is_empty() || elsewhere {
             return error;
         }
-        // Spans of overrides mean nothing in the file: an error that the file
-        // alone does not have is the overrides' fault.
+        // Spans of overrides are no positions in the file. If the file alone has no error, the
+        // overrides caused it.
         match interpret(file, text, written, open) {
             Err(of_file) => of_file,
             Ok(_) => DescriptionError::Override {
@@ -154,7 +152,7 @@ pub fn read(
     })
 }
 
-/// Opens no file: for experiments that name none beside their logs.
+/// Opens no file: for experiments that name only logs.
 ///
 /// # Errors
 ///
@@ -205,7 +203,7 @@ fn interpret(
     })
 }
 
-/// Turns `key.path=value` into a line of TOML.
+/// Turns `key.path=value` into a line of TOML; a value that is not TOML becomes a string.
 fn fragment(assignment: &str) -> Result<String, DescriptionError> {
     let Some((key, value)) = assignment.split_once('=') else {
         return Err(DescriptionError::Override {
@@ -252,7 +250,7 @@ fn merge_value<'i>(old: &mut DeValue<'i>, new: DeValue<'i>) -> Result<(), String
     }
 }
 
-/// Finds an element of an array by its index from 0, or by its `name`.
+/// Returns the index of an array element by its `name`, or by its index from 0.
 fn element(array: &DeArray<'_>, key: &str) -> Result<usize, String> {
     let names: Vec<Option<&str>> = (array.iter())
         .map(|item| item.get_ref().get("name")?.get_ref().as_str())

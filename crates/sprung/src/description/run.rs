@@ -1,4 +1,4 @@
-//! `[controller]`, `[[validate]]` and `[simulate]`: what runs, and the twin.
+//! `[controller]`, `[[validate]]` and `[simulate]`: controllers, validation runs, the digital twin.
 
 use std::path::PathBuf;
 
@@ -19,14 +19,14 @@ pub struct Controller {
     /// Velocity gains of `pd`, one per joint.
     #[serde(default)]
     pub kd_nms_per_rad: Vec<f64>,
-    /// Gains of `state-feedback`: one row per joint on the errors of link
-    /// positions, motor positions, link velocities and motor velocities.
+    /// Gains of `state-feedback`, one row per joint: on the errors of all link positions, motor
+    /// positions, link velocities and motor velocities.
     #[serde(default)]
     pub gain: Vec<Vec<f64>>,
     /// The model behind the feedforward of `state-feedback`.
     #[serde(default)]
     pub feedforward: Feedforward,
-    /// `p1`, `p2` of the averaging velocity estimator.
+    /// Windows `p1`, `p2` of the averaging velocity estimator, samples.
     #[serde(default = "default_window")]
     pub velocity_window: [usize; 2],
     /// Motor reference of `pd`, link reference of `state-feedback`.
@@ -43,9 +43,9 @@ fn default_window() -> [usize; 2] {
 #[serde(try_from = "String")]
 #[schemars(extend("enum" = ["pd", "state-feedback"]))]
 pub enum ControllerKind {
-    /// Eq. (24).
+    /// Proportional and derivative feedback of the motor positions, Eq. (24).
     Pd,
-    /// Eqs. (32) and (33).
+    /// State feedback with feedforward, Eqs. (32) and (33).
     StateFeedback,
 }
 
@@ -66,7 +66,7 @@ pub enum Feedforward {
     /// The nominal values of the file.
     #[default]
     Nominal,
-    /// The parameters that are simulated or validated.
+    /// The parameters of the simulation or validation.
     Identified,
 }
 
@@ -85,7 +85,7 @@ pub struct Reference {
     /// The sines.
     #[serde(default)]
     pub sines: Vec<Sine>,
-    /// Positions about which the joints that turn move, degrees, one per joint.
+    /// Centre of the motion of revolute joints, degrees, one per joint.
     #[serde(default)]
     pub centre_deg: Vec<f64>,
 }
@@ -95,10 +95,10 @@ pub struct Reference {
 pub struct Sine {
     /// Name of the joint.
     pub joint: String,
-    /// Amplitude, degrees; of a joint that turns.
+    /// Amplitude of a revolute joint, degrees.
     #[serde(default)]
     pub amplitude_deg: f64,
-    /// Amplitude, m; of a joint that slides.
+    /// Amplitude of a prismatic joint, m.
     #[serde(default)]
     pub amplitude_m: f64,
     /// Frequency, Hz.
@@ -113,46 +113,46 @@ pub struct Sine {
 pub struct Validate {
     /// Name for tables.
     pub name: String,
-    /// Log; what it does not say is taken from `[log]`.
+    /// Log; `[log]` gives the keys that it leaves out.
     pub log: Option<Log>,
-    /// Controller; that of the experiment if absent.
+    /// Controller; `[controller]` if absent.
     pub controller: Option<Controller>,
 }
 
 /// The digital twin.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 pub struct Simulate {
-    /// TOML file with a table of parameter values by name; the nominal values
-    /// if absent.
+    /// TOML file with a table of parameter values by name; the nominal values if absent.
     pub parameters: Option<PathBuf>,
     /// Length of the log, s.
     #[serde(default = "default_duration")]
     pub duration_s: f64,
-    /// Period of controller and log, s.
+    /// Sampling period of controller and log, s.
     #[serde(default = "default_period")]
     pub period_s: f64,
     /// Seed of encoder phases and noise.
     #[serde(default)]
     pub seed: u64,
-    /// What the motor encoders read too much, rad (m), one per joint.
+    /// Offset of the motor encoders, rad (m), one per joint; it is added to the reading.
     #[serde(default)]
     pub motor_encoder_offset_rad: Vec<f64>,
-    /// Counts per turn (per m) of the link encoders, one per joint; 0 is exact.
+    /// Counts per turn (per m) of the link encoders, one per joint; 0: no quantisation.
     #[serde(default)]
     pub link_encoder_counts_per_turn: Vec<u32>,
-    /// Counts per turn of the motor encoders after the gearbox; 0 is exact.
+    /// Counts of the motor encoders per turn of the gearbox output, one per joint; 0: no
+    /// quantisation.
     #[serde(default)]
     pub motor_encoder_counts_per_turn: Vec<u32>,
     /// Standard deviation of the noise on the logged torque, N·m.
     #[serde(default)]
     pub torque_noise_nm: Vec<f64>,
-    /// Standard deviation of a real disturbance on the motor, N·m.
+    /// Standard deviation of a disturbance torque that acts on the motor, N·m.
     #[serde(default)]
     pub torque_disturbance_nm: Vec<f64>,
-    /// Standard deviation of a real disturbance on the link, N·m (N).
+    /// Standard deviation of a disturbance torque that acts on the link, N·m (N).
     #[serde(default)]
     pub link_torque_disturbance_nm: Vec<f64>,
-    /// Corner of both disturbances' spectrum, Hz.
+    /// Corner frequency of the spectrum of both disturbances, Hz.
     #[serde(default = "default_disturbance_corner")]
     pub torque_disturbance_hz: f64,
 }

@@ -1,4 +1,4 @@
-//! The keys of `experiment.toml`, as they stand in the file.
+//! The top-level keys of `experiment.toml`.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -12,13 +12,13 @@ use super::run::{Controller, Simulate, Validate};
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[schemars(title = "sprung experiment")]
 pub(super) struct ExperimentFile {
-    /// Version of the file format; 1.
+    /// Version of the file format: 1.
     pub(super) format: u32,
     /// The robot.
     pub(super) robot: Robot,
-    /// The measured log, and what its columns mean.
+    /// The measured log, and the meaning of its columns.
     pub(super) log: Option<Log>,
-    /// How to identify.
+    /// Settings of the identification.
     #[serde(default)]
     pub(super) identify: Identify,
     /// The controller that ran during the log.

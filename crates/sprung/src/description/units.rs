@@ -1,11 +1,11 @@
-//! Units that a log may hold.
+//! Units of the readings in a log.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::choice::choose;
 
-/// What a unit measures.
+/// The physical dimension of a unit, with its SI unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dimension {
     /// rad.
@@ -32,13 +32,13 @@ pub struct Unit(usize);
 
 use Dimension::{Angle, Current, Force, Length, Time, Torque, Voltage};
 
-/// Names, what they measure, and how large they are in SI units.
+/// Names, dimensions and sizes in SI units.
 const UNITS: [(&str, Dimension, f64); 27] = [
     ("rad", Angle, 1.0),
     ("mrad", Angle, 1e-3),
     ("deg", Angle, std::f64::consts::PI / 180.0),
     ("turns", Angle, std::f64::consts::TAU),
-    // Its size follows from counts_per_turn.
+    // The size of one turn; counts_per_turn gives the size of a count.
     ("counts", Angle, std::f64::consts::TAU),
     ("m", Length, 1.0),
     ("mm", Length, 1e-3),
@@ -71,31 +71,31 @@ impl Unit {
         UNITS[self.0].0
     }
 
-    /// Returns what it measures.
+    /// Returns its dimension.
     #[must_use]
     pub fn dimension(self) -> Dimension {
         UNITS[self.0].1
     }
 
-    /// Returns its size in SI units; of a count, that of a turn.
+    /// Returns its size in SI units; for counts, the size of a turn.
     #[must_use]
     pub fn size(self) -> f64 {
         UNITS[self.0].2
     }
 
-    /// Returns whether it is the step of an encoder.
+    /// Returns whether it is encoder counts.
     #[must_use]
     pub fn is_counts(self) -> bool {
         self.name() == "counts"
     }
 
-    /// Returns whether it is no unit but a way of writing times.
+    /// Returns whether it is a date and time as text; its size is 1 ns.
     #[must_use]
     pub fn is_date(self) -> bool {
         self.name() == "date"
     }
 
-    /// Returns the units of a dimension.
+    /// Returns the names of the units of a dimension.
     pub(super) fn names_of(wanted: Dimension) -> Vec<&'static str> {
         (UNITS.iter())
             .filter(|(_, dimension, _)| *dimension == wanted)
@@ -108,7 +108,7 @@ impl TryFrom<String> for Unit {
     type Error = String;
 
     fn try_from(word: String) -> Result<Self, String> {
-        // The micro sign has two code points.
+        // Unicode has two characters for µ; the table has U+00B5.
         let word = word.replace('\u{3bc}', "\u{b5}");
         choose("unit", &word, &UNITS.map(|(name, ..)| name)).map(Self)
     }
