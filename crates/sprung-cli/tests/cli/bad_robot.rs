@@ -38,7 +38,7 @@ fn urdf_that_is_missing() {
     let cannot = format!("cannot read {}, the urdf of [robot]", path.display());
     case.fails(
         4,
-        &[&cannot, "No such file", "begins at the experiment file"],
+        &[&cannot, "No such file", "relative to the experiment file"],
     );
 }
 

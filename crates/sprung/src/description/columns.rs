@@ -1,4 +1,4 @@
-//! Where readings come from: names of columns, or tables that say more.
+//! Columns of a quantity: names of columns, or tables with units and factors.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -14,9 +14,9 @@ use super::units::Unit;
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, JsonSchema)]
 #[schemars(untagged)]
 pub enum ColumnName {
-    /// By name; a `*` stands for what differs from joint to joint.
+    /// Its name; a `*` stands for the number or the name of the joint.
     Name(String),
-    /// By its place, from 1.
+    /// Its place in the file, from 1.
     Number(usize),
 }
 
@@ -27,7 +27,7 @@ impl Default for ColumnName {
 }
 
 impl ColumnName {
-    /// Returns whether it is a pattern.
+    /// Returns whether it is a name with a `*`.
     #[must_use]
     pub fn is_pattern(&self) -> bool {
         matches!(self, Self::Name(name) if name.contains('*'))
@@ -80,14 +80,14 @@ fn number_from_1<E: serde::de::Error>(number: i64) -> Result<usize, E> {
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "one value, or a list with one for each joint")]
 pub enum PerJoint<T> {
-    /// The same for all.
+    /// The same value for all joints.
     One(T),
-    /// One for each joint.
+    /// One value for each joint.
     Each(Vec<T>),
 }
 
 impl<T: Clone> PerJoint<T> {
-    /// Returns the value of the `i`th joint, if there is one.
+    /// Returns the value of joint `i`, from 0; `None` behind the end of a list.
     #[must_use]
     pub fn get(&self, i: usize) -> Option<T> {
         match self {
@@ -96,7 +96,7 @@ impl<T: Clone> PerJoint<T> {
         }
     }
 
-    /// Returns how many joints it speaks of, if it says.
+    /// Returns the length of the list; `None` for one value for all joints.
     #[must_use]
     pub fn count(&self) -> Option<usize> {
         match self {
@@ -106,52 +106,51 @@ impl<T: Clone> PerJoint<T> {
     }
 }
 
-/// A column, or a topic's field, with all that turns its readings into a
-/// quantity: `sign · unit · gain · (reading + offset)`.
+/// A column or a field of a topic, and the conversion of its readings:
+/// `sign · unit · gain · (reading + offset)`.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct Column {
     /// Another file of the same recording; relative to the experiment file.
     pub file: Option<PathBuf>,
-    /// Name or number of the column; a `*`, or a list, for all joints.
+    /// Name or number of the column; a name with `*` or a list stands for all joints.
     pub column: Option<PerJoint<ColumnName>>,
     /// Topic of a bag.
     pub topic: Option<String>,
     /// Field of the topic's messages; `position` or `effort` if absent.
     pub field: Option<PerJoint<String>>,
-    /// Names of the joints in the messages; the robot's if absent.
+    /// Names of the joints in the messages; the names in `[robot]` if absent.
     pub joint_names: Option<Vec<String>>,
-    /// Column, or field of the messages, of the time of these readings. If
-    /// absent: the rows of another file belong to those of the log one by one;
-    /// messages are taken by their stamp, or else when they were received.
+    /// Column, or field of the messages, with the time of these readings. If absent, the rows of
+    /// another file match the rows of the log one by one; the time of a message is its stamp, or
+    /// its time of receipt if it has no stamp.
     pub time: Option<ColumnName>,
     /// Unit of the readings.
     pub unit: Option<Unit>,
-    /// Side of the gearbox on which they were taken.
+    /// Side of the gearbox on which the readings were taken.
     pub side: Option<Side>,
     /// Counts of an encoder per turn.
     pub counts_per_turn: Option<PerJoint<f64>>,
-    /// 1, or -1 for what counts the other way.
+    /// 1, or -1 for a reversed direction.
     pub sign: Option<PerJoint<f64>>,
-    /// What is added to each reading, in its own unit.
+    /// Added to each reading, in the unit of the reading.
     pub offset: Option<PerJoint<f64>>,
-    /// What each reading is multiplied with.
+    /// Factor of each reading.
     pub gain: Option<PerJoint<f64>>,
-    /// Readings start anew after so many units: a counter that rolls over. They
-    /// are unwrapped.
+    /// Range of a counter that rolls over, in the unit of the reading; sprung unwraps the readings.
     pub wrap: Option<PerJoint<f64>>,
-    /// Position at the first sample, rad, or the column that holds it in rad:
-    /// for encoders without an absolute zero.
+    /// Position at the first sample, rad, or the name of a column that contains it in rad; for
+    /// encoders without an absolute zero.
     pub starts_at_rad: Option<PerJoint<StartsAt>>,
 }
 
-/// A position at the first sample.
+/// The position at the first sample.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "a position in rad, or the name of a column")]
 pub enum StartsAt {
     /// Known, rad.
     Position(f64),
-    /// That of another column, in rad.
+    /// The first value of another column, in rad.
     Column(String),
 }
 
@@ -163,7 +162,7 @@ impl Column {
         }
     }
 
-    /// Returns how many columns it names by itself.
+    /// Returns the number of columns that it names.
     #[must_use]
     pub(super) fn entries(&self) -> usize {
         let columns = self.column.as_ref().and_then(PerJoint::count);
@@ -171,7 +170,7 @@ impl Column {
         columns.or(fields).unwrap_or(1)
     }
 
-    /// Returns whether it may stand for several joints.
+    /// Returns whether it may stand for several joints: a pattern, a list or a topic.
     #[must_use]
     pub fn spreads(&self) -> bool {
         let pattern = matches!(&self.column, Some(PerJoint::One(name)) if name.is_pattern());
@@ -181,13 +180,12 @@ impl Column {
     }
 }
 
-/// Where the readings of a quantity come from: one column per joint, or one
-/// entry for all of them.
+/// The columns of a quantity: one per joint, or one entry for all joints.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Columns(pub Vec<Column>);
 
 impl Columns {
-    /// Returns the entry that stands for all joints, if there is only this one.
+    /// Returns the entry that stands for all joints; `None` if each joint has an entry.
     #[must_use]
     pub fn spread(&self) -> Option<&Column> {
         match &self.0[..] {
@@ -196,9 +194,9 @@ impl Columns {
         }
     }
 
-    /// Returns the entry that speaks of a joint, and the joint's place in it.
+    /// Returns the entry of a joint, and the joint's place in this entry.
     ///
-    /// - `i`: place of the joint among those that the quantity has.
+    /// - `i`: place of the joint among the joints with this quantity, from 0.
     #[must_use]
     pub fn of(&self, i: usize) -> Option<(&Column, usize)> {
         match self.spread() {
@@ -207,10 +205,9 @@ impl Columns {
         }
     }
 
-    /// Returns the name of the `i`th column for messages, and as the key of
-    /// `sign` and `delay_s`.
+    /// Returns the name of column `i`, for messages and as the key of `sign`, `gain` and `delay_s`.
     ///
-    /// - `default_field`: of the messages of a topic.
+    /// - `default_field`: field of the messages of a topic if the entry gives none.
     #[must_use]
     pub fn label(&self, i: usize, default_field: &str) -> String {
         let Some((column, i)) = self.of(i) else {

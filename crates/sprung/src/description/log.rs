@@ -1,4 +1,4 @@
-//! `[log]`: which columns hold what.
+//! `[log]`: the files of a log and the meaning of its columns.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -11,16 +11,17 @@ use super::columns::{Column, ColumnName, Columns};
 use super::factor::{Delay, Factor};
 use super::robot::Side;
 
-/// A log and what its columns mean; each list has one column per joint that
-/// turns, or slides. Only flexible joints have a link position of their own.
+/// A log and the meaning of its columns. A list has one column per joint; with `_rad` or `_deg` one
+/// per revolute joint, with `_m` or `_n` one per prismatic joint. Only flexible joints have a link
+/// position.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 pub struct Log {
-    /// The log, or several of one robot; relative to the experiment file. What
-    /// a file is shows in its first bytes.
+    /// The log, or several logs of one robot; relative to the experiment file. The first bytes of a
+    /// file determine its format.
     #[serde(default, deserialize_with = "files")]
     #[schemars(with = "Option<OneOrManyFiles>")]
     pub file: Option<Vec<PathBuf>>,
-    /// How CSV is written, where it does not show.
+    /// Form of CSV files, if sprung does not determine it correctly.
     pub csv: Option<CsvForm>,
     /// Column of the time, s.
     pub time_s: Option<ColumnName>,
@@ -30,81 +31,80 @@ pub struct Log {
     pub time_us: Option<ColumnName>,
     /// Column of the time, ns.
     pub time_ns: Option<ColumnName>,
-    /// Column of the time, in the unit that it says, or the `time` of a topic.
+    /// Column of the time, with its unit, or the `time` of a topic.
     #[serde(default, deserialize_with = "one_column")]
     #[schemars(with = "Option<Columns>")]
     pub time: Option<Column>,
-    /// Period of the clock that samples, s. Without a column of the time there is a
-    /// sample each period; with one, samples are at whole multiples of it, and time
-    /// stamps say at which to the nearest.
+    /// Period of the sampling clock, s. Without a time column the log has one sample each period.
+    /// With a time column, samples were taken at the multiples of the period nearest to their time
+    /// stamps.
     pub period_s: Option<f64>,
-    /// Whether samples were taken when their time stamps say.
+    /// Sampling times of the log: determined from the positions, even, or as stamped.
     pub sampling: Option<SamplingTimes>,
     /// Columns of the link positions, rad.
     pub link_position_rad: Option<Columns>,
     /// Columns of the link positions, degrees.
     pub link_position_deg: Option<Columns>,
-    /// Columns of the link positions of joints that slide, m.
+    /// Columns of the link positions of prismatic joints, m.
     pub link_position_m: Option<Columns>,
-    /// Columns of the link positions, in the unit that each says.
+    /// Columns of the link positions, each with its unit.
     pub link_position: Option<Columns>,
     /// Columns of the joint deflections `q - phi`, rad.
     pub link_deflection_rad: Option<Columns>,
     /// Columns of the joint deflections `q - phi`, degrees.
     pub link_deflection_deg: Option<Columns>,
-    /// Columns of the joint deflections, in the unit that each says.
+    /// Columns of the joint deflections `q - phi`, each with its unit.
     pub link_deflection: Option<Columns>,
     /// Columns of the motor positions after the gearbox, rad.
     pub motor_position_rad: Option<Columns>,
     /// Columns of the motor positions after the gearbox, degrees.
     pub motor_position_deg: Option<Columns>,
-    /// Columns of the motor positions of joints that slide, m.
+    /// Columns of the motor positions of prismatic joints, m.
     pub motor_position_m: Option<Columns>,
-    /// Columns of the motor positions, in the unit that each says.
+    /// Columns of the motor positions, each with its unit.
     pub motor_position: Option<Columns>,
     /// Side of the gearbox on which the motor positions were recorded.
     pub motor_position_side: Option<Side>,
     /// Columns of the motor torques after the gearbox, N·m.
     pub motor_torque_nm: Option<Columns>,
-    /// Columns of the motor forces of joints that slide, N.
+    /// Columns of the motor forces of prismatic joints, N.
     pub motor_force_n: Option<Columns>,
-    /// Whether the torques are those that acted, as the commands of a drive are,
-    /// and not measured ones with noise of their own.
+    /// Whether the logged torques are the torques that acted, as the commands of a drive are;
+    /// otherwise they are measurements with noise.
     #[serde(default)]
     pub motor_torque_exact: bool,
-    /// Columns of the motor torques or forces, in the unit that each says.
+    /// Columns of the motor torques or forces, each with its unit.
     pub motor_torque: Option<Columns>,
     /// Side of the gearbox on which the motor torques were recorded.
     pub motor_torque_side: Option<Side>,
     /// Columns of the motor currents, A.
     pub motor_current_a: Option<Columns>,
-    /// Columns of the motor currents, in the unit that each says.
+    /// Columns of the motor currents, each with its unit.
     pub motor_current: Option<Columns>,
     /// Columns of the amplifiers' command voltages, V.
     pub drive_voltage_v: Option<Columns>,
-    /// Columns of the amplifiers' command voltages, in the unit that each says.
+    /// Columns of the amplifiers' command voltages, each with its unit.
     pub drive_voltage: Option<Columns>,
-    /// How much later than the others a column was recorded, s, by column.
+    /// Delay of a column against the others, s, by column; or `"estimate"`.
     #[serde(default)]
     pub delay_s: BTreeMap<String, Delay>,
-    /// 1 or -1 by column, for channels that count the other way; or `"estimate"`.
+    /// Sign by column, 1 or -1; or `"estimate"`.
     #[serde(default)]
     pub sign: BTreeMap<String, Factor>,
-    /// What a column is multiplied with, beside what its own entry says; or
-    /// `"estimate"`.
+    /// Gain by column, multiplied with the `gain` of the column's own table; or `"estimate"`.
     #[serde(default)]
     pub gain: BTreeMap<String, Factor>,
 }
 
 impl Log {
-    /// Returns whether it names a column of the time.
+    /// Returns whether the log has a time column.
     #[must_use]
     pub fn has_time(&self) -> bool {
         let columns = [&self.time_s, &self.time_ms, &self.time_us, &self.time_ns];
         self.time.is_some() || columns.into_iter().any(Option::is_some)
     }
 
-    /// Returns the name of its file, or `other` if it names none.
+    /// Returns the names of its files, or `other` if it has no file.
     #[must_use]
     pub fn name(&self, other: &str) -> String {
         match &self.file {
@@ -116,8 +116,9 @@ impl Log {
         }
     }
 
-    /// Puts signs and gains that were found, by column, in the place of those that are
-    /// to be estimated.
+    /// Replaces signs and gains by their estimates.
+    ///
+    /// - `signs`, `gains`: estimates by column.
     pub fn settle(&mut self, signs: &BTreeMap<String, f64>, gains: &BTreeMap<String, f64>) {
         let known = |(column, value): (&String, &f64)| (column.clone(), Factor::Known(*value));
         self.sign.extend(signs.iter().map(known));
@@ -125,17 +126,17 @@ impl Log {
     }
 }
 
-/// Whether samples were taken when their time stamps say.
+/// Sampling times of a log.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(try_from = "String")]
 #[schemars(extend("enum" = ["auto", "even", "as-stamped"]))]
 pub enum SamplingTimes {
-    /// What the positions say.
+    /// Determined from the positions.
     #[default]
     Auto,
-    /// One sample each period; stamps are rounded or late.
+    /// One sample each period; time stamps are rounded or late.
     Even,
-    /// When stamped.
+    /// At the time stamps.
     AsStamped,
 }
 
@@ -148,20 +149,19 @@ impl TryFrom<String> for SamplingTimes {
     }
 }
 
-/// How a CSV file is written.
+/// Form of a CSV file.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct CsvForm {
-    /// What stands between cells: one character, or `"space"` for any number of
-    /// blanks.
+    /// Delimiter of cells: one character, `"tab"`, or `"space"` for any number of blanks.
     pub delimiter: Option<String>,
-    /// What stands before the decimals: `"."` or `","`.
+    /// Decimal point: `"."` or `","`.
     pub decimal: Option<String>,
-    /// Whether there is a line of names.
+    /// Whether the file has a line of column names.
     pub header: Option<bool>,
-    /// Character that begins lines without data; `#` and `%` if absent.
+    /// Character that begins a comment line; `#` and `%` if absent.
     pub comment: Option<String>,
-    /// Lines before the names, or before the data where there are no names.
+    /// Number of lines before the column names, or before the data if there are no names.
     pub skip_lines: usize,
 }
 

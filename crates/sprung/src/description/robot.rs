@@ -13,7 +13,7 @@ use super::choice::choose;
 use super::friction::FrictionLaw;
 use super::nominal::Nominal;
 
-/// The robot: how its links hang together, and what drives them.
+/// The robot: its kinematics, joints and drives.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 pub struct Robot {
     /// Name for reports.
@@ -24,20 +24,20 @@ pub struct Robot {
     pub kinematics: Option<Kinematics>,
     /// URDF file of the robot; relative to the experiment file.
     pub urdf: Option<PathBuf>,
-    /// Modified Denavit-Hartenberg table (Craig), one row per joint: each row
-    /// holds the twist and the length of the link before it.
+    /// Modified Denavit-Hartenberg table (Craig), one row per joint: twist and length are those of
+    /// the link before the joint.
     pub dh_modified: Option<Vec<DhJoint>>,
     /// Classic Denavit-Hartenberg table, one row per joint.
     pub dh_classic: Option<Vec<DhJoint>>,
     /// Acceleration of free fall in the base frame; [0, 0, -9.81] if absent.
     pub gravity_m_per_s2: Option<[f64; 3]>,
-    /// Motor turns per joint turn of a coupled transmission, a row per motor
-    /// and a column per joint; replaces `gear_ratio`.
+    /// Motor turns per joint turn of a coupled transmission, one row per motor and one column per
+    /// joint; replaces `gear_ratio`.
     pub transmission_matrix: Option<Vec<Vec<f64>>>,
-    /// Inertial parameters that are zero, as by symmetry: `link2.my`.
+    /// Inertial parameters that are zero, for example by symmetry: `link2.my`.
     #[serde(default)]
     pub assume_zero: Vec<String>,
-    /// Values that are known and shall not be estimated, by name, SI units.
+    /// Known values by name, SI units; they are not estimated.
     #[serde(default)]
     pub fixed: BTreeMap<String, f64>,
     /// Joints, base first.
@@ -52,7 +52,7 @@ pub struct Robot {
 }
 
 impl Robot {
-    /// Returns how a joint moves, by its index.
+    /// Returns the kind of a joint by its index.
     #[must_use]
     pub fn kind(&self, joint: usize) -> JointKind {
         let table = self.dh_modified.as_ref().or(self.dh_classic.as_ref());
@@ -72,14 +72,14 @@ impl Robot {
     }
 }
 
-/// A tree of joints, and what its file says of their links.
+/// A tree of joints, and the links that its file describes.
 #[derive(Clone, Debug)]
 pub struct Tree {
     /// The joints, in the order of [`Robot::joint`].
     pub joints: Vec<ChainJoint>,
     /// Names of their links.
     pub links: Vec<String>,
-    /// Inertial parameters of the links about their joints' frames, if given.
+    /// Inertial parameters of the links in their joints' frames, if given.
     pub inertial: Vec<Option<[f64; BODY]>>,
 }
 
@@ -95,7 +95,7 @@ pub struct DhJoint {
     pub d_m: f64,
     /// Angle theta at position zero, degrees.
     pub theta_deg: f64,
-    /// Whether the joint slides along its axis instead of turning about it.
+    /// Whether the joint is prismatic.
     pub prismatic: bool,
 }
 
@@ -116,7 +116,7 @@ fn unnamed() -> String {
     "unnamed robot".to_owned()
 }
 
-/// How the links are connected.
+/// Kinematics in closed form.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(try_from = "String")]
 #[schemars(extend("enum" = ["planar-2r"]))]
@@ -138,47 +138,45 @@ impl TryFrom<String> for Kinematics {
 pub struct Joint {
     /// Name, unique.
     pub name: String,
-    /// Torque of the motor per current, on the side that
-    /// `torque_constant_side` says.
+    /// Motor torque per current, on the side of `torque_constant_side`, N·m/A.
     pub torque_constant_nm_per_a: Option<f64>,
-    /// Side of the gearbox on which the torque constant holds; `output` when
-    /// it already contains the gear ratio.
+    /// Side of the gearbox for which the torque constant holds; `output` if it contains the gear
+    /// ratio.
     #[serde(default)]
     pub torque_constant_side: Side,
     /// Motor turns per output turn; 1 if absent.
     pub gear_ratio: Option<f64>,
-    /// Current of the amplifier per command voltage.
+    /// Amplifier current per command voltage, A/V.
     pub amplifier_gain_a_per_v: Option<f64>,
-    /// Largest command voltage that the amplifier takes; no limit if absent.
+    /// Limit of the amplifier's command voltage, V; no limit if absent.
     pub amplifier_limit_v: Option<f64>,
-    /// What is added to logged positions to reach the model's zero, degrees; of
-    /// a joint that turns.
+    /// Added to the logged positions of a revolute joint to reach the model's zero, degrees.
     #[serde(default)]
     pub position_offset_deg: f64,
     /// `flexible`: a spring between motor and link; `rigid`: none.
     #[serde(default)]
     pub transmission: Transmission,
-    /// What the spring is made of; `["linear"]` if absent.
+    /// Terms of the spring; `["linear"]` if absent.
     pub spring: Option<Vec<SpringTerm>>,
-    /// Friction of the link's bearing; `["viscous", "coulomb"]` if absent, none
-    /// for a rigid joint.
+    /// Friction of the link's bearing; if absent `["viscous", "coulomb"]`, and `[]` for a rigid
+    /// joint.
     pub link_friction: Option<Vec<FrictionLaw>>,
-    /// Friction of motor and gear; `["viscous", "coulomb"]` if absent, with
-    /// `"offset"` for a rigid joint.
+    /// Friction of motor and gear; if absent `["viscous", "coulomb"]`, and also `"offset"` for a
+    /// rigid joint.
     pub motor_friction: Option<Vec<FrictionLaw>>,
-    /// Velocity at which Stribeck friction has fallen to 1/e, rad/s (m/s); a
-    /// number, or found by a search if absent.
+    /// Velocity at which Stribeck friction has fallen to 1/e, rad/s (m/s); determined by a search if
+    /// absent.
     pub stribeck_velocity_rad_per_s: Option<f64>,
-    /// beta of the Coulomb friction `tanh(beta * velocity)`, s/rad (s/m).
+    /// Beta of the Coulomb friction `tanh(beta * velocity)`, s/rad (s/m).
     #[serde(default = "default_sharpness")]
     pub coulomb_sharpness_s_per_rad: f64,
-    /// Values that the maker gives.
+    /// Nominal values.
     #[serde(default)]
     pub nominal: Nominal,
 }
 
 impl Joint {
-    /// Returns how often the motor turns per output turn.
+    /// Returns the motor turns per output turn.
     #[must_use]
     pub fn ratio(&self) -> f64 {
         self.gear_ratio.unwrap_or(1.0)
@@ -189,8 +187,7 @@ impl Joint {
     ///
     /// # Source
     ///
-    /// Eq. (3); the paper does not say on which side of the gearbox its `K_m`
-    /// holds.
+    /// Eq. (3); the paper does not state the side of the gearbox for its `K_m`.
     #[must_use]
     pub fn torque_per_ampere(&self) -> Option<f64> {
         let ratio = match self.torque_constant_side {
@@ -211,8 +208,7 @@ impl Joint {
         Some(self.torque_per_ampere()? * self.amplifier_gain_a_per_v?)
     }
 
-    /// Returns the torque that the amplifier lets through, N·m, if its command
-    /// voltage is limited.
+    /// Returns the largest motor torque, N·m, if the command voltage of the amplifier is limited.
     #[must_use]
     pub fn torque_limit(&self) -> Option<f64> {
         Some((self.amplifier_limit_v? * self.torque_per_volt()?).abs())
@@ -244,15 +240,15 @@ impl TryFrom<String> for Side {
     }
 }
 
-/// Whether a joint has a spring.
+/// Transmission of a joint: with or without a spring.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(try_from = "String")]
 #[schemars(extend("enum" = ["flexible", "rigid"]))]
 pub enum Transmission {
-    /// A spring between motor and link, which both have a position.
+    /// A spring between motor and link, each with a position.
     #[default]
     Flexible,
-    /// Motor and link move as one.
+    /// No spring: motor and link have one position.
     Rigid,
 }
 
@@ -265,16 +261,16 @@ impl TryFrom<String> for Transmission {
     }
 }
 
-/// A part of a joint's spring.
+/// A term of a joint's spring torque.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(try_from = "String")]
 #[schemars(extend("enum" = ["linear", "cubic", "damping"]))]
 pub enum SpringTerm {
-    /// Torque in proportion to the deflection.
+    /// Torque proportional to the deflection.
     Linear,
-    /// Torque in proportion to its third power, besides.
+    /// An added torque proportional to the third power of the deflection.
     Cubic,
-    /// Torque in proportion to its rate, besides.
+    /// An added torque proportional to the rate of the deflection.
     Damping,
 }
 
@@ -294,7 +290,7 @@ impl Joint {
         self.transmission == Transmission::Flexible
     }
 
-    /// Returns the friction of the link's bearing.
+    /// Returns the friction laws of the link's bearing.
     #[must_use]
     pub fn link_laws(&self) -> &[FrictionLaw] {
         const USUAL: &[FrictionLaw] = &[FrictionLaw(Family::Viscous), FrictionLaw(Family::Coulomb)];
@@ -305,7 +301,7 @@ impl Joint {
         }
     }
 
-    /// Returns the friction of motor and gear.
+    /// Returns the friction laws of motor and gear.
     #[must_use]
     pub fn motor_laws(&self) -> &[FrictionLaw] {
         const USUAL: &[FrictionLaw] = &[
@@ -320,7 +316,7 @@ impl Joint {
         }
     }
 
-    /// Returns what the spring is made of.
+    /// Returns the terms of the spring.
     #[must_use]
     pub fn spring_terms(&self) -> &[SpringTerm] {
         match &self.spring {

@@ -1,4 +1,4 @@
-//! From a URDF file or a Denavit-Hartenberg table to a tree of joints.
+//! Builds the tree of joints from a URDF file or a Denavit-Hartenberg table.
 
 use std::path::Path;
 
@@ -8,10 +8,10 @@ use super::check::{Fault, fault};
 use super::robot::{Robot, Tree};
 use super::urdf::{Urdf, UrdfError};
 
-/// Opens the files that an experiment names beside its logs.
+/// Returns the text of a file that an experiment names, except logs.
 pub(crate) type Open<'a> = &'a mut dyn FnMut(&Path) -> std::io::Result<String>;
 
-/// What keeps a robot's tree from being built.
+/// Why a robot's tree cannot be built.
 #[derive(Debug)]
 pub(super) enum TreeError {
     /// The experiment file is wrong.
@@ -22,9 +22,9 @@ pub(super) enum TreeError {
     Urdf(String),
 }
 
-/// Returns the tree that a robot names; nothing for one in closed form.
+/// Returns the tree that a robot describes; `None` for kinematics in closed form.
 ///
-/// - `file`: the experiment file, beside which others are found.
+/// - `file`: the experiment file; paths in it are relative to its folder.
 pub(super) fn tree(file: &str, robot: &Robot, open: Open<'_>) -> Result<Option<Tree>, TreeError> {
     if let Some(path) = &robot.urdf {
         return from_urdf(file, robot, path, open).map(Some);
@@ -68,7 +68,7 @@ fn from_urdf(file: &str, robot: &Robot, path: &Path, open: Open<'_>) -> Result<T
     let name = folder.join(path).display().to_string();
     let text = open(path).map_err(|error| {
         TreeError::Unreadable(format!(
-            "cannot read {name}, the urdf of [robot]: {error}; its path begins at the experiment file"
+            "cannot read {name}, the urdf of [robot]: {error}; its path is relative to the experiment file"
         ))
     })?;
     let urdf = Urdf::parse(&name, &text).map_err(|error| TreeError::Urdf(error.to_string()))?;
@@ -94,8 +94,8 @@ fn from_urdf(file: &str, robot: &Robot, path: &Path, open: Open<'_>) -> Result<T
     })
 }
 
-/// Returns an error of the list of joints where it stands in the experiment
-/// file, another as it is.
+/// Returns an error of the list of joints with its place in the experiment file; other errors are
+/// unchanged.
 fn listed(error: &UrdfError, moving: &[&str]) -> TreeError {
     let name = match error {
         UrdfError::UnknownJoint { name, .. } | UrdfError::ListedTwice { name, .. } => name,
