@@ -145,7 +145,7 @@ fn joints_that_slide() {
         2,
         &[
             "line 34 of",
-            "elbow slides; give amplitude_m instead of amplitude_deg",
+            "elbow is prismatic; give amplitude_m instead of amplitude_deg",
         ],
     );
     sliding()
@@ -157,7 +157,7 @@ fn joints_that_slide() {
             2,
             &[
                 "line 13 of",
-                "elbow slides, and position_offset_deg is for joints that turn",
+                "elbow is prismatic, and position_offset_deg is for revolute joints",
             ],
         );
     sliding()
@@ -166,7 +166,7 @@ fn joints_that_slide() {
             2,
             &[
                 "line 31 of",
-                "elbow slides; its number in centre_deg must be 0",
+                "elbow is prismatic; its number in centre_deg must be 0",
             ],
         );
 }
@@ -182,15 +182,15 @@ fn friction_laws_that_say_the_same() {
     for (laws, words) in [
         (
             "\"coulomb\", \"coulomb-asymmetric\"",
-            "\"coulomb-asymmetric\" already holds \"coulomb\"",
+            "\"coulomb-asymmetric\" already includes \"coulomb\"",
         ),
         (
             "\"viscous-asymmetric\", \"viscous\"",
-            "\"viscous-asymmetric\" already holds \"viscous\"",
+            "\"viscous-asymmetric\" already includes \"viscous\"",
         ),
         (
             "\"offset\", \"coulomb-asymmetric\"",
-            "\"coulomb-asymmetric\" already holds \"offset\"",
+            "\"coulomb-asymmetric\" already includes \"offset\"",
         ),
         (
             "\"viscous\", \"viscous\"",

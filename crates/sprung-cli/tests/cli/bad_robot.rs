@@ -113,7 +113,7 @@ fn joints_that_form_no_tree() {
         2,
         &[
             "line 17 of",
-            "links \"base\" and \"table\" are both no joint's child",
+            "links \"base\" and \"table\" both have no parent joint",
             "one root",
         ],
     );
@@ -161,7 +161,7 @@ fn transmission_matrices() {
         2,
         &[
             "line 5 of",
-            "motor 1 does not turn shoulder (the diagonal holds 0)",
+            "motor 1 does not turn shoulder (the diagonal contains 0)",
             "order the motors",
         ],
     );
@@ -179,7 +179,7 @@ fn transmission_matrices() {
             2,
             &[
                 "line 5 of",
-                "elbow: gear_ratio and transmission_matrix say the same thing twice",
+                "elbow: gear_ratio and transmission_matrix both give the gear ratio",
             ],
         );
 }
@@ -188,15 +188,17 @@ fn transmission_matrices() {
 fn kinematics_said_never_twice_or_wrong() {
     described().replace("urdf = \"arm.urdf\"\n", "").fails(
         2,
-        &[
-            "line 2 of",
-            "does not say how its links hang together",
-            "give urdf",
-        ],
+        &["line 2 of", "does not describe its kinematics", "give urdf"],
     );
     for (other, both) in [
-        ("dh_modified = [{}, {}]", "urdf and dh_modified both say"),
-        ("kinematics = \"planar-2r\"", "kinematics and urdf both say"),
+        (
+            "dh_modified = [{}, {}]",
+            "urdf and dh_modified both describe",
+        ),
+        (
+            "kinematics = \"planar-2r\"",
+            "kinematics and urdf both describe",
+        ),
     ] {
         robot(other).fails(2, &["line", both, "keep one"]);
     }

@@ -1,4 +1,4 @@
-//! A commented `experiment.toml` to start from.
+//! Writes a commented `experiment.toml` for a new robot.
 
 mod write;
 
@@ -13,10 +13,10 @@ use super::urdf::{Urdf, UrdfJoint};
 
 pub use write::template;
 
-/// Most rows of a table to fill in.
-pub(crate) const MOST_JOINTS: usize = 32;
+/// Largest number of rows of a Denavit-Hartenberg table.
+pub(crate) const MAX_TABLE_ROWS: usize = 32;
 
-/// A robot that an experiment is to be written for.
+/// A robot for which [`template`] writes an experiment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Start {
     name: String,
@@ -26,7 +26,7 @@ pub struct Start {
 
 #[derive(Clone, Debug, PartialEq)]
 enum Kinematics {
-    /// Path of the URDF file, as the experiment is to name it.
+    /// Path of the URDF file for the experiment.
     Urdf(String),
     /// A Denavit-Hartenberg table to be filled in.
     Table,
@@ -37,39 +37,39 @@ struct Joint {
     name: String,
     link: String,
     kind: JointKind,
-    /// How far, how fast and how strongly it moves, in words.
+    /// Limits of position, velocity and torque, in words.
     limits: Option<String>,
 }
 
-/// Why no experiment can be written for a robot.
+/// Why sprung cannot write an experiment for a robot.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum StartError {
-    /// An experiment cannot name a joint of the URDF file.
+    /// The name of a joint of the URDF file is not allowed in an experiment.
     #[error("{rule}; rename the joint in {file}")]
     JointName {
         /// Path of the URDF file.
         file: String,
-        /// The name, and what names consist of.
+        /// The name, and the characters that are allowed.
         rule: String,
     },
-    /// A table has no rows or too many.
-    #[error("a table can be written for 1 to {MOST_JOINTS} joints, not for {joints}")]
+    /// A table would have no rows or too many rows.
+    #[error("a table can be written for 1 to {MAX_TABLE_ROWS} joints, not for {joints}")]
     Joints {
-        /// How many rows it should have.
+        /// The requested number of rows.
         joints: usize,
     },
 }
 
 impl Start {
-    /// Returns a robot with the joints of a URDF file that can move.
+    /// Returns a robot with the movable joints of a URDF file.
     ///
     /// - `file`: its path, relative to the experiment file or absolute.
     ///
     /// # Errors
     ///
-    /// [`StartError::JointName`] if a name holds characters that names in an
-    /// experiment must not hold.
+    /// [`StartError::JointName`] if the name of a joint contains characters that an experiment does
+    /// not allow.
     pub fn urdf(urdf: &Urdf, file: &str) -> Result<Self, StartError> {
         let joint = |joint: &UrdfJoint| {
             check_name(&joint.name, &[]).map_err(|fault| StartError::JointName {
@@ -92,13 +92,13 @@ impl Start {
 
     /// Returns a robot with a Denavit-Hartenberg table to be filled in.
     ///
-    /// - `joints`: number of its rows, 1 to `MOST_JOINTS`.
+    /// - `joints`: number of its rows, 1 to 32.
     ///
     /// # Errors
     ///
     /// [`StartError::Joints`] for another number.
     pub fn table(joints: usize) -> Result<Self, StartError> {
-        if !(1..=MOST_JOINTS).contains(&joints) {
+        if !(1..=MAX_TABLE_ROWS).contains(&joints) {
             return Err(StartError::Joints { joints });
         }
         let joint = |i| Joint {
@@ -114,9 +114,10 @@ impl Start {
         })
     }
 
-    /// Returns a key's columns as a list: those of the joints of which it speaks.
+    /// Returns a list of column names for a key, one for each of its joints; `None` if it has no
+    /// joints.
     ///
-    /// - `stem`: before the number of the joint; the key's unit follows.
+    /// - `stem`: the part of a name before the number of the joint; the key's unit follows.
     fn columns(&self, key: &Key, stem: &str) -> Option<String> {
         let (_, unit) = key.name.rsplit_once('_')?;
         let own = (self.joints.iter().zip(1..))
@@ -125,7 +126,9 @@ impl Start {
         (!names.is_empty()).then(|| format!("[{}]", names.join(", ")))
     }
 
-    /// Returns a list with a number for each joint.
+    /// Returns a list with a number for each joint, as TOML.
+    ///
+    /// - `turning`, `sliding`: the number for revolute and for prismatic joints.
     fn list(&self, turning: &str, sliding: &str) -> String {
         let numbers = self.joints.iter().map(|joint| match joint.kind {
             Revolute => turning,
@@ -135,13 +138,13 @@ impl Start {
     }
 }
 
-/// Says what a joint's limits are, as far as the file knows them.
+/// Returns a joint's limits in words; `None` if the URDF file gives none.
 fn limits(joint: &UrdfJoint) -> Option<String> {
     let (length, force) = match joint.kind {
         Revolute => ("rad", "N·m"),
         Prismatic => ("m", "N"),
     };
-    // Exporters write 0 or a huge number for what they do not know.
+    // Exporters write 0 or a huge number for an unknown limit.
     let known = |limit: Option<f64>| limit.filter(|x| *x != 0.0 && x.abs() < 1e6);
     let mut parts = Vec::new();
     if let (Some(lower), Some(upper)) = (joint.lower, joint.upper)
@@ -161,6 +164,6 @@ fn limits(joint: &UrdfJoint) -> Option<String> {
 }
 
 fn rounded(value: f64) -> f64 {
-    // Adding zero takes the sign from zero.
+    // Adding zero turns -0 into 0.
     (value * 1e4).round() / 1e4 + 0.0
 }

@@ -199,7 +199,7 @@ fn keys_that_do_not_fit_are_refused_with_their_line() {
     };
     case(
         "motor_torque = \"tau*\"",
-        &["line 19", "does not say its unit", "\"N·m\""],
+        &["line 19", "motor_torque has no unit", "\"N·m\""],
     );
     case(
         "motor_torque = { column = \"tau*\", unit = \"rad\" }",
@@ -241,7 +241,7 @@ fn keys_that_do_not_fit_are_refused_with_their_line() {
     let twice = USUAL.replace("\"t_s\"", "\"t_s\"\ntime_ms = \"t\"");
     says(
         &experiment(&twice).unwrap_err(),
-        &["time_s and time_ms say the same thing twice"],
+        &["time_s and time_ms both give the time"],
     );
     let borrowed = USUAL.replace(
         "\"tau*_nm\"",

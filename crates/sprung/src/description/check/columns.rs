@@ -1,5 +1,4 @@
-//! What types cannot say of a column: units that fit, one source, lists with
-//! one value per joint.
+//! Checks of a column: its unit, its source, and lists with one value per joint.
 
 use sprung_core::chain::JointKind;
 
@@ -12,7 +11,7 @@ use crate::description::units::Unit;
 
 /// Checks the entries of a quantity's columns.
 ///
-/// - `joints`: the joints that the quantity has, from 0.
+/// - `joints`: indices of the joints with this quantity.
 pub(in crate::description) fn check_columns(
     (key, list, joints): (&Key, &Columns, &[usize]),
     path: &[&str],
@@ -48,12 +47,12 @@ fn check_source(key: &Key, column: &Column, path: &[&str]) -> Result<(), Fault> 
         }
         (None, None) => {
             return wrong(format!(
-                "{key} says neither column nor topic; add column = \"…\""
+                "{key} names neither a column nor a topic; add column = \"…\""
             ));
         }
         (Some(_), None) if column.field.is_some() || column.joint_names.is_some() => {
             return wrong(format!(
-                "{key} names a field of messages but no topic; add topic = \"…\", or call it column"
+                "{key} names a field of messages but no topic; add topic = \"…\", or rename it to column"
             ));
         }
         _ => {}
@@ -66,14 +65,14 @@ fn check_source(key: &Key, column: &Column, path: &[&str]) -> Result<(), Fault> 
     });
     if patterns {
         return wrong(format!(
-            "{key} has a list with a pattern in it; give the pattern alone, for all joints"
+            "{key} has a list that contains a pattern; give the pattern alone, for all joints"
         ));
     }
     if column.side.is_some() && side_key.is_none() {
         let with_side = KEYS.iter().filter(|key| key.side_key().is_some());
         let with_side: Vec<&str> = with_side.map(|key| key.name).collect();
         return wrong(format!(
-            "{key} has no side; only {} may be taken before the gearbox",
+            "{key} must not have side; only {} may be recorded before the gearbox",
             with_side.join(" and ")
         ));
     }
@@ -121,7 +120,7 @@ fn check_unit(key: &Key, column: &Column, kind: JointKind, path: &[&str]) -> Res
                 Some(unit) => Err(fault(
                     path,
                     format!(
-                        "{key} has its unit in its name and says unit = \"{}\" besides; keep one",
+                        "{key} has its unit in its name, and also unit = \"{}\"; remove one of them",
                         unit.name()
                     ),
                 )),
@@ -136,7 +135,7 @@ fn check_unit(key: &Key, column: &Column, kind: JointKind, path: &[&str]) -> Res
     match column.unit {
         None => Err(fault(
             path,
-            format!("{key} does not say its unit; add unit = one of {units}"),
+            format!("{key} has no unit; add unit = one of {units}"),
         )),
         Some(unit) if unit.dimension() != dimension => Err(fault(
             path,
@@ -153,8 +152,8 @@ fn check_unit(key: &Key, column: &Column, kind: JointKind, path: &[&str]) -> Res
     }
 }
 
-/// Whether a number is one that a key may have.
-type Good = fn(f64) -> bool;
+/// Returns whether a number is allowed.
+type IsAllowed = fn(f64) -> bool;
 
 fn check_numbers(key: &Key, column: &Column, path: &[&str]) -> Result<(), Fault> {
     let (may_start_anywhere, key) = (key.may_start_anywhere(), key.name);
@@ -168,11 +167,11 @@ fn check_numbers(key: &Key, column: &Column, path: &[&str]) -> Result<(), Fault>
     if column.starts_at_rad.is_some() && !may_start_anywhere {
         return Err(fault(
             path,
-            format!("{key} has no starts_at_rad; only positions have a first one"),
+            format!("{key} must not have starts_at_rad; only absolute angles may have it"),
         ));
     }
-    let positive: Good = |value| value.is_finite() && value > 0.0;
-    let checks: [(&str, &Option<PerJoint<f64>>, Good, &str); 5] = [
+    let positive: IsAllowed = |value| value.is_finite() && value > 0.0;
+    let checks: [(&str, &Option<PerJoint<f64>>, IsAllowed, &str); 5] = [
         (
             "counts_per_turn",
             &column.counts_per_turn,
@@ -194,13 +193,13 @@ fn check_numbers(key: &Key, column: &Column, path: &[&str]) -> Result<(), Fault>
             "must be 1 or -1",
         ),
     ];
-    for (inner, values, good, must) in checks {
+    for (inner, values, is_allowed, must) in checks {
         let values = match values {
             None => continue,
             Some(PerJoint::One(value)) => std::slice::from_ref(value),
             Some(PerJoint::Each(values)) => values,
         };
-        if let Some(value) = values.iter().find(|value| !good(**value)) {
+        if let Some(value) = values.iter().find(|value| !is_allowed(**value)) {
             return Err(fault(
                 path,
                 format!("{inner} of {key} is {value}; it {must}"),

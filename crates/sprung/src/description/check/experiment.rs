@@ -1,4 +1,4 @@
-//! What types cannot say of an experiment: lengths, signs, names that must exist.
+//! Checks of an experiment: lengths, signs, names that must exist.
 
 use super::fault::{Fault, fault};
 use super::identify::identify;
@@ -8,7 +8,7 @@ use super::robot::robot;
 use super::run::{check_controller, check_twin};
 use crate::description::types::ExperimentFile;
 
-/// Checks that this version knows the format.
+/// Checks that this version of sprung reads the file format.
 pub(in crate::description) fn check_format(file: &ExperimentFile) -> Result<(), Fault> {
     if file.format == 1 {
         return Ok(());
@@ -22,7 +22,7 @@ pub(in crate::description) fn check_format(file: &ExperimentFile) -> Result<(), 
     ))
 }
 
-/// Checks what the types do not say.
+/// Checks all parts of an experiment file except its format and its kinematics.
 pub(in crate::description) fn check(file: &ExperimentFile) -> Result<(), Fault> {
     robot(file)?;
     identify(file)?;

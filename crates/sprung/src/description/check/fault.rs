@@ -1,6 +1,6 @@
-//! What is wrong with a description, and where.
+//! A fault of a description, and its place.
 
-/// A fault and the path of keys to it.
+/// A fault and the path of keys to its place.
 #[derive(Debug)]
 pub(in crate::description) struct Fault {
     pub(in crate::description) path: Vec<String>,

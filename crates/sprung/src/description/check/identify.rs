@@ -1,4 +1,4 @@
-//! What types cannot say of settings of an identification.
+//! Checks of the settings of an identification.
 
 use super::fault::{Fault, fault};
 use super::window::check_window;

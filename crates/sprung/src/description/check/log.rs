@@ -1,4 +1,4 @@
-//! What types cannot say of a log: one column per joint, nothing said twice.
+//! Checks of a log: one column per joint, and one source for each signal.
 
 use std::path::PathBuf;
 
@@ -17,10 +17,10 @@ use crate::description::robot::{Joint, Robot};
 /// Longest delay of a channel, s.
 const MAX_DELAY_S: f64 = 60.0;
 
-/// Checks that a key has a column for each of its joints.
+/// Checks that a key has a column for each of its joints, and returns their indices.
 ///
-/// - `which`: whether these are the only positions of a rigid robot, which may
-///   call them those of its links.
+/// - `which`: whether rigid joints have a column as well; the log of a rigid robot may call its only
+///   positions link positions.
 fn check_length(
     (key, list): (&Key, &Columns),
     which: Joints,
@@ -66,7 +66,7 @@ fn check_length(
     ))
 }
 
-/// Returns a word for the joints of a kind if there are others.
+/// Returns the word for a kind of joints if the robot has joints of another kind; otherwise nothing.
 fn turning(robot: &Robot, kind: JointKind) -> &'static str {
     let mixed = (0..robot.joint.len()).any(|i| robot.kind(i) != kind);
     match kind {
@@ -102,8 +102,8 @@ pub(in crate::description) fn check_log(
     check_by_column(log, path, &labels)
 }
 
-/// Checks that a signal is said once for the joints that turn and once for those that slide; what
-/// a key says of all joints stands alone.
+/// Checks that each signal has at most one key for revolute and one for prismatic joints, or one key
+/// for all joints.
 fn check_twice(log: &Log, path: &[&str]) -> Result<(), Fault> {
     for signal in Signal::ALL {
         let given: Vec<&Key> = Key::of(signal).filter(|key| key.is_given(log)).collect();
@@ -113,8 +113,10 @@ fn check_twice(log: &Log, path: &[&str]) -> Result<(), Fault> {
             return Err(fault(
                 &[path, &[second.name]].concat(),
                 format!(
-                    "{} and {} say the same thing twice; keep one",
-                    first.name, second.name
+                    "{} and {} both give {}; keep one",
+                    first.name,
+                    second.name,
+                    signal.words()
                 ),
             ));
         }
@@ -122,7 +124,7 @@ fn check_twice(log: &Log, path: &[&str]) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Checks that no column is named twice, and returns the names of all for messages.
+/// Checks that no column is named twice, and returns the names of all columns for messages.
 fn check_labels(log: &Log, path: &[&str]) -> Result<Vec<String>, Fault> {
     let mut labels: Vec<String> = Vec::new();
     let mut columns: Vec<(&Option<PathBuf>, String)> = Vec::new();
@@ -134,12 +136,14 @@ fn check_labels(log: &Log, path: &[&str]) -> Result<Vec<String>, Fault> {
         for i in 0..entries {
             let label = list.label(i, key.default_field());
             let file = list.of(i).map_or(&None, |(column, _)| &column.file);
-            // A field of a topic says its joints by their names.
+            // The messages of a topic name their joints, so several joints share one field.
             let topic = list.of(i).is_some_and(|(column, _)| column.topic.is_some());
             if !topic && columns.iter().any(|known| *known == (file, label.clone())) {
                 return Err(fault(
                     path,
-                    format!("the column \"{label}\" is named twice; each holds one quantity"),
+                    format!(
+                        "the column \"{label}\" is named twice; each column contains one quantity"
+                    ),
                 ));
             }
             columns.push((file, label.clone()));
@@ -149,14 +153,14 @@ fn check_labels(log: &Log, path: &[&str]) -> Result<Vec<String>, Fault> {
     Ok(labels)
 }
 
-/// Checks what is said by the names of columns.
+/// Checks `delay_s`, `sign` and `gain`, whose keys are names of columns.
 fn check_by_column(log: &Log, path: &[&str], labels: &[String]) -> Result<(), Fault> {
     let columns: Vec<&str> = labels.iter().map(String::as_str).collect();
     for (key, name) in (log.delay_s.keys().map(|name| ("delay_s", name)))
         .chain(log.sign.keys().map(|name| ("sign", name)))
         .chain(log.gain.keys().map(|name| ("gain", name)))
     {
-        // "q*[joint2]" speaks of one of those that are named together.
+        // "q*[joint2]" selects one column of a pattern.
         let common = name
             .split_once('[')
             .map_or(name.as_str(), |(common, _)| common);
@@ -165,7 +169,7 @@ fn check_by_column(log: &Log, path: &[&str], labels: &[String]) -> Result<(), Fa
                 .map_or_else(String::new, |known| format!("; did you mean \"{known}\"?"));
             return Err(fault(
                 &[path, &[key, name]].concat(),
-                format!("{key} speaks of \"{name}\", which is not a column of this log{hint}"),
+                format!("{key} names \"{name}\", which is not a column of this log{hint}"),
             ));
         }
     }
@@ -196,8 +200,8 @@ fn check_by_column(log: &Log, path: &[&str], labels: &[String]) -> Result<(), Fa
             return Err(fault(
                 &[path, &["gain", name]].concat(),
                 format!(
-                    "the gain of \"{name}\" is {gain}; it must be positive, or \"estimate\"; what \
-                     counts the other way has a sign"
+                    "the gain of \"{name}\" is {gain}; it must be positive, or \"estimate\"; use sign \
+                     for a reversed column"
                 ),
             ));
         }
@@ -205,7 +209,9 @@ fn check_by_column(log: &Log, path: &[&str], labels: &[String]) -> Result<(), Fa
     Ok(())
 }
 
-/// Returns whether two keys speak of the same joints.
+/// Returns whether two keys have joints of the same kind.
+///
+/// - `a`, `b`: their kinds of joints; `None` for all kinds.
 fn overlap(a: Option<JointKind>, b: Option<JointKind>) -> bool {
     a.zip(b).is_none_or(|(a, b)| a == b)
 }
@@ -220,7 +226,7 @@ fn check_sides(log: &Log, path: &[&str]) -> Result<(), Fault> {
             let key = key.name;
             return Err(fault(
                 &[path, &[key]].concat(),
-                format!("{key} says two sides of the gearbox; say it once, as {side_key}"),
+                format!("{key} gives two sides of the gearbox; give one side, as {side_key}"),
             ));
         }
     }
@@ -234,7 +240,7 @@ fn check_files(log: &Log, path: &[&str]) -> Result<(), Fault> {
         return Err(fault(
             &at,
             format!(
-                "{} is listed twice; its samples would count as if they were others",
+                "{} is listed twice; its samples would count twice",
                 files[twice].display()
             ),
         ));
@@ -245,8 +251,8 @@ fn check_files(log: &Log, path: &[&str]) -> Result<(), Fault> {
         return Err(fault(
             &at,
             format!(
-                "{} belongs to one log, file names {}; identify from one of them, or put the \
-                 columns of each log into one file",
+                "{} contains columns of one log, but file names {} logs; identify from one log, or \
+                 put all columns of a log into one file",
                 other.display(),
                 files.len()
             ),
@@ -255,7 +261,8 @@ fn check_files(log: &Log, path: &[&str]) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Checks that a log of its own does not borrow columns from another recording.
+/// Checks that a validation log with its own file does not take columns from the recording of
+/// `[log]`.
 pub(in crate::description) fn check_overlay(
     log: Option<&Log>,
     over: &Log,
@@ -270,7 +277,7 @@ pub(in crate::description) fn check_overlay(
         Some(other) if over.file.is_some() && !own => Err(fault(
             &[path, &["file"]].concat(),
             format!(
-                "{} holds columns of [log] and belongs to its recording; name the columns of this log \
+                "{} holds columns of [log], which belong to its recording; name the columns of this log \
                  as well",
                 other.display()
             ),
@@ -307,7 +314,7 @@ fn check_csv(log: &Log, path: &[&str]) -> Result<(), Fault> {
         return Err(wrong(
             "decimal",
             decimal,
-            "another character than that between cells",
+            "a character other than the delimiter",
         ));
     }
     Ok(())

@@ -1,4 +1,4 @@
-//! What types cannot say of a description, each fault with the path of keys to it.
+//! Checks of a description that its types do not make; each fault has the path of its keys.
 
 mod columns;
 mod experiment;

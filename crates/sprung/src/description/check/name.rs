@@ -1,8 +1,8 @@
-//! Names that stand in files and in column titles.
+//! Checks names of joints and validation runs.
 
 use super::fault::{Fault, fault};
 
-/// Names stand in files and in column titles.
+/// Checks the characters of a name, because names become keys and column titles of files.
 pub(in crate::description) fn check_name(name: &str, path: &[&str]) -> Result<(), Fault> {
     let allowed = |c: char| c.is_alphanumeric() || "_-. ".contains(c);
     if !name.trim().is_empty() && name.chars().all(allowed) {

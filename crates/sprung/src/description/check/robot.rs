@@ -1,4 +1,4 @@
-//! What types cannot say of a robot: which keys go together.
+//! Checks of a robot: numbers in range, names that exist, keys that exclude each other.
 
 use sprung_core::chain::JointKind;
 use sprung_core::friction::Family;
@@ -11,7 +11,7 @@ use crate::description::friction::FrictionLaw;
 use crate::description::robot::{Joint, Robot, SpringTerm};
 use crate::description::types::ExperimentFile;
 
-/// Longest length of a table, m.
+/// Largest length in a Denavit-Hartenberg table, m; larger numbers are probably millimetres.
 const MAX_LINK_LENGTH_M: f64 = 100.0;
 
 pub(in crate::description) fn robot(file: &ExperimentFile) -> Result<(), Fault> {
@@ -76,7 +76,7 @@ pub(in crate::description) fn robot(file: &ExperimentFile) -> Result<(), Fault> 
             return Err(Fault {
                 path: path("position_offset_deg"),
                 message: format!(
-                    "{} slides, and position_offset_deg is for joints that turn; remove it",
+                    "{} is prismatic, and position_offset_deg is for revolute joints; remove it",
                     joint.name
                 ),
             });
@@ -114,7 +114,7 @@ pub(in crate::description) fn robot(file: &ExperimentFile) -> Result<(), Fault> 
     transmission(robot)
 }
 
-/// Checks that what is assumed zero are inertial parameters of links.
+/// Checks that `assume_zero` names inertial parameters of links that have no fixed value.
 fn zeros(robot: &Robot) -> Result<(), Fault> {
     let links = robot.tree.iter().flat_map(|tree| &tree.links);
     let known: Vec<String> = links
@@ -142,7 +142,7 @@ fn zeros(robot: &Robot) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Checks that one thing says how the links hang together.
+/// Checks that exactly one key describes the kinematics.
 pub(in crate::description) fn kinematics(robot: &Robot) -> Result<(), Fault> {
     let given: Vec<&str> = [
         ("kinematics", robot.kinematics.is_some()),
@@ -158,14 +158,14 @@ pub(in crate::description) fn kinematics(robot: &Robot) -> Result<(), Fault> {
         [] => {
             return Err(fault(
                 &["robot"],
-                "[robot] does not say how its links hang together; give urdf, dh_modified, \
-                 dh_classic, or kinematics = \"planar-2r\"",
+                "[robot] does not describe its kinematics; give urdf, dh_modified, dh_classic, or \
+                 kinematics = \"planar-2r\"",
             ));
         }
         [first, second, ..] => {
             return Err(fault(
                 &["robot", second],
-                format!("{first} and {second} both say how the links hang together; keep one"),
+                format!("{first} and {second} both describe the kinematics; keep one"),
             ));
         }
         [_] => {}
@@ -185,7 +185,7 @@ pub(in crate::description) fn kinematics(robot: &Robot) -> Result<(), Fault> {
             return Err(fault(
                 &["robot", "gravity_m_per_s2"],
                 "kinematics \"planar-2r\" moves in a horizontal plane, in which gravity does no \
-                 work; describe an arm that it moves by urdf or dh_modified",
+                 work; describe an arm under gravity by urdf or dh_modified",
             ));
         }
         if let Some(name) = robot.assume_zero.first() {
@@ -262,7 +262,7 @@ fn tables(robot: &Robot) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Checks that no two laws of a joint say the same.
+/// Checks that the friction laws and spring terms of a joint are independent.
 fn laws(joint: &Joint, at: &str) -> Result<(), Fault> {
     use Family::{Coulomb, CoulombAsymmetric, Offset, Viscous, ViscousAsymmetric};
     let name = &joint.name;
@@ -290,8 +290,8 @@ fn laws(joint: &Joint, at: &str) -> Result<(), Fault> {
                 return Err(fault(
                     &path,
                     format!(
-                        "{name}: in {key} \"{}\" already holds \"{}\": at every velocity but zero \
-                         they act alike; keep one",
+                        "{name}: in {key} \"{}\" already includes \"{}\": they are equal at every \
+                         velocity except zero; keep one",
                         other.word(),
                         one.word()
                     ),
@@ -348,8 +348,8 @@ fn transmission(robot: &Robot) -> Result<(), Fault> {
         return Err(fault(
             &path,
             format!(
-                "transmission_matrix: motor {} does not turn {} (the diagonal holds 0); order the \
-                 motors as the joints that they turn most",
+                "transmission_matrix: motor {} does not turn {} (the diagonal contains 0); \
+                 order the motors as the joints that they turn most",
                 i + 1,
                 robot.joint[i].name
             ),
@@ -366,7 +366,7 @@ fn transmission(robot: &Robot) -> Result<(), Fault> {
         return Err(fault(
             &path,
             format!(
-                "{}: gear_ratio and transmission_matrix say the same thing twice; keep the matrix",
+                "{}: gear_ratio and transmission_matrix both give the gear ratio; keep the matrix",
                 joint.name
             ),
         ));
@@ -389,8 +389,8 @@ fn transmission(robot: &Robot) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Returns the determinant of the rows over their largest numbers, by Gauss
-/// elimination with row pivots.
+/// Returns the determinant after division of each row by its largest number, by Gauss elimination
+/// with row pivots.
 fn determinant(matrix: &[Vec<f64>]) -> f64 {
     let scaled = |row: &Vec<f64>| -> Vec<f64> {
         let largest = row.iter().fold(0.0_f64, |m, x| m.max(x.abs()));

@@ -1,4 +1,4 @@
-//! What types cannot say of a controller, its reference and a digital twin.
+//! Checks of a controller, its reference and a digital twin.
 
 use sprung_core::chain::JointKind;
 
@@ -81,7 +81,10 @@ fn check_reference(reference: &Reference, path: &[&str], robot: &Robot) -> Resul
     if let Some(i) = (0..n).find(|&i| slides(i) && centre.get(i).is_some_and(|c| *c != 0.0)) {
         return Err(fault(
             &at_centre,
-            format!("{} slides; its number in centre_deg must be 0", joints[i]),
+            format!(
+                "{} is prismatic; its number in centre_deg must be 0",
+                joints[i]
+            ),
         ));
     }
     for (k, sine) in reference.sines.iter().enumerate() {
@@ -108,15 +111,20 @@ fn check_reference(reference: &Reference, path: &[&str], robot: &Robot) -> Resul
                 return Err(fault(&at(key), format!("{key} must be finite")));
             }
         }
-        let (moves, strange, value, right) = if slides(joint) {
-            ("slides", "amplitude_deg", sine.amplitude_deg, "amplitude_m")
+        let (kind, wrong, value, right) = if slides(joint) {
+            (
+                "prismatic",
+                "amplitude_deg",
+                sine.amplitude_deg,
+                "amplitude_m",
+            )
         } else {
-            ("turns", "amplitude_m", sine.amplitude_m, "amplitude_deg")
+            ("revolute", "amplitude_m", sine.amplitude_m, "amplitude_deg")
         };
         if value != 0.0 {
             return Err(fault(
-                &at(strange),
-                format!("{} {moves}; give {right} instead of {strange}", sine.joint),
+                &at(wrong),
+                format!("{} is {kind}; give {right} instead of {wrong}", sine.joint),
             ));
         }
     }
@@ -176,7 +184,7 @@ pub(super) fn check_twin(twin: &Simulate, joints: &[&str]) -> Result<(), Fault> 
     if let Some(value) = (twin.motor_encoder_offset_rad.iter()).find(|v| !v.is_finite()) {
         return Err(fault(
             &["simulate", "motor_encoder_offset_rad"],
-            format!("motor_encoder_offset_rad holds {value}; every number must be finite"),
+            format!("motor_encoder_offset_rad contains {value}; every number must be finite"),
         ));
     }
     for (key, list) in [
@@ -190,7 +198,7 @@ pub(super) fn check_twin(twin: &Simulate, joints: &[&str]) -> Result<(), Fault> 
         if let Some(value) = list.iter().find(|v| !(v.is_finite() && **v >= 0.0)) {
             return Err(fault(
                 &["simulate", key],
-                format!("{key} holds {value}; a standard deviation is zero or positive"),
+                format!("{key} contains {value}; a standard deviation must be zero or positive"),
             ));
         }
     }

@@ -1,4 +1,4 @@
-//! What types cannot say of the time of a log.
+//! Checks of the time of a log.
 
 use super::fault::{Fault, fault};
 use crate::description::choice::quoted;
@@ -20,7 +20,7 @@ pub(super) fn check_time(log: &Log, path: &[&str]) -> Result<(), Fault> {
     if let [first, second, ..] = given[..] {
         return Err(fault(
             &[path, &[second]].concat(),
-            format!("{first} and {second} say the same thing twice; keep one"),
+            format!("{first} and {second} both give the time; keep one"),
         ));
     }
     if let Some(period) = log.period_s
@@ -35,8 +35,8 @@ pub(super) fn check_time(log: &Log, path: &[&str]) -> Result<(), Fault> {
         return Err(fault(
             &[path, &["sampling"]].concat(),
             format!(
-                "period_s = {period} says when samples were taken: at whole multiples of it; keep it or \
-                 sampling"
+                "period_s = {period} states that samples were taken at its multiples; remove period_s \
+                 or sampling"
             ),
         ));
     }
@@ -48,7 +48,7 @@ pub(super) fn check_time(log: &Log, path: &[&str]) -> Result<(), Fault> {
         return Err(fault(
             &at,
             format!(
-                "time does not say its unit; write time_s, time_ms, time_us or time_ns, or give a \
+                "time has no unit; write time_s, time_ms, time_us or time_ns, or give a \
                  unit: {}",
                 quoted(&units)
             ),
@@ -58,7 +58,7 @@ pub(super) fn check_time(log: &Log, path: &[&str]) -> Result<(), Fault> {
         let units = Unit::names_of(Dimension::Time);
         return Err(fault(
             &at,
-            format!("time is measured in {}", quoted(&units)),
+            format!("the unit of time is one of {}", quoted(&units)),
         ));
     }
     let one = matches!(time.column, Some(PerJoint::One(_))) || time.topic.is_some();

@@ -1,4 +1,4 @@
-//! Windows of velocity estimates.
+//! Checks the windows of velocity estimators.
 
 use super::fault::{Fault, fault};
 

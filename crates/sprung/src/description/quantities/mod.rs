@@ -1,7 +1,7 @@
 //! The measured quantities of a log: one table for reading, checking and templates.
 //!
-//! [`quantity`] says what each measures in the equations of motion; [`table`] has the keys of
-//! `[log]` that name its columns.
+//! [`quantity`] gives the place of each quantity in the equations of motion; [`table`] gives the keys
+//! of `[log]` for its columns.
 
 mod quantity;
 mod table;

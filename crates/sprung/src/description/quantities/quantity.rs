@@ -1,10 +1,10 @@
-//! What a channel measures, and its place in the equations of motion.
+//! The measured quantities, and their place in the equations of motion.
 
 use sprung_core::chain::JointKind;
 
 use crate::description::robot::Joint;
 
-/// What a channel measures.
+/// The quantity that a channel measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
     /// Link position q, rad (m).
@@ -17,7 +17,7 @@ pub enum Quantity {
     MotorTorque,
 }
 
-/// What a quantity is in the equations of motion of its joint.
+/// The place of a quantity in the equations of motion of its joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Measures {
     /// The position `link · q + motor · phi`, rad (m). A quantity that measures the link has
@@ -35,17 +35,17 @@ pub enum Measures {
 /// A row of the equations of motion of one joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Row {
-    /// That of the link of a flexible joint.
+    /// The link row of a flexible joint.
     Link,
-    /// That in which the motor torque acts: the motor row of a flexible joint, the only row of a
-    /// rigid one.
+    /// The row with the motor torque: the motor row of a flexible joint, the only row of a rigid
+    /// joint.
     Motor,
 }
 
-/// What every sample needs of a joint; one of several quantities tells it.
+/// A signal that every sample needs of a joint; one of several quantities gives it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Signal {
-    /// The link position, of flexible joints only: a rigid joint's is its motor's.
+    /// The link position, of flexible joints only; that of a rigid joint is the motor position.
     Link,
     /// The motor position.
     Motor,
@@ -53,17 +53,17 @@ pub enum Signal {
     Torque,
 }
 
-/// What messages and equations need to know of a quantity.
+/// Properties of a quantity for messages and equations.
 struct Meaning {
     /// Its key in `[log]`, without unit.
     key: &'static str,
     measures: Measures,
-    /// What may be wrong where it never changes, as the beginning of a question.
+    /// Likely cause if it never changes, as the beginning of a question.
     suspicion: &'static str,
 }
 
 impl Row {
-    /// Returns the quantity that measures its right-hand side, if one does; otherwise that is zero.
+    /// Returns the quantity that measures its right-hand side; `None` for a right-hand side of zero.
     #[must_use]
     pub fn right_hand_side(self) -> Option<Quantity> {
         (Quantity::ALL.into_iter())
@@ -121,13 +121,13 @@ impl Quantity {
         self.meaning().key
     }
 
-    /// Returns what it is in the equations of motion.
+    /// Returns its place in the equations of motion.
     #[must_use]
     pub const fn measures(self) -> Measures {
         self.meaning().measures
     }
 
-    /// Returns what may be wrong where it never changes, as the beginning of a question.
+    /// Returns the likely cause if it never changes, as the beginning of a question.
     pub(crate) const fn suspicion(self) -> &'static str {
         self.meaning().suspicion
     }
@@ -138,7 +138,7 @@ impl Quantity {
         matches!(self.measures(), Measures::Position { .. })
     }
 
-    /// Returns what it tells of a sample.
+    /// Returns the signal that it gives.
     #[must_use]
     pub fn signal(self) -> Signal {
         match self.measures() {
@@ -161,7 +161,7 @@ impl Quantity {
         }
     }
 
-    /// Returns what an exact sensor would show, rad or N·m (m or N).
+    /// Returns the reading of an exact sensor, rad or N·m (m or N).
     ///
     /// - `q`, `phi`, `tau`: link position, motor position and motor torque of the joint.
     #[must_use]
@@ -184,7 +184,7 @@ impl Signal {
         matches!(self, Self::Link)
     }
 
-    /// Returns whether nothing can be said of a joint without it.
+    /// Returns whether a joint cannot be identified without it.
     pub(crate) fn is_needed_by(self, joint: &Joint) -> bool {
         match self {
             Self::Link => joint.is_flexible(),
@@ -201,7 +201,7 @@ impl Signal {
         }
     }
 
-    /// Returns the keys to propose where nothing tells it.
+    /// Returns the keys that an error proposes if the log does not give the signal.
     pub(crate) const fn usual_keys(self, kind: JointKind) -> &'static str {
         match (self, kind) {
             (Self::Link, JointKind::Revolute) => "link_position_rad or link_deflection_rad",
@@ -221,7 +221,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sensors_show_what_they_measure_to_the_bit() {
+    fn readings_equal_the_measured_quantity_bit_for_bit() {
         let (q, phi, tau) = (0.3, 0.1, 7.0);
         let shown = |quantity: Quantity| quantity.shown(q, phi, tau).to_bits();
         assert_eq!(shown(Quantity::LinkPosition), q.to_bits());

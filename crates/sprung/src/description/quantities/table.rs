@@ -8,64 +8,64 @@ use crate::description::log::Log;
 use crate::description::robot::Robot;
 use crate::description::units::Dimension;
 
-/// A key of `[log]` and what its columns hold.
+/// A key of `[log]` and the meaning of its columns.
 #[derive(Debug)]
 pub(crate) struct Key {
     /// Its name.
     pub(crate) name: &'static str,
-    /// What its columns measure, once they are scaled.
+    /// The quantity of its columns after scaling.
     pub(crate) quantity: Quantity,
-    /// The kind of joints of which it speaks; any, if none is named.
+    /// The kind of its joints; `None` for all kinds.
     pub(crate) kind: Option<JointKind>,
-    /// What its readings are in.
+    /// The unit of its readings.
     pub(crate) unit: KeyUnit,
-    /// How its readings are brought to the output side.
+    /// The conversion of its readings to the output side of the gearbox.
     pub(crate) scaling: Scaling,
-    /// Whether a template shows it.
+    /// Its place in a template.
     pub(crate) template: InTemplate,
-    /// The columns that a log names under it.
+    /// The columns under this key in a log.
     pub(crate) columns: fn(&Log) -> &Option<Columns>,
-    /// The same, to be replaced.
+    /// The same columns, mutable.
     pub(crate) columns_mut: fn(&mut Log) -> &mut Option<Columns>,
 }
 
-/// What the readings of a key's columns are in.
+/// The unit of the readings of a key's columns.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum KeyUnit {
     /// The key ends in its unit, which has this size in SI units.
     InName(f64),
-    /// Each column says its unit, which measures this.
+    /// Each column declares a unit of this dimension.
     Said {
-        /// Of a joint that turns.
+        /// For a revolute joint.
         turning: Dimension,
-        /// Of a joint that slides.
+        /// For a prismatic joint.
         sliding: Dimension,
     },
 }
 
-/// From readings to quantities on the output side of the gearbox.
+/// The conversion of readings to quantities on the output side of the gearbox.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Scaling {
-    /// They were taken there.
+    /// No conversion: the readings were taken on the output side.
     None,
-    /// By the gear ratio where motor positions were recorded on the motor's side.
+    /// By the gear ratio, if motor positions were recorded on the motor side.
     PositionSide,
-    /// By the gear ratio where motor torques were recorded on the motor's side.
+    /// By the gear ratio, if motor torques were recorded on the motor side.
     TorqueSide,
     /// By the torque constant, from A.
     TorqueConstant,
-    /// By the amplifier's gain and the torque constant, from V.
+    /// By the amplifier gain and the torque constant, from V.
     AmplifierGain,
 }
 
-/// How a template shows a key.
+/// The place of a key in a template.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum InTemplate {
-    /// It does not.
+    /// The template does not contain it.
     No,
-    /// To be filled in, with columns of this stem.
+    /// A line to be filled in; column names have this stem.
     FillIn(&'static str),
-    /// As another that may stand in its place, with columns of this stem.
+    /// A commented alternative to another line; column names have this stem.
     Instead(&'static str),
 }
 
@@ -113,7 +113,7 @@ const fn instead(stem: &'static str) -> InTemplate {
     InTemplate::Instead(stem)
 }
 
-/// All keys that name columns of measured quantities, those of one signal together.
+/// All keys for columns of measured quantities, grouped by signal.
 #[rustfmt::skip]
 pub(crate) static KEYS: [Key; 18] = [
     //   key                  measures        joints           unit           scaled by       template
@@ -138,12 +138,12 @@ pub(crate) static KEYS: [Key; 18] = [
 ];
 
 impl Key {
-    /// Returns the keys that tell a signal.
+    /// Returns the keys that give a signal.
     pub(crate) fn of(signal: Signal) -> impl Iterator<Item = &'static Self> {
         KEYS.iter().filter(move |key| key.signal() == signal)
     }
 
-    /// Returns the signal that it tells.
+    /// Returns the signal that it gives.
     pub(crate) fn signal(&self) -> Signal {
         self.quantity.signal()
     }
@@ -153,9 +153,10 @@ impl Key {
         (self.columns)(log).is_some()
     }
 
-    /// Returns the joints that have a column under it, from 0.
+    /// Returns the indices of the joints that have a column under it.
     ///
-    /// - `joints`: whether rigid joints count where only flexible ones have the quantity.
+    /// - `joints`: whether rigid joints have a column as well if the quantity is that of flexible
+    ///   joints.
     pub(crate) fn joints(&self, joints: Joints, robot: &Robot) -> Vec<usize> {
         let flexible = self.signal().is_of_flexible_joints() && joints == Joints::ThatHaveIt;
         (0..robot.joint.len())
@@ -164,7 +165,7 @@ impl Key {
             .collect()
     }
 
-    /// Returns the field of a message that holds it, unless a column says another.
+    /// Returns the default field of a message for it.
     pub(crate) const fn default_field(&self) -> &'static str {
         if self.quantity.is_position() {
             "position"
@@ -173,8 +174,8 @@ impl Key {
         }
     }
 
-    /// Returns the key that says on which side of the gearbox it was recorded, if its columns
-    /// may say that as well.
+    /// Returns the key that gives the side of the gearbox for all its columns, if each column may
+    /// also give the side.
     pub(crate) const fn side_key(&self) -> Option<&'static str> {
         match (self.unit, self.scaling) {
             (KeyUnit::Said { .. }, Scaling::PositionSide) => Some("motor_position_side"),
@@ -183,7 +184,7 @@ impl Key {
         }
     }
 
-    /// Returns whether its first reading may be given, rad: that of an absolute angle.
+    /// Returns whether `starts_at_rad` may give its first value: only for absolute angles.
     pub(crate) fn may_start_anywhere(&self) -> bool {
         let in_metres = self.kind == Some(Prismatic);
         match self.quantity.measures() {
@@ -193,11 +194,11 @@ impl Key {
     }
 }
 
-/// Which joints a key speaks of.
+/// The joints of a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Joints {
-    /// Those that have the quantity.
+    /// The joints that have the quantity.
     ThatHaveIt,
-    /// Rigid ones as well: a rigid robot may call its only positions those of its links.
+    /// Rigid joints as well: the log of a rigid robot may call its only positions link positions.
     Rigid,
 }

@@ -28,12 +28,12 @@ fn accept(text: &str) -> Result<Experiment, DescriptionError> {
     })
 }
 
-/// Whether a line is an example, and not words.
+/// Whether a line is a commented example, and not an explanation.
 fn is_example(line: &str) -> bool {
     line.starts_with("#  ") || (line.len() > 1 && line.starts_with('#') && !line.starts_with("# "))
 }
 
-/// Returns the text with the examples that `wanted` chooses.
+/// Returns the text with the selected examples uncommented.
 fn with(text: &str, wanted: impl Fn(&str) -> bool) -> String {
     let lines = text.lines().map(|line| {
         if is_example(line) && wanted(line) {
@@ -52,8 +52,8 @@ fn key(line: &str) -> &str {
         .unwrap_or(line)
 }
 
-/// Examples that replace another line.
-const INSTEAD: [(&str, &[&str]); 5] = [
+/// Examples that replace other lines.
+const ALTERNATIVES: [(&str, &[&str]); 5] = [
     ("link_position_deg", &["link_position_rad"]),
     ("link_deflection_rad", &["link_position_rad"]),
     ("motor_position_deg", &["motor_position_rad"]),
@@ -62,12 +62,14 @@ const INSTEAD: [(&str, &[&str]); 5] = [
 ];
 
 fn replaces(line: &str) -> bool {
-    INSTEAD.iter().any(|(instead, _)| *instead == key(line))
+    ALTERNATIVES
+        .iter()
+        .any(|(instead, _)| *instead == key(line))
 }
 
 #[test]
 fn tables_are_accepted_as_they_stand() {
-    for joints in [1, 2, 7, MOST_JOINTS] {
+    for joints in [1, 2, 7, MAX_TABLE_ROWS] {
         let experiment = accept(&template(&Start::table(joints).unwrap())).unwrap();
         let robot = &experiment.robot;
         assert_eq!(robot.joint.len(), joints);
@@ -79,7 +81,7 @@ fn tables_are_accepted_as_they_stand() {
 }
 
 #[test]
-fn joints_of_a_urdf_stand_in_order_and_columns_are_split_by_kind() {
+fn joints_keep_the_order_of_the_urdf_and_columns_are_split_by_kind() {
     let experiment = accept(&template(&mixed())).unwrap();
     let robot = &experiment.robot;
     assert_eq!(robot.name, "gantry \"A\" \\ 2");
@@ -100,7 +102,7 @@ fn joints_of_a_urdf_stand_in_order_and_columns_are_split_by_kind() {
 }
 
 #[test]
-fn limits_are_said_where_the_file_knows_them() {
+fn limits_in_the_urdf_become_comments() {
     let text = template(&mixed());
     assert!(
         text.contains("# The URDF allows -0.5 to 1.25 m, 800 N.\n"),
@@ -114,7 +116,7 @@ fn limits_are_said_where_the_file_knows_them() {
 }
 
 #[test]
-fn all_examples_hold_together() {
+fn all_examples_are_accepted_together() {
     for start in [Start::table(1), Start::table(2), Ok(mixed())] {
         let text = template(&start.unwrap());
         let all = with(&text, |line| !replaces(line));
@@ -134,13 +136,13 @@ fn all_examples_hold_together() {
 #[test]
 fn examples_of_other_columns_take_the_place_of_a_line() {
     let text = template(&Start::table(2).unwrap());
-    for (instead, replaced) in INSTEAD {
+    for (instead, replaced) in ALTERNATIVES {
         let all = with(&text, |line| !replaces(line) || key(line) == instead);
         let kept = all.lines().filter(|line| !replaced.contains(&key(line)));
         let changed = kept.collect::<Vec<_>>().join("\n");
-        // Both together are refused: the example is that of a real choice.
+        // Both lines together are refused, so the example is a true alternative.
         assert!(accept(&all).is_err(), "{instead}");
-        // Of columns that are gone, nothing can be said.
+        // The columns of these two keys no longer exist.
         let changed = changed
             .replace("sign = {", "#sign = {")
             .replace("delay_s = {", "#delay_s = {");
@@ -174,7 +176,7 @@ fn lines_fit_a_terminal() {
 }
 
 #[test]
-fn strange_names_are_escaped_or_refused() {
+fn special_characters_in_names_are_escaped_or_refused() {
     let named = |robot: &str, joint: &str| {
         let text = MIXED
             .replace("gantry &quot;A&quot; \\ 2", robot)
@@ -194,8 +196,8 @@ fn strange_names_are_escaped_or_refused() {
 }
 
 #[test]
-fn tables_have_at_least_a_row_and_not_too_many() {
-    for joints in [0, MOST_JOINTS + 1] {
+fn a_table_has_between_1_and_32_rows() {
+    for joints in [0, MAX_TABLE_ROWS + 1] {
         let error = Start::table(joints).unwrap_err().to_string();
         assert_eq!(
             error,

@@ -1,4 +1,4 @@
-//! The text of the file, from top to bottom.
+//! The text of the template, from top to bottom.
 
 use std::fmt::Write;
 
@@ -9,9 +9,8 @@ use crate::description::quantities::{InTemplate, KEYS};
 
 /// Returns the text of an `experiment.toml` for a robot.
 ///
-/// It can be read as it stands; what only the user knows is marked `FILL IN`.
-/// Keys that a robot may need stand behind a `#` without a space, with an
-/// example and an explanation.
+/// sprung accepts the text without changes. `FILL IN` marks the values that only the user knows.
+/// Optional keys follow a `#` without a space, with an example and an explanation.
 #[must_use]
 pub fn template(robot: &Start) -> String {
     let mut text = HEADER.to_owned();
@@ -25,28 +24,28 @@ pub fn template(robot: &Start) -> String {
 }
 
 const HEADER: &str = "\
-# A start for your own robot: fill in what is marked FILL IN, then run `sprung identify` on the
-# folder of this file. Keys end in their units. A key right behind a # is an example: remove the #
-# to use it. `sprung schema` prints all keys, for completion in editors.
+# An experiment for your own robot: complete the parts marked FILL IN, then run `sprung identify` on
+# the folder of this file. Keys end in their units. A key directly after a # is an example: remove
+# the # to use it. `sprung schema` prints all keys, for completion in editors.
 format = 1
 ";
 
 const IDENTIFY: &str = "
 [identify]
 estimator = \"least-squares\"                 # or several: [\"least-squares\", \"lsff\"]
-filter_cutoff_rad_per_s = 30.0              # lambda: above the motion, below its noise
-position_cutoff_hz = \"auto\"                 # zero-phase, for positions; a number if you know better
-#weights = \"none\"                           # all samples alike, as in the paper
-#encoder_offset = \"none\"                    # link and motor agree at rest; \"estimate\" if absent
-#initial_momentum = \"estimate\"              # if the log begins with a wrong velocity
+filter_cutoff_rad_per_s = 30.0              # lambda: above the motion, below the noise
+position_cutoff_hz = \"auto\"                 # zero-phase, for positions; or a number
+#weights = \"none\"                           # all samples have weight 1, as in the paper
+#encoder_offset = \"none\"                    # no offset between encoders; \"estimate\" if absent
+#initial_momentum = \"estimate\"              # if the first velocity of the log is wrong
 ";
 
 const VALIDATE: &str = "
-# What `sprung validate` tests the identified model on.
+# The runs on which `sprung validate` tests the identified model.
 [[validate]]
-name = \"same log\"                           # no log given: that of [log]
+name = \"same log\"                           # without a log: the log of [log]
 
-# A second log shows whether the model predicts. Columns are as above unless said otherwise.
+# A second log tests the prediction of the model. Its columns are those of [log] by default.
 #[[validate]]
 #name = \"second log\"
 #log = { file = \"second.csv\" }
@@ -68,11 +67,11 @@ fn kinematics(text: &mut String, robot: &Start) {
     }
     text.push_str(
         "
-# Acceleration of free fall in the frame of the base: [0.0, 0.0, 9.81] if the robot hangs from a
-# ceiling, along another axis if its base is on a wall.
+# Acceleration of free fall in the base frame: [0.0, 0.0, 9.81] if the robot hangs from a ceiling,
+# along another axis if its base is on a wall.
 gravity_m_per_s2 = [0.0, 0.0, -9.81]
 
-# Inertial parameters that symmetry makes zero, and values that are known: neither is estimated.
+# Inertial parameters that are zero by symmetry, and known values. sprung does not estimate them.
 ",
     );
     if let Some(joint) = robot.joints.last() {
@@ -85,8 +84,8 @@ gravity_m_per_s2 = [0.0, 0.0, -9.81]
     if robot.joints.len() > 1 {
         text.push_str(
             "
-# A coupled transmission in place of every gear_ratio: motor turns per joint turn, a row per motor
-# and a column per joint. Of two joints, the second motor turns with both:
+# A coupled transmission, instead of gear_ratio: motor turns per joint turn, a row per motor and a
+# column per joint. In this example of two joints, the second motor turns with both joints:
 #transmission_matrix = [[100.0, 0.0], [50.0, 100.0]]
 ",
         );
@@ -96,10 +95,10 @@ gravity_m_per_s2 = [0.0, 0.0, -9.81]
 fn table(text: &mut String, joints: usize) {
     text.push_str(
         "
-# FILL IN the modified Denavit-Hartenberg table (Craig): row i holds the twist and the length of the
-# link before joint i, then offset and angle of joint i. As it stands, it is an arm in a horizontal
-# plane. A joint that slides has prismatic = true; its columns are link_position_m, motor_position_m
-# and motor_force_n. There are also dh_classic, and urdf with the name of a file.
+# FILL IN the modified Denavit-Hartenberg table (Craig): row i contains twist and length of the link
+# before joint i, then offset and angle of joint i. These values are an arm in a horizontal plane. A
+# prismatic joint has prismatic = true; its columns are link_position_m, motor_position_m and
+# motor_force_n. Instead of this table, dh_classic or urdf = \"FILE\" describe the robot.
 dh_modified = [
 ",
     );
@@ -117,17 +116,17 @@ fn joints(text: &mut String, robot: &Start) {
     text.push_str(match robot.kinematics {
         Kinematics::Urdf(_) => {
             "
-# A block for each joint that moves in the log, after the one that carries it. Remove the others: a
-# joint without a block is held at zero, as are those that mimic another.
+# A block for each joint that moves in the log, after the joint that carries it. Remove the other
+# blocks: a joint without a block is fixed at zero, and so is a joint that mimics another.
 "
         }
         Kinematics::Table => "\n# A block for each row of the table.\n",
     });
     text.push_str(
         "\
-# Friction is made of \"viscous\", \"coulomb\", \"offset\", \"stribeck\", \"viscous-asymmetric\" and
-# \"coulomb-asymmetric\". If absent, it is that of the examples; of a rigid joint it is none on the
-# link, and \"offset\" as well on the motor.
+# Friction laws: \"viscous\", \"coulomb\", \"offset\", \"stribeck\", \"viscous-asymmetric\" and
+# \"coulomb-asymmetric\". The examples show the default of a flexible joint. The default of a rigid
+# joint is [] for the link, and \"viscous\", \"coulomb\", \"offset\" for the motor.
 ",
     );
     for (i, joint) in robot.joints.iter().enumerate() {
@@ -138,7 +137,7 @@ fn joints(text: &mut String, robot: &Start) {
     }
 }
 
-/// Words and example values for a kind of joint.
+/// Comments and example values for a kind of joint.
 struct Example {
     stiffness: &'static str,
     gear: (&'static str, &'static str),
@@ -183,7 +182,7 @@ impl Joint {
         } = self.example();
         let (origin, zero) = match kinematics {
             Kinematics::Urdf(_) => ("as in the URDF", "the URDF's zero"),
-            Kinematics::Table => ("your own choice", "the table's zero"),
+            Kinematics::Table => ("your choice", "the table's zero"),
         };
         text.push_str("[[robot.joint]]\n");
         line(text, &format!("name = {}", quoted(&self.name)), origin);
@@ -193,7 +192,7 @@ impl Joint {
         line(
             text,
             "transmission = \"flexible\"",
-            "a spring behind the motor; \"rigid\": none",
+            "a spring; \"rigid\": no spring",
         );
         line(text, &format!("#gear_ratio = {}", gear.0), gear.1);
         let key = format!("#torque_constant_nm_per_a = {}", constant.0);
@@ -201,14 +200,14 @@ impl Joint {
         line(
             text,
             "#torque_constant_side = \"motor\"",
-            "\"output\" if absent: gear_ratio is in it",
+            "\"output\" if absent: includes gear_ratio",
         );
         let key = format!("#coulomb_sharpness_s_per_rad = {}", sharpness.0);
         line(text, &key, sharpness.1);
         line(
             text,
             "#link_friction = [\"viscous\", \"coulomb\"]",
-            "of the link's bearing; [] for none",
+            "of the link's bearing; [] for no friction",
         );
         line(
             text,
@@ -219,7 +218,7 @@ impl Joint {
             let comment = format!("added to the log's positions to reach {zero}");
             line(text, "#position_offset_deg = 90.0", &comment);
         }
-        let comment = format!("# The maker's values on the output side, {units}:");
+        let comment = format!("# Nominal values on the output side, {units}:");
         line(text, &comment, "");
         line(text, &format!("#nominal = {{ {nominal} }}"), "");
     }
@@ -228,10 +227,10 @@ impl Joint {
 fn log(text: &mut String, robot: &Start) {
     text.push_str(
         "
-# FILL IN the log and its columns, as its header line names them: in each list one per joint, in the
-# order of the blocks above. Link positions are those behind the spring: a joint with transmission =
-# \"rigid\" has none. Motor positions and torques are those behind the gearbox. A log may be CSV,
-# Parquet, Arrow, .npz, .mat, MCAP or .db3, other units, counts, several files: docs/logs.md.
+# FILL IN the log and its column names: in each list one per joint, in the order of the blocks. Link
+# positions are those after the spring; a joint with transmission = \"rigid\" has no link position.
+# Motor positions and torques are those after the gearbox. docs/logs.md describes Parquet,
+# Arrow, .npz, .mat, MCAP and .db3, other units, counts, and columns in several files.
 [log]
 ",
     );
@@ -247,8 +246,8 @@ fn log(text: &mut String, robot: &Start) {
     }
     text.push_str(
         "
-# Each in place of the line that says the same, if the log holds something else. A deflection is
-# link minus motor position; a current needs torque_constant_nm_per_a in every block.
+# Alternatives: replace the line for the same signal. A deflection is link minus motor position; a
+# current needs torque_constant_nm_per_a in every block.
 ",
     );
     for key in &KEYS {
@@ -268,7 +267,7 @@ fn log(text: &mut String, robot: &Start) {
 #motor_position_side = \"motor\"
 #motor_torque_side = \"motor\"
 
-# For columns that count the other way, and for those that lag behind the others:
+# For columns with reversed sign, and for columns that lag behind the others:
 ",
     );
     line(text, &format!("#sign = {{ phi1_{unit} = -1 }}"), "");
@@ -279,7 +278,7 @@ fn log(text: &mut String, robot: &Start) {
 fn twin(text: &mut String, robot: &Start) {
     text.push_str(
         "
-# The controller that ran during the log, if you know it: `sprung validate` then simulates the loop.
+# The controller that ran during the log, if known: `sprung validate` then simulates the loop.
 ",
     );
     line(text, "#[controller]", "");
@@ -298,7 +297,7 @@ fn twin(text: &mut String, robot: &Start) {
             Revolute => ("amplitude_deg", "20.0", "5.0"),
             Prismatic => ("amplitude_m", "0.1", "0.02"),
         };
-        // Joints that move together say less.
+        // Different frequencies excite the joints independently.
         let step = (i % 8) as f64;
         for (amplitude, frequency) in [(slow, 0.2 + 0.05 * step), (fast, 1.0 + 0.1 * step)] {
             let sine = format!(
@@ -310,8 +309,8 @@ fn twin(text: &mut String, robot: &Start) {
     text.push_str(
         "#]
 
-# The digital twin that `sprung simulate` records; it needs the controller above, and nominal values
-# of every inertia and stiffness. Encoders count per turn, or per m of a joint that slides.
+# The digital twin for `sprung simulate`. It needs the controller above, and nominal values of every
+# inertia and stiffness. Encoder counts are per turn, or per m for a prismatic joint.
 #[simulate]
 #duration_s = 20.0
 #period_s = 0.001
@@ -327,10 +326,10 @@ fn twin(text: &mut String, robot: &Start) {
     }
 }
 
-/// Column at which comments begin.
+/// Column at which comments begin, from 0.
 const COMMENT_COLUMN: usize = 44;
 
-/// Writes a line with a comment behind it, or before it if it is long.
+/// Writes a line with a comment; the comment goes on the line before if the content is long.
 fn line(text: &mut String, content: &str, comment: &str) {
     // Writing to a string does not fail.
     let _ = match comment {
@@ -342,7 +341,7 @@ fn line(text: &mut String, content: &str, comment: &str) {
     };
 }
 
-/// Returns a string as TOML writes it on one line.
+/// Returns a string in quotes, as TOML on one line.
 fn quoted(text: &str) -> String {
     let mut quoted = String::from('"');
     for c in text.chars() {

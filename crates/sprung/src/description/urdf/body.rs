@@ -2,10 +2,10 @@
 
 type Vector = [f64; 3];
 
-/// A frame as another sees it.
+/// A frame relative to another frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Placement {
-    /// Columns are its axes.
+    /// Rotation matrix, by rows; its columns are the axes.
     pub(super) rotation: [Vector; 3],
     /// Its origin, m.
     pub(super) origin: Vector,
@@ -17,8 +17,8 @@ impl Placement {
         origin: [0.0; 3],
     };
 
-    /// Returns the frame at `xyz`, m, turned by roll, pitch and yaw, rad, about
-    /// the fixed axes x, y and z in this order.
+    /// Returns the frame at `xyz`, m, rotated by roll, pitch and yaw, rad, about the fixed axes x, y
+    /// and z in this order.
     pub(super) fn new(xyz: Vector, [roll, pitch, yaw]: Vector) -> Self {
         let (sr, cr) = roll.sin_cos();
         let (sp, cp) = pitch.sin_cos();
@@ -33,7 +33,7 @@ impl Placement {
         }
     }
 
-    /// Returns a frame that is `inner` as seen from this one.
+    /// Returns the frame with placement `inner` in this frame.
     pub(super) fn then(&self, inner: &Self) -> Self {
         Self {
             rotation: product(&self.rotation, &inner.rotation),
@@ -58,8 +58,9 @@ pub(super) struct Body {
 }
 
 impl Body {
-    /// Returns the ten inertial parameters about the origin of a frame in which
-    /// the body's link is placed.
+    /// Returns the ten inertial parameters about the origin of the frame that carries the body.
+    ///
+    /// - `link`: placement of the body's link in this frame.
     pub(super) fn parameters(&self, link: &Placement) -> [f64; 10] {
         let frame = link.then(&self.placement);
         let turned = product(&frame.rotation, &self.inertia);

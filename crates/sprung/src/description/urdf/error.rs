@@ -1,8 +1,8 @@
-//! What can be wrong with a robot description, and what to do about it.
+//! Errors of robot descriptions, each with its remedy.
 
 use super::super::choice::{nearest, quoted};
 
-/// What is wrong with a robot description.
+/// Error of a robot description.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum UrdfError {
@@ -13,12 +13,12 @@ pub enum UrdfError {
         file: String,
         /// Line, from 1.
         line: usize,
-        /// What the parser says and what to do.
+        /// The parser's message and the remedy.
         reason: String,
     },
-    /// The file describes something else than a robot.
+    /// The file does not describe a robot.
     #[error(
-        "line {line} of {file}: the file begins with <{found}>, a URDF with <robot>; give the \
+        "line {line} of {file}: the file begins with <{found}>, a URDF begins with <robot>; give the \
          robot's URDF, and expand a xacro file first: `{}`",
         expand(file)
     )]
@@ -30,7 +30,7 @@ pub enum UrdfError {
         /// Tag of the root element.
         found: String,
     },
-    /// Macros are left in the file.
+    /// The file contains macros.
     #[error(
         "line {line} of {file}: {what} belongs to xacro, which must be expanded first: `{}`",
         expand(file)
@@ -50,7 +50,7 @@ pub enum UrdfError {
         file: String,
         /// Line, from 1.
         line: usize,
-        /// What lacks it.
+        /// The element without the attribute.
         element: String,
         /// The attribute.
         attribute: &'static str,
@@ -62,21 +62,21 @@ pub enum UrdfError {
         file: String,
         /// Line, from 1.
         line: usize,
-        /// What lacks it.
+        /// The element that lacks it.
         owner: String,
-        /// Tag of the element.
+        /// Tag of the missing element.
         element: &'static str,
-        /// How it is written.
+        /// An example of the missing element.
         example: &'static str,
     },
-    /// An element that can be there once is there twice.
+    /// A single element occurs twice.
     #[error("line {line} of {file}: this is the second <{element}> of {owner}; keep one")]
     Repeated {
         /// Name of the file.
         file: String,
         /// Line of the second, from 1.
         line: usize,
-        /// What has two.
+        /// The element with two of them.
         owner: String,
         /// Tag of the element.
         element: &'static str,
@@ -115,7 +115,7 @@ pub enum UrdfError {
         /// The value.
         value: String,
     },
-    /// An axis points nowhere.
+    /// The axis of a joint has length zero.
     #[error(
         "line {line} of {file}: the axis of joint \"{joint}\" has no length; write its direction, \
          such as xyz=\"0 0 1\""
@@ -174,7 +174,7 @@ pub enum UrdfError {
         /// Line of the first, from 1.
         first: usize,
     },
-    /// A joint names a link that is not there.
+    /// A joint names an unknown link.
     #[error(
         "line {line} of {file}: the {role} of joint \"{joint}\" is \"{link}\", but there is no \
          such link; {}", instead(nearest.as_ref(), "add it or name another")
@@ -196,7 +196,7 @@ pub enum UrdfError {
     /// Two joints move the same link.
     #[error(
         "line {line} of {file}: link \"{link}\" is the child of joints \"{first}\" and \
-         \"{second}\"; a link hangs on one joint, and closed chains are not supported"
+         \"{second}\"; a link has one parent joint, and closed chains are not supported"
     )]
     TwoParents {
         /// Name of the file.
@@ -210,10 +210,10 @@ pub enum UrdfError {
         /// Name of the second joint.
         second: String,
     },
-    /// Joints carry each other.
+    /// The joints form a loop.
     #[error(
         "line {line} of {file}: {}; the joints of a URDF form a tree from one root link, \
-         which is no joint's child",
+         which has no parent joint",
         in_turn(joints)
     )]
     Loop {
@@ -224,9 +224,9 @@ pub enum UrdfError {
         /// Names of the joints, each carried by the one before.
         joints: Vec<String>,
     },
-    /// Two links hang on no joint.
+    /// Two links have no parent joint.
     #[error(
-        "line {line} of {file}: links \"{first}\" and \"{second}\" are both no joint's child, but \
+        "line {line} of {file}: links \"{first}\" and \"{second}\" both have no parent joint, but \
          a robot has one root; connect them by a fixed joint or remove one"
     )]
     TwoRoots {
@@ -239,7 +239,7 @@ pub enum UrdfError {
         /// Name of the second link.
         second: String,
     },
-    /// There are no links.
+    /// The robot has no links.
     #[error("line {line} of {file}: the robot has no <link>; give a complete URDF")]
     NoLink {
         /// Name of the file.
@@ -258,7 +258,7 @@ pub enum UrdfError {
         /// Line of the robot, from 1.
         line: usize,
     },
-    /// A joint that shall move is not there.
+    /// The experiment names an unknown joint.
     #[error(
         "{file} has no joint \"{name}\"; {}",
         instead(near(name, movable.iter().map(String::as_str)).as_ref(), &joints_to_use(movable))
@@ -271,10 +271,10 @@ pub enum UrdfError {
         /// Names of the joints that can move.
         movable: Vec<String>,
     },
-    /// A joint that shall move is fixed.
+    /// The experiment names a fixed joint.
     #[error(
-        "line {line} of {file}: joint \"{name}\" is fixed and cannot move; leave it out, its link \
-         is merged into the one that carries it"
+        "line {line} of {file}: joint \"{name}\" is fixed and cannot move; leave it out; its link \
+         is merged into the link that carries it"
     )]
     FixedJoint {
         /// Name of the file.
@@ -284,10 +284,10 @@ pub enum UrdfError {
         /// Name of the joint.
         name: String,
     },
-    /// A joint that shall move has no motor.
+    /// The experiment names a joint that mimics another.
     #[error(
         "line {line} of {file}: joint \"{name}\" mimics \"{leader}\" and has no motor of its own; \
-         leave it out, it is then held at zero"
+         leave it out; it is then fixed at zero"
     )]
     MimicJoint {
         /// Name of the file.
@@ -307,7 +307,7 @@ pub enum UrdfError {
         /// Name of the joint.
         name: String,
     },
-    /// A joint is listed before the one that carries it.
+    /// A joint is listed before the joint that carries it.
     #[error(
         "{file}: joint \"{carrier}\" carries \"{carried}\"; list \"{carrier}\" before \"{carried}\""
     )]
@@ -321,7 +321,7 @@ pub enum UrdfError {
     },
 }
 
-/// Returns the command that expands a file.
+/// Returns the command that expands a xacro file.
 fn expand(file: &str) -> String {
     let (stem, ending) = match file.strip_suffix(".xacro") {
         Some(stem) => (stem.strip_suffix(".urdf").unwrap_or(stem), "urdf"),
@@ -330,7 +330,7 @@ fn expand(file: &str) -> String {
     format!("xacro {file} > {stem}.{ending}")
 }
 
-/// Offers the nearest name, or else other advice.
+/// Returns the question for the nearest name, or other advice.
 fn instead(nearest: Option<&String>, otherwise: &str) -> String {
     nearest.map_or_else(
         || otherwise.to_owned(),
@@ -350,8 +350,8 @@ fn in_turn(joints: &[String]) -> String {
     }
 }
 
-/// Returns the nearest name, if any is near; the time for names of hostile
-/// length is bounded.
+/// Returns the nearest name, if its edit distance is small. Names beyond 200 bytes are not compared,
+/// so the time is bounded.
 pub(super) fn near<'a>(word: &str, names: impl Iterator<Item = &'a str>) -> Option<String> {
     const MAX_NAME_BYTES: usize = 200;
     let names = names.filter(|name| name.len() <= MAX_NAME_BYTES);

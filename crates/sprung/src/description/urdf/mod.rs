@@ -1,8 +1,7 @@
-//! Robots as URDF describes them: links, joints, inertias.
+//! Robot descriptions in URDF: links, joints, inertias.
 //!
-//! [`Urdf::parse`] checks a file as a whole; [`Urdf::tree`] reduces it to the
-//! joints that move in an experiment. Meshes, transmissions and simulator
-//! settings are not read.
+//! [`Urdf::parse`] checks a complete file; [`Urdf::tree`] reduces it to the joints that move in an
+//! experiment. sprung does not read meshes, transmissions and simulator settings.
 //!
 //! # Source
 //!

@@ -1,4 +1,4 @@
-//! From the text of a file to a checked tree of links and joints.
+//! Turns the text of a file into a checked tree of links and joints.
 
 use std::collections::HashMap;
 
@@ -13,13 +13,12 @@ impl Urdf {
     /// Reads a robot description.
     ///
     /// - `file`: name for messages.
-    /// - `text`: contents of the file; macros of xacro must be expanded.
+    /// - `text`: contents of the file, with xacro macros expanded.
     ///
     /// # Errors
     ///
-    /// [`UrdfError`] with the line if the text is not XML, not one tree of
-    /// revolute, continuous, prismatic and fixed joints, or has a number that
-    /// is none.
+    /// [`UrdfError`] with the line if the text is not XML, is not one tree of revolute, continuous,
+    /// prismatic and fixed joints, or contains an invalid number.
     pub fn parse(file: &str, text: &str) -> Result<Self, UrdfError> {
         parse(file, text)
     }
@@ -82,7 +81,11 @@ fn read_links(robot: &Element<'_, '_>) -> Result<Vec<Link>, UrdfError> {
     Ok(links)
 }
 
-/// Notes the line of a name, or refuses one that is there already.
+/// Stores the line of a name.
+///
+/// # Errors
+///
+/// [`UrdfError::SameName`] if the name is not new.
 fn new_name<'a>(
     what: &'static str,
     name: &'a str,
@@ -133,7 +136,7 @@ fn body(link: &str, inertial: &Element<'_, '_>) -> Result<Body, UrdfError> {
     })
 }
 
-/// Reads the `<origin>` of an element.
+/// Returns the `<origin>` of an element; the identity if it has none.
 fn placement(element: &Element<'_, '_>) -> Result<Placement, UrdfError> {
     let Some(origin) = element.child("origin")? else {
         return Ok(Placement::IDENTITY);
@@ -184,7 +187,7 @@ fn mobility(name: &str, joint: &Element<'_, '_>) -> Result<Mobility, UrdfError> 
         "revolute" => (JointKind::Revolute, false),
         "continuous" => (JointKind::Revolute, true),
         "prismatic" => (JointKind::Prismatic, false),
-        // Exporters give fixed joints axes without length: they are not read.
+        // The axis is not read, because exporters give fixed joints axes of length zero.
         "fixed" => return Ok(Mobility::Fixed),
         other => {
             return Err(UrdfError::JointType {
@@ -216,7 +219,7 @@ fn axis(name: &str, joint: &Element<'_, '_>) -> Result<[f64; 3], UrdfError> {
         return Ok(DEFAULT);
     };
     let axis = element.triple("xyz")?.unwrap_or(DEFAULT);
-    // Scaled first, since squares of tiny numbers vanish.
+    // Scaled first, because squares of tiny numbers underflow.
     let largest = axis.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
     if largest > 0.0 {
         let axis = axis.map(|x| x / largest);
@@ -248,7 +251,7 @@ fn limits(joint: &Element<'_, '_>, continuous: bool) -> Result<Limits, UrdfError
     })
 }
 
-/// Where a joint stands while the joints are put in order.
+/// State of a joint during the sort.
 #[derive(Clone, Copy, PartialEq)]
 enum Progress {
     Waiting,
@@ -256,7 +259,7 @@ enum Progress {
     Done,
 }
 
-/// Puts parents before children and keeps the order of the file otherwise.
+/// Sorts parents before children; otherwise the order of the file remains.
 ///
 /// # Errors
 ///
@@ -281,7 +284,7 @@ fn parents_first(file: &str, links: &[Link], joints: Vec<Joint>) -> Result<Vec<J
         let mut next = Some(start);
         while let Some(index) = next.filter(|index| progress[*index] != Progress::Done) {
             if progress[index] == Progress::OnPath {
-                // The path climbs: it is told from parent to child.
+                // The path leads from child to parent; the error lists parents first.
                 let from = path.iter().position(|on| *on == index).unwrap_or(0);
                 return Err(UrdfError::Loop {
                     file: file.to_owned(),
@@ -306,7 +309,7 @@ fn parents_first(file: &str, links: &[Link], joints: Vec<Joint>) -> Result<Vec<J
         .collect())
 }
 
-/// Refuses a second link that no joint moves.
+/// Checks that only one link has no parent joint.
 fn one_root(file: &str, links: &[Link], joints: &[Joint]) -> Result<(), UrdfError> {
     let mut moved = vec![false; links.len()];
     for joint in joints {

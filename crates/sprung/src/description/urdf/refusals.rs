@@ -1,37 +1,36 @@
-//! Every error, with the text that its reader sees.
+//! Every error with its text.
 
 use super::Urdf;
 
-/// A robot on five lines, into which faults are put.
+/// A valid robot on five lines; the tests insert faults into it.
 const GOOD: &str = "<robot name='r'>
 <link name='base'/><link name='arm'/><link name='hand'/>
 <joint name='turn' type='revolute'><parent link='base'/><child link='arm'/></joint>
 <joint name='grip' type='prismatic'><parent link='arm'/><child link='hand'/></joint>
 </robot>";
 
-/// Asserts the message of a file.
+/// Asserts the error message of a file.
 #[track_caller]
 fn refused(text: &str, message: &str) {
     let error = Urdf::parse("r.urdf", text).unwrap_err();
     assert_eq!(error.to_string(), message);
 }
 
-/// Asserts the message of the good robot with something else in its place.
+/// Asserts the error message of the valid robot after the replacement of `old` by `new`.
 #[track_caller]
 fn refused_with(old: &str, new: &str, message: &str) {
     assert!(GOOD.contains(old), "{old}");
     refused(&GOOD.replacen(old, new, 1), message);
 }
 
-/// Asserts the message of the good robot with something in front of the end of
-/// its joint `turn`.
+/// Asserts the error message of the valid robot with additional text inside its joint `turn`.
 #[track_caller]
 fn refused_in_turn(inside: &str, message: &str) {
     let end = "<child link='arm'/>";
     refused_with(end, &format!("{end}{inside}"), message);
 }
 
-/// Asserts the message of the good robot with a body of the base.
+/// Asserts the error message of the valid robot with an `<inertial>` of the base.
 #[track_caller]
 fn refused_body(inertial: &str, message: &str) {
     let link = format!("<link name='base'>\n<inertial>\n{inertial}</inertial></link>");
@@ -52,7 +51,7 @@ fn xml_that_does_not_parse() {
     refused_with(
         "<link name='hand'/>",
         "<link name='hand'>",
-        "line 5 of r.urdf: the XML does not parse: expected 'link' tag, not 'robot' at 5:1; mend \
+        "line 5 of r.urdf: the XML does not parse: expected 'link' tag, not 'robot' at 5:1; correct \
          it or export the file again",
     );
     let early = "the text ends before all tags are closed; is the file complete?";
@@ -68,24 +67,24 @@ fn xml_that_does_not_parse() {
     refused_with(
         "<robot",
         "\n<!DOCTYPE robot [<!ENTITY a 'b'>]>\n<robot",
-        "line 2 of r.urdf: the XML does not parse: a <!DOCTYPE ...> is not read; remove it",
+        "line 2 of r.urdf: the XML does not parse: a <!DOCTYPE ...> is not supported; remove it",
     );
     refused_with(
         "</robot>",
         "<gazebo><sensor:camera/></gazebo></robot>",
         "line 5 of r.urdf: the XML does not parse: the prefix \"sensor:\" is not declared; remove \
-         what bears it, or declare it in the first tag: <robot xmlns:sensor=\"sensor\" ...>",
+         its elements, or declare it in the first tag: <robot xmlns:sensor=\"sensor\" ...>",
     );
 }
 
-const EMPTY: &str = "the document does not have a root node; mend it or export the file again";
+const EMPTY: &str = "the document does not have a root node; correct it or export the file again";
 
 #[test]
 fn files_of_another_kind() {
     refused(
         "<?xml version='1.0'?>\n<sdf version='1.7'><model name='r'/></sdf>",
-        "line 2 of r.urdf: the file begins with <sdf>, a URDF with <robot>; give the robot's URDF, \
-         and expand a xacro file first: `xacro r.urdf > r.expanded.urdf`",
+        "line 2 of r.urdf: the file begins with <sdf>, a URDF begins with <robot>; give the robot's \
+         URDF, and expand a xacro file first: `xacro r.urdf > r.expanded.urdf`",
     );
     refused(
         "<robot name='r'/>",
@@ -99,7 +98,7 @@ fn files_of_another_kind() {
 }
 
 #[test]
-fn macros_that_are_left() {
+fn macros_that_are_not_expanded() {
     let rest = "belongs to xacro, which must be expanded first: `xacro r.urdf > r.expanded.urdf`";
     refused_with(
         "<link name='base'/>",
@@ -121,7 +120,7 @@ fn macros_that_are_left() {
         "'$(arg side)_turn'",
         &format!("line 3 of r.urdf: name=\"$(arg side)_turn\" {rest}"),
     );
-    // The name of the result follows that of the file.
+    // The command derives the name of the result from the name of the file.
     for (file, command) in [
         ("arm.xacro", "`xacro arm.xacro > arm.urdf`"),
         ("a/arm.urdf.xacro", "`xacro a/arm.urdf.xacro > a/arm.urdf`"),
@@ -133,7 +132,7 @@ fn macros_that_are_left() {
 }
 
 #[test]
-fn things_that_are_missing_or_there_twice() {
+fn missing_and_repeated_elements() {
     refused_with(
         " name='turn'",
         "",
@@ -171,7 +170,7 @@ fn things_that_are_missing_or_there_twice() {
 }
 
 #[test]
-fn numbers_that_are_none() {
+fn invalid_numbers() {
     let rest = "is not three finite numbers; write them with decimal points and spaces between, \
                 such as xyz=\"0 0 0.5\"";
     for xyz in [
@@ -203,7 +202,7 @@ fn numbers_that_are_none() {
 }
 
 #[test]
-fn bodies_that_are_none() {
+fn invalid_bodies() {
     refused_body(
         "<inertia/>",
         "line 3 of r.urdf: the <inertial> of link \"base\" has no <mass>; add one, such as <mass \
@@ -286,10 +285,10 @@ fn joints_that_form_no_tree() {
     refused_with(
         "<child link='hand'/>",
         "<child link='arm'/>",
-        "line 4 of r.urdf: link \"arm\" is the child of joints \"turn\" and \"grip\"; a link hangs \
-         on one joint, and closed chains are not supported",
+        "line 4 of r.urdf: link \"arm\" is the child of joints \"turn\" and \"grip\"; a link has \
+         one parent joint, and closed chains are not supported",
     );
-    let rest = "the joints of a URDF form a tree from one root link, which is no joint's child";
+    let rest = "the joints of a URDF form a tree from one root link, which has no parent joint";
     refused_with(
         "<parent link='base'/>",
         "<parent link='hand'/>",
@@ -300,7 +299,7 @@ fn joints_that_form_no_tree() {
         "<parent link='hand'/>",
         &format!("line 4 of r.urdf: joint \"grip\" carries itself; {rest}"),
     );
-    // No root at all.
+    // A robot without a root link.
     let ring = GOOD.replacen("link='base'", "link='hand'", 1);
     refused(
         &ring.replacen("<link name='base'/>", "", 1),
@@ -309,13 +308,13 @@ fn joints_that_form_no_tree() {
     refused_with(
         "</robot>",
         "<link name='table'/></robot>",
-        "line 5 of r.urdf: links \"base\" and \"table\" are both no joint's child, but a robot has \
-         one root; connect them by a fixed joint or remove one",
+        "line 5 of r.urdf: links \"base\" and \"table\" both have no parent joint, but a robot \
+         has one root; connect them by a fixed joint or remove one",
     );
 }
 
 #[test]
-fn joints_that_cannot_be_asked_for() {
+fn joints_that_cannot_move() {
     refused_tree(
         GOOD,
         &["turm"],
@@ -331,8 +330,8 @@ fn joints_that_cannot_be_asked_for() {
     refused_tree(
         &GOOD.replacen("revolute", "fixed", 1),
         &["grip", "turn"],
-        "line 3 of r.urdf: joint \"turn\" is fixed and cannot move; leave it out, its link is \
-         merged into the one that carries it",
+        "line 3 of r.urdf: joint \"turn\" is fixed and cannot move; leave it out; its link is \
+         merged into the link that carries it",
     );
     refused_tree(
         &GOOD.replacen(
@@ -342,7 +341,7 @@ fn joints_that_cannot_be_asked_for() {
         ),
         &["turn", "grip"],
         "line 4 of r.urdf: joint \"grip\" mimics \"turn\" and has no motor of its own; leave it \
-         out, it is then held at zero",
+         out; it is then fixed at zero",
     );
     refused_tree(
         GOOD,

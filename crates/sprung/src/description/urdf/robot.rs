@@ -1,10 +1,10 @@
-//! Links and joints as a file has them, and the joints that move in an experiment.
+//! Links and joints of a file, and the joints that move in an experiment.
 
 use sprung_core::chain::{ChainJoint, JointKind};
 
 use super::body::{Body, Placement};
 
-/// A robot description: links and joints as the file has them, checked.
+/// A robot description: the checked links and joints of a file.
 ///
 /// The joints form one tree, names are unique, numbers are finite.
 #[derive(Clone, Debug)]
@@ -17,41 +17,40 @@ pub struct Urdf {
     pub(super) movable: Vec<UrdfJoint>,
 }
 
-/// One joint that can move, as the file has it.
+/// A movable joint of the file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UrdfJoint {
     /// Its name.
     pub name: String,
     /// Name of the link that it moves.
     pub child: String,
-    /// How it moves.
+    /// Revolute or prismatic.
     pub kind: JointKind,
-    /// Whether it turns without end.
+    /// Whether it turns without position limits.
     pub continuous: bool,
     /// Lower limit of its position, rad or m; a continuous joint has none.
     pub lower: Option<f64>,
     /// Upper limit of its position, rad or m; a continuous joint has none.
     pub upper: Option<f64>,
-    /// Limit of its torque or force, N·m or N; exporters write 0 for unknown.
+    /// Limit of its torque or force, N·m or N; exporters write 0 for an unknown limit.
     pub effort: Option<f64>,
-    /// Limit of its velocity, rad/s or m/s; exporters write 0 for unknown.
+    /// Limit of its velocity, rad/s or m/s; exporters write 0 for an unknown limit.
     pub velocity: Option<f64>,
 }
 
-/// One moving joint of a reduced tree, its link with everything fixed to it
-/// merged.
+/// A moving joint of a reduced tree; its link includes all bodies that are fixed to it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TreeJoint {
     /// Its name.
     pub name: String,
     /// Name of the link that it moves.
     pub link: String,
-    /// Who carries it, where, and how it moves.
+    /// Its parent, placement, axis and kind.
     pub joint: ChainJoint,
     /// Inertial parameters in the order of
     /// [`BODY_NAMES`](sprung_core::spatial::BODY_NAMES): mass, kg, first
     /// moments, kg·m, and inertia, kg·m², about the origin of the joint's frame
-    /// in its axes; nothing if no merged body has an `<inertial>`.
+    /// in its axes; `None` if no merged body has an `<inertial>`.
     pub inertial: Option<[f64; 10]>,
     /// Limit of its torque or force, N·m or N.
     pub effort: Option<f64>,
@@ -71,7 +70,7 @@ pub(super) struct Joint {
     /// Indices into the links.
     pub(super) parent: usize,
     pub(super) child: usize,
-    /// Its frame in the parent link's.
+    /// Its frame in the frame of the parent link.
     pub(super) placement: Placement,
     pub(super) mobility: Mobility,
 }
@@ -79,19 +78,19 @@ pub(super) struct Joint {
 #[derive(Clone, Debug)]
 pub(super) enum Mobility {
     Fixed,
-    /// It follows another joint and has no motor.
+    /// It follows another joint, so it has no motor.
     Mimic {
         leader: String,
     },
     Own(Freedom),
 }
 
-/// How a joint moves and how far.
+/// The motion of a joint and its limits.
 #[derive(Clone, Debug)]
 pub(super) struct Freedom {
     pub(super) kind: JointKind,
     pub(super) continuous: bool,
-    /// Of unit length, in the joint's frame.
+    /// Unit vector in the joint's frame.
     pub(super) axis: [f64; 3],
     pub(super) limits: Limits,
 }
@@ -111,10 +110,10 @@ impl Urdf {
         &self.name
     }
 
-    /// Returns the revolute, continuous and prismatic joints, parents before
-    /// children, otherwise in the order of the file; at least one.
+    /// Returns the revolute, continuous and prismatic joints, at least one: parents before children,
+    /// otherwise in the order of the file.
     ///
-    /// Joints that mimic another are not among them.
+    /// Joints that mimic another are left out.
     #[must_use]
     pub fn movable(&self) -> &[UrdfJoint] {
         &self.movable

@@ -1,10 +1,10 @@
-//! What is read from files that are right.
+//! Reading of correct files.
 
 use sprung_core::chain::JointKind;
 
 use super::{TreeJoint, Urdf, UrdfError};
 
-/// Two revolute joints; the second link turned and moved, a tool fixed to it.
+/// Two revolute joints; the frame of the second link is rotated and shifted, and carries a fixed tool.
 const ARM: &str = "<?xml version='1.0'?>
 <robot name='arm'>
   <!-- The base is fixed to the world and off its origin. -->
@@ -69,7 +69,7 @@ fn assert_close(found: &[f64], expected: &[f64]) {
 }
 
 #[test]
-fn an_arm_is_read_as_the_file_has_it() {
+fn names_kinds_and_limits_of_an_arm_are_read() {
     let arm = parse(ARM);
     assert_eq!(arm.name(), "arm");
     let [shoulder, elbow] = arm.movable() else {
@@ -89,7 +89,7 @@ fn an_arm_is_read_as_the_file_has_it() {
         (Some(40.0), Some(3.0))
     );
     assert!(elbow.continuous);
-    // It turns without end, and infinite limits are none.
+    // A continuous joint has no position limits; infinite limits count as absent.
     assert_eq!((elbow.lower, elbow.upper), (None, None));
     assert_eq!((elbow.effort, elbow.velocity), (None, None));
 }
@@ -100,7 +100,7 @@ fn frames_and_merged_bodies_are_those_of_a_hand_computation() {
     let [shoulder, elbow] = &tree[..] else {
         panic!("{tree:?}");
     };
-    // The mount lifts the base by one metre; the base's body moves nowhere.
+    // The mount lifts the base by one metre; the body of the base does not move.
     assert_eq!(shoulder.joint.parent, None);
     assert_close(&shoulder.joint.origin, &[0.1, 0.2, 1.3]);
     let quarter = [0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0];
@@ -136,12 +136,12 @@ fn joints_that_do_not_move_are_merged_at_zero() {
     );
     let tree = arm.tree(&["elbow"]).unwrap();
     assert_eq!((names(&tree), tree[0].joint.parent), (vec!["elbow"], None));
-    // One metre along x of a frame that is turned about z.
+    // One metre along x of a frame that is rotated about z.
     assert_close(&tree[0].joint.origin, &[0.1, 1.2, 1.3]);
     assert_eq!(arm.tree(&[]), Ok(Vec::new()));
 }
 
-/// A point turned by roll, pitch and yaw, one plane after the other, and moved.
+/// Returns a point after rotation by roll, pitch and yaw, one plane after the other, and a shift.
 fn placed([x, y, z]: [f64; 3], [roll, pitch, yaw]: [f64; 3], to: [f64; 3]) -> [f64; 3] {
     let turned = |a: f64, b: f64, angle: f64| {
         (
@@ -155,7 +155,7 @@ fn placed([x, y, z]: [f64; 3], [roll, pitch, yaw]: [f64; 3], to: [f64; 3]) -> [f
     [x + to[0], y + to[1], z + to[2]]
 }
 
-/// Sums over point masses.
+/// Returns the ten inertial parameters of point masses.
 fn sums(points: &[(f64, [f64; 3])]) -> [f64; 10] {
     let mut sums = [0.0; 10];
     for (m, [x, y, z]) in points {
@@ -180,7 +180,7 @@ fn sums(points: &[(f64, [f64; 3])]) -> [f64; 10] {
 }
 
 #[test]
-fn a_body_of_point_masses_is_merged_through_all_turns() {
+fn a_body_of_point_masses_is_merged_through_all_rotations() {
     // Their centre of mass is the origin of the inertial frame.
     let points = [
         (0.5, [0.2, 0.0, 0.1]),
@@ -208,7 +208,7 @@ fn a_body_of_point_masses_is_merged_through_all_turns() {
     assert_close(&tree[0].inertial.unwrap(), &sums(&points));
 }
 
-/// A hand whose file has children before parents, with two fingers.
+/// A hand with two fingers; its file lists children before parents.
 const HAND: &str = "<robot name='hand' xmlns:xacro='http://ros.org/wiki/xacro' xmlns:g='urn:g'>
   <joint name='finger' type='prismatic'>
     <parent link='palm'/><child link='finger'/><axis xyz='0 3 4'/>
@@ -259,7 +259,7 @@ fn no_text_makes_it_panic() {
         for end in (0..text.len()).filter(|end| text.is_char_boundary(*end)) {
             let cut = Urdf::parse("cut.urdf", &text[..end]);
             assert!(cut.is_err() || text[end..].trim().is_empty(), "{end}");
-            // Without one byte it may be right or wrong.
+            // Without one byte the text may be valid or not.
             let without = [&text[..end], text.get(end + 1..).unwrap_or_default()].concat();
             if let Ok(robot) = Urdf::parse("cut.urdf", &without) {
                 let all: Vec<&str> = robot.movable().iter().map(|j| j.name.as_str()).collect();
@@ -270,7 +270,7 @@ fn no_text_makes_it_panic() {
 }
 
 #[test]
-fn depth_and_length_do_not_matter() {
+fn deep_and_long_files_are_read() {
     let deep = format!(
         "<robot name='r'>{}{}</robot>",
         "<a>".repeat(50_000),
@@ -280,7 +280,7 @@ fn depth_and_length_do_not_matter() {
         Urdf::parse("deep.urdf", &deep),
         Err(UrdfError::NoLink { line: 1, .. })
     ));
-    // A long chain from its tip to its base.
+    // A long chain, listed from its tip to its base.
     let n = 5_000;
     let chain: Vec<String> = (1..=n)
         .rev()
@@ -300,7 +300,7 @@ fn depth_and_length_do_not_matter() {
     let last = format!("j{n}");
     let tree = long.tree(&["j1", &last]).unwrap();
     assert_eq!(tree[1].joint.parent, Some(0));
-    // A name of hostile length is compared with no other.
+    // A name beyond 200 bytes is compared with no other name.
     let endless = "j".repeat(1_000_000);
     assert!(long.tree(&[&endless]).is_err());
 }

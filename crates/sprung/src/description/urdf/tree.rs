@@ -1,4 +1,4 @@
-//! From all joints of the file to those that move in an experiment.
+//! Reduces the joints of the file to the joints that move in an experiment.
 
 use sprung_core::chain::ChainJoint;
 
@@ -6,8 +6,8 @@ use super::body::Placement;
 use super::error::UrdfError;
 use super::robot::{Freedom, Joint, Mobility, TreeJoint, Urdf};
 
-/// Where a link or a joint sits: on which moving joint, if not on the base, and
-/// where in that joint's frame.
+/// Place of a link or a joint: the moving joint that carries it (`None`: the base), and its frame in
+/// that joint's frame.
 #[derive(Clone, Copy)]
 struct Seat {
     carrier: Option<usize>,
@@ -20,18 +20,18 @@ const BASE: Seat = Seat {
 };
 
 impl Urdf {
-    /// Returns the tree of the named joints, in that order.
+    /// Returns the tree of the named joints, in their order.
     ///
-    /// All other joints are fixed at zero and their bodies merged into the body
-    /// that carries them. What no named joint carries belongs to the base, whose
-    /// frame is the root link's; it is left out.
+    /// All other joints are fixed at zero, and their bodies are merged into the body that carries
+    /// them. Links that no named joint carries belong to the base and are left out. The frame of the
+    /// base is that of the root link.
     ///
-    /// - `moving`: names of joints; a joint comes before those that it carries.
+    /// - `moving`: names of joints; each joint comes before the joints that it carries.
     ///
     /// # Errors
     ///
-    /// [`UrdfError`] if there is no such joint, if it is fixed or mimics
-    /// another, is listed twice, or after a joint that it carries.
+    /// [`UrdfError`] if a joint does not exist, is fixed, mimics another, is listed twice, or is
+    /// listed after a joint that it carries.
     pub fn tree(&self, moving: &[&str]) -> Result<Vec<TreeJoint>, UrdfError> {
         tree(self, moving)
     }
@@ -76,7 +76,7 @@ fn tree(urdf: &Urdf, moving: &[&str]) -> Result<Vec<TreeJoint>, UrdfError> {
     Ok(tree)
 }
 
-/// Finds the named joints; returns their indices and how they move.
+/// Returns the indices of the named joints and their motion.
 fn choose<'a>(urdf: &'a Urdf, moving: &[&str]) -> Result<Vec<(usize, &'a Freedom)>, UrdfError> {
     let file = || urdf.file.clone();
     let mut chosen: Vec<(usize, &Freedom)> = Vec::with_capacity(moving.len());
@@ -117,15 +117,14 @@ fn choose<'a>(urdf: &'a Urdf, moving: &[&str]) -> Result<Vec<(usize, &'a Freedom
     Ok(chosen)
 }
 
-/// Returns where every joint and every link sits.
+/// Returns the seats of all joints and of all links.
 fn seats(urdf: &Urdf, chosen: &[(usize, &Freedom)]) -> (Vec<Seat>, Vec<Seat>) {
     let mut place = vec![None; urdf.joints.len()];
     for (k, (at, _)) in chosen.iter().enumerate() {
         place[*at] = Some(k);
     }
     let mut joints = Vec::with_capacity(urdf.joints.len());
-    // The root stays on the base; every other link is a child of one joint,
-    // and joints come after those that carry them.
+    // The root is on the base; every other link is the child of one joint, and parents come first.
     let mut links = vec![BASE; urdf.links.len()];
     for (joint, moves) in urdf.joints.iter().zip(place) {
         let parent = links[joint.parent];

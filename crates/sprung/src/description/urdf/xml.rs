@@ -1,18 +1,18 @@
-//! Elements, attributes and numbers, each with its line for messages.
+//! Elements, attributes and numbers of the XML, with their lines for messages.
 
 use roxmltree::{Document, Error, Node};
 
 use super::error::UrdfError;
 
-/// Largest number of a description; no robot comes near, and sums of products
-/// of three stay finite.
+/// Largest number in a description: far above that of any robot, and sums of products of three
+/// numbers stay finite.
 const MAX_NUMBER: f64 = 1e30;
 
 /// The text and its name.
 pub(super) struct Source<'a> {
     pub(super) file: &'a str,
     text: &'a str,
-    /// Where lines end, bytes.
+    /// Ends of the lines, bytes.
     ends: Vec<usize>,
 }
 
@@ -37,22 +37,22 @@ impl<'a> Source<'a> {
                 Error::UnknownNamespace(prefix, _) => (
                     position,
                     format!(
-                        "the prefix \"{prefix}:\" is not declared; remove what bears it, or \
+                        "the prefix \"{prefix}:\" is not declared; remove its elements, or \
                          declare it in the first tag: <robot xmlns:{prefix}=\"{prefix}\" ...>"
                     ),
                 ),
                 Error::DtdDetected => (
                     self.line(self.text.find("<!DOCTYPE").unwrap_or(0)),
-                    "a <!DOCTYPE ...> is not read; remove it".to_owned(),
+                    "a <!DOCTYPE ...> is not supported; remove it".to_owned(),
                 ),
-                // The text ends too early; the parser does not say where.
+                // The text ends too early, and the parser gives no position.
                 Error::UnclosedRootNode | Error::UnexpectedEndOfStream => (
                     self.line(self.text.trim_end().len()),
                     "the text ends before all tags are closed; is the file complete?".to_owned(),
                 ),
                 other => (
                     position,
-                    format!("{other}; mend it or export the file again"),
+                    format!("{other}; correct it or export the file again"),
                 ),
             };
             UrdfError::Xml {
@@ -72,7 +72,7 @@ impl<'a> Source<'a> {
     }
 }
 
-/// An element and what messages call it.
+/// An element and its name in messages.
 pub(super) struct Element<'a, 'input> {
     node: Node<'a, 'input>,
     source: &'a Source<'a>,
@@ -101,7 +101,7 @@ impl<'a, 'input> Element<'a, 'input> {
         self.source.line(self.node.range().start)
     }
 
-    /// Returns the children with a tag, those of other namespaces apart.
+    /// Returns the children with a tag in the element's own namespace.
     pub(super) fn children<'t>(
         &self,
         tag: &'t str,
@@ -117,7 +117,7 @@ impl<'a, 'input> Element<'a, 'input> {
             })
     }
 
-    /// Returns the only child with a tag, if there is one.
+    /// Returns the only child with a tag, if it exists.
     pub(super) fn child(&self, tag: &'static str) -> Result<Option<Self>, UrdfError> {
         let mut found = self.children(tag);
         let first = found.next().map(|child| Self {
@@ -135,9 +135,9 @@ impl<'a, 'input> Element<'a, 'input> {
         }
     }
 
-    /// Returns the only child with a tag, which must be there.
+    /// Returns the only child with a tag, which must exist.
     ///
-    /// - `example`: how it is written.
+    /// - `example`: an example of the child, for the message.
     pub(super) fn needed_child(
         &self,
         tag: &'static str,
@@ -161,7 +161,7 @@ impl<'a, 'input> Element<'a, 'input> {
         }
     }
 
-    /// Returns an attribute that must be there and not be empty.
+    /// Returns an attribute, which must exist and must not be empty.
     pub(super) fn needed(&self, key: &'static str) -> Result<&'a str, UrdfError> {
         self.attribute(key)?
             .filter(|value| !value.trim().is_empty())
@@ -173,7 +173,7 @@ impl<'a, 'input> Element<'a, 'input> {
             })
     }
 
-    /// Returns an attribute that is a number.
+    /// Returns an attribute, which must be a number.
     pub(super) fn number(&self, key: &'static str) -> Result<f64, UrdfError> {
         let value = self.needed(key)?;
         number(value)
@@ -181,7 +181,7 @@ impl<'a, 'input> Element<'a, 'input> {
             .ok_or_else(|| self.no_number(key, value))
     }
 
-    /// Returns a limit; an infinite one is none.
+    /// Returns a limit; `None` if it is absent or infinite.
     pub(super) fn limit(&self, key: &'static str) -> Result<Option<f64>, UrdfError> {
         let Some(value) = self.attribute(key)? else {
             return Ok(None);
@@ -194,7 +194,7 @@ impl<'a, 'input> Element<'a, 'input> {
         }
     }
 
-    /// Returns an attribute of three numbers, if it is there.
+    /// Returns an attribute of three numbers, if it exists.
     pub(super) fn triple(&self, key: &'static str) -> Result<Option<[f64; 3]>, UrdfError> {
         let Some(value) = self.attribute(key)? else {
             return Ok(None);
@@ -225,7 +225,7 @@ impl<'a, 'input> Element<'a, 'input> {
         }
     }
 
-    /// Refuses a file in which macros are left.
+    /// Checks that the file contains no xacro macros.
     pub(super) fn refuse_xacro(&self) -> Result<(), UrdfError> {
         for node in self.node.descendants() {
             let Some(space) = node.tag_name().namespace() else {
