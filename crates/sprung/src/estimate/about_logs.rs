@@ -25,7 +25,7 @@ pub struct LogInfo {
     /// Root mean square of these deviations, percent.
     #[serde(default)]
     pub jitter_rms_percent: f64,
-    /// How the sampling times were determined: `even`, `on-cycle` or `as-stamped`.
+    /// Kind of the sampling times: `even`, `on-cycle` or `as-stamped`.
     #[serde(default)]
     pub sampling: String,
     /// Cycle at whose multiples the samples were taken, s; `None` if there is no cycle.

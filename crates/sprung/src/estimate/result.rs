@@ -133,11 +133,11 @@ pub struct StandardParameter {
     pub value: f64,
     /// Nominal value.
     pub nominal: Option<f64>,
-    /// What the log determines of the parameter.
+    /// Degree to which the log determines the parameter.
     pub determined: Determined,
 }
 
-/// What a log determines of a standard parameter.
+/// Degree to which a log determines a standard parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Determined {
