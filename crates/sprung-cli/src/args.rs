@@ -86,7 +86,7 @@ pub(crate) struct Voice {
     /// Draw no progress bar.
     #[arg(long)]
     pub(crate) no_progress: bool,
-    /// Colour the verdict.
+    /// When to colour the verdict.
     #[arg(long, value_enum, default_value_t = Color::Auto)]
     pub(crate) color: Color,
 }
@@ -117,7 +117,7 @@ pub(crate) struct New {
     /// Folder for experiment.toml; created if it does not exist.
     #[arg(value_name = "DIR")]
     pub(crate) folder: PathBuf,
-    /// URDF file of the robot; it stays where it is.
+    /// URDF file of the robot; the file is not copied.
     #[arg(long, value_name = "FILE", conflicts_with = "joints")]
     pub(crate) urdf: Option<PathBuf>,
     /// Number of joints, 1 to 32, of a robot whose Denavit-Hartenberg table you fill in [default: 2].

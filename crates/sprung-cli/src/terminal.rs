@@ -353,7 +353,7 @@ fn parameter_table(
 /// Maximum number of joints that share a row.
 const MAX_JOINTS_PER_ROW: usize = 3;
 
-/// One row per parameter set and joint.
+/// Returns a table with one row per parameter set and joint.
 fn error_table_by_joint(run: &sprung::validate::RunResult) -> Table {
     let names = ["parameters", "joint", "tau", "q", "phi", "fit %"];
     let shown = |i: &usize| run.simulated || !(2..5).contains(i);

@@ -55,7 +55,7 @@ pub struct Evidence {
 pub struct Finding {
     /// Stable name for scripts, for example `negative-stiffness`.
     pub code: String,
-    /// How much it matters.
+    /// Severity.
     pub severity: Severity,
     /// Names of the parameters concerned.
     #[serde(default)]

@@ -108,7 +108,7 @@ impl Arrays {
     ///
     /// # Errors
     ///
-    /// [`ArraysError`] if columns differ in length or have one name.
+    /// [`ArraysError`] if columns differ in length or share a name.
     pub fn new<N, A>(columns: impl IntoIterator<Item = (N, A)>) -> Result<Self, ArraysError>
     where
         N: Into<String>,
@@ -146,7 +146,7 @@ impl Arrays {
         &self.names
     }
 
-    /// Returns a column by its place among the names.
+    /// Returns a column by its index among the names.
     #[must_use]
     pub fn array(&self, place: usize) -> Option<&Array> {
         self.arrays.get(place)

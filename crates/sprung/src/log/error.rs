@@ -66,7 +66,7 @@ pub enum LogError {
     Width {
         /// Name of the file.
         file: String,
-        /// Where in the file.
+        /// Place in the file.
         place: Place,
         /// Reference for the number of cells: the header, or other lines.
         above: &'static str,
@@ -80,7 +80,7 @@ pub enum LogError {
     NotANumber {
         /// Name of the file.
         file: String,
-        /// Where in the file.
+        /// Place in the file.
         place: Place,
         /// Name of the column.
         column: String,
@@ -97,7 +97,7 @@ pub enum LogError {
     NotFinite {
         /// Name of the file.
         file: String,
-        /// Where in the file.
+        /// Place in the file.
         place: Place,
         /// Name of the column.
         column: String,
@@ -124,7 +124,7 @@ pub enum LogError {
     TimeNotIncreasing {
         /// Name of the file.
         file: String,
-        /// Where in the file.
+        /// Place in the file.
         place: Place,
         /// Time of the preceding sample, s.
         before: f64,
@@ -133,7 +133,7 @@ pub enum LogError {
         /// Remedy; empty, or begins with a semicolon.
         remedy: &'static str,
     },
-    /// The values of a column cannot be those of a moving robot.
+    /// The values of a column are impossible for a moving robot.
     #[error("{message}")]
     Implausible {
         /// Column, fault, likely cause and remedy.

@@ -78,7 +78,7 @@ impl<W: Write> LogWriter<W> {
         Ok(self.writer.write_record(&self.cells)?)
     }
 
-    /// Writes what is buffered.
+    /// Writes the buffered rows.
     ///
     /// # Errors
     ///

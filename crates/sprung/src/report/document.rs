@@ -236,7 +236,7 @@ pub struct Series {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Style {
-    /// What was measured.
+    /// A measured signal.
     #[default]
     Measured,
     /// The first model.

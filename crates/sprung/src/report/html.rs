@@ -36,7 +36,7 @@ pub fn render(document: &Document) -> Result<String, ReportError> {
         .lstrip_blocks(true)
         .build()?;
     environment.set_syntax(syntax);
-    // The name ends in `.html`, which turns escaping on.
+    // The name ends in `.html`, so the template engine escapes all texts.
     let page = environment.render_named_str(
         "report.html",
         TEMPLATE,

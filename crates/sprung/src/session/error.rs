@@ -30,7 +30,7 @@ pub enum ErrorKind {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SessionError {
-    /// A log was given where an experiment file belongs.
+    /// A log was given instead of an experiment file.
     #[error("{file} is a log; give the experiment file that names it, or its folder")]
     IsALog {
         /// Name of the file.
@@ -66,13 +66,13 @@ pub enum SessionError {
     /// The log cannot be checked.
     #[error(transparent)]
     Check(#[from] PrepareError),
-    /// Nothing can be identified.
+    /// The parameters cannot be identified.
     #[error(transparent)]
     Identify(#[from] IdentifyError),
     /// Parameters cannot be validated.
     #[error(transparent)]
     Validate(#[from] ValidateError),
-    /// A file holds no parameters.
+    /// A file contains no parameters.
     #[error("{file} is not a file of parameters: {why}")]
     NotParameters {
         /// Name of the file.
@@ -80,7 +80,7 @@ pub enum SessionError {
         /// Fault of the file.
         why: String,
     },
-    /// A file holds no identification.
+    /// A file contains no identification.
     #[error("{file} is not an identification: {why}")]
     NotAnIdentification {
         /// Name of the file.
@@ -104,7 +104,7 @@ pub enum SessionError {
         /// Newest format that this version reads.
         known: u64,
     },
-    /// A folder holds no identification.
+    /// A folder contains no identification.
     #[error(
         "there is no identification.json in the folder {}, nor in its sprung-out; run sprung identify \
          first",
@@ -114,7 +114,7 @@ pub enum SessionError {
         /// The folder.
         folder: PathBuf,
     },
-    /// A folder holds no identification to validate.
+    /// A folder contains no identification to validate.
     #[error(
         "there is no identification.json in {}; run sprung identify first, or give --parameters FILE",
         .folder.display()
@@ -152,7 +152,7 @@ pub enum SessionError {
     /// The parameters do not match the robot.
     #[error(transparent)]
     Parameters(#[from] ModelError),
-    /// The twin cannot be recorded.
+    /// The log of the twin cannot be simulated or written.
     #[error(transparent)]
     Record(#[from] RecordError),
     /// A URDF file is wrong.
@@ -166,7 +166,7 @@ pub enum SessionError {
         /// Error of the operating system.
         source: std::io::Error,
     },
-    /// A path cannot stand in an experiment file.
+    /// An experiment file cannot contain a path, because the path is not Unicode.
     #[error(
         "the path {} is not Unicode, so experiment.toml cannot contain it; rename it",
         .path.display()
