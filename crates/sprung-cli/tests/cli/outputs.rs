@@ -295,7 +295,11 @@ fn identify_lets_go_of_a_validation_of_earlier_parameters() {
     std::fs::write(out.join("validation.json"), "{}").unwrap();
     copy(&["signals.csv"]);
     let output = case.identify(&[]);
-    assert!(!stdout(&output).contains("is gone"), "{}", stdout(&output));
+    assert!(
+        !stdout(&output).contains("was removed"),
+        "{}",
+        stdout(&output)
+    );
     assert_eq!(files(), RESULTS.len() + 2);
     copy(&["validation.json"]);
     std::fs::write(out.join("signals.csv"), "t,u\n0,1\n").unwrap();

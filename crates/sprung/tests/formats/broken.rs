@@ -72,7 +72,7 @@ fn what_is_not_read_says_what_it_is() {
         (b"#ROSBAG V2.0\n", ["a bag of ROS 1", "rosbags-convert"]),
         (b"BZh91AY", ["bzip2", "decompress"]),
         (b"\xff\xfet\0,\0", ["UTF-16", "UTF-8"]),
-        (b"\x7fELF\x02\0\0\0", ["is binary", "Parquet"]),
+        (b"\x7fELF\x02\0\0\0", ["is a binary file", "Parquet"]),
     ] {
         says(&read_bytes(bytes.to_vec(), USUAL).unwrap_err(), &fragments);
     }
