@@ -56,7 +56,8 @@ pub struct Disk;
 impl Files for Disk {
     fn open(&self, path: &Path) -> IoResult<Box<dyn Input>> {
         if path.is_dir() {
-            return Ok(Box::new(File::open(of_bag(path)?)?));
+            let path = of_bag(path)?;
+            return Ok(Box::new(LogFile::new(File::open(&path)?, &path)));
         }
         Ok(Box::new(LogFile::new(File::open(path)?, path)))
     }

@@ -1,139 +1,132 @@
 //! Bags of ROS 2 in databases (`.db3`).
 
+use std::collections::VecDeque;
+
+use rusqlite::{Connection, OptionalExtension, Result, params};
+
 use super::bag::{Message, Messages, Topic, absent, no_topic, table};
 use super::definition::Definition;
-use super::sqlite::{Database, Scan, TableInfo, Value};
+use super::sqlite::{self, failed};
 use super::table::{Opened, Request};
 use crate::log::error::LogError;
 use crate::log::input::Input;
 
+/// Rows that one query returns, at most.
+const MAX_BATCH_ROWS: u32 = 1024;
+
+/// Bytes of messages after which a batch ends.
+const MAX_BATCH_BYTES: usize = 1 << 20;
+
+/// Topics that are read, at most.
+const MAX_TOPICS: u32 = 1 << 16;
+
+/// Messages of one topic, in the order in which they were recorded.
 struct Db3 {
     file: String,
-    base: Database,
-    scan: Scan,
-    topics: Vec<i64>,
-    // Places of topic, time and data in a row.
-    places: [usize; 3],
+    base: Connection,
+    topic: String,
+    /// Messages that were read and not yet returned.
+    batch: VecDeque<Message>,
+    /// Number of the last row that was read.
+    last_row: i64,
 }
 
 /// Opens a topic of a bag.
-pub(super) fn open(request: &Request<'_>, input: Box<dyn Input>) -> Result<Opened, LogError> {
+pub(super) fn open(
+    request: &Request<'_>,
+    input: Box<dyn Input>,
+) -> std::result::Result<Opened, LogError> {
     let file = request.file;
-    let failed = |error| LogError::read(file, "its database", error);
-    let mut base = Database::new(input).map_err(failed)?;
-    let tables = base.tables().map_err(failed)?;
-    let find = |name: &str| tables.iter().find(|table| table.name == name);
-    let (Some(of_topics), Some(of_messages)) = (find("topics"), find("messages")) else {
-        let names: Vec<&str> = tables.iter().map(|table| table.name.as_str()).collect();
+    let wrong = |error| failed(file, &error);
+    let base = sqlite::open(file, input)?;
+    let tables = tables(&base).map_err(wrong)?;
+    let has = |name: &str| tables.iter().any(|table| table == name);
+    if !has("topics") || !has("messages") {
         return Err(LogError::format(
             file,
             format!(
                 " is an SQLite database and no bag of ROS 2; it has the tables {}",
-                names.join(", ")
+                tables.join(", ")
             ),
         ));
-    };
-    let topics = rows(
-        &mut base,
-        of_topics,
-        ["name", "type", "serialization_format"],
-    )
-    .map_err(failed)?;
-    let known: Vec<&str> = topics.iter().filter_map(|(_, row)| row[0].text()).collect();
+    }
+    let topics = topics(&base).map_err(wrong)?;
+    let known: Vec<&str> = topics.iter().map(|[name, ..]| name.as_str()).collect();
     let Some(topic) = request.topic else {
         return Err(no_topic(file, &known));
     };
-    let of_topic: Vec<_> = topics
-        .iter()
-        .filter(|(_, row)| row[0].text() == Some(topic))
-        .collect();
-    let Some((_, first)) = of_topic.first() else {
+    let mut of_topic = topics.iter().filter(|[name, ..]| name == topic);
+    let Some([_, kind, encoding]) = of_topic.next() else {
         return Err(absent(file, topic, &known));
     };
-    let kind = first[1].text().unwrap_or_default().to_owned();
-    let encoding = first[2].text().unwrap_or_default();
     if encoding != "cdr" {
         return Err(LogError::format(
             file,
             format!(": its messages ({kind}) are encoded as \"{encoding}\"; only \"cdr\" is read"),
         ));
     }
-    if let Some((_, other)) = of_topic.iter().find(|(_, row)| row[1] != first[1]) {
+    if let Some([_, other, _]) = of_topic.find(|[_, other, _]| other != kind) {
         return Err(LogError::format(
             file,
-            format!(
-                " carries two types of messages, {kind} and {}",
-                other[1].text().unwrap_or_default()
-            ),
+            format!(" carries two types of messages, {kind} and {other}"),
         ));
     }
-    let definition = definition(file, &mut base, find("message_definitions"), &kind)?;
-    let columns = ["topic_id", "timestamp", "data"];
-    let places = places(of_messages, columns).ok_or_else(|| strange(file))?;
-    let messages = Db3 {
-        file: file.to_owned(),
-        base,
-        scan: Scan::new(of_messages.root),
-        topics: of_topic.iter().map(|(id, _)| *id).collect(),
-        places,
+    let own = match has("message_definitions") {
+        true => own_definition(&base, kind).map_err(wrong)?,
+        false => None,
     };
     let topic = Topic {
-        kind,
-        definition,
-        messages: Box::new(messages),
+        kind: kind.clone(),
+        definition: definition(file, kind, own)?,
+        messages: Box::new(Db3 {
+            file: file.to_owned(),
+            base,
+            topic: topic.to_owned(),
+            batch: VecDeque::new(),
+            last_row: i64::MIN,
+        }),
     };
     table(request, topic)
 }
 
-fn strange(file: &str) -> LogError {
-    LogError::format(file, " has tables of another shape than a bag of ROS 2")
+/// Lists the tables; views and virtual tables have no root page, and are left out.
+fn tables(base: &Connection) -> Result<Vec<String>> {
+    base.prepare("SELECT name FROM sqlite_schema WHERE type = 'table' AND rootpage > 0")?
+        .query_map([], |row| row.get(0))?
+        .collect()
 }
 
-fn places<const N: usize>(table: &TableInfo, names: [&str; N]) -> Option<[usize; N]> {
-    let mut all = [0; N];
-    for (place, name) in all.iter_mut().zip(names) {
-        *place = table.columns.iter().position(|column| column == name)?;
-    }
-    Some(all)
+/// Lists name, type and encoding of the topics.
+fn topics(base: &Connection) -> Result<Vec<[String; 3]>> {
+    base.prepare("SELECT name, type, serialization_format FROM topics LIMIT ?1")?
+        .query_map([MAX_TOPICS], |row| {
+            Ok([row.get(0)?, row.get(1)?, row.get(2)?])
+        })?
+        .collect()
 }
 
-/// Reads some columns of all rows of a small table, with the numbers of the rows.
-fn rows<const N: usize>(
-    base: &mut Database,
-    table: &TableInfo,
-    names: [&str; N],
-) -> std::io::Result<Vec<(i64, [Value; N])>> {
-    let strange = || std::io::Error::new(std::io::ErrorKind::InvalidData, "a column is missing");
-    let places = places(table, names).ok_or_else(strange)?;
-    let mut scan = Scan::new(table.root);
-    let mut all = Vec::new();
-    while let Some(row) = scan.next(base)? {
-        let value = |place: usize| row.values.get(place).cloned().unwrap_or(Value::Null);
-        all.push((row.id, places.map(value)));
-    }
-    Ok(all)
+/// Returns the definition of a type that the bag contains, if it contains one.
+fn own_definition(base: &Connection, kind: &str) -> Result<Option<String>> {
+    base.query_row(
+        "SELECT encoded_message_definition FROM message_definitions \
+         WHERE topic_type = ?1 AND encoding = 'ros2msg'",
+        [kind],
+        |row| row.get(0),
+    )
+    .optional()
 }
 
-/// Returns the definition that the bag brings along, or that of a usual message.
+/// Reads the definition of a type, or takes that of a usual one.
+///
+/// - `own`: the definition that the bag contains.
 fn definition(
     file: &str,
-    base: &mut Database,
-    table: Option<&TableInfo>,
     kind: &str,
-) -> Result<Definition, LogError> {
-    if let Some(table) = table {
-        let columns = ["topic_type", "encoding", "encoded_message_definition"];
-        let all = rows(base, table, columns)
-            .map_err(|error| LogError::read(file, "its database", error))?;
-        let own = (all.iter()).find(|(_, row)| row[0].text() == Some(kind));
-        if let Some((_, [_, encoding, text])) = own
-            && encoding.text() == Some("ros2msg")
-            && let Some(text) = text.text()
-        {
-            return Definition::parse(kind, text).map_err(|what| {
-                LogError::format(file, format!(": the definition of {kind} {what}"))
-            });
-        }
+    own: Option<String>,
+) -> std::result::Result<Definition, LogError> {
+    if let Some(text) = own {
+        return Definition::parse(kind, &text)
+            .map_err(|what| LogError::format(file, format!(": the definition of {kind} {what}")));
     }
     Definition::known(kind).ok_or_else(|| {
         LogError::format(
@@ -146,28 +139,48 @@ fn definition(
     })
 }
 
-impl Messages for Db3 {
-    fn next(&mut self) -> Result<Option<Message>, LogError> {
-        let [topic, time, data] = self.places;
-        loop {
-            let row = (self.scan.next(&mut self.base))
-                .map_err(|error| LogError::read(&self.file, "its database", error))?;
-            let Some(mut row) = row else {
-                return Ok(None);
-            };
-            let of_topic = matches!(row.values.get(topic), Some(Value::Integer(id)) if self.topics.contains(id));
-            if !of_topic {
-                continue;
+impl Db3 {
+    /// Reads messages until there is at least one of the topic; returns false at the end.
+    fn fill(&mut self) -> Result<bool> {
+        while self.batch.is_empty() {
+            if !self.read_batch()? {
+                return Ok(false);
             }
-            let time = match row.values.get(time) {
-                Some(Value::Integer(time)) => *time,
-                _ => return Err(strange(&self.file)),
-            };
-            let data = match row.values.get_mut(data) {
-                Some(Value::Blob(data)) => std::mem::take(data),
-                _ => return Err(strange(&self.file)),
-            };
-            return Ok(Some(Message { time, data }));
         }
+        Ok(true)
+    }
+
+    /// Reads some rows; returns false if there are none.
+    fn read_batch(&mut self) -> Result<bool> {
+        // Messages of other topics may be long, as images are; they are not loaded.
+        let mut statement = self.base.prepare(
+            "SELECT rowid, timestamp, \
+             CASE WHEN topic_id IN (SELECT id FROM topics WHERE name = ?2) THEN data END \
+             FROM messages WHERE rowid > ?1 ORDER BY rowid LIMIT ?3",
+        )?;
+        let mut rows = statement.query(params![self.last_row, self.topic, MAX_BATCH_ROWS])?;
+        let (mut any, mut bytes) = (false, 0);
+        while bytes < MAX_BATCH_BYTES
+            && let Some(row) = rows.next()?
+        {
+            self.last_row = row.get(0)?;
+            any = true;
+            if let Some(data) = row.get_ref(2)?.as_blob_or_null()? {
+                bytes += data.len();
+                self.batch.push_back(Message {
+                    time: row.get(1)?,
+                    data: data.to_vec(),
+                });
+            }
+        }
+        Ok(any)
+    }
+}
+
+impl Messages for Db3 {
+    fn next(&mut self) -> std::result::Result<Option<Message>, LogError> {
+        let more = self.fill();
+        more.map_err(|error| failed(&self.file, &error))?;
+        Ok(self.batch.pop_front())
     }
 }

@@ -9,11 +9,15 @@ mod arrays;
 mod arrow;
 #[cfg(feature = "arrow")]
 mod arrow_claims;
+#[cfg(any(feature = "db3", feature = "mcap"))]
 mod bag;
+#[cfg(any(feature = "db3", feature = "mcap"))]
 mod cdr;
 mod csv;
 mod damaged;
+#[cfg(feature = "db3")]
 mod db3;
+#[cfg(any(feature = "db3", feature = "mcap"))]
 mod definition;
 mod delimited;
 mod mat;
@@ -26,6 +30,7 @@ pub(super) mod memory;
 mod npy;
 mod number;
 pub(super) mod open;
+#[cfg(feature = "db3")]
 mod sqlite;
 mod strips;
 pub(super) mod table;

@@ -4,12 +4,14 @@ use std::io::Read;
 
 #[cfg(feature = "arrow")]
 use super::arrow;
+#[cfg(feature = "db3")]
+use super::db3;
 #[cfg(feature = "mat73")]
 use super::mat73;
 #[cfg(feature = "mcap")]
 use super::mcap;
 use super::table::{Opened, Reopen, Request};
-use super::{arrays, csv, db3, matlab};
+use super::{arrays, csv, matlab};
 use crate::log::error::LogError;
 use crate::log::input::{Kind, kind_of, peek};
 
@@ -40,6 +42,7 @@ pub(in crate::log) fn open(request: &Request<'_>, reopen: Reopen<'_>) -> Result<
         }
         #[cfg(feature = "mcap")]
         Kind::Mcap => mcap::open(request, Box::new(read)),
+        #[cfg(feature = "db3")]
         Kind::Sqlite => db3::open(request, reopen()?),
         Kind::Mat5 => matlab::open(request, reopen),
         #[cfg(feature = "mat73")]
@@ -52,7 +55,7 @@ pub(in crate::log) fn open(request: &Request<'_>, reopen: Reopen<'_>) -> Result<
              --features mat73",
         )),
         Kind::Other(what) => Err(LogError::format(file, format!(" {what}"))),
-        #[cfg(not(all(feature = "arrow", feature = "mcap")))]
+        #[cfg(not(all(feature = "arrow", feature = "db3", feature = "mcap")))]
         kind => Err(LogError::format(
             file,
             format!(
