@@ -30,7 +30,7 @@ use crate::log::input::{Input, Kind};
 
 type Batches = Box<dyn Iterator<Item = Result<RecordBatch, ArrowError>> + Send>;
 
-/// A wanted column: its place in a batch, and what leads into it.
+/// A wanted column: its index in a batch, and the steps to the number in it.
 #[derive(Clone, Debug)]
 struct Wanted {
     column: usize,
@@ -50,8 +50,9 @@ struct BatchTable {
     batches: Batches,
     wanted: Vec<Wanted>,
     batch: Option<RecordBatch>,
-    // Rows of the batch that were read, and rows before.
+    // Rows of the batch that were read.
     done: usize,
+    // Rows of the file before the last block, and rows of the last block.
     before: u64,
     read: u64,
 }
@@ -81,7 +82,7 @@ pub(super) fn open(
             let builder = ParquetRecordBatchReaderBuilder::try_new(shared).map_err(of_parquet)?;
             let schema = builder.schema().clone();
             let mut wanted = find(request, &schema)?;
-            // Only these columns are read, in the order of the file.
+            // The reader returns only these columns, in the order of the file.
             let mut roots: Vec<usize> = wanted.iter().map(|one| one.column).collect();
             roots.sort_unstable();
             roots.dedup();
@@ -138,7 +139,7 @@ fn find(request: &Request<'_>, schema: &Schema) -> Result<Vec<Wanted>, LogError>
         .map(|field| field.name().clone())
         .collect();
     let plain = all.len();
-    // Elements of lists of known length, and fields, have names of their own.
+    // Elements of lists of fixed length and fields of structures are columns too.
     let mut inner: Vec<(usize, Vec<Step>)> = Vec::new();
     for (column, field) in schema.fields().iter().enumerate() {
         match field.data_type() {
@@ -257,7 +258,7 @@ impl Table for BatchTable {
 fn unreadable(file: &str, place: Place, name: &str, kind: &DataType) -> LogError {
     let message = match kind {
         DataType::List(_) | DataType::LargeList(_) | DataType::FixedSizeList(..) => format!(
-            ": {place}: column \"{name}\" holds lists that are too short, or none; name an element, \
+            ": {place}: column \"{name}\" holds lists that are too short or empty; name an element, \
              as \"{name}[0]\""
         ),
         DataType::Struct(_) => {
@@ -268,8 +269,7 @@ fn unreadable(file: &str, place: Place, name: &str, kind: &DataType) -> LogError
     LogError::format(file, message)
 }
 
-/// Appends the number of a row; a missing one is NaN. Returns nothing if there
-/// is no number.
+/// Appends the number of a row, NaN for a null; returns `None` if the column contains no numbers.
 fn push(array: &dyn Array, steps: &[Step], row: usize, out: &mut Readings) -> Option<()> {
     if array.is_null(row) {
         out.push(f64::NAN);
@@ -336,7 +336,7 @@ where
     out.push_integer(array.as_primitive::<T>().value(row).into());
 }
 
-/// A file of which parts are read in any order.
+/// A file that several readers share, each with its own position.
 struct Shared {
     input: Arc<Mutex<Box<dyn Input>>>,
     length: u64,
@@ -356,7 +356,7 @@ fn locked(input: &Mutex<Box<dyn Input>>) -> MutexGuard<'_, Box<dyn Input>> {
     input.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Reads on from a place, whatever others read between.
+/// A reader with its own position in a shared file.
 struct Part {
     input: Arc<Mutex<Box<dyn Input>>>,
     at: u64,

@@ -1,4 +1,4 @@
-//! What compressed buffers of Arrow files claim to hold, looked at before they are unpacked.
+//! Uncompressed sizes that the compressed buffers of Arrow files declare.
 
 use std::io::{BufReader, Read, Seek, SeekFrom};
 
@@ -6,21 +6,21 @@ use super::damaged::damaged;
 use crate::log::error::LogError;
 use crate::log::input::{Input, Kind};
 
-/// Bytes that a compressed buffer may hold.
+/// Largest accepted size of an uncompressed buffer, in bytes.
 const MAX_BUFFER_BYTES: u64 = 1 << 30;
 
-/// What precedes the length of a message.
+/// Marker before the length of a message.
 const CONTINUATION: [u8; 4] = [0xff; 4];
 
-/// Refuses compressed buffers that claim to hold more than any recorder puts into one: the
-/// library makes room for what they claim before it unpacks them.
+/// Refuses files whose compressed buffers declare more than [`MAX_BUFFER_BYTES`], because the Arrow library
+/// allocates the declared size before it decompresses a buffer.
 ///
-/// What cannot be followed is left to the library.
+/// Errors of the format are left to the library, which reports them when it reads the file.
 pub(super) fn refuse_absurd(file: &str, kind: Kind, input: Box<dyn Input>) -> Result<(), LogError> {
     let mut read = BufReader::new(input);
     let begin = if kind == Kind::ArrowFile { 8 } else { 0 };
     let mut largest = 0;
-    // Where the file ends early, or is no longer one, the library says so.
+    // The library reports a truncated or damaged file.
     let _ = claims(&mut read, begin, |claim| largest = largest.max(claim));
     if largest > MAX_BUFFER_BYTES {
         let claim = format_args!("a buffer claims to hold {largest} bytes");
@@ -29,9 +29,9 @@ pub(super) fn refuse_absurd(file: &str, kind: Kind, input: Box<dyn Input>) -> Re
     Ok(())
 }
 
-/// Gives out how many bytes each compressed buffer claims to hold.
+/// Passes the declared size of each compressed buffer to `claimed`, in bytes.
 ///
-/// - `begin`: where the first message is.
+/// - `begin`: position of the first message.
 ///
 /// # Source
 ///
@@ -52,7 +52,7 @@ fn claims(
             place += 4;
         }
         let length = u64::from(u32::from_le_bytes(word));
-        // Files may fill the line of 64 bytes that they begin with.
+        // Zeros may pad the first 64 bytes of a file.
         if length == 0 && place <= 64 {
             continue;
         }
@@ -73,7 +73,7 @@ fn claims(
             read.seek(SeekFrom::Start(place.saturating_add(offset)))?;
             let mut claim = [0; 8];
             read.read_exact(&mut claim)?;
-            // Minus one says that it is not compressed.
+            // A size of -1 marks a buffer that is not compressed.
             if let Ok(claim) = u64::try_from(i64::from_le_bytes(claim)) {
                 claimed(claim);
             }

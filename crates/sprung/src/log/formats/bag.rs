@@ -1,4 +1,4 @@
-//! Topics of bags: messages in turn become rows.
+//! Topics of bags: each message becomes a row.
 
 use std::collections::VecDeque;
 
@@ -13,29 +13,29 @@ use crate::log::error::{LogError, Place};
 /// A message of a topic.
 #[derive(Clone, Debug)]
 pub(super) struct Message {
-    /// When it was received, ns.
+    /// Time of reception, ns.
     pub(super) time: i64,
     pub(super) data: Vec<u8>,
 }
 
-/// The messages of one topic, in turn.
+/// The messages of one topic, in the order of the file.
 pub(super) trait Messages: Send {
-    /// Returns the next message, nothing at the end.
+    /// Returns the next message, `None` at the end.
     fn next(&mut self) -> Result<Option<Message>, LogError>;
 }
 
-/// A topic that is open.
+/// An open topic.
 pub(super) struct Topic {
     pub(super) kind: String,
     pub(super) definition: Definition,
     pub(super) messages: Box<dyn Messages>,
 }
 
-/// Where the time of a message is.
+/// Source of the time of a message.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Clock {
     Received,
-    /// In the message, at the first path.
+    /// The field at the first path.
     Stamp,
 }
 
@@ -43,33 +43,33 @@ struct BagTable {
     file: String,
     topic: Topic,
     clock: Clock,
-    // Whether nobody asked for the stamp, so that it may be found unset.
+    // Whether the experiment names no time. The table then uses the stamp if the recorder set it.
     usual: bool,
     paths: Vec<Vec<Step>>,
     found: Vec<Found>,
-    // Looked at but not read.
+    // Messages that `settle_clock` took from the topic before the first row.
     ahead: VecDeque<Message>,
-    // Place of each row of the last block among the messages of its topic.
+    // Number of the message of each row of the last block, counted from 1 in the topic.
     places: Vec<u64>,
     number: u64,
     any: bool,
     strangers: Vec<String>,
 }
 
-/// Returns the error of a bag for which no topic was named.
+/// Returns the error for a bag if the experiment names no topic.
 pub(super) fn no_topic(file: &str, topics: &[&str]) -> LogError {
     LogError::format(
         file,
         format!(
-            " is a bag; say which topic holds what, as link_position = {{ topic = \"{}\", unit = \
-             \"rad\" }}, and leave out time_s, for messages bring their time; it has {}",
+            " is a bag; say which topic contains each quantity, as link_position = {{ topic = \"{}\", unit = \
+             \"rad\" }}, and remove time_s, because messages contain their time; it has {}",
             topics.first().unwrap_or(&"/joint_states"),
             listed(topics)
         ),
     )
 }
 
-/// Returns the error of a topic that is not in a bag.
+/// Returns the error for a topic that the bag does not contain.
 pub(super) fn absent(file: &str, topic: &str, topics: &[&str]) -> LogError {
     let distance = |name: &&str| strsim::damerau_levenshtein(topic, name);
     let nearest = (topics.iter().copied())
@@ -83,7 +83,7 @@ pub(super) fn absent(file: &str, topic: &str, topics: &[&str]) -> LogError {
     LogError::format(file, format!(" has no topic \"{topic}\"; {hint}"))
 }
 
-/// Makes rows of the messages of a topic.
+/// Opens a topic as a table.
 pub(super) fn table(request: &Request<'_>, topic: Topic) -> Result<Opened, LogError> {
     let wrong = |message: String| {
         LogError::format(
@@ -127,8 +127,7 @@ pub(super) fn table(request: &Request<'_>, topic: Topic) -> Result<Opened, LogEr
     })
 }
 
-/// Returns where the time is, whether that was left open, and the path of the
-/// stamp.
+/// Returns the source of the time, whether it was chosen by default, and the path of the stamp.
 fn time_path(definition: &Definition, pick: &Pick) -> Result<(Clock, bool, Vec<Step>), String> {
     let field = pick.to_string();
     let is_time = |path: &[Step]| matches!(end_of(definition, path), Some((Base::Message(kind), Count::One)) if definition.is_time(kind));
@@ -155,7 +154,7 @@ fn time_path(definition: &Definition, pick: &Pick) -> Result<(Clock, bool, Vec<S
     }
 }
 
-/// Returns the path to a number, and its name.
+/// Returns the path of a column, and its name in messages.
 fn path_of(definition: &Definition, pick: &Pick) -> Result<(Vec<Step>, String), String> {
     let Pick::Field {
         field,
@@ -177,7 +176,9 @@ fn path_of(definition: &Definition, pick: &Pick) -> Result<(Vec<Step>, String), 
             .filter(|name| distance(name) <= 1 + name.chars().count() / 2);
         match nearest {
             Some(name) => format!("have no number \"{text}\"; did you mean \"{name}\"?"),
-            None if leaves.is_empty() => format!("have no number \"{text}\"; they have none"),
+            None if leaves.is_empty() => {
+                format!("have no number \"{text}\"; they contain no numbers")
+            }
             None => format!("have no number \"{text}\"; they have {}", listed(&leaves)),
         }
     };
@@ -209,7 +210,7 @@ fn path_of(definition: &Definition, pick: &Pick) -> Result<(Vec<Step>, String), 
     Ok((path, format!("{text}[{index}]")))
 }
 
-/// Splits `motors[0].position[elbow]`.
+/// Splits a path such as `motors[0].position[elbow]` into steps.
 fn steps(text: &str) -> Option<Vec<Step>> {
     let mut all = Vec::new();
     for part in text.split('.') {
@@ -233,7 +234,7 @@ fn steps(text: &str) -> Option<Vec<Step>> {
     Some(all)
 }
 
-/// Returns what stands at the end of a path.
+/// Returns the type at the end of a path, `None` if no such field exists.
 fn end_of(definition: &Definition, path: &[Step]) -> Option<(Base, Count)> {
     let mut at = (Base::Message(0), Count::One);
     for step in path {
@@ -251,7 +252,7 @@ fn end_of(definition: &Definition, path: &[Step]) -> Option<(Base, Count)> {
     Some(at)
 }
 
-/// Returns whether a list of names stands beside, or above, the end of a path.
+/// Returns whether a message on the path contains a list of names.
 fn has_names(definition: &Definition, path: &[Step]) -> bool {
     (0..path.len()).any(|length| match end_of(definition, &path[..length]) {
         Some((Base::Message(kind), Count::One)) => NAMES.iter().any(|name| {
@@ -301,8 +302,8 @@ impl Table for BagTable {
 }
 
 impl BagTable {
-    /// Stamps that nobody set are all zero: then messages are taken when they
-    /// were received.
+    /// Chooses the time of reception if the stamps of the first two messages are zero: the recorder did not
+    /// set them.
     fn settle_clock(&mut self) -> Result<(), LogError> {
         if !std::mem::replace(&mut self.usual, false) {
             return Ok(());
@@ -334,7 +335,7 @@ impl BagTable {
         })
     }
 
-    /// Reads a message; returns false if it speaks of other joints.
+    /// Reads a message; returns false if it contains none of the wanted joints.
     fn row(&mut self, message: &Message) -> Result<bool, LogError> {
         let names = self.decode(message)?;
         let named: Vec<&String> = (self.paths.iter().flatten())

@@ -1,21 +1,23 @@
-//! Numbers within a message in CDR, the encoding of ROS 2.
+//! Numbers in a message in CDR, the encoding of ROS 2.
+//!
+//! Only the wanted numbers are decoded; other fields are skipped.
 
 use super::definition::{Base, Count, Definition, NAMES};
 use super::number::{Number, Reading};
 
-/// A step on the way to a number.
+/// One step of the path from a message to a number.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Step {
     Field(String),
     Index(usize),
-    /// The element that a list of names beside it gives this name.
+    /// The element with this name; a list in the same message names the elements.
     Named(String),
 }
 
-/// What was found, if anything.
+/// The number at the end of a path, `None` if the message has no such element.
 pub(super) type Found = Option<Reading>;
 
-/// A place for a number, and what is left of the way to it.
+/// The index of a path, and those of its steps that lead from the current message to the number.
 type Way<'a> = (usize, &'a [Step]);
 
 struct Decoder<'a> {
@@ -28,10 +30,13 @@ struct Decoder<'a> {
     names: Vec<String>,
 }
 
-/// Reads the numbers at the end of some paths; returns the names that the
-/// message gives its elements.
+/// Decodes the numbers at the end of some paths; returns the names of the message's elements.
 ///
-/// - `found`: one place for each path.
+/// - `found`: receives the numbers, [paths].
+///
+/// # Errors
+///
+/// The end of a sentence that begins with the number of the message.
 pub(super) fn decode(
     definition: &Definition,
     data: &[u8],
@@ -62,7 +67,8 @@ pub(super) fn decode(
 }
 
 fn cut() -> String {
-    "ends in the middle: it is damaged, or its definition is another's".to_owned()
+    "ends in the middle: it is damaged, or the bag contains the definition of another type"
+        .to_owned()
 }
 
 impl Decoder<'_> {
@@ -70,7 +76,7 @@ impl Decoder<'_> {
         let definition = self.definition;
         let fields = &definition.types[kind];
         if fields.is_empty() {
-            // An empty message is a byte.
+            // CDR stores a message without fields as one byte.
             return self.skip(1, 1);
         }
         let arrives = ways.iter().find(|(_, way)| way.is_empty());
@@ -162,7 +168,7 @@ impl Decoder<'_> {
         }
     }
 
-    /// Steps to the next multiple of a size, and over some bytes.
+    /// Skips padding up to a multiple of `align`, then skips `bytes`.
     fn skip(&mut self, align: usize, bytes: usize) -> Result<(), String> {
         if bytes == 0 {
             return Ok(());
@@ -182,7 +188,7 @@ impl Decoder<'_> {
         Ok(number.read(bytes, self.big_endian))
     }
 
-    /// Reads how many elements or bytes follow.
+    /// Reads the length of a sequence or a text.
     fn length(&mut self) -> Result<usize, String> {
         match self.number(Number::U32)? {
             Reading::Integer(length) => usize::try_from(length).map_err(|_| cut()),
@@ -190,7 +196,7 @@ impl Decoder<'_> {
         }
     }
 
-    /// Reads text; its length counts the zero at its end.
+    /// Reads a text; its stored length includes the terminating zero.
     fn text(&mut self) -> Result<String, String> {
         let length = self.length()?;
         self.skip(1, length)?;
@@ -231,7 +237,7 @@ mod tests {
             let last = paths(&[field("c"), Step::Index(1)]);
             decode(&definition, &data, &last, &mut found).unwrap();
             assert_eq!(found, [Some(Reading::Integer(-2))]);
-            // Every message that is cut off is refused.
+            // Every truncated message is refused.
             for length in 0..data.len() {
                 assert!(decode(&definition, &data[..length], &last, &mut found).is_err());
             }

@@ -9,7 +9,7 @@ use super::table::{Opened, Readings, Request, Table};
 use crate::log::columns::names::Names;
 use crate::log::error::{LogError, Place};
 
-/// Characters of a cell that a message shows, at most.
+/// Largest number of characters of a cell that an error shows.
 const MAX_SHOWN_CHARS: usize = 80;
 
 type Source = Box<dyn Read + Send>;
@@ -19,23 +19,25 @@ struct CsvTable {
     what: String,
     reader: Reader<Source>,
     record: ByteRecord,
-    // Of the wanted columns.
+    // Names and indices of the wanted columns.
     names: Vec<String>,
     places: Vec<usize>,
     form: Form,
     time: Option<usize>,
     dates: bool,
-    // Lines that were taken off before the reader saw them.
+    // Lines before the first line of the reader.
     skipped: u64,
+    // Line of each row of the last block.
     lines: Vec<u64>,
-    // A first line of data that was read as if it were names.
+    // Whether `record` holds the first row, which was read to count the columns.
     pending: bool,
 }
 
 /// Opens a text.
 ///
-/// - `what`: what it is called when it cannot be read.
-/// - `start`: its first bytes; `whole`: whether these are all.
+/// - `what`: name of the text in errors.
+/// - `start`: first bytes of the text.
+/// - `whole`: whether `start` is the whole text.
 pub(super) fn open(
     request: &Request<'_>,
     what: &str,
@@ -57,7 +59,7 @@ pub(super) fn open(
             return Err(LogError::format(
                 file,
                 format!(
-                    " ends, or has no line that short, before skip_lines = {}",
+                    " ends before skip_lines = {} lines, or these are longer than 64 kB",
                     request.csv.skip_lines
                 ),
             ));
@@ -71,7 +73,7 @@ pub(super) fn open(
     let end = if whole {
         start.len()
     } else {
-        // The last line may go on.
+        // The last line may be incomplete.
         (start.iter().rposition(|&byte| byte == b'\n')).map_or(start.len(), |end| end + 1)
     };
     let form = Form::of(&decoded(&start[..end]), request.csv);
@@ -214,7 +216,7 @@ impl CsvTable {
     }
 }
 
-/// Returns a text that a message can hold: a quote that is not closed makes a cell of a whole file.
+/// Shortens a cell for an error; an unclosed quote may make one cell of the whole file.
 fn shortened(text: String) -> String {
     match text.char_indices().nth(MAX_SHOWN_CHARS) {
         Some((end, _)) => format!("{}…", &text[..end]),
@@ -222,7 +224,7 @@ fn shortened(text: String) -> String {
     }
 }
 
-/// Returns text as UTF-8, or as Latin-1 if it is not.
+/// Decodes text as UTF-8, or as Latin-1 if it is not valid UTF-8.
 fn decoded(bytes: &[u8]) -> String {
     match std::str::from_utf8(bytes) {
         Ok(text) => text.to_owned(),
@@ -252,12 +254,11 @@ fn csv_error(file: &str, what: &str, error: csv::Error, skipped: u64, header: bo
     }
 }
 
-/// Makes one blank of any number of blanks and tabs, and none at the ends of a
-/// line.
+/// Replaces each run of blanks and tabs by one blank, and removes those at both ends of a line.
 struct Squeeze<R> {
     inner: R,
     buffer: Vec<u8>,
-    // Whether a blank is owed, and whether the line has begun.
+    // Whether blanks precede the next character, and whether the line has a character already.
     owed: bool,
     begun: bool,
 }
@@ -275,7 +276,7 @@ impl<R: Read> Squeeze<R> {
 
 impl<R: Read> Read for Squeeze<R> {
     fn read(&mut self, out: &mut [u8]) -> std::io::Result<usize> {
-        // A blank that is owed may come before each byte that is read.
+        // Each byte that is read may need a blank before it.
         let room = (out.len() / 2).clamp(1, 1 << 16);
         if out.len() < 2 {
             return Err(std::io::ErrorKind::InvalidInput.into());

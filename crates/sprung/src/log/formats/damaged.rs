@@ -1,4 +1,4 @@
-//! Damaged files: what is said of them, and crates that panic on some of them.
+//! Damaged files: errors for them, and a guard for crates that panic on some of them.
 
 use std::cell::Cell;
 
@@ -9,14 +9,15 @@ thread_local! {
     static GUARDED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Returns whether a panic of this thread will come out as an error: while a
-/// file is read by a crate that panics on some damaged ones.
+/// Returns whether sprung catches a panic of this thread and returns it as an error.
+///
+/// This holds while a crate that panics on some damaged files reads a file.
 #[must_use]
 pub fn panics_are_caught() -> bool {
     GUARDED.get()
 }
 
-/// Reads with a crate that panics on some damaged files.
+/// Runs a crate that panics on some damaged files; returns a panic as an error.
 #[cfg(any(feature = "arrow", feature = "mcap", feature = "mat73"))]
 pub(super) fn guarded<T>(
     file: &str,
@@ -28,12 +29,12 @@ pub(super) fn guarded<T>(
     result.unwrap_or_else(|_| {
         Err(LogError::format(
             file,
-            " is damaged: what it says of itself does not hold; copy or write it again",
+            " is damaged: it contradicts itself; copy or write it again",
         ))
     })
 }
 
-/// What is said of a file of which a crate that reads it found an error.
+/// Returns the error for a file in which a crate found an error.
 #[cfg(feature = "arrow")]
 pub(super) fn damaged(file: &str, error: &dyn std::fmt::Display) -> LogError {
     let error = error.to_string();

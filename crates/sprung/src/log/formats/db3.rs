@@ -132,8 +132,8 @@ fn definition(
         LogError::format(
             file,
             format!(
-                " does not bring along what {kind} is; convert it with \"ros2 bag convert\" to MCAP, \
-                 which does"
+                " does not contain the definition of {kind}; convert it with \"ros2 bag convert\" to MCAP, which \
+                 contains it"
             ),
         )
     })

@@ -3,21 +3,23 @@
 use super::number::Number;
 use crate::log::columns::names::listed;
 
-/// What a field holds.
+/// Type of a field, or of the elements of an array.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Base {
     Number(Number),
     Text,
     WideText,
-    /// A message, by its place among the types.
+    /// A message, by its index in [`Definition::types`].
     Message(usize),
 }
 
-/// How many it holds.
+/// Number of values of a field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Count {
     One,
+    /// An array of fixed length.
     Fixed(usize),
+    /// A sequence, bounded or not; each message contains its length.
     Any,
 }
 
@@ -29,26 +31,26 @@ pub(super) struct Field {
     pub(super) count: Count,
 }
 
-/// A type of messages, and those within it.
+/// A message type and the types that it contains.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Definition {
-    /// Fields of each type, the message's own first.
+    /// Fields of each type. The first type is that of the message.
     pub(super) types: Vec<Vec<Field>>,
 }
 
-/// Fields that name the elements of lists beside them.
+/// Fields whose texts name the elements of the arrays in the same message.
 pub(super) const NAMES: [&str; 3] = ["name", "joint_names", "names"];
 
-/// Messages within messages that are believed.
+/// Largest accepted depth of nested messages.
 const MAX_NESTING: usize = 24;
 
-/// Numbers that are listed, at most.
+/// Largest number of fields in the list that an error shows.
 const MAX_LISTED_NUMBERS: usize = 1000;
 
-/// Fields that are looked at for them.
+/// Largest number of fields that the search for this list visits.
 const MAX_VISITED_FIELDS: usize = 100 * MAX_LISTED_NUMBERS;
 
-/// Definitions of messages that old bags do not bring along.
+/// Definitions of common message types: bags from before ROS 2 Iron contain no definitions.
 const KNOWN: [(&str, &str); 6] = [
     (
         "sensor_msgs/msg/JointState",
@@ -70,7 +72,7 @@ const KNOWN: [(&str, &str); 6] = [
     ),
 ];
 
-/// Messages that those and others contain.
+/// Definitions of the message types that common types contain.
 const INNER: &str = "
 ===
 MSG: std_msgs/Header
@@ -105,13 +107,17 @@ float64 z
 ";
 
 impl Definition {
-    /// Returns the definition of a message that needs no telling.
+    /// Returns the built-in definition of a common message type.
     pub(super) fn known(kind: &str) -> Option<Self> {
         let (_, text) = KNOWN.iter().find(|(known, _)| *known == kind)?;
         Self::parse(kind, text).ok()
     }
 
-    /// Reads a definition with those of the messages within it.
+    /// Parses the text of a definition, which also contains the definitions of nested types.
+    ///
+    /// # Errors
+    ///
+    /// The end of a sentence that begins with the name of the type.
     pub(super) fn parse(kind: &str, text: &str) -> Result<Self, String> {
         let mut sections: Vec<(String, String)> = vec![(short(kind), String::new())];
         let whole = format!("{text}\n{INNER}");
@@ -140,7 +146,7 @@ impl Definition {
         if definition.depth(0, 0, &mut depths) > MAX_NESTING {
             return Err("contains itself".to_owned());
         }
-        // Otherwise a few bytes could hold messages without end, each as wide as it is deep.
+        // A message of no bytes could be repeated any number of times in a short file.
         let mut sizes = vec![None; definition.types.len()];
         if definition.least(0, &mut sizes) == 0 || sizes.contains(&Some(0)) {
             return Err("contains a message of no size".to_owned());
@@ -148,9 +154,9 @@ impl Definition {
         Ok(definition)
     }
 
-    /// Returns how many bytes a message takes at least; it does not contain itself.
+    /// Returns the smallest size of a message, in bytes. The definition must not contain itself.
     ///
-    /// - `known`: of the types that were looked at.
+    /// - `known`: sizes of the types that were computed before, [types].
     fn least(&self, kind: usize, known: &mut [Option<usize>]) -> usize {
         if let Some(size) = known[kind] {
             return size;
@@ -159,7 +165,7 @@ impl Definition {
         for field in &self.types[kind] {
             let one = match field.base {
                 Base::Number(number) => number.size(),
-                // Their lengths.
+                // The length of an empty text.
                 Base::Text | Base::WideText => 4,
                 Base::Message(inner) => self.least(inner, known),
             };
@@ -176,9 +182,10 @@ impl Definition {
         size
     }
 
-    /// Returns how many messages are within one another.
+    /// Returns the depth of nested messages below a type.
     ///
-    /// - `known`: of the types that were looked at.
+    /// - `above`: number of messages around it.
+    /// - `known`: depths of the types that were computed before, [types].
     fn depth(&self, kind: usize, above: usize, known: &mut [Option<usize>]) -> usize {
         if above > MAX_NESTING {
             return above;
@@ -196,7 +203,7 @@ impl Definition {
         deepest
     }
 
-    /// Returns whether a type is a time.
+    /// Returns whether a type has the fields of `builtin_interfaces/Time`.
     pub(super) fn is_time(&self, kind: usize) -> bool {
         let names: Vec<&str> = self.types[kind]
             .iter()
@@ -209,14 +216,14 @@ impl Definition {
         self.types[kind].iter().find(|field| field.name == name)
     }
 
-    /// Lists the paths of all numbers.
+    /// Lists the paths of all numeric fields, at most [`MAX_LISTED_NUMBERS`].
     pub(super) fn leaves(&self) -> Vec<String> {
         let mut all = Vec::new();
         self.list(0, "", &mut all, &mut 0);
         all
     }
 
-    /// - `seen`: fields that were looked at.
+    /// - `seen`: number of fields that were visited.
     fn list(&self, kind: usize, path: &str, all: &mut Vec<String>, seen: &mut usize) {
         for field in &self.types[kind] {
             *seen += 1;
@@ -239,12 +246,15 @@ impl Definition {
     }
 }
 
-/// Returns a name of a type without `msg`.
+/// Removes `/msg` from the name of a type.
 fn short(name: &str) -> String {
     name.replace("/msg/", "/")
 }
 
-/// Reads a line; returns nothing for constants and comments.
+/// Parses a line; returns `None` for constants, comments and blank lines.
+///
+/// - `package`: package of the type that contains the field.
+/// - `names`: names of all types of the definition.
 fn field(line: &str, package: &str, names: &[String]) -> Result<Option<Field>, String> {
     let code = line.split('#').next().unwrap_or_default().trim();
     let Some((kind, rest)) = code.split_once(char::is_whitespace) else {
@@ -252,7 +262,7 @@ fn field(line: &str, package: &str, names: &[String]) -> Result<Option<Field>, S
     };
     let name = rest.split_whitespace().next().unwrap_or_default();
     let behind = rest.trim_start().strip_prefix(name).unwrap_or_default();
-    // Constants have "=", defaults stand behind a blank.
+    // A constant has "=" behind its name, a default value has a blank.
     if name.contains('=') || behind.trim_start().starts_with('=') {
         return Ok(None);
     }
@@ -294,7 +304,7 @@ fn field(line: &str, package: &str, names: &[String]) -> Result<Option<Field>, S
                 .ok_or_else(|| {
                     let known: Vec<&str> = names.iter().map(String::as_str).collect();
                     format!(
-                        "names {full}, which is not defined beside {}",
+                        "names {full}, which it does not define; it defines {}",
                         listed(&known)
                     )
                 })?;
@@ -338,10 +348,10 @@ mod tests {
         assert_eq!(error, "contains itself");
         let error = Definition::parse("a/msg/B", "c/D inner\n").unwrap_err();
         assert!(
-            error.starts_with("names c/D, which is not defined"),
+            error.starts_with("names c/D, which it does not define"),
             "{error}"
         );
-        // Two to the power of twenty-three of nothing at all, and of texts.
+        // 2^23 fields of zero bytes each, and 2^23 texts.
         let wide = |last: &str| {
             let inner: Vec<String> = (0..23)
                 .map(|k| format!("a/P{k} x\na/P{k} y\n===\nMSG: a/P{k}\n"))

@@ -1,11 +1,11 @@
-//! How a text of numbers is written: delimiter, decimals, header, comments.
+//! The form of a text of numbers: delimiter, decimal character, header, comments.
 
 use crate::description::CsvForm;
 
-/// Lines that are looked at.
+/// Lines of data that determine the form.
 const SAMPLED_LINES: usize = 50;
 
-/// What is between cells.
+/// Separator of cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Delimiter {
     /// One byte.
@@ -14,21 +14,22 @@ pub(super) enum Delimiter {
     Blanks,
 }
 
-/// How a text is written.
+/// Form of a text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Form {
     pub(super) delimiter: Delimiter,
     pub(super) decimal_comma: bool,
     pub(super) header: bool,
     pub(super) comment: u8,
-    /// Names that stand in the last comment above the data.
+    /// Names of the columns, if the last comment before the data contains them.
     pub(super) commented_names: Option<Vec<String>>,
 }
 
 impl Form {
-    /// Finds out how a text is written, as far as it is not said.
+    /// Determines the form of a text.
     ///
-    /// - `start`: the beginning of the text, whole lines.
+    /// - `start`: the beginning of the text, in complete lines.
+    /// - `said`: parts of the form that the experiment gives.
     pub(super) fn of(start: &str, said: &CsvForm) -> Self {
         let lines: Vec<&str> = start.lines().collect();
         let comment = said
@@ -63,7 +64,7 @@ impl Form {
             .last()
             .map(|line| cells(line[1..].trim(), delimiter))
             .filter(|names| names.len() == first.len());
-        // Beside text, names in a comment say that the first line is none of names.
+        // If a comment contains the names, text in some cells of the first line makes no header of it.
         let header = (said.header).unwrap_or(match &commented {
             Some(_) => 2 * numbers < first.len(),
             None => numbers < first.len() || first.is_empty(),
@@ -79,7 +80,7 @@ impl Form {
     }
 }
 
-/// Returns the character that begins comments.
+/// Returns the first character of comments.
 fn comment_of(lines: &[&str]) -> u8 {
     let first = lines.iter().find(|line| !line.trim().is_empty());
     match first.and_then(|line| line.bytes().next()) {
@@ -88,7 +89,7 @@ fn comment_of(lines: &[&str]) -> u8 {
     }
 }
 
-/// Splits a line; quotes hold together.
+/// Splits a line into cells; delimiters between quotes do not split.
 fn cells(line: &str, delimiter: Delimiter) -> Vec<String> {
     let mut all = vec![String::new()];
     let mut quoted = false;
@@ -119,8 +120,8 @@ fn cells(line: &str, delimiter: Delimiter) -> Vec<String> {
     all
 }
 
-/// Returns the delimiter that most lines have as often as the first line has
-/// it; commas come late, for they may be decimal.
+/// Returns the first delimiter that divides most lines into as many cells as the first line. The comma is tried
+/// last, because it may be the decimal character.
 fn delimiter_of(data: &[&str]) -> Delimiter {
     let Some(first) = data.first() else {
         return Delimiter::Byte(b',');
@@ -133,7 +134,7 @@ fn delimiter_of(data: &[&str]) -> Delimiter {
     };
     let blanks = cells(first, Delimiter::Blanks).len() > 1 && agrees(&Delimiter::Blanks);
     let found = candidates.into_iter().find(agrees);
-    // Names of one column may hold blanks.
+    // The name of a single column may contain blanks.
     let fallback = if blanks {
         Delimiter::Blanks
     } else {
@@ -148,7 +149,7 @@ fn has_decimal_commas(data: &[&str], delimiter: Delimiter) -> bool {
         .any(|cell| cell.contains(',') && is_number(&cell, true))
 }
 
-/// Returns the number that a cell holds.
+/// Parses a cell as a number.
 pub(super) fn number(cell: &[u8], decimal_comma: bool) -> Option<f64> {
     let text = std::str::from_utf8(cell).ok()?.trim();
     if !decimal_comma {
@@ -160,8 +161,7 @@ pub(super) fn number(cell: &[u8], decimal_comma: bool) -> Option<f64> {
     text.replacen(',', ".", 1).parse().ok()
 }
 
-/// Returns the nanoseconds since 1970 of a date such as
-/// `2024-05-01T12:00:00.123456Z`.
+/// Parses a date such as `2024-05-01T12:00:00.123456Z`; returns nanoseconds since 1970.
 pub(super) fn date(cell: &[u8]) -> Option<i64> {
     let text = std::str::from_utf8(cell).ok()?.trim();
     let (day, rest) = (text.get(..10)?, text.get(10..)?);
@@ -175,7 +175,7 @@ pub(super) fn date(cell: &[u8]) -> Option<i64> {
         return None;
     }
     let rest = rest.strip_prefix(['T', ' ', 't'])?.trim();
-    // A zone shifts all times alike.
+    // The time zone is ignored, because it shifts all samples by the same time.
     let end = rest
         .find(|c: char| !(c.is_ascii_digit() || ":.".contains(c)))
         .unwrap_or(rest.len());
@@ -187,7 +187,7 @@ pub(super) fn date(cell: &[u8]) -> Option<i64> {
     };
     let seconds: i64 = whole.parse().ok()?;
     let nanoseconds: i64 = fraction.get(..9).unwrap_or(&fraction).parse().ok()?;
-    // Days of the civil calendar, counted from March.
+    // Days since 1970 in the Gregorian calendar; a year begins in March here.
     let (y, m) = if month > 2 {
         (year, month - 3)
     } else {
@@ -226,7 +226,7 @@ mod tests {
         let plain = form("t,\"q, rad\"\n0,1\n1,2\n");
         assert_eq!(plain.delimiter, Delimiter::Byte(b','));
         assert!(plain.header && !plain.decimal_comma);
-        // A row that is too short does not change the delimiter.
+        // A row with too few cells does not change the delimiter.
         assert_eq!(form("t,q\n0,1\n1\n2,3\n").delimiter, Delimiter::Byte(b','));
     }
 

@@ -15,10 +15,10 @@ use crate::log::error::LogError;
 
 type Source = Box<dyn Read + Send>;
 
-/// Longest record, or chunk, that is believed.
+/// Largest accepted length of a record or a chunk, in bytes.
 const MAX_RECORD_BYTES: usize = 1 << 30;
 
-/// Bytes that are read at once: the rest of a record that claims to be long may not be there.
+/// Bytes that one read returns at most. A damaged length then allocates no more than this before the file ends.
 const READ_BYTES: usize = 1 << 20;
 
 struct Mcap {
@@ -31,7 +31,7 @@ struct Mcap {
     topic: String,
     found: Option<(String, Definition)>,
     topics: Vec<String>,
-    // The footer was read: what follows is an index.
+    // Whether the data section has ended; an index follows it.
     ended: bool,
 }
 
@@ -52,7 +52,7 @@ pub(super) fn open(request: &Request<'_>, read: Source) -> Result<Opened, LogErr
         topics: Vec::new(),
         ended: false,
     };
-    // A topic is introduced before its first message.
+    // The channel of a topic precedes its first message.
     while mcap.found.is_none() && mcap.step()? != Step::Ended {}
     let Some((kind, definition)) = mcap.found.clone() else {
         let topics: Vec<&str> = mcap.topics.iter().map(String::as_str).collect();
@@ -128,7 +128,7 @@ impl Mcap {
                 let time = i64::try_from(header.log_time).unwrap_or(i64::MAX);
                 Ok(Step::Message(time, data.into_owned()))
             }
-            // Behind the messages the channels are listed again.
+            // The summary section repeats the channels.
             Record::DataEnd(_) | Record::Footer(_) => {
                 self.ended = true;
                 Ok(Step::Ended)
@@ -137,6 +137,7 @@ impl Mcap {
         }
     }
 
+    /// Adds a channel and, if it belongs to the wanted topic, its definition.
     fn introduce(&mut self, channel: &mcap::records::Channel) -> Result<(), LogError> {
         if !self.topics.contains(&channel.topic) {
             self.topics.push(channel.topic.clone());
@@ -146,7 +147,7 @@ impl Mcap {
         }
         let wrong = |message: String| Err(LogError::format(&self.file, message));
         let Some((kind, encoding, text)) = self.schemas.get(&channel.schema_id) else {
-            return wrong(" does not say what its messages are".to_owned());
+            return wrong(" does not contain the definition of its messages".to_owned());
         };
         if channel.message_encoding != "cdr" || encoding != "ros2msg" {
             return wrong(format!(

@@ -1,7 +1,7 @@
 //! Formats of logs: each turns a file into rows of numbers.
 //!
-//! What a file is shows in its first bytes; its name says nothing. A format
-//! reads the wanted columns in blocks, and knows neither units nor joints.
+//! The first bytes of a file determine its format; its name is ignored. A format reads the wanted columns in
+//! blocks; it does not deal with units or joints.
 
 mod array_shape;
 mod arrays;

@@ -1,6 +1,6 @@
-//! Numbers of fixed size.
+//! Numbers in binary files.
 
-/// How a number is stored.
+/// Binary format of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Number {
     F64,
@@ -15,7 +15,7 @@ pub(super) enum Number {
     U64,
 }
 
-/// What was stored.
+/// A number as the file stores it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Reading {
     Float(f64),
@@ -23,7 +23,7 @@ pub(super) enum Reading {
 }
 
 impl Number {
-    /// Returns its size in bytes.
+    /// Returns the size in bytes.
     pub(super) fn size(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
@@ -33,7 +33,9 @@ impl Number {
         }
     }
 
-    /// Returns the number that some bytes hold; they are as many as its size.
+    /// Decodes a number.
+    ///
+    /// - `bytes`: as many as [`Number::size`].
     pub(super) fn read(self, bytes: &[u8], big_endian: bool) -> Reading {
         let push = |bits: u64, byte: &u8| bits << 8 | u64::from(*byte);
         let bits = if big_endian {

@@ -1,4 +1,4 @@
-//! A file is opened as what its first bytes say it is.
+//! Opens a file in the format that its first bytes show.
 
 use std::io::Read;
 
@@ -15,11 +15,11 @@ use super::{arrays, csv, matlab};
 use crate::log::error::LogError;
 use crate::log::input::{Kind, kind_of, peek};
 
-/// Opens a file as what it is.
+/// Opens a file in the format that its first bytes show.
 ///
 /// # Errors
 ///
-/// [`LogError`] if it is nothing that is read, or lacks a column.
+/// [`LogError`] if the format is not supported, the file is damaged or a column is missing.
 pub(in crate::log) fn open(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Opened, LogError> {
     let file = request.file;
     let (start, whole, read) = peek(file, "its beginning", reopen()?)?;
@@ -66,7 +66,7 @@ pub(in crate::log) fn open(request: &Request<'_>, reopen: Reopen<'_>) -> Result<
     }
 }
 
-/// Opens what a compressed file holds.
+/// Opens the text in a compressed file.
 fn compressed<R: Read + Send + 'static>(
     request: &Request<'_>,
     method: &str,
@@ -79,7 +79,7 @@ fn compressed<R: Read + Send + 'static>(
         kind => Err(LogError::format(
             request.file,
             format!(
-                " is {} compressed with {method}; decompress it, for it cannot be read in one go",
+                " is {} compressed with {method}; decompress it, because its parts are not read in order",
                 kind.name()
             ),
         )),

@@ -1,4 +1,4 @@
-//! What every format hands on: rows of numbers.
+//! Rows of numbers, the output of every format.
 
 use super::number::Reading;
 use crate::description::CsvForm;
@@ -6,16 +6,15 @@ use crate::log::columns::origin::Pick;
 use crate::log::error::{LogError, Place};
 use crate::log::input::Input;
 
-/// Integers beyond this are counted from the first one: floating point numbers
-/// of this size skip some.
+/// Larger integers are stored relative to the first one, because `f64` does not represent all of them.
 const MAX_EXACT_INTEGER: u64 = 1 << 53;
 
-/// Readings of one column, without their common origin.
+/// Readings of one column, relative to a common origin.
 #[derive(Clone, Debug, Default)]
 pub(in crate::log) struct Readings {
-    /// Readings less the origin.
+    /// Readings minus the origin.
     pub(in crate::log) values: Vec<f64>,
-    /// The first reading of a column of large integers, otherwise 0.
+    /// The first reading if it is an integer beyond 2^53, otherwise 0.
     pub(in crate::log) origin: i64,
     started: bool,
 }
@@ -27,7 +26,7 @@ impl Readings {
         self.values.push(value - self.origin as f64);
     }
 
-    /// Appends a number as it was stored.
+    /// Appends a number in the format of the file.
     pub(super) fn push_reading(&mut self, reading: Reading) {
         match reading {
             Reading::Float(value) => self.push(value),
@@ -35,12 +34,12 @@ impl Readings {
         }
     }
 
-    /// Appends an integer exactly.
+    /// Appends an integer without rounding.
     pub(in crate::log) fn push_integer(&mut self, value: i64) {
         if !std::mem::replace(&mut self.started, true) && value.unsigned_abs() > MAX_EXACT_INTEGER {
             self.origin = value;
         }
-        // Differences that overflow are no times; as floats they are still right.
+        // A difference beyond 64 bits is rounded; no column of times has one.
         let value = value
             .checked_sub(self.origin)
             .map_or(value as f64 - self.origin as f64, |value| value as f64);
@@ -50,43 +49,44 @@ impl Readings {
 
 /// Rows of numbers.
 pub(in crate::log) trait Table: Send {
-    /// Appends the next rows, at most `limit`, one reading to each of `out`;
-    /// returns how many, 0 at the end.
+    /// Appends the next rows to `out`, at most `limit`; returns their number, 0 at the end.
+    ///
+    /// - `out`: receives one reading per row, [columns].
     ///
     /// # Errors
     ///
-    /// [`LogError`] with the place of what cannot be read.
+    /// [`LogError`] with the place that cannot be read.
     fn read(&mut self, limit: usize, out: &mut [Readings]) -> Result<usize, LogError>;
 
-    /// Returns where the `i`th row of the last block stands.
+    /// Returns the place of row `i` of the last block in the file.
     fn place(&self, i: usize) -> Place;
 }
 
-/// What is wanted of a file.
+/// What to read from a file.
 pub(in crate::log) struct Request<'a> {
-    /// Name of the file, for messages.
+    /// Name of the file in errors.
     pub(in crate::log) file: &'a str,
-    /// Columns.
+    /// Wanted columns.
     pub(in crate::log) picks: &'a [Pick],
-    /// Index of the column in which integers and dates are times.
+    /// Index of the time column among them.
     pub(in crate::log) time: Option<usize>,
-    /// Whether times are dates.
+    /// Whether the time column contains dates.
     pub(in crate::log) dates: bool,
     /// Topic of a bag.
     pub(in crate::log) topic: Option<&'a str>,
-    /// How CSV is written.
+    /// Form of a text, as far as the experiment gives it.
     pub(in crate::log) csv: &'a CsvForm,
 }
 
-/// A file that is open.
+/// An open file.
 pub(in crate::log) struct Opened {
-    /// Its rows, with a column for each pick.
+    /// Rows, with one column for each of [`Request::picks`].
     pub(in crate::log) table: Box<dyn Table>,
-    /// Names of these columns in the file.
+    /// Names of these columns in errors and results.
     pub(in crate::log) names: Vec<String>,
-    /// Size of the time's unit in s, if the file says it.
+    /// Unit of the time column in s, if the file defines it.
     pub(in crate::log) time_unit: Option<f64>,
 }
 
-/// Opens a file again at its beginning.
+/// Opens a file at its beginning; may be called several times.
 pub(in crate::log) type Reopen<'a> = &'a mut dyn FnMut() -> Result<Box<dyn Input>, LogError>;
