@@ -179,7 +179,7 @@ impl Law {
             Self::Coulomb => Form::Jump(S::constant(1.0)),
             Self::CoulombPositive => Form::Jump(S::constant(forwards(at))),
             Self::CoulombNegative => Form::Jump(S::constant(backwards(at))),
-            Self::Stribeck => Form::Jump(bell(at, shape)),
+            Self::Stribeck => Form::Jump(stribeck_fraction(at, shape)),
         }
     }
 
@@ -240,7 +240,7 @@ fn backwards<S: Scalar>(at: &Conditions<S>) -> f64 {
 ///
 /// Armstrong-Hélouvry, Dupont and Canudas de Wit, Automatica 1994:
 /// `exp(-(v / v_s)²)`.
-fn bell<S: Scalar>(at: &Conditions<S>, shape: &Shape) -> S {
+fn stribeck_fraction<S: Scalar>(at: &Conditions<S>, shape: &Shape) -> S {
     let part = at.velocity * (1.0 / shape.stribeck_velocity);
     (-(part * part)).exp()
 }
@@ -268,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn friction_takes_power_at_any_velocity() {
+    fn friction_dissipates_power_at_any_velocity() {
         for velocity in [-3.0, -1e-3, 0.0, 1e-3, 3.0] {
             for law in all().filter(|law| *law != Law::Offset) {
                 assert!(velocity * column(law, velocity, -40.0) >= 0.0, "{law:?}");
@@ -306,7 +306,7 @@ mod tests {
     }
 
     #[test]
-    fn halves_have_their_slope_at_zero_too() {
+    fn laws_of_one_direction_have_their_one_sided_slope_at_zero() {
         let slope = |law: Law, velocity: f64| {
             let at = Conditions {
                 velocity: Dual::<1>::variable(velocity, 0),
@@ -328,7 +328,7 @@ mod tests {
     }
 
     #[test]
-    fn jumps_are_what_the_transition_is_multiplied_with() {
+    fn a_column_that_jumps_is_its_factor_times_tanh() {
         for velocity in VELOCITIES {
             let at = Conditions {
                 velocity,
@@ -349,7 +349,7 @@ mod tests {
     }
 
     #[test]
-    fn halves_make_a_whole_and_the_bell_is_gone_at_speed() {
+    fn laws_of_both_directions_add_up_and_stribeck_friction_vanishes_at_speed() {
         for velocity in [-0.7, -0.02, 0.0, 0.005, 0.4] {
             let column = |law: Law| column(law, velocity, 0.0);
             let sum = |a: Law, b: Law| column(a) + column(b);
@@ -358,8 +358,8 @@ mod tests {
             let coulomb = sum(Law::CoulombPositive, Law::CoulombNegative);
             assert!((coulomb - column(Law::Coulomb)).abs() < 1e-15);
         }
-        let bell = |v: f64| column(Law::Stribeck, v, 0.0) / column(Law::Coulomb, v, 0.0);
-        assert!((bell(0.1) - libm::exp(-1.0)).abs() < 1e-15);
-        assert!(bell(1.0) < 1e-40);
+        let fraction = |v: f64| column(Law::Stribeck, v, 0.0) / column(Law::Coulomb, v, 0.0);
+        assert!((fraction(0.1) - libm::exp(-1.0)).abs() < 1e-15);
+        assert!(fraction(1.0) < 1e-40);
     }
 }

@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_that_do_not_couple_are_solved_apart() {
+    fn uncoupled_blocks_are_solved_separately() {
         // [4 2; 2 10], [5], [2 1; 1 3] along the diagonal.
         let mut a = [0.0; 25];
         for (i, j, entry) in [
@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn matrix_that_is_not_positive_has_no_factors() {
+    fn a_matrix_that_is_not_positive_definite_is_refused() {
         for mut a in [
             [1.0, 2.0, 2.0, 1.0],
             [-1.0, 0.0, 0.0, 1.0],

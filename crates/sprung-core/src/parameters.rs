@@ -181,7 +181,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn order_is_that_of_the_paper_and_then_as_files_have_it() {
+    fn order_is_that_of_the_paper_then_of_the_families_then_of_the_spring() {
         let order = [
             "rotor_inertia",
             "link_viscous",

@@ -285,7 +285,7 @@ mod tests {
     }
 
     #[test]
-    fn useless_settings_and_memory_are_refused() {
+    fn settings_that_are_not_positive_and_wrong_memory_are_refused() {
         let settings = Settings {
             forgetting: f64::NAN,
             ..SETTINGS

@@ -320,7 +320,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn partials_follow_the_rules() {
+    fn partial_derivatives_match_the_written_out_ones() {
         // f = x sin(y) - 2 x²: df/dx = sin y - 4 x, df/dy = x cos y.
         let (x, y) = (1.3, 0.4);
         let [dx, dy] = [Dual::<2>::variable(x, 0), Dual::variable(y, 1)];

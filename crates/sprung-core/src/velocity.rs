@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn standing_still_has_no_velocity_and_long_windows_are_refused() {
+    fn a_joint_at_rest_has_velocity_zero_and_long_windows_are_refused() {
         let mut estimator = AveragedVelocity::new(4, 4, 1e-3).unwrap();
         for _ in 0..20 {
             assert!(estimator.process(0.7).abs() < 1e-15);
