@@ -160,7 +160,7 @@ fn a_loop_that_is_not_that_of_the_log_is_said() {
         finding["text"]
             .as_str()
             .unwrap()
-            .contains("its clock is not the reference's")
+            .contains("its clock differs from the reference's")
     );
     let (_, run, _) = validate(&Case::new(), "truth.toml", &[]);
     assert_eq!(run["sets"][0]["findings"].as_array().unwrap().len(), 0);
