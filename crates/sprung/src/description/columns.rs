@@ -207,7 +207,7 @@ impl Columns {
 
     /// Returns the name of column `i`, for messages and as the key of `sign`, `gain` and `delay_s`.
     ///
-    /// - `default_field`: field of the messages of a topic if the entry gives none.
+    /// - `default_field`: field of the messages of a topic, if the entry has no field.
     #[must_use]
     pub fn label(&self, i: usize, default_field: &str) -> String {
         let Some((column, i)) = self.of(i) else {

@@ -153,7 +153,7 @@ pub struct Joint {
     /// Added to the logged positions of a revolute joint to reach the model's zero, degrees.
     #[serde(default)]
     pub position_offset_deg: f64,
-    /// `flexible`: a spring between motor and link; `rigid`: none.
+    /// `flexible`: a spring between motor and link; `rigid`: no spring.
     #[serde(default)]
     pub transmission: Transmission,
     /// Terms of the spring; `["linear"]` if absent.

@@ -138,7 +138,7 @@ impl Start {
     }
 }
 
-/// Returns a joint's limits in words; `None` if the URDF file gives none.
+/// Returns a joint's limits in words; `None` if the URDF file has no limits.
 fn limits(joint: &UrdfJoint) -> Option<String> {
     let (length, force) = match joint.kind {
         Revolute => ("rad", "N·m"),

@@ -136,7 +136,7 @@ fn body(link: &str, inertial: &Element<'_, '_>) -> Result<Body, UrdfError> {
     })
 }
 
-/// Returns the `<origin>` of an element; the identity if it has none.
+/// Returns the `<origin>` of an element; the identity if it is absent.
 fn placement(element: &Element<'_, '_>) -> Result<Placement, UrdfError> {
     let Some(origin) = element.child("origin")? else {
         return Ok(Placement::IDENTITY);

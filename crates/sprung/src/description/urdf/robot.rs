@@ -28,9 +28,9 @@ pub struct UrdfJoint {
     pub kind: JointKind,
     /// Whether it turns without position limits.
     pub continuous: bool,
-    /// Lower limit of its position, rad or m; a continuous joint has none.
+    /// Lower limit of its position, rad or m; `None` for a continuous joint.
     pub lower: Option<f64>,
-    /// Upper limit of its position, rad or m; a continuous joint has none.
+    /// Upper limit of its position, rad or m; `None` for a continuous joint.
     pub upper: Option<f64>,
     /// Limit of its torque or force, N·m or N; exporters write 0 for an unknown limit.
     pub effort: Option<f64>,
