@@ -1,4 +1,7 @@
-//! MATLAB files of versions 5 to 7: arrays, and arrays within structures.
+//! MATLAB files of versions 5 to 7: where their arrays are, also those within structures.
+//!
+//! A file is a list of variables, each an element with a tag (type, length) and possibly compressed. A
+//! variable is an array whose parts are elements again: flags, dimensions, name, and numbers or fields.
 
 use std::io::{Error, ErrorKind, Read, Result as IoResult, Seek, SeekFrom};
 
@@ -10,14 +13,14 @@ use crate::log::columns::names::Refused;
 /// An array of numbers in a file.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct MatArray {
-    /// As MATLAB writes it: `t`, `data.q`, `s(2).values`.
+    /// The name as MATLAB writes it: `t`, `data.q`, `s(2).values`.
     pub(super) name: String,
     pub(super) sides: Sides,
     pub(super) number: Number,
-    /// Bytes before the variable in the file.
+    /// Bytes before the variable's contents in the file.
     pub(super) variable: u64,
     pub(super) compressed: bool,
-    /// Bytes before the numbers within the variable.
+    /// Bytes before the numbers in the variable's contents, after decompression.
     pub(super) at: u64,
 }
 
@@ -25,33 +28,39 @@ pub(super) struct MatArray {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Contents {
     pub(super) arrays: Vec<MatArray>,
-    /// What else there is, and why it is not read.
+    /// Variables and fields that are not read, with the reason.
     pub(super) refused: Vec<Refused>,
     pub(super) big_endian: bool,
 }
 
-const HEAD: u64 = 128;
+const HEADER_BYTES: u64 = 128;
+
+/// Types of elements: an array, and a compressed one.
 const MATRIX: u32 = 14;
 const COMPRESSED: u32 = 15;
 
-/// Structures within structures that are believed.
+/// Deepest structure within structures; it bounds the recursion.
 const MAX_NESTING: usize = 16;
 
-/// Longest name of a field that is believed; MATLAB's are 63 bytes at most.
+/// Longest name of a field; MATLAB's have at most 63 bytes.
 const MAX_NAME_BYTES: usize = 256;
 
-/// Elements of a structure that are looked at.
+/// Most elements of a structure array times its fields; it bounds the time and the memory of a scan.
 const MAX_STRUCTURE_ELEMENTS: u64 = 1 << 20;
 
-/// Reads where the arrays of a file are.
+/// Finds the arrays of a file.
+///
+/// # Errors
+///
+/// `InvalidData` if the file contradicts itself, `UnexpectedEof` if it was cut off.
 pub(super) fn contents(read: &mut (impl Read + Seek + ?Sized)) -> IoResult<Contents> {
-    let mut head = [0; HEAD as usize];
-    read.read_exact(&mut head)?;
+    let mut header = [0; HEADER_BYTES as usize];
+    read.read_exact(&mut header)?;
     let mut contents = Contents {
-        big_endian: &head[126..128] == b"MI",
+        big_endian: &header[126..128] == b"MI",
         ..Contents::default()
     };
-    let mut at = HEAD;
+    let mut at = HEADER_BYTES;
     loop {
         read.seek(SeekFrom::Start(at))?;
         let mut tag = [0; 8];
@@ -83,7 +92,7 @@ pub(super) fn contents(read: &mut (impl Read + Seek + ?Sized)) -> IoResult<Conte
     }
 }
 
-/// Fills `bytes`; returns false if there is nothing at all.
+/// Fills `bytes`; returns false if the file ends before the first of them.
 fn begins(read: &mut (impl Read + ?Sized), bytes: &mut [u8]) -> IoResult<bool> {
     let mut filled = 0;
     while filled < bytes.len() {
@@ -109,7 +118,7 @@ fn word(bytes: &[u8], big_endian: bool) -> u32 {
     }
 }
 
-/// A reader that knows where it is.
+/// A reader that counts the bytes that were read.
 struct Counted<R> {
     inner: R,
     at: u64,
@@ -137,15 +146,14 @@ impl<R: Read> Counted<R> {
     }
 }
 
-/// Goes through one variable.
+/// A scan through the parts of one variable.
 struct Scan<'a> {
     contents: &'a mut Contents,
     variable: u64,
     compressed: bool,
 }
 
-/// An element: type, length, and the data if it is so short that it stands in
-/// the tag.
+/// The tag of an element: type and length in bytes. Up to 4 bytes of data stand in the tag itself.
 struct Element {
     kind: u32,
     length: u64,
@@ -153,6 +161,7 @@ struct Element {
 }
 
 impl Element {
+    /// Returns the bytes between the data and the next element, which begins at a multiple of 8 bytes.
     fn padding(&self) -> u64 {
         match self.short {
             Some(_) => 0,
@@ -162,6 +171,7 @@ impl Element {
 }
 
 impl Scan<'_> {
+    /// Reads a tag.
     fn element<R: Read>(&self, read: &mut Counted<R>) -> IoResult<Element> {
         let tag = read.take_bytes(8)?;
         let first = word(&tag[..4], self.contents.big_endian);
@@ -183,7 +193,7 @@ impl Scan<'_> {
         })
     }
 
-    /// Reads a short list of bytes: names, dimensions.
+    /// Reads an element with its data: flags, names, dimensions.
     fn bytes<R: Read>(&self, read: &mut Counted<R>) -> IoResult<Vec<u8>> {
         let element = self.element(read)?;
         if let Some(short) = element.short {
@@ -205,7 +215,11 @@ impl Scan<'_> {
         self.matrix(read, "", element.length, 0)
     }
 
-    /// Goes through an array whose tag was read; `length` bytes follow.
+    /// Scans an array whose tag was read.
+    ///
+    /// - `path`: its name if it is a field, otherwise empty.
+    /// - `length`: bytes of the array.
+    /// - `depth`: structures around it.
     fn matrix<R: Read>(
         &mut self,
         read: &mut Counted<R>,
@@ -218,7 +232,7 @@ impl Scan<'_> {
             return Ok(());
         }
         if depth > MAX_NESTING {
-            return Err(damaged("structures within structures without end"));
+            return Err(damaged("more than 16 structures within each other"));
         }
         let flags = self.bytes(read)?;
         if flags.len() < 4 {
@@ -226,7 +240,7 @@ impl Scan<'_> {
         }
         let flags = word(&flags, self.contents.big_endian);
         let (class, complex) = (flags & 0xff, flags & 0x800 != 0);
-        // Objects have no dimensions.
+        // Objects have no dimensions: their name follows the flags.
         if class == 17 {
             let name = String::from_utf8_lossy(&self.bytes(read)?).into_owned();
             let name = if path.is_empty() { &name } else { path };
@@ -247,7 +261,7 @@ impl Scan<'_> {
         } else {
             path.to_owned()
         };
-        // Those without zeros: so that no product of a part overflows either.
+        // Sides of 0 count as 1, so that the product of any part of the dimensions does not overflow either.
         let mut sides = dimensions.iter().map(|n| *n.max(&1));
         if sides.try_fold(1_u64, u64::checked_mul).is_none() {
             return Err(damaged("absurd dimensions"));
@@ -273,15 +287,16 @@ impl Scan<'_> {
         }
     }
 
-    /// Goes to the end of an array, unless nothing follows that matters.
+    /// Skips the rest of an array, unless it is the variable itself, after which nothing is read.
     fn rest<R: Read>(read: &mut Counted<R>, end: u64, depth: usize) -> IoResult<()> {
         if depth == 0 {
             return Ok(());
         }
         let left = end.checked_sub(read.at);
-        read.skip(left.ok_or_else(|| damaged("an array longer than it says"))?)
+        read.skip(left.ok_or_else(|| damaged("an array whose parts are longer than the array"))?)
     }
 
+    /// Notes why an array is not read, and skips its rest.
     fn refuse<R: Read>(
         &mut self,
         read: &mut Counted<R>,
@@ -299,6 +314,7 @@ impl Scan<'_> {
         Self::rest(read, end, depth)
     }
 
+    /// Notes where the numbers of an array are.
     fn numbers<R: Read>(
         &mut self,
         read: &mut Counted<R>,
@@ -325,7 +341,7 @@ impl Scan<'_> {
             return Err(damaged("an array of another size than its dimensions"));
         }
         match Sides::of(dimensions) {
-            // Single numbers are settings, no channels.
+            // A single number is a setting, not a channel.
             Ok(sides) if element.short.is_none() && sides.rows * sides.columns > 1 => {
                 self.contents.arrays.push(MatArray {
                     name: name.to_owned(),
@@ -345,6 +361,9 @@ impl Scan<'_> {
         Ok(())
     }
 
+    /// Scans the fields of a structure array.
+    ///
+    /// - `count`: its elements.
     fn structure<R: Read>(
         &mut self,
         read: &mut Counted<R>,

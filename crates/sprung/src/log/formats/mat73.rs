@@ -1,8 +1,9 @@
-//! MATLAB files of version 7.3: HDF5 with conventions of its own.
+//! MATLAB files of version 7.3: HDF5 with MATLAB's conventions.
 //!
-//! A structure is a group, an array a dataset whose sides stand in reverse order; what MATLAB calls
-//! it says the attribute `MATLAB_class`. Elements of structure arrays and cells lie in `#refs#` and
-//! are pointed at. libhdf5 opens the file itself, so a log in memory cannot be read.
+//! A structure is a group. An array is a dataset whose sides are in reverse order. The attribute
+//! `MATLAB_class` gives the class of a variable in MATLAB. Elements of structure arrays and cells are objects
+//! of the group `#refs#`, and the variable holds references to them. libhdf5 opens the file itself, so a log
+//! in memory cannot be read.
 
 use std::io::ErrorKind;
 
@@ -20,20 +21,20 @@ use super::table::{Opened, Readings, Reopen, Request, Table};
 use crate::log::columns::names::{Names, Refused};
 use crate::log::error::{LogError, Place};
 
-/// Structures within structures that are believed.
+/// Deepest structure within structures; it bounds the recursion.
 const MAX_NESTING: usize = 16;
 
-/// Variables, fields and elements of structures that are looked at.
+/// Most variables, fields and elements of structures in a file; a group may contain itself.
 const MAX_ENTRIES: usize = 1 << 16;
 
-/// Numbers of a column that are read at once: at least so many, and those of a chunk if it has
-/// more, so that none is unpacked twice; but no more than would take much memory.
+/// Numbers of a column that are read at once: those of a chunk, so that no chunk is decompressed twice, within
+/// these limits. The upper limit bounds the memory: 8 MB a column.
 const NUMBERS_AT_ONCE: std::ops::RangeInclusive<u64> = (1 << 13)..=(1 << 20);
 
-/// How many times smaller packed numbers are at most; deflate does not reach 1032.
+/// Upper limit of the compression ratio; deflate reaches at most 1032.
 const MAX_COMPRESSION_RATIO: u64 = 4096;
 
-/// Opens a MATLAB file.
+/// Opens a MATLAB file of version 7.3.
 pub(super) fn open(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Opened, LogError> {
     no_topics(request)?;
     let file = request.file;
@@ -45,10 +46,12 @@ pub(super) fn open(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Opened, 
              write it to one, or save it with save(…, \"-v7\")",
         ));
     };
-    let what = "one of its variables";
     let contents = guarded(file, || {
-        let read = || Contents::of(&File::open(path)?);
-        read().map_err(|error| failed(file, what, &error))
+        let mut contents = Contents::default();
+        match File::open(path).and_then(|file| contents.group(&file, "", 0)) {
+            Ok(()) => Ok(contents),
+            Err(error) => Err(failed(file, &contents.place(), &error)),
+        }
     })?;
     let mut all = Vec::new();
     let mut columns = Vec::new();
@@ -71,9 +74,9 @@ pub(super) fn open(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Opened, 
     })?;
     let column_at = |&place: &usize| {
         let (array, column) = columns[place];
+        let name = format!("\"{}\"", all[place]);
         guarded(file, || {
-            Column::new(format!("\"{}\"", all[place]), array, column)
-                .map_err(|error| failed(file, &all[place], &error))
+            Column::new(name.clone(), array, column).map_err(|error| failed(file, &name, &error))
         })
     };
     Ok(Opened {
@@ -89,7 +92,11 @@ pub(super) fn open(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Opened, 
     })
 }
 
-/// Returns what libhdf5 says as an error of the file.
+/// Returns an error of libhdf5 as an error of the file.
+///
+/// libhdf5 has no error code for a file that was cut off, so its text decides.
+///
+/// - `what`: the part of the file that was read, for the message.
 fn failed(file: &str, what: &str, error: &Error) -> LogError {
     let text = error.to_string();
     let cut = ["truncated", "eof", "past end", "addr overflow"];
@@ -104,19 +111,19 @@ fn failed(file: &str, what: &str, error: &Error) -> LogError {
 
 /// An array of numbers in a file.
 struct Array {
-    /// As MATLAB writes it: `t`, `data.q`, `s(2).values`.
+    /// The name as MATLAB writes it: `t`, `data.q`, `s(2).values`.
     name: String,
     sides: Sides,
     dataset: Dataset,
     stored: Stored,
 }
 
-/// How numbers are handed over; libhdf5 converts the rest.
+/// The type in which libhdf5 gives the numbers; it converts from the stored one.
 #[derive(Clone, Copy)]
 enum Stored {
     Float,
     Integer,
-    /// Beyond the largest signed integer.
+    /// Unsigned integers of 64 bits, which may exceed `i64::MAX`.
     Unsigned,
 }
 
@@ -124,24 +131,33 @@ enum Stored {
 #[derive(Default)]
 struct Contents {
     arrays: Vec<Array>,
+    /// Variables and fields that are not read, with the reason.
     refused: Vec<Refused>,
+    /// Variables, fields and elements that were visited.
     seen: usize,
+    /// Name of the last of them.
+    last: String,
 }
 
 impl Contents {
-    fn of(file: &File) -> Hdf5Result<Self> {
-        let mut contents = Self::default();
-        contents.group(file, "", 0)?;
-        Ok(contents)
+    /// Returns where the scan is, for messages.
+    fn place(&self) -> String {
+        match self.last.as_str() {
+            "" => "its list of variables".to_owned(),
+            name => format!("its variable \"{name}\""),
+        }
     }
 
-    /// Goes through the variables of a file, or the fields of a structure.
+    /// Visits the variables of a file, or the fields of a structure.
+    ///
+    /// - `path`: name of the structure, empty for a file.
+    /// - `depth`: structures around the variables.
     fn group(&mut self, group: &Group, path: &str, depth: usize) -> Hdf5Result<()> {
         if depth > MAX_NESTING {
-            return Err("structures within structures without end".into());
+            return Err("more than 16 structures within each other".into());
         }
         for (link, info) in group.links(IndexType::Name, IterationOrder::Increasing)? {
-            // MATLAB keeps there what references point at.
+            // The groups `#refs#` and `#subsystem#` hold objects that references point to.
             let own = depth == 0 && link.starts_with('#');
             if own || info.link_type != LinkType::Hard {
                 continue;
@@ -150,7 +166,8 @@ impl Contents {
                 "" => link.clone(),
                 _ => format!("{path}.{link}"),
             };
-            // Which kinds there are besides depends on the version of libhdf5.
+            name.clone_into(&mut self.last);
+            // A match would not be exhaustive with every version of libhdf5: newer ones have more kinds.
             let kind = group.loc_type_by_name(&link)?;
             if kind == LocationType::Group {
                 self.structure(&group.group(&link)?, &name, depth)?;
@@ -164,7 +181,7 @@ impl Contents {
     }
 
     fn structure(&mut self, group: &Group, name: &str, depth: usize) -> Hdf5Result<()> {
-        self.count()?;
+        self.count(name)?;
         if group.attr("MATLAB_sparse").is_ok() {
             self.refuse(name, "is sparse; save full(…) of it");
             return Ok(());
@@ -179,7 +196,7 @@ impl Contents {
     }
 
     fn dataset(&mut self, dataset: Dataset, name: &str, depth: usize) -> Hdf5Result<()> {
-        self.count()?;
+        self.count(name)?;
         if dataset.attr("MATLAB_empty").is_ok() {
             return Ok(());
         }
@@ -219,7 +236,7 @@ impl Contents {
             return Err("absurd dimensions".into());
         };
         match Sides::of(&shape) {
-            // Single numbers are settings, no channels.
+            // A single number is a setting, not a channel.
             Ok(_) if count <= 1 => {}
             Ok(sides) => self.arrays.push(Array {
                 name: name.to_owned(),
@@ -232,10 +249,10 @@ impl Contents {
         Ok(())
     }
 
-    /// Goes through a field of all elements of a structure array.
+    /// Visits a field in all elements of a structure array: a dataset of references.
     fn elements(&mut self, field: &Dataset, name: &str, depth: usize) -> Hdf5Result<()> {
         if depth > MAX_NESTING {
-            return Err("structures within structures without end".into());
+            return Err("more than 16 structures within each other".into());
         }
         if field.size() > MAX_ENTRIES {
             return Err("a structure with absurdly many elements".into());
@@ -255,7 +272,10 @@ impl Contents {
                     self.dataset(dataset, &name, depth + 1)?;
                 }
                 Ok(ReferencedObject::Datatype(_)) => {}
-                Err(_) => self.refuse(&name, "is missing from the file, which only names it"),
+                Err(_) => self.refuse(
+                    &name,
+                    "is a reference to an object that the file does not contain",
+                ),
             }
         }
         Ok(())
@@ -268,9 +288,10 @@ impl Contents {
         });
     }
 
-    /// Counts what was looked at: a group may hold itself.
-    fn count(&mut self) -> Hdf5Result<()> {
+    /// Counts a visit, and ends a scan that does not end by itself.
+    fn count(&mut self, name: &str) -> Hdf5Result<()> {
         self.seen += 1;
+        name.clone_into(&mut self.last);
         if self.seen > MAX_ENTRIES {
             return Err("absurdly many variables".into());
         }
@@ -278,14 +299,14 @@ impl Contents {
     }
 }
 
-/// Returns what MATLAB calls it.
+/// Returns the class in MATLAB: `double`, `char`, `struct`.
 fn class_of(object: &Location) -> Option<String> {
     let class = object.attr("MATLAB_class").ok()?;
     let class = class.read_scalar::<FixedAscii<64>>().ok()?;
     Some(class.as_str().to_owned())
 }
 
-/// Numbers as they are handed over.
+/// Numbers that were read from a file and not yet passed on.
 enum Numbers {
     Float(Vec<f64>),
     Integer(Vec<i64>),
@@ -301,6 +322,7 @@ impl Numbers {
         }
     }
 
+    /// Appends some of the numbers to a column.
     fn push_to(&self, part: std::ops::Range<usize>, out: &mut Readings) {
         match self {
             Self::Float(values) => values[part].iter().for_each(|&value| out.push(value)),
@@ -320,27 +342,32 @@ struct Column {
     name: String,
     dataset: Dataset,
     stored: Stored,
-    /// Where it is along each side; the samples run along one of them.
+    /// Index of the column along each side of the dataset; that along the samples is not used.
     fixed: Vec<usize>,
+    /// The side of the dataset along which the samples run.
     along: usize,
+    /// Numbers that are read at once.
     at_once: usize,
+    /// The numbers that were read last.
     part: Numbers,
-    /// Numbers of the part that were handed on.
+    /// Numbers of `part` that were passed on.
     taken: usize,
 }
 
 impl Column {
-    /// - `place`: of the column along the shorter side.
+    /// Prepares a column for reading.
+    ///
+    /// - `place`: index of the column along the shorter side, from 0.
     fn new(name: String, array: &Array, place: u64) -> Hdf5Result<Self> {
         let dataset = array.dataset.clone();
         let shape = dataset.shape();
         let samples = array.sides.samples();
         let long: Vec<usize> = (0..shape.len()).filter(|&side| shape[side] != 1).collect();
-        // Sides stand in reverse order.
+        // The sides of a dataset are in reverse order.
         let (along, across) = match (&long[..], array.sides.lies()) {
             (&[rows], _) => (rows, None),
             (&[along, across], true) | (&[across, along], false) => (along, Some(across)),
-            _ => return Err("an array of another shape than before".into()),
+            _ => return Err("an array without a side for the samples".into()),
         };
         let mut fixed = vec![0; shape.len()];
         if let Some(across) = across {
@@ -349,7 +376,7 @@ impl Column {
         let size = dataset.dtype()?.size() as u64;
         let claimed = (array.sides.rows * array.sides.columns).saturating_mul(size);
         if dataset.storage_size().saturating_mul(MAX_COMPRESSION_RATIO) < claimed {
-            return Err("less than the numbers that it should have".into());
+            return Err("fewer stored bytes than its numbers need".into());
         }
         let chunk = dataset.chunk().map_or(0, |chunk| chunk[along] as u64);
         let at_once = chunk
@@ -367,9 +394,9 @@ impl Column {
         })
     }
 
-    /// Hands `count` numbers on.
+    /// Appends `count` numbers to a column.
     ///
-    /// - `row`: the first of them.
+    /// - `row`: index of the first of them, from 0.
     fn read(&mut self, row: usize, count: usize, out: &mut Readings) -> Hdf5Result<()> {
         let mut done = 0;
         while done < count {
@@ -379,7 +406,7 @@ impl Column {
             }
             let some = (count - done).min(self.part.len() - self.taken);
             if some == 0 {
-                return Err("fewer numbers than it says".into());
+                return Err("fewer numbers than its dimensions say".into());
             }
             self.part.push_to(self.taken..self.taken + some, out);
             self.taken += some;
@@ -388,6 +415,7 @@ impl Column {
         Ok(())
     }
 
+    /// Reads the next numbers from the file, beginning with `row`.
     fn next(&self, row: usize) -> Hdf5Result<Numbers> {
         let rows = self.dataset.shape()[self.along];
         let end = rows.min(row + self.at_once);
@@ -409,12 +437,14 @@ impl Column {
     }
 }
 
-/// Columns of one length.
+/// The wanted columns, which are of equal length.
 struct Mat73 {
     file: String,
     columns: Vec<Column>,
     rows: u64,
+    /// Rows before the last block.
     before: u64,
+    /// Rows that were read.
     done: u64,
 }
 

@@ -1,4 +1,4 @@
-//! Columns of MATLAB files.
+//! Columns of MATLAB files of versions 5 to 7, and names of columns as MATLAB writes them.
 
 use std::io::{Read, Seek, SeekFrom};
 
@@ -14,10 +14,11 @@ use crate::log::error::LogError;
 /// A column of an array.
 struct Column<'a> {
     array: &'a MatArray,
+    /// Index along the shorter side, from 0.
     place: u64,
 }
 
-/// Opens a MATLAB file.
+/// Opens a MATLAB file of versions 5 to 7.
 pub(super) fn open(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Opened, LogError> {
     let file = request.file;
     no_topics(request)?;
@@ -47,7 +48,8 @@ pub(super) fn open(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Opened, 
         let (column, name) = (&columns[place], format!("\"{}\"", all[place]));
         let array = column.array;
         let size = array.number.size() as u64;
-        // MATLAB stores column after column.
+        // MATLAB stores a matrix column by column. Where the samples run along the second side, each of these
+        // columns is a record; otherwise the numbers of a channel follow one another.
         let rows = array.sides.rows;
         let (record, before, at) = if array.sides.lies() {
             (rows * size, 0, column.place * size)
@@ -85,7 +87,13 @@ pub(super) fn open(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Opened, 
     })
 }
 
-/// Finds a column; that of a vector may be written `t`, `t(:)` or `t(:,1)`.
+/// Finds a column; the column of a vector may be written `t`, `t(:)`, `t(:,1)` or `t(1,:)`.
+///
+/// - `refused`: arrays that are not read, with the reason.
+///
+/// # Errors
+///
+/// [`LogError`] if there is no such column, with the reason if its array is not read.
 pub(super) fn find(names: &Names<'_>, pick: &Pick, refused: &[Refused]) -> Result<usize, LogError> {
     let error = match names.find(pick) {
         Ok(place) => return Ok(place),
