@@ -1,11 +1,12 @@
 //! MATLAB 7.3: HDF5 files as MATLAB lays them out.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use hdf5_metno as hdf5;
 
 use crate::keys::{MATLAB, NUMBERS};
-use crate::support::{Files, damage, difference, fixture, read_log, says, truth};
+use crate::support::{Files, difference, fixture, random, read_log, says, truth};
 
 /// Columns of flat73.mat, as of flat.mat.
 const FLAT: &str = r#"
@@ -126,16 +127,156 @@ fn files_that_were_cut_off_are_told() {
     says(&message, &["run.log"]);
 }
 
-#[test]
-fn damaged_files_are_errors_or_other_numbers() {
-    for (file, log) in [("flat73.mat", FLAT), ("struct73.mat", MATLAB)] {
+/// What came of a damaged file.
+#[derive(Debug, PartialEq)]
+enum Outcome {
+    Refused(String),
+    Same,
+    Changed(Vec<Vec<f64>>),
+}
+
+/// A file that is read again with one byte changed.
+struct Damaged {
+    name: &'static str,
+    log: &'static str,
+    whole: Vec<u8>,
+    truth: Vec<Vec<f64>>,
+}
+
+impl Damaged {
+    fn of(name: &'static str, file: &str, log: &'static str) -> Self {
         let whole = std::fs::read(fixture(file)).unwrap();
-        let (mut errors, mut state) = (0, 0x9e37_79b9_7f4a_7c15_u64);
-        for _ in 0..150 {
-            let bytes = damage(&whole, &mut state);
-            errors += i32::from(read_bytes("damaged", &bytes, log).is_err());
+        let truth = read_bytes(name, &whole, log).unwrap();
+        Self {
+            name,
+            log,
+            whole,
+            truth,
         }
-        println!("{file}: {errors} of 150 damaged files are refused");
+    }
+
+    /// Reads the file with a bit pattern laid over one of its bytes.
+    fn read(&self, at: usize, pattern: u8) -> Outcome {
+        let mut bytes = self.whole.clone();
+        bytes[at] ^= pattern;
+        match read_bytes(self.name, &bytes, self.log) {
+            Ok(found) if found == self.truth => Outcome::Same,
+            Ok(found) => Outcome::Changed(found),
+            Err(message) => Outcome::Refused(message),
+        }
+    }
+
+    /// Returns where compressed chunks begin and end. zlib puts a checksum behind each.
+    fn chunks(&self) -> Vec<Range<usize>> {
+        let mut chunks = Vec::new();
+        for at in 0..self.whole.len() - 1 {
+            if self.whole[at..].starts_with(&[0x78, 0x5e]) {
+                let mut read = flate2::bufread::ZlibDecoder::new(&self.whole[at..]);
+                if std::io::copy(&mut read, &mut std::io::sink()).is_ok() {
+                    chunks.push(at..at + read.total_in() as usize);
+                }
+            }
+        }
+        chunks
+    }
+}
+
+/// Whether a message says what is wrong with a damaged file: what cannot be read and what to do, which name
+/// is missing or is no array of numbers, or which number is implausible.
+fn explains(message: &str) -> bool {
+    let all = |parts: &[&str]| parts.iter().all(|part| message.contains(part));
+    message.contains("run.log")
+        && (all(&[" is damaged (", "copy or record it again"])
+            || all(&["ends in the middle of", "copy or record it again"])
+            || all(&["has no column \""])
+            || all(&["\" is ", "that is not read"])
+            || all(&["\" is a reference to an object that the file does not contain"])
+            || all(&[" rows and \"", "the channels of a log are of one length"])
+            || all(&["is an array of", "reshape it"])
+            || all(&["column \"", "every sample must be a finite number"])
+            || all(&["time goes from", "samples must be in order"])
+            || all(&["is binary and none of the formats that are read"]))
+}
+
+#[test]
+fn damage_in_compressed_numbers_is_found_by_their_checksum() {
+    let file = Damaged::of("chunks", "struct73.mat", MATLAB);
+    let chunks = file.chunks();
+    // Chunks of the time, of q, of phi and of tau.
+    assert_eq!(chunks.len(), 4 + 5 + 2 * 3 + 4);
+    let (mut refused, mut same) = (0, 0);
+    for at in chunks.into_iter().flatten().step_by(31) {
+        match file.read(at, 0x24) {
+            Outcome::Refused(message) => {
+                let parts = [
+                    "run.log: \"data.",
+                    " is damaged (",
+                    "copy or record it again",
+                ];
+                says(&message, &parts);
+                refused += 1;
+            }
+            // The last byte of a deflate stream has bits that mean nothing.
+            Outcome::Same => same += 1,
+            Outcome::Changed(_) => panic!("byte {at} changes numbers"),
+        }
+    }
+    println!("one byte of compressed numbers: {refused} refused, {same} the same");
+    assert!(refused > 100 && same < 5, "{refused} {same}");
+}
+
+/// HDF5 has no checksum for numbers that are not compressed: a damaged one is another number, and nothing
+/// but a number that no sensor gives can be noticed.
+#[test]
+fn damage_in_plain_numbers_changes_that_number_alone() {
+    let file = Damaged::of("plain", "flat73.mat", FLAT);
+    let bytes = file.truth[1].iter().flat_map(|x| x.to_le_bytes());
+    let bytes: Vec<u8> = bytes.collect();
+    let mut windows = file.whole.windows(bytes.len());
+    let start = windows.position(|window| window == bytes).unwrap();
+    for row in (0..file.truth[1].len()).step_by(40) {
+        let Outcome::Changed(mut found) = file.read(start + 8 * row + 5, 0x24) else {
+            panic!("row {row}: not changed")
+        };
+        assert!((found[1][row] - file.truth[1][row]).abs() > 0.0);
+        found[1][row] = file.truth[1][row];
+        assert_eq!(found, file.truth);
+    }
+}
+
+/// Changes one byte anywhere: names, types, shapes, places and numbers. MATLAB writes version 0 of HDF5, which
+/// has checksums in compressed numbers only; elsewhere a changed number may pass.
+#[test]
+fn any_damaged_byte_is_explained_or_without_checksum() {
+    for (name, file, log) in [
+        ("any-flat", "flat73.mat", FLAT),
+        ("any-struct", "struct73.mat", MATLAB),
+    ] {
+        let file = Damaged::of(name, file, log);
+        let chunks = file.chunks();
+        let (mut refused, mut same, mut changed) = (0, 0, 0);
+        let mut state = 0x9e37_79b9_7f4a_7c15_u64;
+        for _ in 0..300 {
+            let number = random(&mut state);
+            let at = (number >> 16) as usize % file.whole.len();
+            match file.read(at, (number >> 8) as u8 | 1) {
+                Outcome::Refused(message) => {
+                    assert!(explains(&message), "byte {at}: {message}");
+                    refused += 1;
+                }
+                Outcome::Same => same += 1,
+                Outcome::Changed(_) => {
+                    let sealed = chunks.iter().any(|chunk| chunk.contains(&at));
+                    assert!(!sealed, "byte {at} has a checksum and changes numbers");
+                    changed += 1;
+                }
+            }
+        }
+        println!(
+            "{name}: of 300 files with a damaged byte {refused} are refused, {same} give the same numbers, \
+             {changed} give others"
+        );
+        assert!(refused > 20, "{refused}");
     }
 }
 

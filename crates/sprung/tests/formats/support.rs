@@ -160,12 +160,19 @@ pub(crate) fn says(message: &str, fragments: &[&str]) {
 pub(crate) fn damage(whole: &[u8], state: &mut u64) -> Vec<u8> {
     let mut bytes = whole.to_vec();
     for _ in 0..3 {
-        // xorshift64.
-        *state ^= *state << 13;
-        *state ^= *state >> 7;
-        *state ^= *state << 17;
-        let at = (*state >> 16) as usize % bytes.len();
-        bytes[at] = (*state >> 8) as u8;
+        let number = random(state);
+        let at = (number >> 16) as usize % bytes.len();
+        bytes[at] = (number >> 8) as u8;
     }
     bytes
+}
+
+/// Returns the next number of xorshift64.
+///
+/// - `state`: of the random numbers, not zero.
+pub(crate) fn random(state: &mut u64) -> u64 {
+    *state ^= *state << 13;
+    *state ^= *state >> 7;
+    *state ^= *state << 17;
+    *state
 }
