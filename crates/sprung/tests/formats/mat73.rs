@@ -204,29 +204,20 @@ fn damage_in_compressed_numbers_is_found_by_their_checksum() {
     let chunks = file.chunks();
     // Chunks of the time, of q, of phi and of tau.
     assert_eq!(chunks.len(), 4 + 5 + 2 * 3 + 4);
-    let (mut refused, mut same) = (0, 0);
     for at in chunks.into_iter().flatten().step_by(31) {
-        match file.read(at, 0x24) {
-            Outcome::Refused(message) => {
-                let parts = [
-                    "run.log: \"data.",
-                    " is damaged (",
-                    "copy or record it again",
-                ];
-                says(&message, &parts);
-                refused += 1;
-            }
-            // The last byte of a deflate stream has bits that mean nothing.
-            Outcome::Same => same += 1,
-            Outcome::Changed(_) => panic!("byte {at} changes numbers"),
-        }
+        let Outcome::Refused(message) = file.read(at, 0x24) else {
+            panic!("byte {at} is damaged, and the file is read")
+        };
+        let parts = [
+            "run.log: \"data.",
+            " is damaged (",
+            "copy or record it again",
+        ];
+        says(&message, &parts);
     }
-    println!("one byte of compressed numbers: {refused} refused, {same} the same");
-    assert!(refused > 100 && same < 5, "{refused} {same}");
 }
 
-/// HDF5 has no checksum for numbers that are not compressed: a damaged one is another number, and nothing
-/// but a number that no sensor gives can be noticed.
+/// HDF5 has no checksum for numbers that are not compressed, so a damaged number is read as another one.
 #[test]
 fn damage_in_plain_numbers_changes_that_number_alone() {
     let file = Damaged::of("plain", "flat73.mat", FLAT);
@@ -276,7 +267,7 @@ fn any_damaged_byte_is_explained_or_without_checksum() {
             "{name}: of 300 files with a damaged byte {refused} are refused, {same} give the same numbers, \
              {changed} give others"
         );
-        assert!(refused > 20, "{refused}");
+        assert!(refused > 0 && same > 0, "{refused} {same}");
     }
 }
 
