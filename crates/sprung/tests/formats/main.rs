@@ -7,6 +7,7 @@ mod archives;
 mod bags;
 mod broken;
 mod clocks;
+mod db3;
 mod keys;
 mod machines;
 #[cfg(feature = "mat73")]

@@ -26,7 +26,6 @@ gear_ratio = 100.0
 #[derive(Clone)]
 pub(crate) enum Files {
     Fixtures,
-    #[cfg(feature = "mat73")]
     Folder(PathBuf),
     Memory(Vec<(&'static str, Vec<u8>)>),
 }
@@ -82,7 +81,6 @@ pub(crate) fn read_timed(
         let name = other.unwrap_or(&own).to_str().unwrap().to_owned();
         match &files {
             Files::Fixtures => open(&fixture(&name)),
-            #[cfg(feature = "mat73")]
             Files::Folder(folder) => open(&folder.join(&name)),
             Files::Memory(all) => match all.iter().find(|(known, _)| *known == name) {
                 Some((_, bytes)) => Ok(Box::new(Cursor::new(bytes.clone()))),
