@@ -243,7 +243,7 @@ fn what_is_said_is_done() {
         error
             .map(|_| ())
             .unwrap_err()
-            .contains("keep it or sampling")
+            .contains("remove period_s or sampling")
     );
     let error = found(Vec::new(), "sampling = \"evn\"\n")
         .map(|_| ())

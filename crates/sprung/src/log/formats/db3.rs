@@ -132,8 +132,8 @@ fn definition(
         LogError::format(
             file,
             format!(
-                " does not contain the definition of {kind}; convert it with \"ros2 bag convert\" to MCAP, which \
-                 contains it"
+                " does not contain the definition of {kind}; convert the bag with \"ros2 bag convert\" to MCAP, \
+                 which contains it"
             ),
         )
     })
