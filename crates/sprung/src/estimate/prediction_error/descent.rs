@@ -232,7 +232,7 @@ fn is_short(step: &Step, normal: &NormalEquations, moved: &mut [f64]) -> bool {
 }
 
 /// Returns a step that lowers the cost with the gains held; `None` if no tried step does. A, g and
-/// V contain the prior, and g is corrected by g_n.
+/// V contain the prior, and g is corrected by `g_n`.
 ///
 /// ```text
 /// (A + μ diag A) Δz = −g        saved = V(z) − V(z + Δz) + 2 g_n · Δz > 0

@@ -71,9 +71,10 @@ pub(super) fn open(
             format!(" carries two types of messages, {kind} and {other}"),
         ));
     }
-    let own = match has("message_definitions") {
-        true => own_definition(&base, kind).map_err(wrong)?,
-        false => None,
+    let own = if has("message_definitions") {
+        own_definition(&base, kind).map_err(wrong)?
+    } else {
+        None
     };
     let topic = Topic {
         kind: kind.clone(),

@@ -51,6 +51,7 @@ const MAX_LISTED_NUMBERS: usize = 1000;
 const MAX_VISITED_FIELDS: usize = 100 * MAX_LISTED_NUMBERS;
 
 /// Definitions of common message types: bags from before ROS 2 Iron contain no definitions.
+#[cfg(any(feature = "db3", test))]
 const KNOWN: [(&str, &str); 6] = [
     (
         "sensor_msgs/msg/JointState",
@@ -108,6 +109,7 @@ float64 z
 
 impl Definition {
     /// Returns the built-in definition of a common message type.
+    #[cfg(any(feature = "db3", test))]
     pub(super) fn known(kind: &str) -> Option<Self> {
         let (_, text) = KNOWN.iter().find(|(known, _)| *known == kind)?;
         Self::parse(kind, text).ok()

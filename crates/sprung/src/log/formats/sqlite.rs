@@ -45,7 +45,7 @@ pub(super) fn open(file: &str, input: Box<dyn Input>) -> Result<Connection, LogE
         })
 }
 
-/// A database or the reason why SQLite does not open it, and how long it is in bytes.
+/// A database or the reason why `SQLite` does not open it, and its length in bytes.
 type Opened = IoResult<(Result<Connection, Error>, u64)>;
 
 /// Opens a file whose latest changes stand in another one: its recorder was killed or still runs.
