@@ -4,6 +4,7 @@ mod args;
 mod command_line;
 mod commands;
 mod exit_code;
+mod halt;
 mod output;
 mod record;
 mod results;

@@ -8,6 +8,7 @@ use tempfile::NamedTempFile;
 
 use crate::args::Common;
 use crate::exit_code::{ExitCode, Failure};
+use crate::halt;
 use crate::switch::decide;
 
 /// Prefix and suffix of temporary files.
@@ -43,6 +44,7 @@ impl Output {
         })?;
         finish(folder)?;
         clear(folder);
+        halt::at("nothing written");
         Ok(Self {
             folder: folder.to_owned(),
             inputs: Vec::new(),
@@ -88,6 +90,7 @@ impl Output {
         fill(&mut writer).map_err(|error| failed(&error))?;
         writer.flush().map_err(|error| failed(&error))?;
         drop(writer);
+        halt::at("a file written");
         self.files.push((path.clone(), file));
         Ok(path)
     }
@@ -118,6 +121,7 @@ impl Output {
                 return Err(cannot_write(path, &error));
             }
         }
+        halt::at("all written");
         if self.files.len() > 1 || !self.outdated.is_empty() {
             return self.switch();
         }
@@ -146,12 +150,15 @@ impl Output {
         };
         let list = temporary(&self.folder).map_err(|error| cannot_write(&self.folder, &error))?;
         let list = decide(&switch, &self.folder, list)?;
+        halt::at("list in place");
         // The temporary files stay open and locked until they are renamed.
         let mut files = Vec::new();
         for (path, file) in self.files {
             files.push((file.keep()).map_err(|error| cannot_write(&path, &error.error))?);
         }
-        Ok(switch.carry_out(&self.folder, &list)?)
+        switch.carry_out(&self.folder, &list, halt::at)?;
+        halt::at("list removed");
+        Ok(())
     }
 }
 

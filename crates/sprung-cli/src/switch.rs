@@ -7,6 +7,8 @@ use std::path::Path;
 use sprung::session::{SWITCH_FILE, SessionError, Switch, finish};
 use tempfile::NamedTempFile;
 
+use crate::halt;
+
 /// Puts the list into the folder and returns it opened. The list is locked until it is dropped.
 ///
 /// - `list`: an empty, locked file in the folder.
@@ -19,6 +21,7 @@ pub(crate) fn decide(
         .map_err(std::io::Error::from)
         .and_then(|()| list.as_file().sync_all())
         .map_err(|error| failed(folder, "write a list of files", error))?;
+    halt::at("list written");
     loop {
         match list.persist_noclobber(folder.join(SWITCH_FILE)) {
             Ok(file) => return Ok(file),
@@ -118,7 +121,7 @@ mod tests {
             let other = scope.spawn(|| finish(path));
             std::thread::sleep(std::time::Duration::from_millis(20));
             assert!(!other.is_finished() && path.join("outdated").exists());
-            switch.carry_out(path, &list).unwrap();
+            switch.carry_out(path, &list, |_| ()).unwrap();
             drop(list);
             other.join().unwrap().unwrap();
         });
@@ -136,7 +139,7 @@ mod tests {
             outdated: Vec::new(),
         };
         let list = decide(&later, path, list(path)).unwrap();
-        later.carry_out(path, &list).unwrap();
+        later.carry_out(path, &list, |_| ()).unwrap();
         assert_eq!(std::fs::read_to_string(path.join("a")).unwrap(), "newer");
         assert_eq!(std::fs::read_to_string(path.join("b")).unwrap(), "new");
     }

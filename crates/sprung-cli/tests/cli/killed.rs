@@ -1,9 +1,10 @@
-//! What a run that is killed leaves behind.
+//! Results that a killed run leaves behind: all of one run, whatever it was doing.
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
-use std::time::{Duration, Instant};
+use std::process::Command;
+
+use sprung::session::{SWITCH_FILE, Switch};
 
 use crate::common::{Case, sprung, stderr};
 
@@ -20,148 +21,201 @@ fn files(folder: &Path) -> Files {
     entries.map(read).collect()
 }
 
-/// What is on its way to become a result, or says so.
+/// Replaces what a folder holds.
+fn restore(folder: &Path, files: &Files) {
+    std::fs::remove_dir_all(folder).unwrap();
+    std::fs::create_dir(folder).unwrap();
+    for (name, bytes) in files {
+        std::fs::write(folder.join(name), bytes).unwrap();
+    }
+}
+
+/// An experiment with a log of 3 s, results of `identify` and `validate`, and a copy of the former in `kept`.
+struct Desk {
+    case: Case,
+    before: Files,
+}
+
+/// Settings that make results of another run differ in every file.
+const OTHER_CUTOFF: [&str; 2] = ["--set", "identify.filter_cutoff_rad_per_s=25"];
+const DIRECT: [&str; 2] = ["--set", "validate=[{name=\"direct\"}]"];
+const OTHER_NAME: [&str; 2] = ["--set", "validate=[{name=\"again\"}]"];
+
+impl Desk {
+    fn new() -> Self {
+        let case = Case::new().replace("[\"least-squares\", \"lsff\"]", "\"least-squares\"");
+        case.record("identification.csv", &["--set", "simulate.duration_s=3"]);
+        let mut desk = Self {
+            case,
+            before: Files::new(),
+        };
+        assert!(desk.run("identify", &[], None).is_none());
+        let out = desk.case.path("sprung-out");
+        desk.before = files(&out);
+        std::fs::create_dir(desk.case.path("kept")).unwrap();
+        restore(&desk.case.path("kept"), &desk.before);
+        assert!(desk.run("validate", &DIRECT, None).is_none());
+        desk.before = files(&out);
+        assert_eq!(desk.before.len(), 7, "{:?}", desk.before.keys());
+        desk
+    }
+
+    /// Runs a verb, and kills it at a point; returns the name of the point, or `None` if the run ends before.
+    ///
+    /// - `point`: 1 for the first.
+    fn run(&self, verb: &str, more: &[&str], point: Option<usize>) -> Option<String> {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_sprung"));
+        command
+            .arg(verb)
+            .arg(self.case.path("experiment.toml"))
+            .arg("--quiet")
+            .args(more);
+        if let Some(point) = point {
+            command.env("SPRUNG_HALT", point.to_string());
+        }
+        let output = command.output().unwrap();
+        if output.status.success() {
+            return None;
+        }
+        let message = stderr(&output);
+        let (_, name) = message
+            .split_once("halted at ")
+            .unwrap_or_else(|| panic!("{message}"));
+        assert_eq!(output.status.code(), None, "the run ended by itself");
+        Some(name.trim().to_owned())
+    }
+
+    /// Reads the results as another command does, which writes elsewhere.
+    fn read(&self) {
+        let paths = ["sprung-out", "kept", "comparison"].map(|name| self.case.path(name));
+        let [results, kept, out] = paths.each_ref().map(|path| path.to_str().unwrap());
+        let output = sprung(&["compare", results, kept, "--quiet", "--out", out]);
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    }
+
+    /// Begins to write into the folder of the results, and writes nothing.
+    fn begin_to_write(&self) {
+        let [out, kept] = ["sprung-out", "kept"].map(|name| self.case.path(name));
+        let output = Command::new(env!("CARGO_BIN_EXE_sprung"))
+            .args(["compare", "--quiet"])
+            .args([&kept, &kept])
+            .arg("--out")
+            .arg(out)
+            .env("SPRUNG_HALT", "1")
+            .output()
+            .unwrap();
+        assert!(stderr(&output).contains("halted at nothing written"));
+    }
+
+    /// Kills a verb at each of its points; returns their names.
+    ///
+    /// - `remaining`: how many files its results are, with earlier ones that it keeps.
+    fn kill_everywhere(&self, verb: &str, more: &[&str], remaining: usize) -> Vec<String> {
+        let folder = self.case.path("sprung-out");
+        let mut points: Vec<String> = Vec::new();
+        loop {
+            restore(&folder, &self.before);
+            let Some(point) = self.run(verb, more, Some(1 + points.len())) else {
+                break;
+            };
+            points.push(point);
+            let found = files(&folder);
+            let decided = decided(&self.before, &found);
+            self.read();
+            let results = visible(&files(&folder));
+            let at = points.join(", ");
+            assert!(results == decided, "{verb} killed after {at}");
+            if points.iter().any(|point| point == "list in place") {
+                assert_eq!(results.len(), remaining, "{verb} killed after {at}");
+                let new = |name: &String| self.before[name] != results[name];
+                let kept = results.keys().filter(|name| !new(name)).count();
+                assert_eq!(
+                    kept,
+                    remaining - changed(&points),
+                    "{verb} killed after {at}"
+                );
+            } else {
+                assert!(results == self.before, "{verb} killed after {at}");
+            }
+            self.begin_to_write();
+            assert!(
+                files(&folder) == results,
+                "{verb} killed after {at} left files behind"
+            );
+        }
+        let left = files(&folder);
+        assert_eq!(left.len(), remaining, "{:?}", left.keys());
+        points
+    }
+}
+
+/// What is on its way to become a result, or the list of these.
 fn is_temporary(name: &str) -> bool {
     name.starts_with('.')
 }
 
-fn results(folder: &Path) -> Files {
-    let mut all = files(folder);
+fn visible(files: &Files) -> Files {
+    let mut all = files.clone();
     all.retain(|name, _| !is_temporary(name));
     all
 }
 
-/// One setting makes the results of two runs differ.
-const OLD: &str = "identify.filter_cutoff_rad_per_s=30";
-const NEW: &str = "identify.filter_cutoff_rad_per_s=25";
-
-fn run(case: &Case, setting: &str) -> Files {
-    let output = case.identify(&["--quiet", "--set", setting]);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    let all = files(&case.path("sprung-out"));
-    let left: Vec<&String> = all.keys().filter(|name| is_temporary(name)).collect();
-    assert!(left.is_empty(), "left behind: {left:?}");
-    all
-}
-
-/// Reads the results of a folder.
-fn read(case: &Case, folder: &Path) {
-    let output = sprung(&[
-        "compare",
-        folder.to_str().unwrap(),
-        case.path("kept").to_str().unwrap(),
-        "--quiet",
-        "--out",
-        case.path("comparison").to_str().unwrap(),
-    ]);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-}
-
-fn start(case: &Case) -> Child {
-    Command::new(env!("CARGO_BIN_EXE_sprung"))
-        .arg("identify")
-        .arg(case.path("experiment.toml"))
-        .args(["--quiet", "--set", NEW])
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap()
-}
-
-/// Waits until a new result is being written, or the run ends.
-fn await_writing(folder: &Path, child: &mut Child) {
-    while child.try_wait().unwrap().is_none() {
-        let writes = std::fs::read_dir(folder).unwrap().any(|entry| {
-            let name = entry.unwrap().file_name();
-            is_temporary(&name.to_string_lossy())
-        });
-        if writes {
-            return;
-        }
-        std::thread::yield_now();
-    }
-}
-
-/// Returns which results are those of the new setting.
-///
-/// # Panics
-///
-/// If one is neither whole and new nor whole and old.
-fn are_new(found: &Files, old: &Files, new: &Files) -> Vec<bool> {
-    assert!(found.keys().eq(old.keys()), "{:?}", found.keys());
-    let is_new = |name: &String| {
-        let as_in = |run: &Files| essence(name, &found[name]) == essence(name, &run[name]);
-        assert!(as_in(old) != as_in(new), "{name} is of neither run");
-        as_in(new)
+/// The results that a killed run left: those in place, or those before it with the changes of its list.
+fn decided(before: &Files, found: &Files) -> Files {
+    let Some(list) = found.get(SWITCH_FILE).filter(|list| !list.is_empty()) else {
+        return visible(found);
     };
-    found.keys().map(is_new).collect()
+    let list: Switch = serde_json::from_slice(list).unwrap();
+    let mut decided = before.clone();
+    decided.retain(|name, _| !list.outdated.contains(name));
+    for (from, to) in list.renames {
+        // A file whose temporary name is gone is in its place.
+        let bytes = found.get(&from).unwrap_or_else(|| &found[&to]);
+        decided.insert(to, bytes.clone());
+    }
+    decided
 }
 
-/// What is the same in each run with one setting: all but how long it took.
-fn essence(name: &str, bytes: &[u8]) -> String {
-    let text = String::from_utf8(bytes.to_vec()).unwrap();
-    match name {
-        "identification.json" => {
-            let json: serde_json::Value = serde_json::from_str(&text).unwrap();
-            json["results"][0]["parameters"].to_string()
-        }
-        "report.html" => {
-            assert!(
-                text.trim_end().ends_with("</html>"),
-                "the report is not whole"
-            );
-            text.contains(NEW).to_string()
-        }
-        _ => text,
+/// Files that the run writes: as many as were written before the list was.
+fn changed(points: &[String]) -> usize {
+    points
+        .iter()
+        .filter(|point| *point == "a file written")
+        .count()
+}
+
+/// Returns whether the program has points to be killed at.
+fn can_be_killed() -> bool {
+    let can = cfg!(debug_assertions);
+    if !can {
+        sprung_testing::skipped("debug", "points to be killed at need debug assertions");
     }
+    can
 }
 
 #[test]
-fn a_killed_run_leaves_earlier_results_whole() {
-    let case = Case::new().replace("[\"least-squares\", \"lsff\"]", "\"least-squares\"");
-    let folder = case.path("sprung-out");
-    let begin = Instant::now();
-    let new = run(&case, NEW);
-    let whole = begin.elapsed();
-    let old = run(&case, OLD);
-    assert_eq!(old.len(), 5, "{:?}", old.keys());
-    assert!(are_new(&new, &old, &new).iter().all(|new| *new));
-    std::fs::create_dir(case.path("kept")).unwrap();
-    for (name, bytes) in &old {
-        std::fs::write(case.path("kept").join(name), bytes).unwrap();
+fn an_identification_that_is_killed_leaves_results_of_one_run() {
+    if !can_be_killed() {
+        return;
     }
-
-    let (mut were_old, mut finished, mut cut_short) = (0, 0, 0);
-    for moment in 0..24 {
-        let mut child = start(&case);
-        if moment < 8 {
-            std::thread::sleep(whole * moment / 8);
-        } else {
-            await_writing(&folder, &mut child);
-            std::thread::sleep(Duration::from_micros(200) * (moment - 8));
-        }
-        // SIGKILL on Unix.
-        child.kill().unwrap();
-        child.wait().unwrap();
-        cut_short += u32::from(files(&folder).len() > results(&folder).len());
-        finished += u32::from(folder.join(".sprung-switch").exists());
-        read(&case, &folder);
-        let are_new = are_new(&results(&folder), &old, &new);
-        if are_new.iter().all(|new| !new) {
-            were_old += 1;
-            continue;
-        }
-        assert!(
-            !are_new.contains(&false),
-            "results of two runs: {are_new:?}"
-        );
-        // That there are old ones to lose again.
-        run(&case, OLD);
-    }
-    println!(
-        "of 24 runs {were_old} left the old results; {cut_short} were killed as they wrote, {finished} \
-         between the files that take their places"
+    let points = Desk::new().kill_everywhere("identify", &OTHER_CUTOFF, 5);
+    assert_eq!(
+        points.join(", "),
+        "nothing written, a file written, a file written, a file written, a file written, a file written, \
+         all written, list written, list in place, validation.json, signals.csv, report.html, fit.csv, \
+         trace.csv, parameters.csv, identification.json, .sprung-switch, list removed"
     );
-    assert!(were_old >= 4 && cut_short >= 1, "{were_old}, {cut_short}");
-    run(&case, NEW);
+}
+
+#[test]
+fn a_validation_that_is_killed_leaves_results_of_one_run() {
+    if !can_be_killed() {
+        return;
+    }
+    let points = Desk::new().kill_everywhere("validate", &OTHER_NAME, 7);
+    assert_eq!(
+        points.join(", "),
+        "nothing written, a file written, a file written, a file written, all written, list written, \
+         list in place, report.html, signals.csv, validation.json, .sprung-switch, list removed"
+    );
 }

@@ -27,23 +27,34 @@ impl Switch {
     /// Makes the remaining changes of the list and then removes the list.
     ///
     /// - `list`: the opened and locked file of the list.
+    /// - `after_change`: is called with the name of a file after the file is removed or put in its place.
+    ///   The last name is that of the list, which is emptied and then removed.
     ///
     /// # Errors
     ///
     /// [`SessionError::Unfinished`] if a file cannot be moved; the list then stays.
-    pub fn carry_out(&self, folder: &Path, list: &File) -> Result<(), SessionError> {
+    pub fn carry_out(
+        &self,
+        folder: &Path,
+        list: &File,
+        mut after_change: impl FnMut(&str),
+    ) -> Result<(), SessionError> {
         for name in &self.outdated {
             gone(std::fs::remove_file(folder.join(name)))
                 .map_err(|error| failed(folder, &format!("remove {name}"), error))?;
+            after_change(name);
         }
         for (from, to) in &self.renames {
             gone(std::fs::rename(folder.join(from), folder.join(to)))
                 .map_err(|error| failed(folder, &format!("put {to} in its place"), error))?;
+            after_change(to);
         }
         // An empty list tells processes that wait for the lock that nothing remains to be done.
-        list.set_len(0)
-            .and_then(|()| gone(std::fs::remove_file(folder.join(SWITCH_FILE))))
-            .map_err(|error| failed(folder, &format!("remove {SWITCH_FILE}"), error))
+        let removed = list.set_len(0).and_then(|()| {
+            after_change(SWITCH_FILE);
+            gone(std::fs::remove_file(folder.join(SWITCH_FILE)))
+        });
+        removed.map_err(|error| failed(folder, &format!("remove {SWITCH_FILE}"), error))
     }
 
     /// Returns whether all names are plain file names in the same folder.
@@ -87,7 +98,7 @@ pub fn finish(folder: &Path) -> Result<(), SessionError> {
         return Ok(());
     }
     match serde_json::from_str::<Switch>(&text) {
-        Ok(switch) if switch.stays_inside() => switch.carry_out(folder, &list),
+        Ok(switch) if switch.stays_inside() => switch.carry_out(folder, &list, |_| ()),
         _ => Err(SessionError::NoSwitch {
             list: folder.join(SWITCH_FILE),
         }),
