@@ -7,6 +7,8 @@ pub(crate) struct Runs<'a> {
     /// Names and true values of the compared parameters, \[p\].
     pub(crate) truth: Vec<(String, f64)>,
     pub(crate) results: Vec<&'a EstimateResult>,
+    /// The cross-check whose values are compared; those of the result itself if `None`.
+    pub(crate) cross_check: Option<&'a str>,
     /// Cramér-Rao bounds of each run, \[p\]; `None` if the bounds are unknown.
     pub(crate) bounds: Vec<Option<&'a [f64]>>,
 }
@@ -35,13 +37,24 @@ pub(crate) fn median(mut values: Vec<f64>) -> f64 {
 }
 
 impl Runs<'_> {
+    fn value(&self, result: &EstimateResult, name: &str) -> Option<f64> {
+        let Some(method) = self.cross_check else {
+            return result.parameter(name)?.value;
+        };
+        let check = result
+            .cross_checks
+            .iter()
+            .find(|check| check.method == method)?;
+        check.values.get(name)
+    }
+
     /// Returns the relative error of each parameter in a run; infinite if the parameter has no
     /// value.
     fn errors(&self, result: &EstimateResult) -> Vec<f64> {
         (self.truth.iter())
             .map(|(name, truth)| {
-                let value = result.parameter(name).and_then(|p| p.value);
-                value.map_or(f64::INFINITY, |value| value / truth - 1.0)
+                self.value(result, name)
+                    .map_or(f64::INFINITY, |value| value / truth - 1.0)
             })
             .collect()
     }
@@ -65,6 +78,11 @@ impl Runs<'_> {
                     p.ci95
                         .is_some_and(|[low, high]| low <= *truth && *truth <= high)
                 });
+                // Cross-checks have no intervals.
+                let count_inside = match self.cross_check {
+                    Some(_) => f64::NAN,
+                    None => inside.count() as f64,
+                };
                 let standard = own.filter_map(|p| p.standard_error);
                 let bounds: Option<Vec<f64>> = self
                     .bounds
@@ -79,7 +97,7 @@ impl Runs<'_> {
                     bound: bounds.map(|bounds| {
                         (bounds.iter().map(|b| b * b).sum::<f64>() / count).sqrt() / truth.abs()
                     }),
-                    inside: inside.count() as f64 / count,
+                    inside: count_inside / count,
                 }
             })
             .collect()

@@ -4,10 +4,12 @@
 //! extent:
 //!
 //! - `--seeds 10`, `--first 0`: number of logs per case, and the first seed.
-//! - `--cases clean,motor,link,other,mujoco`: cases to run.
+//! - `--cases clean,motor,link,other,mujoco`: cases to run. There are also
+//!   `robots` (random parameters) and `starts` (searches from nominal values).
 //! - `--counts 16384,4096`: resolutions of the encoders.
 //! - `--methods prediction,linear`: only methods whose names contain one of these words.
 //! - `--parameters`: adds a row for each parameter.
+//! - `--cross-checks`: adds rows for the cross-checks of the linear stage, with instruments.
 //! - `--mujoco FOLDER`: folder with the logs of `benches/peers/two_joints_mujoco.py`.
 #![expect(clippy::print_stdout, reason = "a benchmark says what it measured")]
 
@@ -15,6 +17,7 @@ mod figures;
 #[path = "../../tests/twin/in_memory.rs"]
 mod in_memory;
 mod logs;
+mod robots;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -24,7 +27,10 @@ use figures::{Runs, median};
 use in_memory::with_source;
 use logs::{Demo, Other, with_its_laws};
 use rayon::prelude::*;
-use sprung::description::{Cutoff, DiscretizationName, Estimator, Experiment, Simulate, Weights};
+use robots::Search;
+use sprung::description::{
+    Cutoff, DiscretizationName, Estimator, Experiment, Instruments, Simulate, Weights,
+};
 use sprung::estimate::{EstimateResult, KnownNoise, identify, information_bound};
 use sprung::finding::Severity;
 use sprung::model::Model;
@@ -43,6 +49,7 @@ struct Arguments {
     counts: Vec<u32>,
     methods: Vec<String>,
     parameters: bool,
+    cross_checks: bool,
     mujoco: PathBuf,
 }
 
@@ -62,6 +69,7 @@ impl Arguments {
             counts: vec![16384, 4096],
             methods: Vec::new(),
             parameters: false,
+            cross_checks: false,
             mujoco: PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../target/mujoco")),
         };
         let mut words = std::env::args().skip(1);
@@ -71,6 +79,7 @@ impl Arguments {
                 // Cargo adds this argument.
                 "--bench" => {}
                 "--parameters" => found.parameters = true,
+                "--cross-checks" => found.cross_checks = true,
                 "--seeds" => seeds = value().parse().expect("--seeds is a number"),
                 "--first" => first = value().parse().expect("--first is a number"),
                 "--cases" => found.cases = value().split(',').map(str::to_owned).collect(),
@@ -200,11 +209,11 @@ fn row(name: &str, runs: &Runs<'_>, parameters: bool) {
         }
     };
     println!(
-        "{name:24} {:9.3} {:9.2} {:22} {:9.1} {:>8} {:>8} {:7} {:7.2}",
+        "{name:24} {:9.3} {:9.2} {:22} {:>9} {:>8} {:>8} {:7} {:7.2}",
         100.0 * runs.median_error(),
         100.0 * worst.rms,
         worst.name,
-        100.0 * all.iter().map(|p| p.inside).sum::<f64>() / all.len() as f64,
+        or_dash(100.0 * all.iter().map(|p| p.inside).sum::<f64>() / all.len() as f64),
         or_dash(median(ratios)),
         or_dash(largest),
         runs.failed(),
@@ -233,14 +242,20 @@ fn truth(demo: &Demo) -> Vec<(String, f64)> {
     names.zip(demo.truth.iter().copied()).collect()
 }
 
-fn print(demo: &Demo, trials: &[Trial], methods: &[(&str, Experiment)], parameters: bool) {
+fn print(demo: &Demo, trials: &[Trial], methods: &[(&str, Experiment)], arguments: &Arguments) {
     for (index, (name, _)) in methods.iter().enumerate() {
-        let runs = Runs {
+        let mut runs = Runs {
             truth: truth(demo),
             results: trials.iter().map(|trial| &trial.results[index]).collect(),
+            cross_check: None,
             bounds: trials.iter().map(|trial| trial.bound.as_deref()).collect(),
         };
-        row(name, &runs, parameters);
+        row(name, &runs, arguments.parameters);
+        let first = runs.results.first().filter(|_| arguments.cross_checks);
+        for check in first.iter().flat_map(|result| &result.cross_checks) {
+            runs.cross_check = Some(&check.method);
+            row(&format!("  {}", check.method), &runs, arguments.parameters);
+        }
     }
 }
 
@@ -304,7 +319,12 @@ fn refinements(trials: &[Trial], methods: &[(&str, Experiment)]) {
 
 /// Runs the cases with the demo's twin, where estimation and simulation use the same model.
 fn own_model(demo: &Demo, arguments: &Arguments) {
-    let usual = arguments.chosen(methods(&demo.experiment));
+    let mut usual = arguments.chosen(methods(&demo.experiment));
+    if arguments.cross_checks {
+        for (_, experiment) in &mut usual {
+            experiment.identify.instruments = Instruments::Simulated;
+        }
+    }
     let mut exact = demo.experiment.clone();
     exact.identify.estimator = vec![Estimator::PredictionError];
     if let Some(log) = &mut exact.log {
@@ -328,7 +348,7 @@ fn own_model(demo: &Demo, arguments: &Arguments) {
                 .collect();
             println!("\n{counts} counts, {case}, {} logs", trials.len());
             header();
-            print(demo, &trials, &usual, arguments.parameters);
+            print(demo, &trials, &usual, arguments);
             refinements(&trials, &usual);
             if *case == "clean" && !exact.is_empty() {
                 let without_noise = |seed| {
@@ -337,7 +357,7 @@ fn own_model(demo: &Demo, arguments: &Arguments) {
                     trial(demo, &settings, &exact)
                 };
                 let trials: Vec<Trial> = seeds.map(without_noise).collect();
-                print(demo, &trials, &exact, arguments.parameters);
+                print(demo, &trials, &exact, arguments);
             }
         }
     }
@@ -360,7 +380,7 @@ fn other_plant(demo: &Demo, arguments: &Arguments) {
         trials.len()
     );
     header();
-    print(demo, &trials, &ways, arguments.parameters);
+    print(demo, &trials, &ways, arguments);
     findings(&trials, &ways);
 }
 
@@ -389,8 +409,37 @@ fn mujoco(demo: &Demo, arguments: &Arguments) {
         })
         .collect();
     header();
-    print(demo, &trials, &ways, arguments.parameters);
+    print(demo, &trials, &ways, arguments);
     findings(&trials, &ways);
+}
+
+/// Prints what came of one refinement for each seed, on logs of 10 s.
+fn searches(what: &str, arguments: &Arguments, search: impl Fn(u64, f64) -> Search + Sync) {
+    println!("\n{what}");
+    let seeds = arguments.seeds.clone().into_par_iter();
+    let found: Vec<(u64, Search)> = seeds.map(|seed| (seed, search(seed, 10.0))).collect();
+    for (seed, search) in &found {
+        let (name, away) = search.worst();
+        let failure = search.failure.as_deref().unwrap_or("converged");
+        println!(
+            "    {seed:4}: {:2} runs, {name} is {away:.2} standard errors away; {failure}",
+            search.runs
+        );
+    }
+    let all: Vec<f64> = (found.iter())
+        .flat_map(|(_, search)| search.away.iter().map(|(_, away)| *away))
+        .collect();
+    println!(
+        "{} of {} refinements failed; of {} parameters {} are more than 1 standard error away, {} more than 4",
+        found
+            .iter()
+            .filter(|(_, search)| search.failure.is_some())
+            .count(),
+        found.len(),
+        all.len(),
+        all.iter().filter(|away| **away > 1.0).count(),
+        all.iter().filter(|away| **away > 4.0).count(),
+    );
 }
 
 fn main() {
@@ -408,6 +457,17 @@ fn main() {
          against the Cramér-Rao bound; failed: refinements that stood back; s: median elapsed"
     );
     own_model(&demo, &arguments);
+    if arguments.wants("robots") {
+        searches(
+            "random robots, distances from the truth",
+            &arguments,
+            robots::random,
+        );
+    }
+    if arguments.wants("starts") {
+        let what = "starts from nominal values, distances from the start by least squares";
+        searches(what, &arguments, robots::from_nominal_values);
+    }
     if arguments.wants("other") {
         other_plant(&demo, &arguments);
     }

@@ -2,18 +2,18 @@
 
 use std::collections::BTreeSet;
 
-use sprung::check::check;
-use sprung::description::{Estimator, Experiment, OnCheckError};
+use rayon::prelude::*;
+use sprung::description::Experiment;
 use sprung::estimate::identify;
 use sprung::finding::Finding;
 use sprung::model::Model;
 use sprung::progress::Unheard;
 
-use crate::faults::KINDS;
 use crate::in_memory::with_source;
 use crate::twin::{Demo, Table};
+use crate::{faults, going_on, report};
 
-/// Said of results, not of logs.
+/// A finding about results, not about logs.
 const OF_RESULTS: &str = "gravity-tilted";
 
 /// Findings in any order.
@@ -24,39 +24,34 @@ fn words(findings: &[Finding]) -> BTreeSet<String> {
         .collect()
 }
 
-/// What both say of a log; nothing of `identify` where no parameters can be estimated.
-fn both(experiment: &Experiment, table: &Table) -> (BTreeSet<String>, Option<BTreeSet<String>>) {
+/// What `identify` says of a log; `None` if it cannot estimate parameters.
+fn identified(experiment: &Experiment, table: &Table) -> Option<BTreeSet<String>> {
     let model = Model::new(experiment).unwrap();
-    let mut experiment = experiment.clone();
-    experiment.identify.estimator = vec![Estimator::LeastSquares];
-    experiment.identify.on_check_error = OnCheckError::GoOn;
-    let log = table.csv();
-    let checked = with_source(&log, |source| {
-        check(&experiment, &model, &mut [source], &mut Unheard)
+    let found = with_source(&table.csv(), |source| {
+        identify(experiment, &model, &mut [source], &mut Unheard)
     });
-    let identified = with_source(&log, |source| {
-        identify(&experiment, &model, &mut [source], &mut Unheard)
-    });
-    let identified = identified.ok().map(|found| found.identification.findings);
-    (
-        words(&checked.unwrap().report.findings),
-        identified.as_deref().map(words),
-    )
+    found
+        .ok()
+        .map(|found| words(&found.identification.findings))
 }
 
 #[test]
 fn check_and_identify_say_the_same_of_every_fault() {
     let demo = Demo::new();
-    let mut compared = 0;
-    for kind in &KINDS {
-        let fault = kind.inject(&demo, kind.sizes[3], 2);
-        let (checked, identified) = both(&fault.experiment(&demo.experiment), &fault.table);
-        if let Some(identified) = identified {
-            assert_eq!(checked, identified, "{}", kind.name);
-            compared += 1;
-        }
-    }
-    assert!(compared > KINDS.len() / 2, "{compared} of {}", KINDS.len());
+    let all = faults();
+    let compared: Vec<bool> = (all.par_iter())
+        .map(|checked| {
+            let experiment = going_on(&checked.fault.experiment(&demo.experiment));
+            let identified = identified(&experiment, &checked.fault.table);
+            if let Some(identified) = &identified {
+                let name = checked.kind.name;
+                assert_eq!(words(&checked.report.findings), *identified, "{name}");
+            }
+            identified.is_some()
+        })
+        .collect();
+    let compared = compared.iter().filter(|compared| **compared).count();
+    assert!(compared > all.len() / 2, "{compared} of {}", all.len());
 }
 
 #[test]
@@ -70,10 +65,11 @@ fn samples_that_gaps_leave_too_few_of_are_counted_alike() {
     for time in &mut table.time[4020..] {
         *time += 0.05;
     }
-    let (checked, identified) = both(&demo.experiment, &table);
+    let experiment = going_on(&demo.experiment);
+    let checked = words(&report(&experiment, &table).findings);
     let lost = checked
         .iter()
         .any(|finding| finding.contains("20 samples between gaps"));
     assert!(lost, "{checked:#?}");
-    assert_eq!(Some(checked), identified);
+    assert_eq!(Some(checked), identified(&experiment, &table));
 }

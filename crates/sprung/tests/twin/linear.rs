@@ -1,7 +1,6 @@
 //! The linear stage on the quantised and disturbed twin.
 //!
-//! `cargo test --release --package sprung --test twin -- linear --nocapture`
-//! prints the table.
+//! `cargo bench -p sprung --bench accuracy -- --methods linear --seeds 20 --cross-checks` prints a table of many logs.
 
 use sprung::description::{Cutoff, Estimator, InitialMomentum, Weights};
 use sprung::estimate::{EstimateResult, identify};
@@ -12,6 +11,9 @@ use crate::in_memory::with_source;
 use crate::support::Twin;
 
 pub(crate) const COUNTS: [u32; 2] = [16384, 4096];
+
+/// Logs of each case. Seeds 1 to 10 chose the bounds of the cut-off, so these are others.
+pub(crate) const SEEDS: std::ops::RangeInclusive<u64> = 11..=13;
 
 /// Disturbances of motors and links, N·m rms.
 pub(crate) const DISTURBED: [(&str, [f64; 2], [f64; 2]); 3] = [
@@ -93,31 +95,21 @@ fn coverage(twin: &Twin, runs: &[EstimateResult]) -> f64 {
 
 #[test]
 fn weights_reach_the_noise_of_the_positions() {
-    // Seeds 1 to 10 chose the bounds of the cut-off; 11 to 20 say what they are worth.
-    let (weighted, alike) = (twin(Weights::Transition), twin(Weights::None));
+    // Largest median errors in percent, with a margin of 5 to 25 % over those of twenty
+    // logs, which are 0.39, 1.0 and 0.97 % at 16384 counts, 1.2, 1.7 and 2.0 % at 4096.
     let limits = [[0.45, 1.2, 1.05], [1.5, 2.0, 2.1]];
+    let (weighted, alike) = (twin(Weights::Transition), twin(Weights::None));
     for (counts, limits) in COUNTS.into_iter().zip(limits) {
         for (disturbed, limit) in limits.into_iter().enumerate() {
             let name = DISTURBED[disturbed].0;
-            let mut both = Vec::new();
-            for seeds in [1..=10, 11..=20] {
-                let found = runs(&weighted, counts, disturbed, seeds.clone());
-                println!(
-                    "{counts} {name}, seeds {seeds:?}: median {:.2} %, two-stage {:.2}, \
-                     scale-invariant {:.2}; inside ci95 {:.0} %",
-                    error(&weighted, &found),
-                    error_of(&weighted, &found, "two-stage"),
-                    error_of(&weighted, &found, "scale-invariant"),
-                    coverage(&weighted, &found),
-                );
-                both.extend(found);
-            }
-            let (error, inside) = (error(&weighted, &both), coverage(&weighted, &both));
-            println!("{counts} {name}, all 20: median {error:.2} %, inside ci95 {inside:.0} %");
+            let found = runs(&weighted, counts, disturbed, SEEDS);
+            let (error, inside) = (error(&weighted, &found), coverage(&weighted, &found));
+            println!("{counts} {name}: median {error:.2} %, inside ci95 {inside:.0} %");
             assert!(error < limit, "{counts} {name}: {error}");
+            // Twenty logs have 91 to 98 %.
             assert!(inside > 80.0, "{counts} {name}: {inside}");
         }
-        let without = error(&alike, &runs(&alike, counts, 0, 1..=10));
+        let without = error(&alike, &runs(&alike, counts, 0, SEEDS));
         println!("{counts} clean, all samples alike: median {without:.2} %");
         assert!(without > 2.0 * limits[0], "{without}");
     }
@@ -125,7 +117,7 @@ fn weights_reach_the_noise_of_the_positions() {
 
 #[test]
 fn scale_numbers_are_those_of_the_theory() {
-    // Joint 1 and 2 by an independent implementation; single runs scatter.
+    // Joint 1 and 2 by an independent implementation; single runs scatter by a tenth.
     for (counts, cutoff, expected) in [
         (4096, 10.0, [6.1, 6.8]),
         (4096, 20.0, [3.7, 5.4]),
@@ -134,7 +126,7 @@ fn scale_numbers_are_those_of_the_theory() {
     ] {
         let mut twin = twin(Weights::None);
         twin.experiment.identify.position_cutoff_hz = Cutoff::Fixed(cutoff);
-        let found = runs(&twin, counts, 0, 1..=5);
+        let found = runs(&twin, counts, 0, SEEDS);
         for (joint, expected) in expected.into_iter().enumerate() {
             let number = |run: &EstimateResult| run.motor_rows[joint].scale_number.unwrap();
             let middle = median(found.iter().map(number).collect());

@@ -2,7 +2,7 @@
 #![expect(
     clippy::unwrap_used,
     clippy::print_stdout,
-    reason = "a test may panic, and says what it measured or skips"
+    reason = "a test may panic, and prints what it measured"
 )]
 
 mod arrays;
@@ -18,5 +18,8 @@ mod refined;
 mod report;
 mod robots;
 mod robust;
+// Shared with the benchmark.
+#[path = "../../benches/accuracy/robots.rs"]
+mod searches;
 mod seven;
 mod support;

@@ -1,7 +1,7 @@
 //! The refinement on the digital twin: errors, intervals, bounds, disturbances.
 //!
-//! `cargo test --release --package sprung --test twin -- refined --nocapture`
-//! prints the numbers; `SPRUNG_SEEDS=10` makes them better.
+//! `cargo bench -p sprung --bench accuracy -- --methods prediction,error --cases clean,motor,link` prints a table of
+//! ten logs each.
 
 use sprung::description::{Estimator, Simulate, StartName};
 use sprung::estimate::{
@@ -12,21 +12,18 @@ use sprung::progress::Unheard;
 use sprung_core::parameters::JointParameter;
 
 use crate::in_memory::with_source;
-use crate::support::{Twin, env};
+use crate::support::Twin;
 
-/// Name, disturbances of motors and links in N·m rms, and the median errors in
-/// percent that ten logs have at most, at 16384 and at 4096 counts.
+/// Name, disturbances of motors and links in N·m rms, and limits of the median error of one log at 16384 and at
+/// 4096 counts, in percent. Ten logs have medians of 0.047, 0.45 and 0.20 % at 16384 counts and 0.082, 0.52 and 0.25 %
+/// at 4096; single logs scatter by a factor of 2.
 type Case = (&'static str, [f64; 2], [f64; 2], [f64; 2]);
 const CASES: [Case; 3] = [
-    ("clean", [0.0, 0.0], [0.0, 0.0], [0.08, 0.10]),
-    ("motor", [0.05, 0.01], [0.0, 0.0], [0.55, 0.7]),
-    ("link", [0.0, 0.0], [0.01, 0.01], [0.25, 0.45]),
+    ("clean", [0.0, 0.0], [0.0, 0.0], [0.16, 0.20]),
+    ("motor", [0.05, 0.01], [0.0, 0.0], [1.1, 1.4]),
+    ("link", [0.0, 0.0], [0.01, 0.01], [0.5, 0.9]),
 ];
 const COUNTS: [u32; 2] = [16384, 4096];
-
-/// Logs from which on the limits hold as they are, and what fewer may have more.
-const MANY: u64 = 10;
-const FEWER: f64 = 2.0;
 
 fn settings(counts: u32, (_, motor, link, _): Case, seed: u64) -> Simulate {
     let mut settings = Twin::new().experiment.simulate.unwrap();
@@ -70,55 +67,39 @@ fn median(values: &[f64]) -> f64 {
 
 #[test]
 fn errors_and_intervals_are_those_of_the_noise() {
-    let (twin, seeds) = (twin(), env("SPRUNG_SEEDS", 2));
+    let twin = twin();
+    let (mut inside, mut intervals) = (0, 0);
     for (column, counts) in COUNTS.into_iter().enumerate() {
         for case in CASES {
-            let (mut errors, mut of_bound, mut inside) = (Vec::new(), Vec::new(), 0);
-            for seed in 0..seeds {
-                let settings = settings(counts, case, seed);
-                let log = twin.log(&settings);
-                let result = refined(&twin, &log).unwrap();
-                let refinement = result.refinement.as_ref().unwrap();
-                assert!(refinement.converged, "{counts} {} {seed}", case.0);
-                assert!(
-                    result
-                        .warnings
-                        .iter()
-                        .all(|f| f.code != "refinement-failed"),
-                    "{counts} {} {seed}",
-                    case.0
-                );
-                let bound = bound(&twin, &settings, &log);
-                for ((p, truth), bound) in result.parameters.iter().zip(&twin.truth).zip(bound) {
-                    let error = p.value.unwrap() - truth;
-                    errors.push(100.0 * error / truth);
-                    of_bound.push(error / bound);
-                    let [low, high] = p.ci95.unwrap();
-                    inside += usize::from(low <= *truth && *truth <= high);
-                }
+            let settings = settings(counts, case, 0);
+            let log = twin.log(&settings);
+            let result = refined(&twin, &log).unwrap();
+            assert!(result.refined().unwrap().converged, "{counts} {}", case.0);
+            let bound = bound(&twin, &settings, &log);
+            let (mut errors, mut of_bound) = (Vec::new(), Vec::new());
+            for ((p, truth), bound) in result.parameters.iter().zip(&twin.truth).zip(bound) {
+                let error = p.value.unwrap() - truth;
+                errors.push(100.0 * error / truth);
+                of_bound.push(error / bound);
+                let [low, high] = p.ci95.unwrap();
+                inside += i32::from(low <= *truth && *truth <= high);
+                intervals += 1;
             }
-            let (error, share) = (median(&errors), 100.0 * inside as f64 / errors.len() as f64);
             // The median of the absolute value of a normal variable is 0.674.
-            let ratio = median(&of_bound) / 0.674;
+            let (error, ratio) = (median(&errors), median(&of_bound) / 0.674);
             println!(
-                "{counts} {}, {seeds} logs: median {error:.3} %, {ratio:.2} bounds, {share:.0} % of the \
-                 intervals hold the truth",
+                "{counts} {}: median {error:.3} %, {ratio:.2} bounds",
                 case.0
             );
-            let (margin, least) = if seeds < MANY {
-                (FEWER, 80.0)
-            } else {
-                (1.0, 90.0)
-            };
-            assert!(
-                error <= margin * case.3[column],
-                "{counts} {}: {error}",
-                case.0
-            );
-            assert!(ratio <= margin * 1.1, "{counts} {}: {ratio}", case.0);
-            assert!(share >= least, "{counts} {}: {share}", case.0);
+            assert!(error <= case.3[column], "{counts} {}: {error}", case.0);
+            // The bound itself is reached; medians of 15 errors scatter by 0.3 of it.
+            assert!(ratio <= 2.0, "{counts} {}: {ratio}", case.0);
         }
     }
+    let share = 100.0 * f64::from(inside) / f64::from(intervals);
+    println!("{share:.0} % of {intervals} intervals hold the truth");
+    // Six hundred logs have 90 to 96 %.
+    assert!(share >= 88.0, "{share}");
 }
 
 #[test]
@@ -128,7 +109,8 @@ fn bound_is_what_the_refinement_claims_and_follows_the_noise() {
     let log = twin.log(&settings);
     let own = bound(&twin, &settings, &log);
     let result = refined(&twin, &log).unwrap();
-    // The levels that it finds are those of the twin, more or less.
+    // Standard errors follow the levels that the refinement estimates; those may miss the levels of the twin by a
+    // factor of two.
     for (p, bound) in result.parameters.iter().zip(&own) {
         let ratio = p.standard_error.unwrap() / bound;
         assert!((0.5..2.0).contains(&ratio), "{}: {ratio}", p.name);
@@ -140,6 +122,7 @@ fn bound_is_what_the_refinement_claims_and_follows_the_noise() {
     let louder = bound(&twin, &louder, &log);
     let inertia = twin.model.index_of("joint1.rotor_inertia").unwrap();
     let times = louder[inertia] / own[inertia];
+    // Twice the disturbance, beside the noise of encoders and torque.
     assert!((1.8..2.1).contains(&times), "{times}");
 }
 
@@ -161,16 +144,17 @@ fn exact_torque_is_used() {
     twin.experiment.log.as_mut().unwrap().motor_torque_exact = true;
     let exact = errors(&twin);
     println!("torque exact: median {exact:.4} %");
-    // Ten logs have 0.011 to 0.016 %.
+    // Ten logs have 0.011 to 0.016 %; with noise of the torque they have 0.05 %.
     assert!(exact < 0.04, "{exact}");
 }
 
 #[test]
 fn noise_of_the_torque_pulls_no_inertia_up() {
-    let (twin, seeds) = (twin(), env("SPRUNG_SEEDS", 4));
+    let (twin, seeds) = (twin(), 4_u32);
     let mut away = [0.0; 2];
     for seed in 0..seeds {
-        let mut settings = settings(16384, CASES[0], 300 + seed);
+        let mut settings = settings(16384, CASES[0], 300 + u64::from(seed));
+        settings.duration_s = 5.0;
         settings.torque_noise_nm = vec![1.0, 0.1];
         let result = refined(&twin, &twin.log(&settings)).unwrap();
         for (joint, sum) in away.iter_mut().enumerate() {
@@ -181,8 +165,9 @@ fn noise_of_the_torque_pulls_no_inertia_up() {
         }
     }
     for sum in away {
-        let mean = sum / (seeds as f64).sqrt();
+        let mean = sum / f64::from(seeds).sqrt();
         println!("rotor inertia: {mean:.2} standard errors of the mean");
+        // A normal variable exceeds this once in 400.
         assert!(mean.abs() < 3.0, "{mean}");
     }
 }
@@ -204,11 +189,10 @@ fn nominal_start_needs_nominal_values() {
 }
 
 #[test]
-fn own_model_is_seldom_doubted() {
-    let (twin, seeds) = (twin(), env("SPRUNG_SEEDS", 4));
-    let mut doubted = 0;
-    for seed in 0..seeds {
-        let log = twin.log(&settings(16384, CASES[0], 100 + seed));
+fn own_model_is_not_doubted() {
+    let twin = twin();
+    for seed in 100..102 {
+        let log = twin.log(&settings(16384, CASES[0], seed));
         let result = refined(&twin, &log).unwrap();
         let own = result
             .warnings
@@ -217,9 +201,6 @@ fn own_model_is_seldom_doubted() {
         for finding in own {
             println!("seed {seed}, {}: {}", finding.code, finding.text);
         }
-        assert_ne!(result.verdict, Verdict::Unusable);
-        doubted += u64::from(result.verdict != Verdict::Good);
+        assert_eq!(result.verdict, Verdict::Good, "seed {seed}");
     }
-    println!("{doubted} of {seeds} logs are doubted");
-    assert!(4 * doubted <= seeds, "{doubted} of {seeds}");
 }

@@ -110,11 +110,3 @@ pub(crate) fn with_sources<T>(
         .collect();
     use_sources(&mut sources)
 }
-
-/// A number of seeds from the environment.
-pub(crate) fn env(name: &str, default: u64) -> u64 {
-    let number = std::env::var(name).ok();
-    number
-        .and_then(|number| number.parse().ok())
-        .unwrap_or(default)
-}
