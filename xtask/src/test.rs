@@ -73,9 +73,9 @@ fn tests(steps: &mut Steps, arguments: &[&str]) -> Outcome {
 
 /// Checks that the library compiles without features, with each alone and with all that build here.
 fn features_compile(steps: &mut Steps, has_hdf5: bool) {
-    let mut sets = vec!["", "arrow", "mcap"];
+    let mut sets = vec!["", "arrow", "mcap", "db3"];
     if has_hdf5 {
-        sets.extend(["mat73", "arrow,mcap,mat73"]);
+        sets.extend(["mat73", "arrow,db3,mcap,mat73"]);
     }
     if builds_hdf5() {
         sets.push("mat73-static");

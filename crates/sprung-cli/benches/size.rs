@@ -34,7 +34,7 @@ const ROWS_PER_GROUP: usize = 1 << 20;
 const ROWS_PER_WRITE: usize = 1 << 14;
 
 fn main() {
-    // A test run of all targets also starts benchmarks.
+    // `cargo test --all-targets` starts benchmarks too.
     if !std::env::args().any(|argument| argument == "--bench") {
         println!("cargo bench -p sprung-cli --bench size checks a log of one hour");
         return;

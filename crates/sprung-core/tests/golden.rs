@@ -1,8 +1,7 @@
 //! Numbers from independent code: NumPy for the filters, Pinocchio and the
 //! corrected matrices of the paper for the regressor.
 //!
-//! A few of them stand in `fixtures/`; the full sets are read where they lie
-//! beside the repository.
+//! Some of the vectors are in `fixtures/`. The full sets are read from a folder beside the checkout.
 #![expect(
     clippy::unwrap_used,
     clippy::print_stdout,
@@ -23,10 +22,10 @@ use sprung_core::friction::Shape;
 use sprung_core::links::{JointScratch, PairScratch, Step, Workspace, numbers_len};
 use sprung_core::robot::{Robot, Values};
 
-/// Largest error, as part of the largest number of the same kind.
+/// Largest error relative to the largest number of the same kind: rounding of double precision.
 const TOLERANCE: f64 = 1e-12;
 
-/// The parameters that the golden products were formed with.
+/// Parameters of the golden products.
 const THETA: [f64; PARAMETERS] = [
     0.207_184, 0.017_58, 0.013_163, 0.216_776, 0.006_842, 0.037_675, 0.002_959, 8.435_283,
     0.135_564, 9.358_73, 4.212_811, 0.015_771, 0.005_018, 1.360_21, 0.162_529,
@@ -127,7 +126,7 @@ fn with_workspace(step: impl FnOnce(&mut Workspace<'_>)) {
     });
 }
 
-/// A matrix, and its product with the parameters.
+/// Compares a matrix and its product with the parameters.
 fn check_matrix(case: &Value, name: &str, entries: &[f64; ENTRIES]) {
     let mut next = entries.iter();
     let mut products = Vec::new();
@@ -147,8 +146,7 @@ fn times(row: &[f64], values: &[f64]) -> f64 {
     row.iter().zip(values).map(|(y, x)| y * x).sum()
 }
 
-/// Pinocchio's torque and momentum for the bodies that the first three
-/// parameters describe.
+/// Compares with torque and momentum of Pinocchio for bodies that have the first three parameters.
 fn check_against_bodies(
     arm: &Robot<'_>,
     state: &State<'_>,

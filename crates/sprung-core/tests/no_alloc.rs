@@ -1,4 +1,4 @@
-//! Nothing that runs once per sample allocates.
+//! Functions that run once per sample do not allocate.
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
 #[path = "planar_2r/mod.rs"]
@@ -48,7 +48,7 @@ fn the_counter_sees_allocations() {
     );
 }
 
-/// Regressor, acceleration and feedforward, all memory on the stack.
+/// Runs regressor, acceleration and feedforward with all memory on the stack.
 ///
 /// - `N`: joints; `PAIRS`: their square; `NUMBERS`: [`numbers_len`] of them.
 fn assert_physics_is_free<const N: usize, const PAIRS: usize, const NUMBERS: usize>(
@@ -117,8 +117,8 @@ fn physics_of_the_planar_arm_is_free_of_allocations() {
     );
 }
 
-/// A tree of seven joints, the last two of them rigid; in each part one motor
-/// turns with another joint too.
+/// A tree of seven joints with two rigid ones at its end. One motor of the flexible part and one of the rigid part
+/// also turn another joint.
 #[test]
 fn physics_of_a_tree_is_free_of_allocations() {
     const N: usize = 7;

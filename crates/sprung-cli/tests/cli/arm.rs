@@ -1,4 +1,4 @@
-//! A small arm: a flexible shoulder, a rigid elbow, gravity, as URDF.
+//! A small arm with a flexible shoulder, a rigid elbow and gravity, described by URDF.
 
 use std::path::Path;
 use std::sync::OnceLock;
@@ -69,7 +69,7 @@ pub(crate) fn described() -> Case {
     Case::of(&[("experiment.toml", EXPERIMENT), ("arm.urdf", URDF)])
 }
 
-/// The arm with another text in its URDF file.
+/// The arm with replaced text in its URDF file.
 pub(crate) fn urdf(from: &str, to: &str) -> Case {
     described().replace_in("arm.urdf", from, to)
 }

@@ -1,4 +1,4 @@
-//! What a wrong experiment file gets: exit code 2, its line, what to do.
+//! Messages about a wrong experiment file: exit code 2, its line, the remedy.
 
 use crate::common::{Case, sprung, stderr};
 

@@ -1,5 +1,4 @@
-//! What wrong joints, columns and names get: exit code 2, the line of the file,
-//! what to do.
+//! Messages about wrong joints, columns and names: exit code 2, the line of the file, the remedy.
 
 use crate::arm::{described, recorded, robot, urdf};
 use crate::common::stderr;
@@ -247,7 +246,7 @@ fn names_of_parameters_that_there_are_not() {
 
 #[test]
 fn numbers_beyond_reason() {
-    // Nothing of this may panic; each ends with an error of the log.
+    // No such number may cause a panic; each run ends with an error of the log.
     let motor_side = [
         "--set",
         "log.motor_position_side=motor",

@@ -1,4 +1,4 @@
-//! What a wrong robot gets: exit code 2, the line of the file, what to do.
+//! Messages about a wrong robot: exit code 2, the line of the file, the remedy.
 
 use crate::arm::{URDF, described, robot, urdf};
 use crate::common::{Case, sprung, stderr};

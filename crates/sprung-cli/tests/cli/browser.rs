@@ -1,4 +1,4 @@
-//! The report in a real browser: every plot drawn, nothing on the console.
+//! The report in a real browser draws every plot and logs nothing on the console.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -22,7 +22,7 @@ fn browser() -> Option<PathBuf> {
     found
 }
 
-/// Opens a page and returns its document and what the browser logged.
+/// Opens a page. Returns its document and what the browser logged; `None` without a browser.
 fn open(page: &Path, more: &[&str]) -> Option<(String, String)> {
     let profile = TempDir::new().unwrap();
     let output = Command::new(browser()?)
@@ -50,7 +50,7 @@ fn open(page: &Path, more: &[&str]) -> Option<(String, String)> {
     ))
 }
 
-/// The attribute that the page sets once it has drawn: `drawn/expected`.
+/// Returns the numbers of drawn and of expected plots, from the attribute `data-plots-drawn` that the page sets.
 fn drawn(document: &str) -> (usize, usize) {
     let (_, rest) = document
         .split_once("data-plots-drawn=\"")
@@ -73,7 +73,7 @@ fn every_plot_is_drawn_without_a_word_on_the_console() {
             .collect();
         assert!(console.is_empty(), "{console:?}");
         let (drawn, expected) = drawn(&document);
-        // 15 traces, 4 fits, and for each of two runs 8 positions and 4 torques.
+        // 15 traces, 4 fits, and for each of the two runs 8 positions and 4 torques.
         assert_eq!(expected, 15 + 4 + 2 * 12);
         assert_eq!(drawn, expected);
         assert!(!document.contains("NaN"));
@@ -92,7 +92,7 @@ fn the_report_of_a_check_is_drawn() {
     };
     assert!(!log.contains("CONSOLE"), "{log}");
     let (drawn, expected) = drawn(&document);
-    // Six columns, and the place of at least one finding.
+    // Six plots of columns, and one of at least one finding.
     assert!(expected > 6, "{expected}");
     assert_eq!(drawn, expected);
 }

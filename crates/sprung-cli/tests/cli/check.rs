@@ -34,7 +34,7 @@ fn a_whole_log_is_one_screen() {
     assert!(json["findings"].as_array().unwrap().is_empty());
     let html = std::fs::read_to_string(case.path("sprung-out/check.html")).unwrap();
     assert!(html.contains("nothing wrong was found"));
-    // It is no identification, and leaves that of an earlier run alone.
+    // A check writes no identification and keeps that of an earlier run.
     assert!(!case.path("sprung-out/identification.json").exists());
 }
 
@@ -65,7 +65,7 @@ fn all_errors_are_said_at_once_with_their_lines() {
     ] {
         assert!(out.contains(part), "no {part:?} in {out}");
     }
-    // identify refuses it with the same words, and goes on if told to.
+    // `identify` refuses the log with the same words, and continues if the setting says so.
     let output = case.identify(&[]);
     assert_eq!(output.status.code(), Some(3));
     assert!(

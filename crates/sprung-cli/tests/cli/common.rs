@@ -1,4 +1,4 @@
-//! A small experiment on disk, and the program run on it.
+//! Small experiments on disk, and runs of the program.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -25,7 +25,7 @@ pub(crate) fn stdout(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
-/// The folder that `sprung demo` writes, made once for all tests of a file.
+/// The folder that `sprung demo` writes; all tests share it.
 pub(crate) fn demo() -> &'static Path {
     static DEMO: OnceLock<TempDir> = OnceLock::new();
     DEMO.get_or_init(|| {
@@ -41,14 +41,13 @@ pub(crate) fn demo() -> &'static Path {
 /// Estimators of most tests.
 const LINEAR: &str = "[\"least-squares\", \"lsff\"]";
 
-/// An experiment, as a copy of the demo's, to be damaged.
+/// A copy of the demo's experiment, to be changed by a test.
 pub(crate) struct Case {
     folder: TempDir,
 }
 
 impl Case {
-    /// With the linear estimators only: most of what goes wrong does so before a
-    /// refinement, which takes seconds.
+    /// With the linear estimators only, because a refinement takes seconds and most errors occur before it.
     pub(crate) fn new() -> Self {
         Self::as_shipped().replace(
             "[\"prediction-error\", \"least-squares\", \"lsff\"]",
@@ -65,7 +64,7 @@ impl Case {
         Self { folder }
     }
 
-    /// An experiment of some files and their texts.
+    /// An experiment from file names and texts.
     pub(crate) fn of(files: &[(&str, &str)]) -> Self {
         let folder = TempDir::new().unwrap();
         for (file, text) in files {
@@ -97,7 +96,7 @@ impl Case {
         self.cells("identification.csv", change)
     }
 
-    /// Changes the cells of a log, likewise.
+    /// Changes the cells of the log in `file`.
     fn cells(self, file: &str, mut change: impl FnMut(usize, &mut Vec<String>)) -> Self {
         let file = self.path(file);
         let text = std::fs::read_to_string(&file).unwrap();

@@ -15,7 +15,7 @@ fn compare(files: &[&Path], out: &Path, more: &[&str]) -> Output {
     sprung(&args)
 }
 
-/// An experiment that was identified from a log of its own.
+/// An experiment that was identified with its own log.
 fn identified(simulate: &[&str], identify: &[&str]) -> Case {
     let case = Case::new();
     case.record("own.csv", simulate);
@@ -98,14 +98,14 @@ fn runs_of_one_robot_agree() {
     let json = json(&compare(&files, &out, &["--json"]));
     assert_eq!(json["compared"].as_array().unwrap().len(), 3);
     assert_eq!(finding(&json, "runs-disagree"), None);
-    // What tells the files apart is the folder.
+    // The labels of the files are their folders, because the names are equal.
     let label = json["compared"][1]["label"].as_str().unwrap();
     assert!(files[1].to_str().unwrap().contains(label), "{label}");
 }
 
 #[test]
 fn runs_of_a_robot_that_changed_disagree() {
-    // A cut-off chosen for each log would make the settings differ too.
+    // The cut-off is fixed; a chosen cut-off would differ between the logs.
     let settings = [
         "--set",
         "identify.estimator=least-squares",
@@ -155,7 +155,7 @@ fn robots_that_share_nothing_are_refused() {
     other.identify(&["-q"]);
     let out = case.path("compared");
     let files = [&*case.path(""), &*other.path("")];
-    // The links have the same names, the joints have not.
+    // The names of the links are equal, those of the joints differ.
     let output = compare(&files, &out, &["-v"]);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     assert!(stderr(&output).contains("different-parameters"));

@@ -1,5 +1,4 @@
-//! Logs that are written otherwise, and what the program says of those that
-//! cannot be read.
+//! Logs in other formats, and messages about logs that cannot be read.
 
 use crate::common::{Case, parameter, stderr};
 
@@ -28,11 +27,11 @@ fn one_log_in_two_files() {
         cells.collect::<Vec<&str>>().join("\n")
     };
     let entry = "[{ file = \"motor.csv\", column = \"tau1_nm\" }, \"tau2_nm\"]";
-    // The other recording has a file of its own.
+    // The validation log has the plain columns, so it is left out.
     let case = Case::new()
         .replace("[\"tau1_nm\", \"tau2_nm\"]", entry)
         .replace("log = { file = \"validation.csv\" }", "");
-    // It is a file that does not exist yet.
+    // motor.csv does not exist yet.
     case.fails(4, &["cannot read motor.csv", "No such file"]);
     std::fs::write(case.path("motor.csv"), column(5)).unwrap();
     let ((code, one), (_, other)) = (case.results(&[]), plain.results(&[]));

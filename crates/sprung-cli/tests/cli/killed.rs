@@ -1,4 +1,4 @@
-//! Results that a killed run leaves behind: all of one run, whatever it was doing.
+//! Results after a run was killed: all of one run, at any point.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -21,7 +21,7 @@ fn files(folder: &Path) -> Files {
     entries.map(read).collect()
 }
 
-/// Replaces what a folder holds.
+/// Replaces the content of a folder.
 fn restore(folder: &Path, files: &Files) {
     std::fs::remove_dir_all(folder).unwrap();
     std::fs::create_dir(folder).unwrap();
@@ -30,13 +30,13 @@ fn restore(folder: &Path, files: &Files) {
     }
 }
 
-/// An experiment with a log of 3 s, results of `identify` and `validate`, and a copy of the former in `kept`.
+/// An experiment with a log of 3 s, the results of `identify` and `validate`, and a copy of the former in `kept`.
 struct Desk {
     case: Case,
     before: Files,
 }
 
-/// Settings that make results of another run differ in every file.
+/// Settings with which every file of another run differs.
 const OTHER_CUTOFF: [&str; 2] = ["--set", "identify.filter_cutoff_rad_per_s=25"];
 const DIRECT: [&str; 2] = ["--set", "validate=[{name=\"direct\"}]"];
 const OTHER_NAME: [&str; 2] = ["--set", "validate=[{name=\"again\"}]"];
@@ -60,9 +60,9 @@ impl Desk {
         desk
     }
 
-    /// Runs a verb, and kills it at a point; returns the name of the point, or `None` if the run ends before.
+    /// Runs a verb and kills it at a point. Returns the name of the point, or `None` if the run ended before.
     ///
-    /// - `point`: 1 for the first.
+    /// - `point`: 1 is the first.
     fn run(&self, verb: &str, more: &[&str], point: Option<usize>) -> Option<String> {
         let mut command = Command::new(env!("CARGO_BIN_EXE_sprung"));
         command
@@ -85,7 +85,7 @@ impl Desk {
         Some(name.trim().to_owned())
     }
 
-    /// Reads the results as another command does, which writes elsewhere.
+    /// Reads the results by a command that writes into another folder.
     fn read(&self) {
         let paths = ["sprung-out", "kept", "comparison"].map(|name| self.case.path(name));
         let [results, kept, out] = paths.each_ref().map(|path| path.to_str().unwrap());
@@ -93,7 +93,7 @@ impl Desk {
         assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     }
 
-    /// Begins to write into the folder of the results, and writes nothing.
+    /// Runs a command up to the moment before it writes into the folder of the results.
     fn begin_to_write(&self) {
         let [out, kept] = ["sprung-out", "kept"].map(|name| self.case.path(name));
         let output = Command::new(env!("CARGO_BIN_EXE_sprung"))
@@ -107,9 +107,9 @@ impl Desk {
         assert!(stderr(&output).contains("halted at nothing written"));
     }
 
-    /// Kills a verb at each of its points; returns their names.
+    /// Kills a verb at each of its points and checks the results each time. Returns the names of the points.
     ///
-    /// - `remaining`: how many files its results are, with earlier ones that it keeps.
+    /// - `remaining`: number of files after a complete run, kept ones included.
     fn kill_everywhere(&self, verb: &str, more: &[&str], remaining: usize) -> Vec<String> {
         let folder = self.case.path("sprung-out");
         let mut points: Vec<String> = Vec::new();
@@ -149,7 +149,7 @@ impl Desk {
     }
 }
 
-/// What is on its way to become a result, or the list of these.
+/// Whether a file is temporary, or the list of renames.
 fn is_temporary(name: &str) -> bool {
     name.starts_with('.')
 }
@@ -160,7 +160,8 @@ fn visible(files: &Files) -> Files {
     all
 }
 
-/// The results that a killed run left: those in place, or those before it with the changes of its list.
+/// Returns the results that a killed run decided on: the files in place, or the earlier files with the changes of its
+/// list.
 fn decided(before: &Files, found: &Files) -> Files {
     let Some(list) = found.get(SWITCH_FILE).filter(|list| !list.is_empty()) else {
         return visible(found);
@@ -169,14 +170,14 @@ fn decided(before: &Files, found: &Files) -> Files {
     let mut decided = before.clone();
     decided.retain(|name, _| !list.outdated.contains(name));
     for (from, to) in list.renames {
-        // A file whose temporary name is gone is in its place.
+        // If the temporary name is gone, the file is in its place.
         let bytes = found.get(&from).unwrap_or_else(|| &found[&to]);
         decided.insert(to, bytes.clone());
     }
     decided
 }
 
-/// Files that the run writes: as many as were written before the list was.
+/// Returns how many files the run wrote.
 fn changed(points: &[String]) -> usize {
     points
         .iter()
@@ -184,7 +185,7 @@ fn changed(points: &[String]) -> usize {
         .count()
 }
 
-/// Returns whether the program has points to be killed at.
+/// Returns whether the program was built with its points; reports the test as skipped if not.
 fn can_be_killed() -> bool {
     let can = cfg!(debug_assertions);
     if !can {

@@ -1,5 +1,5 @@
-//! `sprung new`: a file that can be read as it stands, runs once its log is
-//! there, and overwrites nothing.
+//! `sprung new` writes an experiment that can be read as it is, that runs once its log exists, and that overwrites no
+//! file.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -20,7 +20,7 @@ const ARM: &str = r#"<robot name="two joints">
   <origin xyz="0.343 0 0"/><axis xyz="0 1 0"/></joint>
 </robot>"#;
 
-/// The same arm on a sled.
+/// The same arm on a prismatic joint.
 fn gantry() -> String {
     ARM.replace(
         "<joint name=\"shoulder\" type=\"revolute\"><parent link=\"base\"/>",
@@ -31,7 +31,7 @@ fn gantry() -> String {
     )
 }
 
-/// A folder in which commands are typed.
+/// A working folder for commands.
 struct Desk {
     folder: TempDir,
 }
@@ -72,8 +72,7 @@ impl Desk {
         stdout(&output)
     }
 
-    /// Checks that a command fails with a code and a message, and makes no
-    /// folder called `new`.
+    /// Checks that a command fails with a code and a message and does not create a folder `new`.
     fn fails(&self, args: &[&str], code: i32, fragments: &[&str]) {
         let output = self.run(args);
         let message = stderr(&output);
@@ -86,7 +85,7 @@ impl Desk {
         assert!(!self.path("new").exists(), "a failed run left a folder");
     }
 
-    /// Checks that an experiment is read, model and all, up to its log.
+    /// Checks that nothing but the log of an experiment is missing.
     fn lacks_only_its_log(&self, folder: &str) {
         let log = Path::new(folder).join("log.csv");
         let missing = format!("cannot read {}", log.display());
@@ -178,7 +177,7 @@ fn a_urdf_is_named_by_a_relative_path_if_it_lies_near() {
     }
 }
 
-/// Uses the examples of nominal values, controller and twin.
+/// Activates the commented nominal values, controller and twin.
 fn with_a_twin(text: &str) -> String {
     let (head, twin) = text.split_once("#[controller]").unwrap();
     let twin = twin.lines().map(|line| match line.strip_prefix('#') {
@@ -208,7 +207,7 @@ fn a_log_with_the_columns_of_the_file_is_identified() {
             "t_s,q1_rad,q2_rad,phi1_rad,phi2_rad,tau1_nm,tau2_nm"
         };
         assert_eq!(log.lines().next(), Some(header));
-        // The file as it was written, and its log.
+        // The experiment is unchanged; only its log was added.
         let output = desk.run(&["identify", "new-arm"]);
         let code = output.status.code();
         println!("{}{}", stdout(&output), stderr(&output));

@@ -113,7 +113,7 @@ fn a_gap_ends_what_is_simulated() {
 
 #[test]
 fn where_it_cannot_begin_the_linear_values_stand() {
-    // A rotor a millionth of the true one: friction stops it in a nanosecond.
+    // The rotor inertia is a millionth of the true value, so friction stops the rotor within a nanosecond.
     let case = short().replace(
         "[robot.nominal]",
         "[robot.fixed]\n\"joint1.rotor_inertia\" = 2e-7\n\n[robot.nominal]",

@@ -1,4 +1,4 @@
-//! Files, exit codes, streams: what scripts rely on.
+//! Files, exit codes and streams, on which scripts rely.
 
 use crate::arm::recorded;
 use crate::common::{Case, demo, sprung, stderr, stdout};
@@ -42,7 +42,7 @@ fn json_is_all_that_is_printed() {
     let first = &printed["results"][0];
     assert_eq!(first["estimator"], "least-squares");
     assert_eq!(first["rank"], 15);
-    // Nothing is wrong with this log, and nothing is said to be.
+    // The log is right, and there is no finding.
     assert_eq!(first["verdict"], "good");
     assert_eq!(printed["findings"].as_array().unwrap().len(), 0);
     let warnings = first["warnings"].as_array().unwrap();
@@ -57,7 +57,7 @@ fn json_is_all_that_is_printed() {
     assert_eq!(stiffness["nominal"], 9.0);
     assert!((stiffness["value"].as_f64().unwrap() / 9.358_73 - 1.0).abs() < 0.02);
     assert!(first["residual_rms"]["joint1.motor_nm"].as_f64().unwrap() < 0.2);
-    // Motor friction carries its row, viscous friction of link 2 next to nothing.
+    // Motor friction dominates its row; the viscous friction of link 2 is negligible.
     let share = |i: usize| first["parameters"][i]["torque_share"].as_f64().unwrap();
     assert!(share(7).max(share(13)) > 0.99 && share(6) < 0.01);
 }
@@ -153,8 +153,8 @@ fn validate_reads_what_identify_wrote() {
         assert!(e["q_rad"]["joint1"].as_f64().unwrap() < 1e-3, "{e}");
         assert!(e["tau_nm"]["joint1"].as_f64().unwrap() < 0.15, "{e}");
     }
-    // LSFF finds friction below zero: its loop runs away, and the report says
-    // why instead of printing numbers that are none.
+    // LSFF estimates negative friction, so the simulated loop diverges. The report gives this reason instead of
+    // meaningless numbers.
     let prediction = runs[1]["sets"].as_array().unwrap();
     assert_eq!(prediction[1]["parameters"], "lsff");
     assert!(prediction[1]["e_rms"].is_null());
@@ -180,7 +180,8 @@ fn validate_reads_what_identify_wrote() {
 
 #[test]
 fn validate_takes_the_signs_and_gains_that_were_found() {
-    // The rigid elbow counts the other way, the shoulder's torque is in units of 2.5 N·m.
+    // The encoder of the rigid elbow counts in the other direction, and the torque of the shoulder has the unit 2.5
+    // N·m.
     let case = recorded()
         .replace(
             "[identify]",
@@ -212,8 +213,8 @@ fn validate_takes_the_signs_and_gains_that_were_found() {
 
 #[test]
 fn references_run_on_the_time_of_the_log() {
-    // All sines of the demo repeat after 10 s, so a clock that starts at 100 s
-    // changes nothing, and one that starts at 2.5 s everything.
+    // All sines of the demo repeat after 10 s. So a clock that starts at 100 s changes nothing, and a clock that
+    // starts at 2.5 s shifts the reference.
     let error = |start: f64| {
         let case = Case::new().column(0, |time| time + start);
         let output = sprung(&[
@@ -291,7 +292,7 @@ fn identify_lets_go_of_a_validation_of_earlier_parameters() {
     let files = || std::fs::read_dir(&out).unwrap().count();
     assert_eq!(files(), RESULTS.len());
 
-    // Files of others with these names are theirs.
+    // Files of other programs with these names stay.
     std::fs::write(out.join("validation.json"), "{}").unwrap();
     copy(&["signals.csv"]);
     let output = case.identify(&[]);
@@ -356,7 +357,7 @@ fn full_disk_leaves_earlier_results_whole() {
     assert_eq!(case.identify(&["--quiet"]).status.code(), Some(0));
     let read = || RESULTS.map(|file| std::fs::read(case.path("sprung-out").join(file)).unwrap());
     let before = read();
-    // Writes beyond 100 blocks fail, as on a full disk.
+    // Writes beyond 100 blocks fail as on a full disk.
     let output = std::process::Command::new("sh")
         .args(["-c", "trap '' XFSZ; ulimit -f 100; exec \"$0\" identify \"$1\" --set identify.position_cutoff_hz=12"])
         .arg(env!("CARGO_BIN_EXE_sprung"))

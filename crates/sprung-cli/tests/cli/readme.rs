@@ -1,4 +1,4 @@
-//! The commands of the README, as they stand there.
+//! The commands of the README run as they are written there.
 
 use std::process::Command;
 
@@ -6,7 +6,7 @@ use tempfile::TempDir;
 
 use crate::common::{demo, stderr};
 
-/// Lines of the README's shell blocks that call the program.
+/// Commands of the README's shell blocks that run the program.
 fn commands() -> Vec<String> {
     let readme = concat!(env!("CARGO_MANIFEST_DIR"), "/../../README.md");
     let text = std::fs::read_to_string(readme).unwrap();

@@ -1,4 +1,4 @@
-//! The default estimator: what a user sees of it, and when the linear values stand.
+//! The default estimator: its output, and the cases in which the linear values stay.
 
 use serde_json::Value;
 
@@ -8,7 +8,7 @@ use crate::common::{Case, demo, finding, sprung, stderr, stdout, value};
 /// Column of the first link's position.
 const Q1: usize = 1;
 
-/// Asks for the default.
+/// Removes the choice of the estimator.
 fn without_choice(case: Case) -> Case {
     case.replace("estimator = [\"least-squares\", \"lsff\"]\n", "")
 }
@@ -27,7 +27,7 @@ fn the_default_is_the_refinement() {
         text.contains("disturbances relative to the motor torque: joint1.link "),
         "{text}"
     );
-    // Not a terminal: no bar.
+    // Without a terminal there is no progress bar.
     assert!(
         !stderr(&output).contains("filter run"),
         "{}",
@@ -61,7 +61,7 @@ fn an_arm_with_gravity_and_a_rigid_joint_is_refined() {
     let case = arm::recorded().replace("estimator = \"least-squares\"\n", "");
     let (_, json) = case.results(&[]);
     assert_eq!(json["results"][0]["refinement"]["used"], true, "{json:#}");
-    // The twin's positions are exact, so both are near the truth.
+    // The twin has exact positions, so both results are within 2 % of the truth.
     for (name, truth) in [
         ("shoulder.stiffness", 400.0),
         ("shoulder.rotor_inertia", 0.3),
@@ -93,7 +93,7 @@ fn the_demo_validates_the_refinement_first_and_it_predicts_better() {
     }
 }
 
-/// Checks that the first result holds the values of the second, and says so.
+/// Checks that the first result contains the values of the second and a finding that says why.
 fn stands_back(json: &Value, why: &str) {
     let [first, second] = [0, 1].map(|i| &json["results"][i]);
     assert_eq!(first["estimator"], "prediction-error");
@@ -121,7 +121,7 @@ fn the_linear_values_stand_where_the_log_is_wrong() {
     });
     let (_, json) = case.results(&BOTH);
     stands_back(&json, "the log itself is wrong (looks-like-degrees)");
-    // The first result is what a validation takes first.
+    // A validation takes the first result first.
     let output = sprung(&[
         "validate",
         case.path("experiment.toml").to_str().unwrap(),
@@ -135,7 +135,7 @@ fn the_linear_values_stand_where_the_log_is_wrong() {
 
 #[test]
 fn the_linear_values_stand_where_the_model_lacks_something() {
-    // A link position 0.1 s late, which no disturbance explains.
+    // No disturbance explains a link position that is 0.1 s late.
     let mut past = std::collections::VecDeque::new();
     let case = Case::new().log(|row, cells| {
         if row > 0 {

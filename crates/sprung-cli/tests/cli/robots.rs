@@ -1,5 +1,4 @@
-//! What the pipeline makes of small robots: gravity, friction, what is given,
-//! several logs.
+//! Identification of small robots: gravity, friction, given parameters, several logs.
 
 use std::fmt::Write as _;
 
@@ -8,7 +7,7 @@ use serde_json::Value;
 use crate::arm::{EXPERIMENT, URDF, described, read, recorded};
 use crate::common::{Case, finding, parameter, sprung, stderr, value};
 
-/// An arm with a vertical and two level axes, as a table, with a log.
+/// An arm with one vertical and two horizontal axes, described by a table, with a log.
 fn turret() -> Case {
     let mut nominal = String::new();
     for (link, given) in [
@@ -93,7 +92,7 @@ fn gravity_in_a_wrong_frame_is_found_and_named() {
             text.contains("the base is mounted differently from what the file says"),
             "{text}"
         );
-        // The remedy is a direction within two degrees of the true one.
+        // The direction in the remedy is within two degrees of the true one.
         let remedy = json["findings"][0]["remedy"].as_str().unwrap();
         let (_, list) = remedy.split_once("gravity_m_per_s2 = [").unwrap();
         let named: Vec<f64> = (list.split(']').next().unwrap().split(','))
@@ -126,7 +125,7 @@ fn twin_of_a_table_comes_back() {
     }
 }
 
-/// A wheel with Stribeck friction, its log without noise.
+/// A wheel with Stribeck friction. Its log has no noise.
 fn wheel(laws: &str, velocity: f64) -> Case {
     let text = format!(
         "format = 1
@@ -180,7 +179,7 @@ fn stribeck_velocity_is_found() {
         assert!(text.contains("was found by a search"), "{text}");
         let stribeck = value(&json, "wheel.motor_stribeck");
         assert!((stribeck - 1.0).abs() < 0.05, "{stribeck}");
-        // Given, it is not searched.
+        // A given velocity is not searched.
         let set = format!("robot.joint.wheel.stribeck_velocity_rad_per_s={truth}");
         let (_, json) = case.results(&["-v", "--set", &set]);
         assert_eq!(finding(&json, "stribeck-velocity"), None);
@@ -229,7 +228,7 @@ fn urdf_without_inertias() {
         (mass["value"].as_f64().unwrap() / 1.2 - 1.0).abs() < 0.02,
         "{mass}"
     );
-    // Without them there is nothing to simulate.
+    // Without inertias the robot cannot be simulated.
     let output = sprung(&["simulate", case.path("").to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(2));
     assert!(stderr(&output).contains("no value for upper.mx + 0.4*fore.m"));
@@ -255,7 +254,7 @@ fn what_is_given_comes_out_as_given() {
     let unknowns = json["results"][0]["unknowns"].as_u64().unwrap();
     let all = json["results"][0]["parameters"].as_array().unwrap().len() as u64;
     assert_eq!(unknowns, all - 3);
-    // A rotor that would be lumped with its link stands alone once it is known.
+    // A rotor inertia that is lumped with its link becomes a separate parameter if it is given.
     let lumped = "link1.izz + wheel.rotor_inertia";
     let case = wheel("\"viscous\", \"coulomb\"", 0.1);
     let (_, json) = case.results(&[]);
@@ -288,7 +287,7 @@ fn several_logs_count_together() {
     assert!((stiffness / 400.0 - 1.0).abs() < 0.005, "{stiffness}");
     let report = read(&case.path("sprung-out/report.html"));
     assert!(report.contains("run.csv, second.csv (6000 samples, 12.00 s)"));
-    // In the curves one log follows the other.
+    // In the curves, the second log follows the first.
     for file in ["trace.csv", "fit.csv"] {
         let text = read(&case.path("sprung-out").join(file));
         let rows = text
@@ -301,7 +300,7 @@ fn several_logs_count_together() {
         let last = times.last().unwrap().1;
         assert!((11.0..=12.0).contains(&last), "{file} ends at {last} s");
     }
-    // Each is checked by itself.
+    // Each log is checked separately.
     let broken = read(&case.path("second.csv")).replacen("0.002,", "0.000,", 1);
     std::fs::write(case.path("second.csv"), broken).unwrap();
     let output = case.identify(&["--set", both]);
@@ -322,7 +321,7 @@ fn a_log_in_two_files_is_the_whole() {
     for (file, part) in [("a.csv", &rows[..1400]), ("b.csv", &rows[1400..])] {
         std::fs::write(case.path(file), [&[*head], part].concat().join("\n")).unwrap();
     }
-    // At a low cut-off the zero-phase filter smears both sides of the cut.
+    // At a low cut-off, the zero-phase filter has a long transient on both sides of the cut.
     let fast = "identify.position_cutoff_hz=100";
     let (_, whole) = case.results(&["--set", fast]);
     let files = "log.file=[\"a.csv\",\"b.csv\"]";
@@ -347,7 +346,7 @@ fn lsff_needs_logs_of_one_period() {
         message.contains("runs at one sampling period, the logs have 0.002000 s and 0.001000 s"),
         "{message}"
     );
-    // Least squares takes both.
+    // Least squares accepts logs with different periods.
     let (code, json) = case.results(&["--set", both]);
     assert_eq!(code, 0);
     assert!((value(&json, "shoulder.stiffness") / 400.0 - 1.0).abs() < 0.005);
@@ -364,7 +363,7 @@ fn a_rigid_robot_may_call_its_positions_those_of_its_links() {
         motor["results"][0]["parameters"],
         link["results"][0]["parameters"]
     );
-    // Not beside those of its motors.
+    // Positions of the motors must not be given too.
     let output = case.identify(&["--set", "log.motor_position_rad=[\"phi\"]"]);
     assert_eq!(output.status.code(), Some(2));
     assert!(stderr(&output).contains("wheel is rigid, so motor and link have one position"));
@@ -437,7 +436,7 @@ fn many_joints() {
         2,
         &["motor_torque_nm names 41 columns, the robot has 40 joints (j1, j2, j3"],
     );
-    // The model of forty joints can be built.
+    // A model of forty joints is built; only the log is missing.
     let forty = case(40, "");
     std::fs::remove_file(forty.path("run.csv")).unwrap();
     forty.fails(4, &["cannot read", "run.csv"]);

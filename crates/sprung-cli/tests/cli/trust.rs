@@ -1,5 +1,4 @@
-//! What a user must be able to rely on: logs stay, files can be read, doubtful
-//! loops and delays are said.
+//! Guarantees to users: inputs are not overwritten, tables can be read, and sprung reports doubtful loops and delays.
 
 use serde_json::Value;
 
@@ -10,8 +9,7 @@ const Q1: usize = 1;
 const PHI1: usize = 3;
 const TAU1: usize = 5;
 
-/// Runs `sprung validate` on the case's own log; returns exit code, the run
-/// and the messages.
+/// Runs `sprung validate` on the case's own log. Returns the exit code, the run and the messages.
 fn validate(case: &Case, parameters: &str, more: &[&str]) -> (Option<i32>, Value, String) {
     let experiment = case.path("experiment.toml");
     let parameters = case.path(parameters);
@@ -60,7 +58,7 @@ fn demo_keeps_an_edited_experiment() {
     assert!(stderr(&output).contains("holds another experiment.toml"));
     let text = std::fs::read_to_string(case.path("experiment.toml")).unwrap();
     assert!(text.contains("position_cutoff_hz = 12.0"));
-    // Its own, with another seed, may be made again.
+    // The demo may overwrite its own files, also with another seed.
     let case = Case::as_shipped();
     let out = case.path("");
     let output = sprung(&["demo", "-q", "--seed", "3", "--out", out.to_str().unwrap()]);
@@ -72,7 +70,7 @@ fn every_table_has_as_many_cells_as_its_header() {
     let out = demo().join("sprung-out");
     for file in ["parameters.csv", "trace.csv", "fit.csv", "signals.csv"] {
         let text = std::fs::read_to_string(out.join(file)).unwrap();
-        // Quoted labels hold commas; none of the demo's cells holds a quote.
+        // Quoted labels contain commas; no cell of the demo contains a quote.
         let width = |line: &str| {
             let plain: String = line.split('"').step_by(2).collect();
             plain.split(',').count()
@@ -123,7 +121,7 @@ fn a_saturated_loop_validates_with_its_true_parameters() {
     let e = &run["sets"][0]["e_rms"];
     assert!(e["q_rad"]["joint1"].as_f64().unwrap() < 1e-3, "{e}");
     assert!(e["tau_nm"]["joint1"].as_f64().unwrap() < 0.03, "{e}");
-    // The limit binds: without it the same log does not fit.
+    // The limit has an effect: without it the same log does not fit.
     let off = [
         "--set",
         &log,
@@ -168,7 +166,7 @@ fn a_loop_that_is_not_that_of_the_log_is_said() {
 
 #[test]
 fn times_with_few_digits_do_not_bias() {
-    // 960 Hz, printed with four decimals.
+    // The sampling rate is 960 Hz, and the times have four decimals.
     let case = Case::new().replace("period_s   = 0.001", "period_s = 0.0010416666666666667");
     let out = case.path("twin");
     let recorded = sprung(&[
@@ -204,7 +202,7 @@ fn times_with_few_digits_do_not_bias() {
 #[test]
 fn delays_that_are_not_found_are_said() {
     let estimate = ["--set", "log.delay_s.q1_rad=\"estimate\"", "-v"];
-    // Rest for 40 s: nothing to see in the excerpt.
+    // The robot rests for 40 s, so the excerpt contains no motion.
     let mut still = Vec::new();
     let case = Case::new().log(|row, cells| {
         if row == 1 {
@@ -229,7 +227,7 @@ fn delays_that_are_not_found_are_said() {
         stderr(&output)
     );
     assert!(!stderr(&output).contains("NaN"), "{}", stderr(&output));
-    // Torque the wrong way round: no delay mends that, and the cause is named.
+    // The torque has the wrong sign. No delay corrects this, and a finding names the cause.
     let go_on = ["--set", "identify.on_check_error=go-on"];
     let output = (Case::new().column(TAU1, |x| -x)).identify(&[&estimate[..], &go_on].concat());
     let message = stderr(&output);

@@ -1,8 +1,7 @@
-//! Random robots made of bodies: the paper's arm of two rigid ones, and trees
-//! of joints whose links are point masses.
+//! Random robots made of bodies: the paper's arm with two rigid links, and trees of joints whose links are point
+//! masses.
 //!
-//! Positions and velocities are found in the base's frame, by a path that
-//! shares nothing with the columns.
+//! Positions and velocities are computed in the frame of the base, independently of the regressor columns.
 use sprung_core::chain::{Chain, ChainJoint, JointKind};
 use sprung_core::spatial::{BODY, product, rotation};
 
@@ -30,7 +29,7 @@ impl Body {
         }
     }
 
-    /// The parameters of the links as defined, those of the joints at random.
+    /// Link parameters by their definition; joint parameters at random.
     pub(crate) fn theta(&self, random: &mut Random) -> [f64; 15] {
         let ([m1, m2], [l1, l2]) = (self.mass, self.centre);
         let mut theta = [0.0; 15];
@@ -102,7 +101,7 @@ pub(crate) const GRAVITY: Vector = [0.7, -1.2, -9.6];
 /// A tree of joints whose links are point masses.
 pub(crate) struct Tree {
     pub(crate) joints: Vec<ChainJoint>,
-    /// Mass and place in the joint's frame, five for each link.
+    /// Mass and position in the joint's frame; five point masses for each link.
     masses: Vec<Vec<(f64, Vector)>>,
 }
 
@@ -150,7 +149,7 @@ impl Tree {
             );
             let pick = vector(1.0);
             joints.push(ChainJoint {
-                // Mostly a chain, sometimes a branch or a second tree.
+                // In most cases a joint continues the chain; otherwise it starts a branch or a second tree.
                 parent: match j {
                     0 => None,
                     _ if pick[0] > 0.6 => Some((0.5 * (pick[1] + 1.0) * j as f64) as usize),
@@ -213,7 +212,7 @@ impl Tree {
         std::iter::successors(Some(j), |&i| self.joints[i].parent)
     }
 
-    /// Axes, origins and turns of all joints in the base's frame.
+    /// Axes, origins and rotations of all joints in the frame of the base.
     fn places(&self, q: &[f64]) -> Vec<(Vector, Vector, [Vector; 3])> {
         let mut places: Vec<(Vector, Vector, [Vector; 3])> = Vec::new();
         for (joint, q) in self.joints.iter().zip(q) {
@@ -233,7 +232,7 @@ impl Tree {
         places
     }
 
-    /// Mass, place and velocity per joint velocity of every point.
+    /// Mass, position and velocity per joint velocity of every point mass.
     fn points(&self, q: &[f64]) -> Vec<(f64, Vector, Vec<Vector>)> {
         let places = self.places(q);
         let mut points = Vec::new();

@@ -9,7 +9,7 @@ use sprung_core::spatial::BODY;
 use crate::closed_form::{Pose, torque as closed_torque};
 use crate::support::{Memory, Random, Worst};
 
-/// Largest error, as part of the largest number of the same kind.
+/// Largest error relative to the largest number of the same kind: rounding of double precision.
 const TOLERANCE: f64 = 1e-12;
 
 fn numbers(value: &Value) -> Vec<f64> {
@@ -90,7 +90,7 @@ fn fixture() -> Value {
     serde_json::from_str(include_str!("../fixtures/chains.json")).unwrap()
 }
 
-/// Pinocchio's products, by the columns and by the recursions.
+/// Compares the products of Pinocchio with the regressor columns and with the recursions.
 fn check_products(chain: &Chain<'_>, pi: &[f64], case: &Value) {
     let of = |key: &str| numbers(&case[key]);
     let (q, dq, ddq) = (of("q"), of("qd"), of("qdd"));
@@ -188,7 +188,7 @@ fn planar_arm_in_closed_form_is_the_chain_with_vertical_axes() {
     }
 }
 
-/// A tree whose joints turn about z or slide across it, with branches.
+/// A tree with branches whose joints turn about z or slide perpendicular to z.
 fn flat_tree(random: &mut Random, n: usize) -> Vec<ChainJoint> {
     (0..n)
         .map(|j| {

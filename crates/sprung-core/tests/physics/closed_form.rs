@@ -1,6 +1,5 @@
-//! Link columns of the paper's planar arm in closed form: two revolute joints with
-//! parallel vertical axes, so that gravity does no work. They share nothing with
-//! the columns of trees.
+//! Link columns of the paper's planar arm in closed form. Its two revolute joints have parallel vertical axes, so
+//! gravity does no work. The formulas are independent of the columns of trees.
 //!
 //! The three link parameters are, with the rotor of joint 2 on the tip of
 //! link 1 (the paper's Table II puts it elsewhere):
@@ -21,7 +20,7 @@ pub(crate) const INERTIAL: usize = 3;
 /// Link columns: one row per joint, one column per link parameter.
 pub(crate) type LinkColumns<S> = [[S; INERTIAL]; JOINTS];
 
-/// What the columns need to know of the link positions.
+/// Functions of the link positions that the columns contain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Pose<S> {
     sin: S,
@@ -35,8 +34,7 @@ impl<S: Scalar> Pose<S> {
         Self { sin, cos }
     }
 
-    /// Returns the momentum columns: times the link parameters they give
-    /// `M_1(q) dq`, in N·m·s.
+    /// Returns the momentum columns. Their product with the link parameters is `M_1(q) dq`, in N·m·s.
     ///
     /// - `dq`: link velocities, \[2\], rad/s.
     ///
@@ -51,8 +49,8 @@ impl<S: Scalar> Pose<S> {
         ]
     }
 
-    /// Returns the columns that stand beside the time derivative of the
-    /// momentum: times the link parameters they give `-dT/dq`, in N·m.
+    /// Returns the columns beside the time derivative of the momentum. Their product with the link parameters is
+    /// `-dT/dq`, in N·m.
     ///
     /// - `dq`: link velocities, \[2\], rad/s.
     ///
@@ -72,8 +70,8 @@ impl<S: Scalar> Pose<S> {
 ///
 /// - `q`, `dq`, `ddq`: link positions, velocities and accelerations, \[2\].
 ///
-/// They are the time derivative of the momentum columns, which are linear in
-/// the velocities, plus what stands beside it.
+/// They are the sum of the time derivative of the momentum columns, which are linear in the velocities, and the
+/// columns beside it.
 pub(crate) fn torque_columns<S: Scalar>(
     q: &[S; JOINTS],
     dq: &[S; JOINTS],
@@ -97,7 +95,7 @@ pub(crate) fn torque_columns<S: Scalar>(
     columns
 }
 
-/// Returns the joint torques that a motion of the links takes, \[2\], N·m.
+/// Returns the joint torques of a motion of the links, \[2\], N·m.
 ///
 /// - `theta`: parameters, the three inertial ones first.
 /// - `q`, `dq`, `ddq`: link positions, velocities and accelerations, \[2\].

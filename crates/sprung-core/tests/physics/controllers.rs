@@ -45,7 +45,7 @@ fn state_feedback_takes_errors_in_the_printed_order() {
         phi: &zero,
         dphi: &zero,
     };
-    // The errors of q, phi, dq, dphi are distinct digits.
+    // The errors of q, phi, dq and dphi are distinct decimal digits, so each digit of the torque shows one gain.
     let measured = State {
         q: &[-1.0, -1e1],
         phi: &[-1e2, -1e3],

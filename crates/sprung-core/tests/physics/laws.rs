@@ -1,8 +1,7 @@
-//! Laws that the paper's arm obeys, at seeded random robots and states.
+//! Laws of physics for the paper's arm with random parameters and states; the seeds are fixed.
 //!
-//! The robots are drawn as bodies: masses, centres of mass, inertias. Energy
-//! and angular momentum come from the velocities of these bodies in the plane,
-//! so they share nothing with the columns but the definition of theta.
+//! The robots are drawn as bodies: masses, centres of mass, inertias. Energy and angular momentum are computed from
+//! the planar velocities of these bodies. They share only the definition of theta with the regressor columns.
 use sprung_core::friction::Shape;
 use sprung_core::links::LengthError;
 use sprung_core::links::Step;
@@ -20,7 +19,7 @@ use crate::support::{
 
 const CASES: usize = 200;
 
-/// Step of the differences, s.
+/// Step of the finite differences, s.
 const H: f64 = 1e-4;
 
 /// Everything that one random case needs.
@@ -233,7 +232,7 @@ fn mass_rate_minus_twice_the_printed_coriolis_matrix_is_skew() {
         for (i, j) in [(0, 0), (0, 1), (1, 1)] {
             worst.see(rate[i][j] + rate[j][i] - 2.0 * (c[i][j] + c[j][i]), 1.0);
         }
-        // What stands beside the rate of the momentum is (-dM/dt + C) dq.
+        // The columns beside the rate of the momentum give (-dM/dt + C) dq.
         let rest = Pose::new(&[q[0], q[1]]).rest(&[dq[0], dq[1]]);
         let (of_rate, of_c) = (times(&rate, dq), times(&c, dq));
         for i in 0..2 {
@@ -254,7 +253,7 @@ fn feedforward_is_the_motion_it_promises() {
             case.theta[friction] = 0.0;
         }
         let waves = Waves::draw(&mut random, JOINTS, 5.0);
-        // phi_d = q_d + w_d / k with w_d = M ddq_d + C dq_d as printed.
+        // phi_d = q_d + w_d / k with w_d = M ddq_d + C dq_d, as the paper prints it.
         let rotor = |t: f64, i: usize| {
             let d = waves.at(t);
             let [q, dq, ddq] = [0, 1, 2].map(|order: usize| [d[0][order], d[1][order]]);
@@ -276,7 +275,7 @@ fn feedforward_is_the_motion_it_promises() {
         }
     }
     worst.assert_below(1e-9, "feedforward");
-    // The double difference quotient is good to 1e-16 / h².
+    // Rounding limits the second difference to an accuracy of 1e-16 / h².
     worst_second.assert_below(1e-6, "feedforward's rotor acceleration");
 }
 

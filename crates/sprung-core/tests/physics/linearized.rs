@@ -1,5 +1,4 @@
-//! Accelerations row by row and their derivatives, against the equations of
-//! motion and their differences.
+//! Accelerations row by row, and their derivatives, against the equations of motion and finite differences.
 
 use sprung_core::linearized::{Derivatives, Partial, Partials};
 use sprung_core::links::Step;
@@ -33,7 +32,7 @@ fn motion(
     found
 }
 
-/// A state with one coordinate changed: position or velocity of a row.
+/// A state in which the position or the velocity of one row is changed.
 fn changed(
     robot: &Robot<'_>,
     state: &JointState,

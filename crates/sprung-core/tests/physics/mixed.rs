@@ -1,7 +1,7 @@
-//! Laws for random robots with everything: rigid and flexible joints that turn
-//! or slide, every kind of parameter, and coupled transmissions.
+//! Laws for random robots with rigid and flexible joints that turn or slide, every kind of parameter and coupled
+//! transmissions.
 //!
-//! Energies and losses are written out here; the links are point masses.
+//! Energies and losses are computed here, independently of the library; the links are point masses.
 use std::collections::BTreeMap;
 
 use sprung_core::drives::Term;
@@ -18,7 +18,7 @@ use crate::support::{
     forced_acceleration, products, slope,
 };
 
-/// Step of the differences, s.
+/// Step of the finite differences, s.
 const H: f64 = 1e-4;
 
 pub(crate) struct Mixed {
@@ -83,7 +83,7 @@ impl Mixed {
         robot
     }
 
-    /// Keeps some of the links' columns; their entries follow the drives'.
+    /// Keeps some of the link columns. Their entries follow the entries of the drives.
     fn select(&mut self, mut keep: impl FnMut(usize) -> bool) {
         let n = self.shapes.len();
         self.places.truncate(self.terms.len());
@@ -236,7 +236,7 @@ impl Mixed {
         sum
     }
 
-    /// Power of friction and damping without offsets, and that of the offsets.
+    /// Power of friction and damping without offsets, and power of the offsets.
     fn losses(&self, s: &JointState) -> (f64, f64) {
         let (mut lost, mut of_offsets) = (0.0, 0.0);
         for i in 0..s.q.len() {

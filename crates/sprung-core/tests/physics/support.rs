@@ -1,4 +1,4 @@
-//! Random numbers, robots on the heap, and derivatives by differences.
+//! Random numbers, robots on the heap, and derivatives by finite differences.
 use sprung_core::controller::{Feedforward, FeedforwardScratch, TorqueSeries};
 use sprung_core::drives::State;
 use sprung_core::links::{JointScratch, PairScratch, Step, Workspace, numbers_len};
@@ -79,8 +79,8 @@ impl JointState {
         }
     }
 
-    /// A point of the parabola that leaves the state with these accelerations;
-    /// first derivatives there are those of the true motion.
+    /// State after the time `t` at constant accelerations. Its first derivatives at zero are those of the true
+    /// motion.
     pub(crate) fn moved(&self, [ddq, ddphi]: &[Vec<f64>; 2], t: f64) -> Self {
         Self {
             q: moved(&moved(&self.q, &self.dq, t), ddq, 0.5 * t * t),
@@ -205,15 +205,15 @@ impl Waves {
     }
 }
 
-/// The largest error so far, as part of what it is an error of.
+/// The largest error so far, relative to a scale.
 #[derive(Default)]
 pub(crate) struct Worst(f64);
 
 impl Worst {
-    /// - `scale`: what the error is a part of, or 1 where that is smaller.
+    /// - `scale`: what the error is relative to; at least 1 is used.
     pub(crate) fn see(&mut self, error: f64, scale: f64) {
         let error = error.abs() / scale.abs().max(1.0);
-        // Whatever is no number is as wrong as can be.
+        // A NaN counts as an infinite error.
         self.0 = self
             .0
             .max(if error.is_nan() { f64::INFINITY } else { error });
@@ -234,7 +234,7 @@ pub(crate) fn moved(x: &[f64], v: &[f64], t: f64) -> Vec<f64> {
     x.iter().zip(v).map(|(x, v)| x + t * v).collect()
 }
 
-/// Slope at zero by differences of sixth order.
+/// Derivative at zero by finite differences of sixth order.
 pub(crate) fn slope(h: f64, f: impl Fn(f64) -> f64) -> f64 {
     let d = |k: f64| f(k * h) - f(-k * h);
     (45.0 * d(1.0) - 9.0 * d(2.0) + d(3.0)) / (60.0 * h)

@@ -39,7 +39,7 @@ fn turn(row: &DhRow, q: f64, shift: f64) -> Frame {
     ]
 }
 
-/// The last joint's frame as seen from the base.
+/// Frame of the last joint relative to the base.
 fn last_frame(joints: &[ChainJoint], q: &[f64]) -> Frame {
     let mut frame = BASE;
     for (joint, q) in joints.iter().zip(q) {
@@ -70,7 +70,7 @@ fn joints_stand_where_their_tables_put_them() {
         for (j, row) in rows.iter().enumerate() {
             let own = turn(row, q[j], row.d);
             modified = product(&modified, &product(&twist(row), &own));
-            // The last link's frame has turned, and gone no further.
+            // The frame of the last link is only rotated, so its twist does not count.
             let rest = if j < 3 {
                 product(&own, &twist(row))
             } else {

@@ -9,7 +9,7 @@ use sprung_core::spatial::BODY;
 use crate::bodies::{GRAVITY, Tree};
 use crate::support::{Memory, Random, Waves, Worst, inner, moved, slope};
 
-/// Momentum, rest and torque of a state, by the columns.
+/// Momentum, rest and torque of a state, computed from the regressor columns.
 fn by_columns(tree: &Tree, q: &[f64], dq: &[f64], ddq: &[f64]) -> [Vec<f64>; 3] {
     let n = tree.joints.len();
     let chain = tree.chain();
@@ -23,7 +23,7 @@ fn by_columns(tree: &Tree, q: &[f64], dq: &[f64], ddq: &[f64]) -> [Vec<f64>; 3] 
     columns.map(|matrix| matrix.chunks(pi.len()).map(|row| inner(row, &pi)).collect())
 }
 
-/// Torque of a state, by the recursion over the bodies.
+/// Torque of a state, computed by the recursive Newton-Euler algorithm.
 fn by_recursion<S: Scalar>(tree: &Tree, [q, dq, ddq]: [&[S]; 3]) -> Vec<S> {
     let n = tree.joints.len();
     let mut steps = vec![Step::default(); n];
@@ -53,7 +53,7 @@ fn for_random_trees(mut law: impl FnMut(&Tree, &[f64], &[f64], &[f64])) {
     }
 }
 
-/// Below this size, torques and momenta count as small.
+/// Errors of torques and momenta below this size are absolute, N·m or N·m·s.
 const SMALL: f64 = 10.0;
 
 impl Worst {
@@ -88,7 +88,7 @@ fn momentum_has_a_symmetric_and_positive_mass_matrix() {
                 worst.compare(*entry, m[j][i]);
             }
         }
-        // The energy of any motion is positive.
+        // The kinetic energy is positive for any velocity.
         let energy = inner(ddq, &by_columns(tree, q, ddq, ddq)[0]);
         assert!(energy > 0.0);
     });
@@ -107,7 +107,7 @@ fn composite_mass_matrix_is_symmetric_positive_and_that_of_the_points() {
                 assert_eq!(m[i * n + j].to_bits(), m[j * n + i].to_bits());
             }
         }
-        // Only a positive matrix has a Cholesky factor.
+        // A Cholesky factor exists only if the matrix is positive definite.
         let mut force: Vec<f64> = m.chunks(n).map(|row| inner(row, ddq)).collect();
         let mut factors = m.clone();
         assert!(factor(&mut factors, n));
@@ -187,7 +187,7 @@ fn mass_rate_minus_twice_the_coriolis_matrix_takes_no_power() {
         let rest = vec![0.0; q.len()];
         let gravity = by_recursion(tree, [q, &rest, &rest]);
         let turning = by_recursion(tree, [q, dq, &rest]);
-        // The points' energy at a velocity that stays.
+        // Rate of the kinetic energy of the point masses at constant joint velocity.
         let rate = slope(1e-3, |t| tree.kinetic(&moved(q, dq, t), dq));
         worst.compare(inner(dq, &turning) - inner(dq, &gravity), rate);
         for (i, found) in gravity.iter().enumerate() {

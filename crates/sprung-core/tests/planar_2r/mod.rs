@@ -1,7 +1,7 @@
 //! The paper's planar arm as a tree: 15 parameters in its order.
 //!
-//! Link 1 has unit length. Its inertia about joint 1 is `theta1 - theta3`, the
-//! first moment of link 2 is `theta2`, its inertia about joint 2 `theta3`.
+//! Link 1 has unit length. Its inertia about joint 1 is `theta1 - theta3`. The first moment of link 2 is `theta2`,
+//! and its inertia about joint 2 is `theta3`.
 use sprung_core::chain::{Chain, ChainJoint, JointKind, Motions};
 use sprung_core::drives::Term;
 use sprung_core::friction::{Law, Shape};

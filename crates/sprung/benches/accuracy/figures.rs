@@ -9,7 +9,7 @@ pub(crate) struct Runs<'a> {
     pub(crate) results: Vec<&'a EstimateResult>,
     /// The cross-check whose values are compared; those of the result itself if `None`.
     pub(crate) cross_check: Option<&'a str>,
-    /// Cramér-Rao bounds of each run, \[p\]; `None` if the bounds are unknown.
+    /// Cramér-Rao bounds of each run, \[p\]; `None` if they are unknown.
     pub(crate) bounds: Vec<Option<&'a [f64]>>,
 }
 

@@ -1,5 +1,4 @@
-//! Logs with known parameters: from the demo's twin, from a plant with effects that the model
-//! lacks, and from files.
+//! Logs with known parameters: of the demo's twin, and of a plant with laws that the model lacks.
 
 use std::collections::BTreeMap;
 
@@ -16,8 +15,7 @@ use sprung::simulate::{ClosedLoop, TwinSetup, record};
 /// Relative increase of the stiffness of the other plant at the largest deflection.
 const CUBIC_STIFFENING: f64 = 0.2;
 
-/// Stribeck friction of the other plant relative to the Coulomb friction of its motors, and its
-/// Stribeck velocity.
+/// Stribeck friction of the other plant relative to the Coulomb friction of its motors, and its velocity.
 const STRIBECK_OVER_COULOMB: f64 = 0.3;
 const STRIBECK_RAD_PER_S: f64 = 0.05;
 

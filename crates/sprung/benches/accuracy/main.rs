@@ -413,7 +413,7 @@ fn mujoco(demo: &Demo, arguments: &Arguments) {
     findings(&trials, &ways);
 }
 
-/// Prints what came of one refinement for each seed, on logs of 10 s.
+/// Prints the outcome of one search for each seed, on logs of 10 s.
 fn searches(what: &str, arguments: &Arguments, search: impl Fn(u64, f64) -> Search + Sync) {
     println!("\n{what}");
     let seeds = arguments.seeds.clone().into_par_iter();
@@ -443,7 +443,7 @@ fn searches(what: &str, arguments: &Arguments, search: impl Fn(u64, f64) -> Sear
 }
 
 fn main() {
-    // A test run of all targets also starts benchmarks; only `cargo bench` prints the tables.
+    // `cargo test --all-targets` starts benchmarks too; tables are for `cargo bench`.
     if !std::env::args().any(|argument| argument == "--bench") {
         println!("cargo bench -p sprung --bench accuracy prints the tables");
         return;

@@ -1,4 +1,4 @@
-//! The refinement on random robots, and from nominal values. The tests of the twin run some of both.
+//! Searches of the refinement for random robots and from nominal values. The tests of the twin run some of them.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -12,7 +12,7 @@ use sprung::simulate::{TwinSetup, record};
 
 use crate::in_memory::with_source;
 
-/// A robot with known parameters, and what is asked of its logs.
+/// A robot with known parameters and an experiment that refines them.
 struct Robot {
     experiment: Experiment,
     model: Model,
@@ -98,18 +98,18 @@ impl Robot {
     }
 }
 
-/// Returns why a refinement stood back, if it did.
+/// Returns why a refinement failed, if it failed.
 fn failure(result: &EstimateResult) -> Option<String> {
     let mut warnings = result.warnings.iter();
     let failed = warnings.find(|finding| finding.code == "refinement-failed");
     failed.map(|finding| finding.text.clone())
 }
 
-/// What came of a search.
+/// Outcome of a search.
 pub(crate) struct Search {
     /// Name of each parameter and its distance, in standard errors: from the truth, or from the other search.
     pub(crate) away: Vec<(String, f64)>,
-    /// Why the refinement stood back, if it did.
+    /// Why the refinement failed, if it failed.
     pub(crate) failure: Option<String>,
     /// Runs of the filter.
     pub(crate) runs: usize,
@@ -148,9 +148,9 @@ pub(crate) fn random(seed: u64, duration_s: f64) -> Search {
     Search::new(&result, &robot.truth, &standard_errors(&result))
 }
 
-/// Refines a log of the demo's robot from nominal values; distances are from where least squares lead.
+/// Refines a log of the demo's robot from nominal values. Distances are from the result of a start by least squares.
 ///
-/// Every fourth log is undisturbed; the others have coarse encoders, disturbed motors, disturbed links.
+/// Every fourth log is undisturbed. The others have coarse encoders, disturbed motors or disturbed links.
 ///
 /// # Panics
 ///

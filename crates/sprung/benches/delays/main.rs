@@ -1,8 +1,7 @@
 //! Measures the accuracy of estimated delays on logs of the demo's twin.
 //!
-//! `cargo bench -p sprung --bench delays -- --seeds 2` runs `identify`, where
-//! `delay_s = { column = "estimate" }` declares the late channel, and the thorough check, which does
-//! not know this channel. Each channel in turn is late by 0 to 20 ms.
+//! `cargo bench -p sprung --bench delays -- --seeds 2` runs `identify` with `delay_s = { column = "estimate" }`, and
+//! the thorough check without any setting, for every channel and for delays from 0 to 20 ms.
 #![expect(clippy::print_stdout, reason = "a benchmark says what it measured")]
 #![expect(clippy::expect_used, reason = "a benchmark may panic")]
 

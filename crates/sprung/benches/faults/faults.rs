@@ -7,7 +7,7 @@ use sprung::description::{Cutoff, Experiment};
 
 use super::twin::{Demo, Table};
 
-/// A log with a fault, and a faulty setting if the fault is one.
+/// A log with a fault. A wrong setting is a fault too.
 pub(crate) struct Fault {
     pub(crate) table: Table,
     position_cutoff_hz: Option<f64>,

@@ -183,7 +183,7 @@ fn faults(demo: &Demo, arguments: &Arguments) {
         |kind: &&Kind| (arguments.kinds.iter()).any(|word| kind.name.contains(word.as_str()));
     let (mut found, mut all) = (0, 0);
     for kind in KINDS.iter().filter(wanted) {
-        // A refinement takes seconds, so faults that are delays get fewer logs.
+        // Fewer logs, because a refinement takes seconds.
         let seeds = if kind.is_delay() {
             arguments.seeds.min(arguments.late)
         } else {

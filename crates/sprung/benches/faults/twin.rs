@@ -1,4 +1,4 @@
-//! Logs of the demo's twin as tables, into which faults can be injected.
+//! Logs of the demo's twin as tables, into which faults are injected.
 
 use sprung::demo;
 use sprung::description::{self, Experiment, no_files};

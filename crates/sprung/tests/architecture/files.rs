@@ -1,7 +1,7 @@
-//! Which file of a crate uses which other, read from the code.
+//! Which file of a crate uses which other file, read from the code.
 //!
-//! A path is followed through re-exports to the file that defines its item. A `mod.rs` that hands names of its
-//! children on does not use them thereby. Modules of tests are left out.
+//! A path is followed through re-exports to the file that defines its item. A `mod.rs` that re-exports names of its
+//! children does not count as their user. Test modules are left out.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -59,7 +59,7 @@ impl Files {
     pub(crate) fn of(texts: impl IntoIterator<Item = (ModulePath, PathBuf, String)>) -> Self {
         let mut scopes = BTreeMap::new();
         for (module, file, text) in texts {
-            // A file `tests` is a test module like those at the end of other files.
+            // A file named `tests` is a test module like the modules at the end of other files.
             if module.last().is_some_and(|last| last == "tests") {
                 continue;
             }
@@ -95,9 +95,9 @@ impl Files {
         all
     }
 
-    /// Returns the file that defines what a path ends at; nothing if that is a module or outside the crate.
+    /// Returns the file that defines the end of a path; `None` if that is a module or outside the crate.
     fn resolve(&self, path: &[String], depth: usize) -> Option<(ModulePath, String)> {
-        // Re-exports are a few steps deep; a loop of globs would not end.
+        // Re-exports have few steps; the limit ends a loop of globs.
         if depth > 8 {
             return None;
         }
@@ -117,7 +117,7 @@ impl Files {
         (scope.globs.iter()).find_map(|glob| self.resolve(&[&glob[..], rest].concat(), depth + 1))
     }
 
-    /// Returns the uses that close a circle: what is used leads back, by further uses.
+    /// Returns the uses that are part of a circle: the used file uses the using file, directly or by others.
     pub(crate) fn circles(&self) -> Vec<String> {
         let uses = self.uses();
         let file = |module: &ModulePath| self.scopes[module].file.display();
@@ -153,7 +153,7 @@ struct Reader<'s> {
 }
 
 impl Reader<'_> {
-    /// Returns a path from the crate's root; nothing if it leads out of the crate.
+    /// Returns a path from the root of the crate; `None` if it leads out of the crate.
     fn absolute(&self, path: &[String]) -> Option<ModulePath> {
         let (first, rest) = path.split_first()?;
         match first.as_str() {
@@ -213,7 +213,7 @@ impl Reader<'_> {
 
 impl<'ast> Visit<'ast> for Reader<'_> {
     fn visit_file(&mut self, file: &'ast syn::File) {
-        // Imports and definitions first: code may name them before they stand.
+        // Imports and definitions are read first, because code may name them before they appear.
         for item in &file.items {
             if is_test(attributes(item)) {
                 continue;

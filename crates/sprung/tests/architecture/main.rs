@@ -1,5 +1,5 @@
-//! The shape of the code: who may use whom, how long a file may be, and what
-//! a library never does.
+//! The structure of the code: which module may use which, the length of files, and calls that a library must not
+//! make.
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
 mod files;
@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use files::Files;
 
-/// Modules of `sprung`; each uses only those before it.
+/// Modules of `sprung` in order. A module uses only modules before it.
 const ORDER: [&str; 19] = [
     "finding",
     "curves",
@@ -32,7 +32,7 @@ const ORDER: [&str; 19] = [
     "report",
 ];
 
-/// Modules that no other uses.
+/// Modules that no other module uses.
 const LEAVES: [&str; 1] = ["demo"];
 
 const LONGEST_FILE: usize = 800;
@@ -59,7 +59,7 @@ fn sources(folder: &Path) -> Vec<(PathBuf, String)> {
     all
 }
 
-/// The code without line comments and without the contents of plain strings.
+/// Returns the code without line comments and without the contents of plain strings.
 fn code_of(text: &str) -> String {
     let mut code = String::with_capacity(text.len());
     let (mut in_string, mut before) = (false, ' ');
@@ -180,7 +180,7 @@ fn only_sessions_open_files() {
     let folder = crates().join("sprung/src");
     for (path, text) in sources(&folder) {
         let inside = path.strip_prefix(&folder).unwrap();
-        // The library that reads HDF5 opens files itself.
+        // libhdf5 opens its files itself.
         let may = inside.starts_with("session") || inside.ends_with("mat73.rs");
         let code = code_of(&text);
         let code = code.split("#[cfg(test)]").next().unwrap();

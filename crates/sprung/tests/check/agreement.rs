@@ -1,4 +1,4 @@
-//! `check` and `identify` say the same of a log.
+//! `check` and `identify` have the same findings about a log.
 
 use std::collections::BTreeSet;
 
@@ -13,10 +13,10 @@ use crate::in_memory::with_source;
 use crate::twin::{Demo, Table};
 use crate::{faults, going_on, report};
 
-/// A finding about results, not about logs.
+/// Code of a finding about results, which only `identify` has.
 const OF_RESULTS: &str = "gravity-tilted";
 
-/// Findings in any order.
+/// Returns findings as a set, because their order may differ.
 fn words(findings: &[Finding]) -> BTreeSet<String> {
     (findings.iter())
         .filter(|finding| finding.code != OF_RESULTS)
@@ -24,7 +24,7 @@ fn words(findings: &[Finding]) -> BTreeSet<String> {
         .collect()
 }
 
-/// What `identify` says of a log; `None` if it cannot estimate parameters.
+/// Returns the findings of `identify`; `None` if it cannot estimate parameters.
 fn identified(experiment: &Experiment, table: &Table) -> Option<BTreeSet<String>> {
     let model = Model::new(experiment).unwrap();
     let found = with_source(&table.csv(), |source| {
@@ -58,7 +58,7 @@ fn check_and_identify_say_the_same_of_every_fault() {
 fn samples_that_gaps_leave_too_few_of_are_counted_alike() {
     let demo = Demo::new();
     let mut table = demo.table(1, 1.0);
-    // Two gaps of 50 ms, 20 samples apart.
+    // Two gaps of 50 ms with 20 samples between them.
     for time in &mut table.time[4000..] {
         *time += 0.05;
     }

@@ -1,4 +1,4 @@
-//! Delays that are to be estimated, to a fraction of a sample.
+//! Estimated delays, accurate to a fraction of a sample.
 
 use sprung::description::{Delay, Estimator};
 use sprung::estimate::{Identification, identify};
@@ -8,7 +8,7 @@ use sprung::progress::Unheard;
 use super::in_memory::with_source;
 use super::twin::Demo;
 
-/// Identifies from a log of the twin with a column that many samples late.
+/// Identifies a log of the twin in which a column is late by a number of samples.
 fn late(column: usize, name: &str, samples: usize) -> Identification {
     let demo = Demo::new();
     let mut experiment = demo.experiment.clone();

@@ -1,4 +1,4 @@
-//! Signs and gains that are to be estimated.
+//! Estimated signs and gains.
 
 use sprung::description::{Experiment, Factor};
 use sprung::estimate::identify;
@@ -53,7 +53,7 @@ fn signs_of_every_column_are_found() {
             assert!(own.log_likelihood > 20.0, "{own:?}");
         }
     }
-    // A link and its torque together, and both links.
+    // A wrong link and its torque together, and one wrong link of two.
     let two = asked(&demo.experiment, &["q1_rad", "tau1_nm"], &[]);
     let found = find(&two, &times(&times(&table, 0, -1.0), 4, -1.0)).unwrap();
     let values: Vec<f64> = found.signs.iter().map(|sign| sign.value).collect();

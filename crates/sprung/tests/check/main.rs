@@ -5,7 +5,7 @@ mod agreement;
 mod delays;
 mod factors;
 
-// The logs and faults of the benchmark.
+// The benchmark `faults` uses the same logs and faults.
 #[path = "../../benches/faults/faults.rs"]
 mod faults;
 #[path = "../twin/in_memory.rs"]
@@ -62,7 +62,8 @@ fn coarse_encoders_alarm_nobody() {
     let demo = Demo::new();
     for seed in 1..4 {
         let report = report(&demo.experiment, &demo.with_counts(seed, 4096));
-        // Reversals within a count leave more of the torque than a model may.
+        // Reversals within one count leave a larger part of the torque unexplained than a good model may; the check
+        // knows this.
         assert!(
             report.joints[1].explained_percent < 96.0,
             "{:?}",
@@ -86,20 +87,20 @@ fn an_encoder_that_lost_its_zero_is_noted() {
     assert!((evidence.value + 1.5).abs() < 0.1, "{evidence:?}");
 }
 
-/// A fault, and what a check says of it.
+/// A fault and the report of the check.
 struct Checked {
     kind: &'static Kind,
     fault: Fault,
     report: CheckReport,
 }
 
-/// A large fault of each kind. Two tests need what a check says of them.
+/// Returns a large fault of each kind with its report, which two tests need.
 fn faults() -> &'static [Checked] {
     static ALL: OnceLock<Vec<Checked>> = OnceLock::new();
     ALL.get_or_init(|| {
         let demo = Demo::new();
         let check = |kind: &'static Kind| {
-            // Stretches that stand still are not found at every reversal; with this seed they are.
+            // With this seed, the frozen stretch is not at a reversal, where the check cannot see it.
             let fault = kind.inject(&demo, kind.sizes[3], 2);
             let report = report(&going_on(&fault.experiment(&demo.experiment)), &fault.table);
             Checked {
@@ -112,7 +113,7 @@ fn faults() -> &'static [Checked] {
     })
 }
 
-/// The experiment with least squares alone, after any finding.
+/// Returns the experiment with least squares alone that continues after errors of the check.
 fn going_on(experiment: &Experiment) -> Experiment {
     let mut experiment = experiment.clone();
     experiment.identify.estimator = vec![Estimator::LeastSquares];
@@ -150,7 +151,7 @@ fn a_time_in_another_unit_is_refused_with_the_line_that_mends_it() {
     ] {
         let mut experiment = demo.experiment.clone();
         if line == "time_s" {
-            // Seconds that are read as milliseconds.
+            // The column contains seconds and is declared as milliseconds.
             let log = experiment.log.as_mut().unwrap();
             log.time_ms = log.time_s.take();
         }

@@ -1,4 +1,4 @@
-//! Archives of NumPy arrays: members of every kind, and directories that are damaged.
+//! Archives of NumPy arrays: every kind of member, and damaged directories.
 
 use crate::keys::{ARRAYS, NUMBERS};
 use crate::support::{Files, damage, difference, fixture, read_log, says, truth};

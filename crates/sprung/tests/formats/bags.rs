@@ -1,4 +1,4 @@
-//! Bags made byte by byte: what no writer would write.
+//! Bags made byte by byte, with content that no writer produces.
 
 use crate::keys::STATES;
 use crate::mcap_bytes::{bag, joint_state, record};

@@ -1,4 +1,4 @@
-//! Files that are cut off, damaged, or not what was meant.
+//! Files that are cut off, damaged, or of another kind.
 
 use crate::keys::{ARRAYS, MATLAB, NUMBERS, RECORDS, TOPICS, USUAL};
 use crate::support::{Files, damage, fixture, read_log, read_text, says};
@@ -46,8 +46,7 @@ fn files_that_were_cut_off_are_told() {
     }
 }
 
-/// Changes bytes here and there; whatever comes of it, it is no panic and no
-/// endless loop, and a file with checksums does not pass.
+/// Changes random bytes. The reader must not panic or hang, and it must refuse a damaged file that has checksums.
 #[test]
 fn damaged_files_are_errors_or_other_numbers() {
     for (file, log) in ALL {

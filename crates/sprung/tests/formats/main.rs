@@ -1,5 +1,4 @@
-//! Logs in every format, written by the programs that people use
-//! (`make_fixtures.py`), read back.
+//! Logs in every format. Programs that people use wrote them (`make_fixtures.py`).
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 #![expect(clippy::print_stdout, reason = "figures for people")]
 

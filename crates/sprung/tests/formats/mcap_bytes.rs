@@ -1,5 +1,4 @@
-//! Records of MCAP and messages of ROS 2, byte by byte. The corpus of faulty files of
-//! the command line is made of them too.
+//! Records of MCAP and messages of ROS 2, byte by byte. The corpus of faulty files of the command line uses them too.
 
 pub(crate) const JOINT_STATE: &str = "std_msgs/Header header\nstring[] name\nfloat64[] position\n\
                            float64[] velocity\nfloat64[] effort\n";

@@ -1,4 +1,4 @@
-//! Columns in memory give what a file with the same numbers gives.
+//! Columns in memory give the same values as a file with the same numbers.
 
 use std::sync::Arc;
 

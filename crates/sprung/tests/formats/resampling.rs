@@ -1,14 +1,14 @@
-//! What putting uneven samples on a grid costs, by method: a table.
+//! Errors of interpolating uneven samples onto a grid, by method: a table.
 
 use super::clocks::{Random, csv, found, truth};
 
 const PERIOD: f64 = 4e-3;
 const SAMPLES: u32 = 5000;
 
-/// Size of a count: 2^14 a turn on the output side.
+/// Size of an encoder count, rad: 2^14 counts per turn on the output side.
 const COUNT: f64 = std::f64::consts::TAU / 16384.0;
 
-/// How much positions and velocities on a grid are off.
+/// Errors of positions and velocities on a grid.
 struct Errors {
     position: f64,
     velocity: f64,
@@ -16,8 +16,8 @@ struct Errors {
     gain: f64,
 }
 
-/// Judges positions at times; velocities are central differences, compared with
-/// those of the truth on the same grid.
+/// Compares positions at some times with the truth. Velocities are central differences; they are compared with
+/// differences of the truth on the same grid.
 fn errors(time: &[f64], position: &[f64], at: impl Fn(f64) -> f64) -> Errors {
     let (mut position_2, mut velocity_2, mut both, mut square) = (0.0, 0.0, 0.0, 0.0);
     let inner = 10..time.len() - 10;
@@ -38,8 +38,8 @@ fn errors(time: &[f64], position: &[f64], at: impl Fn(f64) -> f64) -> Errors {
     }
 }
 
-/// Returns the value at `at` of the polynomial of a degree that fits some samples
-/// best; their number is the degree and one where it meets them.
+/// Returns the value at `at` of the polynomial that fits samples by least squares. If there is one sample more than
+/// the degree, the polynomial passes through all of them.
 fn fitted(times: &[f64], values: &[f64], degree: usize, at: f64) -> f64 {
     let size = degree + 1;
     let mut normal = vec![vec![0.0; size + 1]; size];
@@ -84,7 +84,7 @@ fn hermite(t: &[f64], x: &[f64], at: f64) -> f64 {
         + step * s * r * (r * before - s * after)
 }
 
-/// A method: its name, and the value at a time behind the `k`th sample.
+/// Name of a method, and its value at a time between samples `k` and `k + 1`.
 type Method = (&'static str, fn(&[f64], &[f64], usize, f64) -> f64);
 
 const OTHERS: [Method; 5] = [
@@ -117,7 +117,7 @@ fn clocks() -> [(&'static str, Vec<f64>); 4] {
             .map(|k| PERIOD * (f64::from(k) + part * (2.0 * random.next() - 1.0)))
             .collect()
     };
-    // A poll every 4 ms of a controller of 2 ms, now and then late by up to 11 ms.
+    // A poll every 4 ms of a controller that runs at 2 ms; some polls are late by up to 11 ms.
     let mut random = Random::new(6);
     let mut polled: Vec<f64> = Vec::new();
     for k in 0..SAMPLES {
@@ -187,7 +187,7 @@ fn positions_and_velocities_by_method() {
             let line = &rows[2].1;
             assert!(ours.gain.abs() < 3e-5, "{}", ours.gain);
             if step > 0.0 {
-                // No noise is amplified: counts stay what they are.
+                // The method does not amplify quantisation noise, whose standard deviation is a count over √12.
                 assert!(
                     ours.position < 1.15 * step / 12.0_f64.sqrt(),
                     "{}",

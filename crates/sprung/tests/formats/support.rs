@@ -62,11 +62,11 @@ fn open(path: &Path) -> std::io::Result<Box<dyn Input>> {
     Ok(Box::new(LogFile::new(std::fs::File::open(path)?, path)))
 }
 
-/// What came of a log.
+/// Content of a log.
 pub(crate) struct Found {
     /// Time, then the channels.
     pub(crate) columns: Vec<Vec<f64>>,
-    /// Samples that come after a gap.
+    /// Indices of samples that follow a gap.
     pub(crate) gaps: Vec<usize>,
     pub(crate) timing: Timing,
 }
@@ -120,7 +120,7 @@ pub(crate) fn read_text(text: impl AsRef<[u8]>, log: &str) -> Result<Vec<Vec<f64
     read_log(&files, "log.csv", log)
 }
 
-/// The numbers of all fixtures, read by other means.
+/// The numbers that all fixtures contain, read from `plain.csv` by other code.
 pub(crate) fn truth() -> Vec<Vec<f64>> {
     let text = std::fs::read_to_string(fixture("plain.csv")).unwrap();
     let mut columns = vec![Vec::new(); 7];
@@ -145,16 +145,16 @@ pub(crate) fn difference(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
     worst
 }
 
-/// Checks that a message says all of these.
+/// Checks that a message contains all fragments.
 pub(crate) fn says(message: &str, fragments: &[&str]) {
     for fragment in fragments {
         assert!(message.contains(fragment), "no {fragment:?} in: {message}");
     }
 }
 
-/// Returns bytes of which up to three are others.
+/// Returns a copy in which up to three bytes are changed.
 ///
-/// - `state`: of the random numbers, not zero.
+/// - `state`: state of the random numbers, not zero.
 pub(crate) fn damage(whole: &[u8], state: &mut u64) -> Vec<u8> {
     let mut bytes = whole.to_vec();
     for _ in 0..3 {

@@ -1,9 +1,9 @@
-//! Units, sides, counts and what is written in text.
+//! Units, sides of the gearbox, counts, and text in columns.
 
 use crate::keys::USUAL;
 use crate::support::{difference, experiment, read_text, says, truth};
 
-/// A log of four rows; `cells` makes each of its time.
+/// A log of four rows. `cells` returns the cells of a row from its time.
 fn text(header: &str, cells: impl Fn(f64) -> String) -> String {
     let rows: Vec<String> = (0..4).map(|k| cells(f64::from(k) * 0.001)).collect();
     format!("{header}\n{}\n", rows.join("\n"))
@@ -64,7 +64,7 @@ link_position = { column = "q*", unit = "counts", counts_per_turn = 4096, sign =
 motor_position = { column = "p*", unit = "counts", counts_per_turn = [1000, 2000], starts_at_rad = "q_at_start_*" }
 motor_torque = { column = "i*", unit = "mN·m" }
 "#;
-    // Both link counters run over the end: one upwards, one downwards.
+    // Both link counters overflow: one upwards, one downwards.
     let log_text = text("t,q1,q2,p1,p2,i1,i2,q_at_start_1,q_at_start_2", |t| {
         let k = (t * 1000.0).round() as i64;
         let (up, down) = (

@@ -1,4 +1,4 @@
-//! What a session says of wrong input, and whose fault it is.
+//! Errors that a session returns for wrong input, and their kinds.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! Sessions: every verb without a terminal, in memory and on disk, to the end and stopped.
+//! Sessions without a terminal: every verb, in memory and on disk, run to its end or stopped.
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
 mod errors;

@@ -10,10 +10,10 @@ use sprung::session::{
 
 use crate::support::{SHORT, folder, owned, session, told};
 
-/// Stops at the nth word of a phase, and notes what is said after that.
+/// Stops at the nth report of a phase, and counts the reports after that.
 struct StopAt {
     phase: Phase,
-    // Words of the phase to go on after.
+    // Reports of the phase before the stop.
     left: u64,
     stopped: bool,
     after: u64,
@@ -34,7 +34,7 @@ impl Listener for StopAt {
     }
 }
 
-/// Checks that a run ends as stopped at the nth word of a phase, and says nothing after.
+/// Checks that a run that is stopped at the nth report of a phase ends with `Stopped` and reports nothing more.
 fn stops<T>(
     phase: Phase,
     after: u64,

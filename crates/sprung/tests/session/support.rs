@@ -75,7 +75,7 @@ pub(crate) fn folder(name: &str) -> PathBuf {
     folder
 }
 
-/// Returns an identification as text, without the times that it took.
+/// Returns an identification as text, without its elapsed times.
 pub(crate) fn told(found: &Identified) -> String {
     let mut identification = found.identification.clone();
     for result in &mut identification.results {
@@ -84,7 +84,7 @@ pub(crate) fn told(found: &Identified) -> String {
     serde_json::to_string_pretty(&identification).unwrap()
 }
 
-/// Returns overrides as they are given.
+/// Returns overrides as owned strings.
 pub(crate) fn owned(overrides: &[&str]) -> Vec<String> {
     overrides.iter().map(|text| (*text).to_owned()).collect()
 }

@@ -29,7 +29,7 @@ fn every_verb_runs_without_terminal_and_disk() {
         .collect();
     assert_eq!(runs, ["direct", "prediction"]);
 
-    // The twin of what was found is recorded like any other.
+    // The twin with the identified parameters is recorded like any other.
     let twin = session.twin(None, Some(&parameters)).unwrap();
     let mut log = Vec::new();
     let samples = twin.write(&mut log, &mut Unheard).unwrap();

@@ -9,7 +9,7 @@ use crate::support::{Twin, step};
 /// Samples between two rows of the full file of the simulation.
 const FULL_STRIDE: usize = 100;
 
-/// Samples between two rows of the embedded ones.
+/// Samples between two rows of the fixture.
 const FIXTURE_STRIDE: usize = 1000;
 
 /// A file of the full sets, or `None` and a report that the test is skipped.
@@ -107,7 +107,7 @@ fn noise_free_loop_is_that_of_independent_code_at_all_rows() {
 
 fn check_least_squares(expected: &[f64]) {
     let twin = Twin::new();
-    // The tolerance of every day costs 2e-6 of a parameter.
+    // The default tolerance of the simulation changes parameters by 2e-6.
     let plant = twin.closed_loop().with_tolerance(1e-10);
     let theta = twin.fit_exact_states(plant, DiscretizationName::Matched);
     let worst = (theta.iter().zip(expected))

@@ -25,7 +25,7 @@ fn bias(twin: &Twin, name: &str, values: impl Iterator<Item = f64>) -> f64 {
 fn instruments_are_no_better_than_weights_but_shrink_less() {
     let mut twin = twin(Weights::Transition);
     twin.experiment.identify.instruments = Instruments::Simulated;
-    // Median errors of ten logs without disturbances in percent, and a quarter more.
+    // Limits in percent: 1.25 times the median errors of ten logs without disturbances, 0.47 and 1.01 %.
     for (counts, limit) in COUNTS.into_iter().zip([1.25 * 0.47, 1.25 * 1.01]) {
         let found = runs(&twin, counts, 0, SEEDS);
         let linear = error(&twin, &found);
@@ -48,7 +48,7 @@ fn instruments_are_no_better_than_weights_but_shrink_less() {
         assert!(instruments < limit, "{instruments}");
         let ratio = instruments / linear;
         assert!((0.8..1.5).contains(&ratio), "{ratio}");
-        // Coarse positions shrink stacked springs: noise in the link rows.
+        // Quantisation noise in the link rows makes the stacked stiffness too small.
         if counts == 4096 {
             assert!(stiffness[0] < -0.3, "{stiffness:?}");
             assert!(
@@ -96,7 +96,7 @@ fn halves_driven_by_each_other_are_the_whole() {
     let other = subsystems(&twin.model, &wrong, &measured, 1e-3).unwrap();
     assert!(distance(&other.q, q) > 10.0 * links);
 
-    // Springs that push make the motion explode.
+    // With a negative stiffness the simulated motion diverges.
     wrong[twin.model.index_of("joint1.stiffness").unwrap()] = -1e4;
     assert!(subsystems(&twin.model, &wrong, &measured, 1e-3).is_err());
 }
@@ -128,17 +128,17 @@ fn a_log_without_usable_instruments_says_so() {
     let (methods, refusals) = found(Instruments::Simulated, Weights::Transition, 16384);
     assert_eq!(methods, ["two-stage", "scale-invariant", METHOD]);
     assert!(refusals.is_empty(), "{refusals:?}");
-    // Counts as large as the springs' deflection.
+    // A count is as large as the deflection of the springs.
     let (methods, refusals) = found(Instruments::Simulated, Weights::Transition, 200);
     assert!(!methods.contains(&METHOD.to_owned()), "{methods:?}");
     assert_eq!(refusals.len(), 1);
     assert_eq!(refusals[0].severity, Severity::Info);
-    // Without weights they gain nothing.
+    // Without weights, instruments bring no gain.
     let (methods, refusals) = found(Instruments::Simulated, Weights::None, 16384);
     assert_eq!(methods, ["two-stage", "scale-invariant"]);
     assert_eq!(refusals.len(), 1);
     assert!(refusals[0].text.contains("weights"), "{refusals:?}");
-    // Where nobody asks for them they stay away.
+    // Without the setting there are no instruments and no finding about them.
     let (methods, refusals) = found(Instruments::None, Weights::Transition, 200);
     assert_eq!(methods, ["two-stage", "scale-invariant"]);
     assert!(refusals.is_empty(), "{refusals:?}");

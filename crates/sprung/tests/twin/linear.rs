@@ -22,8 +22,7 @@ pub(crate) const DISTURBED: [(&str, [f64; 2], [f64; 2]); 3] = [
     ("link", [0.0, 0.0], [0.01, 0.01]),
 ];
 
-/// The demo's experiment with the linear stage alone and a cut-off of its own
-/// choice.
+/// The demo's experiment with least squares alone, whose cut-off sprung chooses.
 pub(crate) fn twin(weights: Weights) -> Twin {
     let mut twin = Twin::new();
     let settings = &mut twin.experiment.identify;
@@ -70,7 +69,7 @@ pub(crate) fn error(twin: &Twin, runs: &[EstimateResult]) -> f64 {
     median(errors.collect())
 }
 
-/// The same of another route to the parameters.
+/// Median error of the values of a cross-check, in percent.
 pub(crate) fn error_of(twin: &Twin, runs: &[EstimateResult], method: &str) -> f64 {
     let errors = runs.iter().flat_map(|run| {
         let check = run.cross_checks.iter().find(|c| c.method == method);
@@ -81,7 +80,7 @@ pub(crate) fn error_of(twin: &Twin, runs: &[EstimateResult], method: &str) -> f6
     median(errors.collect())
 }
 
-/// Part of the true values inside `ci95`, percent.
+/// Share of `ci95` that contains the true value, percent.
 fn coverage(twin: &Twin, runs: &[EstimateResult]) -> f64 {
     let inside: Vec<bool> = (runs.iter())
         .flat_map(|run| run.parameters.iter().zip(&twin.truth))
@@ -196,7 +195,7 @@ fn wrong_velocity_at_the_start_is_estimated_away() {
             let found = identify(&experiment, &twin.model, &mut [source], &mut Unheard);
             found.unwrap().identification.results.remove(0)
         });
-        // What the first samples do beyond the start stays.
+        // The wrong samples also disturb the regression after the start; this error remains.
         let stiffness = &result.parameters[9];
         100.0 * (stiffness.value.unwrap() / twin.truth[9] - 1.0).abs()
     };

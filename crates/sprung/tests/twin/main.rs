@@ -1,4 +1,4 @@
-//! The whole way from experiment to report, on the digital twin of the demo.
+//! The complete pipeline from experiment to report, on the digital twin of the demo.
 #![expect(
     clippy::unwrap_used,
     clippy::print_stdout,
@@ -18,7 +18,7 @@ mod refined;
 mod report;
 mod robots;
 mod robust;
-// Shared with the benchmark.
+// The benchmark `accuracy` uses the same file.
 #[path = "../../benches/accuracy/robots.rs"]
 mod searches;
 mod seven;

@@ -10,7 +10,7 @@ use sprung::progress::Unheard;
 use crate::in_memory::with_source;
 use crate::support::Twin;
 
-/// A seed and what the controller of the file has wrong.
+/// Identifies a log with a controller that differs from the one that ran.
 fn run(settings: &Simulate, change: impl Fn(&mut Controller)) -> EstimateResult {
     let mut twin = Twin::new();
     let log = twin.log(settings);
@@ -55,7 +55,7 @@ fn inside(result: &EstimateResult) -> usize {
 
 #[test]
 fn exact_controller_reaches_the_noise_of_the_encoders() {
-    // Ten seeds have 0.017 and 0.100 %, single ones up to 0.033 and 0.124 %.
+    // Ten logs have medians of 0.017 and 0.100 %, single logs up to 0.033 and 0.124 %.
     for (counts, most) in [(16384, 0.03), (4096, 0.13)] {
         let (mut all, mut covered) = (Vec::new(), 0);
         for seed in 0..2 {
@@ -117,10 +117,10 @@ fn a_wrong_scale_of_the_gains_makes_all_wrong_and_is_said() {
     });
     let error = show("position gains 2 % wrong", &result);
     assert!((error - 2.0).abs() < 0.1, "{error}");
-    // The motion fits all the same.
+    // The simulated motion fits the log although all parameters are wrong.
     assert!(result.simulation.as_ref().unwrap().cost_per_sample < 1.1);
     assert_eq!(severity(&result, "simulated-loop-differs"), None);
-    // What is logged of the torque gives it away.
+    // The logged torque reveals the wrong scale.
     let severity = severity(&result, "controller-torque-scale");
     assert_eq!(severity, Some(Severity::Warning));
 }
@@ -145,7 +145,7 @@ fn a_disturbance_shows_in_the_cost() {
     disturbed.torque_disturbance_nm = vec![0.05, 0.01];
     let result = run(&disturbed, |_| ());
     let error = show("disturbed motors", &result);
-    // As bad as it is said to be.
+    // The finding says that the intervals do not contain the truth: at most 13 of 15 do.
     assert!((0.5..10.0).contains(&error), "{error}");
     assert!(inside(&result) <= 13, "{}", inside(&result));
     assert_eq!(severity(&result, "controller-does-not-match"), None);

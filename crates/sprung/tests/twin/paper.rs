@@ -31,7 +31,8 @@ fn matched_filters_have_no_bias() {
 fn held_filters_have_the_bias_of_the_paper() {
     let errors = noise_free(DiscretizationName::Paper);
     println!("{errors:.3?}");
-    // Zero-order hold makes inertias λT/2 too small and link friction too big.
+    // A zero-order hold makes inertias too small by λT/2 = 1.5 % and link friction too large. The values were
+    // measured on this log; the margin of 0.3 % is the largest error of matched filters.
     for (index, expected) in [
         (0, -1.53),
         (1, -1.56),
@@ -133,7 +134,8 @@ fn standard_errors_are_what_they_are_said_to_be() {
             never.push(parameter.name.as_str());
         }
     }
-    // A bias that all stretches share is not in them, and this shows it.
+    // All stretches of a log share the bias of the method, so their scatter does not contain it, and some intervals
+    // never contain the truth.
     println!("inside in 9 or 10 of 10: {mostly_inside} of 15; never: {never:?}");
     assert!(mostly_inside >= 9 && never.len() <= 4);
 }
@@ -184,6 +186,6 @@ fn torques_on_the_links_disturb_the_motion_and_nothing_else() {
     };
     let [before, after] = [last(&undisturbed), last(&disturbed)];
     let moved = (before[2] - after[2]).abs();
-    // 0.01 N·m on a spring of 4.2 N·m/rad.
+    // A static torque of 0.01 N·m deflects a spring of 4.2 N·m/rad by 2.4e-3 rad.
     assert!((1e-5..1e-2).contains(&moved), "{moved}");
 }

@@ -1,4 +1,4 @@
-//! How far an identification is, as it says while it runs.
+//! Progress that an identification reports while it runs.
 
 use sprung::description::Estimator;
 use sprung::estimate::identify;

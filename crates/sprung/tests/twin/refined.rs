@@ -14,9 +14,9 @@ use sprung_core::parameters::JointParameter;
 use crate::in_memory::with_source;
 use crate::support::Twin;
 
-/// Name, disturbances of motors and links in N·m rms, and limits of the median error of one log at 16384 and at
-/// 4096 counts, in percent. Ten logs have medians of 0.047, 0.45 and 0.20 % at 16384 counts and 0.082, 0.52 and 0.25 %
-/// at 4096; single logs scatter by a factor of 2.
+/// Name, disturbances of motors and links in N·m rms, and limits of the median error of one log at 16384 and at 4096
+/// counts, in percent: twice the limits of ten logs, whose medians are 0.047, 0.45 and 0.20 % at 16384 counts and
+/// 0.082, 0.52 and 0.25 % at 4096.
 type Case = (&'static str, [f64; 2], [f64; 2], [f64; 2]);
 const CASES: [Case; 3] = [
     ("clean", [0.0, 0.0], [0.0, 0.0], [0.16, 0.20]),
@@ -92,7 +92,8 @@ fn errors_and_intervals_are_those_of_the_noise() {
                 case.0
             );
             assert!(error <= case.3[column], "{counts} {}: {error}", case.0);
-            // The bound itself is reached; medians of 15 errors scatter by 0.3 of it.
+            // The error reaches the bound. The median of 15 errors scatters by 30 %, so 2 is three of its standard
+            // deviations.
             assert!(ratio <= 2.0, "{counts} {}: {ratio}", case.0);
         }
     }
@@ -109,8 +110,8 @@ fn bound_is_what_the_refinement_claims_and_follows_the_noise() {
     let log = twin.log(&settings);
     let own = bound(&twin, &settings, &log);
     let result = refined(&twin, &log).unwrap();
-    // Standard errors follow the levels that the refinement estimates; those may miss the levels of the twin by a
-    // factor of two.
+    // Standard errors follow the noise levels that the refinement estimates. The limit allows an error of these
+    // levels by a factor of two.
     for (p, bound) in result.parameters.iter().zip(&own) {
         let ratio = p.standard_error.unwrap() / bound;
         assert!((0.5..2.0).contains(&ratio), "{}: {ratio}", p.name);
@@ -122,7 +123,7 @@ fn bound_is_what_the_refinement_claims_and_follows_the_noise() {
     let louder = bound(&twin, &louder, &log);
     let inertia = twin.model.index_of("joint1.rotor_inertia").unwrap();
     let times = louder[inertia] / own[inertia];
-    // Twice the disturbance, beside the noise of encoders and torque.
+    // The disturbance is doubled; the noise of encoders and torque stays, so the ratio may be below 2.
     assert!((1.8..2.1).contains(&times), "{times}");
 }
 
@@ -144,7 +145,7 @@ fn exact_torque_is_used() {
     twin.experiment.log.as_mut().unwrap().motor_torque_exact = true;
     let exact = errors(&twin);
     println!("torque exact: median {exact:.4} %");
-    // Ten logs have 0.011 to 0.016 %; with noise of the torque they have 0.05 %.
+    // Ten logs have 0.011 to 0.016 %; with torque noise, ten logs have 0.047 %.
     assert!(exact < 0.04, "{exact}");
 }
 
@@ -167,7 +168,7 @@ fn noise_of_the_torque_pulls_no_inertia_up() {
     for sum in away {
         let mean = sum / f64::from(seeds).sqrt();
         println!("rotor inertia: {mean:.2} standard errors of the mean");
-        // A normal variable exceeds this once in 400.
+        // A normal variable exceeds 3 once in 400.
         assert!(mean.abs() < 3.0, "{mean}");
     }
 }

@@ -1,5 +1,4 @@
-//! The report of a whole run: tables that fit their headings, text that cannot
-//! break out.
+//! The report of a complete run: each table row fits the headings, and no text of the user becomes markup.
 
 use sprung::demo;
 use sprung::estimate::{Identified, identify};
@@ -51,7 +50,7 @@ fn every_row_has_a_cell_for_every_heading() {
             }
         }
     }
-    // Two of them, delays and offsets, are those of the refinement.
+    // Two of the tables, delays and offsets, belong to the refinement.
     assert_eq!(tables, 10);
 }
 
@@ -102,7 +101,7 @@ fn a_refinement_has_its_section() {
     let bars = bars.unwrap();
     assert_eq!(bars.rows.len(), refinement.disturbances.len());
     for (row, level) in bars.rows.iter().zip(&refinement.disturbances) {
-        // The torque of links has no white noise: nobody measures it.
+        // Link torques are not measured, so they have no white noise.
         assert_eq!(row.bars[0].is_some(), level.torque_noise_nm > 0.0);
         let length = row.bars[1].as_ref().unwrap().length;
         let decades = 3.0 * length - 4.0;

@@ -1,5 +1,4 @@
-//! Robots of the literature: how many parameters they have, and the planar arm
-//! by two roads.
+//! Numbers of parameters of robots in the literature, and the planar arm described in two ways.
 
 use std::path::Path;
 
@@ -64,7 +63,7 @@ fn a_rigid_arm_lumps_its_rotors_with_its_links() {
     assert_eq!(units, ["kg", "N·s/m", "N", "N"]);
 }
 
-/// Length of the first link: the planar arm does not depend on it.
+/// Length of the first link, m. The parameters of the planar arm do not depend on it.
 const LENGTH: f64 = 0.343;
 
 const URDF: &str = r#"<robot name="planar"><link name="base"/><link name="link1"/><link name="link2"/>
@@ -110,7 +109,7 @@ fn urdf_and_closed_form_give_the_same_estimates() {
     };
     let (mut tree, closed) = (values(&urdf), values(&closed.experiment));
     assert_eq!(tree.len(), closed.len());
-    // izz1 + L1² m2, mx2, izz2 to the paper's three.
+    // The base parameters of the tree are izz1 + L1² m2, mx2 and izz2; the next lines turn them into the paper's.
     tree[0] += tree[2];
     tree[1] *= LENGTH;
     let worst = (tree.iter().zip(&closed))

@@ -9,14 +9,15 @@ use sprung::progress::Unheard;
 use crate::searches;
 use crate::support::{Twin, with_sources};
 
-/// Distances are in standard errors, so the length of the logs does not matter, s.
+/// Length of the logs, s. Distances are in standard errors, which grow as logs become shorter, so the limits hold for
+/// any length.
 const DURATION_S: f64 = 5.0;
 
-/// Distance of an estimate from the truth in standard errors that a normal variable exceeds once in 16 000.
+/// A normal variable exceeds this number of standard errors once in 16 000.
 const FAR: f64 = 4.0;
 
-/// Distance in standard errors of two ends of one search: the noise may be explained in several ways, which
-/// weigh the samples differently.
+/// Standard errors between the ends of two searches. Several noise levels may explain a log about equally well, and
+/// they weigh its samples differently.
 const SAME: f64 = 1.0;
 
 #[test]

@@ -10,7 +10,7 @@ const NAMES: [&str; 2] = ["joint1", "joint2"];
 
 const TURNED: [&str; 2] = ["joint2", "joint1"];
 
-/// Messages a millisecond apart, with the joints of each in the order of its names.
+/// Messages 1 ms apart. The joints of each message have the order of its names.
 fn messages(count: u32, names: impl Fn(u32) -> [&'static str; 2]) -> Vec<(u64, Vec<u8>)> {
     let one = |k: u32| {
         let wave = |name: &str| {
@@ -150,7 +150,7 @@ fn of_messages() -> Vec<Faulty> {
         ),
         states(
             "a list of four thousand million",
-            // Behind the beginning, the stamp and the frame: the count of names.
+            // The count of names follows the header, the stamp and the frame.
             changed(|all| all[4].1[24..28].fill(0xff)),
             &["message 5 (sensor_msgs/msg/JointState)"],
         ),
@@ -167,7 +167,7 @@ fn of_messages() -> Vec<Faulty> {
     ]
 }
 
-/// A chunk that says it is packed in some way.
+/// A chunk that names a compression.
 fn chunk(packing: &str, records: &[u8], (size, sum): (usize, u32)) -> Vec<u8> {
     let (size, length) = (
         (size as u64).to_le_bytes(),

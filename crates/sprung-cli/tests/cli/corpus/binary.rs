@@ -1,4 +1,4 @@
-//! Binary files that are cut off, damaged, or something else than they seem.
+//! Binary files that are cut off, damaged, or of another kind than their name says.
 
 use super::keys::{ARRAYS, MATLAB, NUMBERS, RECORDS, TOPICS, USUAL};
 use super::{Faulty, fixture};
@@ -23,7 +23,7 @@ const FORMATS: [(&str, &str); 16] = [
     ("defined.db3", TOPICS),
 ];
 
-/// What is said of files of which the second half is missing.
+/// Messages about files without their second half, in the order of `FORMATS`.
 const CUT_OFF: [&str; 16] = [
     "its gzip stream: it was cut off",
     "its zstd stream: it was cut off",
@@ -66,8 +66,7 @@ fn cut_off() -> Vec<Faulty> {
     FORMATS.iter().zip(CUT_OFF).map(one).collect()
 }
 
-/// Files with a part written over, where the format has a sum or a packing that
-/// tells.
+/// Files with an overwritten part, in formats where a checksum or the compression reveals it.
 fn damaged() -> Vec<Faulty> {
     let told = [
         ("log.csv.gz", "its gzip stream is damaged"),
@@ -82,7 +81,7 @@ fn damaged() -> Vec<Faulty> {
     ];
     let one = |(file, says): (&str, &'static str)| {
         let mut bytes = fixture(file);
-        // In most files a quarter of the way lie numbers; here it is an index that is not read.
+        // A quarter into most files there are numbers. In this file there is an index that sprung does not read.
         let begin = match file {
             "lz4.mcap" => 17 * bytes.len() / 20,
             _ => bytes.len() / 4,
@@ -96,7 +95,7 @@ fn damaged() -> Vec<Faulty> {
     told.into_iter().map(one).collect()
 }
 
-/// Names say nothing: what a file is shows in its first bytes.
+/// Files with a wrong name: sprung recognises a file by its first bytes, not by its name.
 fn in_disguise() -> Vec<Faulty> {
     let wrong_name = |file: &str, name: &str, keys: &str| {
         let mut faulty = Faulty::log(
@@ -212,7 +211,7 @@ fn matrix(dimensions: &[u32]) -> Vec<u8> {
     [head, element(14, &parts.concat())].concat()
 }
 
-/// Files of MATLAB 7.3, which not every build reads.
+/// Files of MATLAB 7.3. Builds without the feature mat73 refuse them.
 fn mat73() -> Vec<Faulty> {
     let of = |name: &str, bytes: &[u8], keys: &str, says: &'static str| {
         let says = if cfg!(feature = "mat73") {

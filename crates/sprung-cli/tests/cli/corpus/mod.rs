@@ -1,7 +1,7 @@
-//! Faulty logs and files, made by code, and what each must give.
+//! Faulty logs and other files, made by code, and the expected messages.
 //!
-//! `SPRUNG_CORPUS="$PWD/fuzz/corpus" cargo test -p sprung-cli --test cli corpus` writes their files,
-//! and whole ones, where `cargo fuzz` begins with them.
+//! `SPRUNG_CORPUS="$PWD/fuzz/corpus" cargo test -p sprung-cli --test cli corpus` writes these files, and undamaged
+//! ones, as seeds for `cargo fuzz`.
 
 mod bags;
 mod binary;
@@ -20,10 +20,10 @@ use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
 
-/// A run that takes longer hangs: all of these end within a few seconds.
+/// A run that takes longer counts as hanging: all of them end within a few seconds.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// What a message may be at most: a cell of a megabyte is no help.
+/// Largest length of a message, bytes: a message must not repeat a cell of a megabyte.
 const MESSAGE: usize = 3000;
 
 /// A robot with two joints.
@@ -43,7 +43,7 @@ struct Faulty {
     files: Vec<(String, Vec<u8>)>,
     /// Exit code of `sprung check`.
     code: i32,
-    /// What it must say: parts of the error, or codes of findings.
+    /// Fragments that it must print: parts of the error, or codes of findings.
     says: Vec<&'static str>,
 }
 
@@ -65,7 +65,7 @@ impl Faulty {
         }
     }
 
-    /// With another text in the experiment.
+    /// Replaces text in the experiment.
     fn naming(mut self, from: &str, to: &str) -> Self {
         let text = String::from_utf8(std::mem::take(&mut self.files[0].1)).unwrap();
         assert!(text.contains(from), "{}: no {from:?} in {text}", self.name);
@@ -83,8 +83,7 @@ impl Faulty {
         }
     }
 
-    /// Checks the log, and asks for parameters where it is refused; returns what is not as it
-    /// must be.
+    /// Checks the log. If the check refuses it, `identify` must refuse it too. Returns what is wrong.
     fn told(&self) -> Result<(), String> {
         let folder = TempDir::new().unwrap();
         self.write(folder.path());
@@ -97,7 +96,7 @@ impl Faulty {
             return Err(format!("no {part:?} in {}", found.said()));
         }
         if self.code > 1 {
-            // What is refused is so by a check, with a report, or before it.
+            // A check refuses a log with a report, or fails before it writes one.
             std::fs::remove_dir_all(folder.path().join("sprung-out")).ok();
             let found = run(folder.path(), "identify")?;
             if found.code != Some(self.code) || !found.files.is_empty() {
@@ -113,7 +112,7 @@ impl Faulty {
     }
 }
 
-/// Runs a command until it ends, or for as long as our patience lasts.
+/// Runs a command until it ends or the time limit is reached.
 fn run(folder: &Path, verb: &str) -> Result<Found, String> {
     let (out, err) = (folder.join("stdout"), folder.join("stderr"));
     let mut child = Command::new(env!("CARGO_BIN_EXE_sprung"))
@@ -145,12 +144,12 @@ fn run(folder: &Path, verb: &str) -> Result<Found, String> {
     Ok(found)
 }
 
-/// What came of a run.
+/// Outcome of a run.
 #[derive(Debug)]
 struct Found {
     code: Option<i32>,
     err: String,
-    /// check.json, if it is there.
+    /// Content of check.json; empty if the file is absent.
     report: String,
     /// Names of files in the folder of results.
     files: Vec<String>,
@@ -185,7 +184,7 @@ impl Found {
         format!("{error:?} {codes:?}")
     }
 
-    /// Results are all there, or none; an error is short.
+    /// Checks that all result files exist, or no result file after an error, and that the error is short.
     fn whole(&self) -> Result<(), String> {
         let wanted: &[&str] = if self.err.starts_with("error: ") {
             &[]
@@ -206,7 +205,7 @@ impl Found {
     }
 }
 
-/// A file of the fixtures that other programs wrote.
+/// Content of a fixture that another program wrote.
 fn fixture(name: &str) -> Vec<u8> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../sprung/tests/formats/fixtures");
     std::fs::read(folder.join(name)).unwrap()
@@ -225,7 +224,7 @@ fn all() -> Vec<Faulty> {
     .collect()
 }
 
-/// Checks a part of the corpus, and says all that is wrong with it.
+/// Checks a part of the corpus and reports all deviations together.
 fn are_told(corpus: &[Faulty]) {
     let wrong: Vec<String> = (corpus.iter())
         .filter_map(|faulty| Some(format!("{}: {}", faulty.name, faulty.told().err()?)))

@@ -1,7 +1,6 @@
-//! Logs whose numbers can be read, and are those of no robot or of another unit.
+//! Logs whose numbers can be read, but belong to no robot or have another unit.
 //!
-//! What else a log can show is injected by the benchmark of faults, and tested in
-//! `crates/sprung/tests/check`.
+//! The benchmark of faults injects the other faults of logs; `crates/sprung/tests/check` tests them.
 
 use super::Faulty;
 use crate::common::demo;
@@ -13,7 +12,7 @@ const PHI2: usize = 4;
 const TAU1: usize = 5;
 const TAU2: usize = 6;
 
-/// The demo's experiment with another log; least squares alone, to be quick.
+/// The demo's experiment with another log, and with least squares alone, because it is quick.
 fn faulty(
     name: &str,
     says: &[&'static str],
@@ -123,7 +122,7 @@ fn numbers() -> Vec<Faulty> {
             "a counter that starts anew",
             &["wraps-around"],
             |_, numbers| {
-                // Between plus and minus half a hundredth of a turn.
+                // The position wraps between plus and minus half a hundredth of a turn.
                 let wrap = 0.03;
                 numbers[Q1] -= wrap * (numbers[Q1] / wrap).round();
             },

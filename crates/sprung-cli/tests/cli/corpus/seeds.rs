@@ -1,14 +1,14 @@
-//! Files that a fuzzer begins with.
+//! Seeds of the fuzz targets.
 
 use std::path::{Path, PathBuf};
 
 use super::Faulty;
 use super::mcap_bytes::{JOINT_STATE, joint_state};
 
-/// Files larger than this make a fuzzer slow.
+/// Larger files make a fuzzer slow, bytes.
 const LARGEST: usize = 100_000;
 
-/// Targets of `fuzz/` by how a file begins; the rest is text.
+/// Targets of `fuzz/` by the first bytes of a file. Other files are text.
 const TARGETS: [(&[u8], &str); 10] = [
     (b"\x1f\x8b", "compressed"),
     (b"\x28\xb5\x2f\xfd", "compressed"),
@@ -33,8 +33,7 @@ fn target(file: &str, bytes: &[u8]) -> &'static str {
     known.map_or("csv", |(_, target)| target)
 }
 
-/// Writes the files of the corpus, and the whole ones of other programs, to a folder for each
-/// target.
+/// Writes the files of the corpus, and undamaged files of other programs, into one folder for each target.
 pub(super) fn write(folder: &Path, corpus: &[Faulty]) {
     let put = |name: &str, file: &str, bytes: &[u8]| {
         let folder = folder.join(target(file, bytes));

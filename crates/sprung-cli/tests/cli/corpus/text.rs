@@ -5,7 +5,7 @@ use super::{Faulty, fixture};
 
 const GERMAN_HEADER: &str = "t_s;q1_rad;q2_rad;phi1_rad;phi2_rad;tau1_nm;tau2_nm";
 
-/// The log of the fixtures with other cells; row 0 is the header.
+/// The log of the fixtures with changed cells; row 0 is the header.
 fn changed(mut change: impl FnMut(usize, &mut Vec<String>)) -> Vec<u8> {
     let text = String::from_utf8(fixture("plain.csv")).unwrap();
     let mut lines = String::new();
@@ -20,7 +20,7 @@ fn changed(mut change: impl FnMut(usize, &mut Vec<String>)) -> Vec<u8> {
     lines.into_bytes()
 }
 
-/// The log with one other cell in line 101.
+/// The log with one changed cell in line 101.
 fn cell(column: usize, text: &str) -> Vec<u8> {
     changed(|row, cells| {
         if row == 100 {
@@ -37,7 +37,7 @@ fn first_lines(count: usize) -> Vec<u8> {
     })
 }
 
-/// More columns than anybody logs, the usual ones last.
+/// Far more columns than usual logs have; the usual columns are last.
 fn ten_thousand_columns() -> Vec<u8> {
     let strangers = 10_000 - 7;
     changed(|row, cells| {
