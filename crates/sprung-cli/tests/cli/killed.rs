@@ -98,13 +98,14 @@ impl Desk {
         let [out, kept] = ["sprung-out", "kept"].map(|name| self.case.path(name));
         let output = Command::new(env!("CARGO_BIN_EXE_sprung"))
             .args(["compare", "--quiet"])
-            .args([&kept, &kept])
+            .args([&out, &kept])
             .arg("--out")
-            .arg(out)
+            .arg(&out)
             .env("SPRUNG_HALT", "1")
             .output()
             .unwrap();
-        assert!(stderr(&output).contains("halted at nothing written"));
+        let message = stderr(&output);
+        assert!(message.contains("halted at nothing written"), "{message}");
     }
 
     /// Kills a verb at each of its points and checks the results each time. Returns the names of the points.
