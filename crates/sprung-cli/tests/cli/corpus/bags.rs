@@ -263,7 +263,7 @@ fn definitions() -> Vec<Faulty> {
         of(
             "a definition that is none",
             "\u{1}?? ==\n[[]]\n",
-            &["have no number \"position\"; they have none"],
+            &["have no number \"position\"; they contain no numbers"],
         ),
         of(
             "a definition that lacks a part",

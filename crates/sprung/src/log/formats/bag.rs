@@ -177,7 +177,7 @@ fn path_of(definition: &Definition, pick: &Pick) -> Result<(Vec<Step>, String), 
         match nearest {
             Some(name) => format!("have no number \"{text}\"; did you mean \"{name}\"?"),
             None if leaves.is_empty() => {
-                format!("have no number \"{text}\"; they have none")
+                format!("have no number \"{text}\"; they contain no numbers")
             }
             None => format!("have no number \"{text}\"; they have {}", listed(&leaves)),
         }
