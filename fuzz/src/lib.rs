@@ -73,7 +73,10 @@ fn expect_some_panics() {
 /// equal contents.
 #[must_use]
 pub fn bag_of(data: &[u8]) -> Vec<u8> {
-    let end = data.iter().position(|&byte| byte == 0).unwrap_or(data.len());
+    let end = data
+        .iter()
+        .position(|&byte| byte == 0)
+        .unwrap_or(data.len());
     let definition = String::from_utf8_lossy(&data[..end]);
     let mut records = mcap_bytes::topic("my_msgs/msg/State", &definition, "cdr");
     for k in 1..4 {
