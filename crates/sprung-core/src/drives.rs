@@ -212,7 +212,9 @@ mod tests {
             for (at, found) in found.into_iter().enumerate() {
                 let [ahead, behind] = [h, -h].map(|by| term.rest(&step(at, by), &SHAPE));
                 let difference = (ahead - behind) / (2.0 * h);
-                assert!((found - difference).abs() < 1e-5, "{what:?}");
+                // Error of the difference, measured 7.3e-8; the limit allows a factor of
+                // 14.
+                assert!((found - difference).abs() < 1e-6, "{what:?}");
             }
         }
     }

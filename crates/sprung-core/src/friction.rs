@@ -299,7 +299,9 @@ mod tests {
                     column(law, velocity, load - h),
                 );
                 for (found, difference) in dual.partials.iter().zip([by_velocity, by_load]) {
-                    assert!((found - difference).abs() < 1e-5, "{law:?} at {velocity}");
+                    // Error of the difference, measured 2.3e-7; the limit allows a
+                    // factor of nine.
+                    assert!((found - difference).abs() < 2e-6, "{law:?} at {velocity}");
                 }
             }
         }

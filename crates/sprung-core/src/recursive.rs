@@ -280,7 +280,8 @@ mod tests {
         for i in 0..P {
             assert!(filter.gain(i, i) > 0.0 && filter.gain(i, i) <= 1e8);
         }
-        assert!((filter.theta()[0] - 2.0).abs() < 1e-6);
+        // Measured 5.1e-11; the limit allows a factor of 20.
+        assert!((filter.theta()[0] - 2.0).abs() < 1e-9);
         assert!(filter.theta()[2].abs() < 1e-12);
     }
 

@@ -54,6 +54,7 @@ fn state_feedback_takes_errors_in_the_printed_order() {
     };
     let mut tau = [0.5, -0.5];
     state_feedback(&gain, &desired, &measured, &mut tau);
+    // Rounding: 1e-15 of the torques.
     assert!((tau[0] - 87_654_321.5).abs() < 1e-7, "{}", tau[0]);
     assert!((tau[1] - 876_543_209.5).abs() < 1e-6, "{}", tau[1]);
 }

@@ -276,7 +276,8 @@ fn feedforward_is_the_motion_it_promises() {
     }
     worst.assert_below(1e-9, "feedforward");
     // Rounding limits the second difference to an accuracy of 1e-16 / h².
-    worst_second.assert_below(1e-6, "feedforward's rotor acceleration");
+    // Measured 2.2e-8; the limit allows a factor of nine.
+    worst_second.assert_below(2e-7, "feedforward's rotor acceleration");
 }
 
 #[test]

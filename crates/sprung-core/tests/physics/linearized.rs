@@ -164,6 +164,7 @@ fn derivatives_are_limits_of_differences() {
             }
         });
     });
-    by_state.assert_below(1e-6, "derivatives by the state");
+    // Errors of the differences, measured 4.7e-8; the limit allows a factor of ten.
+    by_state.assert_below(5e-7, "derivatives by the state");
     by_torque.assert_below(1e-9, "derivatives by torques");
 }
