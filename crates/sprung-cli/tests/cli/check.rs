@@ -25,6 +25,7 @@ fn a_whole_log_is_one_screen() {
         out.contains("errors 0, serious 0, warnings 0, notes 0"),
         "{out}"
     );
+    // A small terminal has 25 lines.
     assert!(out.lines().count() < 25, "{out}");
     let json = std::fs::read_to_string(case.path("sprung-out/check.json")).unwrap();
     let json: Value = serde_json::from_str(&json).unwrap();

@@ -368,6 +368,8 @@ fn channels_on_other_clocks_meet_uneven_ones() {
     assert_eq!(found.timing.sampling, Some(Sampling::AsStamped));
     let time = &found.columns[0];
     let (first, last) = (time[0], time[time.len() - 1]);
+    // The slow file begins at 11.234 s and the fast file ends at 19.5 s; the grid begins and ends within one period of
+    // 4 ms of these times.
     assert!(
         (first - 11.234).abs() < 4e-3 && (last - 19.5).abs() < 4e-3,
         "{first} {last}"

@@ -54,6 +54,7 @@ fn every_class_of_numbers() {
     let truth = truth();
     for (found, q) in whole[1].iter().zip(&truth[1]) {
         let off = (found - q * 1e6).rem_euclid(100.0);
+        // A rounded count is at most half a count away; 0.001 counts are a margin for the arithmetic.
         assert!(off.min(100.0 - off) < 0.501, "{found} {q}");
     }
     for class in ["f4", "i1", "i2", "i4", "u8"] {
@@ -119,6 +120,7 @@ fn files_that_were_cut_off_are_told() {
             if part >= 0.1 {
                 says(&message, &["cut off"]);
             }
+            // A message must be short: a few lines of a terminal.
             assert!(message.len() < 500, "{message}");
         }
     }
