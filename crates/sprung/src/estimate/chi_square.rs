@@ -44,8 +44,9 @@ mod tests {
             (30, 59.703, 0.001),
         ] {
             let found = upper_tail(x, freedom);
+            // The tables' digits give up to 1.8e-5; the limit allows a factor of eleven.
             assert!(
-                (found / probability - 1.0).abs() < 1e-3,
+                (found / probability - 1.0).abs() < 2e-4,
                 "{freedom}: {found}"
             );
         }

@@ -124,6 +124,7 @@ mod tests {
     #[test]
     fn student_quantiles_match_tables() {
         for (freedom, expected) in [(3, 3.182), (6, 2.447), (16, 2.120), (31, 2.040)] {
+            // The series is worst at 3 degrees of freedom, where its error is 0.7 %.
             assert!(
                 (student_95(freedom) / expected - 1.0).abs() < 0.01,
                 "{freedom}"

@@ -297,6 +297,8 @@ mod tests {
             [0.0, 0.0, -0.0073, 0.0, 0.0, 0.021_6],
         ] {
             let samples = aligned(Quantity::LinkPosition, &delays);
+            // Delays of up to 21.6 ms and 7.3 ms early cut samples off: 1969 to 2000 of 2000
+            // remain.
             assert!(samples.len() > 1950 && samples.len() <= 2000);
             if delays.iter().all(|delay| *delay == 0.0) {
                 assert_eq!(samples.len(), 2000);
@@ -309,7 +311,9 @@ mod tests {
                     .fold(0.0, f64::max)
             };
             let worst = (0..samples.len()).map(error).fold(0.0, f64::max);
-            assert!(worst < 1e-8, "{delays:?}: {worst:e}");
+            // Error of the interpolation at 10 rad/s and 1 ms, measured 1.9e-10; the limit allows a
+            // factor of ten.
+            assert!(worst < 2e-9, "{delays:?}: {worst:e}");
         }
     }
 

@@ -328,7 +328,8 @@ mod tests {
         let y = filter_in_blocks(&filter, &x, 999);
         let error = |k: usize| (x[k] - y[k]).abs();
         // The padding is finite, so a small transient of its start remains at the ends.
-        assert!((0..5000).all(|k| error(k) < 1e-5));
+        // Measured 2.6e-7 at the ends; the limit allows a factor of eight.
+        assert!((0..5000).all(|k| error(k) < 2e-6));
         assert!((500..4500).all(|k| error(k) < 1e-9));
     }
 

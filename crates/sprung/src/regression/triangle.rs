@@ -222,7 +222,8 @@ mod tests {
         let expected = Triangle::of_rows(linear.as_mut());
         let found = triangle.over_unknown(&x, 1);
         let difference = gram(&expected.r) - gram(&found.r);
-        assert!(difference.norm_max() < 1e-6 * gram(&found.r).norm_max());
+        // Error of the differences, measured 5.8e-11; the limit allows a factor of 17.
+        assert!(difference.norm_max() < 1e-9 * gram(&found.r).norm_max());
     }
 
     #[test]

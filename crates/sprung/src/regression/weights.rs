@@ -202,7 +202,8 @@ mod tests {
                     ((100.0 * (velocity + h)).tanh() - (100.0 * (velocity - h)).tanh()) / (2.0 * h);
                 let expected: f64 = (size * slope * 0.003_f64).powi(2);
                 let found = transition.variance(&at(velocity));
-                assert!((found / expected - 1.0).abs() < 1e-6, "{found} {expected}");
+                // Error of the differences, measured 1.5e-8; the limit allows a factor of seven.
+                assert!((found / expected - 1.0).abs() < 1e-7, "{found} {expected}");
             }
         }
         assert!(plain().variance(&at(1.0)) < f64::MIN_POSITIVE);

@@ -364,11 +364,12 @@ mod tests {
         let theta = [2.0, 0.5, -1.5, 0.1];
         let found = solve(&model(""), &[products(&theta, |_, _| ())]).unwrap();
         // Least squares would be 15 % low: the noise adds 0.3² to the mean square of 0.5.
-        assert!((found[0] / theta[0] - 1.0).abs() < 0.01, "{found:?}");
-        assert!((found[2] / theta[2] - 1.0).abs() < 0.01, "{found:?}");
+        // Measured 0.06 to 0.09 %; the limit allows a factor of six.
+        assert!((found[0] / theta[0] - 1.0).abs() < 0.005, "{found:?}");
+        assert!((found[2] / theta[2] - 1.0).abs() < 0.005, "{found:?}");
         let known = model("fixed = { \"carriage.motor_viscous\" = 0.5 }");
         let found = solve(&known, &[products(&theta, |_, _| ())]).unwrap();
-        assert!((found[1] - 0.5).abs() < 1e-12 && (found[2] / theta[2] - 1.0).abs() < 0.01);
+        assert!((found[1] - 0.5).abs() < 1e-12 && (found[2] / theta[2] - 1.0).abs() < 0.005);
     }
 
     #[test]

@@ -297,15 +297,17 @@ mod tests {
         let valley = |x: &[f64]| Some(vec![10.0 * (x[1] - x[0] * x[0]), 1.0 - x[0]]);
         let found = minimise(&problem([-1.2, 1.0], 0.0, valley)).unwrap();
         assert_eq!(found.ending, Ending::Converged);
-        assert!((found.x[0] - 1.0).abs() < 1e-3 && (found.x[1] - 1.0).abs() < 1e-3);
-        assert!(found.cost < 1e-6);
+        // Measured 7.5e-8 and a cost of 2.9e-14; the limits allow factors of 13 and 30.
+        assert!((found.x[0] - 1.0).abs() < 1e-6 && (found.x[1] - 1.0).abs() < 1e-6);
+        assert!(found.cost < 1e-12);
     }
 
     #[test]
     fn a_prior_pulls_to_zero() {
         // The residual pulls to 3 and the prior to 0 with equal weight, so the minimum is midway.
         let found = minimise(&problem([0.0, 0.0], 1.0, |x| Some(vec![x[0], x[1] - 3.0])));
-        assert!((found.unwrap().x[1] - 1.5).abs() < 1e-6);
+        // Measured 1.5e-12; the rest of the limit is a margin for the last step of the search.
+        assert!((found.unwrap().x[1] - 1.5).abs() < 1e-9);
     }
 
     #[test]
@@ -317,7 +319,8 @@ mod tests {
                 .then(|| vec![x[0] * x[0] - 4.0, x[1]])
         };
         let found = minimise(&problem([1.0, 0.0], 0.0, wall)).unwrap();
-        assert!((found.x[0] - 2.0).abs() < 1e-4, "{:?}", found.x);
+        // Measured 1.3e-7; the limit allows a factor of eight.
+        assert!((found.x[0] - 2.0).abs() < 1e-6, "{:?}", found.x);
         assert!(minimise(&problem([5.0, 0.0], 0.0, wall)).is_err());
     }
 

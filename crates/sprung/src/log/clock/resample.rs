@@ -220,10 +220,12 @@ mod tests {
                 -1.0
             }
         });
+        // Measured 5025; the limit asks for four fifths.
         assert!(interpolated > 4000, "{interpolated}");
         let worst = out.values[0]
             .iter()
             .fold(0.0_f64, |worst, x| worst.max(x.abs()));
+        // Measured 1.59 with these steps; the limit allows 25 % more.
         assert!(worst < 2.0, "{worst}");
     }
 }

@@ -410,8 +410,9 @@ mod tests {
     #[test]
     fn moments_are_those_of_all_samples() {
         let figures = of((0..100_000).map(|k| 1e6 + f64::from(k % 2)));
-        assert!((figures.mean() - 1e6 - 0.5).abs() < 1e-6);
-        assert!((figures.deviation() - 0.5).abs() < 1e-6);
+        // Rounding of numbers of 1e6 is 1e-10.
+        assert!((figures.mean() - 1e6 - 0.5).abs() < 1e-9);
+        assert!((figures.deviation() - 0.5).abs() < 1e-9);
         assert!((figures.changing() - 1.0).abs() < 1e-12);
         assert!(figures.overview().time.len() <= OVERVIEW_BINS);
         let [low, high] = figures.overview().between[3];
@@ -422,10 +423,13 @@ mod tests {
     fn a_spike_is_one_sample_and_a_jump_stays() {
         let spike = of((0..1000).map(|k| wave(k) + f64::from(u8::from(k == 700))));
         let found = spike.spikes()[0];
-        assert!((found.time - 0.7).abs() < 1e-9 && (found.size - 1.0).abs() < 1e-3);
+        // The wave's curvature adds at most 0.01²/2 = 5e-5 to the spike; the limit allows a factor
+        // of two.
+        assert!((found.time - 0.7).abs() < 1e-9 && (found.size - 1.0).abs() < 1e-4);
         assert!(spike.jumps().iter().all(|jump| jump.size.abs() < 0.1));
         let jump = of((0..1000).map(|k| wave(k) - f64::from(u8::from(k >= 400))));
         let found = jump.jumps()[0];
+        // A step of the wave adds at most 0.01 to the jump; the limit allows a factor of two.
         assert!((found.time - 0.4).abs() < 1e-9 && (found.size + 1.0).abs() < 0.02);
         assert!(jump.spikes().iter().all(|spike| spike.size.abs() < 0.1));
     }
@@ -437,6 +441,7 @@ mod tests {
         assert!((high.value - 0.8).abs() < 1e-15);
         // The wave has three full peaks within 20 rad, and a fourth begins.
         assert_eq!(high.stretches, 4);
+        // Measured 408 and 129 samples; the limits allow a quarter less.
         assert!(high.samples > 300 && high.longest.samples > 100, "{high:?}");
         let held = of((0..1000).map(|k| wave(if (300..340).contains(&k) { 300 } else { k })));
         let stall = held.stalls()[0];
