@@ -96,6 +96,7 @@ fn times_with_few_digits_are_those_of_an_even_clock() {
     let found = found(csv(&rounded, truth), "").unwrap();
     assert_eq!(found.columns[0].len(), 5000);
     assert_eq!(found.timing.interpolated, 0);
+    // Measured 1.2e-4, because the stamps are rounded; the limit allows a factor of eight.
     assert!((found.timing.period * 960.0 - 1.0).abs() < 1e-3);
     for (k, &t) in times.iter().enumerate() {
         assert_eq!(found.columns[1][k].to_bits(), truth(t)[0].to_bits());
@@ -139,9 +140,11 @@ fn positions_tell_when_samples_were_taken() {
         assert!(timing.evidence.unwrap().decisive);
     }
     let cycle = on_cycle.timing.sampling.and_then(Sampling::cycle).unwrap();
-    assert!((cycle / 1e-3 - 1.0).abs() < 1e-4, "{cycle}");
-    assert!((even_clock.timing.period / period - 1.0).abs() < 1e-5);
+    // Measured 4e-8 and 6e-8; the limits allow factors of 24 and 17.
+    assert!((cycle / 1e-3 - 1.0).abs() < 1e-6, "{cycle}");
+    assert!((even_clock.timing.period / period - 1.0).abs() < 1e-6);
     // At the ends the cubic has one sample less, so its error is larger: it stays below 3e-6 rad.
+    // Measured 1.6e-6 rad with this seed; the limit allows a factor of 1.8.
     assert!(worst(&as_stamped) < 3e-6, "{}", worst(&as_stamped));
     // The mean lateness cannot be known, so it is subtracted. The rest is at most 5 % of a period at 6.4 rad/s, the
     // largest velocity.
@@ -182,7 +185,8 @@ fn a_log_may_become_uneven_later() {
         as_stamped.columns[0][2500].to_bits(),
         slept[2500].1.to_bits()
     );
-    assert!(worst(&as_stamped) < 3e-6, "{}", worst(&as_stamped));
+    // Measured 7.2e-8 rad with this seed; the limit allows a factor of seven.
+    assert!(worst(&as_stamped) < 5e-7, "{}", worst(&as_stamped));
     // The samples are even, but their stamps are late, so no sample is interpolated.
     let late: Vec<(f64, f64)> = (even(9000, period).into_iter().enumerate())
         .map(|(k, t)| {
@@ -266,6 +270,7 @@ fn missing_samples_are_interpolated_or_gaps() {
     assert_eq!(timing.gaps.count, 1);
     assert!((timing.gaps.duration - 4e-3).abs() < 1e-9);
     // The error of a cubic over the last step of 4 ms, for 4.3 Hz and 0.1 rad, is below 2e-7 rad.
+    // Measured 1.05e-7 rad.
     assert!(worst(&found) < 2e-7, "{}", worst(&found));
 }
 
@@ -334,7 +339,8 @@ fn any_times_end_well() {
         ] {
             if let Ok(found) = found(csv(&samples, truth), keys) {
                 assert!(found.columns.iter().flatten().all(|x| x.is_finite()));
-                assert!(found.columns[0].len() < 40 * 700);
+                // At most 730 samples were measured; the limit allows 1400.
+                assert!(found.columns[0].len() < 2 * 700);
             }
         }
     }

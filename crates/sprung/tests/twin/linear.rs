@@ -149,7 +149,8 @@ fn exact_positions_need_no_weights() {
     };
     let [with, without] = [Weights::Transition, Weights::None].map(stiffness);
     for (a, b) in with.iter().zip(without) {
-        assert!((a / b - 1.0).abs() < 1e-3, "{a} {b}");
+        // Measured 8e-6; the limit allows a factor of twelve.
+        assert!((a / b - 1.0).abs() < 1e-4, "{a} {b}");
     }
 }
 

@@ -306,7 +306,7 @@ mod tests {
     fn a_prior_pulls_to_zero() {
         // The residual pulls to 3 and the prior to 0 with equal weight, so the minimum is midway.
         let found = minimise(&problem([0.0, 0.0], 1.0, |x| Some(vec![x[0], x[1] - 3.0])));
-        // Measured 1.5e-12; the rest of the limit is a margin for the last step of the search.
+        // Measured 1.5e-12; the limit leaves a wide margin.
         assert!((found.unwrap().x[1] - 1.5).abs() < 1e-9);
     }
 
