@@ -71,6 +71,7 @@ fn ignored_delay_gives_a_negative_stiffness_and_its_cause() {
     };
     let (stacked, _) = stiffness(&json);
     println!("stiffness of stage 1 without the delay: {stacked:.2} N·m/rad");
+    // Measured -4.6 N·m/rad; the limits allow half of it.
     assert!((-7.0..-3.0).contains(&stacked), "{stacked}");
     assert_eq!(code, 1);
     assert_eq!(json["results"][0]["verdict"], "unusable");
@@ -96,6 +97,7 @@ fn delay_is_found() {
         delay["standard_error"].as_f64().unwrap(),
     );
     println!("delay of defl1: {value:.4} ± {error:.4} s");
+    // Measured 0.1488 ± 0.0082 s and 30.5 N·m/rad; the limits allow 2.4 standard errors and 5 %.
     assert!((value - 0.150).abs() < 0.02, "{value}");
     assert!(error < 0.02, "{error}");
     assert!((29.0..32.0).contains(&stiffness(&json).0));
@@ -139,7 +141,8 @@ fn same_parameters(one: &Value, other: &Value) {
         }
     }
     println!("{worst:.1e} standard errors apart");
-    assert!(worst < 1e-4, "{worst}");
+    // Measured 2.1e-6; the limit allows a factor of ten.
+    assert!(worst < 2e-5, "{worst}");
 }
 
 #[test]
@@ -221,9 +224,11 @@ fn positioning_system_comes_out_as_published() {
     let (code, json) = run("identify", "emps", &["--set", &format!("log.file={log}")]);
     assert_eq!(code, 0);
     assert_eq!(json["results"][0]["verdict"], "good");
+    // Measured at most 0.96 %, for Coulomb friction.
     near_published(&json, [0.01; 4]);
     let left = relative(&json, "carriage.motor_n");
     println!("relative error {:.2} %", 100.0 * left);
+    // Measured 3.55 %; the limit allows 1 % more.
     assert!(left <= 0.036, "{left}");
 }
 
@@ -246,6 +251,7 @@ fn positioning_system_is_not_refined_into_a_worse_prediction() {
         let held_out = &result["refinement"]["held_out_residual"];
         held_out[of].as_f64().unwrap()
     };
+    // Measured a ratio of 4.4.
     assert!(missed("refined") > 2.0 * missed("linear"));
 }
 
@@ -267,6 +273,7 @@ fn positioning_system_on_its_other_log() {
     assert_eq!(code, 0);
     near_published(&json, [0.016, 0.045, 0.03, 0.03]);
     let left = relative(&json, "carriage.motor_n");
+    // Measured 3.63 %; the limit allows a tenth more.
     assert!(left <= 0.04, "{left}");
     // The parameters of the first log predict the force of this log nearly as well.
     let out = TempDir::new().unwrap();
@@ -300,6 +307,7 @@ fn positioning_system_on_its_other_log() {
         100.0 * share(0),
         100.0 * share(1)
     );
+    // Measured 3.54 and 4.35 %; the limits allow 2 and 3 % more.
     assert!(share(0) <= 0.036, "{}", share(0));
     assert!(share(1) <= 0.045, "{}", share(1));
 }
@@ -335,6 +343,7 @@ fn industrial_arm_with_a_coupled_wrist() {
             "{what}: {found:.4}, published {published} ({:+.1} %)",
             100.0 * off
         );
+        // Measured at most 5.2 %, for joint 4; the limit allows half more.
         assert!(off.abs() < 0.08, "{what}: {found}, published {published}");
     }
     let result = &json["results"][0];
@@ -346,6 +355,7 @@ fn industrial_arm_with_a_coupled_wrist() {
     }
     let overall = f64::sqrt(residuals / torques);
     println!("torque error overall: {:.2} %", 100.0 * overall);
+    // Measured 5.9 %; the limit allows 40 % more.
     assert!(overall <= 0.082, "{overall}");
     assert_eq!(result["rank"], 60);
 }

@@ -98,6 +98,7 @@ fn gravity_in_a_wrong_frame_is_found_and_named() {
         let named: Vec<f64> = (list.split(']').next().unwrap().split(','))
             .map(|x| x.trim().parse().unwrap())
             .collect();
+        // Measured -9.81; two degrees would give -9.804.
         assert!(named[2] < -9.8, "{remedy}");
         let (_, json) = case.results(&["--set", &format!("robot.gravity_m_per_s2={named:?}")]);
         assert_eq!(finding(&json, "gravity-tilted"), None, "{remedy}");
@@ -118,6 +119,7 @@ fn twin_of_a_table_comes_back() {
     ] {
         let found = value(&json, name);
         println!("{name}: {found:.4}");
+        // Measured at most 0.7 %; the limit allows a factor of 2.8.
         assert!(
             (found / truth - 1.0).abs() < 0.02,
             "{name}: {found} {truth}"
@@ -174,6 +176,8 @@ fn stribeck_velocity_is_found() {
             .as_f64()
             .unwrap();
         println!("{truth} rad/s: found {found:.4}");
+        // Measured at most 3.9 % for the velocity and 1.3 % for the friction; the limits allow factors of five and
+        // four.
         assert!((found / truth - 1.0).abs() < 0.2, "{found} {truth}");
         let text = finding(&json, "stribeck-velocity").unwrap();
         assert!(text.contains("was found by a search"), "{text}");
@@ -194,8 +198,9 @@ fn stribeck_friction_that_is_not_there_comes_out_small() {
     let set = format!("robot.joint.wheel.motor_friction={laws}");
     let (_, json) = case.results(&["--set", &set]);
     let stribeck = value(&json, "wheel.motor_stribeck");
+    // Measured 1.7e-3 and 6e-5 N·m; the limits allow factors of six and ten.
     assert!(stribeck.abs() < 0.01, "{stribeck}");
-    assert!((value(&json, "wheel.motor_coulomb") - 1.0).abs() < 0.01);
+    assert!((value(&json, "wheel.motor_coulomb") - 1.0).abs() < 6e-4);
 }
 
 #[test]
@@ -204,7 +209,8 @@ fn friction_of_each_direction() {
     let (_, json) = case.results(&[]);
     for (name, truth) in [("coulomb_positive", 1.0), ("coulomb_negative", 0.6)] {
         let found = value(&json, &format!("wheel.motor_{name}"));
-        assert!((found - truth).abs() < 0.02, "{name}: {found}");
+        // Measured 3e-4 N·m; the limit allows a factor of ten.
+        assert!((found - truth).abs() < 3e-3, "{name}: {found}");
     }
 }
 
@@ -224,8 +230,9 @@ fn urdf_without_inertias() {
     assert_eq!(code, 0);
     let mass = parameter(&json, "upper.mx + 0.4*fore.m");
     assert_eq!(mass["nominal"], Value::Null);
+    // Measured 0.05 %; the limit allows a factor of ten.
     assert!(
-        (mass["value"].as_f64().unwrap() / 1.2 - 1.0).abs() < 0.02,
+        (mass["value"].as_f64().unwrap() / 1.2 - 1.0).abs() < 0.005,
         "{mass}"
     );
     // Without inertias the robot cannot be simulated.
@@ -258,10 +265,11 @@ fn what_is_given_comes_out_as_given() {
     let lumped = "link1.izz + wheel.rotor_inertia";
     let case = wheel("\"viscous\", \"coulomb\"", 0.1);
     let (_, json) = case.results(&[]);
-    assert!((value(&json, lumped) - 0.6).abs() < 0.003);
+    // Measured 9e-5 kg·m² here and below; the limit allows a factor of ten.
+    assert!((value(&json, lumped) - 0.6).abs() < 9e-4);
     let (_, json) = case.results(&["--set", "robot.fixed={\"wheel.rotor_inertia\"=0.1}"]);
     assert_eq!(parameter(&json, "wheel.rotor_inertia")["fixed"], true);
-    assert!((value(&json, "link1.izz") - 0.5).abs() < 0.003);
+    assert!((value(&json, "link1.izz") - 0.5).abs() < 9e-4);
 }
 
 #[test]
@@ -284,6 +292,7 @@ fn several_logs_count_together() {
     assert_eq!(json["further_logs"][0]["samples"], 3000);
     assert_eq!(json["further_logs"][0]["file"], "second.csv");
     let stiffness = value(&json, "shoulder.stiffness");
+    // Measured 0.2 %; the limit allows a factor of 2.5.
     assert!((stiffness / 400.0 - 1.0).abs() < 0.005, "{stiffness}");
     let report = read(&case.path("sprung-out/report.html"));
     assert!(report.contains("run.csv, second.csv (6000 samples, 12.00 s)"));
@@ -298,6 +307,7 @@ fn several_logs_count_together() {
         let rises = |w: &[(&str, f64)]| w[0].0 != w[1].0 || w[0].1 < w[1].1;
         assert!(times.windows(2).all(rises), "{file}");
         let last = times.last().unwrap().1;
+        // The two logs last 12 s together; the curves end up to 10 ms earlier.
         assert!((11.0..=12.0).contains(&last), "{file} ends at {last} s");
     }
     // Each log is checked separately.
@@ -330,6 +340,7 @@ fn a_log_in_two_files_is_the_whole() {
         let name = p["name"].as_str().unwrap();
         let (a, b) = (p["value"].as_f64().unwrap(), value(&parts, name));
         println!("{name}: {a:.5}, in two files {b:.5}");
+        // Measured at most a seventh of this limit.
         assert!((a - b).abs() < 0.002 * a.abs() + 0.001, "{name}: {a} {b}");
     }
 }
@@ -349,6 +360,7 @@ fn lsff_needs_logs_of_one_period() {
     // Least squares accepts logs with different periods.
     let (code, json) = case.results(&["--set", both]);
     assert_eq!(code, 0);
+    // Measured 0.17 %; the limit allows a factor of three.
     assert!((value(&json, "shoulder.stiffness") / 400.0 - 1.0).abs() < 0.005);
 }
 
@@ -377,6 +389,7 @@ fn names_with_dots_and_commas() {
         .replace_in("arm.urdf", "\"fore\"", "\"fore, &lt;b&gt;left&lt;/b&gt;\"");
     let (code, json) = case.results(&[]);
     assert_eq!(code, 0);
+    // The true values are 1 and 0.225; measured 1.001 and 0.2246.
     assert!(value(&json, "el.bow 1.motor_viscous") > 0.9);
     assert!(value(&json, "fore, <b>left</b>.mx") > 0.2);
     let table = read(&case.path("sprung-out/parameters.csv"));

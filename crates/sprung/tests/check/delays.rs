@@ -29,12 +29,14 @@ fn short_and_long_delays_of_a_link_are_found() {
         let found = late(column, name, samples);
         let used = found.log.delay_s[name];
         let off = used.value - 1e-3 * samples as f64;
-        assert!(off.abs() < 2e-4, "{name} {samples}: {used:?}");
+        // Measured at most 4.7e-6 s, with a standard error of 1.1e-5 s; the limits allow factors of ten and nine.
+        assert!(off.abs() < 5e-5, "{name} {samples}: {used:?}");
         assert!(used.standard_error.unwrap() < 1e-4, "{used:?}");
         let refined = found.results[0].refined();
         let refined = refined.unwrap_or_else(|| panic!("{:#?}", found.results[0].warnings));
         let own = refined.delays.iter().find(|delay| delay.column == name);
-        assert!((own.unwrap().delay_s - used.value).abs() < 5e-5, "{own:?}");
+        // Measured 5.4e-8 s; the limit allows a factor of nine.
+        assert!((own.unwrap().delay_s - used.value).abs() < 5e-7, "{own:?}");
         let codes: Vec<&str> = found.findings.iter().map(|f| f.code.as_str()).collect();
         assert!(codes.contains(&"delay-estimated"), "{codes:?}");
         assert!(!codes.contains(&"delay-not-found"), "{codes:?}");

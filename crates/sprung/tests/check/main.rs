@@ -45,6 +45,7 @@ fn nothing_is_wrong_with_a_whole_log() {
         assert!(!report.refused && report.worst().is_none());
         assert_eq!(report.joints.len(), 2);
         for joint in &report.joints {
+            // Measured 98.8 % or more, and delays of 0.55 ms or less, with these seeds.
             assert!(joint.explained_percent > 90.0, "{joint:?}");
             let delay = joint.delay.as_ref().unwrap();
             assert!(delay.delay_s.abs() < 1e-3, "{joint:?}");
@@ -52,6 +53,7 @@ fn nothing_is_wrong_with_a_whole_log() {
         let log = &report.logs[0];
         assert_eq!((log.samples, log.gaps), (10_000, 0));
         for column in &log.columns {
+            // Measured 5.4 or more.
             assert!(column.effective_bits.unwrap() > 5.0, "{column:?}");
         }
     }
@@ -64,6 +66,7 @@ fn coarse_encoders_alarm_nobody() {
         let report = report(&demo.experiment, &demo.with_counts(seed, 4096));
         // Reversals within one count leave a larger part of the torque unexplained than a good model may; the check
         // knows this.
+        // Measured 92.8 to 93.3 % with these seeds.
         assert!(
             report.joints[1].explained_percent < 96.0,
             "{:?}",
@@ -84,7 +87,8 @@ fn an_encoder_that_lost_its_zero_is_noted() {
     let found = (report.findings.iter()).find(|finding| finding.code == "zeros-apart");
     let evidence = found.unwrap().evidence.as_ref().unwrap();
     assert_eq!(evidence.column.as_deref(), Some("q2_rad"));
-    assert!((evidence.value + 1.5).abs() < 0.1, "{evidence:?}");
+    // Measured 4.5e-4 rad away; the limit allows a factor of ten.
+    assert!((evidence.value + 1.5).abs() < 5e-3, "{evidence:?}");
 }
 
 /// A fault and the report of the check.
@@ -184,7 +188,8 @@ fn a_late_torque_is_found_by_least_squares() {
     let found = (report.findings.iter()).find(|finding| finding.code == "delayed-channel");
     let evidence = found.unwrap().evidence.as_ref().unwrap();
     assert_eq!(evidence.column.as_deref(), Some("tau1_nm"));
-    assert!((evidence.value - 0.02).abs() < 2e-3, "{evidence:?}");
+    // Measured 0.09 ms away; the limit allows a factor of ten.
+    assert!((evidence.value - 0.02).abs() < 9e-4, "{evidence:?}");
 }
 
 #[test]

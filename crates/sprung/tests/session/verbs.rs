@@ -20,7 +20,8 @@ fn every_verb_runs_without_terminal_and_disk() {
     assert_eq!(Usability::from(identification), Usability::Usable);
     let truth = session.twin(None, None).unwrap().truth();
     let stiffness = identification.results[0].values()["joint1.stiffness"];
-    assert!((stiffness / truth["joint1.stiffness"] - 1.0).abs() < 0.05);
+    // Measured 0.2 % with a log of 3 s; the limit allows 1 %.
+    assert!((stiffness / truth["joint1.stiffness"] - 1.0).abs() < 0.01);
 
     let parameters = Parameters::from(identification.clone());
     let validated = session.validate(&parameters, &mut Unheard).unwrap();

@@ -52,6 +52,7 @@ fn zero_phase_filter_is_that_of_scipy() {
         let index = case["index"].as_array().unwrap();
         for (k, expected) in index.iter().zip(numbers(&case["value"])) {
             let k = usize::try_from(k.as_u64().unwrap()).unwrap();
+            // Measured 4.8e-12; the limit allows a factor of 20.
             let error = (y[k] - expected).abs();
             assert!(
                 error < 1e-10,
@@ -79,6 +80,7 @@ fn check_simulation(rows: &[Vec<f64>], stride: usize) {
         }
     }
     println!("simulation, {} rows: {worst:.1e}", rows.len());
+    // Measured 1.8e-8 and 5.1e-8, the errors of the two integrators; the limit allows a factor of two.
     assert!(worst < 1e-7, "{worst:e}");
 }
 
@@ -114,7 +116,8 @@ fn check_least_squares(expected: &[f64]) {
         .map(|(found, expected)| (found / expected - 1.0).abs())
         .fold(0.0, f64::max);
     println!("least squares: {worst:.1e}");
-    assert!(worst < 1e-6, "{worst:e}");
+    // Measured 6.2e-9; the limit allows a factor of ten.
+    assert!(worst < 6e-8, "{worst:e}");
 }
 
 #[test]

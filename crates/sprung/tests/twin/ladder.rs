@@ -131,8 +131,10 @@ fn every_law_is_found_again() {
     for (p, truth) in result.parameters.iter().zip(&truth) {
         let value = p.value.unwrap();
         println!("{}: {value:.5} for {truth:.5}", p.name);
+        // Measured 7e-5 for a parameter that is zero, and 1.1 % for the others; the limits allow a factor of ten and of
+        // 1.8.
         if *truth == 0.0 {
-            assert!(value.abs() < 1e-2, "{}: {value}", p.name);
+            assert!(value.abs() < 7e-4, "{}: {value}", p.name);
         } else {
             assert!(
                 (value / truth - 1.0).abs() < 0.02,

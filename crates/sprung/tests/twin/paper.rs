@@ -24,6 +24,7 @@ fn noise_free(discretization: DiscretizationName) -> Vec<f64> {
 fn matched_filters_have_no_bias() {
     let errors = noise_free(DiscretizationName::Matched);
     println!("{errors:.3?}");
+    // Measured 0.25 % with this log; the limit allows 20 % more.
     assert!(errors.iter().all(|error| error.abs() < 0.3), "{errors:.3?}");
 }
 
@@ -146,7 +147,8 @@ fn simulation_error_is_below_1e_7_rad() {
         let error = simulation_error(tolerance);
         println!("tolerance {tolerance:e}: largest position error {error:.1e} rad");
     }
-    assert!(simulation_error(1e-7) < 1e-7);
+    // Measured 1.7e-9 rad; the limit allows a factor of ten.
+    assert!(simulation_error(1e-7) < 2e-8);
 }
 
 /// Largest position error of the 10 s experiment against a tight tolerance, rad.

@@ -116,5 +116,6 @@ fn urdf_and_closed_form_give_the_same_estimates() {
         .map(|(a, b)| (a / b - 1.0).abs())
         .fold(0.0, f64::max);
     println!("URDF against closed form: {worst:.1e}");
-    assert!(worst < 1e-8, "{worst:e}");
+    // Measured 7.7e-14, because both descriptions have the same equations.
+    assert!(worst < 1e-11, "{worst:e}");
 }
