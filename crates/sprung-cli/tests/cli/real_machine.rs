@@ -71,7 +71,7 @@ fn ignored_delay_gives_a_negative_stiffness_and_its_cause() {
     };
     let (stacked, _) = stiffness(&json);
     println!("stiffness of stage 1 without the delay: {stacked:.2} N·m/rad");
-    // Measured -4.6 N·m/rad; the limits allow half of it.
+    // Measured -4.6 N·m/rad; the limits allow 50 % more and 35 % less.
     assert!((-7.0..-3.0).contains(&stacked), "{stacked}");
     assert_eq!(code, 1);
     assert_eq!(json["results"][0]["verdict"], "unusable");

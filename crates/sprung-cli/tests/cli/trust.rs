@@ -261,7 +261,7 @@ fn the_late_channel_is_the_one_that_is_named() {
             .split_once(&format!("if \"{name}\" was recorded "))
             .unwrap_or_else(|| panic!("{message}"));
         let delay: f64 = rest.split(' ').next().unwrap().parse().unwrap();
-        // Measured 0.1 s exactly; the limit is three samples.
+        // Measured 0.100 s; the limit is three samples.
         assert!((delay - 0.1).abs() < 0.003, "{delay}");
     }
 }

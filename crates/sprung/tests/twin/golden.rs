@@ -80,7 +80,7 @@ fn check_simulation(rows: &[Vec<f64>], stride: usize) {
         }
     }
     println!("simulation, {} rows: {worst:.1e}", rows.len());
-    // Measured 1.8e-8 and 5.1e-8, the errors of the two integrators; the limit allows a factor of two.
+    // Measured 1.8e-8 and 5.1e-8; the limit allows a factor of two.
     assert!(worst < 1e-7, "{worst:e}");
 }
 
