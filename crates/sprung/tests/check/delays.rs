@@ -35,7 +35,7 @@ fn short_and_long_delays_of_a_link_are_found() {
         let refined = found.results[0].refined();
         let refined = refined.unwrap_or_else(|| panic!("{:#?}", found.results[0].warnings));
         let own = refined.delays.iter().find(|delay| delay.column == name);
-        // Measured 5.4e-8 s; the limit allows a factor of nine.
+        // Measured 5.4e-8 s; the limit allows a factor of ninety, because searches end differently on other processors.
         assert!((own.unwrap().delay_s - used.value).abs() < 5e-6, "{own:?}");
         let codes: Vec<&str> = found.findings.iter().map(|f| f.code.as_str()).collect();
         assert!(codes.contains(&"delay-estimated"), "{codes:?}");
