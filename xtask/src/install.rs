@@ -5,43 +5,40 @@ use std::process::Command;
 
 /// Installs Chromium; returns whether a browser is there.
 pub(crate) fn browser() -> bool {
-    let is_there = || {
-        [
-            "/usr/bin/chromium",
-            "/usr/bin/chromium-browser",
-            "/usr/bin/google-chrome",
-        ]
-        .iter()
-        .any(|path| Path::new(path).exists())
-    };
-    if is_there() {
-        return true;
-    }
-    eprintln!("── installing Chromium, to test the report in");
-    if packages("chromium") && is_there() {
-        return true;
-    }
-    eprintln!("── Chromium could not be installed: the tests of the report will be skipped");
-    false
+    let programs = [
+        "/usr/bin/chromium",
+        "/usr/bin/chromium-browser",
+        "/usr/bin/google-chrome",
+    ];
+    ensure("Chromium", "tests of the report", "chromium", || {
+        any_exists(&programs)
+    })
 }
 
 /// Installs libhdf5; returns whether it is there.
 pub(crate) fn hdf5() -> bool {
-    let is_there = || {
-        std::env::var_os("HDF5_DIR").is_some()
-            || ["/usr/include/hdf5/serial/hdf5.h", "/usr/include/hdf5.h"]
-                .iter()
-                .any(|path| Path::new(path).exists())
-    };
+    let headers = ["/usr/include/hdf5/serial/hdf5.h", "/usr/include/hdf5.h"];
+    let (tests, packages) = ("tests of MATLAB 7.3", "libhdf5-dev pkg-config");
+    ensure("libhdf5", tests, packages, || {
+        std::env::var_os("HDF5_DIR").is_some() || any_exists(&headers)
+    })
+}
+
+/// Installs something for some tests unless it is there; returns whether it is there.
+fn ensure(name: &str, tests: &str, names: &str, is_there: impl Fn() -> bool) -> bool {
     if is_there() {
         return true;
     }
-    eprintln!("── installing libhdf5, to read MATLAB 7.3 with");
-    if packages("libhdf5-dev pkg-config") && is_there() {
+    eprintln!("── installing {name} for the {tests}");
+    if packages(names) && is_there() {
         return true;
     }
-    eprintln!("── libhdf5 could not be installed: the tests of MATLAB 7.3 will be skipped");
+    eprintln!("── {name} could not be installed: the {tests} will be skipped");
     false
+}
+
+fn any_exists(paths: &[&str]) -> bool {
+    paths.iter().any(|path| Path::new(path).exists())
 }
 
 /// Installs packages of a Debian; returns whether that went well.

@@ -1,4 +1,4 @@
-//! Named steps, one after another, and how long each took.
+//! Named steps and the time of each.
 
 use std::process::Command;
 use std::time::{Duration, Instant};

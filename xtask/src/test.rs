@@ -23,7 +23,9 @@ const QUICK: [&str; 7] = [
     "session",
 ];
 
-/// Runs every check, the quick ones first; stops at the first step that fails.
+/// Runs every check, the quick ones first. After a step that fails, no later step starts.
+///
+/// Documentation and features compile at the same time as the tests run.
 pub(crate) fn everything() -> ExitCode {
     browser();
     let has_hdf5 = hdf5();
@@ -89,7 +91,9 @@ fn tests(steps: &mut Steps, binaries: Option<&[Binary]>) -> Outcome {
     outcome
 }
 
-/// Checks that the library compiles without features and with each alone. The lints had all that build here.
+/// Checks that the library compiles without features and with each alone.
+///
+/// The lints check all features together.
 fn features_compile(steps: &mut Steps, has_hdf5: bool) {
     let mut sets = vec!["", "arrow", "mcap", "db3"];
     if has_hdf5 {
