@@ -10,7 +10,7 @@ use super::error::LogError;
 pub trait Input: Read + Seek + Send {
     /// Returns the path of the file, or `None` if it is not known.
     ///
-    /// HDF5 and SQLite need the path, because they open files themselves. SQLite copies an input without a path.
+    /// HDF5 and `SQLite` need the path, because they open files themselves. `SQLite` copies an input without a path.
     fn path(&self) -> Option<&Path> {
         None
     }
