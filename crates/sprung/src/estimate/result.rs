@@ -109,6 +109,10 @@ pub struct CutoffPoint {
     pub cutoff_hz: f64,
     /// Parameter values in the order of theta.
     pub values: Vec<f64>,
+    /// Residual of the filtered torque of each eighth of the samples with the parameters of the
+    /// other eighths, relative to the torque (root mean square over the joints).
+    #[serde(default)]
+    pub held_out_residual: Option<f64>,
 }
 
 /// Constant difference of the two encoders of a joint.

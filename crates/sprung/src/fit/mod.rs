@@ -2,6 +2,7 @@
 
 mod free;
 mod growing;
+mod hold_out;
 mod jackknife;
 mod least_squares;
 mod motor_row;
@@ -15,5 +16,6 @@ pub use residual::{residual, torques};
 
 pub(crate) use free::Free;
 pub(crate) use growing::fits_of_growing;
+pub(crate) use hold_out::HoldOut;
 pub(crate) use least_squares::fit_values;
 pub(crate) use residual::unweighted;

@@ -47,7 +47,7 @@ impl Triangle {
     }
 
     /// Returns the factor of the rows of several factors together.
-    pub(super) fn merge<'a>(parts: impl IntoIterator<Item = &'a Self>) -> Option<Self> {
+    pub(crate) fn merge<'a>(parts: impl IntoIterator<Item = &'a Self>) -> Option<Self> {
         let parts: Vec<&Self> = parts.into_iter().collect();
         let width = parts.first()?.r.ncols();
         let mut rows = Mat::from_fn(parts.len() * width, width, |i, j| {

@@ -1,12 +1,15 @@
 //! Estimates with cut-offs of the position filter around the chosen cut-off.
 
 use crate::estimate::result::{CutoffChoice, CutoffPoint};
-use crate::fit::fit_quickly;
+use crate::fit::{HoldOut, fit_quickly};
 use crate::prepare::Excerpt;
 use crate::regression::Reading;
 
 /// Tried cut-offs relative to the chosen one.
 const CUTOFF_FACTORS: [f64; 5] = [0.5, 0.7, 1.0, 1.4, 2.0];
+
+/// Number of parts of the beginning of a log, each of which is held out once.
+const HOLD_OUT_PARTS: usize = 8;
 
 /// Estimates the parameters with cut-offs around the chosen one, from the beginning of a log.
 #[must_use]
@@ -23,6 +26,9 @@ pub(crate) fn sweep(reading: &Reading, excerpt: &Excerpt, reason: String) -> Cut
         Some(CutoffPoint {
             cutoff_hz: part * chosen,
             values: fit_quickly(reading.model(), &system)?,
+            held_out_residual: HoldOut::new(reading.model(), &system, HOLD_OUT_PARTS)
+                .missed_by_fits()
+                .and_then(|missed| missed.of_torque_rows()),
         })
     });
     CutoffChoice {
