@@ -93,7 +93,7 @@ fn check_filters(golden: &Value) {
 const SHAPES: [Shape; JOINTS] = [Shape {
     sharpness: 100.0,
     stribeck_velocity: 0.1,
-    load_stiffness: 0.0,
+    residual_velocity: 0.5,
 }; JOINTS];
 
 fn check_regressor(golden: &Value) {

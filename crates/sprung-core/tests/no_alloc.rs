@@ -30,7 +30,7 @@ const fn shapes<const N: usize>() -> [Shape; N] {
     [Shape {
         sharpness: 100.0,
         stribeck_velocity: 0.1,
-        load_stiffness: 0.0,
+        residual_velocity: 0.5,
     }; N]
 }
 

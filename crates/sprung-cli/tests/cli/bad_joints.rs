@@ -35,6 +35,10 @@ fn gear_ratios_and_numbers_of_joints() {
             "elbow is rigid, it has no spring",
         ),
         (
+            "elbow.motor_friction=[\"coulomb\",\"load\"]",
+            "elbow is rigid, so no deflection measures the load of its gear",
+        ),
+        (
             "shoulder.spring=[]",
             "shoulder: spring must contain \"linear\"",
         ),
@@ -190,6 +194,10 @@ fn friction_laws_that_say_the_same() {
         (
             "\"offset\", \"coulomb-asymmetric\"",
             "\"coulomb-asymmetric\" already includes \"offset\"",
+        ),
+        (
+            "\"quadratic\", \"residual\"",
+            "\"residual\" already includes \"quadratic\"",
         ),
         (
             "\"viscous\", \"viscous\"",

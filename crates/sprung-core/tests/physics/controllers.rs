@@ -10,7 +10,7 @@ use crate::support::{JointState, feedforward};
 const SHAPES: [Shape; 2] = [Shape {
     sharpness: 100.0,
     stribeck_velocity: 0.1,
-    load_stiffness: 0.0,
+    residual_velocity: 0.5,
 }; 2];
 
 fn nominal(theta: &[f64; PARAMETERS], q_d: &[[f64; 5]; 2]) -> (Vec<f64>, JointState) {

@@ -44,7 +44,7 @@ impl Case {
             shapes: [(); 2].map(|()| Shape {
                 sharpness: random.between(20.0, 200.0),
                 stribeck_velocity: 0.1,
-                load_stiffness: 0.0,
+                residual_velocity: 0.5,
             }),
             state: JointState {
                 q: q.to_vec(),
@@ -125,7 +125,7 @@ fn terms_stand_where_the_order_of_theta_puts_them() {
         &[Shape {
             sharpness: 1.0,
             stribeck_velocity: 1.0,
-            load_stiffness: 0.0,
+            residual_velocity: 0.5,
         }; 2],
     );
     for term in arm.terms {

@@ -62,7 +62,7 @@ impl Mixed {
                 .map(|_| Shape {
                     sharpness: random.between(20.0, 200.0),
                     stribeck_velocity: random.between(0.1, 1.0),
-                    load_stiffness: 100.0,
+                    residual_velocity: random.between(0.1, 1.0),
                 })
                 .collect(),
             coupling: coupled.then(|| ratios.concat()),
@@ -236,7 +236,8 @@ impl Mixed {
         sum
     }
 
-    /// Power of friction and damping without offsets, and power of the offsets.
+    /// Power of friction and damping that cannot be negative, and power of offsets and of friction
+    /// that differs between the directions.
     fn losses(&self, s: &JointState) -> (f64, f64) {
         let (mut lost, mut of_offsets) = (0.0, 0.0);
         for i in 0..s.q.len() {
@@ -254,6 +255,15 @@ impl Mixed {
                 };
                 lost += v * v * (of(Law::Viscous) + viscous);
                 lost += v * step * (of(Law::Coulomb) + coulomb + of(Law::Stribeck) * (-bell).exp());
+                lost += v * v * v.abs() * of(Law::Quadratic);
+                lost += v * step * (s.phi[i] - s.q[i]).abs() * of(Law::Load);
+                let speed = v.abs() / self.shapes[i].residual_velocity;
+                lost += v
+                    * step
+                    * (of(Law::ResidualSlow) * (-8.0 * speed).exp()
+                        + of(Law::ResidualMedium) * (-2.0 * speed).exp());
+                lost += v.abs() * speed * speed * of(Law::ResidualFast);
+                of_offsets += v * speed * of(Law::ResidualEven);
                 of_offsets += v * of(Law::Offset);
             }
             let rate = s.dphi[i] - s.dq[i];

@@ -167,6 +167,9 @@ pub struct Joint {
     /// Velocity at which Stribeck friction has fallen to 1/e, rad/s (m/s); determined by a search if
     /// absent.
     pub stribeck_velocity_rad_per_s: Option<f64>,
+    /// Velocity that scales the residual laws; twice the root mean square of the joint's velocity in
+    /// the log if absent.
+    pub residual_velocity_rad_per_s: Option<f64>,
     /// Beta of the Coulomb friction `tanh(beta * velocity)`, s/rad (s/m).
     #[serde(default = "default_sharpness")]
     pub coulomb_sharpness_s_per_rad: f64,

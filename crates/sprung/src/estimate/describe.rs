@@ -71,6 +71,7 @@ pub(super) fn describe(
         parameters,
         encoder_offsets,
         stribeck_velocity: stribeck_velocities(model),
+        residual_velocity: residual_velocities(model),
         standard_parameters: standard_parameters(model, theta, identifiable),
         motor_rows,
         simulation: found.criterion.simulation().cloned(),
@@ -144,6 +145,13 @@ fn stribeck_velocities(model: &Model) -> Named {
     (model.joints().iter().enumerate())
         .filter(|(joint, _)| has(*joint))
         .map(|(joint, name)| (name.clone(), model.stribeck_velocity(joint)))
+        .collect()
+}
+
+/// Returns the velocities that scale the residual laws of the joints that have such laws.
+fn residual_velocities(model: &Model) -> Named {
+    (model.joints().iter().enumerate())
+        .filter_map(|(joint, name)| Some((name.clone(), model.residual_velocity(joint)?)))
         .collect()
 }
 

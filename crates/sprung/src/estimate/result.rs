@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::about_logs::LogInfo;
 use super::verdict::Verdict;
 use crate::finding::{Finding, Severity};
-use crate::model::stribeck_name;
+use crate::model::{residual_name, stribeck_name};
 use crate::named::Named;
 
 pub(crate) use crate::finding::GENERATOR;
@@ -179,6 +179,9 @@ pub struct EstimateResult {
     /// Velocities at which Stribeck friction has fallen to 1/e, rad/s (m/s), by joint.
     #[serde(default, skip_serializing_if = "Named::is_empty")]
     pub stribeck_velocity: Named,
+    /// Velocities that scale the residual laws, rad/s (m/s), by joint.
+    #[serde(default, skip_serializing_if = "Named::is_empty")]
+    pub residual_velocity: Named,
     /// Inertial parameters of single links, as near to the nominal ones as the estimate allows;
     /// trees only.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -410,10 +413,12 @@ impl EstimateResult {
     /// Returns the values by name, without parameters that are not determined.
     #[must_use]
     pub fn values(&self) -> BTreeMap<String, f64> {
-        let shapes = self.stribeck_velocity.iter();
+        let stribeck = self.stribeck_velocity.iter();
+        let residual = self.residual_velocity.iter();
         (self.parameters.iter())
             .filter_map(|p| Some((p.name.clone(), p.value?)))
-            .chain(shapes.map(|(joint, velocity)| (stribeck_name(joint), velocity)))
+            .chain(stribeck.map(|(joint, velocity)| (stribeck_name(joint), velocity)))
+            .chain(residual.map(|(joint, velocity)| (residual_name(joint), velocity)))
             .collect()
     }
 

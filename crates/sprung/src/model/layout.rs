@@ -1,6 +1,7 @@
 //! The parameters of a robot, and their entries in its regressor.
 
 use sprung_core::drives::Term;
+use sprung_core::friction::Law;
 use sprung_core::parameters::{JointParameter, Side};
 use sprung_core::robot::Share;
 
@@ -86,6 +87,15 @@ impl Layout {
         }
         layout.row_entries.push(layout.entries);
         layout
+    }
+
+    /// Returns the joints with a friction law on either side.
+    pub(super) fn joints_with(&self, law: Law) -> Vec<usize> {
+        let sides = [Side::Link, Side::Motor].map(|side| JointParameter::Friction(side, law));
+        let has = |joint: &usize| {
+            (self.drives.iter()).any(|(kind, own)| own == joint && sides.contains(kind))
+        };
+        (0..self.motor_rows.len()).filter(has).collect()
     }
 
     /// Returns the link columns of a joint's row: those of all links that the joint moves.

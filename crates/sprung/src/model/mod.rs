@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 use sprung_core::chain::JointKind;
 use sprung_core::friction::{Law, Shape};
-use sprung_core::parameters::{JointParameter, Side};
+use sprung_core::parameters::JointParameter;
 use sprung_core::robot::{Links, Robot};
 use sprung_core::spatial::BODY;
 
@@ -32,6 +32,9 @@ pub type Theta = Vec<f64>;
 
 /// Stribeck velocity before it is searched, rad/s (m/s).
 const INITIAL_STRIBECK_VELOCITY: f64 = 0.1;
+
+/// Velocity that scales the residual laws before a log gives it, rad/s (m/s).
+const INITIAL_RESIDUAL_VELOCITY: f64 = 1.0;
 
 #[derive(Clone, Debug)]
 struct JointInfo {
@@ -60,6 +63,10 @@ struct Fixed {
     layout: Layout,
     /// Joints with an unknown Stribeck velocity, which is to be searched.
     unknown_stribeck: Vec<usize>,
+    /// Joints with residual laws.
+    residual: Vec<usize>,
+    /// Joints with residual laws whose velocity scale a log must give.
+    unknown_residual: Vec<usize>,
 }
 
 impl Model {
@@ -126,11 +133,7 @@ impl Model {
                 joint: Some((kind, joint)),
             });
         }
-        let stribeck = |joint: usize| {
-            let laws =
-                [Side::Link, Side::Motor].map(|s| JointParameter::Friction(s, Law::Stribeck));
-            (layout.drives.iter()).any(|(kind, own)| *own == joint && laws.contains(kind))
-        };
+        let residual = layout.joints_with(Law::ResidualSlow);
         let model = Self {
             shapes: (robot.joint.iter())
                 .map(|joint| Shape {
@@ -138,8 +141,9 @@ impl Model {
                     stribeck_velocity: joint
                         .stribeck_velocity_rad_per_s
                         .unwrap_or(INITIAL_STRIBECK_VELOCITY),
-                    load_stiffness: (joint.nominal.get(JointParameter::Stiffness))
-                        .unwrap_or_default(),
+                    residual_velocity: joint
+                        .residual_velocity_rad_per_s
+                        .unwrap_or(INITIAL_RESIDUAL_VELOCITY),
                 })
                 .collect(),
             fixed: Arc::new(Fixed {
@@ -152,10 +156,13 @@ impl Model {
                     })
                     .collect(),
                 names: robot.joint.iter().map(|joint| joint.name.clone()).collect(),
-                unknown_stribeck: (0..robot.joint.len())
-                    .filter(|&i| stribeck(i))
+                unknown_stribeck: (layout.joints_with(Law::Stribeck).into_iter())
                     .filter(|&i| robot.joint[i].stribeck_velocity_rad_per_s.is_none())
                     .collect(),
+                unknown_residual: (residual.iter().copied())
+                    .filter(|&i| robot.joint[i].residual_velocity_rad_per_s.is_none())
+                    .collect(),
+                residual,
                 parameters,
                 inertial,
                 links,
@@ -415,13 +422,38 @@ impl Model {
         changed
     }
 
-    /// Returns a copy with the Stribeck velocities in named values.
+    /// Returns the joints with residual laws whose velocity scale a log must give.
+    #[must_use]
+    pub(crate) fn unknown_residual(&self) -> &[usize] {
+        &self.fixed.unknown_residual
+    }
+
+    /// Returns the velocity that scales the residual laws of a joint, rad/s (m/s); `None` if the
+    /// joint has no residual laws.
+    #[must_use]
+    pub(crate) fn residual_velocity(&self, joint: usize) -> Option<f64> {
+        let has = self.fixed.residual.contains(&joint);
+        has.then(|| self.shapes[joint].residual_velocity)
+    }
+
+    /// Returns a copy with another velocity scale of the residual laws of a joint.
+    #[must_use]
+    pub(crate) fn with_residual_velocity(&self, joint: usize, velocity: f64) -> Self {
+        let mut changed = self.clone();
+        changed.shapes[joint].residual_velocity = velocity;
+        changed
+    }
+
+    /// Returns a copy with the velocities of the Stribeck and residual laws in named values.
     #[must_use]
     pub fn shaped(&self, values: &BTreeMap<String, f64>) -> Self {
         let mut changed = self.clone();
         for (shape, name) in changed.shapes.iter_mut().zip(&self.fixed.names) {
             if let Some(velocity) = values.get(&stribeck_name(name)) {
                 shape.stribeck_velocity = *velocity;
+            }
+            if let Some(velocity) = values.get(&residual_name(name)) {
+                shape.residual_velocity = *velocity;
             }
         }
         changed
@@ -432,4 +464,10 @@ impl Model {
 #[must_use]
 pub fn stribeck_name(joint: &str) -> String {
     format!("{joint}.stribeck_velocity")
+}
+
+/// Returns the name of the velocity that scales the residual laws of a joint among named values.
+#[must_use]
+pub(crate) fn residual_name(joint: &str) -> String {
+    format!("{joint}.residual_velocity")
 }

@@ -9,7 +9,7 @@ use sprung_core::spatial::BODY;
 
 use super::parameter::{ModelError, Parameter};
 use super::scratch::Scratch;
-use super::{Model, Theta, stribeck_name};
+use super::{Model, Theta, residual_name, stribeck_name};
 
 /// Link parameters in a message about a mass matrix.
 const PARAMETERS_SHOWN: usize = 3;
@@ -56,7 +56,7 @@ impl Model {
             let shape = self
                 .joints()
                 .iter()
-                .any(|joint| *name == stribeck_name(joint));
+                .any(|joint| *name == stribeck_name(joint) || *name == residual_name(joint));
             if !standard && !shape {
                 self.index_of(name)?;
             }

@@ -4,7 +4,7 @@ use super::as_given::as_given;
 use super::delays::{DelayByLikelihood, DelayError, Delays};
 use super::excerpt::{Excerpt, excerpt};
 use super::factors::{FactorError, Factors, find_factors};
-use super::stribeck::find_stribeck;
+use super::stribeck::{find_stribeck, with_residual_velocities};
 use super::weights::find_weights;
 use crate::description::{Experiment, Weights};
 use crate::finding::{Finding, Severity};
@@ -118,6 +118,11 @@ pub fn prepare(
 /// Returns the reading with estimates of the Stribeck velocities that the model leaves open, and
 /// findings about them.
 fn with_stribeck_velocities(reading: Reading, excerpt: &Excerpt) -> (Reading, Vec<Finding>) {
+    let reading = if reading.model().unknown_residual().is_empty() {
+        reading
+    } else {
+        reading.with_model(with_residual_velocities(&reading, excerpt))
+    };
     if reading.model().unknown_stribeck().is_empty() {
         return (reading, Vec::new());
     }

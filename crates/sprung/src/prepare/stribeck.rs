@@ -116,10 +116,43 @@ fn finding_for(model: &Model, joint: usize, velocity: f64, at_edge: bool) -> Fin
     )
 }
 
+/// Returns the model with the velocity scales of its residual laws that the description leaves open:
+/// twice the root mean square of each joint's velocity.
+#[must_use]
+pub(crate) fn with_residual_velocities(reading: &Reading, excerpt: &Excerpt) -> Model {
+    let speeds = rms_speeds(reading, excerpt);
+    (reading.model().unknown_residual().iter())
+        .filter(|&&joint| speeds[joint] > 0.0)
+        .fold(reading.model().clone(), |model, &joint| {
+            model.with_residual_velocity(joint, 2.0 * speeds[joint])
+        })
+}
+
+/// Returns the root mean square of each joint's velocity, rad/s (m/s).
+#[must_use]
+pub(crate) fn rms_speeds(reading: &Reading, excerpt: &Excerpt) -> Vec<f64> {
+    let n = reading.model().joint_count();
+    let (mut squares, mut counts) = (vec![0.0_f64; n], vec![0.0_f64; n]);
+    speeds(reading, excerpt, |joint, speed| {
+        squares[joint] += speed * speed;
+        counts[joint] += 1.0;
+    });
+    (squares.iter().zip(counts))
+        .map(|(squares, count)| (squares / count.max(1.0)).sqrt())
+        .collect()
+}
+
 /// Returns the fastest speed of each joint, rad/s (m/s); `None` if a joint does not move.
 fn fastest(reading: &Reading, excerpt: &Excerpt) -> Option<Vec<f64>> {
-    let n = reading.model().joint_count();
-    let mut fastest = vec![0.0_f64; n];
+    let mut fastest = vec![0.0_f64; reading.model().joint_count()];
+    speeds(reading, excerpt, |joint, speed| {
+        fastest[joint] = fastest[joint].max(speed);
+    });
+    fastest.iter().all(|v| *v > 0.0).then_some(fastest)
+}
+
+/// Calls `see` with joint and speed, rad/s (m/s), at every sample.
+fn speeds(reading: &Reading, excerpt: &Excerpt, mut see: impl FnMut(usize, f64)) {
     for (i, channel) in reading.channels().all.iter().enumerate() {
         if channel.quantity != crate::log::Quantity::MotorPosition {
             continue;
@@ -130,12 +163,10 @@ fn fastest(reading: &Reading, excerpt: &Excerpt) -> Option<Vec<f64>> {
             let values = &block.values[i];
             let pairs = values.iter().zip(values.iter().skip(apart as usize));
             for (a, b) in pairs {
-                let speed = (b - a).abs() / (apart * excerpt.period());
-                fastest[channel.joint] = fastest[channel.joint].max(speed);
+                see(channel.joint, (b - a).abs() / (apart * excerpt.period()));
             }
         }
     }
-    fastest.iter().all(|v| *v > 0.0).then_some(fastest)
 }
 
 /// Returns the sum of squared residuals of the rows with a joint's Stribeck friction. The link row

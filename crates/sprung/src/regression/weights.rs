@@ -11,7 +11,7 @@ const SATURATED_ARGUMENT: f64 = 20.0;
 
 const AT_REST: Conditions = Conditions {
     velocity: 0.0,
-    load: 0.0,
+    deflection: 0.0,
 };
 
 /// Standard deviations of the velocity noise, rad/s (m/s), each \[n\].
@@ -142,7 +142,7 @@ impl TransitionWeights {
         let robot = model.robot();
         for transition in &self.transitions {
             let drive = robot.drive(state, transition.joint);
-            let at = drive.conditions(transition.side, &transition.shape);
+            let at = drive.conditions(transition.side);
             out[transition.row] += transition.variance(&at);
         }
     }
@@ -173,7 +173,7 @@ mod tests {
             shape: Shape {
                 sharpness: 100.0,
                 stribeck_velocity: 0.1,
-                load_stiffness: 0.0,
+                residual_velocity: 0.5,
             },
             laws: vec![(Law::CoulombPositive, 2.0), (Law::CoulombNegative, 1.0)],
         }

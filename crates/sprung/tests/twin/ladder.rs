@@ -21,7 +21,7 @@ gravity_m_per_s2 = [0.0, -9.81, 0.0]
 name = "shoulder"
 spring = ["linear", "cubic", "damping"]
 link_friction = ["viscous", "coulomb", "offset"]
-motor_friction = ["viscous-asymmetric", "coulomb-asymmetric"]
+motor_friction = ["viscous-asymmetric", "coulomb-asymmetric", "quadratic", "load"]
 [[robot.joint]]
 name = "elbow"
 spring = ["linear", "damping"]
@@ -31,7 +31,8 @@ stribeck_velocity_rad_per_s = 0.3
 [[robot.joint]]
 name = "slide"
 transmission = "rigid"
-motor_friction = ["viscous", "coulomb", "offset"]
+motor_friction = ["viscous", "coulomb", "offset", "residual"]
+residual_velocity_rad_per_s = 0.5
 [log]
 time_s = "t"
 link_position_rad = ["q1", "q2"]
@@ -60,7 +61,7 @@ sines = [
 duration_s = 20.0
 "#;
 
-const TRUTH: [(&str, f64); 32] = [
+const TRUTH: [(&str, f64); 38] = [
     ("shoulder.rotor_inertia", 0.3),
     ("shoulder.stiffness", 900.0),
     ("shoulder.cubic_stiffness", 3e5),
@@ -82,10 +83,16 @@ const TRUTH: [(&str, f64); 32] = [
     ("elbow.motor_coulomb", 0.9),
     ("elbow.motor_offset", -0.4),
     ("elbow.motor_stribeck", 0.7),
+    ("shoulder.motor_quadratic", -1.0),
+    ("shoulder.motor_load", 60.0),
     ("slide.rotor_inertia", 4.0),
     ("slide.motor_viscous", 30.0),
     ("slide.motor_coulomb", 8.0),
     ("slide.motor_offset", 2.0),
+    ("slide.motor_residual_slow", 3.0),
+    ("slide.motor_residual_medium", -2.0),
+    ("slide.motor_residual_fast", 4.0),
+    ("slide.motor_residual_even", 1.0),
     ("link1.m", 4.0),
     ("link1.mx", 0.8),
     ("link1.izz", 0.25),
@@ -131,13 +138,13 @@ fn every_law_is_found_again() {
     for (p, truth) in result.parameters.iter().zip(&truth) {
         let value = p.value.unwrap();
         println!("{}: {value:.5} for {truth:.5}", p.name);
-        // Measured 7e-5 for a parameter that is zero, and 1.1 % for the others; the limits allow a factor of ten and of
-        // 1.8.
+        // Measured 7e-5 for a parameter that is zero, and 1.8 % for the others; the limits allow a factor of ten and of
+        // 1.7.
         if *truth == 0.0 {
             assert!(value.abs() < 7e-4, "{}: {value}", p.name);
         } else {
             assert!(
-                (value / truth - 1.0).abs() < 0.02,
+                (value / truth - 1.0).abs() < 0.03,
                 "{}: {value} {truth}",
                 p.name
             );

@@ -90,28 +90,38 @@ pub(in crate::description) fn robot(file: &ExperimentFile) -> Result<(), Fault> 
                 ),
             });
         }
-        let positive = [
-            ("amplifier_limit_v", joint.amplifier_limit_v),
-            (
-                "coulomb_sharpness_s_per_rad",
-                Some(joint.coulomb_sharpness_s_per_rad),
-            ),
-            (
-                "stribeck_velocity_rad_per_s",
-                joint.stribeck_velocity_rad_per_s,
-            ),
-        ];
-        for (key, value) in positive {
-            if let Some(value) = value.filter(|v| !(v.is_finite() && *v > 0.0)) {
-                return Err(Fault {
-                    path: path(key),
-                    message: format!("{}: {key} = {value} must be positive", joint.name),
-                });
-            }
-        }
+        positive(joint, &at)?;
     }
     zeros(robot)?;
     transmission(robot)
+}
+
+/// Checks the numbers of a joint that must be positive.
+fn positive(joint: &Joint, at: &str) -> Result<(), Fault> {
+    let values = [
+        ("amplifier_limit_v", joint.amplifier_limit_v),
+        (
+            "coulomb_sharpness_s_per_rad",
+            Some(joint.coulomb_sharpness_s_per_rad),
+        ),
+        (
+            "stribeck_velocity_rad_per_s",
+            joint.stribeck_velocity_rad_per_s,
+        ),
+        (
+            "residual_velocity_rad_per_s",
+            joint.residual_velocity_rad_per_s,
+        ),
+    ];
+    for (key, value) in values {
+        if let Some(value) = value.filter(|v| !(v.is_finite() && *v > 0.0)) {
+            return Err(Fault {
+                path: ["robot", "joint", at, key].map(str::to_owned).to_vec(),
+                message: format!("{}: {key} = {value} must be positive", joint.name),
+            });
+        }
+    }
+    Ok(())
 }
 
 /// Checks that `assume_zero` names inertial parameters of links that have no fixed value.
@@ -264,7 +274,9 @@ fn tables(robot: &Robot) -> Result<(), Fault> {
 
 /// Checks that the friction laws and spring terms of a joint are independent.
 fn laws(joint: &Joint, at: &str) -> Result<(), Fault> {
-    use Family::{Coulomb, CoulombAsymmetric, Offset, Viscous, ViscousAsymmetric};
+    use Family::{
+        Coulomb, CoulombAsymmetric, Load, Offset, Quadratic, Residual, Viscous, ViscousAsymmetric,
+    };
     let name = &joint.name;
     let sides = [
         ("link_friction", joint.link_laws()),
@@ -277,6 +289,30 @@ fn laws(joint: &Joint, at: &str) -> Result<(), Fault> {
                 &path,
                 format!("{name}: {key} lists \"{}\" twice", laws[i].name()),
             ));
+        }
+        if laws.contains(&FrictionLaw(Load)) && !joint.is_flexible() {
+            return Err(fault(
+                &path,
+                format!(
+                    "{name} is rigid, so no deflection measures the load of its gear; remove \"load\" \
+                     from {key} or set transmission = \"flexible\""
+                ),
+            ));
+        }
+        for (one, other) in [(Quadratic, Residual), (ViscousAsymmetric, Residual)] {
+            if [one, other]
+                .iter()
+                .all(|family| laws.contains(&FrictionLaw(*family)))
+            {
+                return Err(fault(
+                    &path,
+                    format!(
+                        "{name}: in {key} \"{}\" already includes \"{}\"; keep one",
+                        other.word(),
+                        one.word()
+                    ),
+                ));
+            }
         }
         for (one, other) in [
             (Viscous, ViscousAsymmetric),

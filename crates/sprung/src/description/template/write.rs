@@ -124,8 +124,8 @@ fn joints(text: &mut String, robot: &Start) {
     });
     text.push_str(
         "\
-# Friction laws: \"viscous\", \"coulomb\", \"offset\", \"stribeck\", \"viscous-asymmetric\" and
-# \"coulomb-asymmetric\". The examples show the default of a flexible joint. The default of a rigid
+# Friction laws: \"viscous\", \"coulomb\", \"offset\", \"stribeck\", \"viscous-asymmetric\",
+# \"coulomb-asymmetric\", \"quadratic\", \"load\" and \"residual\". The examples show the default of a flexible joint. The default of a rigid
 # joint is [] for the link, and \"viscous\", \"coulomb\", \"offset\" for the motor.
 ",
     );
