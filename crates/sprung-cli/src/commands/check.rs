@@ -43,7 +43,7 @@ fn say(terminal: Terminal, report: &CheckReport) {
         terminal.say(format!(
             "{}: {} samples, {} s at {} Hz (period {} ms), jitter up to {} %, {} gaps, {} samples \
              missing, {} repeated, {} frozen",
-            log.file,
+            log.name(),
             log.samples,
             significant(log.duration_s, 4),
             significant(log.rate_hz, 4),

@@ -77,7 +77,8 @@ fn log(
         })
     });
     CheckedLog {
-        file: name.to_owned(),
+        file: figures.timing.window.without(name),
+        window: figures.timing.window,
         samples: figures.summary.samples(),
         period_s: figures.timing.period,
         rate_hz: 1.0 / figures.timing.period,

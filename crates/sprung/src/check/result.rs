@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use crate::curves::Curves;
+use crate::description::Window;
 use crate::finding::{Finding, Severity};
 
 /// Code of the finding about a late channel.
@@ -39,11 +40,7 @@ impl CheckReport {
             let known = log.columns.iter().find(|one| one.column == column)?;
             Some(known.joint.clone())
         };
-        let file = self
-            .logs
-            .first()
-            .map_or("", |log| log.file.as_str())
-            .to_owned();
+        let file = self.logs.first().map_or_else(String::new, CheckedLog::name);
         let by_likelihood: Vec<(Option<String>, Finding)> = (found.iter())
             .map(|delay| (joint_of(&delay.column), delay.finding(&file)))
             .collect();
@@ -85,6 +82,9 @@ impl CheckReport {
 pub struct CheckedLog {
     /// File as opened.
     pub file: String,
+    /// Window of the file; absent for the whole file.
+    #[serde(skip_serializing_if = "Window::is_whole")]
+    pub window: Window,
     /// Number of samples.
     pub samples: u64,
     /// Sampling period T.
@@ -111,6 +111,14 @@ pub struct CheckedLog {
     pub gap_duration_s: f64,
     /// Columns, in the order of the joints: links, motors, torques.
     pub columns: Vec<ColumnFigures>,
+}
+
+impl CheckedLog {
+    /// Returns its file with its window, for messages.
+    #[must_use]
+    pub fn name(&self) -> String {
+        self.window.of(&self.file)
+    }
 }
 
 /// Figures of one column.

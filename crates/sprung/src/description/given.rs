@@ -17,7 +17,7 @@ impl Log {
     /// Returns all files that the log names.
     pub fn files(&self) -> impl Iterator<Item = &PathBuf> {
         let of_columns = self.given().flat_map(|(_, columns)| &columns.0);
-        (self.file.iter().flatten())
+        (self.file.iter().flatten().map(|file| &file.path))
             .chain((of_columns.chain(&self.time)).filter_map(|column| column.file.as_ref()))
     }
 

@@ -1,7 +1,6 @@
 //! `[log]`: the files of a log and the meaning of its columns.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -10,6 +9,7 @@ use super::choice::choose;
 use super::columns::{Column, ColumnName, Columns};
 use super::factor::{Delay, Factor};
 use super::robot::Side;
+use super::window::{FilePart, OneOrManyFiles, files};
 
 /// A log and the meaning of its columns. A list has one column per joint; with `_rad` or `_deg` one
 /// per revolute joint, with `_m` or `_n` one per prismatic joint. Only flexible joints have a link
@@ -17,10 +17,11 @@ use super::robot::Side;
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 pub struct Log {
     /// The log, or several logs of one robot; relative to the experiment file. The first bytes of a
-    /// file determine its format.
+    /// file determine its format. A table gives a window of a file:
+    /// `{ path = "run.csv", from_s = 12.0, to_s = 60.0 }`, or `from_index` and `to_index`.
     #[serde(default, deserialize_with = "files")]
     #[schemars(with = "Option<OneOrManyFiles>")]
-    pub file: Option<Vec<PathBuf>>,
+    pub file: Option<Vec<FilePart>>,
     /// Form of CSV files, if sprung does not determine it correctly.
     pub csv: Option<CsvForm>,
     /// Column of the time, s.
@@ -104,13 +105,13 @@ impl Log {
         self.time.is_some() || columns.into_iter().any(Option::is_some)
     }
 
-    /// Returns the names of its files, or `other` if it has no file.
+    /// Returns the names of its files with their windows, or `other` if it has no file.
     #[must_use]
     pub fn name(&self, other: &str) -> String {
         match &self.file {
             None => other.to_owned(),
             Some(files) => {
-                let names: Vec<String> = files.iter().map(|f| f.display().to_string()).collect();
+                let names: Vec<String> = files.iter().map(ToString::to_string).collect();
                 names.join(", ")
             }
         }
@@ -173,44 +174,4 @@ fn one_column<'de, D: serde::Deserializer<'de>>(
         1 => Ok(columns.pop()),
         _ => Err(serde::de::Error::custom("time is one column, not a list")),
     }
-}
-
-#[derive(JsonSchema)]
-#[schemars(untagged)]
-#[expect(dead_code, reason = "describes the schema of one file or several")]
-enum OneOrManyFiles {
-    One(PathBuf),
-    Many(Vec<PathBuf>),
-}
-
-fn files<'de, D: serde::Deserializer<'de>>(
-    deserializer: D,
-) -> Result<Option<Vec<PathBuf>>, D::Error> {
-    struct Visitor;
-    impl<'de> serde::de::Visitor<'de> for Visitor {
-        type Value = Option<Vec<PathBuf>>;
-
-        fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-            f.write_str("the name of a file or a list of names")
-        }
-
-        fn visit_str<E>(self, word: &str) -> Result<Self::Value, E> {
-            Ok(Some(vec![PathBuf::from(word)]))
-        }
-
-        fn visit_seq<A: serde::de::SeqAccess<'de>>(
-            self,
-            mut list: A,
-        ) -> Result<Self::Value, A::Error> {
-            let mut all = Vec::new();
-            while let Some(one) = list.next_element::<PathBuf>()? {
-                all.push(one);
-            }
-            if all.is_empty() {
-                return Err(serde::de::Error::custom("the list of files is empty"));
-            }
-            Ok(Some(all))
-        }
-    }
-    deserializer.deserialize_any(Visitor)
 }

@@ -22,6 +22,7 @@ mod tree;
 mod types;
 mod units;
 mod urdf;
+mod window;
 
 pub use columns::{Column, ColumnName, Columns, PerJoint, StartsAt};
 pub use factor::{Delay, Factor};
@@ -41,3 +42,4 @@ pub use run::{Controller, ControllerKind, Feedforward, Reference, Simulate, Sine
 pub use template::{Start, StartError, template};
 pub use units::Unit;
 pub use urdf::{TreeJoint, Urdf, UrdfError, UrdfJoint};
+pub use window::{FilePart, Window};

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::description::Log;
+use crate::description::{Log, Window};
 use crate::log::Sampling;
 use crate::prepare::Prepared;
 use crate::regression::LogFigures;
@@ -14,6 +14,9 @@ use crate::regression::LogFigures;
 pub struct LogInfo {
     /// File name as the experiment gives it.
     pub file: String,
+    /// Window of the file; absent for the whole file.
+    #[serde(default, skip_serializing_if = "Window::is_whole")]
+    pub window: Window,
     /// Number of samples.
     pub samples: u64,
     /// Sampling period, s.
@@ -31,7 +34,7 @@ pub struct LogInfo {
     /// Cycle at whose multiples the samples were taken, s; `None` if there is no cycle.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cycle_s: Option<f64>,
-    /// Number of samples in the file.
+    /// Number of samples in the file, or in its window.
     #[serde(default)]
     pub recorded: u64,
     /// Number of used samples that were interpolated.
@@ -79,6 +82,12 @@ pub struct GainUsed {
 }
 
 impl LogInfo {
+    /// Returns its file with its window, for messages.
+    #[must_use]
+    pub fn name(&self) -> String {
+        self.window.of(&self.file)
+    }
+
     /// Returns the signs that were estimated, by column.
     #[must_use]
     pub fn signs(&self) -> BTreeMap<String, f64> {
@@ -119,10 +128,9 @@ pub(super) fn log_infos(prepared: &Prepared, figures: &[LogFigures]) -> Vec<LogI
 /// the experiment lists none.
 fn log_names(log: Option<&Log>, opened: &[String]) -> Vec<String> {
     match log.and_then(|log| log.file.as_ref()) {
-        Some(files) if files.len() == opened.len() => files
-            .iter()
-            .map(|file| file.display().to_string())
-            .collect(),
+        Some(files) if files.len() == opened.len() => {
+            files.iter().map(ToString::to_string).collect()
+        }
         _ => opened.to_vec(),
     }
 }
@@ -143,7 +151,8 @@ fn log_info(file: &str, figures: &LogFigures, prepared: &Prepared) -> LogInfo {
         .collect();
     let timing = figures.timing;
     LogInfo {
-        file: file.to_owned(),
+        file: timing.window.without(file),
+        window: timing.window,
         samples: figures.summary.samples(),
         period_s: timing.period,
         duration_s: timing.duration,

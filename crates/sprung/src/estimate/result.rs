@@ -40,10 +40,10 @@ impl Identification {
         std::iter::once(&self.log).chain(&self.further_logs)
     }
 
-    /// Returns the file names of the logs, separated by commas.
+    /// Returns the file names of the logs with their windows, separated by commas.
     #[must_use]
     pub fn files(&self) -> String {
-        let files: Vec<&str> = self.logs().map(|log| log.file.as_str()).collect();
+        let files: Vec<String> = self.logs().map(LogInfo::name).collect();
         files.join(", ")
     }
 

@@ -2,6 +2,9 @@
 
 use std::fmt;
 
+use super::select::Miss;
+use crate::description::Window;
+
 /// A position in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
@@ -115,6 +118,19 @@ pub enum LogError {
         needed: u64,
         /// Computation that needs the samples.
         why: String,
+    },
+    /// No sample lies in the window of the log.
+    #[error(
+        "no sample of {file} lies in its window, {window}: {log}; correct the window under file in the \
+         experiment file"
+    )]
+    EmptyWindow {
+        /// Name of the file.
+        file: String,
+        /// The window.
+        window: Box<Window>,
+        /// Position of the log relative to the window.
+        log: Miss,
     },
     /// The time does not increase.
     #[error(

@@ -5,6 +5,7 @@
 //! - `columns`: assigns columns to quantities ([`Channels`]) and converts rows to SI units;
 //! - `formats`: recognises a file by its first bytes and turns it into rows of numbers;
 //! - `clock`: finds when samples were taken, and resamples uneven samples onto an even grid;
+//! - `select`: selects the samples of a window;
 //! - `reader`: combines the modules above in `LogReader`;
 //! - `figures`: gathers statistics of each channel in `Summary`, from which [`check`] makes
 //!   findings.
@@ -18,6 +19,7 @@ mod figures;
 mod formats;
 mod input;
 mod reader;
+mod select;
 mod source;
 mod write;
 
@@ -35,6 +37,7 @@ pub use figures::{Sizes, check};
 pub use formats::panics_are_caught;
 pub use input::{Input, LogFile};
 pub(crate) use reader::LogReader;
+pub use select::{Beyond, Miss};
 pub use source::{LogSource, Opener};
 pub use write::LogWriter;
 

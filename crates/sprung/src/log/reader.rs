@@ -5,14 +5,15 @@ use std::path::Path;
 use super::block::{BLOCK, LogBlock};
 use super::error::LogError;
 use super::formats::table::{Opened, Request};
-use crate::description::ColumnName;
+use super::select::Selector;
+use crate::description::{ColumnName, Window};
 use crate::log::clock::grid::Grid;
 use crate::log::clock::timing::{Gaps, Timing};
 use crate::log::columns::channel::Channel;
 use crate::log::columns::channels::Channels;
 use crate::log::columns::follow::Follower;
 use crate::log::columns::origin::{Pick, Start, Stream, TimeOrigin};
-use crate::log::columns::rows::{Rows, TimeOfRows};
+use crate::log::columns::rows::{Rows, TimeOfRows, Tolerance};
 
 /// A log that is read block by block.
 pub struct LogReader {
@@ -25,6 +26,7 @@ pub struct LogReader {
     // Indices of the grid's channels among all channels.
     of_grid: Vec<usize>,
     ended: bool,
+    window: Selector,
     // Samples left out because a follower lacks them, and the resulting gaps.
     left_out: LeftOut,
     file: String,
@@ -40,16 +42,21 @@ type OpenStream<'a> = &'a mut dyn FnMut(Option<&Path>, &Request<'_>) -> Result<O
 impl LogReader {
     /// Opens all files and topics that the channels name.
     ///
-    /// - `file`: name of the log, for messages.
+    /// - `file`: name of the log, for messages, and the window of it that is read.
     ///
     /// # Errors
     ///
     /// [`LogError`] if a file cannot be read or lacks a column.
     pub(super) fn new(
-        file: &str,
+        (file, window): (&str, Window),
         channels: &Channels,
         open_stream: OpenStream<'_>,
     ) -> Result<Self, LogError> {
+        let tolerance = if window.is_whole() {
+            Tolerance::Strict
+        } else {
+            Tolerance::OfWindow
+        };
         let streams = streams(channels);
         let mut opened = Vec::new();
         for (i, stream) in streams.iter().enumerate() {
@@ -59,7 +66,13 @@ impl LogReader {
                 .map(|(place, _)| place)
                 .collect();
             let name = name_of(file, stream);
-            let rows = rows(&name, channels, stream, (time, &of), open_stream)?;
+            let rows = rows(
+                (&name, tolerance),
+                channels,
+                stream,
+                (time, &of),
+                open_stream,
+            )?;
             opened.push((name, rows, of, time));
         }
         let mut opened = opened.into_iter();
@@ -71,7 +84,7 @@ impl LogReader {
             if matches!(time, Time::None) {
                 beside.push((name, rows, of));
             } else {
-                followers.push(Follower::new(name, rows, of));
+                followers.push(Follower::new(name, rows, of, tolerance));
             }
         }
         let mut of_grid = of_first;
@@ -83,9 +96,10 @@ impl LogReader {
             first,
             beside,
             followers,
-            grid: Grid::new(file, channels.sampling, &smooth, &of_grid),
+            grid: Grid::new(&window.of(file), channels.sampling, &smooth, &of_grid),
             of_grid,
             ended: false,
+            window: Selector::new(window),
             left_out: LeftOut::default(),
             file: file.to_owned(),
         })
@@ -118,6 +132,8 @@ impl LogReader {
     #[must_use]
     pub fn timing(&self) -> Timing {
         let mut timing = self.grid.timing();
+        timing.window = self.window.window();
+        timing.beyond = self.window.beyond();
         timing.gaps.count += self.left_out.gaps.count;
         timing.gaps.duration += self.left_out.gaps.duration;
         for follower in &self.followers {
@@ -131,22 +147,31 @@ impl LogReader {
     /// Reads at most `limit` rows, or records the end of the log.
     fn more(&mut self, limit: usize) -> Result<(), LogError> {
         let count = self.first.read(limit)?;
-        for (name, rows, _) in &mut self.beside {
-            let own = rows.read(count.max(1))?;
-            if own != count {
+        let origin = 1e-9 * self.first.origin() as f64;
+        let rows = self.window.select(&self.first.times, origin);
+        for (name, beside, _) in &mut self.beside {
+            let own = beside.read(count.max(1))?;
+            if own != count && (rows.end > own || !self.window.ended()) {
                 let before = self.grid.timing().recorded;
-                return Err(unequal(&self.file, name, before, (count, own)));
+                return Err(match beside.later() {
+                    Some(error) => error,
+                    None => unequal(&self.file, name, before, (count, own)),
+                });
             }
+            beside.check(rows.clone())?;
         }
-        if count == 0 {
-            self.ended = true;
-            return self.grid.finish();
-        }
+        self.first.check(rows.clone())?;
         let beside = self.beside.iter().flat_map(|(_, rows, _)| &rows.values);
         let columns = self.first.values.iter().chain(beside);
-        for (i, &time) in self.first.times.iter().enumerate() {
+        for i in rows {
             let values = columns.clone().map(|column| column[i]);
-            self.grid.take(self.first.place(i), time, values)?;
+            let (place, time) = (self.first.place(i), self.first.times[i]);
+            self.grid.take(place, time, values)?;
+        }
+        if count == 0 || self.window.ended() {
+            self.ended = true;
+            self.window.finish(&self.file)?;
+            return self.grid.finish();
         }
         Ok(())
     }
@@ -260,9 +285,10 @@ fn name_of(log: &str, stream: &Stream) -> String {
 
 /// Opens a stream.
 ///
+/// - `name`, `tolerance`: its name for messages, and the rows whose faults are errors.
 /// - `time`, `of`: source of its time, and indices of its channels.
 fn rows(
-    name: &str,
+    (name, tolerance): (&str, Tolerance),
     channels: &Channels,
     stream: &Stream,
     (time, of): (Time<'_>, &[usize]),
@@ -310,7 +336,7 @@ fn rows(
         Time::Period(period) => TimeOfRows::Period(period),
         Time::None => TimeOfRows::None,
     };
-    Ok(Rows::new(name, opened, time, &own, &starts))
+    Ok(Rows::new(name, opened, time, &own, &starts, tolerance))
 }
 
 #[cold]

@@ -9,6 +9,7 @@ use super::formats::table::{Opened, Request};
 use super::formats::{memory, open};
 use super::input::Input;
 use super::reader::LogReader;
+use crate::description::Window;
 
 /// Opens the log's own file (`None`) or another file that a channel names. Each call returns the
 /// file at its beginning.
@@ -19,6 +20,7 @@ pub struct LogSource<'a> {
     /// Name for messages.
     pub name: String,
     holds: Holds<'a>,
+    window: Window,
 }
 
 /// Location of a log's numbers.
@@ -37,6 +39,7 @@ impl<'a> LogSource<'a> {
         Self {
             name: name.into(),
             holds: Holds::Files(opener),
+            window: Window::default(),
         }
     }
 
@@ -49,7 +52,26 @@ impl<'a> LogSource<'a> {
         Self {
             name: name.into(),
             holds: Holds::Memory(arrays),
+            window: Window::default(),
         }
+    }
+
+    /// Returns a window of the log.
+    #[must_use]
+    pub fn within(self, window: Window) -> Self {
+        Self { window, ..self }
+    }
+
+    /// Returns its window.
+    #[must_use]
+    pub fn window(&self) -> Window {
+        self.window
+    }
+
+    /// Returns its name with its window, for findings.
+    #[must_use]
+    pub fn label(&self) -> String {
+        self.window.of(&self.name)
     }
 
     /// Opens the log and finds its columns.
@@ -58,12 +80,12 @@ impl<'a> LogSource<'a> {
     ///
     /// [`LogError`] if the log cannot be opened or lacks a column.
     pub fn open(&mut self, channels: &Channels) -> Result<LogReader, LogError> {
-        let (name, holds) = (&self.name, &mut self.holds);
+        let (name, holds, window) = (&self.name, &mut self.holds, self.window);
         let mut open_stream = |path: Option<&Path>, request: &Request<'_>| match holds {
             Holds::Files(opener) => open_file(name, opener, path, request),
             Holds::Memory(arrays) => open_arrays(name, arrays, path, request),
         };
-        LogReader::new(name, channels, &mut open_stream)
+        LogReader::new((name, window), channels, &mut open_stream)
     }
 }
 

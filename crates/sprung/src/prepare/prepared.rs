@@ -85,12 +85,12 @@ pub fn prepare(
     let experiment = experiment.into_owned();
     let log = experiment.log.as_ref().ok_or(PrepareError::NoLog)?;
     let channels = Channels::new(&experiment.robot, log)?;
-    let names: Vec<String> = sources.iter().map(|source| source.name.clone()).collect();
+    let names: Vec<String> = sources.iter().map(LogSource::label).collect();
     let mut choosing = |choice| progress.tell(Phase::Preparing, choice, Some(CHOICES));
     choosing(1)?;
     let first = sources.first_mut().ok_or(PrepareError::NoLog)?;
     let excerpt = excerpt(&channels, first)?;
-    let wrong_time_unit = time_unit(&first.name, &channels, excerpt.period())
+    let wrong_time_unit = time_unit(&first.label(), &channels, excerpt.period())
         .filter(|finding| finding.severity == Severity::Error);
     let (reading, cutoff_reason) = as_given(model, &experiment.identify, &channels, &excerpt);
     choosing(2)?;

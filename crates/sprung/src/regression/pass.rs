@@ -412,7 +412,7 @@ fn too_short(
         _ => ", between two gaps",
     };
     LogError::TooShort {
-        file: source.name.clone(),
+        file: source.label(),
         found: log.timing().recorded,
         needed: preparation.needed as u64,
         why: format!(

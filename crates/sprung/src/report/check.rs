@@ -38,7 +38,7 @@ pub fn compose_check(checked: &Checked, command: &str, experiment: &str) -> Docu
     for (k, log) in report.logs.iter().enumerate() {
         sections.push(section(
             &format!("log-{k}"),
-            &log.file,
+            &log.name(),
             &format!(
                 "{} samples in {} s, {} Hz; steps of the time differ by up to {} %; {} gaps, {} s in \
                  total.",
@@ -71,7 +71,7 @@ pub fn compose_check(checked: &Checked, command: &str, experiment: &str) -> Docu
         title: report.robot.clone(),
         subtitle: format!(
             "Check of {}",
-            (report.logs.iter().map(|log| log.file.as_str()))
+            (report.logs.iter().map(CheckedLog::name))
                 .collect::<Vec<_>>()
                 .join(", ")
         ),

@@ -6,7 +6,7 @@ use super::numbers::significant;
 use super::section::section;
 use super::tables::{number, text};
 use crate::estimate::{
-    EstimateResult, Identification, NORMAL_95, RefinedDelay, Refinement, RowDisturbance,
+    EstimateResult, Identification, LogInfo, NORMAL_95, RefinedDelay, Refinement, RowDisturbance,
 };
 use crate::model::short;
 
@@ -174,7 +174,7 @@ fn logs(
 ) -> Option<Intervals> {
     let each = &refinement.each_log;
     (each.len() > 1).then_some(())?;
-    let files: Vec<String> = identification.logs().map(|log| log.file.clone()).collect();
+    let files: Vec<String> = identification.logs().map(LogInfo::name).collect();
     let mut names = vec!["all logs".to_owned()];
     if files.len() == each.len() {
         names.extend(files);

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::error::SessionError;
 use super::files::Files;
 use super::load::Session;
-use crate::description::Log;
+use crate::description::{FilePart, Log};
 use crate::log::{LogSource, Opener};
 
 /// A function that opens the files of a log, any number of times.
@@ -13,15 +13,18 @@ type BoxedOpener<'a> = Box<Opener<'a>>;
 
 /// Logs of one run, which can be read any number of times.
 pub(super) struct Logs<'a> {
-    paths: Vec<PathBuf>,
+    files: Vec<FilePart>,
     openers: Vec<BoxedOpener<'a>>,
 }
 
 impl Logs<'_> {
     /// Returns the logs as sources.
     pub(super) fn sources(&mut self) -> Vec<LogSource<'_>> {
-        (self.paths.iter().zip(&mut self.openers))
-            .map(|(path, opener)| LogSource::files(path.display().to_string(), &mut **opener))
+        (self.files.iter().zip(&mut self.openers))
+            .map(|(file, opener)| {
+                let name = file.path.display().to_string();
+                LogSource::files(name, &mut **opener).within(file.window)
+            })
             .collect()
     }
 }
@@ -38,27 +41,30 @@ impl Session {
         Ok(overlay.map_or_else(|| log.clone(), |over| log.overlaid(over)))
     }
 
-    /// Returns the paths of a log's files.
+    /// Returns the files of a log with their paths and windows.
     ///
     /// # Errors
     ///
     /// [`SessionError`] if the experiment has no log, or if the log has no file.
-    pub(super) fn log_paths(&self, overlay: Option<&Log>) -> Result<Vec<PathBuf>, SessionError> {
-        let files = self.log(overlay)?.file.ok_or(SessionError::NoLogFile)?;
-        Ok(files.iter().map(|file| self.folder.join(file)).collect())
+    pub(super) fn log_files(&self, overlay: Option<&Log>) -> Result<Vec<FilePart>, SessionError> {
+        let mut files = self.log(overlay)?.file.ok_or(SessionError::NoLogFile)?;
+        for file in &mut files {
+            file.path = self.folder.join(&file.path);
+        }
+        Ok(files)
     }
 
     /// Returns the logs that the experiment, or one of its validation runs, names.
     ///
     /// # Errors
     ///
-    /// The errors of [`log_paths`](Self::log_paths).
+    /// The errors of [`log_files`](Self::log_files).
     pub(super) fn logs(&self, overlay: Option<&Log>) -> Result<Logs<'_>, SessionError> {
-        let paths = self.log_paths(overlay)?;
-        let openers = (paths.iter())
-            .map(|path| opener(&*self.files, &self.folder, path.clone()))
+        let files = self.log_files(overlay)?;
+        let openers = (files.iter())
+            .map(|file| opener(&*self.files, &self.folder, file.path.clone()))
             .collect();
-        Ok(Logs { paths, openers })
+        Ok(Logs { files, openers })
     }
 }
 

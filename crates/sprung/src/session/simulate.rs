@@ -90,8 +90,8 @@ impl Session {
 
     /// Returns the file name of the simulated log: that of the first log, with extension `csv`.
     fn recorded_name(&self, overlay: Option<&Log>) -> Result<PathBuf, SessionError> {
-        let paths = self.log_paths(overlay)?;
-        let name = paths.first().and_then(|path| path.file_name());
+        let files = self.log_files(overlay)?;
+        let name = files.first().and_then(|file| file.path.file_name());
         Ok(name.map_or_else(
             || PathBuf::from("simulated.csv"),
             |name| PathBuf::from(name).with_extension("csv"),

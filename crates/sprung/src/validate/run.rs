@@ -108,7 +108,7 @@ pub fn validate(
         }
         runs.push(RunResult {
             name: described.name.clone(),
-            log: log.name(sources.first().map_or("", |source| &source.name)),
+            log: log.name(&sources.first().map_or_else(String::new, LogSource::label)),
             samples: outcome.samples,
             simulated: controller.is_some(),
             findings: outcome.findings,
@@ -201,7 +201,7 @@ impl Run<'_> {
         let mut findings = Vec::new();
         for (figures, source) in passed.logs.iter().zip(&*sources) {
             let joints = self.model.joints();
-            let found = check(&source.name, self.channels, joints, &figures.summary);
+            let found = check(&source.label(), self.channels, joints, &figures.summary);
             let wrong = (found.iter()).find(|finding| finding.severity == Severity::Error);
             if let Some(wrong) = wrong
                 && self.settings.on_check_error == OnCheckError::Refuse

@@ -15,7 +15,7 @@ fn timed_log_of(folder: &Path, experiment: &str) -> (Vec<Vec<f64>>, Timing) {
     let experiment = read("experiment.toml", experiment, &[], &mut no_files).unwrap();
     let log = experiment.log.as_ref().unwrap();
     let channels = Channels::new(&experiment.robot, log).unwrap();
-    let (folder, own) = (folder.to_owned(), log.file.clone().unwrap()[0].clone());
+    let (folder, own) = (folder.to_owned(), log.file.clone().unwrap()[0].path.clone());
     let mut reader = move |other: Option<&Path>| -> std::io::Result<Box<dyn Input>> {
         Ok(Box::new(std::fs::File::open(
             folder.join(other.unwrap_or(&own)),

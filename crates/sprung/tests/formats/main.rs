@@ -17,6 +17,7 @@ mod resampling;
 mod same;
 mod support;
 mod units;
+mod windows;
 
 #[cfg(not(feature = "mat73"))]
 #[test]

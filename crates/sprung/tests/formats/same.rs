@@ -3,7 +3,7 @@
 use crate::keys::{ARRAYS, NUMBERS, TOPICS, USUAL};
 use crate::support::{Files, difference, read_log, says, truth};
 
-fn cases() -> Vec<(&'static str, String)> {
+pub(crate) fn cases() -> Vec<(&'static str, String)> {
     let mut all: Vec<(&str, &str)> = Vec::new();
     for file in [
         "plain.csv",

@@ -3,7 +3,7 @@
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-use sprung::description::{Experiment, no_files, read};
+use sprung::description::{Experiment, Window, no_files, read};
 use sprung::log::{Channels, Input, LogBlock, LogError, LogFile, LogSource, Timing};
 
 const ROBOT: &str = r#"
@@ -76,6 +76,15 @@ pub(crate) fn read_timed(
     file: &str,
     channels: &Channels,
 ) -> Result<Found, LogError> {
+    read_window(files, file, channels, Window::default())
+}
+
+pub(crate) fn read_window(
+    files: &Files,
+    file: &str,
+    channels: &Channels,
+    window: Window,
+) -> Result<Found, LogError> {
     let (files, own) = (files.clone(), PathBuf::from(file));
     let mut reader = move |other: Option<&Path>| -> std::io::Result<Box<dyn Input>> {
         let name = other.unwrap_or(&own).to_str().unwrap().to_owned();
@@ -88,7 +97,10 @@ pub(crate) fn read_timed(
             },
         }
     };
-    read_source(&mut LogSource::files(file, &mut reader), channels)
+    read_source(
+        &mut LogSource::files(file, &mut reader).within(window),
+        channels,
+    )
 }
 
 /// Reads a source to its end.

@@ -39,6 +39,42 @@ fn every_verb_runs_without_terminal_and_disk() {
 }
 
 #[test]
+fn windows_of_logs_reach_every_verb() {
+    let parts = "log.file=[{ path = \"identification.csv\", to_s = 1.5 }, \
+                 { path = \"identification.csv\", from_s = 1.5, to_s = 2.5 }]";
+    let predicted = "validate.prediction.log.file={ path = \"validation.csv\", to_index = 2000 }";
+    let session = session(&[parts, predicted]);
+    let checked = session.check(Depth::OnePass, &mut Unheard).unwrap();
+    let logs: Vec<(String, u64)> = (checked.report.logs.iter())
+        .map(|log| (log.name(), log.samples))
+        .collect();
+    let names = [
+        "identification.csv (to 1.5 s)",
+        "identification.csv (from 1.5 s to 2.5 s)",
+    ];
+    assert_eq!(
+        logs,
+        [(names[0].to_owned(), 1500), (names[1].to_owned(), 1000)]
+    );
+
+    let found = session.identify(&mut Unheard).unwrap().identification;
+    assert_eq!(found.files(), names.join(", "));
+    let json = serde_json::to_value(&found).unwrap();
+    let second = &json["further_logs"][0];
+    assert_eq!(second["file"], "identification.csv");
+    assert_eq!(second["window"]["from_s"], 1.5);
+    assert_eq!(second["samples"], 1000);
+
+    let parameters = Parameters::from(found);
+    let validated = session.validate(&parameters, &mut Unheard).unwrap();
+    let prediction = &validated.validation.runs[1];
+    assert_eq!(
+        (prediction.log.as_str(), prediction.samples),
+        ("validation.csv (to sample 2000)", 2000)
+    );
+}
+
+#[test]
 fn files_on_disk_say_the_same_as_bytes_in_memory() {
     let folder = folder("same");
     let disk = Session::open(&folder, &owned(&SHORT)).unwrap();

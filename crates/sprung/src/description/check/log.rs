@@ -13,6 +13,7 @@ use crate::description::factor::{Delay, Factor};
 use crate::description::log::Log;
 use crate::description::quantities::{Joints, Key, Quantity, Signal};
 use crate::description::robot::{Joint, Robot};
+use crate::description::window::FilePart;
 
 /// Longest delay of a channel, s.
 const MAX_DELAY_S: f64 = 60.0;
@@ -236,14 +237,23 @@ fn check_sides(log: &Log, path: &[&str]) -> Result<(), Fault> {
 fn check_files(log: &Log, path: &[&str]) -> Result<(), Fault> {
     let at = [path, &["file"]].concat();
     let files = log.file.as_deref().unwrap_or_default();
-    if let Some(twice) = (1..files.len()).find(|&i| files[..i].contains(&files[i])) {
-        return Err(fault(
-            &at,
+    for (i, file) in files.iter().enumerate() {
+        check_file(file, &at)?;
+        let again =
+            |other: &&FilePart| other.path == file.path && other.window.overlaps(&file.window);
+        let Some(other) = files[..i].iter().find(again) else {
+            continue;
+        };
+        let path = file.path.display();
+        let message = if other.window == file.window {
+            format!("{path} is listed twice; its samples would count twice")
+        } else {
             format!(
-                "{} is listed twice; its samples would count twice",
-                files[twice].display()
-            ),
-        ));
+                "{path} is listed with two windows that overlap, {other} and {file}; samples in both \
+                 would count twice"
+            )
+        };
+        return Err(fault(&at, message));
     }
     if files.len() > 1
         && let Some(other) = log.files().nth(files.len())
@@ -257,6 +267,48 @@ fn check_files(log: &Log, path: &[&str]) -> Result<(), Fault> {
                 files.len()
             ),
         ));
+    }
+    Ok(())
+}
+
+/// Checks the window of a file.
+fn check_file(file: &FilePart, at: &[&str]) -> Result<(), Fault> {
+    let (path, window) = (file.path.display(), file.window);
+    let times = [("from_s", window.from_s), ("to_s", window.to_s)];
+    let wrong = |key: &str, message: String| Err(fault(&[at, &[key]].concat(), message));
+    if let Some((key, Some(time))) =
+        (times.into_iter()).find(|(_, time)| time.is_some_and(|time| !time.is_finite()))
+    {
+        return wrong(
+            key,
+            format!("{key} = {time} of {path} must be a finite time in s"),
+        );
+    }
+    for (by_time, by_index, keys) in [
+        (window.from_s, window.from_index, ["from_s", "from_index"]),
+        (window.to_s, window.to_index, ["to_s", "to_index"]),
+    ] {
+        if by_time.is_some() && by_index.is_some() {
+            let [time, index] = keys;
+            return wrong(
+                index,
+                format!("{time} and {index} of {path} both bound the window; keep one"),
+            );
+        }
+    }
+    if window.is_empty() {
+        let key = if window.to_s.is_some() {
+            "to_s"
+        } else {
+            "to_index"
+        };
+        return wrong(
+            key,
+            format!(
+                "the window of {path}, {window}, is empty; its end must lie after its beginning, and \
+                 the sample at its end does not belong to it"
+            ),
+        );
     }
     Ok(())
 }

@@ -230,7 +230,8 @@ fn log(text: &mut String, robot: &Start) {
 # FILL IN the log and its column names: in each list one per joint, in the order of the blocks. Link
 # positions are those after the spring; a joint with transmission = \"rigid\" has no link position.
 # Motor positions and torques are those after the gearbox. docs/logs.md describes Parquet,
-# Arrow, .npz, .mat, MCAP and .db3, other units, counts, and columns in several files.
+# Arrow, .npz, .mat, MCAP and .db3, other units, counts, and columns in several files. A part of a
+# log: file = { path = \"log.csv\", from_s = 12.0, to_s = 60.0 }, or from_index and to_index.
 [log]
 ",
     );

@@ -17,6 +17,10 @@ const POSSIBLE_RATES_HZ: std::ops::RangeInclusive<f64> = 2.0..=5e5;
 /// Rate, Hz, that is preferred if several units give a usual rate.
 const LIKELIEST_RATE_HZ: f64 = 1e3;
 
+/// Extent of a window beyond its log, in periods, that a finding reports: a log of 60 s ends one
+/// period before 60 s.
+const MAX_BEYOND_PERIODS: f64 = 1.5;
+
 /// Units of time: name and size in s.
 const TIME_UNITS: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
 
@@ -30,6 +34,7 @@ pub(crate) fn check_timing(file: &str, channels: &Channels, timing: &Timing) -> 
     let mut findings = Vec::new();
     findings.extend(time_unit(file, channels, timing.period));
     findings.extend(uneven(file, channels, timing));
+    findings.extend(beyond(file, timing));
     findings.extend(counted(
         (file, "dropped-samples", &timing.dropped, timing),
         format!(
@@ -121,6 +126,44 @@ pub(crate) fn time_unit(file: &str, channels: &Channels, period: f64) -> Option<
         _ => String::new(),
     };
     Some((finding.seen(file, &column, rate, "Hz")).mended_by("[log]", &line))
+}
+
+/// Returns a finding if the window of a log extends beyond the log.
+fn beyond(file: &str, timing: &Timing) -> Option<Finding> {
+    let beyond = timing.beyond;
+    let far = |time: f64| time > MAX_BEYOND_PERIODS * timing.period;
+    let mut parts = Vec::new();
+    if far(beyond.before) {
+        parts.push(format!(
+            "begins {} s before the first sample",
+            rounded(beyond.before)
+        ));
+    }
+    if far(beyond.after) {
+        parts.push(format!(
+            "ends {} s after the last sample",
+            rounded(beyond.after)
+        ));
+    }
+    if beyond.samples_after > 0 {
+        parts.push(format!(
+            "ends {} samples after the last one",
+            beyond.samples_after
+        ));
+    }
+    (!parts.is_empty()).then(|| {
+        Finding::new(
+            Severity::Info,
+            "window-beyond-log",
+            format!(
+                "the window of {file} {}; sprung read the {} samples that exist",
+                parts.join(" and "),
+                timing.recorded
+            ),
+            "check the window, if the log should be longer",
+        )
+        .seen(file, "", beyond.before.max(beyond.after), "s")
+    })
 }
 
 fn samples(count: &Count) -> String {
@@ -262,6 +305,23 @@ mod tests {
             on_cycle: (1.999_996e-3, 1.5e-5),
             decisive,
         }
+    }
+
+    #[test]
+    fn windows_beyond_the_log_are_reported() {
+        let timing = |after: f64| Timing {
+            period: 1e-3,
+            recorded: 1000,
+            beyond: crate::log::Beyond {
+                after,
+                ..crate::log::Beyond::default()
+            },
+            ..Timing::default()
+        };
+        let finding = beyond("run.csv (to 60 s)", &timing(59.0)).unwrap();
+        assert_eq!(finding.code, "window-beyond-log");
+        assert!(finding.text.contains("ends 59 s after"), "{}", finding.text);
+        assert_eq!(beyond("run.csv (to 1 s)", &timing(1e-3)), None);
     }
 
     #[test]

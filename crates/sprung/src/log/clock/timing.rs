@@ -1,6 +1,8 @@
 //! Results of the analysis of a log's sampling.
 
+use crate::description::Window;
 use crate::log::error::Place;
+use crate::log::select::Beyond;
 
 /// Times at which the samples of a log were taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -86,8 +88,12 @@ pub struct Evidence {
 /// Sampling of the part of a log that was read.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Timing {
-    /// Number of samples in the file.
+    /// Number of samples in the file, or in the window of it.
     pub recorded: u64,
+    /// Window of the log that is read.
+    pub window: Window,
+    /// Extent of this window beyond the log.
+    pub beyond: Beyond,
     /// Period of the resampled log, s; 0 until it is known.
     pub period: f64,
     /// Time between the first and the last sample, s.

@@ -1,6 +1,6 @@
 //! Interpolates streams with their own clock at the times of the first stream.
 
-use super::rows::Rows;
+use super::rows::{Rows, Tolerance};
 use crate::log::block::BLOCK;
 use crate::log::clock::resample::lagrange;
 use crate::log::clock::timing::Count;
@@ -26,6 +26,9 @@ pub(in crate::log) struct Follower {
     shift: f64,
     usual: f64,
     ended: bool,
+    // Error of the rows that follow, if the log has a window.
+    fault: Option<LogError>,
+    tolerance: Tolerance,
     name: String,
     /// Rows that repeat the time and the values of the preceding row.
     pub(in crate::log) repeated: Count,
@@ -34,8 +37,15 @@ pub(in crate::log) struct Follower {
 impl Follower {
     /// - `name`: name of the stream for messages.
     /// - `channels`: indices of its channels among all.
-    pub(in crate::log) fn new(name: String, rows: Rows, channels: Vec<usize>) -> Self {
+    pub(in crate::log) fn new(
+        name: String,
+        rows: Rows,
+        channels: Vec<usize>,
+        tolerance: Tolerance,
+    ) -> Self {
         Self {
+            fault: None,
+            tolerance,
             values: vec![Vec::new(); channels.len()],
             rows,
             channels,
@@ -71,7 +81,7 @@ impl Follower {
         while !self.ended && !behind(&self.times) {
             // Samples long before the first requested time are not kept.
             self.let_go(self.times.partition_point(|time| *time < times[0]));
-            self.more(origin)?;
+            self.more(origin, times[0])?;
         }
         let mut k = 0;
         for &time in times {
@@ -79,7 +89,14 @@ impl Follower {
                 k += 1;
             }
             for (values, channel) in self.values.iter().zip(&self.channels) {
-                out[*channel].push(interpolated(&self.times, values, k, time, self.usual));
+                let value = interpolated(&self.times, values, k, time, self.usual);
+                if value.is_nan()
+                    && self.times.last().is_none_or(|last| time > *last)
+                    && let Some(error) = self.fault.take()
+                {
+                    return Err(error);
+                }
+                out[*channel].push(value);
             }
         }
         self.let_go(k);
@@ -88,14 +105,15 @@ impl Follower {
 
     /// Drops samples that no cubic at or after the `k`th sample needs.
     fn let_go(&mut self, k: usize) {
-        let done = k.saturating_sub(2);
+        let done = k.saturating_sub(2).min(self.times.len());
         self.times.drain(..done);
         for values in &mut self.values {
             values.drain(..done);
         }
     }
 
-    fn more(&mut self, origin: i128) -> Result<(), LogError> {
+    /// - `wanted`: first time that is still requested, s.
+    fn more(&mut self, origin: i128, wanted: f64) -> Result<(), LogError> {
         let count = self.rows.read(BLOCK)?;
         if count == 0 {
             self.ended = true;
@@ -109,8 +127,23 @@ impl Follower {
             steps.sort_by(f64::total_cmp);
             self.usual = steps.get(steps.len() / 2).copied().unwrap_or(0.0);
         }
-        for (i, time) in self.rows.times.iter().enumerate() {
-            let time = time + self.shift;
+        for i in 0..count {
+            let time = self.rows.times[i] + self.shift;
+            if self.tolerance == Tolerance::OfWindow {
+                let is_before = time.is_nan() || time < wanted;
+                match self.rows.check(i..i + 1) {
+                    Err(_) if is_before => continue,
+                    Err(error) => {
+                        self.fault = Some(error);
+                        self.ended = true;
+                        return Ok(());
+                    }
+                    Ok(()) => {}
+                }
+                if is_before && self.times.last().is_some_and(|before| time < *before) {
+                    self.let_go(self.times.len() + 2);
+                }
+            }
             if let Some(&before) = self.times.last()
                 && time <= before
             {

@@ -1,5 +1,7 @@
 //! Rows of one stream in SI units: the readings are checked, unwrapped, shifted and scaled.
 
+use std::ops::Range;
+
 use super::channel::Channel;
 use super::origin::Start;
 use crate::log::error::{LogError, Place};
@@ -44,6 +46,15 @@ enum StartState {
     Begun(f64, f64),
 }
 
+/// Rows whose faults are errors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::log) enum Tolerance {
+    /// All rows.
+    Strict,
+    /// The rows that [`Rows::check`] examines, because others lie outside a window.
+    OfWindow,
+}
+
 /// Rows of one stream.
 pub(in crate::log) struct Rows {
     file: String,
@@ -54,6 +65,11 @@ pub(in crate::log) struct Rows {
     readings: Vec<Readings>,
     // Number of rows before those in memory.
     before: u64,
+    tolerance: Tolerance,
+    // A row in memory that could not be read, and its error.
+    fault: Option<(usize, LogError)>,
+    // Error of the part that follows the rows in memory.
+    later: Option<LogError>,
     // Times, s, relative to the origin.
     pub(in crate::log) times: Vec<f64>,
     // One vector per channel of this stream.
@@ -70,6 +86,7 @@ impl Rows {
         time: TimeOfRows,
         channels: &[&Channel],
         starts: &[Option<usize>],
+        tolerance: Tolerance,
     ) -> Self {
         let time = match (time, opened.time_unit) {
             (TimeOfRows::Column(_), Some(unit)) => TimeOfRows::Column(unit),
@@ -101,6 +118,9 @@ impl Rows {
             time,
             conversions,
             before: 0,
+            tolerance,
+            fault: None,
+            later: None,
             times: Vec::new(),
             values: vec![Vec::new(); channels.len()],
         }
@@ -121,8 +141,10 @@ impl Rows {
         for values in &mut self.values {
             values.clear();
         }
-        let count = self.table.read(limit, &mut self.readings)?;
-        self.check()?;
+        let count = self.read_readings(limit)?;
+        if self.tolerance == Tolerance::Strict {
+            self.check(0..count)?;
+        }
         match self.time {
             TimeOfRows::Column(factor) => {
                 let readings = self.readings[0].values.iter();
@@ -159,18 +181,73 @@ impl Rows {
         }
     }
 
-    fn check(&self) -> Result<(), LogError> {
+    /// Reads the next readings, at most `limit` of each column; returns their number.
+    fn read_readings(&mut self, limit: usize) -> Result<usize, LogError> {
+        self.fault = None;
+        if let Some(error) = self.later.take() {
+            return Err(error);
+        }
+        match self.table.read(limit, &mut self.readings) {
+            Err(error) if self.tolerance == Tolerance::OfWindow => self.complete_rows(error),
+            read => read,
+        }
+    }
+
+    /// Keeps the rows before an error; returns their number. An unreadable row counts as a row if
+    /// the rows after it can be read.
+    fn complete_rows(&mut self, error: LogError) -> Result<usize, LogError> {
+        let lengths = self.readings.iter().map(|readings| readings.values.len());
+        let (rows, most) = (
+            lengths.clone().min().unwrap_or(0),
+            lengths.max().unwrap_or(0),
+        );
+        let of_row = matches!(error, LogError::NotANumber { .. } | LogError::Width { .. });
+        if of_row && most <= rows + 1 {
+            for readings in &mut self.readings {
+                readings.values.resize(rows + 1, f64::NAN);
+            }
+            self.fault = Some((rows, error));
+            return Ok(rows + 1);
+        }
+        if rows == 0 {
+            return Err(error);
+        }
+        for readings in &mut self.readings {
+            readings.values.truncate(rows);
+        }
+        self.later = Some(error);
+        Ok(rows)
+    }
+
+    /// Returns the error of the part that follows the rows in memory, if it cannot be read.
+    pub(in crate::log) fn later(&mut self) -> Option<LogError> {
+        self.later.take()
+    }
+
+    /// Checks that rows in memory contain finite numbers.
+    ///
+    /// # Errors
+    ///
+    /// [`LogError`] with the place of the first fault.
+    pub(in crate::log) fn check(&mut self, rows: Range<usize>) -> Result<(), LogError> {
+        let fault = self.fault.as_ref().map(|(row, _)| *row);
+        let fault = fault.filter(|row| rows.contains(row));
+        let readable = rows.start..fault.unwrap_or(rows.end);
         for (readings, name) in self.readings.iter().zip(&self.names) {
-            if let Some(i) = readings.values.iter().position(|value| !value.is_finite()) {
+            let values = &readings.values[readable.clone()];
+            if let Some(i) = values.iter().position(|value| !value.is_finite()) {
                 return Err(LogError::NotFinite {
                     file: self.file.clone(),
-                    place: self.place(i),
+                    place: self.place(readable.start + i),
                     column: name.clone(),
-                    value: readings.values[i],
+                    value: values[i],
                 });
             }
         }
-        Ok(())
+        match self.fault.take_if(|_| fault.is_some()) {
+            Some((_, error)) => Err(error),
+            None => Ok(()),
+        }
     }
 
     fn convert(&mut self, i: usize) {
@@ -184,16 +261,20 @@ impl Rows {
             None => reading,
             Some(unwrap) => unwrap.next(reading),
         });
+        let value_at = |i: usize| match conversion.start {
+            StartState::Column(column) => {
+                self.readings[column].values[i] + self.readings[column].origin as f64
+            }
+            StartState::Known(value) => value,
+            _ => f64::NAN,
+        };
+        // Unreadable rows before a window have no value.
+        let first = (readings.values.iter().enumerate())
+            .map(|(i, &reading)| (reading, value_at(i)))
+            .find(|(reading, value)| reading.is_finite() && value.is_finite());
         if let StartState::Known(_) | StartState::Column(_) = conversion.start
-            && let Some(&first) = readings.values.first()
+            && let Some((first, value)) = first
         {
-            let value = match conversion.start {
-                StartState::Column(column) => {
-                    self.readings[column].values[0] + self.readings[column].origin as f64
-                }
-                StartState::Known(value) => value,
-                _ => 0.0,
-            };
             conversion.start = StartState::Begun(first, value);
         }
         match conversion.start {
@@ -209,6 +290,9 @@ impl Rows {
 
 impl Unwrap {
     fn next(&mut self, reading: f64) -> f64 {
+        if reading.is_nan() {
+            return reading;
+        }
         if !self.last.is_nan() {
             self.turns -= ((reading - self.last) / self.after).round();
         }
