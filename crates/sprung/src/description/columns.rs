@@ -225,6 +225,35 @@ impl Columns {
     }
 }
 
+impl Columns {
+    /// Returns the names of the column of one joint: its own name, and the name that all columns of
+    /// its entry share.
+    ///
+    /// - `i`: place of the joint among the joints with this quantity; `joint`: its name.
+    #[must_use]
+    pub(crate) fn labels(&self, i: usize, joint: &str, default_field: &str) -> (String, String) {
+        let common = self.label(i, default_field);
+        let of_joint = self.of(i).and_then(|(column, place)| {
+            let in_messages = (column.joint_names.as_ref())
+                .and_then(|names| names.get(place))
+                .map_or(joint, String::as_str);
+            match (&column.topic, &column.column) {
+                (Some(_), _) => {
+                    let field = column.field.as_ref().and_then(|field| field.get(place));
+                    let whole = field.is_some_and(|field| field.contains('['));
+                    (!whole).then(|| in_messages.to_owned())
+                }
+                (None, name) => {
+                    let pattern = name.as_ref()?.get(place)?.is_pattern();
+                    (self.spread().is_some() && pattern).then(|| joint.to_owned())
+                }
+            }
+        });
+        let label = of_joint.map_or_else(|| common.clone(), |name| format!("{common}[{name}]"));
+        (label, common)
+    }
+}
+
 impl<'de> Deserialize<'de> for Columns {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct Visitor;

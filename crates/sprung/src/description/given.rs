@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::columns::Columns;
 use super::log::Log;
-use super::quantities::{KEYS, Key, Scaling, Signal};
+use super::quantities::{KEYS, Key, Scaling};
 use super::robot::Side;
 
 impl Log {
@@ -35,36 +35,5 @@ impl Log {
                 .flat_map(|(_, columns)| &columns.0)
                 .find_map(|column| column.side)
         })
-    }
-
-    /// Returns this log with the entries of `over` in place of its own; a signal in `over` replaces
-    /// all columns of this signal.
-    #[must_use]
-    pub fn overlaid(&self, over: &Self) -> Self {
-        let mut log = self.clone();
-        macro_rules! replace {
-            ($($key:ident),+) => {
-                if false $(|| over.$key.is_some())+ {
-                    $(log.$key.clone_from(&over.$key);)+
-                }
-            };
-        }
-        for signal in Signal::ALL {
-            if Key::of(signal).any(|key| key.is_given(over)) {
-                for key in Key::of(signal) {
-                    (key.columns_mut)(&mut log).clone_from((key.columns)(over));
-                }
-            }
-        }
-        replace!(time_s, time_ms, time_us, time_ns, time, period_s, sampling);
-        log.file = over.file.clone().or(log.file);
-        log.csv = over.csv.clone().or(log.csv);
-        log.motor_position_side = over.motor_position_side.or(log.motor_position_side);
-        log.motor_torque_side = over.motor_torque_side.or(log.motor_torque_side);
-        log.motor_torque_exact |= over.motor_torque_exact;
-        log.delay_s.extend(over.delay_s.clone());
-        log.sign.extend(over.sign.clone());
-        log.gain.extend(over.gain.clone());
-        log
     }
 }

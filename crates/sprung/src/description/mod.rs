@@ -13,6 +13,7 @@ mod identify;
 mod keys;
 mod log;
 mod nominal;
+mod overlay;
 mod quantities;
 mod read;
 mod robot;

@@ -38,7 +38,10 @@ impl Session {
     pub(super) fn log(&self, overlay: Option<&Log>) -> Result<Log, SessionError> {
         let log = self.experiment().log.as_ref();
         let log = log.ok_or(SessionError::NoLog)?;
-        Ok(overlay.map_or_else(|| log.clone(), |over| log.overlaid(over)))
+        Ok(overlay.map_or_else(
+            || log.clone(),
+            |over| log.overlaid(over, &self.experiment().robot),
+        ))
     }
 
     /// Returns the files of a log with their paths and windows.

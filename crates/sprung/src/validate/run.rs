@@ -61,6 +61,8 @@ pub fn validate(
         model.check_names(&set.values)?;
     }
     let log = experiment.log.as_ref().ok_or(ValidateError::NoLog)?;
+    // A run may give columns that [log] lacks, so [log] alone need not be complete.
+    let identified = Channels::new(&experiment.robot, log).ok();
     let mut runs = Vec::new();
     let mut curves = Curves {
         columns: columns(model),
@@ -68,7 +70,7 @@ pub fn validate(
     };
     for (described, sources) in experiment.validate.iter().zip(sources) {
         let log = match &described.log {
-            Some(over) => log.overlaid(over),
+            Some(over) => log.overlaid(over, &experiment.robot),
             None => log.clone(),
         };
         let channels = Channels::new(&experiment.robot, &log)?;
@@ -89,7 +91,7 @@ pub fn validate(
             model,
             settings: &experiment.identify,
             channels: &channels,
-            delays: &channel_delays(&channels, delays)?,
+            delays: &channel_delays(&channels, delays, identified.as_ref())?,
             controller,
         };
         let mut outcome = run.simulate(&mut candidates, sources, progress)?;
@@ -229,18 +231,22 @@ impl Run<'_> {
 fn channel_delays(
     channels: &Channels,
     found: &BTreeMap<String, f64>,
+    identified: Option<&Channels>,
 ) -> Result<Vec<f64>, ValidateError> {
     (channels.all.iter())
         .map(|channel| match channel.delay {
             None => Ok(0.0),
             Some(Delay::Known(value)) => Ok(value),
             Some(Delay::Estimate) => {
-                found
-                    .get(&channel.column)
-                    .copied()
-                    .ok_or_else(|| ValidateError::UnknownDelay {
+                let signal = channel.quantity.signal();
+                let same_channel = identified
+                    .and_then(|log| Some(&log.all[log.telling(signal, channel.joint)?]))
+                    .and_then(|of_log| found.get(&of_log.column));
+                (same_channel.or_else(|| found.get(&channel.column)).copied()).ok_or_else(|| {
+                    ValidateError::UnknownDelay {
                         column: channel.column.clone(),
-                    })
+                    }
+                })
             }
         })
         .collect()

@@ -51,8 +51,13 @@ pub(in crate::description) fn check(file: &ExperimentFile) -> Result<(), Fault> 
             let log = file
                 .log
                 .as_ref()
-                .map_or_else(|| over.clone(), |log| log.overlaid(over));
-            check_overlay(file.log.as_ref(), over, &["validate", &i, "log"])?;
+                .map_or_else(|| over.clone(), |log| log.overlaid(over, &file.robot));
+            check_overlay(
+                file.log.as_ref(),
+                over,
+                &["validate", &i, "log"],
+                &file.robot,
+            )?;
             check_log(&log, &["validate", &i, "log"], &file.robot)?;
         }
         if let Some(controller) = &run.controller {

@@ -314,12 +314,24 @@ fn check_file(file: &FilePart, at: &[&str]) -> Result<(), Fault> {
 }
 
 /// Checks that a validation log with its own file does not take columns from the recording of
-/// `[log]`.
+/// `[log]`, and that delays, signs and gains of `[log]` go over to its columns.
 pub(in crate::description) fn check_overlay(
     log: Option<&Log>,
     over: &Log,
     path: &[&str],
+    robot: &Robot,
 ) -> Result<(), Fault> {
+    if let Some(open) = log.and_then(|log| log.ambiguous(over, robot)) {
+        let (table, name, label) = (open.table, open.name, open.label);
+        return Err(fault(
+            path,
+            format!(
+                "{table} of \"{name}\" in [log] has no clear meaning for \"{label}\": {}; give \
+                 {table} = {{ \"{label}\" = … }} for this log",
+                open.reason
+            ),
+        ));
+    }
     let own = over.given().next().is_some();
     let of_columns = |log: &Log| {
         let listed = log.file.as_ref().map_or(0, Vec::len);

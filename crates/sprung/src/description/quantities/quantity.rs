@@ -121,6 +121,11 @@ impl Quantity {
         self.meaning().key
     }
 
+    /// Returns its name in words.
+    pub(crate) fn words(self) -> String {
+        self.key().replace('_', " ")
+    }
+
     /// Returns its place in the equations of motion.
     #[must_use]
     pub const fn measures(self) -> Measures {

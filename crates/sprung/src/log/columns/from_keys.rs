@@ -111,34 +111,30 @@ fn channel(
     let (column, place) = columns.of(k)?;
     let spread = columns.spread().is_some();
     let default = key.default_field();
-    let common = columns.label(k, default);
+    let (label, common) = columns.labels(k, joint, default);
     let in_messages = (column.joint_names.as_ref())
         .and_then(|names| names.get(place))
         .map_or(joint, String::as_str);
-    let (pick, joint_in_label) = match (&column.topic, &column.column) {
+    let pick = match (&column.topic, &column.column) {
         (Some(_), _) => {
             let field = (column.field.as_ref())
                 .and_then(|field| field.get(place))
                 .unwrap_or_else(|| default.to_owned());
-            let whole = field.contains('[');
             // A separate field for each joint holds one number.
             let own = !spread || matches!(column.field, Some(PerJoint::Each(_)));
             let (index, of) = if own { (0, 1) } else { (k, of) };
-            let pick = Pick::Field {
+            Pick::Field {
                 field,
                 joint: in_messages.to_owned(),
                 index,
                 of,
-            };
-            (pick, (!whole).then_some(in_messages))
+            }
         }
         (None, name) => {
             let name = name.as_ref()?.get(place)?;
-            let pattern = spread && name.is_pattern();
-            (Pick::named(&name, joint, k, of), pattern.then_some(joint))
+            Pick::named(&name, joint, k, of)
         }
     };
-    let label = joint_in_label.map_or_else(|| common.clone(), |name| format!("{common}[{name}]"));
     let number = |values: &Option<PerJoint<f64>>| values.as_ref().and_then(|v| v.get(place));
     let unit = column.unit.map_or(1.0, Unit::size);
     let of_log = |factors: &BTreeMap<String, Factor>| {
