@@ -1,16 +1,18 @@
 //! Bias of the gradient by noise of the logged torque.
 //!
 //! The filter takes the logged torque for the acting torque up to noise. This noise enters the
-//! innovations and, through the accelerations that it seems to cause, their derivatives. So the
-//! gradient is not zero at the true parameters. Without a correction inertias come out too large,
-//! by the ratio of the noise's variance to the variance of the torque that accelerates. The
-//! filter's information gives the expectation of this gradient; it is subtracted.
+//! innovations and, through the accelerations and velocities that it seems to cause, their
+//! derivatives. So the gradient is not zero at the true parameters. Without a correction inertias
+//! come out too large, by the ratio of the noise's variance to the variance of the torque that
+//! accelerates. Coulomb friction of a light rotor is biased in its transition, where the velocity
+//! follows the noise within a sampling period. The filter's information gives the expectation of
+//! this gradient; it is subtracted.
 //!
 //! # Source
 //!
 //! The attenuation by errors in variables; Fuller, Measurement Error Models, section 1.1.
 
-use super::dynamics::Dynamics;
+use super::dynamics::{Dynamics, Pulse};
 use super::levels::Levels;
 use super::likelihood::LevelLikelihood;
 use super::unknowns::Unknowns;
@@ -50,8 +52,12 @@ pub(super) fn expected_gradient(
                 *weighted = levels.torque_noise[row].powi(2) * both.sum::<f64>();
             }
         }
-        let positions = &linearization.positions[sample * rows..(sample + 1) * rows];
-        dynamics.visit_acceleration_torques(positions, &noisy, |pushed, row, column, torque| {
+        let pulse = Pulse {
+            state: &linearization.middles[sample * moving..(sample + 1) * moving],
+            transition,
+            period: linearization.periods[sample],
+        };
+        dynamics.visit_pulse_torques(pulse, &noisy, |pushed, row, column, torque| {
             if let Some(place) = places[column] {
                 let own = weighted[pushed * moving..].iter().zip(by_torque(row));
                 gradient[place] -= torque * own.map(|(n, b)| n * b).sum::<f64>();

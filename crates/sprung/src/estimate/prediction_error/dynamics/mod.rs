@@ -7,6 +7,8 @@ mod motion;
 mod runge_kutta;
 mod step_size;
 mod tangent;
+mod torque_pulse;
 
 pub(super) use motion::Dynamics;
 pub(super) use tangent::Tangent;
+pub(super) use torque_pulse::Pulse;

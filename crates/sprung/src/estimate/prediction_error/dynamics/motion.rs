@@ -82,7 +82,7 @@ impl<'m> Dynamics<'m> {
         self.bodies = self.model.bodies(theta);
     }
 
-    fn unpack(&mut self, x: &[f64]) {
+    pub(super) fn unpack(&mut self, x: &[f64]) {
         let (positions, velocities) = x.split_at(self.rows);
         let n = self.n;
         self.joints[..n].copy_from_slice(&positions[..n]);
@@ -163,41 +163,8 @@ impl<'m> Dynamics<'m> {
         self.write_entries();
     }
 
-    /// Visits the changes of the parameters' torques when an additional torque of 1 N·m (N) on one
-    /// row accelerates the robot. The arguments are the pushed row, row and column of theta of the
-    /// changed torque, and its change.
-    ///
-    /// - `positions`: positions of all rows; `pushed`: rows that get the torque one after the
-    ///   other.
-    pub(in crate::estimate::prediction_error) fn visit_acceleration_torques(
-        &mut self,
-        positions: &[f64],
-        pushed: &[usize],
-        mut visit: impl FnMut(usize, usize, usize, f64),
-    ) {
-        let rows = self.rows;
-        let mut rest = positions.to_vec();
-        rest.resize(2 * rows, 0.0);
-        self.accelerate_and_invert(&rest, &vec![0.0; rows]);
-        self.rate.fill(0.0);
-        self.write_entries();
-        let before = self.entries.clone();
-        for &push in pushed {
-            self.rate
-                .copy_from_slice(&self.inverse[push * rows..(push + 1) * rows]);
-            self.write_entries();
-            let places = self.entry_rows.iter().zip(&self.entry_columns);
-            for ((after, before), (&row, &column)) in self.entries.iter().zip(&before).zip(places) {
-                let change = after - before;
-                if change.abs() > 0.0 {
-                    visit(push, row, column, change);
-                }
-            }
-        }
-    }
-
     /// Writes the entries of the regressor at the state unpacked last.
-    fn write_entries(&mut self) {
+    pub(super) fn write_entries(&mut self) {
         let state = state(&self.joints, self.n);
         let mut workspace = self.scratch.workspace();
         let robot = self.model.robot();

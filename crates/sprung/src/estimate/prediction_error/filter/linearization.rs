@@ -64,6 +64,9 @@ pub(in super::super) struct Linearization {
     /// F over the period after each sample, without the rows of the disturbances, \[samples × 2
     /// rows × 3 rows\].
     pub(in super::super) transitions: Vec<f64>,
-    /// Coordinates at each sample, \[samples × rows\].
-    pub(in super::super) positions: Vec<f64>,
+    /// Coordinates and their velocities in the middle of the period after each sample, \[samples ×
+    /// 2 rows\].
+    pub(in super::super) middles: Vec<f64>,
+    /// T of each sample, s.
+    pub(in super::super) periods: Vec<f64>,
 }

@@ -59,7 +59,7 @@ pub(in super::super) fn run(
             let steps = filter.predict(segment, k);
             run.schedule.steps.push(steps as u8);
             if linearized {
-                (run.linearization.transitions).extend_from_slice(&filter.transition);
+                run.keep_period(&filter, segment.period);
             }
             samples += 1;
             if samples.is_multiple_of(part) {
@@ -91,10 +91,22 @@ impl FilterRun {
         }
     }
 
-    /// Keeps coordinates and disturbances after the measurements of a sample.
+    /// Keeps the state after the measurements of a sample.
     fn keep_state(&mut self, filter: &Filter<'_, '_>) {
-        let rows = filter.torque.len();
-        (self.trajectory.disturbances).extend_from_slice(&filter.x[2 * rows..]);
-        (self.linearization.positions).extend_from_slice(&filter.x[..rows]);
+        let (moving, disturbances) = filter.x.split_at(2 * filter.torque.len());
+        (self.trajectory.disturbances).extend_from_slice(disturbances);
+        self.linearization.middles.extend_from_slice(moving);
+    }
+
+    /// Keeps the linearization of the period that follows the kept state.
+    fn keep_period(&mut self, filter: &Filter<'_, '_>, period: f64) {
+        self.linearization.periods.push(period);
+        let moving = 2 * filter.torque.len();
+        (self.linearization.transitions).extend_from_slice(&filter.transition);
+        let middles = &mut self.linearization.middles;
+        let begin = middles.len() - moving;
+        for (middle, end) in middles[begin..].iter_mut().zip(&filter.x) {
+            *middle = 0.5 * (*middle + end);
+        }
     }
 }
