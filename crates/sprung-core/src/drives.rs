@@ -1,4 +1,4 @@
-//! Regressor columns of a joint's drive: rotor inertia, spring and friction.
+//! Regressor columns of a joint's drive: rotor inertia, spring, friction and back-EMF.
 //!
 //! Each [`Term`] is one parameter in one row: a link row, the motor row of a flexible joint, or the
 //! only row of a rigid joint.
@@ -119,6 +119,7 @@ impl Term {
             }
             JointParameter::Damping => drive.deflection_rate,
             JointParameter::Preload => S::constant(-1.0),
+            JointParameter::BackEmf => drive.motor_velocity,
             JointParameter::Friction(side, law) => law.column(&drive.conditions(side), shape),
         };
         torque * self.gain

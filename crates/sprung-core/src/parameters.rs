@@ -44,6 +44,9 @@ pub enum JointParameter {
     Preload,
     /// Friction on one side of the spring, by one law.
     Friction(Side, Law),
+    /// Torque that the back-EMF of a voltage drive takes from the motor, over the motor's velocity
+    /// after the gear, N·m·s/rad (N·s/m). Constants of the drive give its value.
+    BackEmf,
 }
 
 use JointParameter::Friction;
@@ -51,7 +54,7 @@ use Side::{Link, Motor};
 
 impl JointParameter {
     /// All kinds, in the order of the vector theta: first those of the paper, then the other
-    /// friction laws by family, then the other parameters of the spring.
+    /// friction laws by family, then the other parameters of the spring and the back-EMF.
     pub const ALL: [Self; KINDS] = in_order();
 
     /// Returns the part of the name that follows the joint's: `stiffness` in `joint1.stiffness`.
@@ -63,6 +66,7 @@ impl JointParameter {
             Self::CubicStiffness => "cubic_stiffness",
             Self::Damping => "spring_damping",
             Self::Preload => "spring_preload",
+            Self::BackEmf => "back_emf",
             Friction(side, law) => law.names()[side as usize],
         }
     }
@@ -78,6 +82,7 @@ impl JointParameter {
             Self::Preload => {
                 "Torque of the spring on the motor at equal readings of both encoders."
             }
+            Self::BackEmf => "Back-EMF: torque of the drive per velocity.",
             Friction(_, law) => law.about(),
         }
     }
@@ -93,8 +98,8 @@ impl JointParameter {
             Self::Stiffness => "N/m",
             Self::CubicStiffness if turns => "N·m/rad³",
             Self::CubicStiffness => "N/m³",
-            Self::Damping if turns => "N·m·s/rad",
-            Self::Damping => "N·s/m",
+            Self::Damping | Self::BackEmf if turns => "N·m·s/rad",
+            Self::Damping | Self::BackEmf => "N·s/m",
             Self::Preload if turns => "N·m",
             Self::Preload => "N",
             Friction(_, law) => law.unit(kind),
@@ -105,7 +110,7 @@ impl JointParameter {
     #[must_use]
     pub const fn is_friction(self) -> bool {
         match self {
-            Self::Damping => true,
+            Self::Damping | Self::BackEmf => true,
             Friction(_, law) => law.takes_energy(),
             _ => false,
         }
@@ -128,11 +133,12 @@ const PAPER: [JointParameter; 6] = [
     Friction(Motor, Law::Coulomb),
 ];
 
-/// Parameters of the spring except the stiffness, which come last.
-const OF_SPRINGS: [JointParameter; 3] = [
+/// Parameters of the spring except the stiffness, and of the drive, which come last.
+const LAST: [JointParameter; 4] = [
     JointParameter::Damping,
     JointParameter::CubicStiffness,
     JointParameter::Preload,
+    JointParameter::BackEmf,
 ];
 
 const KINDS: usize = {
@@ -142,7 +148,7 @@ const KINDS: usize = {
         family += 1;
     }
     // Rotor inertia and stiffness, and each law on both sides.
-    2 + 2 * laws + OF_SPRINGS.len()
+    2 + 2 * laws + LAST.len()
 };
 
 const fn in_order() -> [JointParameter; KINDS] {
@@ -169,8 +175,8 @@ const fn in_order() -> [JointParameter; KINDS] {
         family += 1;
     }
     let mut i = 0;
-    while i < OF_SPRINGS.len() {
-        all[count + i] = OF_SPRINGS[i];
+    while i < LAST.len() {
+        all[count + i] = LAST[i];
         i += 1;
     }
     all
@@ -216,10 +222,11 @@ mod tests {
             "spring_damping",
             "cubic_stiffness",
             "spring_preload",
+            "back_emf",
         ];
         // New laws come before the parameters of the spring.
         let known = JointParameter::ALL.map(JointParameter::name);
-        let of_springs = order.len() - OF_SPRINGS.len();
+        let of_springs = order.len() - LAST.len();
         assert_eq!(known[..of_springs], order[..of_springs]);
         assert!(known.ends_with(&order[of_springs..]));
     }

@@ -126,7 +126,7 @@ impl Mixed {
         };
         match what {
             Friction(Side::Link, _) => put(joint, 1.0),
-            Friction(Side::Motor, _) | JointParameter::RotorInertia => {
+            Friction(Side::Motor, _) | JointParameter::RotorInertia | JointParameter::BackEmf => {
                 for (i, &ratio) in self.ratios[joint].iter().enumerate() {
                     if ratio != 0.0 {
                         put(self.motor_rows[i].unwrap_or(i), ratio);
@@ -268,6 +268,8 @@ impl Mixed {
             }
             let rate = s.dphi[i] - s.dq[i];
             lost += self.value(JointParameter::Damping, i) * rate * rate;
+            let speed = self.motor_velocity(i, &s.dphi);
+            lost += self.value(JointParameter::BackEmf, i) * speed * speed;
         }
         (lost, of_offsets)
     }

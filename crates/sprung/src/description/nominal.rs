@@ -17,7 +17,7 @@ pub struct Nominal(BTreeMap<String, f64>);
 impl Nominal {
     /// Returns the given names and values, in the order of the core's parameters.
     pub fn all(&self) -> impl Iterator<Item = (&'static str, f64)> {
-        let names = JointParameter::ALL.into_iter().map(JointParameter::name);
+        let names = kinds().map(JointParameter::name);
         names.filter_map(|name| Some((name, self.0.get(name).copied()?)))
     }
 
@@ -39,7 +39,7 @@ impl JsonSchema for Nominal {
     }
 
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        let properties: Map<String, Value> = (JointParameter::ALL.into_iter())
+        let properties: Map<String, Value> = kinds()
             .map(|kind| (kind.name().to_owned(), property(kind)))
             .collect();
         json_schema!({
@@ -48,6 +48,12 @@ impl JsonSchema for Nominal {
             "properties": properties,
         })
     }
+}
+
+/// Returns the kinds of parameter that have nominal values; the back-EMF follows from the constants of
+/// the drive.
+fn kinds() -> impl Iterator<Item = JointParameter> {
+    (JointParameter::ALL.into_iter()).filter(|kind| *kind != JointParameter::BackEmf)
 }
 
 fn property(kind: JointParameter) -> Value {

@@ -65,6 +65,21 @@ impl Robot {
         }
     }
 
+    /// Returns the torque that the back-EMF of a joint's voltage drive takes from the motor, over the
+    /// velocity of the motor after its gear, N·m·s/rad (N·s/m): `K_t K_e / R`, reduced to the output
+    /// by the square of the gear ratio. `None` if the joint has no voltage drive.
+    #[must_use]
+    pub fn back_emf(&self, joint: usize) -> Option<f64> {
+        let of = &self.joint[joint];
+        let ratio = match (&self.transmission_matrix, of.torque_constant_side) {
+            (_, Side::Output) => 1.0,
+            (Some(matrix), Side::Motor) => matrix[joint][joint],
+            (None, Side::Motor) => of.ratio(),
+        };
+        let constant = of.torque_constant_nm_per_a? * of.back_emf_vs_per_rad?;
+        Some(ratio * ratio * constant / of.winding_resistance_ohm?)
+    }
+
     /// Returns the acceleration of free fall in the base frame, m/s².
     #[must_use]
     pub fn gravity(&self) -> [f64; 3] {
@@ -148,6 +163,15 @@ pub struct Joint {
     pub gear_ratio: Option<f64>,
     /// Amplifier current per command voltage, A/V.
     pub amplifier_gain_a_per_v: Option<f64>,
+    /// Resistance of the winding of a voltage drive, ohm: the amplifier applies a voltage, and the
+    /// current is the voltage without the back-EMF over the resistance.
+    pub winding_resistance_ohm: Option<f64>,
+    /// Back-EMF of a voltage drive per velocity of the motor, on the side of
+    /// `torque_constant_side`, V·s/rad; in these units it equals the torque constant of a motor
+    /// without losses.
+    pub back_emf_vs_per_rad: Option<f64>,
+    /// Voltage that the amplifier of a voltage drive applies, per command voltage; 1 if absent.
+    pub amplifier_gain_v_per_v: Option<f64>,
     /// Limit of the amplifier's command voltage, V; no limit if absent.
     pub amplifier_limit_v: Option<f64>,
     /// Added to the logged positions of a revolute joint to reach the model's zero, degrees.
@@ -200,15 +224,21 @@ impl Joint {
         Some(ratio * self.torque_constant_nm_per_a?)
     }
 
-    /// Returns the motor torque per command voltage on the output side, N·m/V,
-    /// if both constants are given.
+    /// Returns the motor torque per command voltage on the output side, N·m/V, if the constants are
+    /// given. That of a voltage drive is the torque at standstill; its back-EMF is a parameter of
+    /// the model.
     ///
     /// # Source
     ///
-    /// Eq. (5).
+    /// Eq. (5) for an amplifier that controls the current. An amplifier that applies a voltage has
+    /// `1/R` in place of `K_sa`.
     #[must_use]
     pub fn torque_per_volt(&self) -> Option<f64> {
-        Some(self.torque_per_ampere()? * self.amplifier_gain_a_per_v?)
+        let current_per_volt = match self.winding_resistance_ohm {
+            Some(resistance) => self.amplifier_gain_v_per_v.unwrap_or(1.0) / resistance,
+            None => self.amplifier_gain_a_per_v?,
+        };
+        Some(self.torque_per_ampere()? * current_per_volt)
     }
 
     /// Returns the largest motor torque, N·m, if the command voltage of the amplifier is limited.

@@ -141,7 +141,9 @@ impl Layout {
             };
             let own = f64::from(u8::from(owner == joint));
             let gain = match what {
-                JointParameter::RotorInertia | JointParameter::Friction(Side::Motor, _) => {
+                JointParameter::RotorInertia
+                | JointParameter::BackEmf
+                | JointParameter::Friction(Side::Motor, _) => {
                     if of_motor || !flexible {
                         ratio
                     } else {
@@ -185,6 +187,7 @@ fn has(joint: &Joint, kind: JointParameter, offset: bool) -> bool {
         JointParameter::CubicStiffness => spring(SpringTerm::Cubic),
         JointParameter::Damping => spring(SpringTerm::Damping),
         JointParameter::Preload => flexible && offset,
+        JointParameter::BackEmf => joint.back_emf_vs_per_rad.is_some(),
         JointParameter::Friction(side, law) => {
             let laws = match side {
                 Side::Link => joint.link_laws(),

@@ -123,7 +123,10 @@ impl Model {
             {
                 name = links.words_of(robot.joint.len() * BODY + joint);
             }
-            let fixed = robot.fixed.get(&name).copied();
+            let fixed = match kind {
+                JointParameter::BackEmf => robot.back_emf(joint),
+                _ => robot.fixed.get(&name).copied(),
+            };
             parameters.push(Parameter {
                 name,
                 symbol: format!("theta{}", parameters.len() + 1),

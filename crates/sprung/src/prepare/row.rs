@@ -77,7 +77,12 @@ impl RowFit {
         (self.columns.iter().enumerate())
             .filter_map(|(i, &column)| {
                 let parameter = &model.parameters()[column];
-                let fixed = parameter.fixed.filter(|fixed| *fixed != 0.0)?;
+                // The fit does not separate the back-EMF from viscous friction.
+                let is_back_emf =
+                    (parameter.joint).is_some_and(|(kind, _)| kind == JointParameter::BackEmf);
+                let fixed = parameter
+                    .fixed
+                    .filter(|fixed| *fixed != 0.0 && !is_back_emf)?;
                 let error = (self.squares * self.inverse[i] / independent).sqrt();
                 Some((parameter.name.clone(), fixed, self.x[i], error))
             })

@@ -5,3 +5,4 @@ mod errors;
 mod stopped;
 mod support;
 mod verbs;
+mod voltage;

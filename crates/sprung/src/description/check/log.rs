@@ -11,7 +11,7 @@ use crate::description::choice::nearest;
 use crate::description::columns::Columns;
 use crate::description::factor::{Delay, Factor};
 use crate::description::log::Log;
-use crate::description::quantities::{Joints, Key, Quantity, Signal};
+use crate::description::quantities::{Joints, Key, Quantity, Scaling, Signal};
 use crate::description::robot::{Joint, Robot};
 use crate::description::window::FilePart;
 
@@ -94,6 +94,7 @@ pub(in crate::description) fn check_log(
         let joints = check_length((key, list), which, &at(key.name), robot)?;
         check_columns((key, list, &joints), &at(key.name), robot)?;
     }
+    check_voltages(log, path, robot)?;
     check_sides(log, path)?;
     check_files(log, path)?;
     check_time(log, path)?;
@@ -215,6 +216,27 @@ fn check_by_column(log: &Log, path: &[&str], labels: &[String]) -> Result<(), Fa
 /// - `a`, `b`: their kinds of joints; `None` for all kinds.
 fn overlap(a: Option<JointKind>, b: Option<JointKind>) -> bool {
     a.zip(b).is_none_or(|(a, b)| a == b)
+}
+
+/// Checks that a log contains the voltage of each voltage drive: a torque or a current already lacks
+/// the part of the back-EMF.
+fn check_voltages(log: &Log, path: &[&str], robot: &Robot) -> Result<(), Fault> {
+    let driven = |joint: &&Joint| joint.back_emf_vs_per_rad.is_some();
+    let Some(joint) = robot.joint.iter().find(driven) else {
+        return Ok(());
+    };
+    let given = (Key::of(Signal::Torque)).find(|key| key.is_given(log));
+    let Some(key) = given.filter(|key| key.scaling != Scaling::AmplifierGain) else {
+        return Ok(());
+    };
+    let (name, key) = (&joint.name, key.name);
+    Err(fault(
+        &[path, &[key]].concat(),
+        format!(
+            "{name} has a back-EMF, which lowers the torque of a voltage, but {key} is no voltage; give \
+             drive_voltage_v, or remove back_emf_vs_per_rad and winding_resistance_ohm"
+        ),
+    ))
 }
 
 fn check_sides(log: &Log, path: &[&str]) -> Result<(), Fault> {

@@ -8,7 +8,7 @@ use super::fault::{Fault, fault};
 use super::name::check_name;
 use crate::description::choice::nearest;
 use crate::description::friction::FrictionLaw;
-use crate::description::robot::{Joint, Robot, SpringTerm};
+use crate::description::robot::{Joint, Robot, Side, SpringTerm};
 use crate::description::types::ExperimentFile;
 
 /// Largest length in a Denavit-Hartenberg table, m; larger numbers are probably millimetres.
@@ -54,6 +54,8 @@ pub(in crate::description) fn robot(file: &ExperimentFile) -> Result<(), Fault> 
             ("torque_constant_nm_per_a", joint.torque_constant_nm_per_a),
             ("gear_ratio", joint.gear_ratio),
             ("amplifier_gain_a_per_v", joint.amplifier_gain_a_per_v),
+            ("back_emf_vs_per_rad", joint.back_emf_vs_per_rad),
+            ("amplifier_gain_v_per_v", joint.amplifier_gain_v_per_v),
         ];
         for (key, value) in numbers {
             if let Some(value) = value.filter(|v| !v.is_finite() || *v == 0.0) {
@@ -85,12 +87,14 @@ pub(in crate::description) fn robot(file: &ExperimentFile) -> Result<(), Fault> 
             return Err(Fault {
                 path: path("amplifier_limit_v"),
                 message: format!(
-                    "{}: a voltage limit needs torque_constant_nm_per_a and amplifier_gain_a_per_v",
+                    "{}: a voltage limit needs torque_constant_nm_per_a and amplifier_gain_a_per_v, or \
+                     winding_resistance_ohm for a voltage drive",
                     joint.name
                 ),
             });
         }
         positive(joint, &at)?;
+        voltage_drive(robot, joint, &at)?;
     }
     zeros(robot)?;
     transmission(robot)
@@ -100,6 +104,7 @@ pub(in crate::description) fn robot(file: &ExperimentFile) -> Result<(), Fault> 
 fn positive(joint: &Joint, at: &str) -> Result<(), Fault> {
     let values = [
         ("amplifier_limit_v", joint.amplifier_limit_v),
+        ("winding_resistance_ohm", joint.winding_resistance_ohm),
         (
             "coulomb_sharpness_s_per_rad",
             Some(joint.coulomb_sharpness_s_per_rad),
@@ -120,6 +125,83 @@ fn positive(joint: &Joint, at: &str) -> Result<(), Fault> {
                 message: format!("{}: {key} = {value} must be positive", joint.name),
             });
         }
+    }
+    Ok(())
+}
+
+/// Checks the constants of a voltage drive.
+fn voltage_drive(robot: &Robot, joint: &Joint, at: &str) -> Result<(), Fault> {
+    let name = &joint.name;
+    let wrong = |key: &str, message: String| {
+        Err(fault(
+            &["robot", "joint", at, key],
+            format!("{name}: {message}"),
+        ))
+    };
+    let constants = (joint.winding_resistance_ohm, joint.back_emf_vs_per_rad);
+    let (_, back_emf) = match constants {
+        (None, None) if joint.amplifier_gain_v_per_v.is_some() => {
+            return wrong(
+                "amplifier_gain_v_per_v",
+                "amplifier_gain_v_per_v belongs to a voltage drive; add winding_resistance_ohm and \
+                 back_emf_vs_per_rad, or give amplifier_gain_a_per_v for an amplifier that controls \
+                 the current"
+                    .to_owned(),
+            );
+        }
+        (None, None) => return Ok(()),
+        (None, Some(_)) => {
+            return wrong(
+                "back_emf_vs_per_rad",
+                "back_emf_vs_per_rad has no effect without the resistance of the winding; add \
+                 winding_resistance_ohm"
+                    .to_owned(),
+            );
+        }
+        (Some(_), None) => {
+            let same = (joint.torque_constant_nm_per_a)
+                .map_or_else(String::new, |constant| format!(" = {constant}"));
+            return wrong(
+                "winding_resistance_ohm",
+                format!(
+                    "winding_resistance_ohm makes a voltage drive, which needs its back-EMF; add \
+                     back_emf_vs_per_rad{same}, the torque constant in N·m/A, if the maker gives no \
+                     other value"
+                ),
+            );
+        }
+        (Some(resistance), Some(back_emf)) => (resistance, back_emf),
+    };
+    if joint.amplifier_gain_a_per_v.is_some() {
+        return wrong(
+            "amplifier_gain_a_per_v",
+            "amplifier_gain_a_per_v is that of an amplifier that controls the current, \
+             winding_resistance_ohm that of one that applies a voltage; keep one"
+                .to_owned(),
+        );
+    }
+    let Some(constant) = joint.torque_constant_nm_per_a else {
+        return wrong(
+            "back_emf_vs_per_rad",
+            "a voltage drive needs torque_constant_nm_per_a".to_owned(),
+        );
+    };
+    if constant * back_emf < 0.0 {
+        return wrong(
+            "back_emf_vs_per_rad",
+            format!(
+                "back_emf_vs_per_rad = {back_emf} and torque_constant_nm_per_a = {constant} have \
+                 opposite signs, so the back-EMF would accelerate the motor"
+            ),
+        );
+    }
+    if robot.transmission_matrix.is_some() && joint.torque_constant_side == Side::Output {
+        return wrong(
+            "back_emf_vs_per_rad",
+            "with a transmission_matrix, the constants of a voltage drive hold for the motor; set \
+             torque_constant_side = \"motor\""
+                .to_owned(),
+        );
     }
     Ok(())
 }

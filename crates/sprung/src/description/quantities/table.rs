@@ -54,7 +54,7 @@ pub(crate) enum Scaling {
     TorqueSide,
     /// By the torque constant, from A.
     TorqueConstant,
-    /// By the amplifier gain and the torque constant, from V.
+    /// By the amplifier gain, or the resistance of the winding, and the torque constant, from V.
     AmplifierGain,
 }
 
