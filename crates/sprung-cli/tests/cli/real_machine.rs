@@ -233,7 +233,7 @@ fn positioning_system_comes_out_as_published() {
 }
 
 #[test]
-fn positioning_system_is_not_refined_into_a_worse_prediction() {
+fn positioning_system_is_refined_on_a_lower_rung() {
     let Some(log) = data("emps/emps_estimation.csv") else {
         return;
     };
@@ -241,18 +241,24 @@ fn positioning_system_is_not_refined_into_a_worse_prediction() {
     let refine = "identify.estimator=prediction-error";
     let (code, json) = run("identify", "emps", &["--set", &log, "--set", refine]);
     assert_eq!(code, 0);
-    let result = &json["results"][0];
-    assert_eq!(result["verdict"], "doubtful");
-    let why = finding(&json, "refinement-failed").unwrap();
-    assert!(why.contains("of the filtered torque of the last"), "{why}");
-    // The values are those of least squares.
-    near_published(&json, [0.01; 4]);
-    let missed = |of: &str| {
-        let held_out = &result["refinement"]["held_out_residual"];
-        held_out[of].as_f64().unwrap()
+    let refinement = &json["results"][0]["refinement"];
+    assert_eq!(refinement["used"], true, "{refinement:#}");
+    let text = finding(&json, "refinement-rung").unwrap();
+    assert!(
+        text.contains("free (slow disturbances of any level): it predicts worse"),
+        "{text}"
+    );
+    let rungs = refinement["rungs"].as_array().unwrap();
+    let ratio = |rung: &Value| {
+        let residual = |of: &str| rung["held_out_residual"][of].as_f64().unwrap();
+        residual("refined") / residual("linear")
     };
-    // Measured a ratio of 4.4.
-    assert!(missed("refined") > 2.0 * missed("linear"));
+    // Measured 2.5 on the first rung.
+    assert_eq!(rungs[0]["name"], "free");
+    assert!(ratio(&rungs[0]) > 1.5);
+    let used = rungs.iter().find(|rung| rung["used"] == true).unwrap();
+    // The goal; measured 1.01.
+    assert!(ratio(used) <= 1.02, "{used:#}");
 }
 
 #[test]

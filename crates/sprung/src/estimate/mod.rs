@@ -33,8 +33,8 @@ pub(crate) use result::GENERATOR;
 pub use result::{
     CrossCheckResult, CutoffChoice, CutoffPoint, Determined, EncoderOffsetResult, EstimateResult,
     HeldOutResidual, Identification, MotorRowResult, ParameterEstimate, RefinedDelay,
-    RefinedOffset, Refinement, RowDisturbance, SensorNoise, SettingsUsed, SimulationFit,
-    StandardParameter, parameters_csv,
+    RefinedOffset, Refinement, RowDisturbance, RungResult, SensorNoise, SettingsUsed,
+    SimulationFit, StandardParameter, parameters_csv,
 };
 pub use standard::standard_parameters;
 pub use verdict::Verdict;

@@ -238,6 +238,17 @@ pub struct Refinement {
     /// a finding gives the reason.
     #[serde(default)]
     pub used: bool,
+    /// Rung of the ladder that these figures belong to: `free`, `cap10`, `cap3` or `flat`. It is
+    /// the one that is used, or else the one that predicts held-out blocks best.
+    #[serde(default)]
+    pub rung: String,
+    /// The rungs that were tried, in their order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub rungs: Vec<RungResult>,
+    /// Refined value and standard error of each parameter, in the order of `parameters`, whether
+    /// they are used or not; `None` for a parameter that was not refined.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub values: Vec<Option<(f64, f64)>>,
     /// Whether the search converged.
     pub converged: bool,
     /// Number of runs of the filter.
@@ -258,7 +269,7 @@ pub struct Refinement {
     /// their bounds, and above 2 if the model does not follow the log.
     #[serde(default)]
     pub cost_per_measurement: f64,
-    /// Residual on the last quarter of the logs, which the estimates had not used.
+    /// Residual on blocks of the logs that the estimates had not used.
     #[serde(default)]
     pub held_out_residual: Option<HeldOutResidual>,
     /// Noise of sensors beyond the noise that their samples show, where it was estimated.
@@ -276,8 +287,23 @@ pub struct Refinement {
     pub each_log: Vec<Vec<Option<(f64, f64)>>>,
 }
 
-/// Residual of estimates from the first three quarters of the logs in the filtered torque of the
-/// last quarter, relative to that torque (root mean square over the rows).
+/// A rung of the ladder: a refinement that allows slow disturbances up to some level.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RungResult {
+    /// Name: `free`, `cap10`, `cap3` or `flat`.
+    pub name: String,
+    /// Whether its values are used.
+    pub used: bool,
+    /// Residual on blocks that the estimates had not used; absent if the search failed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub held_out_residual: Option<HeldOutResidual>,
+    /// Reason why it is used or not.
+    pub outcome: String,
+}
+
+/// Residual of estimates without a block of the logs in the filtered torque of this block, relative
+/// to that torque: root mean square over the torque rows and over all blocks, which are eighths of
+/// the logs (quarters of short logs).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HeldOutResidual {
     /// Residual of the refinement.
@@ -293,6 +319,9 @@ pub struct RowDisturbance {
     pub row: String,
     /// Standard deviation of the torque's white noise, N·m (N).
     pub torque_noise_nm: f64,
+    /// Standard deviation of further white noise while Coulomb friction reverses, N·m (N).
+    #[serde(default)]
+    pub reversal_noise_nm: f64,
     /// Standard deviation of the disturbance, N·m (N).
     pub disturbance_nm: f64,
     /// Standard deviation of the joint's motor torque, N·m (N).

@@ -15,7 +15,8 @@ pub(crate) use motor_row::MotorRow;
 pub use residual::{residual, torques};
 
 pub(crate) use free::Free;
+#[cfg(test)]
 pub(crate) use growing::fits_of_growing;
-pub(crate) use hold_out::HoldOut;
+pub(crate) use hold_out::{HoldOut, Missed};
 pub(crate) use least_squares::fit_values;
 pub(crate) use residual::unweighted;

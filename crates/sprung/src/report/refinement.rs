@@ -81,8 +81,8 @@ fn search(refinement: &Refinement) -> Vec<(String, String)> {
     ];
     if let Some(held_out) = refinement.held_out_residual {
         search.push((
-            "Residual of the filtered torque in the last quarter, with parameters from the first \
-             three quarters",
+            "Residual of the filtered torque in blocks of the log, with parameters from the other \
+             blocks",
             format!(
                 "{} %, least squares {} %",
                 significant(100.0 * held_out.refined, 2),

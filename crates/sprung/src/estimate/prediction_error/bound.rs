@@ -106,6 +106,7 @@ fn levels(model: &Model, noise: &KnownNoise, sensors: usize) -> Levels {
     let of_row = |list: &[f64], row: usize| list.get(model.joint_of(row)).copied().unwrap_or(0.0);
     Levels {
         sensor_noise: vec![0.0; sensors],
+        reversal_noise: vec![0.0; model.rows()],
         torque_noise: (rows.clone())
             .map(|row| {
                 if model.is_torque_row(row) {

@@ -88,16 +88,20 @@ fn states_of(transition: &[f64]) -> usize {
 }
 
 /// Adds Q: the covariance that torque noise and new disturbances add in a period.
+///
+/// - `reversals`: how near each row's friction is to a reversal in this period, \[rows\].
 pub(super) fn add_process_noise(
     covariance: &mut [f64],
     transition: &[f64],
     levels: &Levels,
+    reversals: &[f64],
     decay: Decay,
 ) {
     let states = states_of(transition);
-    for (row, noise) in levels.torque_noise.iter().enumerate() {
-        if *noise > 0.0 {
-            add_torque_noise(covariance, transition, row, noise * noise);
+    for (row, reversal) in reversals.iter().enumerate() {
+        let variance = levels.torque_variance(row, *reversal);
+        if variance > 0.0 {
+            add_torque_noise(covariance, transition, row, variance);
         }
     }
     let moving = transition.len() / states;

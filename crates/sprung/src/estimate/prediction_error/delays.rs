@@ -1,7 +1,8 @@
 //! Delays to be estimated, by likelihood from several starts.
 
-use super::refine::{Start, refine};
+use super::refine::{Refinery, Start};
 use super::refined::Refined;
+use super::rung::Rung;
 use super::start_levels::TorqueNoise;
 use crate::description::{Delay, Estimator};
 use crate::fit::fit;
@@ -151,13 +152,11 @@ impl DelaySearch<'_, '_, '_> {
             delays: self.estimated.to_vec(),
         };
         let phase = Phase::FindingDelays;
-        refine(
-            &reading,
-            self.sources,
-            self.excerpt,
-            &start,
-            phase,
-            self.progress,
-        )
+        let refinery = Refinery::new(&reading, self.sources, self.excerpt, &start, phase)?;
+        let Some(refinery) = refinery else {
+            return Ok(None);
+        };
+        let end = refinery.climb(Rung::Free, None, None, self.progress)?;
+        Ok(end.map(|end| end.refined))
     }
 }

@@ -117,6 +117,7 @@ pub(super) fn descend(
     let keep = Keep {
         linearized_samples: samples,
         growing_parts: 0,
+        score_parts: 0,
     };
     let mut damping = FIRST_DAMPING;
     let mut search = LevelSearch::default();
@@ -210,7 +211,13 @@ fn gradient(
     (z, levels): (&[f64], &Levels),
 ) -> Gradient {
     let likelihood = LevelLikelihood::new(problem.measurements, run, samples);
-    let by_noise = expected_gradient(&likelihood, dynamics, problem.unknowns, levels);
+    let by_noise = expected_gradient(
+        &likelihood,
+        dynamics,
+        problem.unknowns,
+        &problem.logged_noise.levels(levels),
+        levels,
+    );
     let mut normal = run.sums.normal.clone();
     let cost = run.sums.cost + add_prior(problem.unknowns, z, &mut normal);
     add(&mut normal.gradient, -1.0, &by_noise);

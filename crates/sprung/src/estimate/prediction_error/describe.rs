@@ -2,28 +2,34 @@
 
 use super::findings::correlations;
 use super::hold_out::HeldOut;
+use super::ladder::Tried;
 use super::refined::Refined;
-use super::status::Status;
+use super::status::{Outcome, Status};
 use crate::estimate::result::{
-    HeldOutResidual, RefinedDelay, RefinedOffset, Refinement, RowDisturbance, SensorNoise,
+    HeldOutResidual, RefinedDelay, RefinedOffset, Refinement, RowDisturbance, RungResult,
+    SensorNoise,
 };
 use crate::log::Channels;
 use crate::model::Model;
 
-/// Returns the part of the result that describes a refinement.
+/// Returns the part of the result that describes a refinement; `None` if the rung has no result.
 ///
+/// - `shown`: the rung that is used, or the nearest to it.
 /// - `status`: outcome of the refinement.
 pub(super) fn describe(
     model: &Model,
     channels: &Channels,
-    refined: &Refined,
-    held_out: Option<HeldOut>,
+    shown: &Tried,
     status: &Status,
-) -> Refinement {
+) -> Option<Refinement> {
+    let refined = shown.refined.as_ref()?;
     let name = |index: usize| model.parameters()[index].name.clone();
     let column = |channel: usize| channels.all[channel].column.clone();
-    Refinement {
+    Some(Refinement {
         used: status.is_used(),
+        rung: shown.rung.name().to_owned(),
+        rungs: rungs(status),
+        values: values(model, refined),
         converged: refined.converged(),
         runs: refined.runs,
         samples: refined.samples,
@@ -34,6 +40,7 @@ pub(super) fn describe(
             .map(|(row, level)| RowDisturbance {
                 row: model.row_name(row),
                 torque_noise_nm: level.torque_noise,
+                reversal_noise_nm: level.reversal_noise,
                 disturbance_nm: level.disturbance,
                 torque_nm: level.torque,
                 at_bound: level.at_bound,
@@ -41,10 +48,7 @@ pub(super) fn describe(
             .collect(),
         disturbance_corner_hz: refined.corner,
         cost_per_measurement: refined.cost,
-        held_out_residual: held_out.map(|held| HeldOutResidual {
-            refined: held.refined,
-            linear: held.linear,
-        }),
+        held_out_residual: shown.held_out.and_then(residual),
         sensor_noise: (refined.sensors.iter())
             .map(|sensor| SensorNoise {
                 column: column(sensor.channel),
@@ -79,5 +83,36 @@ pub(super) fn describe(
                     .collect()
             })
             .collect(),
-    }
+    })
+}
+
+/// Returns the residuals of a comparison; `None` if the refinement has no finite one.
+fn residual(held: HeldOut) -> Option<HeldOutResidual> {
+    held.refined.is_finite().then_some(HeldOutResidual {
+        refined: held.refined,
+        linear: held.linear,
+    })
+}
+
+/// Returns the rungs that were tried.
+fn rungs(status: &Status) -> Vec<RungResult> {
+    let each = status.outcomes().iter();
+    each.map(|(rung, outcome)| RungResult {
+        name: rung.name().to_owned(),
+        used: matches!(outcome, Outcome::Used(_)),
+        held_out_residual: outcome.held_out().and_then(residual),
+        outcome: outcome.text(),
+    })
+    .collect()
+}
+
+/// Returns the refined value of each parameter with its standard error; `None` for a parameter that
+/// was not refined.
+fn values(model: &Model, refined: &Refined) -> Vec<Option<(f64, f64)>> {
+    (0..model.parameters().len())
+        .map(|index| {
+            let is_free = refined.free.contains(&index);
+            is_free.then(|| (refined.theta[index], refined.standard_error[index]))
+        })
+        .collect()
 }

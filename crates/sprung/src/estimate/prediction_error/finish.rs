@@ -7,14 +7,20 @@ use super::filter::{Keep, NormalEquations, Sums, run};
 use super::levels::Levels;
 use super::problem::{Problem, add_prior};
 use super::refined::{Refined, RowLevel, SensorLevel, SensorOffset};
+use super::sandwich::{SCORE_PARTS, widening};
 use super::solve::{covariance as covariance_of, damped_step};
 use super::unknowns::Unknowns;
 use super::vector::add;
 use crate::model::{Model, Theta};
 use crate::regression::Reading;
 
-/// Maximum number of points of the trace.
-const MAX_TRACE_POINTS: usize = 60;
+/// Maximum number of points of the trace, a multiple of `BLOCKS`.
+const MAX_TRACE_POINTS: usize = 64;
+
+/// Number of blocks that are left out in turn, and number on logs shorter than `SHORT_LOG_S`.
+const BLOCKS: usize = 8;
+const BLOCKS_OF_SHORT_LOG: usize = 4;
+const SHORT_LOG_S: f64 = 8.0;
 
 /// Returns the result of a descent. Returns `None` if the filter does not follow the log or the log
 /// does not determine all unknowns.
@@ -32,7 +38,12 @@ pub(super) fn finish(
     let sums = last_run(problem, &unknowns, descent)?;
     // Estimated delays are unknowns, so they increase the standard errors of the parameters.
     let count = unknowns.values() + estimated.len();
-    let covariance = covariance_of(&sums.normal.first(count).information, count)?;
+    let information = covariance_of(&sums.normal.first(count).information, count)?;
+    let duration = measurements.duration();
+    let widening = widening(&information, count, &sums.gradients, duration);
+    let covariance: Vec<f64> = (information.iter().enumerate())
+        .map(|(at, entry)| entry * widening[at / count] * widening[at % count])
+        .collect();
     let error = |place: usize| covariance[place * (count + 1)].sqrt();
     let free = unknowns.free.clone();
     let width = free.len();
@@ -50,7 +61,7 @@ pub(super) fn finish(
         loss: sums.loss,
         measurements: sums.measurements,
         samples: measurements.samples(),
-        duration: measurements.duration(),
+        duration,
         left_out: measurements.left_out,
         levels: row_levels(problem, &descent.levels),
         corner: descent.levels.corner,
@@ -67,11 +78,12 @@ pub(super) fn finish(
         delays: delay_updates(
             &unknowns,
             &sums.normal,
-            &covariance,
+            &information,
             count,
             reading.delays(),
         ),
         trace: trace(problem, descent, &sums),
+        without: without_blocks(problem, descent, &sums),
         logs: each_log(problem, descent, &sums),
         free,
     })
@@ -84,6 +96,7 @@ fn last_run(problem: &Problem<'_>, unknowns: &Unknowns, descent: &Descent) -> Op
     let keep = Keep {
         linearized_samples: 0,
         growing_parts: MAX_TRACE_POINTS,
+        score_parts: SCORE_PARTS,
     };
     let run = run(
         problem.measurements,
@@ -126,6 +139,33 @@ fn trace(problem: &Problem<'_>, descent: &Descent, sums: &Sums) -> Vec<(f64, The
         .collect()
 }
 
+/// Returns the estimates without each of the blocks in turn, and the end of each block as a fraction
+/// of the samples. Returns an empty list if the other blocks do not determine the parameters.
+fn without_blocks(problem: &Problem<'_>, descent: &Descent, sums: &Sums) -> Vec<(f64, Theta)> {
+    let duration = problem.measurements.duration();
+    let blocks = if duration < SHORT_LOG_S {
+        BLOCKS_OF_SHORT_LOG
+    } else {
+        BLOCKS
+    };
+    let whole = (1.0, &sums.normal);
+    let mut before = (0.0, NormalEquations::zero(sums.normal.count));
+    let thetas: Option<Vec<(f64, Theta)>> = (1..=blocks)
+        .map(|block| {
+            let at = block * MAX_TRACE_POINTS / blocks - 1;
+            let kept = sums.growing.get(at).filter(|_| block < blocks);
+            let (end, up_to) = kept.map_or(whole, |(time, normal)| (time / duration, normal));
+            let own = up_to.without(&before.1);
+            let share = 1.0 - (end - before.0);
+            let others = sums.normal.without(&own);
+            before = (end, up_to.clone());
+            let (z, _) = alone(problem, descent, &others, share)?;
+            Some((end, problem.unknowns.theta(&z)))
+        })
+        .collect();
+    thetas.unwrap_or_default()
+}
+
 /// Returns the estimate from each log alone: value and standard error of each refined parameter.
 fn each_log(problem: &Problem<'_>, descent: &Descent, sums: &Sums) -> Vec<Vec<(f64, f64)>> {
     let (values, width) = (problem.unknowns.values(), problem.unknowns.free.len());
@@ -162,6 +202,7 @@ fn row_levels(problem: &Problem<'_>, levels: &Levels) -> Vec<RowLevel> {
     (0..levels.disturbance.len())
         .map(|row| RowLevel {
             torque_noise: levels.torque_noise[row],
+            reversal_noise: levels.reversal_noise[row],
             disturbance: levels.disturbance[row],
             torque: problem.measurements.torque_scale[row],
             // Only the disturbance is checked. White noise that the log does not determine may

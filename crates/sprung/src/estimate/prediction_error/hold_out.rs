@@ -1,21 +1,21 @@
-//! Whether a refinement predicts held-out samples as well as least squares does.
+//! Blocked hold-out: how well estimates without a block of the logs predict the torque of this
+//! block.
+//!
+//! The last part alone misleads, because a single motion may not show an effect. So each block is
+//! left out in turn.
 
 use super::refined::Refined;
-use crate::fit::fits_of_growing;
-use crate::model::Model;
+use crate::fit::{HoldOut, Missed};
+use crate::model::{Model, Theta};
 use crate::regression::System;
 
-/// Number of parts of the logs, of which the last one is held out, and number of growing parts for
-/// which least squares is fitted.
-const HOLD_OUT_PARTS: usize = 4;
-const GROWING_PARTS: usize = 16;
+/// Number of parts of the regression that the blocks consist of, and maximum number of parts of all
+/// samples.
+const PARTS_OF_BLOCKS: f64 = 64.0;
+const MAX_PARTS: f64 = 512.0;
 
-/// Maximum ratio of the held-out residual of the refinement to that of least squares. A disturbance
-/// of a few seconds makes the ratio 1.1 by chance on one good log in a hundred.
-const MAX_ERROR_RATIO: f64 = 1.2;
-
-/// Residuals of two estimates from the first three quarters of the logs, in the filtered torque of
-/// the last quarter: root mean squares relative to the joints' torques.
+/// Residuals of two estimates in the filtered torque of blocks that they had not used: root mean
+/// squares over the torque rows, relative to the joints' torques.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct HeldOut {
     pub(super) refined: f64,
@@ -23,56 +23,73 @@ pub(super) struct HeldOut {
 }
 
 impl HeldOut {
-    /// Returns whether the refinement predicts worse than least squares, from which it started.
-    pub(super) fn is_worse(self) -> bool {
-        self.refined > MAX_ERROR_RATIO * self.linear
+    /// Returns the residual of the refinement over that of least squares.
+    pub(super) fn ratio(self) -> f64 {
+        self.refined / self.linear
     }
 }
 
-/// Compares both estimates; `None` if a part of the logs does not determine them.
-pub(super) fn held_out(model: &Model, system: &System, refined: &Refined) -> Option<HeldOut> {
-    let fits: Vec<_> = fits_of_growing(model, system, GROWING_PARTS).collect();
-    // The refinement uses only the beginning of the logs. Both estimates here use the same samples.
-    let used = (refined.samples as f64 / system.samples().max(1) as f64).min(1.0);
-    let seen = used.min((HOLD_OUT_PARTS - 1) as f64 / HOLD_OUT_PARTS as f64);
-    let count = (seen * fits.len() as f64).floor() as usize;
-    let (_, linear) = fits.get(count.checked_sub(1)?)?;
-    let end = count as f64 / fits.len() as f64 / used * refined.duration + 1e-9;
-    let so_far = refined.trace.iter().take_while(|(time, _)| *time <= end);
-    let own = &so_far.last()?.1;
-    let last = system
-        .groups(HOLD_OUT_PARTS)
-        .into_iter()
-        .nth(HOLD_OUT_PARTS - 1)?;
-    let left = |theta: &[f64]| -> f64 {
-        let squares = last.iter().enumerate().map(|(row, factor)| {
-            let x: Vec<f64> = model.row_columns(row).iter().map(|&c| theta[c]).collect();
-            let own: f64 = factor.residual(&x).iter().map(|r| r * r).sum();
-            let torque = last[model.torque_row(model.joint_of(row))].rhs_norm();
-            own / (torque * torque)
-        });
-        (squares.sum::<f64>() / last.len() as f64).sqrt()
-    };
-    let found = HeldOut {
-        refined: left(own),
-        linear: left(linear.as_ref()?),
-    };
-    (found.refined.is_finite() && found.linear.is_finite()).then_some(found)
+/// The blocks of a log in the filtered regression.
+pub(super) struct Blocks<'a> {
+    parts: HoldOut<'a>,
+    /// Block of each part; `None` for a part that the refinement did not use.
+    block_of: Vec<Option<usize>>,
+    /// Residual of least squares.
+    linear: f64,
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_refinement_stands_back_where_it_predicts_a_fifth_worse() {
-        let held = |refined| HeldOut {
-            refined,
-            linear: 0.05,
+impl<'a> Blocks<'a> {
+    /// Splits the regression into the blocks of a refinement and evaluates least squares.
+    ///
+    /// Returns `None` if least squares has no solution without one of the blocks.
+    pub(super) fn new(model: &'a Model, system: &System, refined: &Refined) -> Option<Self> {
+        // The refinement may use only the beginning of the logs. Both estimates here use the same
+        // samples.
+        let used = (refined.samples as f64 / system.samples().max(1) as f64).min(1.0);
+        let count = (PARTS_OF_BLOCKS / used).min(MAX_PARTS);
+        let parts = HoldOut::new(model, system, count.ceil() as usize);
+        let block_of = (0..parts.len())
+            .map(|part| {
+                let middle = (part as f64 + 0.5) / parts.len() as f64 / used;
+                refined.without.iter().position(|(end, _)| middle < *end)
+            })
+            .collect();
+        let mut blocks = Self {
+            parts,
+            block_of,
+            linear: 0.0,
         };
-        assert!(!held(0.03).is_worse());
-        // A disturbance of a few seconds causes this by chance.
-        assert!(!held(0.057).is_worse());
-        assert!(held(0.061).is_worse());
+        let linear: Option<Vec<Theta>> = (0..refined.without.len())
+            .map(|block| blocks.fit_without(block))
+            .collect();
+        let linear = linear?;
+        blocks.linear = blocks.residual(|block| linear.get(block))?;
+        Some(blocks)
+    }
+
+    /// Returns both residuals. That of a refinement that has no finite residual is infinite.
+    pub(super) fn compare(&self, refined: &Refined) -> HeldOut {
+        let own = self.residual(|block| refined.without.get(block).map(|(_, theta)| theta));
+        HeldOut {
+            refined: own.unwrap_or(f64::INFINITY),
+            linear: self.linear,
+        }
+    }
+
+    /// Returns the estimate of least squares from all blocks but one.
+    fn fit_without(&self, block: usize) -> Option<Theta> {
+        (self.parts).fit(|part| self.block_of[part].is_some_and(|own| own != block))
+    }
+
+    /// Returns the residual of one estimate per block; `None` if a block has no estimate or the
+    /// residual is not finite.
+    fn residual<'t>(&self, theta: impl Fn(usize) -> Option<&'t Theta>) -> Option<f64> {
+        let used =
+            (self.block_of.iter().enumerate()).filter_map(|(part, block)| Some((part, (*block)?)));
+        let mut sum = Missed::default();
+        for (part, block) in used {
+            sum = sum.with(&self.parts.missed(part, theta(block)?));
+        }
+        sum.of_torque_rows()
     }
 }

@@ -3,6 +3,7 @@
 //! The search takes scoring steps. Their matrix is the average information of the innovations,
 //! scaled to the expected information.
 
+use super::cap::{follow_cap, held_by_cap};
 use super::levels::{Level, Levels, UnknownLevels};
 use super::likelihood::{LevelLikelihood, Score};
 use super::solve::damped_step;
@@ -52,6 +53,8 @@ pub(super) fn search_levels(
     };
     let first = score.loss;
     for _ in 0..MAX_STEPS {
+        let held = held_by_cap(unknown, &levels, &score.gradient, &mut logs);
+        follow_cap(unknown, &held, &mut score);
         let Some((step, predicted)) = scoring_step(unknown, &logs, &score) else {
             break;
         };

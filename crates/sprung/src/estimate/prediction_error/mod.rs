@@ -2,6 +2,7 @@
 //! NOTATION.md contains the equations.
 
 mod bound;
+mod cap;
 mod covariance;
 mod delay_updates;
 mod delays;
@@ -12,6 +13,7 @@ mod filter;
 mod findings;
 mod finish;
 mod hold_out;
+mod ladder;
 mod level_search;
 mod levels;
 mod likelihood;
@@ -20,6 +22,9 @@ mod noisy_torque;
 mod problem;
 mod refine;
 mod refined;
+mod reversals;
+mod rung;
+mod sandwich;
 mod solve;
 mod start_levels;
 mod status;
@@ -41,8 +46,8 @@ pub use bound::{KnownNoise, information_bound};
 pub(super) use delays::likely_delays;
 use describe::describe;
 use findings::about;
-use hold_out::held_out;
-use refine::{Start, refine};
+use ladder::{choose, climb, nearest};
+use refine::{Refinery, Start};
 use refined::Refined;
 use start_levels::TorqueNoise;
 use status::Status;
@@ -61,9 +66,9 @@ pub(super) struct Before<'a> {
     pub(super) about_logs: &'a [Finding],
 }
 
-/// Refines the estimate of least squares: refine, hold out, judge.
+/// Refines the estimate of least squares: climb the ladder, choose a rung, describe it.
 ///
-/// If the refinement fails, the result contains the linear values and a finding with the reason.
+/// If no rung can be used, the result contains the linear values and a finding with the reasons.
 ///
 /// - `progress`: is called before each run of the filter.
 ///
@@ -80,25 +85,31 @@ pub(super) fn prediction_error(
     let (model, excerpt) = (reading.model(), before.excerpt);
     let start = start(reading, &before);
     let wrong = wrong_log(before.about_logs);
-    let refined = match wrong {
-        Some(_) => None,
-        None => refine(reading, sources, excerpt, &start, Phase::Refining, progress)?,
-    };
-    let held = (refined.as_ref()).and_then(|refined| held_out(model, before.system, refined));
-    let status = match (&refined, wrong) {
-        (_, Some(wrong)) => Status::NotTried {
+    let mut tried = Vec::new();
+    if wrong.is_none() {
+        let phase = Phase::Refining;
+        if let Some(refinery) = Refinery::new(reading, sources, excerpt, &start, phase)? {
+            tried = climb(&refinery, model, before.system, progress)?;
+        }
+    }
+    let used = choose(&tried);
+    let status = match wrong {
+        Some(wrong) => Status::NotTried {
             code: wrong.code.clone(),
         },
-        (None, None) => Status::NotFollowed,
-        (Some(refined), None) => Status::of(model, refined, held),
+        None => Status::of(model, &tried, used),
     };
+    let shown = (used.or_else(|| nearest(&tried))).map(|index| tried.swap_remove(index));
     let mut findings: Vec<Finding> = status.finding().into_iter().collect();
-    if let Some(refined) = &refined {
+    if let Some(refined) = shown.as_ref().and_then(|shown| shown.refined.as_ref()) {
         findings.extend(about(reading, excerpt.period(), refined));
     }
-    let refinement = (refined.as_ref())
-        .map(|refined| describe(model, reading.channels(), refined, held, &status));
-    let numbers = match refined.filter(|_| status.is_used()) {
+    let refinement =
+        (shown.as_ref()).and_then(|shown| describe(model, reading.channels(), shown, &status));
+    let numbers = match shown
+        .and_then(|shown| shown.refined)
+        .filter(|_| status.is_used())
+    {
         Some(refined) => refined_numbers(refined, before.fitted),
         None => Numbers {
             points: trace(model, before.system).collect(),

@@ -6,7 +6,8 @@
 //! come out too large, by the ratio of the noise's variance to the variance of the torque that
 //! accelerates. Coulomb friction of a light rotor is biased in its transition, where the velocity
 //! follows the noise within a sampling period. The filter's information gives the expectation of
-//! this gradient; it is subtracted.
+//! this gradient; it is subtracted. White noise of a link and noise while friction reverses are
+//! torques that act, so they cause no such bias.
 //!
 //! # Source
 //!
@@ -20,18 +21,19 @@ use super::vector::scale;
 
 /// Returns the expected gradient of half the cost at the true parameters, \[values\].
 ///
+/// - `logged_noise`: noise of the logged torque, N·m (N), \[rows\]; zero where there is none.
+///
 /// It is summed over the samples with a linearization and scaled to all samples.
 pub(super) fn expected_gradient(
     likelihood: &LevelLikelihood<'_>,
     dynamics: &mut Dynamics<'_>,
     unknowns: &Unknowns,
+    logged_noise: &[f64],
     levels: &Levels,
 ) -> Vec<f64> {
     let rows = dynamics.rows();
     let (moving, states) = (2 * rows, 3 * rows);
-    let noisy: Vec<usize> = (0..rows)
-        .filter(|&row| levels.torque_noise[row] > 0.0)
-        .collect();
+    let noisy: Vec<usize> = (0..rows).filter(|&row| logged_noise[row] > 0.0).collect();
     let places = unknowns.places(0);
     let mut gradient = vec![0.0; unknowns.values()];
     if noisy.is_empty() {
@@ -49,7 +51,7 @@ pub(super) fn expected_gradient(
             let own = weighted[row * moving..].iter_mut();
             for (weighted, own) in own.zip(information.chunks(states).take(moving)) {
                 let both = own.iter().zip(by_torque(row)).map(|(n, b)| n * b);
-                *weighted = levels.torque_noise[row].powi(2) * both.sum::<f64>();
+                *weighted = logged_noise[row].powi(2) * both.sum::<f64>();
             }
         }
         let pulse = Pulse {

@@ -1,7 +1,7 @@
 //! The minimisation problem of a descent.
 
 use super::filter::NormalEquations;
-use super::levels::UnknownLevels;
+use super::levels::{Levels, UnknownLevels};
 use super::measurements::Measurements;
 use super::unknowns::Unknowns;
 use crate::model::Model;
@@ -13,6 +13,29 @@ pub(super) struct Problem<'a> {
     pub(super) measurements: &'a Measurements,
     pub(super) unknowns: &'a Unknowns,
     pub(super) levels: &'a UnknownLevels,
+    pub(super) logged_noise: &'a LoggedNoise,
+}
+
+/// Noise of the logged torque, as far as it biases the gradient.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum LoggedNoise {
+    /// The white noise of the torque in these rows is noise of the logged torque.
+    Estimated(Vec<usize>),
+    /// Its levels are those that the first rung found, N·m (N), \[rows\]. On a lower rung white
+    /// noise of the torque also covers effects that the model lacks, which cause no bias.
+    Known(Vec<f64>),
+}
+
+impl LoggedNoise {
+    /// Returns the level of each row, N·m (N), \[rows\].
+    pub(super) fn levels(&self, levels: &Levels) -> Vec<f64> {
+        match self {
+            Self::Estimated(rows) => (levels.torque_noise.iter().enumerate())
+                .map(|(row, noise)| if rows.contains(&row) { *noise } else { 0.0 })
+                .collect(),
+            Self::Known(noise) => noise.clone(),
+        }
+    }
 }
 
 impl Problem<'_> {

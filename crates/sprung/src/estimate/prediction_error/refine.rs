@@ -12,13 +12,15 @@ use super::delay_updates::DelayUpdate;
 use super::descent::{Descent, descend};
 use super::finish::finish;
 use super::levels::{Levels, UnknownLevels};
-use super::measurements::{build, max_samples, read};
-use super::problem::Problem;
+use super::measurements::{Measurements, RawSegment, build, max_samples, read};
+use super::problem::{LoggedNoise, Problem};
 use super::refined::Refined;
-use super::start_levels::{Searches, TorqueNoise, start_levels, with_sensor_noise};
+use super::rung::Rung;
+use super::start_levels::{Searches, TorqueNoise, levels_after, start_levels, with_sensor_noise};
 use super::unknowns::Unknowns;
 use crate::estimate::start::feasible;
 use crate::log::LogSource;
+use crate::model::Theta;
 use crate::prepare::Excerpt;
 use crate::progress::{Listener, Phase, Stopped};
 use crate::regression::{PassError, Reading};
@@ -45,67 +47,156 @@ pub(super) struct Start<'a> {
     pub(super) delays: Vec<usize>,
 }
 
-/// Refines parameters from a start: measurements, start levels, descent, result. Repeats this while
-/// delays that are to be estimated move.
-///
-/// - `excerpt`: the beginning of the first log, for the noise of its channels.
-/// - `progress`: is called before each run of the filter, with `phase`.
-///
-/// Returns `None` if the logs are too short or the filter does not follow them from this start.
-///
-/// # Errors
-///
-/// [`PassError`] if a log cannot be read, the filter of positions does not fit it, or the listener
-/// asks to stop.
-pub(super) fn refine(
-    reading: &Reading,
-    sources: &mut [LogSource<'_>],
-    excerpt: &Excerpt,
-    start: &Start<'_>,
+/// The inputs of all rungs.
+pub(super) struct Refinery<'a> {
+    pub(super) reading: &'a Reading,
+    /// The beginning of the first log, for the noise of its channels.
+    excerpt: &'a Excerpt,
+    start: &'a Start<'a>,
+    theta: Theta,
     phase: Phase,
-    progress: &mut dyn Listener,
-) -> Result<Option<Refined>, PassError> {
-    let (model, channels) = (reading.model(), reading.channels());
-    let (raw, left_out) = read(channels, sources, max_samples(model.rows()))?;
-    let Ok((theta, _)) = feasible(model, start.theta) else {
-        return Ok(None);
-    };
-    let mut delays = reading.delays().to_vec();
-    let mut before: Option<Descent> = None;
-    for round in 1.. {
-        let reading = reading.with_delays(&delays);
-        let Some(measurements) = build(&reading, excerpt, &raw, left_out)? else {
+    raw: Vec<RawSegment>,
+    left_out: bool,
+}
+
+/// End of the refinement on one rung.
+pub(super) struct End {
+    pub(super) refined: Refined,
+    /// Values of the unknowns.
+    z: Vec<f64>,
+    levels: Levels,
+    /// Noise of the logged torque, N·m (N), \[rows\].
+    pub(super) logged_noise: Vec<f64>,
+    /// Delay of each channel, s.
+    delays: Vec<f64>,
+}
+
+impl<'a> Refinery<'a> {
+    /// Reads the logs.
+    ///
+    /// Returns `None` if no robot has parameters near the start.
+    ///
+    /// # Errors
+    ///
+    /// [`PassError`] if a log cannot be read.
+    pub(super) fn new(
+        reading: &'a Reading,
+        sources: &mut [LogSource<'_>],
+        excerpt: &'a Excerpt,
+        start: &'a Start<'a>,
+        phase: Phase,
+    ) -> Result<Option<Self>, PassError> {
+        let (model, channels) = (reading.model(), reading.channels());
+        let Ok((theta, _)) = feasible(model, start.theta) else {
             return Ok(None);
         };
-        let unknowns = Unknowns::new(model, channels, &measurements, &theta, start.free.clone());
-        let (z, levels) = match before {
-            None => (
-                unknowns.point(&theta),
-                start_levels(model, &measurements, start.torque_noise),
-            ),
-            Some(descent) => (descent.z, descent.levels),
-        };
-        let searches = Searches::new(model, &measurements, start.torque_noise, &levels);
-        let problem = Problem {
-            model,
-            measurements: &measurements,
-            unknowns: &unknowns,
-            levels: &searches.shown,
-        };
-        let every_sensor = &searches.every_sensor;
-        let found = descend_with_noise(problem, every_sensor, (z, levels), phase, progress)?;
-        let Some((descent, problem)) = found else {
-            return Ok(None);
-        };
-        let Some(found) = finish(&problem, &reading, &start.delays, &descent) else {
-            return Ok(None);
-        };
-        if round == MAX_DELAY_ROUNDS || !move_delays(&found.delays, excerpt.period(), &mut delays) {
-            return Ok(Some(found));
-        }
-        before = Some(descent);
+        let (raw, left_out) = read(channels, sources, max_samples(model.rows()))?;
+        Ok(Some(Self {
+            reading,
+            excerpt,
+            start,
+            theta,
+            phase,
+            raw,
+            left_out,
+        }))
     }
-    Ok(None)
+
+    /// Refines the parameters on one rung: measurements, start levels, descent, result. Repeats this
+    /// while delays that are to be estimated move.
+    ///
+    /// - `before`: end of an earlier rung, from which this one starts.
+    /// - `first`: noise of the logged torque that the first rung found, \[rows\].
+    /// - `progress`: is called before each run of the filter.
+    ///
+    /// Returns `None` if the logs are too short or the filter does not follow them from this start.
+    ///
+    /// # Errors
+    ///
+    /// [`PassError`] if the filter of positions does not fit a log, or the listener asks to stop.
+    pub(super) fn climb(
+        &self,
+        rung: Rung,
+        before: Option<&End>,
+        first: Option<&[f64]>,
+        progress: &mut dyn Listener,
+    ) -> Result<Option<End>, PassError> {
+        let (model, start) = (self.reading.model(), self.start);
+        let mut delays = before
+            .map_or(self.reading.delays(), |end| &end.delays)
+            .to_vec();
+        let mut last: Option<Descent> = None;
+        let rows = start.torque_noise.rows(model);
+        let logged_noise = match (rung, first) {
+            (Rung::Free, _) => LoggedNoise::Estimated(rows),
+            (_, Some(first)) => LoggedNoise::Known(first.to_vec()),
+            (_, None) => LoggedNoise::Known(vec![0.0; model.rows()]),
+        };
+        for round in 1..=MAX_DELAY_ROUNDS {
+            let reading = self.reading.with_delays(&delays);
+            let Some(measurements) = build(&reading, self.excerpt, &self.raw, self.left_out)?
+            else {
+                return Ok(None);
+            };
+            let unknowns = self.unknowns(&measurements);
+            let (z, levels) = match last {
+                None => self.first(rung, before, &unknowns, &measurements),
+                Some(descent) => (descent.z, descent.levels),
+            };
+            let searches = Searches::new(model, &measurements, start.torque_noise, rung, &levels);
+            let problem = Problem {
+                model,
+                measurements: &measurements,
+                unknowns: &unknowns,
+                levels: &searches.shown,
+                logged_noise: &logged_noise,
+            };
+            let every_sensor = &searches.every_sensor;
+            let found =
+                descend_with_noise(problem, every_sensor, (z, levels), self.phase, progress)?;
+            let Some((descent, problem)) = found else {
+                return Ok(None);
+            };
+            let Some(refined) = finish(&problem, &reading, &start.delays, &descent) else {
+                return Ok(None);
+            };
+            let used = delays.clone();
+            let moved = move_delays(&refined.delays, self.excerpt.period(), &mut delays);
+            if round == MAX_DELAY_ROUNDS || !moved {
+                return Ok(Some(End {
+                    refined,
+                    logged_noise: logged_noise.levels(&descent.levels),
+                    z: descent.z,
+                    levels: descent.levels,
+                    delays: used,
+                }));
+            }
+            last = Some(descent);
+        }
+        Ok(None)
+    }
+
+    fn unknowns(&self, measurements: &Measurements) -> Unknowns {
+        let (model, channels) = (self.reading.model(), self.reading.channels());
+        let free = self.start.free.clone();
+        Unknowns::new(model, channels, measurements, &self.theta, free)
+    }
+
+    /// Returns unknowns and levels at the start of a rung.
+    fn first(
+        &self,
+        rung: Rung,
+        before: Option<&End>,
+        unknowns: &Unknowns,
+        measurements: &Measurements,
+    ) -> (Vec<f64>, Levels) {
+        let model = self.reading.model();
+        let usual = start_levels(model, measurements, self.start.torque_noise, rung);
+        match before {
+            Some(end) => (end.z.clone(), levels_after(&end.levels, &usual, rung)),
+            None => (unknowns.point(&self.theta), usual),
+        }
+    }
 }
 
 /// Descends with noise only of the sensors that show noise. If the filter then does not follow the

@@ -47,12 +47,20 @@ pub(super) struct Refined {
     pub(super) delays: Vec<DelayUpdate>,
     /// Parameter vectors for growing parts of the log, with the end of each part, s.
     pub(super) trace: Vec<(f64, Theta)>,
+    /// Parameter vectors without each of the blocks in turn, with the end of each block as a
+    /// fraction of the samples.
+    pub(super) without: Vec<(f64, Theta)>,
     /// Estimate from each of several logs alone: value and standard error of each refined
     /// parameter.
     pub(super) logs: Vec<Vec<(f64, f64)>>,
 }
 
 impl Refined {
+    /// Returns whether a disturbance ended at its upper bound.
+    pub(super) fn at_bound(&self) -> bool {
+        self.levels.iter().any(|level| level.at_bound)
+    }
+
     /// Returns whether the search converged.
     pub(super) fn converged(&self) -> bool {
         match self.ending {
@@ -65,8 +73,10 @@ impl Refined {
 /// Levels of noise and disturbance of a row.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct RowLevel {
-    /// Standard deviation of white torque noise, N·m (N); zero in link rows.
+    /// Standard deviation of white torque noise, N·m (N).
     pub(super) torque_noise: f64,
+    /// Standard deviation of the further white noise while friction reverses, N·m (N).
+    pub(super) reversal_noise: f64,
     /// Standard deviation of the disturbance, N·m (N).
     pub(super) disturbance: f64,
     /// Standard deviation of the torque of the row's joint, N·m (N).

@@ -1,15 +1,20 @@
 //! Start levels of a refinement, and the levels that are searched.
 
 use super::level_search::EXPECTED_CORNER_HZ;
-use super::levels::{Levels, UnknownLevels};
+use super::levels::{Levels, Unknown, UnknownLevels};
 use super::measurements::{Measurements, Noise};
+use super::reversals::Reversals;
+use super::rung::Rung;
 use crate::log::Channels;
 use crate::model::Model;
 
 /// Start levels relative to the torque's standard deviation: noise and disturbance of motor
-/// torques, disturbance of links, and noise of a torque that is declared exact.
+/// torques, both of links, noise of both while friction reverses, and noise of a torque that is
+/// declared exact.
 const START_MOTOR_LEVEL: f64 = 0.01;
 const START_LINK_LEVEL: f64 = 0.003;
+const START_MOTOR_REVERSAL: f64 = 0.1;
+const START_LINK_REVERSAL: f64 = 0.01;
 const EXACT_TORQUE_NOISE: f64 = 1e-3;
 
 /// Start level of a sensor's noise, relative to the standard deviation of its readings.
@@ -25,6 +30,15 @@ pub(super) enum TorqueNoise {
 }
 
 impl TorqueNoise {
+    /// Returns the rows whose logged torque has noise.
+    pub(super) fn rows(self, model: &Model) -> Vec<usize> {
+        let rows = 0..model.rows();
+        match self {
+            Self::Exact => Vec::new(),
+            Self::Unknown => rows.filter(|&row| model.is_torque_row(row)).collect(),
+        }
+    }
+
     /// Returns the accuracy that the description of the columns states.
     pub(super) fn of(channels: &Channels) -> Self {
         if channels.exact_torque {
@@ -35,15 +49,16 @@ impl TorqueNoise {
     }
 }
 
-/// Returns the start levels of a refinement.
+/// Returns the start levels of a rung.
 pub(super) fn start_levels(
     model: &Model,
     measurements: &Measurements,
     torque_noise: TorqueNoise,
+    rung: Rung,
 ) -> Levels {
-    let noise = match torque_noise {
-        TorqueNoise::Exact => EXACT_TORQUE_NOISE,
-        TorqueNoise::Unknown => START_MOTOR_LEVEL,
+    let noise = match (torque_noise, rung) {
+        (TorqueNoise::Exact, Rung::Free) => EXACT_TORQUE_NOISE,
+        _ => START_MOTOR_LEVEL,
     };
     let scaled = |motor: f64, link: f64| -> Vec<f64> {
         (measurements.torque_scale.iter().enumerate())
@@ -57,10 +72,20 @@ pub(super) fn start_levels(
             })
             .collect()
     };
+    let mut reversal_noise = scaled(START_MOTOR_REVERSAL, START_LINK_REVERSAL);
+    for (noise, reverses) in reversal_noise.iter_mut().zip(Reversals::new(model).rows()) {
+        if !reverses {
+            *noise = 0.0;
+        }
+    }
     let sensors = measurements.sensors.iter();
     Levels {
-        torque_noise: scaled(noise, 0.0),
-        disturbance: scaled(START_MOTOR_LEVEL, START_LINK_LEVEL),
+        torque_noise: scaled(noise, START_LINK_LEVEL),
+        reversal_noise,
+        disturbance: match rung {
+            Rung::Flat => vec![0.0; model.rows()],
+            Rung::Free | Rung::Cap10 | Rung::Cap3 => scaled(START_MOTOR_LEVEL, START_LINK_LEVEL),
+        },
         corner: EXPECTED_CORNER_HZ,
         sensor_noise: sensors
             .map(|sensor| match sensor.noise {
@@ -68,6 +93,24 @@ pub(super) fn start_levels(
                 Noise::White(_) => START_SENSOR_NOISE * sensor.scale,
             })
             .collect(),
+    }
+}
+
+/// Returns the start levels of a rung after another rung: its levels, but white noise and noise at
+/// reversals of at least the usual start, because a lower rung leaves them more to explain.
+pub(super) fn levels_after(before: &Levels, usual: &Levels, rung: Rung) -> Levels {
+    let at_least = |own: &[f64], least: &[f64]| -> Vec<f64> {
+        own.iter().zip(least).map(|(a, b)| a.max(*b)).collect()
+    };
+    Levels {
+        torque_noise: at_least(&before.torque_noise, &usual.torque_noise),
+        reversal_noise: at_least(&before.reversal_noise, &usual.reversal_noise),
+        disturbance: match rung {
+            Rung::Flat => usual.disturbance.clone(),
+            Rung::Free | Rung::Cap10 | Rung::Cap3 => before.disturbance.clone(),
+        },
+        corner: usual.corner,
+        sensor_noise: before.sensor_noise.clone(),
     }
 }
 
@@ -94,17 +137,29 @@ impl Searches {
         model: &Model,
         measurements: &Measurements,
         torque_noise: TorqueNoise,
+        rung: Rung,
         levels: &Levels,
     ) -> Self {
+        // Without free disturbances white noise also covers effects that the model lacks.
+        let exact = torque_noise == TorqueNoise::Exact && rung == Rung::Free;
         let torques: Vec<bool> = (0..model.rows())
-            .map(|row| model.is_torque_row(row) && torque_noise == TorqueNoise::Unknown)
+            .map(|row| !(exact && model.is_torque_row(row)))
             .collect();
         let shown: Vec<bool> = (measurements.sensors.iter().zip(&levels.sensor_noise))
             .map(|(sensor, level)| matches!(sensor.noise, Noise::White(_)) || *level > 0.0)
             .collect();
+        let levels = |sensors: Vec<bool>| {
+            let unknown = Unknown {
+                torques: torques.clone(),
+                reversals: Reversals::new(model).rows(),
+                disturbances: rung.disturbances(),
+                sensors,
+            };
+            UnknownLevels::new(measurements, &unknown)
+        };
         Self {
-            every_sensor: UnknownLevels::new(measurements, &torques, &vec![true; shown.len()]),
-            shown: UnknownLevels::new(measurements, &torques, &shown),
+            every_sensor: levels(vec![true; shown.len()]),
+            shown: levels(shown),
         }
     }
 }

@@ -18,7 +18,8 @@ pub(in super::super) struct NormalEquations {
 }
 
 impl NormalEquations {
-    pub(super) fn new(count: usize) -> Self {
+    /// Returns the normal equations of no measurement.
+    pub(in super::super) fn zero(count: usize) -> Self {
         Self {
             count,
             information: vec![0.0; count * count],
@@ -27,7 +28,7 @@ impl NormalEquations {
     }
 
     /// Returns the difference from earlier sums.
-    fn without(&self, before: &Self) -> Self {
+    pub(in super::super) fn without(&self, before: &Self) -> Self {
         let minus = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect();
         Self {
             count: self.count,
@@ -74,6 +75,8 @@ pub(in super::super) struct Sums {
     /// The normal equations after growing parts of the samples: end of the part, s, and sums up to
     /// there.
     pub(in super::super) growing: Vec<(f64, NormalEquations)>,
+    /// The gradient after growing parts of the samples.
+    pub(in super::super) gradients: Vec<Vec<f64>>,
     /// The normal equations of each log alone.
     pub(in super::super) logs: Vec<NormalEquations>,
     before_log: NormalEquations,
@@ -85,10 +88,11 @@ impl Sums {
             cost: 0.0,
             loss: 0.0,
             measurements: 0,
-            normal: NormalEquations::new(unknowns),
+            normal: NormalEquations::zero(unknowns),
             growing: Vec::new(),
+            gradients: Vec::new(),
             logs: Vec::new(),
-            before_log: NormalEquations::new(unknowns),
+            before_log: NormalEquations::zero(unknowns),
         }
     }
 
@@ -111,6 +115,11 @@ impl Sums {
     /// - `time`: end of the samples, s.
     pub(super) fn keep(&mut self, time: f64) {
         self.growing.push((time, self.normal.clone()));
+    }
+
+    /// Stores a copy of the gradient up to now.
+    pub(super) fn keep_gradient(&mut self) {
+        self.gradients.push(self.normal.gradient.clone());
     }
 
     /// Stores the sums of the log that ends here.

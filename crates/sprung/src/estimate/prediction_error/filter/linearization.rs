@@ -69,4 +69,7 @@ pub(in super::super) struct Linearization {
     pub(in super::super) middles: Vec<f64>,
     /// T of each sample, s.
     pub(in super::super) periods: Vec<f64>,
+    /// How near each row's friction is to a reversal in the period after each sample, \[samples ×
+    /// rows\].
+    pub(in super::super) reversals: Vec<f64>,
 }

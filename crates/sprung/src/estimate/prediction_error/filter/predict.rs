@@ -21,15 +21,18 @@ impl Filter<'_, '_> {
         let decay = self.levels.decay(period);
         self.seed_tangent(segment, sample);
         let (moving, disturbance) = self.x.split_at_mut(2 * rows);
+        self.velocities.copy_from_slice(&moving[rows..]);
         segment.write_torque(sample, disturbance, &mut self.torque);
         let steps = self.dynamics.steps(moving, &self.torque, period);
         let tangent = &mut self.tangent;
         (self.dynamics).advance_tangent(moving, &self.torque, period, steps, tangent);
+        (self.friction).write(&self.velocities, &moving[rows..], &mut self.reversals);
         scale(disturbance, decay.factor);
         self.read_tangent(decay.factor);
         let (covariance, transition) = (&mut self.covariance, &self.transition);
         propagate(covariance, transition, &mut self.product, decay.factor);
-        add_process_noise(covariance, transition, self.levels, decay);
+        let reversals = &self.reversals;
+        add_process_noise(covariance, transition, self.levels, reversals, decay);
         steps
     }
 

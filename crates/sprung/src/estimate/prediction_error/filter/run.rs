@@ -15,6 +15,8 @@ pub(in super::super) struct Keep {
     pub(in super::super) linearized_samples: usize,
     /// Number of copies of the normal equations over time.
     pub(in super::super) growing_parts: usize,
+    /// Number of copies of the gradient over time.
+    pub(in super::super) score_parts: usize,
 }
 
 /// Runs the filter over all measurements: measure, accumulate, predict.
@@ -36,6 +38,7 @@ pub(in super::super) fn run(
     let mut filter = Filter::new(dynamics, unknowns, z, levels);
     let mut run = FilterRun::new(unknowns.columns(), levels.corner);
     let part = (measurements.samples().div_ceil(keep.growing_parts.max(1))).max(1);
+    let score_part = (measurements.samples() / keep.score_parts.max(1)).max(1);
     let mut samples = 0;
     let mut begin = 0.0;
     for (index, segment) in measurements.segments.iter().enumerate() {
@@ -60,8 +63,12 @@ pub(in super::super) fn run(
             run.schedule.steps.push(steps as u8);
             if linearized {
                 run.keep_period(&filter, segment.period);
+                (run.linearization.reversals).extend_from_slice(&filter.reversals);
             }
             samples += 1;
+            if keep.score_parts > 0 && samples.is_multiple_of(score_part) {
+                run.sums.keep_gradient();
+            }
             if samples.is_multiple_of(part) {
                 run.sums.keep(begin + (k + 1) as f64 * segment.period);
             }

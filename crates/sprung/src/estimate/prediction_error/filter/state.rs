@@ -4,6 +4,7 @@ use crate::estimate::prediction_error::covariance::start_covariance;
 use crate::estimate::prediction_error::dynamics::{Dynamics, Tangent};
 use crate::estimate::prediction_error::levels::Levels;
 use crate::estimate::prediction_error::measurements::Segment;
+use crate::estimate::prediction_error::reversals::Reversals;
 use crate::estimate::prediction_error::unknowns::Unknowns;
 
 /// The filter at one instant, with its work memory.
@@ -27,6 +28,11 @@ pub(super) struct Filter<'a, 'm> {
     /// F of the last period without the rows of the disturbances, \[2 rows × 3 rows\].
     pub(super) transition: Vec<f64>,
     pub(super) product: Vec<f64>,
+    /// How near each row's friction was to a reversal in the last period, \[rows\].
+    pub(super) reversals: Vec<f64>,
+    pub(super) friction: Reversals,
+    /// Velocities at the beginning of a period, \[rows\].
+    pub(super) velocities: Vec<f64>,
     pub(super) torque: Vec<f64>,
     pub(super) tangent: Tangent,
 }
@@ -41,6 +47,7 @@ impl<'a, 'm> Filter<'a, 'm> {
     ) -> Self {
         let rows = dynamics.rows();
         let (states, count) = (3 * rows, unknowns.columns());
+        let friction = Reversals::new(dynamics.model());
         Self {
             dynamics,
             unknowns,
@@ -54,6 +61,9 @@ impl<'a, 'm> Filter<'a, 'm> {
             innovation_gradient: vec![0.0; count],
             transition: vec![0.0; 2 * rows * states],
             product: vec![0.0; 2 * rows * states],
+            reversals: vec![0.0; rows],
+            friction,
+            velocities: vec![0.0; rows],
             torque: vec![0.0; rows],
             tangent: Tangent::new(rows, states + count, unknowns.places(states)),
         }

@@ -22,7 +22,8 @@ gravity_m_per_s2 = [0.0, -9.81, 0.0]
 [[robot.joint]]
 name = "carriage"
 link_friction = ["viscous"]
-motor_friction = ["viscous"]
+motor_friction = ["viscous", "coulomb"]
+coulomb_sharpness_s_per_rad = 20.0
 [log]
 file = "log.csv"
 time_s = "t"
@@ -33,9 +34,13 @@ motor_force_n = ["force"]
 encoder_offset = "none"
 "#;
 
-/// Masses of carriage and rotor, kg; viscous friction of both, N s/m; stiffness, N/m; in the order
-/// of the model.
-const TRUTH: [f64; 5] = [2.0, 0.5, 0.3, 0.7, 900.0];
+/// Masses of carriage and rotor, kg; viscous friction of both, N s/m; stiffness, N/m; Coulomb
+/// friction of the motor, N; in the order of the model. Without Coulomb friction the equations are
+/// linear, and the law alone gives the motor noise at reversals.
+const TRUTH: [f64; 6] = [2.0, 0.5, 0.3, 0.7, 900.0, 0.0];
+const SHARPNESS: f64 = 20.0;
+/// Number of parameters that are not zero.
+const FREE: usize = 5;
 const PERIOD: f64 = 2e-3;
 const SAMPLES: usize = 40;
 const STATES: usize = 6;
@@ -111,8 +116,8 @@ impl Textbook {
     /// F by the states and the torque. For a linear system the Runge-Kutta method of order 4 is a
     /// Taylor series of the matrix exponential.
     fn transition(&self, steps: usize) -> Matrix {
-        let [m, rotor, b1, b2, k] = self.theta[..] else {
-            panic!("five parameters")
+        let [m, rotor, b1, b2, k, _] = self.theta[..] else {
+            panic!("six parameters")
         };
         let mut a = zeros(STATES, STATES);
         (a[0][2], a[1][3]) = (1.0, 1.0);
@@ -149,15 +154,26 @@ impl Textbook {
 
     fn predict(&mut self, force: f64, steps: usize) {
         let mut f = self.transition(steps);
-        let torque: Matrix = f.iter().map(|row| vec![row[5]]).take(4).collect();
+        let by_torque = f.clone();
         let decay = (-std::f64::consts::TAU * self.levels.corner * PERIOD).exp();
         (f[4][4], f[5][5]) = (decay, decay);
+        let before = self.x[3][0];
         self.x = product(&f, &self.x);
         self.p = product(&product(&f, &self.p), &transposed(&f));
-        for i in 0..4 {
-            self.x[i][0] += torque[i][0] * force;
-            for j in 0..4 {
-                self.p[i][j] += self.levels.torque_noise[1].powi(2) * torque[i][0] * torque[j][0];
+        for (x, by_torque) in self.x.iter_mut().zip(&by_torque).take(4) {
+            x[0] += by_torque[5] * force;
+        }
+        let velocity = 0.5 * (before + self.x[3][0]);
+        let reversal = (-(velocity * SHARPNESS / 2.0).powi(2)).exp();
+        let white = [
+            self.levels.torque_noise[0].powi(2),
+            self.levels.torque_noise[1].powi(2) + reversal * self.levels.reversal_noise[1].powi(2),
+        ];
+        for (row, variance) in white.iter().enumerate() {
+            for i in 0..4 {
+                for j in 0..4 {
+                    self.p[i][j] += variance * by_torque[i][4 + row] * by_torque[j][4 + row];
+                }
             }
         }
         for i in 0..2 {
@@ -224,7 +240,8 @@ impl Case {
             model,
             channels,
             levels: Levels {
-                torque_noise: vec![0.0, 0.3],
+                torque_noise: vec![0.1, 0.3],
+                reversal_noise: vec![0.0, 0.8],
                 disturbance: vec![0.2, 0.4],
                 corner: 3.0,
                 sensor_noise: vec![0.0, 5e-4],
@@ -237,7 +254,7 @@ impl Case {
     }
 
     fn unknowns(&self) -> Unknowns {
-        let free = (0..TRUTH.len()).collect();
+        let free = (0..FREE).collect();
         Unknowns::new(
             &self.model,
             &self.channels,
@@ -250,15 +267,16 @@ impl Case {
     /// Unknowns away from the true values. The last one is the offset of the motor's sensor.
     fn z(&self) -> Vec<f64> {
         let unknowns = self.unknowns();
-        assert_eq!(unknowns.values(), TRUTH.len() + 1);
+        assert_eq!(unknowns.values(), FREE + 1);
         let mut z = unknowns.point(&TRUTH);
-        z[TRUTH.len()] = 3e-4;
+        z[FREE] = 3e-4;
         z
     }
 
     fn textbook(&self, z: &[f64]) -> Textbook {
-        let (theta, offset) = z.split_at(TRUTH.len());
-        Textbook::new(theta, &self.levels, self.segment(), offset[0])
+        let (theta, offset) = z.split_at(FREE);
+        let theta = [theta, &TRUTH[FREE..]].concat();
+        Textbook::new(&theta, &self.levels, self.segment(), offset[0])
     }
 }
 
@@ -295,7 +313,8 @@ fn the_carriage_is_ordered_as_the_textbook_has_it() {
             "carriage.rotor_inertia",
             "carriage.link_viscous",
             "carriage.motor_viscous",
-            "carriage.stiffness"
+            "carriage.stiffness",
+            "carriage.motor_coulomb"
         ]
     );
 }
@@ -309,7 +328,7 @@ fn a_measurement_moves_state_and_covariance_as_in_the_textbook() {
     filter.start(case.segment());
     let mut textbook = case.textbook(&z);
     for measurement in [case.segment().at(0)[0], case.segment().at(3)[0]] {
-        let (gain, e, s) = textbook.gain(&measurement, z[TRUTH.len()]);
+        let (gain, e, s) = textbook.gain(&measurement, z[FREE]);
         let sensor = &case.measurements.sensors[measurement.sensor];
         let innovation = filter.measure(sensor, &measurement);
         agree(innovation.value, e, s.sqrt(), "e");
@@ -349,7 +368,7 @@ fn textbook_run(
     let mut all = Vec::new();
     for (k, steps) in steps.iter().enumerate() {
         for measurement in case.segment().at(k) {
-            let (own, e, s) = textbook.gain(measurement, z[TRUTH.len()]);
+            let (own, e, s) = textbook.gain(measurement, z[FREE]);
             let (gain, s) = held.map_or((own, s), |held| held[all.len()].clone());
             textbook.measure(&gain, e, s);
             all.push((gain, e, s));

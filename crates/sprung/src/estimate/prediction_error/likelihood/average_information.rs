@@ -79,7 +79,7 @@ impl Added<'_> {
                         own[2 * rows + row] = disturbance[row].powi(2) * by_corner;
                     }
                 }
-                Level::TorqueNoise(_) | Level::SensorNoise(_) => {}
+                Level::TorqueNoise(_) | Level::ReversalNoise(_) | Level::SensorNoise(_) => {}
             }
         }
     }
@@ -109,14 +109,24 @@ impl Added<'_> {
         let (rows, states, levels) = (self.linear.rows, self.linear.states, self.linear.levels);
         let decay = segment.decay;
         let transition = segment.transition(k, rows);
+        let reversals = segment.period(k, rows).reversals;
         let adjoint = &self.backward.state_adjoint[sample * states..(sample + 1) * states];
         for (own, level) in self.states.chunks_mut(states).zip(self.levels) {
             propagate_state(own, transition, decay.factor, &mut self.memory);
             match *level {
-                Level::TorqueNoise(row) => {
+                Level::TorqueNoise(row) | Level::ReversalNoise(row) => {
+                    let variance = match *level {
+                        Level::ReversalNoise(_) => {
+                            reversals[row] * levels.reversal_noise[row].powi(2)
+                        }
+                        _ => levels.torque_noise[row].powi(2),
+                    };
+                    if variance == 0.0 {
+                        continue;
+                    }
                     let column = || transition[2 * rows + row..].iter().step_by(states);
                     let pulled: f64 = column().zip(adjoint).map(|(a, r)| a * r).sum();
-                    let factor = 2.0 * levels.torque_noise[row].powi(2) * pulled;
+                    let factor = 2.0 * variance * pulled;
                     for (own, a) in own.iter_mut().zip(column()) {
                         *own += factor * a;
                     }

@@ -136,8 +136,7 @@ impl Adjoint {
             &self.covariance,
             &self.state,
             levels,
-            transition,
-            decay.factor,
+            &segment.period(k, rows),
         );
         let size = rows * states;
         let covariance = &forward.covariance[sample * size..(sample + 1) * size];

@@ -63,7 +63,8 @@ pub(super) fn forward(linear: &LinearRun<'_>) -> Option<Forward> {
             forward.disturbances.extend(own.map(|(a, b)| a + b));
             let transition = segment.transition(k, rows);
             propagate(&mut covariance, transition, &mut product, decay.factor);
-            add_process_noise(&mut covariance, transition, linear.levels, decay);
+            let reversals = segment.period(k, rows).reversals;
+            add_process_noise(&mut covariance, transition, linear.levels, reversals, decay);
             let memory = &mut cross_covariance;
             propagate_state(&mut deviation, transition, decay.factor, memory);
             add(&mut deviation[2 * rows..], change, disturbance);

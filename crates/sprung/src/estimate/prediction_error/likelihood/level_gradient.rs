@@ -1,5 +1,6 @@
 //! Derivatives of the loss by the levels, summed in the backward pass.
 
+use super::linear_run::Period;
 use crate::estimate::prediction_error::levels::{Decay, Level, Levels};
 
 /// Derivative by the logarithm of a level.
@@ -14,6 +15,7 @@ struct ByLevel {
 /// Derivatives of the loss by the logarithms of all levels.
 pub(super) struct LevelGradient {
     torque_noise: Vec<ByLevel>,
+    reversal_noise: Vec<ByLevel>,
     disturbance: Vec<ByLevel>,
     sensor_noise: Vec<ByLevel>,
     corner: f64,
@@ -24,6 +26,7 @@ impl LevelGradient {
         let zeros = |all: &[f64]| vec![ByLevel::default(); all.len()];
         Self {
             torque_noise: zeros(&levels.torque_noise),
+            reversal_noise: zeros(&levels.reversal_noise),
             disturbance: zeros(&levels.disturbance),
             sensor_noise: zeros(&levels.sensor_noise),
             corner: 0.0,
@@ -33,6 +36,7 @@ impl LevelGradient {
     fn by_level(&self, level: Level) -> ByLevel {
         match level {
             Level::TorqueNoise(row) => self.torque_noise[row],
+            Level::ReversalNoise(row) => self.reversal_noise[row],
             Level::Disturbance(row) => self.disturbance[row],
             Level::SensorNoise(sensor) => self.sensor_noise[sensor],
             Level::Corner => ByLevel {
@@ -95,9 +99,9 @@ impl LevelGradient {
         }
     }
 
-    /// Adds the derivative by the torque noise of a period.
+    /// Adds the derivatives by the torque noise of a period, at reversals and always.
     ///
-    /// - `product`: `Fᵀ D`; `decay`: a.
+    /// - `product`: `Fᵀ D`.
     /// - `covariance_adjoint`: D, `state_adjoint`: r, both at the end of the period.
     pub(super) fn add_torque_noise(
         &mut self,
@@ -105,14 +109,15 @@ impl LevelGradient {
         covariance_adjoint: &[f64],
         state_adjoint: &[f64],
         levels: &Levels,
-        transition: &[f64],
-        decay: f64,
+        period: &Period<'_>,
     ) {
         let states = state_adjoint.len();
         let moving = 2 * states / 3;
-        for (row, own) in self.torque_noise.iter_mut().enumerate() {
-            let variance = levels.torque_noise[row].powi(2);
-            if variance == 0.0 {
+        let (transition, decay) = (period.transition, period.decay.factor);
+        for (row, reversal) in period.reversals.iter().enumerate() {
+            let always = levels.torque_noise[row].powi(2);
+            let reversing = reversal * levels.reversal_noise[row].powi(2);
+            if always + reversing == 0.0 {
                 continue;
             }
             let at = (moving + row) * states;
@@ -122,8 +127,11 @@ impl LevelGradient {
                 both += a * (product[at + i] - decay * covariance_adjoint[at + i]);
                 alone += a * state_adjoint[i];
             }
-            own.gradient += 2.0 * variance * both;
-            own.found += variance * alone * alone;
+            let noises = [&mut self.torque_noise, &mut self.reversal_noise];
+            for (own, variance) in noises.into_iter().zip([always, reversing]) {
+                own[row].gradient += 2.0 * variance * both;
+                own[row].found += variance * alone * alone;
+            }
         }
     }
 

@@ -26,16 +26,20 @@ impl<'a> LinearRun<'a> {
         let rows = levels.disturbance.len();
         let size = 6 * rows * rows;
         let mut transitions = run.linearization.transitions.as_slice();
+        let mut reversals = run.linearization.reversals.as_slice();
         let mut left = samples.min(transitions.len() / size);
         let mut segments = Vec::new();
         for segment in &measurements.segments {
             let samples = segment.samples().min(left);
             let (own, others) = transitions.split_at(samples * size);
             (transitions, left) = (others, left - samples);
+            let (near, further) = reversals.split_at(samples * rows);
+            reversals = further;
             segments.push(LinearSegment {
                 segment,
                 samples,
                 transitions: own,
+                reversals: near,
                 decay: levels.decay(segment.period),
             });
         }
@@ -64,6 +68,8 @@ pub(super) struct LinearSegment<'a> {
     pub(super) samples: usize,
     /// \[samples × 2 rows × 3 rows\].
     transitions: &'a [f64],
+    /// \[samples × rows\].
+    reversals: &'a [f64],
     pub(super) decay: Decay,
 }
 
@@ -74,4 +80,22 @@ impl LinearSegment<'_> {
         let size = 6 * rows * rows;
         &self.transitions[sample * size..(sample + 1) * size]
     }
+    /// Returns the period after a sample.
+    pub(super) fn period(&self, sample: usize, rows: usize) -> Period<'_> {
+        Period {
+            transition: self.transition(sample, rows),
+            reversals: &self.reversals[sample * rows..(sample + 1) * rows],
+            decay: self.decay,
+        }
+    }
+}
+
+/// One period of a linearised run.
+#[derive(Clone, Copy)]
+pub(super) struct Period<'a> {
+    /// F without the rows of the disturbances, \[2 rows × 3 rows\].
+    pub(super) transition: &'a [f64],
+    /// How near each row's friction is to a reversal, \[rows\].
+    pub(super) reversals: &'a [f64],
+    pub(super) decay: Decay,
 }

@@ -1,0 +1,122 @@
+//! The ladder: refinements that attribute less and less to slow disturbances, and the choice among
+//! them by blocked hold-out.
+//!
+//! On a log with model error the likelihood attributes this error to slow disturbances, and then
+//! only fast motions determine the parameters. A lower rung does not have this freedom.
+
+use super::hold_out::{Blocks, HeldOut};
+use super::refine::{End, Refinery};
+use super::refined::Refined;
+use super::rung::Rung;
+use crate::model::Model;
+use crate::progress::Listener;
+use crate::regression::{PassError, System};
+
+/// Maximum held-out residual of a rung that is used, relative to least squares.
+const MAX_ERROR_RATIO: f64 = 1.05;
+
+/// Held-out residuals whose ratio is below this value are equal; the earlier rung is used.
+const TIE: f64 = 1.02;
+
+/// A first rung with at most this ratio to least squares ends the ladder.
+const PASSES_CLEARLY: f64 = 1.0;
+
+/// A rung that was tried.
+pub(super) struct Tried {
+    pub(super) rung: Rung,
+    /// Its result; `None` if the filter did not follow the log.
+    pub(super) refined: Option<Refined>,
+    pub(super) held_out: Option<HeldOut>,
+}
+
+impl Tried {
+    /// Returns the held-out ratio if the rung can be used. If no block can be left out, the ratio
+    /// counts as 1.
+    pub(super) fn passed(&self) -> Option<f64> {
+        let refined = self.refined.as_ref()?;
+        let ratio = self.held_out.map_or(1.0, HeldOut::ratio);
+        let sound = refined.converged() && !refined.at_bound();
+        (sound && ratio <= MAX_ERROR_RATIO).then_some(ratio)
+    }
+}
+
+/// Tries the rungs one after the other, until a rung passes clearly.
+///
+/// - `progress`: is called before each run of the filter.
+///
+/// # Errors
+///
+/// [`PassError`] if the filter of positions does not fit a log, or the listener asks to stop.
+pub(super) fn climb(
+    refinery: &Refinery<'_>,
+    model: &Model,
+    system: &System,
+    progress: &mut dyn Listener,
+) -> Result<Vec<Tried>, PassError> {
+    let mut tried: Vec<Tried> = Vec::new();
+    let mut blocks: Option<Blocks<'_>> = None;
+    let mut last: Option<End> = None;
+    let mut logged_noise: Option<Vec<f64>> = None;
+    for rung in Rung::ALL {
+        // A rung that predicts badly is a bad start.
+        let from = last
+            .as_ref()
+            .filter(|_| tried.last().is_some_and(|t| t.passed().is_some()));
+        let end = refinery.climb(rung, from, logged_noise.as_deref(), progress)?;
+        if let (None, Some(end)) = (&blocks, &end) {
+            blocks = Blocks::new(model, system, &end.refined);
+        }
+        let held_out =
+            (blocks.as_ref().zip(end.as_ref())).map(|(blocks, end)| blocks.compare(&end.refined));
+        tried.push(Tried {
+            rung,
+            refined: end.as_ref().map(|end| end.refined.clone()),
+            held_out,
+        });
+        if is_enough(&tried) {
+            break;
+        }
+        if rung == Rung::Free {
+            logged_noise = end.as_ref().map(|end| end.logged_noise.clone());
+        }
+        last = end;
+    }
+    Ok(tried)
+}
+
+/// Returns whether no further rung is needed: the last one predicts at least as well as least
+/// squares, or lower rungs cannot differ from it.
+fn is_enough(tried: &[Tried]) -> bool {
+    let Some(last) = tried.last() else {
+        return false;
+    };
+    match last.passed() {
+        Some(ratio) => ratio <= PASSES_CLEARLY,
+        None => false,
+    }
+}
+
+/// Returns the index of the rung that is used: of the rungs whose held-out residual is at most
+/// 1.05 times that of least squares, the one with the least residual; of nearly equal ones the
+/// earliest. `None` if least squares stands.
+pub(super) fn choose(tried: &[Tried]) -> Option<usize> {
+    let ratios: Vec<Option<f64>> = tried.iter().map(Tried::passed).collect();
+    let least = ratios
+        .iter()
+        .flatten()
+        .copied()
+        .fold(f64::INFINITY, f64::min);
+    ratios
+        .iter()
+        .position(|ratio| ratio.is_some_and(|own| own <= TIE * least))
+}
+
+/// Returns the index of the rung that is described although none is used: the one with the least
+/// held-out residual, else the last one with a result.
+pub(super) fn nearest(tried: &[Tried]) -> Option<usize> {
+    let ratio = |tried: &Tried| tried.held_out.map_or(f64::INFINITY, HeldOut::ratio);
+    (tried.iter().enumerate().rev())
+        .filter(|(_, tried)| tried.refined.is_some())
+        .min_by(|(_, a), (_, b)| ratio(a).total_cmp(&ratio(b)))
+        .map(|(index, _)| index)
+}

@@ -1,0 +1,118 @@
+//! Standard errors from the scatter of the score over stretches of the log.
+//!
+//! The inverse of the information is the covariance only if the innovations are white with the
+//! variance that the filter expects. With model error the score of neighbouring samples is
+//! correlated. Sums over overlapping stretches show its variance (Bartlett weights).
+//!
+//! # Source
+//!
+//! Newey and West, Econometrica 1987; White, Econometrica 1982: "Maximum likelihood estimation of
+//! misspecified models".
+
+/// Number of parts that the score of a log is summed over.
+pub(super) const SCORE_PARTS: usize = 400;
+
+/// Lengths of the stretches, s. Friction repeats with the motion, so the longest stretch has the
+/// length of a motion.
+const STRETCHES_S: [f64; 4] = [0.25, 0.5, 1.0, 2.0];
+
+/// Maximum length of a stretch as a fraction of the log. Few stretches give a poor variance.
+const MAX_STRETCH_SHARE: f64 = 0.1;
+
+/// Returns the factor of each unknown's standard error: the largest ratio of the standard error by
+/// stretches of the score to that by the information, at least 1, \[count\].
+///
+/// - `covariance`: inverse of the information, \[count × count\].
+/// - `gradients`: gradients after growing parts of equal length, \[parts × width\], the unknowns of
+///   `covariance` first.
+/// - `duration`: length of the log, s.
+pub(super) fn widening(
+    covariance: &[f64],
+    count: usize,
+    gradients: &[Vec<f64>],
+    duration: f64,
+) -> Vec<f64> {
+    let mut widest = vec![1.0_f64; count];
+    let parts = gradients.len();
+    let Some(whole) = gradients.last() else {
+        return widest;
+    };
+    // The influence of each growing part on the estimate, centred.
+    let influence: Vec<Vec<f64>> = (0..=parts)
+        .map(|part| {
+            let share = part as f64 / parts as f64;
+            let score = |i: usize| match part.checked_sub(1) {
+                Some(last) => gradients[last][i] - share * whole[i],
+                None => 0.0,
+            };
+            let rows = covariance.chunks(count);
+            rows.map(|row| (0..count).map(|i| row[i] * score(i)).sum())
+                .collect()
+        })
+        .collect();
+    for stretch in STRETCHES_S {
+        let length = (stretch / duration * parts as f64).round() as usize;
+        if length == 0 || length as f64 > MAX_STRETCH_SHARE * parts as f64 {
+            continue;
+        }
+        let stretches = parts + 1 - length;
+        // Centring removes a part of the variance, the same as of a mean.
+        let share = length as f64 / parts as f64;
+        let scale = parts as f64 / (stretches * length) as f64 / (1.0 - share);
+        for (i, widest) in widest.iter_mut().enumerate() {
+            let sum: f64 = (0..stretches)
+                .map(|from| (influence[from + length][i] - influence[from][i]).powi(2))
+                .sum();
+            *widest = widest.max((scale * sum / covariance[i * (count + 1)]).sqrt());
+        }
+    }
+    widest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Returns the growing sums of a score of two unknowns: one white, the other constant over
+    /// `run` parts.
+    fn gradients(parts: usize, run: usize) -> Vec<Vec<f64>> {
+        let mut state = 7_u64;
+        let mut random = || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        };
+        let (mut sum, mut held) = (vec![0.0; 2], 0.0);
+        (0..parts)
+            .map(|part| {
+                if part % run == 0 {
+                    held = random();
+                }
+                sum[0] += random();
+                sum[1] += held;
+                sum.clone()
+            })
+            .collect()
+    }
+
+    #[test]
+    fn correlated_scores_widen_and_white_ones_do_not() {
+        let (parts, run) = (4000, 10);
+        // Information of a score whose parts are independent, with the variance 1/12 each.
+        let variance = 12.0 / parts as f64;
+        let covariance = [variance, 0.0, 0.0, variance];
+        let found = widening(&covariance, 2, &gradients(parts, run), 400.0);
+        assert!(found[0] < 1.3, "{found:?}");
+        let expected = (run as f64).sqrt();
+        assert!((0.7..1.3).contains(&(found[1] / expected)), "{found:?}");
+    }
+
+    #[test]
+    fn a_short_log_keeps_the_information() {
+        let covariance = [1.0];
+        let one: Vec<Vec<f64>> = (0..400).map(|part| vec![f64::from(part % 7)]).collect();
+        assert_eq!(widening(&covariance, 1, &one, 1.0), [1.0]);
+        assert_eq!(widening(&covariance, 1, &[], 40.0), [1.0]);
+    }
+}
