@@ -4,9 +4,10 @@ use sprung_core::friction::Law;
 use sprung_core::parameters::{JointParameter, Side};
 
 use super::found::Numbers;
-use super::least_squares::cross_checks;
+use super::least_squares::{Parts, Route};
 use super::result::{
-    CrossCheckResult, EncoderOffsetResult, EstimateResult, MotorRowResult, ParameterEstimate,
+    CrossCheckResult, EncoderOffsetResult, ErrorParts, EstimateResult, MotorRowResult,
+    ParameterEstimate,
 };
 use super::standard::standard_parameters;
 use super::verdict::Verdict;
@@ -17,14 +18,25 @@ use crate::model::{Model, Parameter, Theta};
 use crate::named::Named;
 use crate::regression::System;
 
+/// Result of least squares, which stands beside other results.
+pub(super) struct Linear {
+    /// The fit of all logs. Its standard errors contain the bias and the changes between parts.
+    pub(super) fitted: Fitted,
+    /// Other routes to the parameters.
+    pub(super) routes: Vec<(Route, Theta)>,
+    /// Estimates from parts of the logs.
+    pub(super) parts: Parts,
+}
+
 /// Returns the result of an estimator, without findings.
 pub(super) fn describe(
     model: &Model,
     estimator: Estimator,
     found: &Numbers,
-    fitted: &Fitted,
+    linear: &Linear,
     system: &System,
 ) -> EstimateResult {
+    let fitted = &linear.fitted;
     let Numbers {
         theta,
         errors,
@@ -32,6 +44,7 @@ pub(super) fn describe(
         ..
     } = found;
     let torques = torques(model, system, theta);
+    let has_linear_values = found.criterion.has_linear_values();
     let parameters: Vec<ParameterEstimate> = model
         .parameters()
         .iter()
@@ -50,6 +63,13 @@ pub(super) fn describe(
                 estimate.torque_share = finite(torque.share);
                 estimate.torque_over_residual = finite(torque.over_residual);
             }
+            if has_linear_values && estimate.standard_error.is_some() {
+                estimate.error_parts = Some(ErrorParts {
+                    sampling: fitted.sampling_error[i],
+                    between_parts: fitted.between_parts[i],
+                    bias: fitted.bias[i],
+                });
+            }
             estimate
         })
         .collect();
@@ -57,7 +77,10 @@ pub(super) fn describe(
     let rows = residual(model, system, theta);
     let named = |i: usize| model.row_name(i);
     let (motor_rows, cross_checks) = if found.criterion.stands_beside_equations() {
-        (motor_rows(model, fitted), other_routes(model, system))
+        (
+            motor_rows(model, fitted),
+            other_routes(model, &linear.routes),
+        )
     } else {
         (Vec::new(), Vec::new())
     };
@@ -77,6 +100,11 @@ pub(super) fn describe(
         simulation: found.criterion.simulation().cloned(),
         refinement: found.criterion.refinement().cloned(),
         cross_checks,
+        parts: if has_linear_values {
+            linear.parts.described()
+        } else {
+            Vec::new()
+        },
         residual_rms: (rows.iter().enumerate())
             .map(|(i, (rms, _))| (named(i), *rms))
             .collect(),
@@ -106,12 +134,12 @@ fn motor_rows(model: &Model, fitted: &Fitted) -> Vec<MotorRowResult> {
 }
 
 /// Returns the parameters from other ways to solve the same equations.
-fn other_routes(model: &Model, system: &System) -> Vec<CrossCheckResult> {
-    (cross_checks(model, system).into_iter())
+fn other_routes(model: &Model, routes: &[(Route, Theta)]) -> Vec<CrossCheckResult> {
+    (routes.iter())
         .map(|(route, theta)| CrossCheckResult {
             method: route.name().to_owned(),
             values: (model.parameters().iter().zip(theta))
-                .map(|(parameter, value)| (parameter.name.clone(), value))
+                .map(|(parameter, value)| (parameter.name.clone(), *value))
                 .collect(),
         })
         .collect()
@@ -194,6 +222,7 @@ fn estimate(
         unit: parameter.unit.to_owned(),
         value,
         standard_error,
+        error_parts: None,
         ci95: value.zip(half).map(|(v, h)| [v - h, v + h]),
         nominal: parameter.nominal,
         identifiable: value.is_some(),

@@ -1,5 +1,6 @@
 //! The estimators, selected by name.
 
+use super::describe::Linear;
 use super::error::IdentifyError;
 use super::found::Found;
 use super::inputs::EstimatorInputs;
@@ -10,7 +11,6 @@ use super::output_error::output_error;
 use super::prediction_error::{Before, prediction_error};
 use crate::description::Estimator;
 use crate::finding::Finding;
-use crate::fit::Fitted;
 use crate::log::LogSource;
 use crate::prepare::{PrepareError, Prepared};
 use crate::progress::Listener;
@@ -21,7 +21,7 @@ pub(super) struct Basis<'a> {
     pub(super) prepared: &'a Prepared,
     pub(super) system: &'a System,
     /// Result of least squares. Other estimators start from it and return it if they fail.
-    pub(super) fitted: &'a Fitted,
+    pub(super) linear: &'a Linear,
     /// Time spent on reading the logs and on the fit, s.
     pub(super) fit_seconds: f64,
     /// The on-line estimator if it ran, and its computing time, s.
@@ -44,20 +44,21 @@ impl Basis<'_> {
         progress: &mut dyn Listener,
     ) -> Result<Found, IdentifyError> {
         let (reading, excerpt) = (self.prepared.reading(), self.prepared.excerpt());
+        let fitted = &self.linear.fitted;
         Ok(match estimator {
             Estimator::LeastSquares => {
-                least_squares(reading.model(), self.system, self.fitted, self.fit_seconds)
+                least_squares(reading.model(), self.system, fitted, self.fit_seconds)
             }
-            Estimator::Lsff => on_line(self.lsff.ok_or(PrepareError::NoLog)?, self.fitted),
+            Estimator::Lsff => on_line(self.lsff.ok_or(PrepareError::NoLog)?, fitted),
             Estimator::OutputError => {
                 let controller = self.inputs.controller.ok_or(PrepareError::NoLog)?;
-                output_error(reading, controller, excerpt, self.fitted, progress)?
+                output_error(reading, controller, excerpt, fitted, progress)?
             }
             Estimator::PredictionError => {
                 let before = Before {
                     excerpt,
                     system: self.system,
-                    fitted: self.fitted,
+                    fitted,
                     nominal: self.inputs.nominal.as_deref(),
                     about_logs: self.about_logs,
                 };

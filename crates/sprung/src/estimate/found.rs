@@ -62,6 +62,15 @@ impl Criterion {
         }
     }
 
+    /// Returns whether the values are those of least squares.
+    pub(super) fn has_linear_values(&self) -> bool {
+        match self {
+            Self::Equations => true,
+            Self::Likelihood(refinement) => !refinement.as_ref().is_some_and(|found| found.used),
+            Self::RecentEquations | Self::Loop(_) => false,
+        }
+    }
+
     /// Returns whether the result is compared with the motor rows alone and with the cross-checks.
     /// This needs equations of the whole log.
     pub(super) fn stands_beside_equations(&self) -> bool {

@@ -1,13 +1,13 @@
 //! The main task: logs in, parameters out.
 
 use super::about_logs::log_infos;
-use super::describe::{describe, fit_curves, over_time, trace_of};
+use super::describe::{Linear, describe, fit_curves, over_time, trace_of};
 use super::error::IdentifyError;
 use super::estimators::Basis;
 use super::found::Found;
 use super::inputs::EstimatorInputs;
 use super::judge::{judge, tilt_is_possible, tilted};
-use super::least_squares::{add_instruments, sweep};
+use super::least_squares::{Parts, add_instruments, cross_checks, cutoff_choice, widened};
 use super::lsff::Lsff;
 use super::on_line::OnLine;
 use super::prediction_error::likely_delays;
@@ -68,11 +68,11 @@ pub fn identify(
     let prepared = prepare_to_estimate(experiment, model, sources, progress)?;
     let (passed, on_line) = pass(&prepared, sources, progress)?;
     let about_logs = examine_or_refuse(&prepared, &passed)?;
-    let fitted = fit_all(&prepared, &passed)?;
+    let linear = fit_all(&prepared, &passed)?;
     let basis = Basis {
         prepared: &prepared,
         system: &passed.system,
-        fitted: &fitted,
+        linear: &linear,
         fit_seconds: clock.seconds() - on_line.seconds,
         lsff: on_line.lsff.as_ref().map(|lsff| (lsff, on_line.seconds)),
         inputs: &inputs,
@@ -144,8 +144,8 @@ fn refuse<'a>(
     Err(IdentifyError::Refused(Refusal(errors)))
 }
 
-/// Solves the regression of all logs by least squares.
-fn fit_all(prepared: &Prepared, passed: &Passed) -> Result<Fitted, IdentifyError> {
+/// Solves the regression of all logs by least squares, by other routes and from parts of the logs.
+fn fit_all(prepared: &Prepared, passed: &Passed) -> Result<Linear, IdentifyError> {
     let (model, system) = (prepared.reading().model(), &passed.system);
     let is_finite = |fitted: &Fitted| {
         let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
@@ -154,8 +154,16 @@ fn fit_all(prepared: &Prepared, passed: &Passed) -> Result<Fitted, IdentifyError
             && (residual(model, system, &fitted.theta).iter())
                 .all(|row| row.0.is_finite() && row.1.is_finite())
     };
-    (fit(model, system).filter(is_finite)).ok_or_else(|| IdentifyError::NotFinite {
+    let fitted = fit(model, system).filter(is_finite);
+    let fitted = fitted.ok_or_else(|| IdentifyError::NotFinite {
         file: prepared.names().join(", "),
+    })?;
+    let routes = cross_checks(model, system);
+    let parts = Parts::new(model, passed, &fitted);
+    Ok(Linear {
+        fitted: widened(prepared, fitted, &routes, &parts),
+        routes,
+        parts,
     })
 }
 
@@ -179,7 +187,7 @@ fn describe_all(
     progress: &mut dyn Listener,
 ) -> Result<Identified, IdentifyError> {
     let prepared = basis.prepared;
-    let (reading, excerpt) = (prepared.reading(), prepared.excerpt());
+    let reading = prepared.reading();
     let model = reading.model();
     let mut results: Vec<EstimateResult> = (estimates.iter())
         .map(|(estimator, found)| judged(basis, *estimator, found))
@@ -191,8 +199,6 @@ fn describe_all(
         result.verdict = Verdict::of(findings.iter().chain(&result.warnings));
     }
     progress.tell(Phase::Examining, EXAMINATION_STEPS, Some(EXAMINATION_STEPS))?;
-    let choice = prepared.cutoff_reason();
-    let choice = choice.map(|reason| sweep(reading, excerpt, reason.to_owned()));
     let mut infos = log_infos(prepared, &passed.logs).into_iter();
     let thetas = (estimates.iter()).map(|(estimator, found)| (*estimator, &found.numbers.theta));
     let fit = fit_curves(model, thetas, basis.system);
@@ -209,7 +215,7 @@ fn describe_all(
             robot: prepared.experiment().robot.name.clone(),
             log: infos.next().ok_or(PrepareError::NoLog)?,
             further_logs: infos.collect(),
-            settings: settings_used(reading, choice),
+            settings: settings_used(reading, cutoff_choice(prepared)),
             findings,
             results,
         },
@@ -218,10 +224,10 @@ fn describe_all(
 
 /// Returns the result of an estimator with all its findings.
 fn judged(basis: &Basis<'_>, estimator: Estimator, found: &Found) -> EstimateResult {
-    let (reading, fitted) = (basis.prepared.reading(), basis.fitted);
+    let (reading, linear) = (basis.prepared.reading(), basis.linear);
     let (model, channels) = (reading.model(), reading.channels());
-    let mut result = describe(model, estimator, &found.numbers, fitted, basis.system);
-    result.warnings = judge(model, &result, &fitted.weakest_direction, channels);
+    let mut result = describe(model, estimator, &found.numbers, linear, basis.system);
+    result.warnings = judge(model, &result, linear, basis.prepared.sweep(), channels);
     result.warnings.extend(found.findings.iter().cloned());
     (result.warnings).sort_by_key(|finding| std::cmp::Reverse(finding.severity));
     result
@@ -234,7 +240,7 @@ fn look_again(basis: &Basis<'_>, results: &mut [EstimateResult]) -> Option<Findi
     let (reading, excerpt) = (prepared.reading(), prepared.excerpt());
     match reading.settings().instruments {
         Instruments::None => {}
-        Instruments::Simulated => add_instruments(reading, excerpt, basis.fitted, results),
+        Instruments::Simulated => add_instruments(reading, excerpt, &basis.linear.fitted, results),
     }
     if tilt_is_possible(prepared.experiment(), worst_residual(results)) {
         return tilted(prepared.experiment(), reading, excerpt);

@@ -2,6 +2,7 @@
 //! verdict.
 
 mod about_logs;
+mod between_parts;
 mod chi_square;
 mod describe;
 mod error;

@@ -198,6 +198,10 @@ pub struct EstimateResult {
     /// Parameters by other routes; least squares and prediction error only.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub cross_checks: Vec<CrossCheckResult>,
+    /// Estimates by least squares from each of several logs, or from the quarters or halves of one
+    /// log; only where the values are those of least squares.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub parts: Vec<PartResult>,
     /// Root mean square residual of each row, N·m.
     pub residual_rms: Named,
     /// Residual of each torque row relative to its torque.
@@ -367,6 +371,30 @@ pub struct RefinedDelay {
     pub used_s: f64,
 }
 
+/// Estimate from one part of the logs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PartResult {
+    /// Beginning of the part on the time axis of all logs, s.
+    pub from_s: f64,
+    /// End of the part, s.
+    pub to_s: f64,
+    /// Value and standard error, in the order of `parameters`; absent for a parameter that is given
+    /// or that the part does not determine.
+    pub values: Vec<Option<(f64, f64)>>,
+}
+
+/// Contributions to the standard error of a parameter by least squares; the standard error is the
+/// root of the sum of their squares.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ErrorParts {
+    /// Disagreement of stretches of the logs.
+    pub sampling: f64,
+    /// Deviation between parts of the logs beyond their sampling errors.
+    pub between_parts: f64,
+    /// Size of the bias that all stretches share, from cross-checks and from other cut-offs.
+    pub bias: f64,
+}
+
 /// One parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ParameterEstimate {
@@ -380,6 +408,9 @@ pub struct ParameterEstimate {
     pub value: Option<f64>,
     /// Standard error.
     pub standard_error: Option<f64>,
+    /// Contributions to the standard error; least squares only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub error_parts: Option<ErrorParts>,
     /// 95 % confidence interval.
     pub ci95: Option<[f64; 2]>,
     /// Nominal value from the description.
@@ -437,6 +468,12 @@ impl EstimateResult {
         self.refinement
             .as_ref()
             .filter(|refinement| refinement.used)
+    }
+
+    /// Returns whether the values are those of least squares.
+    #[must_use]
+    pub fn has_linear_values(&self) -> bool {
+        (self.parameters.iter()).any(|parameter| parameter.error_parts.is_some())
     }
 
     /// Returns the values by name, without parameters that are not determined.

@@ -28,23 +28,46 @@ impl<'a> HoldOut<'a> {
         self.parts.len()
     }
 
-    /// Returns the least-squares fit of all parts but one, \[p\]; `None` if there is no other part
-    /// or a number is not finite. If these parts do not determine all parameters, this is the
-    /// shortest solution with columns scaled to unit length.
-    pub(crate) fn fit_without(&self, left_out: usize) -> Option<Theta> {
-        self.fit(|part| part != left_out)
+    /// Returns the least-squares fit of the chosen parts, \[p\]; `None` if there are none or a
+    /// number is not finite. If they do not determine all parameters, this is the shortest solution
+    /// with columns scaled to unit length.
+    pub(crate) fn fit(&self, chosen: impl Fn(usize) -> bool) -> Option<Theta> {
+        self.fit_of(self.merged(chosen)?)
     }
 
-    /// Returns the least-squares fit of the chosen parts, \[p\], as [`HoldOut::fit_without`].
-    pub(crate) fn fit(&self, chosen: impl Fn(usize) -> bool) -> Option<Theta> {
-        let chosen: Vec<&Vec<Triangle>> = (self.parts.iter().enumerate())
-            .filter(|(part, _)| chosen(*part))
-            .map(|(_, factors)| factors)
-            .collect();
-        let rows = chosen.first()?.len();
-        let factors = (0..rows)
-            .map(|row| Triangle::merge(chosen.iter().map(|factors| &factors[row])))
-            .collect::<Option<Vec<Triangle>>>()?;
+    /// Returns the fit without each part, as [`HoldOut::fit`].
+    pub(crate) fn fits_without_each(&self) -> Vec<Option<Theta>> {
+        let count = self.len();
+        if count < 3 {
+            return (0..count)
+                .map(|left_out| self.fit(|part| part != left_out))
+                .collect();
+        }
+        // Factors of all parts up to each part, and of all parts behind it.
+        let mut before: Vec<Option<Vec<Triangle>>> = vec![None; count];
+        let mut behind: Vec<Option<Vec<Triangle>>> = vec![None; count];
+        for part in 1..count {
+            let (other, mirror) = (part - 1, count - 1 - part);
+            before[part] = joined(before[other].as_deref(), &self.parts[other]);
+            behind[mirror] = joined(behind[mirror + 1].as_deref(), &self.parts[mirror + 1]);
+        }
+        (before.into_iter().zip(behind))
+            .map(|pair| match pair {
+                (Some(a), Some(b)) => self.fit_of(joined(Some(&a), &b)?),
+                (one, other) => self.fit_of(one.or(other)?),
+            })
+            .collect()
+    }
+
+    /// Returns the factors of the chosen parts together; `None` if there are none.
+    fn merged(&self, chosen: impl Fn(usize) -> bool) -> Option<Vec<Triangle>> {
+        let mut chosen = (self.parts.iter().enumerate()).filter(|(part, _)| chosen(*part));
+        let (_, first) = chosen.next()?;
+        chosen.try_fold(first.clone(), |sum, (_, part)| joined(Some(&sum), part))
+    }
+
+    /// Returns the least-squares fit of one factor per row.
+    fn fit_of(&self, factors: Vec<Triangle>) -> Option<Theta> {
         let factors = self.free.factors(factors);
         let parts: Vec<SystemPart<'_>> = self.free.parts(&factors);
         let unknowns = self.free.unknowns.len();
@@ -63,10 +86,21 @@ impl<'a> HoldOut<'a> {
     /// Returns the residual of every part with the least-squares fit of the other parts, summed
     /// over the parts; `None` if a fit has no solution.
     pub(crate) fn missed_by_fits(&self) -> Option<Missed> {
-        (0..self.len()).try_fold(Missed::default(), |sum, part| {
-            Some(sum.with(&self.missed(part, &self.fit_without(part)?)))
+        let mut fits = self.fits_without_each().into_iter().enumerate();
+        fits.try_fold(Missed::default(), |sum, (part, theta)| {
+            Some(sum.with(&self.missed(part, &theta?)))
         })
     }
+}
+
+/// Returns the factors of two parts together, row by row.
+fn joined(before: Option<&[Triangle]>, part: &[Triangle]) -> Option<Vec<Triangle>> {
+    let Some(before) = before else {
+        return Some(part.to_vec());
+    };
+    (before.iter().zip(part))
+        .map(|(a, b)| Triangle::merge([a, b]))
+        .collect()
 }
 
 /// Squares of the residuals of samples and of their torques, row by row.
@@ -116,22 +150,8 @@ impl Missed {
     /// Returns the residual of the torque rows relative to the torque: the root mean square over
     /// the joints with torque. `None` if no joint has torque or a number is not finite.
     pub(crate) fn of_torque_rows(&self) -> Option<f64> {
-        self.over(|row| self.is_torque_row[row])
-    }
-
-    /// Returns the residual of all rows relative to the torques of their joints, as
-    /// [`Missed::of_torque_rows`].
-    #[cfg_attr(
-        not(test),
-        expect(dead_code, reason = "refinements are compared by it")
-    )]
-    pub(crate) fn of_all_rows(&self) -> Option<f64> {
-        self.over(|_| true)
-    }
-
-    fn over(&self, counts: impl Fn(usize) -> bool) -> Option<f64> {
         let shares: Vec<f64> = (0..self.residual.len())
-            .filter(|&row| counts(row) && self.torque[row] > 0.0)
+            .filter(|&row| self.is_torque_row[row] && self.torque[row] > 0.0)
             .map(|row| self.residual[row] / self.torque[row])
             .collect();
         let mean = shares.iter().sum::<f64>() / shares.len() as f64;
@@ -189,10 +209,14 @@ mod tests {
         let (model, system) = case();
         let hold_out = HoldOut::new(&model, &system, 4);
         assert_eq!(hold_out.len(), 4);
-        let all = hold_out.fit(|_| true).unwrap();
-        assert_close(&all, &fit_values(&model, &system).unwrap());
+        let all = hold_out.fit(|_| true);
+        assert_close(&all.unwrap(), &fit_values(&model, &system).unwrap());
         let (_, first) = fits_of_growing(&model, &system, 4).nth(2).unwrap();
-        assert_close(&hold_out.fit_without(3).unwrap(), &first.unwrap());
+        assert_close(&hold_out.fit(|part| part != 3).unwrap(), &first.unwrap());
+        for (part, theta) in hold_out.fits_without_each().iter().enumerate() {
+            let expected = hold_out.fit(|other| other != part).unwrap();
+            assert_close(theta.as_ref().unwrap(), &expected);
+        }
         assert!(hold_out.fit(|_| false).is_none());
     }
 
@@ -214,7 +238,6 @@ mod tests {
         assert_close(&sum.torque, &torque);
         let share = (rows[2].0 / rows[2].1).powi(2) + (rows[3].0 / rows[3].1).powi(2);
         assert_close(&[sum.of_torque_rows().unwrap()], &[(share / 2.0).sqrt()]);
-        assert!(sum.of_all_rows().unwrap() > 0.0);
     }
 
     #[test]
@@ -227,7 +250,7 @@ mod tests {
             &fit_values(&model, &system).unwrap(),
         );
         let unseen = hold_out.missed_by_fits().unwrap();
-        assert!(unseen.of_all_rows() > seen.of_all_rows());
+        assert!(unseen.of_torque_rows() > seen.of_torque_rows());
         let alone = HoldOut::new(&model, &system, 1);
         assert!(alone.missed_by_fits().is_none());
         assert_eq!(Missed::default().of_torque_rows(), None);

@@ -16,8 +16,15 @@ pub struct Fitted {
     pub theta: Theta,
     /// Whether the data determine each parameter; true for known parameters.
     pub identifiable: Vec<bool>,
-    /// Standard error of each parameter; zero for known parameters.
+    /// Standard error of each parameter; zero for known parameters. [`fit`] gives the sampling
+    /// error; [`Fitted::widen`] adds the other errors.
     pub standard_error: Vec<f64>,
+    /// Standard error by the disagreement of stretches of the log.
+    pub sampling_error: Vec<f64>,
+    /// Deviation of each parameter between parts of the logs beyond their sampling errors.
+    pub between_parts: Vec<f64>,
+    /// Estimated size of the bias that all stretches share.
+    pub bias: Vec<f64>,
     /// Participation of each parameter in the least excited direction, columns scaled to unit
     /// length.
     pub weakest_direction: Vec<f64>,
@@ -33,6 +40,23 @@ pub struct Fitted {
     pub interval: f64,
     /// Solutions of the motor rows alone, one per flexible joint.
     pub motor_rows: Vec<MotorRow>,
+    /// Factors of each row without the known parameters, stretch by stretch.
+    pub(super) groups: Vec<Vec<Triangle>>,
+}
+
+impl Fitted {
+    /// Adds errors that all stretches of a log share to the standard errors.
+    ///
+    /// - `between_parts`, `bias`: standard deviations, \[p\]; zero for known parameters.
+    #[must_use]
+    pub(crate) fn widen(mut self, between_parts: Vec<f64>, bias: Vec<f64>) -> Self {
+        for (i, error) in self.standard_error.iter_mut().enumerate() {
+            *error = (self.sampling_error[i].hypot(between_parts[i])).hypot(bias[i]);
+        }
+        self.between_parts = between_parts;
+        self.bias = bias;
+        self
+    }
 }
 
 /// Solves the stacked system and each motor row alone.
@@ -71,6 +95,9 @@ pub fn fit(model: &Model, system: &System) -> Option<Fitted> {
         theta: free.whole(&solution.x, |value| value),
         identifiable: free.whole(&solution.identifiable, |_| true),
         standard_error: free.whole(&errors, |_| 0.0),
+        sampling_error: free.whole(&errors, |_| 0.0),
+        between_parts: vec![0.0; model.parameters().len()],
+        bias: vec![0.0; model.parameters().len()],
         weakest_direction: free.whole(&solution.weakest_direction, |_| 0.0),
         rank: solution.rank,
         unknowns: free.unknowns.len(),
@@ -78,6 +105,7 @@ pub fn fit(model: &Model, system: &System) -> Option<Fitted> {
         condition_number_scaled: solution.condition_number_scaled,
         interval: student_95(groups.len().saturating_sub(1)),
         motor_rows,
+        groups,
     })
 }
 

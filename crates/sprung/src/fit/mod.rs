@@ -6,6 +6,7 @@ mod hold_out;
 mod jackknife;
 mod least_squares;
 mod motor_row;
+mod parts;
 mod residual;
 
 pub use growing::trace;
@@ -19,4 +20,5 @@ pub(crate) use free::Free;
 pub(crate) use growing::fits_of_growing;
 pub(crate) use hold_out::{HoldOut, Missed};
 pub(crate) use least_squares::fit_values;
+pub(crate) use parts::{PartFit, fit_between, fits_of_quarters};
 pub(crate) use residual::unweighted;

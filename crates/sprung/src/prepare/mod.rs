@@ -15,6 +15,7 @@ mod prepared;
 mod row;
 mod sign;
 mod stribeck;
+mod sweep;
 mod weights;
 
 pub(crate) use as_given::as_given;
@@ -30,6 +31,7 @@ pub(crate) use noise::{velocity_noise, white_noise};
 pub(crate) use prepared::Prepared;
 pub use prepared::{PrepareError, prepare};
 pub(crate) use row::{MotorRowFit, fit_motor_rows};
+pub(crate) use sweep::{CUTOFF_STEP, Sweep};
 
 pub(crate) use noise::velocity_per_position;
 pub(crate) use row::{RowFit, fit_rows, independent};

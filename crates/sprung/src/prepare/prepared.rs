@@ -5,6 +5,7 @@ use super::delays::{DelayByLikelihood, DelayError, Delays};
 use super::excerpt::{Excerpt, excerpt};
 use super::factors::{FactorError, Factors, find_factors};
 use super::stribeck::{find_stribeck, with_residual_velocities};
+use super::sweep::{Sweep, sweep};
 use super::weights::find_weights;
 use crate::description::{Experiment, Weights};
 use crate::finding::{Finding, Severity};
@@ -56,6 +57,7 @@ pub struct Prepared {
     names: Vec<String>,
     reading: Reading,
     cutoff_reason: Option<String>,
+    sweep: Option<Sweep>,
     factors: Factors,
     delays: Delays,
     excerpt: Excerpt,
@@ -107,6 +109,7 @@ pub fn prepare(
         names,
         reading,
         cutoff_reason,
+        sweep: None,
         factors,
         delays,
         excerpt,
@@ -155,6 +158,13 @@ impl Prepared {
         self.cutoff_reason.as_deref()
     }
 
+    /// Returns the estimates with other cut-offs from the beginning of the first log; `None` before
+    /// the weights are known, or if the log is too short.
+    #[must_use]
+    pub(crate) fn sweep(&self) -> Option<&Sweep> {
+        self.sweep.as_ref()
+    }
+
     /// Returns the estimated signs and gains.
     #[must_use]
     pub fn factors(&self) -> &Factors {
@@ -198,13 +208,33 @@ impl Prepared {
         self
     }
 
-    /// Adds the weights of samples that the settings request.
+    /// Adds the weights of samples that the settings request, and sweeps the cut-off of the
+    /// positions. If sprung chooses the cut-off and a lower one predicts held-out torque better,
+    /// the lower one replaces it.
     ///
     /// # Errors
     ///
     /// [`Stopped`] if the progress listener stops the work.
     pub fn weighted(mut self, progress: &mut dyn Listener) -> Result<Self, Stopped> {
         progress.tell(Phase::Preparing, CHOICES, Some(CHOICES))?;
+        self.weigh();
+        let from_noise = self.reading.position_cutoff_hz();
+        self.sweep = sweep(&self.reading, &self.excerpt, self.cutoff_reason.is_some());
+        let chosen = (self.sweep.as_ref()).map(|sweep| sweep.points[sweep.chosen].cutoff_hz);
+        if let Some((chosen, reason)) = chosen.zip(self.cutoff_reason.as_mut())
+            && chosen < 0.999 * from_noise
+        {
+            *reason = format!(
+                "it predicts held-out parts of the log better than {from_noise:.3} Hz, the highest \
+                 cut-off that the noise allows ({reason})"
+            );
+            self.reading = self.reading.without_weights().with_position_cutoff(chosen);
+            self.weigh();
+        }
+        Ok(self)
+    }
+
+    fn weigh(&mut self) {
         let weights = match self.reading.settings().weights {
             Weights::None => None,
             Weights::Transition => find_weights(&self.reading, &self.excerpt),
@@ -212,6 +242,5 @@ impl Prepared {
         if let Some(weights) = weights {
             self.reading = self.reading.with_weights(weights);
         }
-        Ok(self)
     }
 }

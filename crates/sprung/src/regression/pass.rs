@@ -313,6 +313,8 @@ pub(crate) struct Passed {
     pub system: System,
     /// Figures of each log.
     pub logs: Vec<LogFigures>,
+    /// First and last time of each log on their common time axis, s.
+    pub spans: Vec<[f64; 2]>,
 }
 
 /// Figures of one log.
@@ -348,6 +350,7 @@ pub(crate) fn read_through(
         .weighted(reading.weights())
         .with_start(reading.settings().initial_momentum);
     let mut logs = Vec::new();
+    let mut spans = Vec::new();
     let mut before = 0;
     let mut ready: Vec<Piece> = Vec::new();
     let mut ended: Option<f64> = None;
@@ -387,17 +390,20 @@ pub(crate) fn read_through(
             return Err(too_short(source, reading, &preparation, &log).into());
         }
         before += log.timing().recorded;
-        ended = Some(first + later + log.timing().duration);
+        let span = [first + later, first + later + log.timing().duration];
+        ended = Some(span[1]);
         logs.push(LogFigures {
             summary,
             timing: log.timing(),
             lost: preparation.lost,
         });
+        spans.push(span);
     }
     reduce(&mut reduction, reading.settings(), &ready)?;
     Ok(Passed {
         system: reduction.finish(),
         logs,
+        spans,
     })
 }
 

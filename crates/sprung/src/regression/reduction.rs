@@ -1,5 +1,6 @@
 //! Folds the rows of any number of samples into a bounded number of factors.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use faer::Mat;
@@ -53,7 +54,7 @@ const KEPT_SAMPLES: usize = 2048;
 #[derive(Clone, Debug)]
 struct RowReduction {
     row: usize,
-    entries: std::ops::Range<usize>,
+    entries: Range<usize>,
     rhs: RightHandSide,
     bank: FilterBank<Vec<f64>>,
     torque_memory: FilterState,
@@ -480,12 +481,28 @@ impl System {
     /// Returns the factors of at most `count` consecutive parts of about equal length.
     #[must_use]
     pub fn groups(&self, count: usize) -> Vec<Vec<Triangle>> {
-        let stretches = self.ends.len();
-        let size = stretches.div_ceil(count.max(1)).max(1);
-        (0..stretches)
+        self.groups_of(0..self.ends.len(), count)
+    }
+
+    /// Returns the factors of at most `count` consecutive parts of the stretches that begin at or
+    /// after one time and end at or before another, s.
+    ///
+    /// - `from`: the end of the previous part, or minus infinity.
+    #[must_use]
+    pub fn between(&self, from: f64, to: f64, count: usize) -> Vec<Vec<Triangle>> {
+        // The first stretch that ends at or after `from` does not begin after it.
+        let first = self.ends.partition_point(|end| *end < from) + usize::from(from.is_finite());
+        let end = self.ends.partition_point(|end| *end <= to);
+        self.groups_of(first.min(end)..end, count)
+    }
+
+    fn groups_of(&self, stretches: Range<usize>, count: usize) -> Vec<Vec<Triangle>> {
+        let size = stretches.len().div_ceil(count.max(1)).max(1);
+        stretches
+            .clone()
             .step_by(size)
             .map(|first| {
-                let part = first..stretches.min(first + size);
+                let part = first..stretches.end.min(first + size);
                 (self.rows.iter())
                     .filter_map(|row| Triangle::merge(&row[part.clone()]))
                     .collect()

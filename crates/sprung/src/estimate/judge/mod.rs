@@ -3,6 +3,7 @@
 mod gravity;
 mod parameters;
 mod scale;
+mod stability;
 
 use sprung_core::parameters::JointParameter;
 
@@ -10,11 +11,14 @@ pub(crate) use gravity::{tilt_is_possible, tilted};
 
 use self::parameters::{collinear, listed, little_torque, negative, negative_friction, weak};
 use self::scale::{scale_collapse, stiffness_disagrees};
+use self::stability::{cutoff_drift, parts_disagree, shared_bias};
 use crate::check::{UNEXPLAINED, beyond_resolution, reversed_torque};
+use crate::estimate::describe::Linear;
 use crate::estimate::result::{EstimateResult, MotorRowResult, ParameterEstimate};
 use crate::finding::{Finding, Severity};
 use crate::log::{Channels, Signal};
 use crate::model::{Model, ModelError, short};
+use crate::prepare::Sweep;
 
 /// Relative gaps between the stacked stiffness and the larger stiffness of the motor row. A gap
 /// above `SMALL_GAP` is reported if it exceeds two standard errors, a gap above `LARGE_GAP` always.
@@ -44,14 +48,14 @@ fn of<'a>(
 
 /// Returns the findings about a result.
 ///
-/// - `weakest`: share of each parameter in the direction that the log determines least, with scaled
-///   columns, \[p\].
+/// - `linear`: result of least squares; `sweep`: its estimates with other cut-offs.
 /// - `channels`: the columns, for their names.
 #[must_use]
 pub(crate) fn judge(
     model: &Model,
     result: &EstimateResult,
-    weakest: &[f64],
+    linear: &Linear,
+    sweep: Option<&Sweep>,
     channels: &Channels,
 ) -> Vec<Finding> {
     let mut findings = Vec::new();
@@ -71,7 +75,19 @@ pub(crate) fn judge(
         // The standard errors of the likelihood already contain this uncertainty.
         little_torque(model, result, &mut findings);
     }
-    collinear(model, result, weakest, &mut findings);
+    collinear(
+        model,
+        result,
+        &linear.fitted.weakest_direction,
+        &mut findings,
+    );
+    if result.has_linear_values() {
+        findings.extend(sweep.and_then(|sweep| cutoff_drift(model, result, sweep)));
+        findings.extend(shared_bias(result));
+    }
+    if !result.motor_rows.is_empty() || result.has_linear_values() {
+        findings.extend(parts_disagree(model, linear));
+    }
     findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
     findings
 }

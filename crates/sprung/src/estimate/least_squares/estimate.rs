@@ -1,7 +1,6 @@
 //! Least squares as an estimator.
 
 use crate::estimate::found::{Found, Numbers};
-use crate::finding::{Finding, Severity};
 use crate::fit::{Fitted, trace};
 use crate::model::Model;
 use crate::regression::System;
@@ -21,18 +20,6 @@ pub(in crate::estimate) fn least_squares(
             elapsed,
             ..Numbers::of(fitted)
         },
-        findings: vec![standard_error_of_stretches()],
+        findings: Vec::new(),
     }
-}
-
-fn standard_error_of_stretches() -> Finding {
-    Finding::new(
-        Severity::Info,
-        "standard-error-of-stretches",
-        "the standard errors measure how much stretches of this log disagree. They do not contain \
-         a bias that all stretches share, for example by quantised positions in the Coulomb \
-         transition or by a disturbance. So ci95 is a lower bound of the interval"
-            .to_owned(),
-        "compare cut-offs and repeated experiments",
-    )
 }

@@ -3,10 +3,14 @@
 mod cross_checks;
 mod estimate;
 mod instruments;
+mod parts;
 mod sweep;
+mod uncertainty;
 
-pub(crate) use cross_checks::cross_checks;
-pub(crate) use sweep::sweep;
+pub(crate) use cross_checks::{Route, cross_checks};
+pub(crate) use parts::Parts;
+pub(crate) use sweep::cutoff_choice;
+pub(crate) use uncertainty::widened;
 
 pub(super) use estimate::least_squares;
 pub(super) use instruments::add_instruments;

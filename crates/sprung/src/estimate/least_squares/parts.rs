@@ -1,0 +1,73 @@
+//! Estimates from the parts of the logs, compared with each other.
+
+use crate::estimate::result::PartResult;
+use crate::fit::{Fitted, PartFit, fit_between, fits_of_quarters};
+use crate::model::Model;
+use crate::regression::Passed;
+
+/// Variance of Student's t with the freedom of a part's stretches, about.
+const FEW_STRETCHES: f64 = 1.4;
+
+/// Estimates from parts of the logs.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Parts {
+    /// Whether each part is one log.
+    pub(crate) are_logs: bool,
+    /// The parts in their order: first and last time, s, and the estimate.
+    parts: Vec<([f64; 2], PartFit)>,
+}
+
+impl Parts {
+    /// Estimates the parameters from each of several logs, or from the quarters of one log.
+    pub(crate) fn new(model: &Model, passed: &Passed, fitted: &Fitted) -> Self {
+        if let [span] = passed.spans[..] {
+            let fits = fits_of_quarters(model, fitted);
+            let length = (span[1] - span[0]) / fits.len().max(1) as f64;
+            let at = |i: usize| [i, i + 1].map(|i| span[0] + i as f64 * length);
+            return Self {
+                are_logs: false,
+                parts: (fits.into_iter().enumerate())
+                    .map(|(i, fit)| (at(i), fit))
+                    .collect(),
+            };
+        }
+        let mut before = f64::NEG_INFINITY;
+        let mut parts = Vec::new();
+        for &span in &passed.spans {
+            let fit = fit_between(model, &passed.system, before, span[1]);
+            parts.extend(fit.map(|fit| (span, fit)));
+            before = span[1];
+        }
+        Self {
+            are_logs: true,
+            parts,
+        }
+    }
+
+    /// Returns value and standard error of a parameter from each part; `None` if fewer than two
+    /// parts determine it.
+    pub(crate) fn of(&self, index: usize) -> Option<Vec<(f64, f64)>> {
+        let values: Vec<(f64, f64)> = (self.parts.iter())
+            .filter_map(|(_, fit)| fit.values[index])
+            .collect();
+        (values.len() >= 2).then_some(values)
+    }
+
+    /// Returns value and standard error of a parameter from each part, with larger errors, since
+    /// those of a part come from few stretches.
+    pub(crate) fn cautious(&self, index: usize) -> Option<Vec<(f64, f64)>> {
+        let cautious = |(value, error)| (value, FEW_STRETCHES.sqrt() * error);
+        Some(self.of(index)?.into_iter().map(cautious).collect())
+    }
+
+    /// Returns the parts in the form of the results.
+    pub(crate) fn described(&self) -> Vec<PartResult> {
+        (self.parts.iter())
+            .map(|(span, fit)| PartResult {
+                from_s: span[0],
+                to_s: span[1],
+                values: fit.values.clone(),
+            })
+            .collect()
+    }
+}

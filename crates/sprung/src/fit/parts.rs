@@ -1,0 +1,84 @@
+//! Estimates from parts of the logs.
+
+use super::free::Free;
+use super::jackknife::{influences, scatter};
+use super::least_squares::Fitted;
+use crate::model::Model;
+use crate::regression::{System, Triangle, solve};
+
+/// Number of stretches of one part, which are left out in turn for its standard errors.
+const STRETCHES_OF_PART: usize = 8;
+
+/// Minimum number of stretches of a part.
+const MIN_STRETCHES: usize = 4;
+
+/// Estimate from one part of the logs.
+#[derive(Clone, Debug)]
+pub(crate) struct PartFit {
+    /// Value and standard error of each parameter, \[p\]; `None` for known parameters and for those
+    /// that the part does not determine.
+    pub(crate) values: Vec<Option<(f64, f64)>>,
+}
+
+impl PartFit {
+    /// - `stretches`: factors of each row without the known parameters, stretch by stretch.
+    fn new(model: &Model, free: &Free, stretches: &[Vec<Triangle>]) -> Option<Self> {
+        let rows = stretches.first()?.len();
+        let whole = (0..rows)
+            .map(|row| Triangle::merge(stretches.iter().map(|stretch| &stretch[row])))
+            .collect::<Option<Vec<Triangle>>>()?;
+        let solution = solve(&free.parts(&whole), free.unknowns.len())?;
+        let errors = scatter(&influences(&solution, &free.columns, stretches));
+        let mut values = vec![None; model.parameters().len()];
+        for (at, &index) in free.unknowns.iter().enumerate() {
+            let error = errors[at];
+            let known = solution.identifiable[at] && error.is_finite() && error > 0.0;
+            values[index] = known.then_some((solution.x[at], error));
+        }
+        Some(Self { values })
+    }
+
+    /// Returns whether the part determines all parameters that the whole log determines.
+    fn determines(&self, model: &Model, fitted: &Fitted) -> bool {
+        (model
+            .parameters()
+            .iter()
+            .zip(&fitted.identifiable)
+            .zip(&self.values))
+        .all(|((parameter, known), value)| parameter.fixed.is_some() || !known || value.is_some())
+    }
+}
+
+/// Returns the estimates from the quarters of the logs, or from the halves if a quarter does not
+/// determine all parameters; empty if the logs are too short.
+pub(crate) fn fits_of_quarters(model: &Model, fitted: &Fitted) -> Vec<PartFit> {
+    let free = Free::new(model);
+    let groups = &fitted.groups;
+    for count in [4, 2] {
+        if groups.len() < count * MIN_STRETCHES {
+            continue;
+        }
+        let fits: Option<Vec<PartFit>> = (0..count)
+            .map(|i| {
+                let part = i * groups.len() / count..(i + 1) * groups.len() / count;
+                let fit = PartFit::new(model, &free, &groups[part])?;
+                fit.determines(model, fitted).then_some(fit)
+            })
+            .collect();
+        if let Some(fits) = fits {
+            return fits;
+        }
+    }
+    Vec::new()
+}
+
+/// Returns the estimate from the stretches between two times, s; `None` if they are too few.
+pub(crate) fn fit_between(model: &Model, system: &System, from: f64, to: f64) -> Option<PartFit> {
+    let free = Free::new(model);
+    let stretches: Vec<Vec<Triangle>> = (system.between(from, to, STRETCHES_OF_PART).into_iter())
+        .map(|factors| free.factors(factors))
+        .collect();
+    (stretches.len() >= MIN_STRETCHES)
+        .then(|| PartFit::new(model, &free, &stretches))
+        .flatten()
+}
