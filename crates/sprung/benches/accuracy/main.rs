@@ -5,7 +5,8 @@
 //!
 //! - `--seeds 10`, `--first 0`: number of logs per case, and the first seed.
 //! - `--cases clean,motor,link,other,mujoco`: cases to run. There are also
-//!   `robots` (random parameters) and `starts` (searches from nominal values).
+//!   `robots` (random parameters), `starts` (searches from nominal values) and `laws` (laws by
+//!   hold-out).
 //! - `--counts 16384,4096`: resolutions of the encoders.
 //! - `--methods prediction,linear`: only methods whose names contain one of these words.
 //! - `--parameters`: adds a row for each parameter.
@@ -16,6 +17,7 @@
 mod figures;
 #[path = "../../tests/twin/in_memory.rs"]
 mod in_memory;
+mod laws;
 mod logs;
 mod robots;
 
@@ -370,6 +372,12 @@ fn other_plant(demo: &Demo, arguments: &Arguments) {
     let mut richer = with_its_laws();
     richer.identify.estimator = vec![Estimator::PredictionError];
     ways.push(("pred. error with its laws", richer));
+    for (name, estimator) in [
+        ("linear, laws = auto", Estimator::LeastSquares),
+        ("pred. error, laws = auto", Estimator::PredictionError),
+    ] {
+        ways.push((name, laws::with_found_laws(&demo.experiment, estimator)));
+    }
     let ways = arguments.chosen(ways);
     let seeds = arguments.seeds.clone().into_par_iter();
     let trials: Vec<Trial> = seeds
@@ -384,16 +392,22 @@ fn other_plant(demo: &Demo, arguments: &Arguments) {
     findings(&trials, &ways);
 }
 
-/// Runs the case of MuJoCo's logs, with dry friction as a constraint and springs as tendons.
-fn mujoco(demo: &Demo, arguments: &Arguments) {
-    let folder = arguments.mujoco.display();
-    println!("\nMuJoCo, dry friction, tendons for springs, logs of {folder}");
+/// Returns the logs of MuJoCo, sorted; empty if there are none.
+fn mujoco_files(arguments: &Arguments) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(&arguments.mujoco).into_iter().flatten();
     let mut files: Vec<PathBuf> = entries
         .filter_map(|entry| entry.ok().map(|entry| entry.path()))
         .filter(|path| path.extension().is_some_and(|extension| extension == "csv"))
         .collect();
     files.sort();
+    files
+}
+
+/// Runs the case of MuJoCo's logs, with dry friction as a constraint and springs as tendons.
+fn mujoco(demo: &Demo, arguments: &Arguments) {
+    let folder = arguments.mujoco.display();
+    println!("\nMuJoCo, dry friction, tendons for springs, logs of {folder}");
+    let files = mujoco_files(arguments);
     if files.is_empty() {
         println!(
             "skipped: no logs; pip install -r benches/peers/requirements-mujoco.txt and \
@@ -411,6 +425,29 @@ fn mujoco(demo: &Demo, arguments: &Arguments) {
     header();
     print(demo, &trials, &ways, arguments);
     findings(&trials, &ways);
+}
+
+/// Prints the laws that hold-out adds on logs of the twin, of the other plant and of MuJoCo.
+fn laws_by_hold_out(demo: &Demo, arguments: &Arguments) {
+    for (case, motor, link) in CASES {
+        let log = |seed| {
+            let mut settings = demo.settings(seed);
+            settings.torque_disturbance_nm = motor.to_vec();
+            settings.link_torque_disturbance_nm = link.to_vec();
+            demo.log(&settings)
+        };
+        let logs: Vec<Vec<u8>> = arguments.seeds.clone().map(log).collect();
+        laws::print(case, &demo.experiment, &logs);
+    }
+    let other = Other::new(demo);
+    let logs: Vec<Vec<u8>> = (arguments.seeds.clone())
+        .map(|seed| other.log(&demo.settings(seed)))
+        .collect();
+    laws::print("the other plant", &demo.experiment, &logs);
+    let logs: Vec<Vec<u8>> = (mujoco_files(arguments).iter())
+        .map(|file| std::fs::read(file).expect("the log can be read"))
+        .collect();
+    laws::print("MuJoCo", &demo.experiment, &logs);
 }
 
 /// Prints the outcome of one search for each seed, on logs of 10 s.
@@ -467,6 +504,9 @@ fn main() {
     if arguments.wants("starts") {
         let what = "starts from nominal values, distances from the start by least squares";
         searches(what, &arguments, robots::from_nominal_values);
+    }
+    if arguments.wants("laws") {
+        laws_by_hold_out(&demo, &arguments);
     }
     if arguments.wants("other") {
         other_plant(&demo, &arguments);

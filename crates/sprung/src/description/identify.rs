@@ -34,6 +34,8 @@ pub struct Identify {
     pub initial_momentum: InitialMomentum,
     /// Action if the check finds an error in a log.
     pub on_check_error: OnCheckError,
+    /// Laws of friction and springs beyond those of the joints, and delays of torques.
+    pub laws: Laws,
     /// Forgetting rate δ of LSFF, 1/s.
     pub lsff_forgetting_per_s: f64,
     /// Diagonal of the initial gain matrix of LSFF.
@@ -56,6 +58,7 @@ impl Default for Identify {
             encoder_offset: None,
             initial_momentum: InitialMomentum::Measured,
             on_check_error: OnCheckError::Refuse,
+            laws: Laws::Declared,
             lsff_forgetting_per_s: 1.0,
             lsff_initial_gain: 10.0,
             lsff_velocity_window: [4, 4],
@@ -356,5 +359,26 @@ impl TryFrom<String> for OnCheckError {
     fn try_from(word: String) -> Result<Self, String> {
         let index = choose("on_check_error", &word, &["refuse", "go-on"])?;
         Ok([Self::Refuse, Self::GoOn][index])
+    }
+}
+
+/// Laws of friction and springs beyond those that a joint declares, and delays of torques.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(try_from = "String")]
+#[schemars(extend("enum" = ["declared", "auto"]))]
+pub enum Laws {
+    /// The declared laws alone; a finding names the laws that predict held-out parts of the log
+    /// better.
+    Declared,
+    /// Laws that predict held-out parts of the log better are added.
+    Auto,
+}
+
+impl TryFrom<String> for Laws {
+    type Error = String;
+
+    fn try_from(word: String) -> Result<Self, String> {
+        let index = choose("laws", &word, &["declared", "auto"])?;
+        Ok([Self::Declared, Self::Auto][index])
     }
 }

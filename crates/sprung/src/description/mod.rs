@@ -30,7 +30,7 @@ pub use factor::{Delay, Factor};
 pub use friction::FrictionLaw;
 pub use identify::{
     Cutoff, DiscretizationName, EncoderOffset, Estimator, Identify, InitialMomentum, Instruments,
-    OnCheckError, StartName, Weights,
+    Laws, OnCheckError, StartName, Weights,
 };
 pub use log::{CsvForm, Log, SamplingTimes};
 pub use nominal::Nominal;

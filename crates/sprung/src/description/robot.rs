@@ -11,6 +11,7 @@ use sprung_core::spatial::BODY;
 
 use super::choice::choose;
 use super::friction::FrictionLaw;
+use super::identify::Laws;
 use super::nominal::Nominal;
 
 /// The robot: its kinematics, joints and drives.
@@ -197,6 +198,8 @@ pub struct Joint {
     /// Beta of the Coulomb friction `tanh(beta * velocity)`, s/rad (s/m).
     #[serde(default = "default_sharpness")]
     pub coulomb_sharpness_s_per_rad: f64,
+    /// Laws beyond the declared ones; `laws` of `[identify]` if absent.
+    pub laws: Option<Laws>,
     /// Nominal values.
     #[serde(default)]
     pub nominal: Nominal,

@@ -7,6 +7,7 @@ use super::estimators::Basis;
 use super::found::Found;
 use super::inputs::EstimatorInputs;
 use super::judge::{judge, tilt_is_possible, tilted};
+use super::laws::{Chosen, choose_laws, with_found_laws, with_open_delays};
 use super::least_squares::{Parts, add_instruments, cross_checks, cutoff_choice, widened};
 use super::lsff::Lsff;
 use super::on_line::OnLine;
@@ -64,10 +65,14 @@ pub fn identify(
     progress: &mut dyn Listener,
 ) -> Result<Identified, IdentifyError> {
     let clock = Stopwatch::start();
-    let inputs = EstimatorInputs::new(experiment, model)?;
+    EstimatorInputs::new(experiment, model)?;
     let prepared = prepare_to_estimate(experiment, model, sources, progress)?;
+    let (prepared, chosen) = with_chosen_laws(prepared, sources, progress)?;
+    let described = prepared.experiment().clone();
+    let inputs = EstimatorInputs::new(&described, prepared.reading().model())?;
     let (passed, on_line) = pass(&prepared, sources, progress)?;
-    let about_logs = examine_or_refuse(&prepared, &passed)?;
+    let mut about_logs = examine_or_refuse(&prepared, &passed)?;
+    about_logs.extend(chosen.as_ref().and_then(|chosen| chosen.finding.clone()));
     let linear = fit_all(&prepared, &passed)?;
     let basis = Basis {
         prepared: &prepared,
@@ -79,7 +84,40 @@ pub fn identify(
         about_logs: &about_logs,
     };
     let estimates = refine(&basis, sources, progress)?;
-    describe_all(&basis, &passed, estimates, progress)
+    let mut identified = describe_all(&basis, &passed, estimates, progress)?;
+    identified.identification.laws = chosen.map(|chosen| chosen.result);
+    Ok(identified)
+}
+
+/// Chooses the laws by hold-out. If laws are added, prepares the logs again with them, estimates
+/// the delays of torques by likelihood, and keeps those that are significant.
+fn with_chosen_laws(
+    mut prepared: Prepared,
+    sources: &mut [LogSource<'_>],
+    progress: &mut dyn Listener,
+) -> Result<(Prepared, Option<Chosen>), IdentifyError> {
+    let Some(mut chosen) = choose_laws(&prepared) else {
+        return Ok((prepared, None));
+    };
+    let mut again = |experiment: &Experiment| -> Result<Option<Prepared>, IdentifyError> {
+        match Model::new(experiment) {
+            Ok(model) => prepare_to_estimate(experiment, &model, sources, progress).map(Some),
+            Err(_) => Ok(None),
+        }
+    };
+    if let Some(experiment) = &chosen.experiment
+        && let Some(richer) = again(experiment)?
+    {
+        prepared = richer;
+    }
+    if let Some((open, columns)) = with_open_delays(&prepared)
+        && let Some(with_delays) = again(&open)?
+        && chosen.add_delays(&with_delays, &columns)
+        && let Some(richer) = again(&with_found_laws(prepared.experiment(), &chosen.result))?
+    {
+        prepared = richer;
+    }
+    Ok((prepared, Some(chosen)))
 }
 
 /// Prepares the logs as a check does. Then estimates the requested delays by likelihood, and
@@ -216,6 +254,7 @@ fn describe_all(
             log: infos.next().ok_or(PrepareError::NoLog)?,
             further_logs: infos.collect(),
             settings: settings_used(reading, cutoff_choice(prepared)),
+            laws: None,
             findings,
             results,
         },

@@ -216,7 +216,8 @@ impl Refined {
     }
 }
 
-fn is_significant(delay: f64, standard_error: f64, period: f64) -> bool {
+/// Returns whether a delay, s, differs from zero.
+pub(super) fn is_significant(delay: f64, standard_error: f64, period: f64) -> bool {
     delay.abs() > DELAY_SIGNIFICANCE_SIGMAS * standard_error
         && delay.abs() > MIN_DELAY_SAMPLES * period
 }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::about_logs::LogInfo;
+use super::laws::LawsByHoldOut;
 use super::verdict::Verdict;
 use crate::finding::{Finding, Severity};
 use crate::model::{residual_name, stribeck_name};
@@ -28,6 +29,9 @@ pub struct Identification {
     pub further_logs: Vec<LogInfo>,
     /// The settings that were used.
     pub settings: SettingsUsed,
+    /// Laws that the held-out residual asks for; absent if the log is too short.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub laws: Option<LawsByHoldOut>,
     /// Findings about the logs.
     pub findings: Vec<Finding>,
     /// One result per estimator.

@@ -113,6 +113,14 @@ impl Delays {
         )
     }
 
+    /// Returns the delay of a channel by the likelihood of the log and its standard error, s; `None`
+    /// if the likelihood gave no estimate.
+    #[must_use]
+    pub(crate) fn likely(&self, channel: usize) -> Option<(f64, f64)> {
+        let refined = self.refined.iter().find(|delay| delay.channel == channel)?;
+        Some((refined.delay, refined.standard_error))
+    }
+
     /// Returns findings about the estimated delays.
     #[must_use]
     pub fn findings(&self, channels: &Channels) -> Vec<Finding> {

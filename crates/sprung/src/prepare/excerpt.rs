@@ -1,7 +1,7 @@
 //! The beginning of a log, kept in memory for searches that read it several times.
 
 use crate::log::{Channels, LogBlock, LogError, LogSource};
-use crate::regression::{Reading, System, reduce_blocks};
+use crate::regression::{Probe, Reading, System, reduce_blocks};
 
 /// Samples in an excerpt times joints, rounded up to a whole block: half a minute at 1 kHz for two
 /// joints.
@@ -101,10 +101,20 @@ impl Excerpt {
         self.reduce_rows(reading, &rows)
     }
 
+    /// Returns the regression of the excerpt with further columns, which follow the model's columns
+    /// in their rows; `None` as for [`Excerpt::reduce`].
+    #[must_use]
+    pub(crate) fn reduce_with(&self, reading: &Reading, probes: &[Probe]) -> Option<System> {
+        let rows: Vec<usize> = (0..reading.model().rows()).collect();
+        reduce_blocks(reading, self.period, &self.blocks, &rows, probes)
+            .ok()
+            .flatten()
+    }
+
     /// Returns the regression of some rows of the excerpt; `None` as for [`Excerpt::reduce`].
     #[must_use]
     pub fn reduce_rows(&self, reading: &Reading, rows: &[usize]) -> Option<System> {
-        reduce_blocks(reading, self.period, &self.blocks, rows)
+        reduce_blocks(reading, self.period, &self.blocks, rows, &[])
             .ok()
             .flatten()
     }

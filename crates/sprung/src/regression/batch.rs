@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use sprung_core::drives::State;
 
 use super::filtered::Evaluator;
+use super::probes::Probe;
 use super::weights::TransitionWeights;
 use crate::model::Model;
 use crate::preprocess::SignalBlock;
@@ -30,10 +31,13 @@ pub(super) struct Batch {
     pub(super) rows: usize,
     // Variance that Coulomb transitions add to each row, [samples × rows]; empty without weights.
     pub(super) variance: Vec<f64>,
+    pub(super) probes: Arc<[Probe]>,
+    // The probes before they are filtered, [samples × probes].
+    pub(super) probed: Vec<f64>,
 }
 
 impl Batch {
-    pub(super) fn new(model: &Model, rows: &[usize]) -> Self {
+    pub(super) fn new(model: &Model, rows: &[usize], probes: &Arc<[Probe]>) -> Self {
         let entries = model.entries();
         Self {
             evaluators: vec![Evaluator::of_rows(model, rows); BATCH_SAMPLES / THREAD_SAMPLES],
@@ -44,6 +48,8 @@ impl Batch {
             weights: None,
             rows: model.rows(),
             variance: Vec::new(),
+            probes: Arc::clone(probes),
+            probed: Vec::new(),
         }
     }
 
@@ -59,6 +65,7 @@ impl Batch {
         if count == 0 {
             return;
         }
+        self.form_probes(signals, first, count);
         for (own, tau) in self.tau.iter_mut().zip(&signals.tau) {
             own.clear();
             own.extend_from_slice(&tau[first..first + count]);
@@ -81,24 +88,45 @@ impl Batch {
             let rows = (momentum.chunks_mut(self.entries)).zip(rest.chunks_mut(self.entries));
             let variances = variance.chunks_mut(per_sample.max(1));
             for ((k, (momentum, rest)), variance) in (from..until).zip(rows).zip(variances) {
-                for joint in 0..n {
-                    state[joint] = signals.q[joint][k];
-                    state[n + joint] = signals.dq[joint][k];
-                    state[2 * n + joint] = signals.phi[joint][k];
-                    state[3 * n + joint] = signals.dphi[joint][k];
-                }
-                let (link, motor) = state.split_at(2 * n);
-                let state = State {
-                    q: &link[..n],
-                    dq: &link[n..],
-                    phi: &motor[..n],
-                    dphi: &motor[n..],
-                };
+                let state = state_at(signals, k, &mut state);
                 evaluator.entries(&state, momentum, rest);
                 if let Some(weights) = weights {
                     weights.variances(&evaluator.model, &state, variance);
                 }
             }
         });
+    }
+
+    /// Forms the probes of `count` samples.
+    fn form_probes(&mut self, signals: &SignalBlock, first: usize, count: usize) {
+        let Some(evaluator) = self.evaluators.first().filter(|_| !self.probes.is_empty()) else {
+            return;
+        };
+        self.probed.clear();
+        let mut memory = vec![0.0; 4 * signals.q.len()];
+        for k in first..first + count {
+            let state = state_at(signals, k, &mut memory);
+            let columns = self.probes.iter();
+            let columns = columns.map(|probe| probe.column(&evaluator.model, &state, signals, k));
+            self.probed.extend(columns);
+        }
+    }
+}
+
+/// Copies one sample into `memory`, \[4 n\], and returns it.
+fn state_at<'m>(signals: &SignalBlock, k: usize, memory: &'m mut [f64]) -> State<'m> {
+    let n = signals.q.len();
+    for joint in 0..n {
+        memory[joint] = signals.q[joint][k];
+        memory[n + joint] = signals.dq[joint][k];
+        memory[2 * n + joint] = signals.phi[joint][k];
+        memory[3 * n + joint] = signals.dphi[joint][k];
+    }
+    let (link, motor) = memory.split_at(2 * n);
+    State {
+        q: &link[..n],
+        dq: &link[n..],
+        phi: &motor[..n],
+        dphi: &motor[n..],
     }
 }

@@ -18,6 +18,8 @@ use crate::model::{Model, Scratch};
 pub(super) struct Pairs {
     pub(super) entries: FilterPair,
     pub(super) torque: FilterPair,
+    /// T, s.
+    pub(super) period: f64,
 }
 
 impl Pairs {
@@ -32,7 +34,11 @@ impl Pairs {
             DiscretizationName::Matched => FilterPair::new(cutoff, period, Discretization::Tustin)?,
             DiscretizationName::Paper => torque,
         };
-        Ok(Self { entries, torque })
+        Ok(Self {
+            entries,
+            torque,
+            period,
+        })
     }
 }
 

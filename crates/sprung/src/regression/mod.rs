@@ -9,6 +9,7 @@ mod filtered;
 mod instruments;
 mod nuisance_momentum;
 mod pass;
+mod probes;
 mod reading;
 mod reduction;
 mod solution;
@@ -21,6 +22,7 @@ pub(crate) use pass::{
     LogFigures, Observer, Passed, Restart, read_through, reduce_blocks, shortest_segment,
 };
 pub use pass::{PassError, signals};
+pub(crate) use probes::Probe;
 pub use reading::Reading;
 pub use reduction::Reduction;
 pub(crate) use reduction::System;

@@ -2,6 +2,7 @@
 
 use sprung_core::filter::FilterError;
 
+use super::probes::Probe;
 use super::reading::Reading;
 use super::reduction::{Reduction, System};
 use crate::description::Identify;
@@ -246,7 +247,8 @@ fn reduce(
 /// Reduces blocks in memory; returns `None` if all segments are too short for the filters.
 ///
 /// - `period`: T, s.
-/// - `rows`: rows of the regressor to reduce.
+/// - `rows`: rows of the regressor to reduce; `probes`: columns beyond those of the model, which
+///   follow the model's columns in their rows.
 ///
 /// # Errors
 ///
@@ -256,9 +258,10 @@ pub(crate) fn reduce_blocks(
     period: f64,
     blocks: &[LogBlock],
     rows: &[usize],
+    probes: &[Probe],
 ) -> Result<Option<System>, PassError> {
     let mut preparation = Preparation::new(reading, period, 0.0)?;
-    let mut reduction = Reduction::of_rows(reading.model(), rows)
+    let mut reduction = Reduction::with_probes(reading.model(), rows, probes)
         .weighted(reading.weights())
         .with_start(reading.settings().initial_momentum);
     let mut pieces = Vec::new();

@@ -10,6 +10,7 @@ use sprung_core::filter::{FilterBank, FilterError, FilterState, bank_len};
 use super::batch::{BATCH_SAMPLES, Batch};
 use super::filtered::Pairs;
 use super::nuisance_momentum::NuisanceMomentum;
+use super::probes::Probe;
 use super::triangle::Triangle;
 use super::weights::TransitionWeights;
 use crate::description::{DiscretizationName, InitialMomentum};
@@ -55,8 +56,19 @@ const KEPT_SAMPLES: usize = 2048;
 struct RowReduction {
     row: usize,
     entries: Range<usize>,
+    // Indices of the row's probes.
+    probes: Vec<usize>,
+    // Number of entries and probes.
+    width: usize,
     rhs: RightHandSide,
     bank: FilterBank<Vec<f64>>,
+    probe_bank: FilterBank<Vec<f64>>,
+    // The row's probes at one sample; their parts under d/dt are zero.
+    probed: Vec<f64>,
+    no_momentum: Vec<f64>,
+    // The rate of change of the right-hand side, if it is a probe, and the last right-hand side.
+    torque_rate: Option<usize>,
+    last_rhs: f64,
     torque_memory: FilterState,
     weights: Option<Arc<TransitionWeights>>,
     weight_memory: FilterState,
@@ -78,12 +90,22 @@ struct RowReduction {
 }
 
 impl RowReduction {
-    fn new(model: &Model, row: usize) -> Self {
+    fn new(model: &Model, row: usize, probes: &[Probe]) -> Self {
         let entries = model.row_entries(row);
-        let width = entries.len();
+        let own: Vec<usize> = (0..probes.len())
+            .filter(|&i| probes[i].row() == row)
+            .collect();
+        let width = entries.len() + own.len();
         Self {
             rhs: model.right_hand_side(row),
-            bank: FilterBank::new(vec![0.0; bank_len(width)]),
+            bank: FilterBank::new(vec![0.0; bank_len(entries.len())]),
+            probe_bank: FilterBank::new(vec![0.0; bank_len(own.len())]),
+            probed: vec![0.0; own.len()],
+            no_momentum: vec![0.0; own.len()],
+            torque_rate: (own.iter()).position(|&i| matches!(probes[i], Probe::TorqueRate { .. })),
+            last_rhs: 0.0,
+            probes: own,
+            width,
             torque_memory: FilterState::default(),
             weights: None,
             weight_memory: FilterState::default(),
@@ -109,6 +131,8 @@ impl RowReduction {
         self.release();
         self.start = self.start.take().map(|_| NuisanceMomentum::default());
         self.bank.restart();
+        self.probe_bank.restart();
+        self.last_rhs = 0.0;
         self.torque_memory = FilterState::default();
         self.weight_memory = FilterState::default();
     }
@@ -127,7 +151,7 @@ impl RowReduction {
 
     /// Filters the samples of a batch and folds them into the factors.
     fn take(&mut self, pairs: &Pairs, batch: &Batch) {
-        let width = self.entries.len();
+        let (width, own_width) = (self.width, self.entries.len());
         let all = batch.entries;
         let samples = batch.momentum.chunks(all).zip(batch.rest.chunks(all));
         for (k, (momentum, rest)) in samples.enumerate() {
@@ -143,7 +167,20 @@ impl RowReduction {
                 }
             };
             let row = &mut self.tile[self.in_tile * (width + 1)..][..=width];
-            row[..width].copy_from_slice(filtered);
+            row[..own_width].copy_from_slice(filtered);
+            if !self.probes.is_empty() {
+                let first = k * batch.probes.len();
+                for (own, probe) in self.probed.iter_mut().zip(&self.probes) {
+                    *own = batch.probed[first + probe];
+                }
+                let bank = &mut self.probe_bank;
+                let filtered = bank.process(&pairs.entries, &self.no_momentum, &self.probed);
+                row[own_width..width].copy_from_slice(filtered);
+                if let Some(at) = self.torque_rate {
+                    row[own_width + at] = (rhs - self.last_rhs) / pairs.period;
+                    self.last_rhs = rhs;
+                }
+            }
             row[width] = rhs;
             self.kept.push(|| row.to_vec());
             if self.weights.is_some() {
@@ -180,7 +217,7 @@ impl RowReduction {
 
     /// Passes on the rows that were held back after a start.
     fn release(&mut self) {
-        let width = self.entries.len() + 1;
+        let width = self.width + 1;
         let held = self
             .start
             .as_mut()
@@ -201,7 +238,7 @@ impl RowReduction {
     /// Transposes the tile's rows into the columns of the gathered rows.
     fn untile(&mut self) {
         let count = std::mem::take(&mut self.in_tile);
-        let width = self.entries.len() + 1;
+        let width = self.width + 1;
         for column in 0..width {
             let gathered = self.gathered.col_as_slice_mut(column);
             let rows = self.tile.chunks(width).take(count);
@@ -279,11 +316,19 @@ impl Reduction {
     /// Returns an empty reduction of the given rows.
     #[must_use]
     pub fn of_rows(model: &Model, rows: &[usize]) -> Self {
+        Self::with_probes(model, rows, &[])
+    }
+
+    /// Returns an empty reduction of the given rows with further columns, which follow the model's
+    /// columns in their rows.
+    #[must_use]
+    pub(crate) fn with_probes(model: &Model, rows: &[usize], probes: &[Probe]) -> Self {
+        let shared: Arc<[Probe]> = probes.into();
         Self {
-            batch: Batch::new(model, rows),
-            next: Batch::new(model, rows),
+            batch: Batch::new(model, rows, &shared),
+            next: Batch::new(model, rows, &shared),
             rows: (rows.iter())
-                .map(|&row| RowReduction::new(model, row))
+                .map(|&row| RowReduction::new(model, row, probes))
                 .collect(),
             ends: Vec::new(),
             in_current: 0,

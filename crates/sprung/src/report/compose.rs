@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::document::{Badge, Block, Document, Section, Tone};
 use super::numbers::{or_dash, significant};
 use super::section::{section, shown};
-use super::{plots, refinement, robot_tables, tables, validation_tables};
+use super::{laws, plots, refinement, robot_tables, tables, validation_tables};
 use crate::curves::Curves;
 use crate::estimate::{EstimateResult, Identification, LogInfo, Verdict};
 use crate::validate::Validation;
@@ -63,6 +63,7 @@ pub fn compose(contents: &Contents<'_>) -> Document {
     }
     if let Some(identification) = contents.identification {
         sections.extend(contents.fit.map(|fit| fit_section(identification, fit)));
+        sections.extend(laws::laws(identification));
         sections.extend(refinement::refinement(identification));
         sections.push(conditioning(identification));
         sections.extend(cutoff(identification));

@@ -8,6 +8,7 @@ mod compose;
 mod document;
 mod html;
 mod intervals;
+mod laws;
 mod numbers;
 mod plots;
 mod refinement;

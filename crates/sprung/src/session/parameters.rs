@@ -5,7 +5,10 @@ use std::path::Path;
 
 use super::error::SessionError;
 use super::files::{Disk, Files, read_text};
-use crate::estimate::Identification;
+use super::load::Session;
+use crate::description::Experiment;
+use crate::estimate::{Identification, with_found_laws};
+use crate::model::Model;
 use crate::validate::ParameterSet;
 
 /// Parameters, and the identification that contains them.
@@ -52,6 +55,25 @@ impl Parameters {
             sets: vec![ParameterSet { label, values }],
             identification: None,
         })
+    }
+}
+
+impl Session {
+    /// Returns the experiment and its model with the laws that the identification of the parameters
+    /// added, if there is one.
+    pub(super) fn described_by(
+        &self,
+        parameters: &Parameters,
+    ) -> Result<(Experiment, Model), SessionError> {
+        let laws = (parameters.identification.as_ref())
+            .and_then(|identification| identification.laws.as_ref())
+            .filter(|laws| laws.rungs.iter().any(|rung| rung.made));
+        let Some(laws) = laws else {
+            return Ok((self.experiment().clone(), self.model().clone()));
+        };
+        let experiment = with_found_laws(self.experiment(), laws);
+        let model = Model::new(&experiment)?;
+        Ok((experiment, model))
     }
 }
 

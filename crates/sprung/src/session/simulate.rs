@@ -16,7 +16,7 @@ use crate::simulate::{TwinSetup, record};
 /// A digital twin that is ready to be simulated.
 #[derive(Clone, Debug)]
 pub struct Recording<'a> {
-    model: &'a Model,
+    model: Model,
     controller: &'a Controller,
     settings: Simulate,
     theta: Theta,
@@ -46,10 +46,10 @@ impl Session {
         let controller = run.and_then(|run| run.controller.as_ref());
         let controller = controller.or(experiment.controller.as_ref());
         let controller = controller.ok_or(SessionError::NoController)?;
-        let theta = self.true_theta(settings, parameters)?;
+        let (model, theta) = self.truth(settings, parameters)?;
         let overlay = run.and_then(|run| run.log.as_ref());
         Ok(Recording {
-            model: self.model(),
+            model,
             controller,
             settings: settings.clone(),
             theta,
@@ -67,12 +67,12 @@ impl Session {
         })
     }
 
-    /// Returns the twin's true parameters.
-    fn true_theta(
+    /// Returns the twin's model and its true parameters.
+    fn truth(
         &self,
         settings: &Simulate,
         parameters: Option<&Parameters>,
-    ) -> Result<Theta, SessionError> {
+    ) -> Result<(Model, Theta), SessionError> {
         let of_block;
         let parameters = match (parameters, &settings.parameters) {
             (None, Some(file)) => {
@@ -81,10 +81,14 @@ impl Session {
             }
             (given, _) => given,
         };
-        let set = parameters.and_then(|parameters| parameters.sets.first());
+        let set = parameters.and_then(|parameters| Some((parameters, parameters.sets.first()?)));
         Ok(match set {
-            Some(set) => self.model().theta(&set.values)?,
-            None => self.model().nominal()?,
+            Some((parameters, set)) => {
+                let (_, model) = self.described_by(parameters)?;
+                let theta = model.theta(&set.values)?;
+                (model.shaped(&set.values), theta)
+            }
+            None => (self.model().clone(), self.model().nominal()?),
         })
     }
 
@@ -140,7 +144,7 @@ impl Recording<'_> {
         progress: &mut dyn Listener,
     ) -> Result<u64, SessionError> {
         let twin = TwinSetup {
-            model: self.model,
+            model: &self.model,
             theta: &self.theta,
             controller: self.controller,
             settings: &self.settings,

@@ -46,13 +46,13 @@ impl Session {
             .flat_map(|identification| &identification.log.delay_s)
             .map(|(column, delay)| (column.clone(), delay.value))
             .collect();
-        let mut experiment = self.experiment().clone();
+        let (mut experiment, model) = self.described_by(parameters)?;
         if let (Some(log), Some(found)) = (&mut experiment.log, &parameters.identification) {
             log.settle(&found.log.signs(), &found.log.gains());
         }
         Ok(validate(
             &experiment,
-            self.model(),
+            &model,
             &parameters.sets,
             &delays,
             sources,

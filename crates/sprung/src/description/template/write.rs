@@ -125,8 +125,9 @@ fn joints(text: &mut String, robot: &Start) {
     text.push_str(
         "\
 # Friction laws: \"viscous\", \"coulomb\", \"offset\", \"stribeck\", \"viscous-asymmetric\",
-# \"coulomb-asymmetric\", \"quadratic\", \"load\" and \"residual\". The examples show the default of a flexible joint. The default of a rigid
-# joint is [] for the link, and \"viscous\", \"coulomb\", \"offset\" for the motor.
+# \"coulomb-asymmetric\", \"quadratic\", \"load\" and \"residual\". The examples show the default of
+# a flexible joint. The default of a rigid joint is [] for the link, and \"viscous\", \"coulomb\",
+# \"offset\" for the motor.
 ",
     );
     for (i, joint) in robot.joints.iter().enumerate() {

@@ -1,0 +1,388 @@
+//! Laws of friction and springs by hold-out: which laws beyond those of the description predict
+//! parts of the log better that the fit has not seen.
+
+mod candidates;
+mod ladder;
+mod normal;
+mod result;
+
+use candidates::{Candidate, Candidates, Change, Tier, changed, torque_channel};
+use ladder::{Ladder, Rung};
+use normal::Normal;
+use sprung_core::parameters::Side;
+
+pub use result::{LawDelay, LawRung, LawsByHoldOut};
+
+use super::late_channels::is_significant;
+use crate::description::{Delay, Estimator, Experiment, FrictionLaw, Laws, SpringTerm};
+use crate::finding::{Finding, Severity};
+use crate::prepare::{Prepared, rms_speeds};
+
+/// Missing laws are a warning if they decrease the held-out residual of the torque by at least this
+/// fraction, and if it exceeds this fraction of the torque.
+const LARGE_GAIN: f64 = 0.2;
+const LARGE_RESIDUAL: f64 = 0.05;
+
+/// Largest delay of a torque that its rate of change describes, s.
+const MAX_DELAY_S: f64 = 0.02;
+
+/// Laws by hold-out, and the changes that are to be made.
+pub(super) struct Chosen {
+    pub(super) result: LawsByHoldOut,
+    /// The experiment with the laws that `"auto"` adds; `None` if it adds none.
+    pub(super) experiment: Option<Experiment>,
+    pub(super) finding: Option<Finding>,
+}
+
+impl Chosen {
+    /// Adds delays that the likelihood gives, if they are significant; returns whether it adds any.
+    ///
+    /// - `prepared`: the logs, with estimates of the delays of `columns`.
+    pub(super) fn add_delays(&mut self, prepared: &Prepared, columns: &[String]) -> bool {
+        let channels = &prepared.reading().channels().all;
+        let mut any = false;
+        for column in columns {
+            let channel = channels
+                .iter()
+                .position(|channel| channel.column == *column);
+            let used = channel.and_then(|channel| prepared.delays().likely(channel));
+            let rung =
+                used.and_then(|used| delay_by_likelihood(prepared, column, used, &self.result));
+            any |= rung.is_some();
+            self.result.rungs.extend(rung);
+        }
+        any
+    }
+}
+
+/// Returns a change by a delay that the likelihood gives, if the delay is significant.
+///
+/// - `delay`: delay of the column and its standard error, s.
+fn delay_by_likelihood(
+    prepared: &Prepared,
+    column: &str,
+    (delay_s, standard_error_s): (f64, f64),
+    laws: &LawsByHoldOut,
+) -> Option<LawRung> {
+    let channels = &prepared.reading().channels().all;
+    let channel = channels.iter().find(|channel| channel.column == column)?;
+    let period = prepared.excerpt().period();
+    if !is_significant(delay_s, standard_error_s, period) || !is_small(delay_s) {
+        return None;
+    }
+    let (of, law) = names(Change::TorqueDelay);
+    Some(LawRung {
+        joint: prepared.reading().model().joints()[channel.joint].clone(),
+        of: of.to_owned(),
+        law: law.to_owned(),
+        gain: 0.0,
+        gain_scatter: 0.0,
+        held_out: laws
+            .rungs
+            .last()
+            .map_or(laws.held_out, |rung| rung.held_out),
+        not_told_apart_from: Vec::new(),
+        stribeck_velocity: None,
+        delay: Some(LawDelay {
+            column: column.to_owned(),
+            delay_s,
+            standard_error_s,
+        }),
+        made: true,
+    })
+}
+
+/// Climbs the ladder of laws on the beginning of the first log.
+///
+/// The regression is formed once, with a column for each law that a joint can have. Each step adds
+/// the law whose column decreases the held-out residual of its joint's rows most, as long as the
+/// gain is at least 1 % and 3 times its standard deviation over the parts of the log. Offset,
+/// viscous and Coulomb friction come first. Residual laws come last and only where the settings
+/// ask for `"auto"`.
+///
+/// Returns `None` if the log is too short for parts.
+pub(super) fn choose_laws(prepared: &Prepared) -> Option<Chosen> {
+    let (experiment, reading) = (prepared.experiment(), prepared.reading());
+    let (model, channels) = (reading.model(), reading.channels());
+    let speeds = rms_speeds(reading, prepared.excerpt());
+    let found = Candidates::new(experiment, model, channels, &speeds).ok()?;
+    let probes: Vec<_> = found.probes.iter().map(|(probe, _)| *probe).collect();
+    let system = prepared.excerpt().reduce_with(reading, &probes)?;
+    let normal = Normal::new(model, &system, &found.probes)?;
+    let rows: Vec<[usize; 2]> = (0..model.joint_count())
+        .map(|joint| [joint, model.torque_row(joint)])
+        .collect();
+    let mut ladder = Ladder::new(&normal, &found.all, &rows)?;
+    let auto = |candidate: &Candidate| {
+        laws_of(experiment, candidate.joint) == Laws::Auto && candidate.change != Change::TorqueLoad
+    };
+    ladder.climb(&[Tier::Essential, Tier::Named, Tier::Residual], auto);
+    let made = ladder.rungs.len();
+    ladder.climb(&[Tier::Essential, Tier::Named], |candidate| {
+        !auto(candidate)
+    });
+    Some(describe(prepared, &found, &ladder, made))
+}
+
+fn laws_of(experiment: &Experiment, joint: usize) -> Laws {
+    experiment.robot.joint[joint]
+        .laws
+        .unwrap_or(experiment.identify.laws)
+}
+
+fn describe(prepared: &Prepared, found: &Candidates, ladder: &Ladder<'_>, made: usize) -> Chosen {
+    let experiment = prepared.experiment();
+    let joints = prepared.reading().model().joints();
+    let rung = |(index, rung): (usize, &Rung)| {
+        let candidate = &found.all[rung.candidate];
+        let (of, law) = names(candidate.change);
+        let mut alike: Vec<String> = (rung.alike.iter())
+            .map(|&other| words(found.all[other].change))
+            .collect();
+        alike.dedup();
+        let channels = prepared.reading().channels();
+        let torque = torque_channel(channels, candidate.joint)
+            .filter(|_| candidate.change == Change::TorqueDelay);
+        let delay = torque
+            .zip(ladder.value(rung))
+            .map(|(channel, (later, error))| LawDelay {
+                column: channels.all[channel].column.clone(),
+                // A torque that acts later than its record was recorded too early.
+                delay_s: prepared.delays().values[channel] - later,
+                standard_error_s: error,
+            });
+        LawRung {
+            joint: joints[candidate.joint].clone(),
+            of: of.to_owned(),
+            law: law.to_owned(),
+            gain: rung.gain,
+            gain_scatter: rung.scatter,
+            held_out: rung.held_out,
+            stribeck_velocity: rung.stribeck_velocity,
+            not_told_apart_from: alike,
+            made: index < made && delay.as_ref().is_none_or(|delay| is_small(delay.delay_s)),
+            delay,
+        }
+    };
+    let result = LawsByHoldOut {
+        held_out: ladder.before,
+        rungs: ladder.rungs.iter().enumerate().map(rung).collect(),
+        ended: "no other law decreases the held-out residual of its joint by 1 % and by 3 times \
+                the scatter over the parts of the log"
+            .to_owned(),
+    };
+    Chosen {
+        finding: finding(&result),
+        experiment: (result.rungs.iter().any(|rung| rung.made))
+            .then(|| with_found_laws(experiment, &result)),
+        result,
+    }
+}
+
+/// Returns the experiment with delays to be estimated, and their columns: those of the torques of
+/// joints with `laws = "auto"` and without any delay in the description. `None` if there is no such
+/// joint or no refinement, which estimates delays more sharply than the filtered regression.
+pub(super) fn with_open_delays(prepared: &Prepared) -> Option<(Experiment, Vec<String>)> {
+    let experiment = prepared.experiment();
+    let channels = prepared.reading().channels();
+    let refined = (experiment.identify.estimator).contains(&Estimator::PredictionError);
+    let mut open = experiment.clone();
+    let mut columns = Vec::new();
+    let log = open.log.as_mut()?;
+    for joint in 0..experiment.robot.joint.len() {
+        let mut own = channels.all.iter().filter(|channel| channel.joint == joint);
+        if laws_of(experiment, joint) == Laws::Auto
+            && own.all(|channel| channel.delay.is_none())
+            && let Some(torque) = torque_channel(channels, joint)
+        {
+            let column = &channels.all[torque].column;
+            log.delay_s.insert(column.clone(), Delay::Estimate);
+            columns.push(column.clone());
+        }
+    }
+    (refined && !columns.is_empty()).then_some((open, columns))
+}
+
+/// Returns an experiment with the laws and the delays that a ladder added. Laws that it has already
+/// stay single.
+#[must_use]
+pub(crate) fn with_found_laws(experiment: &Experiment, found: &LawsByHoldOut) -> Experiment {
+    let mut with = experiment.clone();
+    for rung in found.rungs.iter().filter(|rung| rung.made) {
+        if let (Some(delay), Some(log)) = (&rung.delay, &mut with.log) {
+            let known = Delay::Known(delay.delay_s);
+            log.delay_s.insert(delay.column.clone(), known);
+        }
+        let joints = &mut with.robot.joint;
+        if let Some(joint) = joints.iter_mut().find(|joint| joint.name == rung.joint) {
+            let velocity = rung.stribeck_velocity;
+            *joint = changed(joint.clone(), &rung.of, &rung.law, velocity);
+        }
+    }
+    with
+}
+
+/// Returns the key that a change concerns, and the name of the law.
+fn names(change: Change) -> (&'static str, &'static str) {
+    match change {
+        Change::Friction(Side::Link, family) => ("link_friction", FrictionLaw(family).name()),
+        Change::Friction(Side::Motor, family) => ("motor_friction", FrictionLaw(family).name()),
+        Change::Spring(SpringTerm::Cubic) => ("spring", "cubic"),
+        Change::Spring(SpringTerm::Damping) => ("spring", "damping"),
+        Change::Spring(SpringTerm::Linear) => ("spring", "linear"),
+        Change::TorqueDelay => ("torque delay", ""),
+        Change::TorqueLoad => ("friction proportional to the torque", ""),
+    }
+}
+
+fn words(change: Change) -> String {
+    let (of, law) = names(change);
+    if law.is_empty() {
+        of.to_owned()
+    } else {
+        format!("{of} \"{law}\"")
+    }
+}
+
+/// Returns the finding about laws that hold-out asks for and that were not added.
+fn finding(result: &LawsByHoldOut) -> Option<Finding> {
+    let missing: Vec<&LawRung> = result.rungs.iter().filter(|rung| !rung.made).collect();
+    let last = missing.last()?;
+    let made = result.rungs.iter().rfind(|rung| rung.made);
+    let before = made.map_or(result.held_out, |rung| rung.held_out);
+    let all: Vec<String> = (missing.iter())
+        .map(|rung| {
+            let alike = match &rung.not_told_apart_from[..] {
+                [] => String::new(),
+                others => format!(", or {}", others.join(" or ")),
+            };
+            let delay = rung.delay.as_ref().map_or_else(String::new, |delay| {
+                format!(
+                    " of {:.2} ± {:.2} ms",
+                    1e3 * delay.delay_s,
+                    1e3 * delay.standard_error_s
+                )
+            });
+            format!(
+                "{}: {}{delay}{alike} ({:.0} % less in its rows)",
+                rung.joint,
+                rung.words(),
+                100.0 * rung.gain
+            )
+        })
+        .collect();
+    let large = before > LARGE_RESIDUAL && last.held_out < (1.0 - LARGE_GAIN) * before;
+    let severity = if large {
+        Severity::Warning
+    } else {
+        Severity::Info
+    };
+    Some(
+        Finding::new(
+            severity,
+            "laws-missing",
+            format!(
+                "parts of the log that the fit has not seen are predicted better with laws that the \
+                 description lacks: {}; together they decrease the held-out residual of the torque \
+                 from {:.2} % to {:.2} %",
+                all.join("; "),
+                100.0 * before,
+                100.0 * last.held_out
+            ),
+            "set laws = \"auto\", or add the laws to the joints",
+        )
+        .mended_by("identify", "laws = \"auto\""),
+    )
+}
+
+/// Returns whether the rate of change of a torque describes its delay, s.
+fn is_small(delay: f64) -> bool {
+    delay.abs() <= MAX_DELAY_S
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::demo;
+    use crate::description::{self, no_files};
+
+    fn rung(of: &str, law: &str, made: bool) -> LawRung {
+        LawRung {
+            joint: "joint1".to_owned(),
+            of: of.to_owned(),
+            law: law.to_owned(),
+            gain: 0.3,
+            gain_scatter: 0.02,
+            held_out: 0.03,
+            not_told_apart_from: Vec::new(),
+            stribeck_velocity: (law == "stribeck").then_some(0.04),
+            delay: law.is_empty().then(|| LawDelay {
+                column: "tau1_nm".to_owned(),
+                delay_s: -1e-3,
+                standard_error_s: 1e-4,
+            }),
+            made,
+        }
+    }
+
+    fn found(rungs: Vec<LawRung>) -> LawsByHoldOut {
+        LawsByHoldOut {
+            held_out: 0.08,
+            rungs,
+            ended: String::new(),
+        }
+    }
+
+    #[test]
+    fn laws_that_were_made_enter_the_description_once() {
+        let experiment =
+            description::read("experiment.toml", demo::EXPERIMENT, &[], &mut no_files).unwrap();
+        let found = found(vec![
+            rung("motor_friction", "stribeck", true),
+            rung("link_friction", "viscous-asymmetric", true),
+            rung("spring", "cubic", true),
+            rung("torque delay", "", true),
+            rung("motor_friction", "quadratic", false),
+        ]);
+        let once = with_found_laws(&experiment, &found);
+        let twice = with_found_laws(&once, &found);
+        for with in [&once, &twice] {
+            let joint = &with.robot.joint[0];
+            let names =
+                |laws: &[FrictionLaw]| -> Vec<&str> { laws.iter().map(|law| law.name()).collect() };
+            assert_eq!(
+                names(joint.motor_laws()),
+                ["viscous", "coulomb", "stribeck"]
+            );
+            assert_eq!(names(joint.link_laws()), ["coulomb", "viscous-asymmetric"]);
+            assert_eq!(
+                joint.spring_terms(),
+                [SpringTerm::Linear, SpringTerm::Cubic]
+            );
+            assert_eq!(joint.stribeck_velocity_rad_per_s, Some(0.04));
+            let log = with.log.as_ref().unwrap();
+            assert_eq!(log.delay_s["tau1_nm"], Delay::Known(-1e-3));
+            assert!(crate::model::Model::new(with).is_ok());
+        }
+    }
+
+    #[test]
+    fn only_laws_that_were_not_made_are_missing() {
+        assert!(finding(&found(Vec::new())).is_none());
+        assert!(finding(&found(vec![rung("spring", "cubic", true)])).is_none());
+        let missing = finding(&found(vec![
+            rung("spring", "cubic", true),
+            rung("motor_friction", "quadratic", false),
+        ]));
+        let missing = missing.unwrap();
+        assert_eq!(missing.code, "laws-missing");
+        assert!(
+            missing
+                .text
+                .contains("joint1: motor_friction \"quadratic\"")
+        );
+        assert_eq!(missing.severity, Severity::Info);
+        let all = finding(&found(vec![rung("spring", "cubic", false)])).unwrap();
+        assert_eq!(all.severity, Severity::Warning);
+    }
+}

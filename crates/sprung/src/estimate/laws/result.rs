@@ -1,0 +1,68 @@
+//! Laws by hold-out, as a part of the results.
+
+use serde::{Deserialize, Serialize};
+
+/// Laws that the held-out residual of a log asks for.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LawsByHoldOut {
+    /// Held-out residual of the filtered torque with the laws of the description, relative to the
+    /// torque: eighths of the beginning of the first log are left out in turn.
+    pub held_out: f64,
+    /// Changes of the laws, each on top of the changes before it.
+    pub rungs: Vec<LawRung>,
+    /// Reason why the ladder ends.
+    pub ended: String,
+}
+
+/// A change of the laws of one joint.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LawRung {
+    /// Name of the joint.
+    pub joint: String,
+    /// The key that the change concerns: `link_friction`, `motor_friction`, `spring` or
+    /// `torque delay`.
+    pub of: String,
+    /// The law, by its name in the description; empty for a delay.
+    pub law: String,
+    /// Decrease of the held-out residual of the joint's rows, as a fraction.
+    pub gain: f64,
+    /// Standard deviation of the gain over the parts of the log.
+    pub gain_scatter: f64,
+    /// Held-out residual of the filtered torque with this change, relative to the torque.
+    pub held_out: f64,
+    /// Other changes of the joint that explain the same, as `motor_friction "quadratic"`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub not_told_apart_from: Vec<String>,
+    /// Velocity at which the friction has fallen to 1/e, rad/s (m/s); for Stribeck friction only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stribeck_velocity: Option<f64>,
+    /// Delay of the column of the torque; for a delay only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub delay: Option<LawDelay>,
+    /// Whether the change was made. If not, the results have the laws without it.
+    pub made: bool,
+}
+
+/// Delay of a column of torques by hold-out.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LawDelay {
+    /// The column.
+    pub column: String,
+    /// Time from the event to its record, s. It is negative if the torque acts later than the log
+    /// says.
+    pub delay_s: f64,
+    /// Its standard error, s.
+    pub standard_error_s: f64,
+}
+
+impl LawRung {
+    /// Returns the change in words: `motor_friction "stribeck"` or `a torque delay`.
+    #[must_use]
+    pub fn words(&self) -> String {
+        if self.law.is_empty() {
+            self.of.clone()
+        } else {
+            format!("{} \"{}\"", self.of, self.law)
+        }
+    }
+}
