@@ -66,7 +66,7 @@ pub enum Answer {
 
 /// The listener stopped the run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("stopped on request before the end; earlier results are unchanged")]
+#[error("stopped on request before the end")]
 pub struct Stopped;
 
 /// Receives the progress of a run, and may stop the run.

@@ -1,5 +1,8 @@
 //! `sprung identify`: identifies the parameters from a log.
 
+use std::path::{Path, PathBuf};
+
+use sprung::estimate::Identified;
 use sprung::report::Contents;
 use sprung::session::{Session, Usability};
 
@@ -14,22 +17,20 @@ pub(crate) fn run(args: &Identify) -> Result<ExitCode, Failure> {
     let common = &args.common;
     let terminal = Terminal::new(common.voice, common.json);
     let session = Session::open(&args.experiment, &common.overrides)?;
-    let found = terminal.follow("identifying", |progress| session.identify(progress))?;
-
     let folder = results_folder(&session, common);
-    let mut output = Output::new(&folder)?.keeping(session.inputs());
-    write_identified(&mut output, &found)?;
-    let outdated = outdate_validation(&mut output, &folder);
-    let contents = Contents {
-        identification: Some(&found.identification),
-        trace: Some(&found.trace),
-        fit: Some(&found.fit),
-        command: &command_line(),
-        experiment: session.text(),
-        ..Contents::default()
+    // A refinement may take minutes. If the program is killed then, the folder holds the result of
+    // least squares. If it cannot be written, the result of the refinement cannot either.
+    let mut outdated = false;
+    let mut first = |found: &Identified| {
+        if let Ok((_, removed)) = write(&folder, &session, found) {
+            outdated = removed;
+        }
     };
-    let report = write_report(&mut output, &contents)?;
-    output.commit()?;
+    let found = terminal.follow("identifying", |progress| {
+        session.identify_and_tell(progress, &mut first)
+    })?;
+    let (report, removed) = write(&folder, &session, &found)?;
+    outdated |= removed;
 
     terminal.json(&found.identification);
     terminal.parameters(&found.identification, None);
@@ -41,4 +42,23 @@ pub(crate) fn run(args: &Identify) -> Result<ExitCode, Failure> {
     }
     terminal.say(format!("\nreport: {}", report.display()));
     Ok(Usability::from(&found.identification).into())
+}
+
+/// Writes all files of an identification. Returns the path of the report, and whether an outdated
+/// validation was removed.
+fn write(folder: &Path, session: &Session, found: &Identified) -> Result<(PathBuf, bool), Failure> {
+    let mut output = Output::new(folder)?.keeping(session.inputs());
+    write_identified(&mut output, found)?;
+    let outdated = outdate_validation(&mut output, folder);
+    let contents = Contents {
+        identification: Some(&found.identification),
+        trace: Some(&found.trace),
+        fit: Some(&found.fit),
+        command: &command_line(),
+        experiment: session.text(),
+        ..Contents::default()
+    };
+    let report = write_report(&mut output, &contents)?;
+    output.commit()?;
+    Ok((report, outdated))
 }

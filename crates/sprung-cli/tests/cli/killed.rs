@@ -221,3 +221,42 @@ fn a_validation_that_is_killed_leaves_results_of_one_run() {
          list in place, report.html, signals.csv, validation.json, .sprung-switch, list removed"
     );
 }
+
+#[test]
+fn a_refinement_that_is_killed_leaves_the_result_of_least_squares() {
+    if !can_be_killed() {
+        return;
+    }
+    let desk = Desk::new();
+    let refine = ["--set", "identify.estimator=prediction-error"];
+    let folder = desk.case.path("sprung-out");
+    let mut points: Vec<String> = Vec::new();
+    // The second time that nothing is written yet, the refinement has ended.
+    while points
+        .iter()
+        .filter(|point| *point == "nothing written")
+        .count()
+        < 2
+    {
+        restore(&folder, &desk.before);
+        let point = desk.run("identify", &refine, Some(1 + points.len()));
+        points.push(point.unwrap());
+    }
+    assert_eq!(points.len(), 20, "{points:?}");
+    desk.read();
+    let found = files(&folder);
+    let json: serde_json::Value = serde_json::from_slice(&found["identification.json"]).unwrap();
+    assert_eq!(json["results"][0]["estimator"], "least-squares");
+    let codes: Vec<_> = json["findings"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|f| &f["code"])
+        .collect();
+    assert!(codes.contains(&&"refinement-pending".into()), "{codes:?}");
+    assert!(!found.contains_key("validation.json"));
+    assert!(desk.run("identify", &refine, None).is_none());
+    let json: serde_json::Value =
+        serde_json::from_slice(&files(&folder)["identification.json"]).unwrap();
+    assert_eq!(json["results"][0]["estimator"], "prediction-error");
+}

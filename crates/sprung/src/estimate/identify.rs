@@ -8,7 +8,9 @@ use super::found::Found;
 use super::inputs::EstimatorInputs;
 use super::judge::{judge, tilt_is_possible, tilted};
 use super::laws::{Chosen, choose_laws, with_found_laws, with_open_delays};
-use super::least_squares::{Parts, add_instruments, cross_checks, cutoff_choice, widened};
+use super::least_squares::{
+    Parts, add_instruments, cross_checks, cutoff_choice, least_squares, widened,
+};
 use super::lsff::Lsff;
 use super::on_line::OnLine;
 use super::prediction_error::likely_delays;
@@ -64,6 +66,24 @@ pub fn identify(
     sources: &mut [LogSource<'_>],
     progress: &mut dyn Listener,
 ) -> Result<Identified, IdentifyError> {
+    identify_and_tell(experiment, model, sources, progress, &mut |_| ())
+}
+
+/// Identifies the parameters as [`identify`], and hands over the result of least squares before a
+/// refinement begins, because a refinement may take minutes.
+///
+/// - `first`: receives the result of least squares. It is not called if no refinement is asked for.
+///
+/// # Errors
+///
+/// The errors of [`identify`].
+pub fn identify_and_tell(
+    experiment: &Experiment,
+    model: &Model,
+    sources: &mut [LogSource<'_>],
+    progress: &mut dyn Listener,
+    first: &mut dyn FnMut(&Identified),
+) -> Result<Identified, IdentifyError> {
     let clock = Stopwatch::start();
     EstimatorInputs::new(experiment, model)?;
     let prepared = prepare_to_estimate(experiment, model, sources, progress)?;
@@ -83,6 +103,9 @@ pub fn identify(
         inputs: &inputs,
         about_logs: &about_logs,
     };
+    if (prepared.reading().settings().estimator).contains(&Estimator::PredictionError) {
+        first(&before_refinement(&basis, &passed)?);
+    }
     let estimates = refine(&basis, sources, progress)?;
     let mut identified = describe_all(&basis, &passed, estimates, progress)?;
     identified.identification.laws = chosen.map(|chosen| chosen.result);
@@ -224,9 +247,6 @@ fn describe_all(
     estimates: Vec<(Estimator, Found)>,
     progress: &mut dyn Listener,
 ) -> Result<Identified, IdentifyError> {
-    let prepared = basis.prepared;
-    let reading = prepared.reading();
-    let model = reading.model();
     let mut results: Vec<EstimateResult> = (estimates.iter())
         .map(|(estimator, found)| judged(basis, *estimator, found))
         .collect();
@@ -237,6 +257,42 @@ fn describe_all(
         result.verdict = Verdict::of(findings.iter().chain(&result.warnings));
     }
     progress.tell(Phase::Examining, EXAMINATION_STEPS, Some(EXAMINATION_STEPS))?;
+    assemble(basis, passed, estimates, results, findings)
+}
+
+/// Returns the result of least squares as it is before a refinement, without the examinations that
+/// follow an estimation.
+fn before_refinement(basis: &Basis<'_>, passed: &Passed) -> Result<Identified, IdentifyError> {
+    let model = basis.prepared.reading().model();
+    let found = least_squares(model, basis.system, &basis.linear.fitted, basis.fit_seconds);
+    let mut result = judged(basis, Estimator::LeastSquares, &found);
+    let mut findings = basis.about_logs.to_vec();
+    findings.push(Finding::new(
+        Severity::Info,
+        "refinement-pending",
+        "these are the values of least squares, written before the refinement. The refinement has \
+         not ended, or it was stopped"
+            .to_owned(),
+        "let sprung identify end, or set estimator = \"least-squares\"",
+    ));
+    result.verdict = Verdict::of(findings.iter().chain(&result.warnings));
+    let estimates = vec![(Estimator::LeastSquares, found)];
+    assemble(basis, passed, estimates, vec![result], findings)
+}
+
+/// Assembles the identification and its curves.
+///
+/// - `results`: one per estimate.
+fn assemble(
+    basis: &Basis<'_>,
+    passed: &Passed,
+    estimates: Vec<(Estimator, Found)>,
+    results: Vec<EstimateResult>,
+    findings: Vec<Finding>,
+) -> Result<Identified, IdentifyError> {
+    let prepared = basis.prepared;
+    let reading = prepared.reading();
+    let model = reading.model();
     let mut infos = log_infos(prepared, &passed.logs).into_iter();
     let thetas = (estimates.iter()).map(|(estimator, found)| (*estimator, &found.numbers.theta));
     let fit = fit_curves(model, thetas, basis.system);

@@ -27,7 +27,7 @@ pub use about_logs::{DelayUsed, GainUsed, LogInfo, SignUsed};
 pub(crate) use chi_square::upper_tail;
 pub use error::IdentifyError;
 pub(crate) use found::NORMAL_95;
-pub use identify::{Identified, identify};
+pub use identify::{Identified, identify, identify_and_tell};
 pub use late_channels::late_channels;
 pub(crate) use laws::with_found_laws;
 pub use laws::{LawDelay, LawRung, LawsByHoldOut};

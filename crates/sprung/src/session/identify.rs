@@ -2,7 +2,7 @@
 
 use super::error::SessionError;
 use super::load::Session;
-use crate::estimate::{Identified, identify};
+use crate::estimate::{Identified, identify_and_tell};
 use crate::log::LogSource;
 use crate::progress::Listener;
 
@@ -18,6 +18,24 @@ impl Session {
         self.identify_with(&mut logs.sources(), progress)
     }
 
+    /// Identifies the parameters from the logs that the experiment names, and hands over the result
+    /// of least squares before a refinement begins, because a refinement may take minutes.
+    ///
+    /// - `first`: receives the result of least squares. It is not called if no refinement is asked
+    ///   for.
+    ///
+    /// # Errors
+    ///
+    /// The errors of [`identify`](Self::identify).
+    pub fn identify_and_tell(
+        &self,
+        progress: &mut dyn Listener,
+        first: &mut dyn FnMut(&Identified),
+    ) -> Result<Identified, SessionError> {
+        let mut logs = self.logs(None)?;
+        self.run_identify(&mut logs.sources(), progress, first)
+    }
+
     /// Identifies the parameters from other logs with the same columns.
     ///
     /// # Errors
@@ -28,11 +46,18 @@ impl Session {
         sources: &mut [LogSource<'_>],
         progress: &mut dyn Listener,
     ) -> Result<Identified, SessionError> {
-        Ok(identify(
-            self.experiment(),
-            self.model(),
-            sources,
-            progress,
+        self.run_identify(sources, progress, &mut |_| ())
+    }
+
+    fn run_identify(
+        &self,
+        sources: &mut [LogSource<'_>],
+        progress: &mut dyn Listener,
+        first: &mut dyn FnMut(&Identified),
+    ) -> Result<Identified, SessionError> {
+        let (experiment, model) = (self.experiment(), self.model());
+        Ok(identify_and_tell(
+            experiment, model, sources, progress, first,
         )?)
     }
 }

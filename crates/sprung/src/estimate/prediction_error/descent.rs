@@ -35,6 +35,12 @@ const SETTLED_GAIN: f64 = 0.5;
 /// ends. In this case the model lacks an effect that no disturbance can replace.
 const MAX_SEARCHES_AT_BOUND: usize = 6;
 
+/// A descent is given up if its residual in the filtered torque exceeds that of least squares by
+/// this factor in successive runs, because held-out blocks will not be predicted better. The first
+/// runs may pass through such values.
+const MAX_RESIDUAL_RATIO: f64 = 1.3;
+const MAX_RUNS_ABOVE: usize = 3;
+
 /// Damping of the first step, relative to the information. A failed step multiplies the damping by
 /// `DAMPING_GROWTH`, to at least `MIN_FAILED_DAMPING`. A successful step divides it by
 /// `DAMPING_DECREASE`, to at least `MIN_DAMPING`. At most `MAX_DAMPING_TRIES` steps are tried.
@@ -55,6 +61,8 @@ pub(super) enum Ending {
     Converged,
     /// A disturbance stayed at its upper bound.
     AtBound,
+    /// The parameters left the filtered torque far less explained than least squares.
+    GivenUp,
     /// The filter ran [`MAX_FILTER_RUNS`] times.
     OutOfRuns,
 }
@@ -134,6 +142,7 @@ pub(super) fn descend(
             None => true,
             Some(step) => is_short(step, &gradient.normal, &mut moved),
         };
+        search.compare(problem, &z);
         if let Some(ending) = search.ending(short, runs) {
             return Ok(Some(Descent {
                 z,
@@ -166,9 +175,19 @@ struct LevelSearch {
     settled: bool,
     /// Number of successive searches with a disturbance at its upper bound.
     at_bound: usize,
+    /// Number of successive runs whose residual is far above that of least squares.
+    above: usize,
 }
 
 impl LevelSearch {
+    /// Compares the residual in the filtered torque with that of least squares.
+    fn compare(&mut self, problem: &Problem<'_>, z: &[f64]) {
+        let theta = problem.unknowns.theta(z);
+        let is_above =
+            (problem.guard).is_some_and(|guard| guard.ratio(&theta) > MAX_RESIDUAL_RATIO);
+        self.above = if is_above { self.above + 1 } else { 0 };
+    }
+
     /// Searches the levels about the trajectory of a run.
     fn levels(
         &mut self,
@@ -192,6 +211,8 @@ impl LevelSearch {
     fn ending(&self, short: bool, runs: usize) -> Option<Ending> {
         if short && self.settled {
             Some(Ending::Converged)
+        } else if self.above == MAX_RUNS_ABOVE {
+            Some(Ending::GivenUp)
         } else if self.at_bound == MAX_SEARCHES_AT_BOUND {
             Some(Ending::AtBound)
         } else if runs == MAX_FILTER_RUNS {

@@ -7,8 +7,7 @@ use super::measurements::{Measurement, Measurements};
 /// sensor.
 const MIN_TORQUE_LEVEL: f64 = 1e-4;
 const MAX_TORQUE_NOISE: f64 = 0.5;
-/// White noise that also covers effects that the model lacks.
-const MAX_TORQUE_NOISE_WITH_MODEL_ERROR: f64 = 10.0;
+const MAX_WITH_MODEL_ERROR: f64 = 10.0;
 const MAX_DISTURBANCE: f64 = 0.25;
 /// A joint that friction holds at rest needs a noise of several times the torque.
 const MAX_REVERSAL_NOISE: f64 = 10.0;
@@ -152,14 +151,18 @@ impl UnknownLevels {
             .collect();
         let of_torque =
             |row: usize, most: f64| (MIN_TORQUE_LEVEL * scales[row], most * scales[row]);
-        let most_noise = match unknown.disturbances {
-            Disturbances::Free => MAX_TORQUE_NOISE,
-            Disturbances::Capped(_) | Disturbances::Zero => MAX_TORQUE_NOISE_WITH_MODEL_ERROR,
+        let (most_noise, most_disturbance) = match unknown.disturbances {
+            Disturbances::Free => (MAX_TORQUE_NOISE, MAX_DISTURBANCE),
+            // The white noise also covers effects that the model lacks, and the cap limits the
+            // disturbances.
+            Disturbances::Capped(_) | Disturbances::Zero => {
+                (MAX_WITH_MODEL_ERROR, MAX_WITH_MODEL_ERROR)
+            }
         };
         let bounds = all.iter().map(|level| match *level {
             Level::TorqueNoise(row) => of_torque(row, most_noise),
             Level::ReversalNoise(row) => of_torque(row, MAX_REVERSAL_NOISE),
-            Level::Disturbance(row) => of_torque(row, MAX_DISTURBANCE),
+            Level::Disturbance(row) => of_torque(row, most_disturbance),
             Level::SensorNoise(sensor) => {
                 let scale = measurements.sensors[sensor].scale;
                 (MIN_SENSOR_NOISE * scale, MAX_SENSOR_NOISE * scale)

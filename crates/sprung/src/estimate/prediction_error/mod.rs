@@ -46,6 +46,7 @@ pub use bound::{KnownNoise, information_bound};
 pub(super) use delays::likely_delays;
 use describe::describe;
 use findings::about;
+use hold_out::Guard;
 use ladder::{choose, climb, nearest};
 use refine::{Refinery, Start};
 use refined::Refined;
@@ -89,6 +90,12 @@ pub(super) fn prediction_error(
     if wrong.is_none() {
         let phase = Phase::Refining;
         if let Some(refinery) = Refinery::new(reading, sources, excerpt, &start, phase)? {
+            // A search from nominal values passes through worse ones.
+            let guard = match before.nominal {
+                Some(_) => None,
+                None => Guard::new(model, before.system, &before.fitted.theta),
+            };
+            let refinery = refinery.with_guard(guard);
             tried = climb(&refinery, model, before.system, progress)?;
         }
     }

@@ -1,6 +1,7 @@
 //! The minimisation problem of a descent.
 
 use super::filter::NormalEquations;
+use super::hold_out::Guard;
 use super::levels::{Levels, UnknownLevels};
 use super::measurements::Measurements;
 use super::unknowns::Unknowns;
@@ -14,6 +15,8 @@ pub(super) struct Problem<'a> {
     pub(super) unknowns: &'a Unknowns,
     pub(super) levels: &'a UnknownLevels,
     pub(super) logged_noise: &'a LoggedNoise,
+    /// Comparison with least squares, from which the descent starts; `None` without a comparison.
+    pub(super) guard: Option<&'a Guard<'a>>,
 }
 
 /// Noise of the logged torque, as far as it biases the gradient.

@@ -11,6 +11,7 @@
 use super::delay_updates::DelayUpdate;
 use super::descent::{Descent, descend};
 use super::finish::finish;
+use super::hold_out::Guard;
 use super::levels::{Levels, UnknownLevels};
 use super::measurements::{Measurements, RawSegment, build, max_samples, read};
 use super::problem::{LoggedNoise, Problem};
@@ -55,6 +56,7 @@ pub(super) struct Refinery<'a> {
     start: &'a Start<'a>,
     theta: Theta,
     phase: Phase,
+    guard: Option<Guard<'a>>,
     raw: Vec<RawSegment>,
     left_out: bool,
 }
@@ -97,9 +99,15 @@ impl<'a> Refinery<'a> {
             start,
             theta,
             phase,
+            guard: None,
             raw,
             left_out,
         }))
+    }
+
+    /// Adds a comparison with least squares, which ends hopeless descents.
+    pub(super) fn with_guard(self, guard: Option<Guard<'a>>) -> Self {
+        Self { guard, ..self }
     }
 
     /// Refines the parameters on one rung: measurements, start levels, descent, result. Repeats this
@@ -150,6 +158,7 @@ impl<'a> Refinery<'a> {
                 unknowns: &unknowns,
                 levels: &searches.shown,
                 logged_noise: &logged_noise,
+                guard: self.guard.as_ref(),
             };
             let every_sensor = &searches.every_sensor;
             let found =

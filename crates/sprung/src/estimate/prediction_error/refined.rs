@@ -65,7 +65,7 @@ impl Refined {
     pub(super) fn converged(&self) -> bool {
         match self.ending {
             Ending::Converged => true,
-            Ending::AtBound | Ending::OutOfRuns => false,
+            Ending::AtBound | Ending::GivenUp | Ending::OutOfRuns => false,
         }
     }
 }

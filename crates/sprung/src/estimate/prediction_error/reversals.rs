@@ -8,8 +8,11 @@ use sprung_core::parameters::{JointParameter, Side};
 
 use crate::model::Model;
 
-/// Velocity below which friction reverses, times the sharpness β.
+/// Velocity below which friction reverses: times the sharpness β, and as a share of the joint's root
+/// mean square velocity; the larger one counts. A sharpness is often a guess, and on a real machine
+/// friction changes over a range of velocities that does not depend on this guess.
 const REVERSAL_VELOCITY: f64 = 2.0;
+const REVERSAL_SHARE: f64 = 0.1;
 
 /// Any conditions: whether a law jumps does not depend on them.
 const MOVING: Conditions = Conditions {
@@ -38,13 +41,14 @@ impl Reversal {
 }
 
 /// The velocities whose Coulomb friction acts on each row.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Reversals {
     rows: Vec<Vec<Reversal>>,
 }
 
 impl Reversals {
-    pub(super) fn new(model: &Model) -> Self {
+    /// - `speeds`: root mean square velocity of each joint, rad/s (m/s), \[n\].
+    pub(super) fn new(model: &Model, speeds: &[f64]) -> Self {
         let robot = model.robot();
         let joints = robot.joints();
         let mut rows: Vec<Vec<Reversal>> = vec![Vec::new(); model.rows()];
@@ -71,7 +75,9 @@ impl Reversals {
             };
             let reversal = Reversal {
                 coordinates,
-                inverse_velocity: shape.sharpness / REVERSAL_VELOCITY,
+                inverse_velocity: (REVERSAL_VELOCITY / shape.sharpness)
+                    .max(REVERSAL_SHARE * speeds[term.joint])
+                    .recip(),
             };
             if !rows[term.row].contains(&reversal) {
                 rows[term.row].push(reversal);

@@ -3,7 +3,6 @@
 use super::level_search::EXPECTED_CORNER_HZ;
 use super::levels::{Levels, Unknown, UnknownLevels};
 use super::measurements::{Measurements, Noise};
-use super::reversals::Reversals;
 use super::rung::Rung;
 use crate::log::Channels;
 use crate::model::Model;
@@ -73,7 +72,7 @@ pub(super) fn start_levels(
             .collect()
     };
     let mut reversal_noise = scaled(START_MOTOR_REVERSAL, START_LINK_REVERSAL);
-    for (noise, reverses) in reversal_noise.iter_mut().zip(Reversals::new(model).rows()) {
+    for (noise, reverses) in reversal_noise.iter_mut().zip(measurements.reversals.rows()) {
         if !reverses {
             *noise = 0.0;
         }
@@ -151,7 +150,7 @@ impl Searches {
         let levels = |sensors: Vec<bool>| {
             let unknown = Unknown {
                 torques: torques.clone(),
-                reversals: Reversals::new(model).rows(),
+                reversals: measurements.reversals.rows(),
                 disturbances: rung.disturbances(),
                 sensors,
             };

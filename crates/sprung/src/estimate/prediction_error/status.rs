@@ -57,7 +57,8 @@ impl Outcome {
             .collect();
         match (refined.ending, tried.held_out) {
             _ if !bound.is_empty() => Self::AtBound { rows: bound },
-            (Ending::AtBound | Ending::OutOfRuns, _) => Self::NotConverged {
+            (Ending::GivenUp, Some(held)) => Self::NotPredictive(held),
+            (Ending::AtBound | Ending::GivenUp | Ending::OutOfRuns, _) => Self::NotConverged {
                 runs: refined.runs,
                 moved: (refined.moved.iter().take(MAX_NAMED_PARAMETERS))
                     .map(|(index, by)| (model.parameters()[*index].short().into_owned(), *by))

@@ -6,6 +6,7 @@ use super::level_search::score;
 use super::levels::{Disturbances, Level, Levels, Unknown, UnknownLevels};
 use super::likelihood::LevelLikelihood;
 use super::measurements::{Measurement, Measurements, Noise, Segment, Sensor};
+use super::reversals::Reversals;
 use super::unknowns::Unknowns;
 use crate::demo;
 use crate::description::{self, no_files};
@@ -73,8 +74,10 @@ impl Case {
                 first,
                 start,
                 start_deviation: vec![1e-3, 1e-3, 1e-3, 1e-3, 0.1, 0.1, 0.1, 0.1],
+                speeds: Vec::new(),
             });
         }
+        let reversals = Reversals::new(&model, &[0.0; 2]);
         Self {
             model,
             channels,
@@ -82,6 +85,7 @@ impl Case {
                 sensors,
                 segments,
                 torque_scale: vec![2.0, 0.2, 2.0, 0.2],
+                reversals,
                 left_out: false,
             },
             theta,

@@ -76,10 +76,6 @@ impl<'m> Dynamics<'m> {
         self.rows
     }
 
-    pub(in crate::estimate::prediction_error) fn model(&self) -> &'m Model {
-        self.model
-    }
-
     /// Replaces the parameters.
     pub(in crate::estimate::prediction_error) fn set(&mut self, theta: &[f64]) {
         self.theta.copy_from_slice(theta);

@@ -35,7 +35,7 @@ pub(in super::super) fn run(
     keep: Keep,
 ) -> Option<FilterRun> {
     dynamics.set(&unknowns.theta(z));
-    let mut filter = Filter::new(dynamics, unknowns, z, levels);
+    let mut filter = Filter::new(dynamics, unknowns, z, levels, &measurements.reversals);
     let mut run = FilterRun::new(unknowns.columns(), levels.corner);
     let part = (measurements.samples().div_ceil(keep.growing_parts.max(1))).max(1);
     let score_part = (measurements.samples() / keep.score_parts.max(1)).max(1);

@@ -30,7 +30,7 @@ pub(super) struct Filter<'a, 'm> {
     pub(super) product: Vec<f64>,
     /// How near each row's friction was to a reversal in the last period, \[rows\].
     pub(super) reversals: Vec<f64>,
-    pub(super) friction: Reversals,
+    pub(super) friction: &'a Reversals,
     /// Velocities at the beginning of a period, \[rows\].
     pub(super) velocities: Vec<f64>,
     pub(super) torque: Vec<f64>,
@@ -44,10 +44,10 @@ impl<'a, 'm> Filter<'a, 'm> {
         unknowns: &'a Unknowns,
         z: &'a [f64],
         levels: &'a Levels,
+        friction: &'a Reversals,
     ) -> Self {
         let rows = dynamics.rows();
         let (states, count) = (3 * rows, unknowns.columns());
-        let friction = Reversals::new(dynamics.model());
         Self {
             dynamics,
             unknowns,

@@ -8,6 +8,7 @@ use crate::estimate::prediction_error::levels::Levels;
 use crate::estimate::prediction_error::measurements::{
     Measurement, Measurements, Noise, Segment, Sensor,
 };
+use crate::estimate::prediction_error::reversals::Reversals;
 use crate::estimate::prediction_error::unknowns::Unknowns;
 use crate::log::Channels;
 use crate::model::Model;
@@ -233,8 +234,10 @@ impl Case {
                     first,
                     start: vec![0.0, 1e-3, 0.1, 0.2],
                     start_deviation: vec![1e-3, 2e-3, 0.1, 0.2],
+                    speeds: Vec::new(),
                 }],
                 torque_scale: vec![5.0, 5.0],
+                reversals: Reversals::new(&model, &[0.0]),
                 left_out: false,
             },
             model,
@@ -324,7 +327,13 @@ fn a_measurement_moves_state_and_covariance_as_in_the_textbook() {
     let case = Case::new();
     let (unknowns, z) = (case.unknowns(), case.z());
     let mut dynamics = Dynamics::new(&case.model, &TRUTH);
-    let mut filter = Filter::new(&mut dynamics, &unknowns, &z, &case.levels);
+    let mut filter = Filter::new(
+        &mut dynamics,
+        &unknowns,
+        &z,
+        &case.levels,
+        &case.measurements.reversals,
+    );
     filter.start(case.segment());
     let mut textbook = case.textbook(&z);
     for measurement in [case.segment().at(0)[0], case.segment().at(3)[0]] {
@@ -346,7 +355,13 @@ fn a_period_moves_state_and_covariance_as_in_the_textbook() {
     let case = Case::new();
     let (unknowns, z) = (case.unknowns(), case.z());
     let mut dynamics = Dynamics::new(&case.model, &TRUTH);
-    let mut filter = Filter::new(&mut dynamics, &unknowns, &z, &case.levels);
+    let mut filter = Filter::new(
+        &mut dynamics,
+        &unknowns,
+        &z,
+        &case.levels,
+        &case.measurements.reversals,
+    );
     filter.start(case.segment());
     let mut textbook = case.textbook(&z);
     for k in 0..3 {

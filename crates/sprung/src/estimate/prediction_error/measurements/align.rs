@@ -90,6 +90,7 @@ pub(super) fn align(
     let window = Window::new(raw.values.first()?.len(), delays, period)?;
     let mut found: Vec<(usize, Measurement)> = Vec::new();
     let mut begins = Vec::with_capacity(sensors.len());
+    let mut speeds = Vec::with_capacity(sensors.len());
     for (index, sensor) in sensors.iter().enumerate() {
         let values = &raw.values[sensor.channel];
         let velocity = velocity(values, filter, period)?;
@@ -99,6 +100,8 @@ pub(super) fn align(
         let first = window.begin as f64 + window.shift(sensor.channel);
         let first = first.round().max(0.0) as usize;
         begins.push((values[first] + sensor.offset, velocity[first]));
+        let squares: f64 = velocity.iter().map(|v| v * v).sum();
+        speeds.push((squares / velocity.len().max(1) as f64).sqrt());
     }
     found.sort_by_key(|(sample, measurement)| (*sample, measurement.sensor));
     let (start, start_deviation) = start_state(rows, sensors, &begins)?;
@@ -115,6 +118,7 @@ pub(super) fn align(
             .collect(),
         start,
         start_deviation,
+        speeds,
     })
 }
 

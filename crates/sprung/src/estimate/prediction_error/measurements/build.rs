@@ -2,9 +2,12 @@
 
 use super::align::align;
 use super::read::RawSegment;
-use super::segment::Measurements;
-use super::sensor::{Noise, sensors};
+use super::segment::{Measurements, Segment};
+use super::sensor::{Noise, Sensor, sensors};
 use super::torque::torque_scale;
+use crate::estimate::prediction_error::reversals::Reversals;
+use crate::log::Channels;
+use crate::model::Model;
 use crate::prepare::{Excerpt, noise as noise_of};
 use crate::preprocess::Butterworth;
 use crate::regression::{PassError, Reading};
@@ -43,10 +46,30 @@ pub(in super::super) fn build(
     if segments.is_empty() {
         return Ok(None);
     }
+    let speeds = joint_speeds(model, channels, &sensors, &segments);
     Ok(Some(Measurements {
+        reversals: Reversals::new(model, &speeds),
         torque_scale: torque_scale(model, &segments),
         sensors,
         segments,
         left_out,
     }))
+}
+
+/// Returns the root mean square velocity of each joint: the largest of its sensors, because a
+/// sensor of the deflection moves less than the joint.
+fn joint_speeds(
+    model: &Model,
+    channels: &Channels,
+    sensors: &[Sensor],
+    segments: &[Segment],
+) -> Vec<f64> {
+    let mut speeds = vec![0.0_f64; model.joint_count()];
+    for (i, sensor) in sensors.iter().enumerate() {
+        let speed = &mut speeds[channels.all[sensor.channel].joint];
+        *speed = segments
+            .iter()
+            .fold(*speed, |most, own| most.max(own.speeds[i]));
+    }
+    speeds
 }

@@ -2,6 +2,7 @@
 
 use super::measurement::Measurement;
 use super::sensor::Sensor;
+use crate::estimate::prediction_error::reversals::Reversals;
 
 /// Consecutive samples of one log.
 #[derive(Clone, Debug)]
@@ -22,6 +23,8 @@ pub(in super::super) struct Segment {
     pub(in super::super) start: Vec<f64>,
     /// Standard deviations of `start`.
     pub(in super::super) start_deviation: Vec<f64>,
+    /// Root mean square velocity of each sensor, rad/s (m/s).
+    pub(in super::super) speeds: Vec<f64>,
 }
 
 impl Segment {
@@ -58,6 +61,8 @@ pub(in super::super) struct Measurements {
     pub(in super::super) segments: Vec<Segment>,
     /// Standard deviation of the torque of each row's joint, N·m (N).
     pub(in super::super) torque_scale: Vec<f64>,
+    /// Velocities at which the Coulomb friction of each row reverses.
+    pub(in super::super) reversals: Reversals,
     /// Whether the logs contain more samples.
     pub(in super::super) left_out: bool,
 }
