@@ -9,6 +9,8 @@
 //!   hold-out).
 //! - `--counts 16384,4096`: resolutions of the encoders.
 //! - `--methods prediction,linear`: only methods whose names contain one of these words.
+//! - `--lengths 10,60,300,3600`: instead of the tables, coverage, width of the intervals and
+//!   verdicts of least squares for logs of these lengths, s; from 300 s on, three seeds.
 //! - `--parameters`: adds a row for each parameter.
 //! - `--cross-checks`: adds rows for the cross-checks of the linear stage, with instruments.
 //! - `--mujoco FOLDER`: folder with the logs of `benches/peers/two_joints_mujoco.py`.
@@ -18,6 +20,7 @@ mod figures;
 #[path = "../../tests/twin/in_memory.rs"]
 mod in_memory;
 mod laws;
+mod lengths;
 mod logs;
 mod robots;
 
@@ -50,6 +53,7 @@ struct Arguments {
     cases: Vec<String>,
     counts: Vec<u32>,
     methods: Vec<String>,
+    lengths: Vec<f64>,
     parameters: bool,
     cross_checks: bool,
     mujoco: PathBuf,
@@ -70,6 +74,7 @@ impl Arguments {
                 .to_vec(),
             counts: vec![16384, 4096],
             methods: Vec::new(),
+            lengths: Vec::new(),
             parameters: false,
             cross_checks: false,
             mujoco: PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../target/mujoco")),
@@ -86,6 +91,13 @@ impl Arguments {
                 "--first" => first = value().parse().expect("--first is a number"),
                 "--cases" => found.cases = value().split(',').map(str::to_owned).collect(),
                 "--methods" => found.methods = value().split(',').map(str::to_owned).collect(),
+                "--lengths" => {
+                    let lengths = value();
+                    let lengths = lengths.split(',').map(str::parse);
+                    found.lengths = lengths
+                        .collect::<Result<_, _>>()
+                        .expect("--lengths are numbers");
+                }
                 "--counts" => {
                     let counts = value();
                     let counts = counts.split(',').map(str::parse);
@@ -487,6 +499,10 @@ fn main() {
     }
     let arguments = Arguments::new();
     let demo = Demo::new();
+    if !arguments.lengths.is_empty() {
+        lengths::lengths(&demo, &arguments);
+        return;
+    }
     let start = Instant::now();
     println!(
         "median: |relative error| over parameters and logs; worst: largest rms of a parameter;\n\

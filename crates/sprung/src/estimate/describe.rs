@@ -100,7 +100,7 @@ pub(super) fn describe(
         simulation: found.criterion.simulation().cloned(),
         refinement: found.criterion.refinement().cloned(),
         cross_checks,
-        parts: if has_linear_values {
+        parts: if found.criterion.stands_beside_equations() {
             linear.parts.described()
         } else {
             Vec::new()

@@ -203,7 +203,7 @@ pub struct EstimateResult {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub cross_checks: Vec<CrossCheckResult>,
     /// Estimates by least squares from each of several logs, or from the quarters or halves of one
-    /// log; only where the values are those of least squares.
+    /// log; least squares and prediction error only.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub parts: Vec<PartResult>,
     /// Root mean square residual of each row, N·m.

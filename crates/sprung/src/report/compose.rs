@@ -5,7 +5,9 @@ use std::collections::BTreeMap;
 use super::document::{Badge, Block, Document, Section, Tone};
 use super::numbers::{or_dash, significant};
 use super::section::{section, shown};
-use super::{laws, plots, refinement, robot_tables, tables, validation_tables};
+use super::{
+    laws, plots, refinement, robot_tables, stability, tables, validation_tables,
+};
 use crate::curves::Curves;
 use crate::estimate::{EstimateResult, Identification, LogInfo, Verdict};
 use crate::validate::Validation;
@@ -67,6 +69,7 @@ pub fn compose(contents: &Contents<'_>) -> Document {
         sections.extend(refinement::refinement(identification));
         sections.push(conditioning(identification));
         sections.extend(cutoff(identification));
+        sections.extend(stability::parts(identification));
         sections.extend(links(identification));
     }
     sections.push(settings(contents));
@@ -260,10 +263,11 @@ fn conditioning(identification: &Identification) -> Section {
 fn cutoff(identification: &Identification) -> Option<Section> {
     let choice = identification.settings.position_cutoff_choice.as_ref()?;
     let mut blocks = vec![Block::Paragraph(format!(
-        "Chosen: {} Hz, since {}.",
+        "{} Hz: {}.",
         significant(identification.settings.position_cutoff_hz, 3),
         choice.reason
     ))];
+    blocks.extend(stability::held_out(choice).map(Block::Bars));
     blocks.extend(robot_tables::cutoffs(identification, choice).map(Block::Table));
     Some(section(
         "cutoff",

@@ -14,6 +14,7 @@ mod plots;
 mod refinement;
 mod robot_tables;
 mod section;
+mod stability;
 mod tables;
 mod validation_tables;
 
