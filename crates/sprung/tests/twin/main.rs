@@ -22,4 +22,5 @@ mod robust;
 #[path = "../../benches/accuracy/robots.rs"]
 mod searches;
 mod seven;
+mod stability;
 mod support;

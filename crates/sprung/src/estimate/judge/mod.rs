@@ -85,7 +85,9 @@ pub(crate) fn judge(
         findings.extend(sweep.and_then(|sweep| cutoff_drift(model, result, sweep)));
         findings.extend(shared_bias(result));
     }
-    if !result.motor_rows.is_empty() || result.has_linear_values() {
+    // A refinement compares several logs itself.
+    let is_refined = result.refined().is_some();
+    if result.has_linear_values() || is_refined && !linear.parts.are_logs {
         findings.extend(parts_disagree(model, linear));
     }
     findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
