@@ -5,9 +5,7 @@ use std::collections::BTreeMap;
 use super::document::{Badge, Block, Document, Section, Tone};
 use super::numbers::{or_dash, significant};
 use super::section::{section, shown};
-use super::{
-    laws, plots, refinement, robot_tables, stability, tables, validation_tables,
-};
+use super::{laws, plots, refinement, robot_tables, stability, tables, validation_tables};
 use crate::curves::Curves;
 use crate::estimate::{EstimateResult, Identification, LogInfo, Verdict};
 use crate::validate::Validation;
