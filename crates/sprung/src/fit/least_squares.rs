@@ -16,8 +16,8 @@ pub struct Fitted {
     pub theta: Theta,
     /// Whether the data determine each parameter; true for known parameters.
     pub identifiable: Vec<bool>,
-    /// Standard error of each parameter; zero for known parameters. [`fit`] gives the sampling
-    /// error; [`Fitted::widen`] adds the other errors.
+    /// Standard error of each parameter; zero for known parameters. A fit has only the sampling
+    /// error; the errors below are added later.
     pub standard_error: Vec<f64>,
     /// Standard error by the disagreement of stretches of the log.
     pub sampling_error: Vec<f64>,
