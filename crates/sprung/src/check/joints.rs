@@ -8,7 +8,7 @@ use super::result::{DELAYED_CHANNEL, DelayFigures, JointFigures};
 use crate::description::Experiment;
 use crate::finding::{Finding, Severity};
 use crate::log::Quantity;
-use crate::prepare::{Excerpt, RowFit, fit_rows, independent};
+use crate::prepare::{DelayGain, Excerpt, RowFit, fit_rows, independent};
 use crate::regression::Reading;
 
 /// Conditions for a finding about a delay: smallest reduction of the torque's squared residual, and
@@ -89,7 +89,8 @@ pub(super) fn joints(
     for delay in &delays {
         if moving.contains(&delay.joint) && !reported.contains(&delay.joint) {
             let finding = context.delayed(delay);
-            if finding.is_some() && !unexplained(delay.joint, delay.residual[1]) {
+            let is_late = (finding.as_ref()).is_some_and(|found| found.code == DELAYED_CHANNEL);
+            if is_late && !unexplained(delay.joint, delay.residual[1]) {
                 reported.push(delay.joint);
             }
             findings.extend(finding);
@@ -148,6 +149,31 @@ impl CheckContext<'_> {
             return None;
         }
         let column = &self.reading.channels().all[channel].column;
+        let gain = DelayGain::of(self.excerpt, self.reading, channel, delay);
+        if let Some(gain) = gain.filter(|gain| !gain.is_lower()) {
+            return Some(
+                Finding::new(
+                    Severity::Info,
+                    "delay-rejected",
+                    format!(
+                        "{}: a delay of \"{column}\" of {delay:.3} s (standard error \
+                         {standard_error:.3} s) would fit the motor row of the whole log better, but \
+                         the held-out error of the motor torques goes {}: it fits an error of the \
+                         model, so sprung does not recommend it",
+                        self.name(found.joint),
+                        gain.words()
+                    ),
+                    "nothing; a friction law may be missing",
+                )
+                .seen(self.file, column, delay, "s"),
+            );
+        }
+        let gain = gain.map_or_else(String::new, |gain| {
+            format!(
+                ", and the held-out error of the motor torques falls {}",
+                gain.words()
+            )
+        });
         let setting = format!("delay_s = {{ \"{column}\" = \"estimate\" }}");
         Some(
             Finding::new(
@@ -156,7 +182,7 @@ impl CheckContext<'_> {
                 format!(
                     "{}: if \"{column}\" was recorded {delay:.3} s late (standard error \
                      {standard_error:.3} s), the motor row explains {:.1} % of the torque instead of \
-                     {:.1} %",
+                     {:.1} %{gain}",
                     self.name(found.joint),
                     100.0 * (1.0 - with.powi(2)).max(0.0),
                     100.0 * (1.0 - without.powi(2)).max(0.0)

@@ -1,6 +1,7 @@
 //! The main task: logs in, parameters out.
 
 use super::about_logs::log_infos;
+use super::confirmed::confirmed;
 use super::describe::{Linear, describe, fit_curves, over_time, trace_of};
 use super::error::IdentifyError;
 use super::estimators::Basis;
@@ -155,7 +156,7 @@ fn prepare_to_estimate(
     let settings = prepared.reading().settings();
     refuse(settings, prepared.wrong_time_unit())?;
     let likely = likely_delays(prepared.reading(), sources, prepared.excerpt(), progress)?;
-    Ok(prepared.with_likely_delays(likely).weighted(progress)?)
+    Ok(prepared.with_likely_delays(&likely).weighted(progress)?)
 }
 
 /// State of the on-line estimator after the pass.
@@ -323,7 +324,10 @@ fn judged(basis: &Basis<'_>, estimator: Estimator, found: &Found) -> EstimateRes
     let (model, channels) = (reading.model(), reading.channels());
     let mut result = describe(model, estimator, &found.numbers, linear, basis.system);
     result.warnings = judge(model, &result, linear, basis.prepared.sweep(), channels);
-    result.warnings.extend(found.findings.iter().cloned());
+    let findings = found.findings.iter().cloned();
+    result
+        .warnings
+        .extend(findings.map(|finding| confirmed(finding, basis.prepared)));
     (result.warnings).sort_by_key(|finding| std::cmp::Reverse(finding.severity));
     result
 }

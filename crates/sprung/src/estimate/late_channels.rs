@@ -15,6 +15,10 @@ use crate::progress::Listener;
 const DELAY_SIGNIFICANCE_SIGMAS: f64 = 5.0;
 const MIN_DELAY_SAMPLES: f64 = 0.05;
 
+/// Largest difference of an accepted delay from the delay with which the logs were read, in standard
+/// errors.
+const MAX_REST_SIGMAS: f64 = 3.0;
+
 /// Maximum number of channels tried in one round, the most significant first.
 const MAX_SUSPECTS: usize = 12;
 
@@ -189,6 +193,11 @@ impl Refined {
     fn likely_delay(&self, column: &str) -> Option<LikelyDelay> {
         let delay = self.delays.iter().find(|delay| delay.column == column)?;
         let standard_error = delay.standard_error_s?;
+        // Hold-out rejected the delay if the logs were read with another one.
+        let rest = (delay.delay_s - delay.used_s).abs();
+        if rest > MAX_REST_SIGMAS * standard_error.max(MIN_DELAY_SAMPLES * self.period) {
+            return None;
+        }
         is_significant(delay.delay_s, standard_error, self.period).then(|| LikelyDelay {
             column: delay.column.clone(),
             delay: delay.delay_s,

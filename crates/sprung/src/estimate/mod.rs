@@ -4,6 +4,7 @@
 mod about_logs;
 mod between_parts;
 mod chi_square;
+mod confirmed;
 mod describe;
 mod error;
 mod estimators;

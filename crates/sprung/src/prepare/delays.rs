@@ -2,10 +2,14 @@
 
 use super::delay::{DelayEstimate, estimate_delays};
 use super::excerpt::Excerpt;
+use super::held_out::{DelayGain, held_out_at};
 use crate::description::{Delay, Estimator};
 use crate::finding::{Finding, Severity};
 use crate::log::Channels;
 use crate::regression::Reading;
+
+/// Two estimates of a delay are reported as different beyond this number of standard errors.
+const SAME_DELAY_SIGMAS: f64 = 3.0;
 
 /// A delay cannot be estimated.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -28,10 +32,165 @@ pub struct DelayByLikelihood {
 pub struct Delays {
     /// Delay of each channel, s.
     pub values: Vec<f64>,
-    found: Vec<DelayEstimate>,
-    refined: Vec<DelayByLikelihood>,
+    estimates: Vec<Estimated>,
     // Whether the refinement has estimated delays or will do so.
     by_likelihood: bool,
+}
+
+/// Origin of an estimated delay.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Origin {
+    /// No delay is used.
+    None,
+    /// The search by least squares.
+    Search,
+    /// The likelihood of the log.
+    Likelihood,
+}
+
+/// A channel whose delay is to be estimated: the estimates, and the one in use.
+#[derive(Clone, Debug)]
+struct Estimated {
+    search: DelayEstimate,
+    likelihood: Option<DelayByLikelihood>,
+    used: Origin,
+    // Held-out errors without a delay, with the delay of the search and with that of the
+    // likelihood; `None` if there is no such estimate or the excerpt is too short.
+    held_out: [Option<f64>; 3],
+}
+
+impl Estimated {
+    /// Returns an estimate of the delay and its standard error, s.
+    fn estimate(&self, origin: Origin) -> Option<(f64, f64)> {
+        match origin {
+            Origin::None => None,
+            Origin::Search => {
+                (self.search.found).then_some((self.search.delay, self.search.standard_error))
+            }
+            Origin::Likelihood => {
+                let likelihood = self.likelihood?;
+                Some((likelihood.delay, likelihood.standard_error))
+            }
+        }
+    }
+
+    /// Chooses the first estimate whose held-out error is not higher than that of another one: the
+    /// likelihood, then the search. An estimate without held-out errors is used.
+    fn choose(&mut self) {
+        let lowest = self
+            .held_out
+            .iter()
+            .flatten()
+            .copied()
+            .fold(f64::INFINITY, f64::min);
+        let origins = [Origin::Likelihood, Origin::Search];
+        let accepted = origins.into_iter().find(|&origin| {
+            let gain = self.held_out[origin as usize].map(|with| DelayGain {
+                without: lowest,
+                with,
+            });
+            self.estimate(origin).is_some() && gain.is_none_or(|gain| !gain.is_higher())
+        });
+        self.used = accepted.unwrap_or(Origin::None);
+    }
+
+    /// Returns the effect of the delay in use on the held-out error, as a clause; empty if the
+    /// excerpt is too short.
+    fn gain(&self) -> String {
+        match self.held_out[..] {
+            [Some(without), ..] => {
+                let with = self.held_out[self.used as usize];
+                with.map_or_else(String::new, |with| {
+                    let gain = DelayGain { without, with };
+                    format!(
+                        "; the delay changes the held-out error of the motor torques {}",
+                        gain.words()
+                    )
+                })
+            }
+            _ => String::new(),
+        }
+    }
+
+    /// Returns the estimates that are not used, each with the reason, as clauses.
+    fn others(&self) -> String {
+        let other = |(origin, words): (Origin, &str)| {
+            let (delay, error) = self.estimate(origin).filter(|_| origin != self.used)?;
+            let held_out = self.held_out[origin as usize]?;
+            let used = self.estimate(self.used).map_or(0.0, |(delay, _)| delay);
+            ((delay - used).abs() > SAME_DELAY_SIGMAS * error).then(|| {
+                format!(
+                    "; {words} gives {delay:.4} s (standard error {error:.4} s), and with it the \
+                     held-out error is {:.2} %",
+                    100.0 * held_out
+                )
+            })
+        };
+        let all = [
+            (Origin::Likelihood, "the likelihood"),
+            (Origin::Search, "the search by least squares"),
+        ];
+        all.into_iter().filter_map(other).collect()
+    }
+
+    fn finding(&self, column: &str, by_likelihood: bool) -> Finding {
+        let (gain, others) = (self.gain(), self.others());
+        let fixed = "give the delay as a number to keep it fixed";
+        match (self.used, self.estimate(self.used)) {
+            (Origin::Likelihood, Some((delay, error))) => Finding::new(
+                Severity::Info,
+                "delay-estimated",
+                format!(
+                    "\"{column}\" was recorded {delay:.6} s late (standard error {error:.6} s), by the \
+                     likelihood of the log{gain}{others}"
+                ),
+                fixed,
+            ),
+            (_, Some((delay, error))) => Finding::new(
+                Severity::Info,
+                "delay-estimated",
+                format!(
+                    "\"{column}\" was recorded {delay:.4} s late (standard error {error:.4} s): with \
+                     this delay the motor row leaves {:.1} % of its torque unexplained, without it \
+                     {:.1} % (root mean squares){gain}{others}",
+                    100.0 * self.search.with.relative_residual,
+                    100.0 * self.search.without.relative_residual
+                ),
+                fixed,
+            ),
+            (_, None) if by_likelihood => Finding::new(
+                Severity::Info,
+                "delay-left-to-likelihood",
+                format!(
+                    "no delay of \"{column}\" explains the motor torque better than zero delay, so \
+                     the delay is short or zero; identify estimates it from the likelihood of the \
+                     whole robot{others}"
+                ),
+                "run sprung identify, or sprung check --thorough, which tries every channel",
+            ),
+            (_, None) if !others.is_empty() => Finding::new(
+                Severity::Info,
+                "delay-rejected",
+                format!(
+                    "sprung uses no delay of \"{column}\"; without it the held-out error of the motor \
+                     torques is {:.2} %{others}: the delay would fit an error of the model",
+                    100.0 * self.held_out[0].unwrap_or(f64::NAN)
+                ),
+                "remove the column from delay_s, or give the delay as a number",
+            ),
+            (_, None) => Finding::new(
+                Severity::Serious,
+                "delay-not-found",
+                format!(
+                    "no delay of \"{column}\" between -0.05 s and 0.5 s explains the motor torque \
+                     better than its neighbours and than zero delay, and the likelihood of the log \
+                     does not determine the delay either; it was set to 0"
+                ),
+                "give the delay as a number of seconds; check that the log begins with motion \
+                 and that all signs are right",
+            ),
+        }
+    }
 }
 
 impl Delays {
@@ -44,7 +203,6 @@ impl Delays {
     /// [`DelayError`] if the log is too short, or if two channels of one joint are to be estimated.
     pub fn new(reading: &Reading, excerpt: &Excerpt, file: &str) -> Result<Self, DelayError> {
         let (channels, model) = (reading.channels(), reading.model());
-        let mut values = reading.delays().to_vec();
         let wanted: Vec<usize> = (0..channels.all.len())
             .filter(|&i| channels.all[i].delay == Some(Delay::Estimate))
             .collect();
@@ -67,50 +225,97 @@ impl Delays {
                 ))
             })?;
         }
-        for estimate in found.iter().filter(|estimate| estimate.found) {
-            values[estimate.channel] = estimate.delay;
-        }
-        Ok(Self {
-            values,
-            found,
-            refined: Vec::new(),
+        let estimated = |search: DelayEstimate| Estimated {
+            used: if search.found {
+                Origin::Search
+            } else {
+                Origin::None
+            },
+            search,
+            likelihood: None,
+            held_out: [None; 3],
+        };
+        let mut delays = Self {
+            values: reading.delays().to_vec(),
+            estimates: found.into_iter().map(estimated).collect(),
             by_likelihood: (reading.settings().estimator).contains(&Estimator::PredictionError),
-        })
+        };
+        delays.accept(reading, excerpt);
+        Ok(delays)
     }
 
     /// Takes the delays that the description gives and estimates no others.
     pub(super) fn given(reading: &Reading) -> Self {
         Self {
             values: reading.delays().to_vec(),
-            found: Vec::new(),
-            refined: Vec::new(),
+            estimates: Vec::new(),
             by_likelihood: false,
         }
     }
 
-    /// Replaces estimates of the search by those of the likelihood.
+    /// Adds the estimates of the likelihood to those of the search.
     ///
     /// - `refined`: empty if the likelihood gave no estimate.
-    pub(super) fn refine(&mut self, refined: Vec<DelayByLikelihood>) {
-        for delay in &refined {
-            self.values[delay.channel] = delay.delay;
+    pub(super) fn refine(
+        &mut self,
+        refined: &[DelayByLikelihood],
+        reading: &Reading,
+        excerpt: &Excerpt,
+    ) {
+        for estimate in &mut self.estimates {
+            let own = |delay: &&DelayByLikelihood| delay.channel == estimate.search.channel;
+            estimate.likelihood = refined.iter().find(own).copied();
+            if estimate.likelihood.is_some() {
+                estimate.used = Origin::Likelihood;
+            }
         }
-        self.refined = refined;
         self.by_likelihood = false;
+        if !refined.is_empty() {
+            self.accept(reading, excerpt);
+        }
+    }
+
+    /// Uses of each channel's estimates the one that hold-out accepts, the other channels having
+    /// their present delays.
+    fn accept(&mut self, reading: &Reading, excerpt: &Excerpt) {
+        self.set_values();
+        let present = reading.with_delays(&self.values);
+        for estimate in &mut self.estimates {
+            let channel = estimate.search.channel;
+            for origin in [Origin::None, Origin::Search, Origin::Likelihood] {
+                let delay = match (origin, estimate.estimate(origin)) {
+                    (Origin::None, _) => 0.0,
+                    (_, Some((delay, _))) => delay,
+                    (_, None) => continue,
+                };
+                estimate.held_out[origin as usize] = held_out_at(excerpt, &present, channel, delay);
+            }
+            estimate.choose();
+        }
+        self.set_values();
+    }
+
+    fn set_values(&mut self) {
+        for estimate in &self.estimates {
+            let delay = estimate.estimate(estimate.used);
+            self.values[estimate.search.channel] = delay.map_or(0.0, |(delay, _)| delay);
+        }
+    }
+
+    /// Returns the channels whose estimated delay hold-out rejected, so that no later stage
+    /// estimates it.
+    pub(super) fn rejected(&self) -> impl Iterator<Item = usize> {
+        (self.estimates.iter())
+            .filter(|estimate| estimate.likelihood.is_some() && estimate.used != Origin::Likelihood)
+            .map(|estimate| estimate.search.channel)
     }
 
     /// Returns the delay of a channel, s, and its standard error if sprung estimated it, s.
     #[must_use]
     pub fn used(&self, channel: usize) -> (f64, Option<f64>) {
-        let searched = (self.found.iter())
-            .filter(|estimate| estimate.found)
-            .find(|estimate| estimate.channel == channel)
-            .map(|estimate| estimate.standard_error);
-        let refined = self.refined.iter().find(|delay| delay.channel == channel);
-        (
-            self.values[channel],
-            refined.map(|delay| delay.standard_error).or(searched),
-        )
+        let estimate = (self.estimates.iter()).find(|estimate| estimate.search.channel == channel);
+        let error = estimate.and_then(|estimate| Some(estimate.estimate(estimate.used)?.1));
+        (self.values[channel], error)
     }
 
     /// Returns the delay of a channel by the likelihood of the log and its standard error, s; `None`
@@ -124,62 +329,10 @@ impl Delays {
     /// Returns findings about the estimated delays.
     #[must_use]
     pub fn findings(&self, channels: &Channels) -> Vec<Finding> {
-        let finding = |estimate: &DelayEstimate| {
-            let column = &channels.all[estimate.channel].column;
-            let refined = (self.refined.iter()).find(|d| d.channel == estimate.channel);
-            if let Some(refined) = refined {
-                return Finding::new(
-                    Severity::Info,
-                    "delay-estimated",
-                    format!(
-                        "\"{column}\" was recorded {:.6} s late (standard error {:.6} s), by the \
-                         likelihood of the log",
-                        refined.delay, refined.standard_error
-                    ),
-                    "give the delay as a number to keep it fixed",
-                );
-            }
-            if !estimate.found && self.by_likelihood {
-                return Finding::new(
-                    Severity::Info,
-                    "delay-left-to-likelihood",
-                    format!(
-                        "no delay of \"{column}\" explains the motor torque better than zero delay, so \
-                         the delay is short or zero; identify estimates it from the likelihood of the \
-                         whole robot"
-                    ),
-                    "run sprung identify, or sprung check --thorough, which tries every channel",
-                );
-            }
-            if !estimate.found {
-                return Finding::new(
-                    Severity::Serious,
-                    "delay-not-found",
-                    format!(
-                        "no delay of \"{column}\" between -0.05 s and 0.5 s explains the motor torque \
-                         better than its neighbours and than zero delay, and the likelihood of the log \
-                         does not determine the delay either; it was set to 0"
-                    ),
-                    "give the delay as a number of seconds; check that the log begins with motion \
-                     and that all signs are right",
-                );
-            }
-            Finding::new(
-                Severity::Info,
-                "delay-estimated",
-                format!(
-                    "\"{}\" was recorded {:.4} s late (standard error {:.4} s): with this delay the \
-                     motor row leaves {:.1} % of its torque unexplained, without it {:.1} % (root mean \
-                     squares)",
-                    column,
-                    estimate.delay,
-                    estimate.standard_error,
-                    100.0 * estimate.with.relative_residual,
-                    100.0 * estimate.without.relative_residual
-                ),
-                "give the delay as a number to keep it fixed",
-            )
+        let finding = |estimate: &Estimated| {
+            let column = &channels.all[estimate.search.channel].column;
+            estimate.finding(column, self.by_likelihood)
         };
-        self.found.iter().map(finding).collect()
+        self.estimates.iter().map(finding).collect()
     }
 }

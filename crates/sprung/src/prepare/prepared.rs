@@ -7,7 +7,7 @@ use super::factors::{FactorError, Factors, find_factors};
 use super::stribeck::{find_stribeck, with_residual_velocities};
 use super::sweep::{Sweep, sweep};
 use super::weights::find_weights;
-use crate::description::{Experiment, Weights};
+use crate::description::{Delay, Experiment, Weights};
 use crate::finding::{Finding, Severity};
 use crate::log::{ChannelError, Channels, LogError, LogSource, time_unit};
 use crate::model::Model;
@@ -198,13 +198,17 @@ impl Prepared {
         self.wrong_time_unit.as_ref()
     }
 
-    /// Replaces delays by least squares with those by likelihood.
+    /// Adds the delays by likelihood to those by least squares, and uses those that hold-out accepts.
     ///
     /// - `likely`: empty if the likelihood gave no estimate.
     #[must_use]
-    pub fn with_likely_delays(mut self, likely: Vec<DelayByLikelihood>) -> Self {
-        self.delays.refine(likely);
-        self.reading = self.reading.with_delays(&self.delays.values);
+    pub fn with_likely_delays(mut self, likely: &[DelayByLikelihood]) -> Self {
+        self.delays.refine(likely, &self.reading, &self.excerpt);
+        let mut channels = self.reading.channels().clone();
+        for channel in self.delays.rejected() {
+            channels.all[channel].delay = Some(Delay::Known(self.delays.values[channel]));
+        }
+        self.reading = (self.reading.with_channels(channels)).with_delays(&self.delays.values);
         self
     }
 

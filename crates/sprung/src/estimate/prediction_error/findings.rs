@@ -122,7 +122,9 @@ fn late(channels: &Channels, period: f64, delays: &[DelayUpdate]) -> Vec<Finding
                 0.5 * size(delay).powi(2)
             ),
             &format!("set delay_s = {{ \"{column}\" = \"estimate\" }} in [log]"),
-        ));
+        )
+        // The hold-out that follows completes the name of the log.
+        .seen("", column, total, "s"));
     }
     findings
 }
