@@ -74,23 +74,22 @@ impl Estimated {
         }
     }
 
-    /// Chooses the first estimate whose held-out error is not higher than that of another one: the
-    /// likelihood, then the search. An estimate without held-out errors is used.
+    /// Chooses the estimate of the likelihood unless it raises the held-out error over that without a
+    /// delay, then that of the search if it lowers this error. Without held-out errors the estimate
+    /// is used.
     fn choose(&mut self) {
-        let lowest = self
-            .held_out
-            .iter()
-            .flatten()
-            .copied()
-            .fold(f64::INFINITY, f64::min);
+        let accepts = |origin: Origin| {
+            let gain = self.held_out[0].zip(self.held_out[origin as usize]);
+            let gain = gain.map(|(without, with)| DelayGain { without, with });
+            gain.is_none_or(|gain| match origin {
+                // Least squares may not see a short delay.
+                Origin::Likelihood => !gain.is_higher(),
+                _ => gain.is_lower(),
+            })
+        };
         let origins = [Origin::Likelihood, Origin::Search];
-        let accepted = origins.into_iter().find(|&origin| {
-            let gain = self.held_out[origin as usize].map(|with| DelayGain {
-                without: lowest,
-                with,
-            });
-            self.estimate(origin).is_some() && gain.is_none_or(|gain| !gain.is_higher())
-        });
+        let accepted = (origins.into_iter())
+            .find(|&origin| self.estimate(origin).is_some() && accepts(origin));
         self.used = accepted.unwrap_or(Origin::None);
     }
 
