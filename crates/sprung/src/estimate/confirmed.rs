@@ -17,7 +17,7 @@ pub(super) fn confirmed(mut finding: Finding, prepared: &Prepared) -> Finding {
     };
     let words = gain.words();
     if gain.is_higher() {
-        finding.code = "delay-rejected".to_owned();
+        "delay-rejected".clone_into(&mut finding.code);
         finding.severity = Severity::Info;
         finding.text = format!(
             "{}; but with this delay the held-out error of the motor torques rises {words}, so sprung \

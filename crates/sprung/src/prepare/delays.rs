@@ -335,3 +335,69 @@ impl Delays {
         self.estimates.iter().map(finding).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::prepare::MotorRowFit;
+
+    const FIT: MotorRowFit = MotorRowFit {
+        stiffness: Some(9.0),
+        plausible: true,
+        relative_residual: 0.1,
+    };
+
+    /// A search that gives 24 ms and a likelihood that gives 1.6 ms.
+    fn chosen(held_out: [f64; 3]) -> Estimated {
+        let mut estimated = Estimated {
+            search: DelayEstimate {
+                channel: 0,
+                delay: 0.024,
+                standard_error: 0.0012,
+                found: true,
+                without: FIT,
+                with: FIT,
+            },
+            likelihood: Some(DelayByLikelihood {
+                channel: 0,
+                delay: 0.0016,
+                standard_error: 0.0006,
+            }),
+            used: Origin::Search,
+            held_out: held_out.map(Some),
+        };
+        estimated.choose();
+        estimated
+    }
+
+    #[test]
+    fn the_likelihood_is_used_unless_hold_out_refuses_it() {
+        let used = |held_out| chosen(held_out).used;
+        assert_eq!(used([0.2, 0.19, 0.2]), Origin::Likelihood);
+        assert_eq!(used([0.2, 0.19, 0.21]), Origin::Search);
+        assert_eq!(used([0.2, 0.201, 0.21]), Origin::None);
+    }
+
+    #[test]
+    fn findings_name_the_gain_and_the_other_estimate() {
+        let used = chosen([0.2, 0.19, 0.198]).finding("defl1", false);
+        assert_eq!(used.code, "delay-estimated");
+        assert!(
+            used.text.contains("from 20.00 % to 19.80 %"),
+            "{}",
+            used.text
+        );
+        assert!(
+            used.text.contains("least squares gives 0.0240 s"),
+            "{}",
+            used.text
+        );
+        let refused = chosen([0.2, 0.201, 0.21]).finding("defl1", false);
+        assert_eq!(refused.code, "delay-rejected");
+        assert!(
+            refused.text.contains("the likelihood gives 0.0016 s"),
+            "{}",
+            refused.text
+        );
+    }
+}
