@@ -1,5 +1,7 @@
 //! Delays of channels to a fraction of a sample, by the likelihood of the log.
 
+use std::cmp::Ordering;
+
 use super::error::IdentifyError;
 use super::identify::identify;
 use super::result::RefinedDelay;
@@ -135,7 +137,7 @@ impl LateSearch<'_, '_> {
                 log.delay_s.insert(suspect.column.clone(), Delay::Estimate);
             }
             let then = refined(&trial, self.model, self.sources, self.progress)?;
-            let better = (best.as_ref()).is_none_or(|(_, before)| then.loss < before.loss);
+            let better = (best.as_ref()).is_none_or(|(_, before)| then.is_likelier(before));
             if let Some(likely) = then.likely_delay(&suspect.column)
                 && self.explained(explains, joint, &suspect.column, &then)
                 && then.used
@@ -171,11 +173,23 @@ struct Refined {
     period: f64,
     // Whether the refinement is used.
     used: bool,
+    // Place of its rung in the ladder.
+    rung: usize,
     // Minus the logarithm of the likelihood, per measurement.
     loss: f64,
 }
 
 impl Refined {
+    /// Returns whether the log is likelier than with another refinement. Likelihoods of different
+    /// rungs cannot be compared; a wrong delay needs a lower rung.
+    fn is_likelier(&self, other: &Self) -> bool {
+        match self.rung.cmp(&other.rung) {
+            Ordering::Less => true,
+            Ordering::Equal => self.loss < other.loss,
+            Ordering::Greater => false,
+        }
+    }
+
     /// Returns the significant delays of some columns, except that of the column `but`.
     fn significant(&self, columns: &[&str], but: &str) -> Vec<RefinedDelay> {
         (self.delays.iter())
@@ -243,6 +257,10 @@ fn refined(
         delays: refinement.map_or_else(Vec::new, |refinement| refinement.delays.clone()),
         period: found.log.period_s,
         used: refinement.is_some_and(|refinement| refinement.used),
+        rung: refinement.map_or(usize::MAX, |refinement| {
+            let mut rungs = refinement.rungs.iter();
+            (rungs.position(|rung| rung.name == refinement.rung)).unwrap_or(usize::MAX)
+        }),
         loss: refinement.map_or(f64::INFINITY, |refinement| {
             refinement.minus_log_likelihood / refinement.measurements.max(1) as f64
         }),

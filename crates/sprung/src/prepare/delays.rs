@@ -117,7 +117,8 @@ impl Estimated {
             let (delay, error) = self.estimate(origin).filter(|_| origin != self.used)?;
             let held_out = self.held_out[origin as usize]?;
             let used = self.estimate(self.used).map_or(0.0, |(delay, _)| delay);
-            ((delay - used).abs() > SAME_DELAY_SIGMAS * error).then(|| {
+            let differs = (delay - used).abs() > SAME_DELAY_SIGMAS * error;
+            (differs || self.used == Origin::None).then(|| {
                 format!(
                     "; {words} gives {delay:.4} s (standard error {error:.4} s), and with it the \
                      held-out error is {:.2} %",
