@@ -23,6 +23,10 @@ const MAX_FILTER_RUNS: usize = 30;
 /// start.
 const FIRST_LEVEL_SEARCH: usize = 2;
 
+/// Last run after which levels are searched. If the model lacks an effect, step and levels may
+/// alternate without end; with the levels held, the steps become short.
+const LAST_LEVEL_SEARCH: usize = 18;
+
 /// A step is short if its length in standard errors per square root of the number of unknowns is
 /// below the first value, or if it saves less cost than the second.
 const SHORT_STEP_SIGMAS: f64 = 0.02;
@@ -161,7 +165,9 @@ pub(super) fn descend(
             // would oscillate about the optimum.
             ran.trajectory = step.trajectory;
         }
-        if runs >= FIRST_LEVEL_SEARCH || short {
+        if runs > LAST_LEVEL_SEARCH {
+            search.settled = true;
+        } else if runs >= FIRST_LEVEL_SEARCH || short {
             levels = search.levels(problem, &ran, samples, &levels);
         }
     }
