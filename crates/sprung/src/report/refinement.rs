@@ -32,6 +32,8 @@ pub(super) fn refinement(identification: &Identification) -> Option<Section> {
             result.estimator
         )));
     }
+    blocks.extend(rungs(refinement).map(Block::Table));
+    blocks.extend(unused_values(result, refinement).map(Block::Table));
     blocks.push(Block::KeyValues(search(refinement)));
     blocks.push(Block::Bars(levels(&refinement.disturbances)));
     blocks.extend(logs(identification, result, refinement).map(Block::Intervals));
@@ -48,6 +50,70 @@ pub(super) fn refinement(identification: &Identification) -> Option<Section> {
          estimated from the log, and the intervals of the parameters depend on these levels.",
         blocks,
     ))
+}
+
+/// Returns the rungs that were tried; `None` if the first one is used.
+fn rungs(refinement: &Refinement) -> Option<Table> {
+    let is_first = refinement.used && refinement.rungs.len() < 2;
+    (!is_first && !refinement.rungs.is_empty()).then_some(())?;
+    let percent = |part: f64| format!("{} %", significant(100.0 * part, 3));
+    let row = |rung: &RungResult| {
+        let held_out = rung.held_out_residual;
+        let cell = |part: Option<f64>| part.map_or_else(|| "–".to_owned(), percent);
+        Row {
+            cells: vec![
+                rung.name.clone(),
+                cell(held_out.map(|held| held.refined)),
+                cell(held_out.map(|held| held.linear)),
+                rung.outcome.clone(),
+            ],
+            tone: if rung.used { Tone::Good } else { Tone::Neutral },
+        }
+    };
+    Some(Table {
+        caption: "Refinements that allow less and less slow disturbance: any level (free), at most \
+                  10 and 3 times the white noise (cap10, cap3), none (flat). The residuals are \
+                  those of the filtered torque in blocks of the log that the estimates had not used."
+            .to_owned(),
+        columns: vec![
+            text("Rung"),
+            number("Refinement"),
+            number("Least squares"),
+            text("Outcome"),
+        ],
+        rows: refinement.rungs.iter().map(row).collect(),
+    })
+}
+
+/// Returns the refined values if they are not used.
+fn unused_values(result: &EstimateResult, refinement: &Refinement) -> Option<Table> {
+    (!refinement.used && !refinement.values.is_empty()).then_some(())?;
+    let rows = result.parameters.iter().zip(&refinement.values);
+    let rows = rows.filter_map(|(parameter, value)| {
+        let (value, error) = (*value)?;
+        Some(Row {
+            cells: vec![
+                parameter.name.clone(),
+                as_exact(value, NORMAL_95 * error),
+                significant(NORMAL_95 * error, 2),
+                parameter.unit.clone(),
+            ],
+            tone: Tone::Neutral,
+        })
+    });
+    Some(Table {
+        caption: format!(
+            "Values of the refinement that is not used (rung {}).",
+            refinement.rung
+        ),
+        columns: vec![
+            text("Parameter"),
+            number("Value"),
+            number("± 95 %"),
+            text("Unit"),
+        ],
+        rows: rows.collect(),
+    })
 }
 
 fn search(refinement: &Refinement) -> Vec<(String, String)> {
@@ -469,6 +535,37 @@ mod tests {
         );
         assert_eq!(table.rows[0].tone, Tone::Doubtful);
         assert_eq!(table.rows[1].cells[2], "not determined");
+    }
+
+    #[test]
+    fn rungs_and_unused_values_have_tables() {
+        let mut found = identification(&["refinement-failed"]);
+        let tables = |found: &Identification| {
+            let blocks = refinement(found).unwrap().blocks.into_iter();
+            let tables = blocks.filter_map(|block| match block {
+                Block::Table(table) => Some(table),
+                _ => None,
+            });
+            tables.collect::<Vec<_>>()
+        };
+        let before = tables(&found).len();
+        let own = found.results[0].refinement.as_mut().unwrap();
+        own.rung = "flat".to_owned();
+        own.values = vec![Some((11.0, 0.5)), None];
+        own.rungs = vec![RungResult {
+            name: "flat".to_owned(),
+            used: false,
+            held_out_residual: None,
+            outcome: "the filter does not follow the log".to_owned(),
+        }];
+        let tables = tables(&found);
+        assert_eq!(tables.len(), before + 2);
+        assert_eq!(tables[0].rows[0].cells[1], "–");
+        assert_eq!(tables[1].rows.len(), 1);
+        assert_eq!(
+            tables[1].rows[0].cells[..3],
+            ["a.stiffness", "11.00", "0.98"]
+        );
     }
 
     #[test]

@@ -77,7 +77,12 @@ pub(super) fn climb(
             break;
         }
         if rung == Rung::Free {
-            logged_noise = end.as_ref().map(|end| end.logged_noise.clone());
+            // White noise of a failed rung covers effects that the model lacks.
+            let sound = end.as_ref().filter(|end| {
+                let refined = &end.refined;
+                refined.converged() && !refined.at_bound()
+            });
+            logged_noise = sound.map(|end| end.logged_noise.clone());
         }
         last = end;
     }
