@@ -7,6 +7,7 @@ use super::section::section;
 use super::tables::{number, text};
 use crate::estimate::{
     EstimateResult, Identification, LogInfo, NORMAL_95, RefinedDelay, Refinement, RowDisturbance,
+    RungResult,
 };
 use crate::model::short;
 
