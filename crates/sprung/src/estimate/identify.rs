@@ -1,6 +1,7 @@
 //! The main task: logs in, parameters out.
 
 use super::about_logs::log_infos;
+use super::at_rest::at_rest;
 use super::confirmed::confirmed;
 use super::describe::{Linear, describe, fit_curves, over_time, trace_of};
 use super::error::IdentifyError;
@@ -94,6 +95,7 @@ pub fn identify_and_tell(
     let (passed, on_line) = pass(&prepared, sources, progress)?;
     let mut about_logs = examine_or_refuse(&prepared, &passed)?;
     about_logs.extend(chosen.as_ref().and_then(|chosen| chosen.finding.clone()));
+    about_logs.extend(at_rest(&prepared, &passed.system));
     let linear = fit_all(&prepared, &passed)?;
     let basis = Basis {
         prepared: &prepared,

@@ -2,6 +2,7 @@
 //! verdict.
 
 mod about_logs;
+mod at_rest;
 mod between_parts;
 mod chi_square;
 mod confirmed;

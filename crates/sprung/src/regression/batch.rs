@@ -31,6 +31,8 @@ pub(super) struct Batch {
     pub(super) rows: usize,
     // Variance that Coulomb transitions add to each row, [samples × rows]; empty without weights.
     pub(super) variance: Vec<f64>,
+    // Largest friction at rest, [samples × rows]; empty if no sample is at rest.
+    pub(super) bounds: Vec<f64>,
     pub(super) probes: Arc<[Probe]>,
     // The probes before they are filtered, [samples × probes].
     pub(super) probed: Vec<f64>,
@@ -48,6 +50,7 @@ impl Batch {
             weights: None,
             rows: model.rows(),
             variance: Vec::new(),
+            bounds: Vec::new(),
             probes: Arc::clone(probes),
             probed: Vec::new(),
         }
@@ -55,7 +58,7 @@ impl Batch {
 
     /// Forms the regressor of up to [`BATCH_SAMPLES`] samples from `first` on; the batch is empty
     /// if `first` is beyond the last sample.
-    pub(super) fn form(&mut self, signals: &SignalBlock, first: usize) {
+    pub(super) fn form(&mut self, signals: &SignalBlock, first: usize, bounds: &[f64]) {
         let count = BATCH_SAMPLES.min(signals.len().saturating_sub(first));
         self.momentum.resize(count * self.entries, 0.0);
         self.rest.resize(count * self.entries, 0.0);
@@ -66,6 +69,11 @@ impl Batch {
             return;
         }
         self.form_probes(signals, first, count);
+        self.bounds.clear();
+        if !bounds.is_empty() {
+            let of_batch = &bounds[first * self.rows..(first + count) * self.rows];
+            self.bounds.extend_from_slice(of_batch);
+        }
         for (own, tau) in self.tau.iter_mut().zip(&signals.tau) {
             own.clear();
             own.extend_from_slice(&tau[first..first + count]);
@@ -95,6 +103,10 @@ impl Batch {
                 }
             }
         });
+    }
+
+    pub(super) fn model(&self) -> &Model {
+        &self.evaluators[0].model
     }
 
     /// Forms the probes of `count` samples.

@@ -12,7 +12,7 @@ use super::filtered::Pairs;
 use super::nuisance_momentum::NuisanceMomentum;
 use super::probes::Probe;
 use super::triangle::Triangle;
-use super::weights::TransitionWeights;
+use super::weights::{Standing, TransitionWeights};
 use crate::description::{DiscretizationName, InitialMomentum};
 use crate::model::{Model, RightHandSide};
 use crate::preprocess::{Decimator, SignalBlock};
@@ -72,6 +72,9 @@ struct RowReduction {
     torque_memory: FilterState,
     weights: Option<Arc<TransitionWeights>>,
     weight_memory: FilterState,
+    bound_memory: FilterState,
+    // Samples at rest.
+    at_rest: u64,
     // Sum of the squared weights.
     weight: f64,
     // Holds the first rows after a start if the initial momentum is to be estimated.
@@ -87,6 +90,7 @@ struct RowReduction {
     done: Vec<Triangle>,
     kept: Decimator<Vec<f64>>,
     kept_variance: Decimator<f64>,
+    kept_bound: Decimator<f64>,
 }
 
 impl RowReduction {
@@ -109,6 +113,8 @@ impl RowReduction {
             torque_memory: FilterState::default(),
             weights: None,
             weight_memory: FilterState::default(),
+            bound_memory: FilterState::default(),
+            at_rest: 0,
             weight: 0.0,
             start: None,
             in_tile: 0,
@@ -122,6 +128,7 @@ impl RowReduction {
             done: Vec::new(),
             kept: Decimator::new(KEPT_SAMPLES),
             kept_variance: Decimator::new(KEPT_SAMPLES),
+            kept_bound: Decimator::new(KEPT_SAMPLES),
             row,
             entries,
         }
@@ -135,6 +142,7 @@ impl RowReduction {
         self.last_rhs = 0.0;
         self.torque_memory = FilterState::default();
         self.weight_memory = FilterState::default();
+        self.bound_memory = FilterState::default();
     }
 
     /// Returns the weight of the next sample.
@@ -142,10 +150,18 @@ impl RowReduction {
         let Some(weights) = &self.weights else {
             return 1.0;
         };
-        let variance = batch.variance[k * batch.rows + self.row];
+        let mut variance = batch.variance[k * batch.rows + self.row];
+        let bound = (batch.bounds.get(k * batch.rows + self.row)).copied();
+        let bound = bound.unwrap_or_default();
+        if bound > 0.0 {
+            variance += TransitionWeights::variance_at_rest(bound);
+            self.at_rest += 1;
+        }
         let memory = &mut self.weight_memory;
         let variance = pairs.entries.process(memory, 0.0, variance);
         self.kept_variance.push(|| variance);
+        let bound = pairs.entries.process(&mut self.bound_memory, 0.0, bound);
+        self.kept_bound.push(|| bound);
         weights.weight(self.row, variance)
     }
 
@@ -303,6 +319,7 @@ pub struct Reduction {
     last_time: f64,
     kept: Decimator<f64>,
     samples: u64,
+    standing: Standing,
 }
 
 impl Reduction {
@@ -337,6 +354,7 @@ impl Reduction {
             last_time: 0.0,
             kept: Decimator::new(KEPT_SAMPLES),
             samples: 0,
+            standing: Standing::default(),
         }
     }
 
@@ -371,6 +389,7 @@ impl Reduction {
     /// Begins another log or continues after a gap: the filters start at rest.
     pub fn restart(&mut self) {
         self.rows.iter_mut().for_each(RowReduction::restart);
+        self.standing = Standing::default();
     }
 
     /// Takes the next samples.
@@ -388,11 +407,17 @@ impl Reduction {
         discretization: DiscretizationName,
     ) -> Result<(), FilterError> {
         let pairs = Pairs::new(cutoff, period, discretization)?;
-        self.batch.form(signals, 0);
+        let bounds = match &self.batch.weights {
+            Some(weights) => {
+                weights.bounds_at_rest(self.batch.model(), signals, period, &mut self.standing)
+            }
+            None => Vec::new(),
+        };
+        self.batch.form(signals, 0, &bounds);
         for first in (0..signals.len()).step_by(BATCH_SAMPLES) {
             let (batch, next, rows) = (&self.batch, &mut self.next, &mut self.rows);
             rayon::join(
-                || next.form(signals, first + BATCH_SAMPLES),
+                || next.form(signals, first + BATCH_SAMPLES, &bounds),
                 // Row widths differ much, so single rows balance the load of the threads best.
                 || {
                     (rows.par_iter_mut().with_max_len(1)).for_each(|row| row.take(&pairs, batch));
@@ -442,6 +467,11 @@ impl Reduction {
             .map(|row| std::mem::replace(&mut row.kept_variance, Decimator::new(KEPT_SAMPLES)))
             .map(Decimator::into_items)
             .collect();
+        let bound = (self.rows.iter_mut())
+            .map(|row| std::mem::replace(&mut row.kept_bound, Decimator::new(KEPT_SAMPLES)))
+            .map(Decimator::into_items)
+            .collect();
+        let at_rest = self.rows.iter().map(|row| row.at_rest).collect();
         let (rows, kept) = (self.rows.into_iter())
             .map(|row| (row.done, row.kept.into_items()))
             .unzip();
@@ -453,7 +483,9 @@ impl Reduction {
                 time: self.kept.into_items(),
                 rows: kept,
                 variance,
+                bound,
             },
+            at_rest,
             samples: self.samples,
         }
     }
@@ -468,6 +500,9 @@ pub struct Kept {
     pub rows: Vec<Vec<Vec<f64>>>,
     /// Variance that Coulomb transitions add to each row, (N·m)²; empty without weights.
     pub variance: Vec<Vec<f64>>,
+    /// Largest friction of each row at rest, filtered, N·m (N); zero in motion, empty without
+    /// weights.
+    pub bound: Vec<Vec<f64>>,
 }
 
 impl Kept {
@@ -495,10 +530,19 @@ pub struct System {
     weights: Vec<f64>,
     ends: Vec<f64>,
     kept: Kept,
+    // Samples at rest of each row.
+    at_rest: Vec<u64>,
     samples: u64,
 }
 
 impl System {
+    /// Returns the fraction of the samples at which the friction of a row is at rest; zero without
+    /// weights.
+    #[must_use]
+    pub fn share_at_rest(&self, row: usize) -> f64 {
+        self.at_rest[row] as f64 / self.samples.max(1) as f64
+    }
+
     /// Returns the number of samples.
     #[must_use]
     pub fn samples(&self) -> u64 {

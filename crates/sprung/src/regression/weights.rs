@@ -5,6 +5,19 @@ use sprung_core::friction::{Conditions, Law, Shape};
 use sprung_core::parameters::{JointParameter, Side};
 
 use crate::model::Model;
+use crate::preprocess::SignalBlock;
+
+/// Time for which a side must stand still before its samples count as samples at rest, s. A reversal
+/// passes the Coulomb transition in less time.
+const REST_S: f64 = 0.25;
+
+/// Largest argument of `tanh(beta v)` at rest, and the same in standard deviations of the velocity
+/// noise.
+const REST_ARGUMENT: f64 = 0.3;
+const REST_SIGMAS: f64 = 3.0;
+
+/// Variance of a torque that is anywhere between both bounds, relative to the squared bound.
+const VARIANCE_WITHIN_BOUNDS: f64 = 1.0 / 3.0;
 
 /// Above this argument `sech²` is below 2e-17, so it counts as zero.
 const SATURATED_ARGUMENT: f64 = 20.0;
@@ -48,7 +61,31 @@ impl Transition {
             .map(|(law, size)| size * law.jump(at, &self.shape).unwrap_or_default());
         (self.noise * slope * heights.sum::<f64>()).powi(2)
     }
+
+    /// Returns whether a velocity is below the resolution of the sensor or of the law.
+    fn stands(&self, velocity: f64) -> bool {
+        let argument = (self.shape.sharpness * velocity).abs();
+        argument <= REST_ARGUMENT.max(REST_SIGMAS * self.noise)
+    }
+
+    /// Returns the largest friction at rest, N·m (N).
+    fn bound(&self) -> f64 {
+        let towards = |velocity: f64| -> f64 {
+            let at = Conditions {
+                velocity,
+                ..AT_REST
+            };
+            (self.laws.iter())
+                .map(|(law, size)| size * law.jump(&at, &self.shape).unwrap_or_default())
+                .sum()
+        };
+        towards(f64::MIN_POSITIVE).max(towards(-f64::MIN_POSITIVE))
+    }
 }
+
+/// Samples for which each transition has stood still, the present one included.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Standing(Vec<u64>);
 
 /// Weights that are small for samples in the Coulomb transition, for each row.
 ///
@@ -57,7 +94,8 @@ impl Transition {
 ///
 /// `s0 / √(s0² + f[(f_c β σ_v sech²(β v))²])`,
 ///
-/// where `f[.]` is the filter of the regression. Weights are at most 1, so they do not amplify any
+/// where `f[.]` is the filter of the regression. After 0.25 s of rest the friction is anywhere
+/// between `-f_c` and `f_c`, so `f_c²/3` is added to the variance. Weights are at most 1, so they do not amplify any
 /// row. Weights from the residuals of the stacked rows would do so: the rows without a right-hand
 /// side would vanish.
 #[derive(Clone, Debug)]
@@ -147,6 +185,49 @@ impl TransitionWeights {
         }
     }
 
+    /// Returns the largest friction of each row at each sample at rest, N·m (N), zero for samples in
+    /// motion, \[samples × rows\]; empty if no sample is at rest.
+    ///
+    /// At rest the friction is anywhere between plus and minus this bound; the law, which is zero at
+    /// zero velocity, says nothing about it.
+    pub(super) fn bounds_at_rest(
+        &self,
+        model: &Model,
+        signals: &SignalBlock,
+        period: f64,
+        standing: &mut Standing,
+    ) -> Vec<f64> {
+        let needed = (REST_S / period) as u64;
+        let (rows, n) = (model.rows(), signals.q.len());
+        standing.0.resize(self.transitions.len(), 0);
+        let mut bounds = Vec::new();
+        for k in 0..signals.len() {
+            for (transition, standing) in self.transitions.iter().zip(&mut standing.0) {
+                let velocity = match transition.side {
+                    Side::Link => signals.dq[transition.joint][k],
+                    Side::Motor => (0..n)
+                        .map(|i| model.robot().ratio(transition.joint, i) * signals.dphi[i][k])
+                        .sum(),
+                };
+                *standing = if transition.stands(velocity) {
+                    *standing + 1
+                } else {
+                    0
+                };
+                if *standing > needed {
+                    bounds.resize(signals.len() * rows, 0.0);
+                    bounds[k * rows + transition.row] += transition.bound();
+                }
+            }
+        }
+        bounds
+    }
+
+    /// Returns the variance of a row's friction at rest, (N·m)², from its bound.
+    pub(super) fn variance_at_rest(bound: f64) -> f64 {
+        VARIANCE_WITHIN_BOUNDS * bound * bound
+    }
+
     /// Returns the weight of a sample in a row.
     ///
     /// - `variance`: the variance that transitions add, filtered, (N·m)².
@@ -221,5 +302,49 @@ mod tests {
         assert!((weights.weight(0, -1.0) - 1.0).abs() < 1e-15);
         assert!((weights.weight(1, 12.0) - 1.0).abs() < 1e-15);
         assert!((weights.weight(2, 12.0) - 1.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn friction_is_bounded_after_a_quarter_of_a_second_of_rest() {
+        let experiment = crate::description::read(
+            "experiment.toml",
+            crate::demo::EXPERIMENT,
+            &[],
+            &mut crate::description::no_files,
+        )
+        .unwrap();
+        let model = Model::new(&experiment).unwrap();
+        let weights = TransitionWeights {
+            transitions: vec![Transition {
+                row: 2,
+                noise: 0.01,
+                ..plain()
+            }],
+            slip: vec![1.0; 4],
+        };
+        let mut block = SignalBlock::new(2);
+        for k in 0..1000 {
+            for joint in 0..2 {
+                block.dq[joint].push(0.0);
+                block.q[joint].push(0.0);
+                block.phi[joint].push(0.0);
+                // The joint moves for 0.4 s, reverses, moves again and stands still from 0.5 s on.
+                let speed = if k >= 500 || k == 200 { 0.0 } else { 0.2 };
+                block.dphi[joint].push(speed);
+                block.tau[joint].push(0.0);
+            }
+            block.time.push(f64::from(k) * 1e-3);
+        }
+        let mut standing = Standing::default();
+        let bounds = weights.bounds_at_rest(&model, &block, 1e-3, &mut standing);
+        let of_row: Vec<f64> = bounds.chunks(4).map(|rows| rows[2]).collect();
+        assert!(of_row[..750].iter().all(|bound| bound.abs() < 1e-12));
+        // At zero velocity both directions of the law count.
+        assert!(
+            of_row[750..]
+                .iter()
+                .all(|bound| (bound - 3.0).abs() < 1e-12)
+        );
+        assert!((TransitionWeights::variance_at_rest(3.0) - 3.0).abs() < 1e-12);
     }
 }

@@ -210,6 +210,7 @@ impl Candidate {
             .map(|(joint, name)| {
                 let row = model.torque_row(joint);
                 let (residual, torque) = rows[row];
+                let residual = residual * beyond_rest(model, system, theta, row);
                 TorqueFit {
                     joint: name.clone(),
                     residual,
@@ -251,5 +252,29 @@ impl Candidate {
             phi_rad: of_joints(1),
             tau_nm: of_joints(2),
         }
+    }
+}
+
+/// Returns the residual of a row over its residual with all samples counted in full: at rest the
+/// friction is anywhere between both bounds of its law, so only the part of the residual beyond
+/// these bounds counts.
+fn beyond_rest(model: &Model, system: &System, theta: &[f64], row: usize) -> f64 {
+    let kept = system.kept();
+    let bounds = kept.bound.get(row).map_or(&[][..], Vec::as_slice);
+    if bounds.iter().all(|bound| *bound <= 0.0) {
+        return 1.0;
+    }
+    let columns = model.row_columns(row);
+    let (mut beyond, mut all) = (0.0, 0.0);
+    for (sample, bound) in kept.rows[row].iter().zip(bounds) {
+        let fitted: f64 = columns.iter().zip(sample).map(|(&c, y)| theta[c] * y).sum();
+        let residual = (fitted - sample.last().copied().unwrap_or_default()).abs();
+        beyond += (residual - bound).max(0.0).powi(2);
+        all += residual.powi(2);
+    }
+    if all > 0.0 {
+        (beyond / all).sqrt()
+    } else {
+        1.0
     }
 }
