@@ -112,7 +112,7 @@ fn presliding(
     period: f64,
 ) -> Option<Presliding> {
     let length = ((WINDOW_S / period) as usize).max(4);
-    let (mut slopes, mut at_rest) = (Vec::new(), 0);
+    let (mut slopes, mut at_rest, mut against) = (Vec::new(), 0, 0);
     for segment in segments {
         let all = (segment.phi[joint].chunks_exact(length))
             .zip(segment.dphi[joint].chunks_exact(length))
@@ -129,11 +129,15 @@ fn presliding(
             let correlation = both / (positions * torques).sqrt();
             if correlation >= MIN_CORRELATION {
                 slopes.push(both / positions);
+            } else if correlation <= -MIN_CORRELATION {
+                against += 1;
             }
         }
     }
     let windows = slopes.len();
-    if windows < MIN_WINDOWS || (windows as f64) < MIN_WINDOW_SHARE * at_rest as f64 {
+    // A slow drift is correlated with a slow torque too, but with either sign.
+    let few = windows < MIN_WINDOWS.max(MIN_WINDOWS * against);
+    if few || (windows as f64) < MIN_WINDOW_SHARE * at_rest as f64 {
         return None;
     }
     slopes.sort_by(f64::total_cmp);
