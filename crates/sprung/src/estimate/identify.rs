@@ -107,7 +107,9 @@ pub fn identify_and_tell(
         about_logs: &about_logs,
     };
     if (prepared.reading().settings().estimator).contains(&Estimator::PredictionError) {
-        first(&before_refinement(&basis, &passed)?);
+        let mut early = before_refinement(&basis, &passed)?;
+        early.identification.laws = chosen.as_ref().map(|chosen| chosen.result.clone());
+        first(&early);
     }
     let estimates = refine(&basis, sources, progress)?;
     let mut identified = describe_all(&basis, &passed, estimates, progress)?;
@@ -138,7 +140,7 @@ fn with_chosen_laws(
     }
     if let Some((open, columns)) = with_open_delays(&prepared)
         && let Some(with_delays) = again(&open)?
-        && chosen.add_delays(&with_delays, &columns)
+        && chosen.add_delays(&prepared, &with_delays, &columns)
         && let Some(richer) = again(&with_found_laws(prepared.experiment(), &chosen.result))?
     {
         prepared = richer;

@@ -2,6 +2,7 @@
 
 use std::cmp::Ordering;
 
+use super::delay_test::is_significant;
 use super::error::IdentifyError;
 use super::identify::identify;
 use super::result::RefinedDelay;
@@ -11,11 +12,6 @@ use crate::log::{Channels, LogSource};
 use crate::model::Model;
 use crate::prepare::PrepareError;
 use crate::progress::Listener;
-
-/// A delay is significant if it exceeds this number of standard errors and this fraction of a
-/// sampling period.
-const DELAY_SIGNIFICANCE_SIGMAS: f64 = 5.0;
-const MIN_DELAY_SAMPLES: f64 = 0.05;
 
 /// Largest difference of an accepted delay from the delay with which the logs were read, in standard
 /// errors.
@@ -237,12 +233,6 @@ impl Refined {
             })
             .collect()
     }
-}
-
-/// Returns whether a delay, s, differs from zero.
-pub(super) fn is_significant(delay: f64, standard_error: f64, period: f64) -> bool {
-    delay.abs() > DELAY_SIGNIFICANCE_SIGMAS * standard_error
-        && delay.abs() > MIN_DELAY_SAMPLES * period
 }
 
 fn refined(

@@ -6,6 +6,7 @@ mod at_rest;
 mod between_parts;
 mod chi_square;
 mod confirmed;
+mod delay_test;
 mod describe;
 mod error;
 mod estimators;

@@ -13,10 +13,10 @@ use sprung_core::parameters::Side;
 
 pub use result::{LawDelay, LawRung, LawsByHoldOut};
 
-use super::late_channels::is_significant;
+use super::delay_test::is_significant;
 use crate::description::{Delay, Estimator, Experiment, FrictionLaw, Laws, SpringTerm};
 use crate::finding::{Finding, Severity};
-use crate::prepare::{Prepared, rms_speeds};
+use crate::prepare::{DelayGain, Prepared, rms_speeds};
 
 /// Missing laws are a warning if they decrease the held-out residual of the torque by at least this
 /// fraction, and if it exceeds this fraction of the torque.
@@ -35,17 +35,28 @@ pub(super) struct Chosen {
 }
 
 impl Chosen {
-    /// Adds delays that the likelihood gives, if they are significant; returns whether it adds any.
+    /// Adds delays that the likelihood gives, if they are significant and do not raise the held-out
+    /// error; returns whether it adds any.
     ///
-    /// - `prepared`: the logs, with estimates of the delays of `columns`.
-    pub(super) fn add_delays(&mut self, prepared: &Prepared, columns: &[String]) -> bool {
+    /// - `before`: the logs without these delays; `prepared`: the logs with estimates of the delays
+    ///   of `columns`.
+    pub(super) fn add_delays(
+        &mut self,
+        before: &Prepared,
+        prepared: &Prepared,
+        columns: &[String],
+    ) -> bool {
         let channels = &prepared.reading().channels().all;
         let mut any = false;
         for column in columns {
             let channel = channels
                 .iter()
                 .position(|channel| channel.column == *column);
-            let used = channel.and_then(|channel| prepared.delays().likely(channel));
+            let used = channel.and_then(|channel| {
+                let likely = prepared.delays().likely(channel)?;
+                let gain = DelayGain::of(before.excerpt(), before.reading(), channel, likely.0);
+                gain.is_none_or(|gain| !gain.is_higher()).then_some(likely)
+            });
             let rung =
                 used.and_then(|used| delay_by_likelihood(prepared, column, used, &self.result));
             any |= rung.is_some();
