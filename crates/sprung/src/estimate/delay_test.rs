@@ -1,9 +1,11 @@
 //! The test whether a delay differs from zero.
 
-/// A delay is significant if it exceeds this number of standard errors and this fraction of a
-/// sampling period.
+/// A delay is significant if it exceeds this number of standard errors and a fraction of a sampling
+/// period.
 const DELAY_SIGNIFICANCE_SIGMAS: f64 = 5.0;
-const MIN_DELAY_SAMPLES: f64 = 0.05;
+
+/// Least significant delay, as a fraction of the sampling period.
+pub(super) const MIN_DELAY_SAMPLES: f64 = 0.05;
 
 /// Returns whether a delay, s, differs from zero.
 pub(super) fn is_significant(delay: f64, standard_error: f64, period: f64) -> bool {

@@ -2,7 +2,7 @@
 
 use std::cmp::Ordering;
 
-use super::delay_test::is_significant;
+use super::delay_test::{MIN_DELAY_SAMPLES, is_significant};
 use super::error::IdentifyError;
 use super::identify::identify;
 use super::result::RefinedDelay;
