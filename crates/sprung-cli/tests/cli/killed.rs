@@ -242,7 +242,7 @@ fn a_refinement_that_is_killed_leaves_the_result_of_least_squares() {
         let point = desk.run("identify", &refine, Some(1 + points.len()));
         points.push(point.unwrap());
     }
-    assert_eq!(points.len(), 20, "{points:?}");
+    assert_eq!(points.len(), 19, "{points:?}");
     desk.read();
     let found = files(&folder);
     let json: serde_json::Value = serde_json::from_slice(&found["identification.json"]).unwrap();
