@@ -218,7 +218,8 @@ impl Refined {
     /// Returns the delays that may explain the log: the significant ones, or all of them if the
     /// refinement failed, because a long delay can make it fail.
     fn suspects(&self, columns: &[&str]) -> Vec<RefinedDelay> {
-        if self.used {
+        // A lower rung may hide a long delay as well as a failure does.
+        if self.used && self.rung == 0 {
             return self.significant(columns, "");
         }
         (columns.iter())
