@@ -12,6 +12,9 @@ use crate::regression::Probe;
 /// Stribeck velocities that are tried, relative to the root mean square of the joint's velocity.
 const STRIBECK_VELOCITIES: [f64; 8] = [0.04, 0.063, 0.1, 0.16, 0.25, 0.4, 0.63, 1.0];
 
+/// Least argument of `tanh(beta v)` at the Stribeck velocity.
+const MIN_STRIBECK_ARGUMENT: f64 = 2.0;
+
 /// A change of a joint's laws.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Change {
@@ -124,7 +127,7 @@ impl Candidates {
                 for share in STRIBECK_VELOCITIES {
                     // The Coulomb transition hides Stribeck friction of a lower velocity.
                     let velocity = share * speed;
-                    if velocity * shape.sharpness < 1.0 {
+                    if velocity * shape.sharpness < MIN_STRIBECK_ARGUMENT {
                         continue;
                     }
                     let shape = Shape {
