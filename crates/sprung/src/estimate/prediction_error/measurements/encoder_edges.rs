@@ -3,6 +3,11 @@
 /// Standard deviation of an edge's position, in counts, because encoder lines are uneven.
 const EDGE_DEVIATION_COUNTS: f64 = 0.05;
 
+/// Motion per sample, in counts, above which samples are measurements instead of edges. Above it
+/// the errors of successive samples are independent. The velocity decides, because a choice by the
+/// change of the count would prefer samples just behind an edge.
+const MIN_COUNTS_OF_SAMPLES: f64 = 2.0;
+
 /// Number of samples without an edge after which the joint counts as resting within a count.
 const REST_SAMPLES: usize = 100;
 
@@ -19,13 +24,18 @@ pub(super) struct EdgePosition {
     pub(super) acceleration: f64,
 }
 
-/// Visits the positions at the edges and rests of an encoder's counts.
+/// Visits the positions that an encoder's counts show: edges, rests, and the samples of a fast
+/// motion.
 ///
 /// If the count changes between two samples, the position halfway between them is the mean of both
 /// values, for one count as for several. The mean is the centre of all positions that give this
 /// number of counts at this velocity. Their range is one count minus the difference between the
 /// number of counts and the motion at this velocity. The later value would be wrong by up to half a
 /// count in the direction of the motion, an error that looks like friction.
+///
+/// In a fast motion every period has an edge, and two successive means share a sample, so their
+/// errors are not independent. There each sample is a measurement with an error of one count's
+/// uniform distribution.
 ///
 /// - `values`: positions of a channel, rad (m); `velocity`: velocity of the smoothed values, rad/s
 ///   (m/s).
@@ -59,6 +69,15 @@ pub(super) fn encoder_edges(
         since = k + 1;
         if let (Some(next), Some(ahead)) = (values.get(k + 1), velocity.get(k + 1)) {
             let expected_counts = 0.5 * (velocity[k] + ahead) * period / count;
+            if expected_counts.abs() > MIN_COUNTS_OF_SAMPLES {
+                visit(EdgePosition {
+                    sample: (k + 1) as f64,
+                    value: *next,
+                    variance: count * count / 12.0,
+                    acceleration: (ahead - velocity[k]) / period,
+                });
+                continue;
+            }
             let width = (1.0 - (counts - expected_counts).abs()).max(0.0);
             let uneven = EDGE_DEVIATION_COUNTS * EDGE_DEVIATION_COUNTS;
             // The mean of two positions exceeds the position halfway between them by a h²/8.
