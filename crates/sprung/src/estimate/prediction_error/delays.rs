@@ -156,7 +156,7 @@ impl DelaySearch<'_, '_, '_> {
         let Some(refinery) = refinery else {
             return Ok(None);
         };
-        let end = refinery.climb(Rung::Free, None, None, self.progress)?;
+        let end = refinery.climb(Rung::Free, None, self.progress)?;
         Ok(end.map(|end| end.refined))
     }
 }

@@ -242,7 +242,7 @@ fn gradient(
         &likelihood,
         dynamics,
         problem.unknowns,
-        &problem.logged_noise.levels(levels),
+        &problem.logged_noise(levels),
         levels,
     );
     let mut normal = run.sums.normal.clone();

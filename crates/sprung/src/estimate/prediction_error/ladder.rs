@@ -56,13 +56,12 @@ pub(super) fn climb(
     let mut tried: Vec<Tried> = Vec::new();
     let mut blocks: Option<Blocks<'_>> = None;
     let mut last: Option<End> = None;
-    let mut logged_noise: Option<Vec<f64>> = None;
     for rung in Rung::ALL {
         // A rung that predicts badly is a bad start.
         let from = last
             .as_ref()
             .filter(|_| tried.last().is_some_and(|t| t.passed().is_some()));
-        let end = refinery.climb(rung, from, logged_noise.as_deref(), progress)?;
+        let end = refinery.climb(rung, from, progress)?;
         if let (None, Some(end)) = (&blocks, &end) {
             blocks = Blocks::new(model, system, &end.refined);
         }
@@ -75,14 +74,6 @@ pub(super) fn climb(
         });
         if is_enough(&tried) {
             break;
-        }
-        if rung == Rung::Free {
-            // White noise of a failed rung covers effects that the model lacks.
-            let sound = end.as_ref().filter(|end| {
-                let refined = &end.refined;
-                refined.converged() && !refined.at_bound()
-            });
-            logged_noise = sound.map(|end| end.logged_noise.clone());
         }
         last = end;
     }

@@ -14,34 +14,33 @@ pub(super) struct Problem<'a> {
     pub(super) measurements: &'a Measurements,
     pub(super) unknowns: &'a Unknowns,
     pub(super) levels: &'a UnknownLevels,
-    pub(super) logged_noise: &'a LoggedNoise,
+    /// Rows whose logged torque has noise.
+    pub(super) noisy_rows: &'a [usize],
     /// Comparison with least squares, from which the descent starts; `None` without a comparison.
     pub(super) guard: Option<&'a Guard<'a>>,
 }
 
-/// Noise of the logged torque, as far as it biases the gradient.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) enum LoggedNoise {
-    /// The white noise of the torque in these rows is noise of the logged torque.
-    Estimated(Vec<usize>),
-    /// Its levels are those that the first rung found, N·m (N), \[rows\]. On a lower rung white
-    /// noise of the torque also covers effects that the model lacks, which cause no bias.
-    Known(Vec<f64>),
-}
-
-impl LoggedNoise {
-    /// Returns the level of each row, N·m (N), \[rows\].
-    pub(super) fn levels(&self, levels: &Levels) -> Vec<f64> {
-        match self {
-            Self::Estimated(rows) => (levels.torque_noise.iter().enumerate())
-                .map(|(row, noise)| if rows.contains(&row) { *noise } else { 0.0 })
-                .collect(),
-            Self::Known(noise) => noise.clone(),
-        }
-    }
-}
-
 impl Problem<'_> {
+    /// Returns the noise of the logged torque, as far as it biases the gradient, N·m (N), \[rows\].
+    ///
+    /// White noise of the torque also covers effects that the model lacks, which cause no bias. So
+    /// it counts up to the noise that the log itself shows.
+    pub(super) fn logged_noise(&self, levels: &Levels) -> Vec<f64> {
+        let noises = levels
+            .torque_noise
+            .iter()
+            .zip(&self.measurements.fast_noise);
+        (noises.enumerate())
+            .map(|(row, (noise, fast))| {
+                if self.noisy_rows.contains(&row) {
+                    noise.min(*fast)
+                } else {
+                    0.0
+                }
+            })
+            .collect()
+    }
+
     /// Returns the cost of the offsets' prior.
     pub(super) fn prior_cost(&self, z: &[f64]) -> f64 {
         let values = &z[self.unknowns.free.len()..];

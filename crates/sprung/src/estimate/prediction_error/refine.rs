@@ -14,7 +14,7 @@ use super::finish::finish;
 use super::hold_out::Guard;
 use super::levels::{Levels, UnknownLevels};
 use super::measurements::{Measurements, RawSegment, build, max_samples, read};
-use super::problem::{LoggedNoise, Problem};
+use super::problem::Problem;
 use super::refined::Refined;
 use super::rung::Rung;
 use super::start_levels::{Searches, TorqueNoise, levels_after, start_levels, with_sensor_noise};
@@ -67,8 +67,6 @@ pub(super) struct End {
     /// Values of the unknowns.
     z: Vec<f64>,
     levels: Levels,
-    /// Noise of the logged torque, N·m (N), \[rows\].
-    pub(super) logged_noise: Vec<f64>,
     /// Delay of each channel, s.
     delays: Vec<f64>,
 }
@@ -114,7 +112,6 @@ impl<'a> Refinery<'a> {
     /// while delays that are to be estimated move.
     ///
     /// - `before`: end of an earlier rung, from which this one starts.
-    /// - `first`: noise of the logged torque that the first rung found, \[rows\].
     /// - `progress`: is called before each run of the filter.
     ///
     /// Returns `None` if the logs are too short or the filter does not follow them from this start.
@@ -126,7 +123,6 @@ impl<'a> Refinery<'a> {
         &self,
         rung: Rung,
         before: Option<&End>,
-        first: Option<&[f64]>,
         progress: &mut dyn Listener,
     ) -> Result<Option<End>, PassError> {
         let (model, start) = (self.reading.model(), self.start);
@@ -134,12 +130,7 @@ impl<'a> Refinery<'a> {
             .map_or(self.reading.delays(), |end| &end.delays)
             .to_vec();
         let mut last: Option<Descent> = None;
-        let rows = start.torque_noise.rows(model);
-        let logged_noise = match (rung, first) {
-            (Rung::Free, _) => LoggedNoise::Estimated(rows),
-            (_, Some(first)) => LoggedNoise::Known(first.to_vec()),
-            (_, None) => LoggedNoise::Known(vec![0.0; model.rows()]),
-        };
+        let noisy_rows = start.torque_noise.rows(model);
         for round in 1..=MAX_DELAY_ROUNDS {
             let reading = self.reading.with_delays(&delays);
             let Some(measurements) = build(&reading, self.excerpt, &self.raw, self.left_out)?
@@ -157,7 +148,7 @@ impl<'a> Refinery<'a> {
                 measurements: &measurements,
                 unknowns: &unknowns,
                 levels: &searches.shown,
-                logged_noise: &logged_noise,
+                noisy_rows: &noisy_rows,
                 guard: self.guard.as_ref(),
             };
             let every_sensor = &searches.every_sensor;
@@ -174,7 +165,6 @@ impl<'a> Refinery<'a> {
             if round == MAX_DELAY_ROUNDS || !moved {
                 return Ok(Some(End {
                     refined,
-                    logged_noise: logged_noise.levels(&descent.levels),
                     z: descent.z,
                     levels: descent.levels,
                     delays: used,

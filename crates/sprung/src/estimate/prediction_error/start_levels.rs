@@ -16,6 +16,9 @@ const START_MOTOR_REVERSAL: f64 = 0.1;
 const START_LINK_REVERSAL: f64 = 0.01;
 const EXACT_TORQUE_NOISE: f64 = 1e-3;
 
+/// Maximum start level of the torque's noise, relative to the torque's standard deviation.
+const MAX_START_NOISE: f64 = 0.1;
+
 /// Start level of a sensor's noise, relative to the standard deviation of its readings.
 const START_SENSOR_NOISE: f64 = 1e-3;
 
@@ -55,10 +58,6 @@ pub(super) fn start_levels(
     torque_noise: TorqueNoise,
     rung: Rung,
 ) -> Levels {
-    let noise = match (torque_noise, rung) {
-        (TorqueNoise::Exact, Rung::Free) => EXACT_TORQUE_NOISE,
-        _ => START_MOTOR_LEVEL,
-    };
     let scaled = |motor: f64, link: f64| -> Vec<f64> {
         (measurements.torque_scale.iter().enumerate())
             .map(|(row, scale)| {
@@ -77,9 +76,20 @@ pub(super) fn start_levels(
             *noise = 0.0;
         }
     }
+    let mut noise = match (torque_noise, rung) {
+        (TorqueNoise::Exact, Rung::Free) => scaled(EXACT_TORQUE_NOISE, START_LINK_LEVEL),
+        _ => scaled(START_MOTOR_LEVEL, START_LINK_LEVEL),
+    };
+    // Too little noise at the start biases the inertia of a light rotor, and then the levels
+    // attribute the error to disturbances.
+    for row in torque_noise.rows(model) {
+        let scale = measurements.torque_scale[row];
+        let fast = measurements.fast_noise[row];
+        noise[row] = fast.clamp(EXACT_TORQUE_NOISE * scale, MAX_START_NOISE * scale);
+    }
     let sensors = measurements.sensors.iter();
     Levels {
-        torque_noise: scaled(noise, START_LINK_LEVEL),
+        torque_noise: noise,
         reversal_noise,
         disturbance: match rung {
             Rung::Flat => vec![0.0; model.rows()],

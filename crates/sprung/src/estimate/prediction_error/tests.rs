@@ -85,6 +85,7 @@ impl Case {
                 sensors,
                 segments,
                 torque_scale: vec![2.0, 0.2, 2.0, 0.2],
+                fast_noise: vec![0.0; 4],
                 reversals,
                 left_out: false,
             },

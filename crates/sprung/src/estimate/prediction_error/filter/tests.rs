@@ -237,6 +237,7 @@ impl Case {
                     speeds: Vec::new(),
                 }],
                 torque_scale: vec![5.0, 5.0],
+                fast_noise: vec![0.0; 2],
                 reversals: Reversals::new(&model, &[0.0]),
                 left_out: false,
             },

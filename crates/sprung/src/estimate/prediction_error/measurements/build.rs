@@ -4,7 +4,7 @@ use super::align::align;
 use super::read::RawSegment;
 use super::segment::{Measurements, Segment};
 use super::sensor::{Noise, Sensor, sensors};
-use super::torque::torque_scale;
+use super::torque::{fast_noise, torque_scale};
 use crate::estimate::prediction_error::reversals::Reversals;
 use crate::log::Channels;
 use crate::model::Model;
@@ -50,6 +50,7 @@ pub(in super::super) fn build(
     Ok(Some(Measurements {
         reversals: Reversals::new(model, &speeds),
         torque_scale: torque_scale(model, &segments),
+        fast_noise: fast_noise(model.rows(), &segments),
         sensors,
         segments,
         left_out,

@@ -63,6 +63,9 @@ pub(in super::super) struct Measurements {
     pub(in super::super) torque_scale: Vec<f64>,
     /// Velocities at which the Coulomb friction of each row reverses.
     pub(in super::super) reversals: Reversals,
+    /// White noise of the logged torque on each row by its fast changes, N·m (N); an upper limit of
+    /// the noise of the log.
+    pub(in super::super) fast_noise: Vec<f64>,
     /// Whether the logs contain more samples.
     pub(in super::super) left_out: bool,
 }

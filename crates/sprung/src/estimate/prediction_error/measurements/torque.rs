@@ -5,6 +5,7 @@ use super::read::RawSegment;
 use super::segment::Segment;
 use crate::log::{Channels, Mix};
 use crate::model::Model;
+use crate::prepare::white_noise;
 
 /// Minimum scale of a joint's torque, relative to the largest scale.
 const MIN_RELATIVE_TORQUE_SCALE: f64 = 1e-3;
@@ -27,6 +28,20 @@ pub(super) fn torque_scale(model: &Model, segments: &[Segment]) -> Vec<f64> {
         .iter()
         .map(|scale| scale.max(MIN_RELATIVE_TORQUE_SCALE * largest))
         .collect()
+}
+
+/// Returns the white noise of the logged torque on each row by its differences from sample to
+/// sample, N·m (N). It also contains fast changes of the acting torque, so it is an upper limit of
+/// the noise of the log.
+pub(super) fn fast_noise(rows: usize, segments: &[Segment]) -> Vec<f64> {
+    let of_row = |row: usize| -> f64 {
+        let torques = segments.iter().map(|segment| {
+            let own = segment.torque.iter().skip(row).step_by(rows);
+            white_noise(&own.copied().collect::<Vec<f64>>())
+        });
+        torques.fold(0.0, f64::max)
+    };
+    (0..rows).map(of_row).collect()
 }
 
 /// Returns the torque on each row, held during a period, N·m (N), \[samples × rows\].
