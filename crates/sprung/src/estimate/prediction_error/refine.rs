@@ -149,7 +149,8 @@ impl<'a> Refinery<'a> {
                 unknowns: &unknowns,
                 levels: &searches.shown,
                 noisy_rows: &noisy_rows,
-                guard: self.guard.as_ref(),
+                // No lower rung follows the last one.
+                guard: self.guard.as_ref().filter(|_| rung != Rung::Flat),
             };
             let every_sensor = &searches.every_sensor;
             let found =
