@@ -136,7 +136,7 @@ fn the_linear_values_stand_where_the_log_is_wrong() {
 }
 
 #[test]
-fn the_linear_values_stand_where_the_model_lacks_something() {
+fn a_model_that_lacks_something_is_doubted_on_every_rung() {
     // No disturbance explains a link position that is 0.1 s late.
     let mut past = std::collections::VecDeque::new();
     let case = Case::new().log(|row, cells| {
@@ -149,5 +149,18 @@ fn the_linear_values_stand_where_the_model_lacks_something() {
         }
     });
     let (_, json) = case.results(&BOTH);
-    stands_back(&json, "");
+    let first = &json["results"][0];
+    assert_ne!(first["verdict"], "good");
+    assert!(finding(&json, "poor-fit").is_some(), "{first:#}");
+    let refinement = &first["refinement"];
+    let rungs = refinement["rungs"].as_array().unwrap();
+    assert_eq!(rungs[0]["name"], "free");
+    assert_eq!(rungs[0]["used"], false, "{rungs:#?}");
+    // A rung is used only if it predicts about as well as least squares; its values stand in the
+    // result in any case.
+    for rung in rungs.iter().filter(|rung| rung["used"] == true) {
+        let held = |key: &str| rung["held_out_residual"][key].as_f64().unwrap();
+        assert!(held("refined") <= 1.06 * held("linear"), "{rung:#}");
+    }
+    assert!(refinement["values"].as_array().unwrap().len() == 15);
 }

@@ -34,8 +34,7 @@ pub fn examine(prepared: &Prepared, figures: &[LogFigures]) -> Examination {
     findings.extend(prepared.delays().findings(channels));
     let mut joints = Vec::new();
     if let (Some(name), Some(first)) = (prepared.names().first(), figures.first()) {
-        // Weights could hide faulty samples, so all weights are equal here.
-        let reading = reading.without_weights();
+        let reading = prepared.examined();
         let moving: Vec<usize> = (0..model.joint_count())
             .filter(|&joint| moves(channels, &first.summary, joint))
             .filter(|&joint| !is_wrong(&findings, channels, joint))

@@ -78,7 +78,7 @@ fn of_estimator(
     }
     let same_settings = own
         .iter()
-        .all(|&i| compared[i].settings == compared[own[0]].settings);
+        .all(|&i| compared[i].settings.agree(&compared[own[0]].settings));
     let remedy = if same_settings {
         "parameters that change with the controller's gains, the speed or the load show an effect that \
          the model lacks (a torque delay, a friction law, play, another inertia); validate each result \

@@ -97,6 +97,18 @@ pub struct SettingsUsed {
     pub position_filter_order: usize,
 }
 
+impl SettingsUsed {
+    /// Returns whether two identifications used the same settings. Estimates with other cut-offs do
+    /// not count.
+    pub(crate) fn agree(&self, other: &Self) -> bool {
+        let without = |settings: &Self| Self {
+            position_cutoff_choice: None,
+            ..settings.clone()
+        };
+        without(self) == without(other)
+    }
+}
+
 /// A cut-off that was chosen from the data.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CutoffChoice {

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::select::Miss;
+use super::miss::Miss;
 use crate::description::Window;
 
 /// A position in a file.

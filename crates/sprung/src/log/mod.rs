@@ -18,6 +18,7 @@ mod error;
 mod figures;
 mod formats;
 mod input;
+mod miss;
 mod reader;
 mod select;
 mod source;
@@ -36,8 +37,9 @@ pub(crate) use figures::{Figures, Overview, Summary};
 pub use figures::{Sizes, check};
 pub use formats::panics_are_caught;
 pub use input::{Input, LogFile};
+pub use miss::Miss;
 pub(crate) use reader::LogReader;
-pub use select::{Beyond, Miss};
+pub use select::Beyond;
 pub use source::{LogSource, Opener};
 pub use write::LogWriter;
 

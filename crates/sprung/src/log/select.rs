@@ -1,9 +1,9 @@
 //! Selects the samples of a window while a log is read.
 
-use std::fmt;
 use std::ops::Range;
 
 use super::error::LogError;
+use super::miss::Miss;
 use crate::description::Window;
 
 /// Part of the window that was reached.
@@ -23,45 +23,6 @@ pub struct Beyond {
     pub after: f64,
     /// Number of samples that the window has after the last sample of the log.
     pub samples_after: u64,
-}
-
-/// Position of a log relative to a window that contains no sample of it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum Miss {
-    /// The log ends before the window.
-    LogEnds {
-        /// Time of the last sample, s.
-        time: f64,
-        /// Number of samples.
-        samples: u64,
-    },
-    /// The log begins after the window.
-    LogBegins {
-        /// Time of the first sample, s.
-        time: f64,
-    },
-    /// The window lies between two consecutive samples.
-    Between {
-        /// Time of the sample before the window, s.
-        before: f64,
-        /// Time of the sample after the window, s.
-        after: f64,
-    },
-}
-
-impl fmt::Display for Miss {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::LogEnds { time, samples } => {
-                write!(f, "its {samples} samples end at {time} s")
-            }
-            Self::LogBegins { time } => write!(f, "its first sample is at {time} s"),
-            Self::Between { before, after } => {
-                write!(f, "it has no sample between {before} s and {after} s")
-            }
-        }
-    }
 }
 
 /// The window of a log and the position of the reader relative to it.

@@ -57,6 +57,8 @@ pub struct Prepared {
     names: Vec<String>,
     reading: Reading,
     cutoff_reason: Option<String>,
+    // Cut-off that the noise of the positions allows, Hz.
+    noise_cutoff_hz: f64,
     sweep: Option<Sweep>,
     factors: Factors,
     delays: Delays,
@@ -107,6 +109,7 @@ pub fn prepare(
     Ok(Prepared {
         experiment,
         names,
+        noise_cutoff_hz: reading.position_cutoff_hz(),
         reading,
         cutoff_reason,
         sweep: None,
@@ -150,6 +153,12 @@ impl Prepared {
     #[must_use]
     pub fn reading(&self) -> &Reading {
         &self.reading
+    }
+
+    /// Returns the settings with which a check reads the logs: without weights, which could hide
+    /// faulty samples, and with the cut-off that the noise allows, which alters the motion least.
+    pub(crate) fn examined(&self) -> Reading {
+        (self.reading.without_weights()).with_position_cutoff(self.noise_cutoff_hz)
     }
 
     /// Returns the reason for the cut-off, if sprung chose it.

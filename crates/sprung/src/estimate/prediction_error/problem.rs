@@ -1,7 +1,7 @@
 //! The minimisation problem of a descent.
 
 use super::filter::NormalEquations;
-use super::hold_out::Guard;
+use super::guard::Guard;
 use super::levels::{Levels, UnknownLevels};
 use super::measurements::Measurements;
 use super::unknowns::Unknowns;

@@ -11,7 +11,7 @@
 use super::delay_updates::DelayUpdate;
 use super::descent::{Descent, descend};
 use super::finish::finish;
-use super::hold_out::Guard;
+use super::guard::Guard;
 use super::levels::{Levels, UnknownLevels};
 use super::measurements::{Measurements, RawSegment, build, max_samples, read};
 use super::problem::Problem;
