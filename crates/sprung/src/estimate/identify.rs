@@ -9,7 +9,7 @@ use super::estimators::Basis;
 use super::found::Found;
 use super::inputs::EstimatorInputs;
 use super::judge::{judge, tilt_is_possible, tilted};
-use super::laws::{Chosen, choose_laws, with_found_laws, with_open_delays};
+use super::laws::{Chosen, LAWS_MISSING, choose_laws, with_found_laws, with_open_delays};
 use super::least_squares::{
     Parts, add_instruments, cross_checks, cutoff_choice, least_squares, widened,
 };
@@ -94,7 +94,10 @@ pub fn identify_and_tell(
     let inputs = EstimatorInputs::new(&described, prepared.reading().model())?;
     let (passed, on_line) = pass(&prepared, sources, progress)?;
     let mut about_logs = examine_or_refuse(&prepared, &passed)?;
-    about_logs.extend(chosen.as_ref().and_then(|chosen| chosen.finding.clone()));
+    // A faulty log looks like missing laws.
+    let is_faulty = (about_logs.iter()).any(|finding| finding.severity > Severity::Info);
+    let about_laws = chosen.as_ref().and_then(|chosen| chosen.finding.clone());
+    about_logs.extend(about_laws.filter(|finding| !(is_faulty && finding.code == LAWS_MISSING)));
     about_logs.extend(at_rest(&prepared, &passed.system));
     let linear = fit_all(&prepared, &passed)?;
     let basis = Basis {

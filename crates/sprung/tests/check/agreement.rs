@@ -13,13 +13,13 @@ use crate::in_memory::with_source;
 use crate::twin::{Demo, Table};
 use crate::{faults, going_on, report};
 
-/// Code of a finding about results, which only `identify` has.
-const OF_RESULTS: &str = "gravity-tilted";
+/// Codes of findings about results, which only `identify` has.
+const OF_RESULTS: [&str; 2] = ["gravity-tilted", "laws-missing"];
 
 /// Returns findings as a set, because their order may differ.
 fn words(findings: &[Finding]) -> BTreeSet<String> {
     (findings.iter())
-        .filter(|finding| finding.code != OF_RESULTS)
+        .filter(|finding| !OF_RESULTS.contains(&finding.code.as_str()))
         .map(|finding| format!("{finding:?}"))
         .collect()
 }

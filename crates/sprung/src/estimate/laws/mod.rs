@@ -18,6 +18,9 @@ use crate::description::{Delay, Estimator, Experiment, FrictionLaw, Laws, Spring
 use crate::finding::{Finding, Severity};
 use crate::prepare::{DelayGain, Prepared, rms_speeds};
 
+/// Code of the finding that laws would predict the log better.
+pub(super) const LAWS_MISSING: &str = "laws-missing";
+
 /// Missing laws are a warning if they decrease the held-out residual of the torque by at least this
 /// fraction, and if it exceeds this fraction of the torque.
 const LARGE_GAIN: f64 = 0.2;
@@ -291,7 +294,7 @@ fn finding(result: &LawsByHoldOut) -> Option<Finding> {
     Some(
         Finding::new(
             severity,
-            "laws-missing",
+            LAWS_MISSING,
             format!(
                 "parts of the log that the fit has not seen are predicted better with laws that the \
                  description lacks: {}; together they decrease the held-out residual of the torque \
@@ -302,7 +305,7 @@ fn finding(result: &LawsByHoldOut) -> Option<Finding> {
             ),
             "set laws = \"auto\", or add the laws to the joints",
         )
-        .mended_by("identify", "laws = \"auto\""),
+        .mended_by("[identify]", "laws = \"auto\""),
     )
 }
 
