@@ -87,6 +87,7 @@ pub fn identify_and_tell(
     first: &mut dyn FnMut(&Identified),
 ) -> Result<Identified, IdentifyError> {
     let clock = Stopwatch::start();
+    // A missing input is reported before a log is read.
     EstimatorInputs::new(experiment, model)?;
     let prepared = prepare_to_estimate(experiment, model, sources, progress)?;
     let (prepared, chosen) = with_chosen_laws(prepared, sources, progress)?;

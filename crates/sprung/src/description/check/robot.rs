@@ -381,11 +381,9 @@ fn laws(joint: &Joint, at: &str) -> Result<(), Fault> {
                 ),
             ));
         }
+        let has = |family| laws.contains(&FrictionLaw(family));
         for (one, other) in [(Quadratic, Residual), (ViscousAsymmetric, Residual)] {
-            if [one, other]
-                .iter()
-                .all(|family| laws.contains(&FrictionLaw(*family)))
-            {
+            if has(one) && has(other) {
                 return Err(fault(
                     &path,
                     format!(
@@ -401,10 +399,7 @@ fn laws(joint: &Joint, at: &str) -> Result<(), Fault> {
             (Coulomb, CoulombAsymmetric),
             (Offset, CoulombAsymmetric),
         ] {
-            if [one, other]
-                .iter()
-                .all(|family| laws.contains(&FrictionLaw(*family)))
-            {
+            if has(one) && has(other) {
                 return Err(fault(
                     &path,
                     format!(

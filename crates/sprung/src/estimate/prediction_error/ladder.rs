@@ -18,7 +18,7 @@ const MAX_ERROR_RATIO: f64 = 1.05;
 /// Held-out residuals whose ratio is below this value are equal; the earlier rung is used.
 const TIE: f64 = 1.02;
 
-/// A first rung with at most this ratio to least squares ends the ladder.
+/// A rung with at most this ratio to least squares ends the ladder.
 const PASSES_CLEARLY: f64 = 1.0;
 
 /// A rung that was tried.
@@ -81,15 +81,10 @@ pub(super) fn climb(
 }
 
 /// Returns whether no further rung is needed: the last one predicts at least as well as least
-/// squares, or lower rungs cannot differ from it.
+/// squares.
 fn is_enough(tried: &[Tried]) -> bool {
-    let Some(last) = tried.last() else {
-        return false;
-    };
-    match last.passed() {
-        Some(ratio) => ratio <= PASSES_CLEARLY,
-        None => false,
-    }
+    let ratio = tried.last().and_then(Tried::passed);
+    ratio.is_some_and(|ratio| ratio <= PASSES_CLEARLY)
 }
 
 /// Returns the index of the rung that is used: of the rungs whose held-out residual is at most

@@ -68,20 +68,20 @@ pub(super) fn encoder_edges(
         }
         since = k + 1;
         if let (Some(next), Some(ahead)) = (values.get(k + 1), velocity.get(k + 1)) {
+            let velocity_change = ahead - velocity[k];
             let expected_counts = 0.5 * (velocity[k] + ahead) * period / count;
             if expected_counts.abs() > MIN_COUNTS_OF_SAMPLES {
                 visit(EdgePosition {
                     sample: (k + 1) as f64,
                     value: *next,
                     variance: count * count / 12.0,
-                    acceleration: (ahead - velocity[k]) / period,
+                    acceleration: velocity_change / period,
                 });
                 continue;
             }
             let width = (1.0 - (counts - expected_counts).abs()).max(0.0);
             let uneven = EDGE_DEVIATION_COUNTS * EDGE_DEVIATION_COUNTS;
             // The mean of two positions exceeds the position halfway between them by a h²/8.
-            let velocity_change = ahead - velocity[k];
             visit(EdgePosition {
                 sample: k as f64 + 0.5,
                 value: 0.5 * (values[k] + next) - velocity_change * period / 8.0,
