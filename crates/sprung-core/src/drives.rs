@@ -124,6 +124,18 @@ impl Term {
         };
         torque * self.gain
     }
+
+    /// Returns the derivative of [`Term::rest`] by the logarithm of the Stribeck velocity.
+    #[must_use]
+    pub fn by_log_stribeck_velocity(&self, drive: &Drive, shape: &Shape) -> f64 {
+        match self.what {
+            JointParameter::Friction(side, law) => {
+                self.gain * law.by_log_stribeck_velocity(&drive.conditions(side), shape)
+            }
+            _ => 0.0,
+        }
+    }
+
     /// Returns the derivatives of [`Term::rest`] by the four numbers of `drive`.
     #[must_use]
     pub fn slopes(&self, drive: &Drive, shape: &Shape) -> Drive {

@@ -240,6 +240,17 @@ impl Law {
         }
     }
 
+    /// Returns the derivative of the column by the logarithm of the Stribeck velocity; zero for a law
+    /// that does not contain this velocity.
+    #[must_use]
+    pub fn by_log_stribeck_velocity(self, at: &Conditions, shape: &Shape) -> f64 {
+        if self != Self::Stribeck {
+            return 0.0;
+        }
+        let part = at.velocity / shape.stribeck_velocity;
+        2.0 * part * part * self.column(at, shape)
+    }
+
     /// Returns the unit of the parameter at a revolute or prismatic joint.
     #[must_use]
     pub const fn unit(self, kind: JointKind) -> &'static str {
@@ -357,6 +368,29 @@ mod tests {
                     // factor of nine.
                     assert!((found - difference).abs() < 2e-6, "{law:?} at {velocity}");
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn the_derivative_by_the_stribeck_velocity_is_a_limit_of_differences() {
+        let h = 1e-5_f64;
+        for velocity in VELOCITIES {
+            let at = Conditions {
+                velocity,
+                deflection: 0.05,
+            };
+            for law in all() {
+                let column = |change: f64| {
+                    let shape = Shape {
+                        stribeck_velocity: SHAPE.stribeck_velocity * libm::exp(change),
+                        ..SHAPE
+                    };
+                    law.column(&at, &shape)
+                };
+                let difference = (column(h) - column(-h)) / (2.0 * h);
+                let found = law.by_log_stribeck_velocity(&at, &SHAPE);
+                assert!((found - difference).abs() < 1e-9, "{law:?} at {velocity}");
             }
         }
     }

@@ -7,10 +7,13 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use sprung::demo;
 use sprung::description::{self, Experiment, Simulate, no_files};
+use sprung::estimate::{KnownNoise, KnownTruth, information_bound};
 use sprung::log::{Channels, LogWriter};
 use sprung::model::{Model, Theta};
 use sprung::progress::Unheard;
 use sprung::simulate::{ClosedLoop, TwinSetup, record};
+
+use crate::in_memory::with_source;
 
 /// Relative increase of the stiffness of the other plant at the largest deflection.
 const CUBIC_STIFFENING: f64 = 0.2;
@@ -109,6 +112,9 @@ fn laws(stribeck: Option<f64>) -> String {
     text
 }
 
+/// Delay of the torque columns of the other plant, s: the torques act one sample late.
+const TORQUE_DELAY_S: f64 = -1e-3;
+
 /// A plant with stiffening springs, with Stribeck friction in its motors, and with torques that act
 /// one sample late.
 pub(crate) struct Other {
@@ -136,6 +142,32 @@ impl Other {
             model,
             theta,
         }
+    }
+
+    /// Returns names and values of the plant's parameters.
+    pub(crate) fn truth(&self) -> Vec<(String, f64)> {
+        let names = self.model.parameters().iter().map(|p| p.name.clone());
+        names.zip(self.theta.iter().copied()).collect()
+    }
+
+    /// Returns the Cramér-Rao bound of each parameter on a log of the plant, if an estimate knows its
+    /// laws, but neither the Stribeck velocities nor the delays of the torques; `None` if the log is
+    /// too short.
+    pub(crate) fn bound(&self, settings: &Simulate, log: &[u8]) -> Option<Vec<f64>> {
+        let experiment = with_its_laws();
+        let model = Model::new(&experiment).expect("the plant has a model");
+        let model = (0..model.joint_count()).fold(model, |model, joint| {
+            model.with_stribeck(joint, STRIBECK_RAD_PER_S)
+        });
+        let delays = ["tau1_nm", "tau2_nm"].map(|column| (column.to_owned(), TORQUE_DELAY_S));
+        let truth = KnownTruth {
+            theta: &self.theta,
+            noise: &KnownNoise::from(settings),
+            delays: &BTreeMap::from(delays),
+        };
+        with_source(log, |source| {
+            information_bound(&experiment, &model, truth, source).expect("the log is right")
+        })
     }
 
     /// Returns a log of the plant, with the encoders and the noise of the demo.

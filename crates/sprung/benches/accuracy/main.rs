@@ -22,6 +22,7 @@ mod in_memory;
 mod laws;
 mod lengths;
 mod logs;
+mod other;
 mod robots;
 
 use std::collections::BTreeMap;
@@ -30,13 +31,13 @@ use std::time::Instant;
 
 use figures::{Runs, median};
 use in_memory::with_source;
-use logs::{Demo, Other, with_its_laws};
+use logs::{Demo, Other};
 use rayon::prelude::*;
 use robots::Search;
 use sprung::description::{
     Cutoff, DiscretizationName, Estimator, Experiment, Instruments, Simulate, Weights,
 };
-use sprung::estimate::{EstimateResult, KnownNoise, identify, information_bound};
+use sprung::estimate::{EstimateResult, KnownNoise, KnownTruth, identify, information_bound};
 use sprung::finding::Severity;
 use sprung::model::Model;
 use sprung::progress::Unheard;
@@ -174,8 +175,12 @@ struct Trial {
 fn bound(demo: &Demo, settings: &Simulate, log: &[u8]) -> Option<Vec<f64>> {
     let noise = KnownNoise::from(settings);
     with_source(log, |source| {
-        information_bound(&demo.experiment, &demo.model, &demo.truth, &noise, source)
-            .expect("the log is right")
+        let truth = KnownTruth {
+            theta: &demo.truth,
+            noise: &noise,
+            delays: &BTreeMap::new(),
+        };
+        information_bound(&demo.experiment, &demo.model, truth, source).expect("the log is right")
     })
 }
 
@@ -377,33 +382,6 @@ fn own_model(demo: &Demo, arguments: &Arguments) {
     }
 }
 
-/// Runs the case of a plant with laws that the model lacks, fitted without and with these laws.
-fn other_plant(demo: &Demo, arguments: &Arguments) {
-    let other = Other::new(demo);
-    let mut ways = methods(&demo.experiment);
-    let mut richer = with_its_laws();
-    richer.identify.estimator = vec![Estimator::PredictionError];
-    ways.push(("pred. error with its laws", richer));
-    for (name, estimator) in [
-        ("linear, laws = auto", Estimator::LeastSquares),
-        ("pred. error, laws = auto", Estimator::PredictionError),
-    ] {
-        ways.push((name, laws::with_found_laws(&demo.experiment, estimator)));
-    }
-    let ways = arguments.chosen(ways);
-    let seeds = arguments.seeds.clone().into_par_iter();
-    let trials: Vec<Trial> = seeds
-        .map(|seed| Trial::of(&other.log(&demo.settings(seed)), &ways))
-        .collect();
-    println!(
-        "\ncubic springs (20 % at most), Stribeck friction, torque 1 ms late, 16384 counts, {} logs",
-        trials.len()
-    );
-    header();
-    print(demo, &trials, &ways, arguments);
-    findings(&trials, &ways);
-}
-
 /// Returns the logs of MuJoCo, sorted; empty if there are none.
 fn mujoco_files(arguments: &Arguments) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(&arguments.mujoco).into_iter().flatten();
@@ -525,7 +503,7 @@ fn main() {
         laws_by_hold_out(&demo, &arguments);
     }
     if arguments.wants("other") {
-        other_plant(&demo, &arguments);
+        other::other_plant(&demo, &arguments);
     }
     if arguments.wants("mujoco") {
         mujoco(&demo, &arguments);

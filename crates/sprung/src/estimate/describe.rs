@@ -3,7 +3,7 @@
 use sprung_core::friction::Law;
 use sprung_core::parameters::{JointParameter, Side};
 
-use super::found::Numbers;
+use super::found::{Criterion, Numbers};
 use super::least_squares::{Parts, Route};
 use super::result::{
     CrossCheckResult, EncoderOffsetResult, ErrorParts, EstimateResult, MotorRowResult,
@@ -93,7 +93,7 @@ pub(super) fn describe(
         condition_number_scaled: finite(fitted.condition_number_scaled),
         parameters,
         encoder_offsets,
-        stribeck_velocity: stribeck_velocities(model),
+        stribeck_velocity: stribeck_velocities(model, &found.criterion),
         residual_velocity: residual_velocities(model),
         standard_parameters: standard_parameters(model, theta, identifiable),
         motor_rows,
@@ -162,17 +162,26 @@ fn encoder_offsets(model: &Model, parameters: &[ParameterEstimate]) -> Vec<Encod
         .collect()
 }
 
-/// Returns the Stribeck velocities of the joints that have Stribeck friction.
-fn stribeck_velocities(model: &Model) -> Named {
+/// Returns the Stribeck velocities of the joints that have Stribeck friction: those of a refinement
+/// that is used, else those of the model.
+fn stribeck_velocities(model: &Model, criterion: &Criterion) -> Named {
     let has = |joint: usize| {
         [Side::Link, Side::Motor].into_iter().any(|side| {
             let kind = JointParameter::Friction(side, Law::Stribeck);
             model.index(kind, joint).is_some()
         })
     };
+    let used = criterion.refinement().filter(|refinement| refinement.used);
+    let refined = |name: &str| {
+        let mut all = used?.stribeck_velocities.iter();
+        Some(all.find(|own| own.joint == name)?.velocity)
+    };
     (model.joints().iter().enumerate())
         .filter(|(joint, _)| has(*joint))
-        .map(|(joint, name)| (name.clone(), model.stribeck_velocity(joint)))
+        .map(|(joint, name)| {
+            let velocity = refined(name).unwrap_or(model.stribeck_velocity(joint));
+            (name.clone(), velocity)
+        })
         .collect()
 }
 

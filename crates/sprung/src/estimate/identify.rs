@@ -9,13 +9,13 @@ use super::estimators::Basis;
 use super::found::Found;
 use super::inputs::EstimatorInputs;
 use super::judge::{judge, tilt_is_possible, tilted};
-use super::laws::{Chosen, LAWS_MISSING, choose_laws, with_found_laws, with_open_delays};
+use super::laws::{Chosen, LAWS_MISSING, choose_laws, open_delays, with_open_delays};
 use super::least_squares::{
     Parts, add_instruments, cross_checks, cutoff_choice, least_squares, widened,
 };
 use super::lsff::Lsff;
 use super::on_line::OnLine;
-use super::prediction_error::likely_delays;
+use super::prediction_error::likely;
 use super::result::{CutoffChoice, EstimateResult, GENERATOR, Identification, SettingsUsed};
 use super::verdict::Verdict;
 use crate::check::{Refusal, examine};
@@ -25,7 +25,7 @@ use crate::finding::{Finding, Severity};
 use crate::fit::{Fitted, fit, residual};
 use crate::log::LogSource;
 use crate::model::Model;
-use crate::prepare::{PrepareError, Prepared, prepare};
+use crate::prepare::{Likely, PrepareError, Prepared, prepare};
 use crate::progress::{Listener, Phase};
 use crate::regression::{Passed, Reading, read_through};
 use crate::stopwatch::Stopwatch;
@@ -90,7 +90,7 @@ pub fn identify_and_tell(
     // A missing input is reported before a log is read.
     EstimatorInputs::new(experiment, model)?;
     let prepared = prepare_to_estimate(experiment, model, sources, progress)?;
-    let (prepared, chosen) = with_chosen_laws(prepared, sources, progress)?;
+    let (prepared, mut chosen) = with_chosen_laws(prepared, sources, progress)?;
     let described = prepared.experiment().clone();
     let inputs = EstimatorInputs::new(&described, prepared.reading().model())?;
     let (passed, on_line) = pass(&prepared, sources, progress)?;
@@ -117,54 +117,84 @@ pub fn identify_and_tell(
     }
     let estimates = refine(&basis, sources, progress)?;
     let mut identified = describe_all(&basis, &passed, estimates, progress)?;
+    let mut results = identified.identification.results.iter();
+    let refined = results.find_map(EstimateResult::refined);
+    if let (Some(chosen), Some(refined)) = (&mut chosen, refined) {
+        let velocities = refined.stribeck_velocities.iter();
+        chosen.set_velocities(
+            velocities.map(|own| (own.joint.as_str(), own.velocity, own.standard_error)),
+        );
+    }
     identified.identification.laws = chosen.map(|chosen| chosen.result);
     Ok(identified)
 }
 
 /// Chooses the laws by hold-out. If laws are added, prepares the logs again with them, estimates
-/// the delays of torques by likelihood, and keeps those that are significant.
+/// Stribeck velocities and the delays of torques by likelihood, and keeps the delays that are
+/// significant.
 fn with_chosen_laws(
-    mut prepared: Prepared,
+    prepared: Prepared,
     sources: &mut [LogSource<'_>],
     progress: &mut dyn Listener,
 ) -> Result<(Prepared, Option<Chosen>), IdentifyError> {
     let Some(mut chosen) = choose_laws(&prepared) else {
         return Ok((prepared, None));
     };
-    let mut again = |experiment: &Experiment| -> Result<Option<Prepared>, IdentifyError> {
-        match Model::new(experiment) {
-            Ok(model) => prepare_to_estimate(experiment, &model, sources, progress).map(Some),
-            Err(_) => Ok(None),
-        }
+    let richer = chosen.experiment.as_ref();
+    let described = richer.unwrap_or(prepared.experiment()).clone();
+    let columns = open_delays(&prepared, &described);
+    if richer.is_none() && columns.is_empty() {
+        return Ok((prepared, Some(chosen)));
+    }
+    // Delays change no equation, so one model serves all of them.
+    let Ok(model) = Model::new(&described) else {
+        return Ok((prepared, Some(chosen)));
     };
-    if let Some(experiment) = &chosen.experiment
-        && let Some(richer) = again(experiment)?
-    {
-        prepared = richer;
-    }
-    if let Some((open, columns)) = with_open_delays(&prepared)
-        && let Some(with_delays) = again(&open)?
-        && chosen.add_delays(&prepared, &with_delays, &columns)
-        && let Some(richer) = again(&with_found_laws(prepared.experiment(), &chosen.result))?
-    {
-        prepared = richer;
-    }
-    Ok((prepared, Some(chosen)))
+    let model = model.with_open_stribeck(&chosen.open_velocities);
+    let open = with_open_delays(&described, &columns);
+    let (with_delays, likely) = search(&open, &model, sources, progress)?;
+    let joints = model.joints();
+    let velocities = likely.velocities.iter();
+    chosen.set_velocities(
+        velocities.map(|own| (joints[own.joint].as_str(), own.velocity, own.standard_error)),
+    );
+    let mut again = |experiment: &Experiment| -> Result<Prepared, IdentifyError> {
+        Ok(prepare(experiment, &model, sources, progress)?.with_likely(&likely))
+    };
+    let without_delays = again(&described)?;
+    let added = chosen.add_delays(&without_delays, &with_delays, &columns);
+    let prepared = match added.len() {
+        0 => without_delays,
+        all if all == columns.len() => with_delays,
+        _ => again(&with_open_delays(&described, &added))?,
+    };
+    Ok((prepared.weighted(progress)?, Some(chosen)))
 }
 
-/// Prepares the logs as a check does. Then estimates the requested delays by likelihood, and
-/// determines the weights of the samples.
+/// Prepares the logs as a check does. Then estimates the requested delays and open Stribeck
+/// velocities by likelihood, and determines the weights of the samples.
 fn prepare_to_estimate(
     experiment: &Experiment,
     model: &Model,
     sources: &mut [LogSource<'_>],
     progress: &mut dyn Listener,
 ) -> Result<Prepared, IdentifyError> {
+    let (prepared, _) = search(experiment, model, sources, progress)?;
+    Ok(prepared.weighted(progress)?)
+}
+
+/// Prepares the logs, and estimates the requested delays and open Stribeck velocities by likelihood.
+fn search(
+    experiment: &Experiment,
+    model: &Model,
+    sources: &mut [LogSource<'_>],
+    progress: &mut dyn Listener,
+) -> Result<(Prepared, Likely), IdentifyError> {
     let prepared = prepare(experiment, model, sources, progress)?;
     let settings = prepared.reading().settings();
     refuse(settings, prepared.wrong_time_unit())?;
-    let likely = likely_delays(prepared.reading(), sources, prepared.excerpt(), progress)?;
-    Ok(prepared.with_likely_delays(&likely).weighted(progress)?)
+    let likely = likely(prepared.reading(), sources, prepared.excerpt(), progress)?;
+    Ok((prepared.with_likely(&likely), likely))
 }
 
 /// State of the on-line estimator after the pass.

@@ -35,13 +35,13 @@ pub use late_channels::late_channels;
 pub(crate) use laws::with_found_laws;
 pub use laws::{LawDelay, LawRung, LawsByHoldOut};
 pub use lsff::{Lsff, LsffError};
-pub use prediction_error::{KnownNoise, information_bound};
+pub use prediction_error::{KnownNoise, KnownTruth, information_bound};
 pub(crate) use result::GENERATOR;
 pub use result::{
     CrossCheckResult, CutoffChoice, CutoffPoint, Determined, EncoderOffsetResult, EstimateResult,
     HeldOutResidual, Identification, MotorRowResult, ParameterEstimate, RefinedDelay,
-    RefinedOffset, Refinement, RowDisturbance, RungResult, SensorNoise, SettingsUsed,
-    SimulationFit, StandardParameter, parameters_csv,
+    RefinedOffset, RefinedVelocity, Refinement, RowDisturbance, RungResult, SensorNoise,
+    SettingsUsed, SimulationFit, StandardParameter, parameters_csv,
 };
 pub use standard::standard_parameters;
 pub use verdict::Verdict;

@@ -299,6 +299,9 @@ pub struct Refinement {
     pub encoder_offsets: Vec<RefinedOffset>,
     /// Delays estimated by likelihood.
     pub delays: Vec<RefinedDelay>,
+    /// Stribeck velocities that the description leaves open, estimated with the parameters.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub stribeck_velocities: Vec<RefinedVelocity>,
     /// Pairs of parameters with the most strongly correlated errors, and their correlation.
     pub correlations: Vec<(String, String, f64)>,
     /// Estimate from each of several logs alone: value and standard error, in the order of
@@ -385,6 +388,17 @@ pub struct RefinedDelay {
     pub standard_error_s: Option<f64>,
     /// Delay that the parameter values assume, s.
     pub used_s: f64,
+}
+
+/// Stribeck velocity of a joint, by likelihood.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RefinedVelocity {
+    /// Name of the joint.
+    pub joint: String,
+    /// Velocity at which the friction has fallen to 1/e, rad/s (m/s).
+    pub velocity: f64,
+    /// Its standard error, rad/s (m/s).
+    pub standard_error: f64,
 }
 
 /// Estimate from one part of the logs.

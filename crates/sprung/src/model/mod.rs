@@ -7,9 +7,9 @@ mod links;
 mod parameter;
 mod right_hand_side;
 mod scratch;
+mod shapes;
 mod values;
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use sprung_core::chain::JointKind;
@@ -26,15 +26,11 @@ pub(crate) use links::TreeLinks;
 pub use parameter::{ModelError, Parameter, short};
 pub(crate) use right_hand_side::RightHandSide;
 pub use scratch::Scratch;
+pub(crate) use shapes::residual_name;
+pub use shapes::stribeck_name;
 
 /// A parameter vector theta, \[p\].
 pub type Theta = Vec<f64>;
-
-/// Stribeck velocity before it is searched, rad/s (m/s).
-const INITIAL_STRIBECK_VELOCITY: f64 = 0.1;
-
-/// Velocity that scales the residual laws before a log gives it, rad/s (m/s).
-const INITIAL_RESIDUAL_VELOCITY: f64 = 1.0;
 
 #[derive(Clone, Debug)]
 struct JointInfo {
@@ -49,6 +45,8 @@ struct JointInfo {
 pub struct Model {
     fixed: Arc<Fixed>,
     shapes: Vec<Shape>,
+    /// Joints whose Stribeck velocity the refinement estimates.
+    open_stribeck: Vec<usize>,
 }
 
 /// Parts of a model that no search changes.
@@ -137,18 +135,12 @@ impl Model {
             });
         }
         let residual = layout.joints_with(Law::ResidualSlow);
+        let unknown_stribeck: Vec<usize> = (layout.joints_with(Law::Stribeck).into_iter())
+            .filter(|&i| robot.joint[i].stribeck_velocity_rad_per_s.is_none())
+            .collect();
         let model = Self {
-            shapes: (robot.joint.iter())
-                .map(|joint| Shape {
-                    sharpness: joint.coulomb_sharpness_s_per_rad,
-                    stribeck_velocity: joint
-                        .stribeck_velocity_rad_per_s
-                        .unwrap_or(INITIAL_STRIBECK_VELOCITY),
-                    residual_velocity: joint
-                        .residual_velocity_rad_per_s
-                        .unwrap_or(INITIAL_RESIDUAL_VELOCITY),
-                })
-                .collect(),
+            open_stribeck: unknown_stribeck.clone(),
+            shapes: robot.joint.iter().map(shapes::shape).collect(),
             fixed: Arc::new(Fixed {
                 joints: (robot.joint.iter().enumerate())
                     .map(|(i, joint)| JointInfo {
@@ -159,9 +151,7 @@ impl Model {
                     })
                     .collect(),
                 names: robot.joint.iter().map(|joint| joint.name.clone()).collect(),
-                unknown_stribeck: (layout.joints_with(Law::Stribeck).into_iter())
-                    .filter(|&i| robot.joint[i].stribeck_velocity_rad_per_s.is_none())
-                    .collect(),
+                unknown_stribeck,
                 unknown_residual: (residual.iter().copied())
                     .filter(|&i| robot.joint[i].residual_velocity_rad_per_s.is_none())
                     .collect(),
@@ -381,24 +371,6 @@ impl Model {
             .ok_or_else(|| ModelError::unknown(name, self.parameters().iter().map(|p| &p.name)))
     }
 
-    /// Returns the joints with an unknown Stribeck velocity, which is to be searched.
-    #[must_use]
-    pub fn unknown_stribeck(&self) -> &[usize] {
-        &self.fixed.unknown_stribeck
-    }
-
-    /// Returns the constants in which the friction laws of a joint are not linear.
-    #[must_use]
-    pub fn shape(&self, joint: usize) -> &Shape {
-        &self.shapes[joint]
-    }
-
-    /// Returns β of the Coulomb friction of a joint, s/rad (s/m).
-    #[must_use]
-    pub fn sharpness(&self, joint: usize) -> f64 {
-        self.shapes[joint].sharpness
-    }
-
     /// Returns the index in theta of the base parameter that begins with a standard inertial
     /// parameter; `None` if no base parameter begins with it.
     #[must_use]
@@ -410,67 +382,4 @@ impl Model {
             Some(joint) => self.index(JointParameter::RotorInertia, joint),
         }
     }
-
-    /// Returns the Stribeck velocity of a joint, rad/s (m/s).
-    #[must_use]
-    pub fn stribeck_velocity(&self, joint: usize) -> f64 {
-        self.shapes[joint].stribeck_velocity
-    }
-
-    /// Returns a copy with another Stribeck velocity of a joint.
-    #[must_use]
-    pub fn with_stribeck(&self, joint: usize, velocity: f64) -> Self {
-        let mut changed = self.clone();
-        changed.shapes[joint].stribeck_velocity = velocity;
-        changed
-    }
-
-    /// Returns the joints with residual laws whose velocity scale a log must give.
-    #[must_use]
-    pub(crate) fn unknown_residual(&self) -> &[usize] {
-        &self.fixed.unknown_residual
-    }
-
-    /// Returns the velocity that scales the residual laws of a joint, rad/s (m/s); `None` if the
-    /// joint has no residual laws.
-    #[must_use]
-    pub(crate) fn residual_velocity(&self, joint: usize) -> Option<f64> {
-        let has = self.fixed.residual.contains(&joint);
-        has.then(|| self.shapes[joint].residual_velocity)
-    }
-
-    /// Returns a copy with another velocity scale of the residual laws of a joint.
-    #[must_use]
-    pub(crate) fn with_residual_velocity(&self, joint: usize, velocity: f64) -> Self {
-        let mut changed = self.clone();
-        changed.shapes[joint].residual_velocity = velocity;
-        changed
-    }
-
-    /// Returns a copy with the velocities of the Stribeck and residual laws in named values.
-    #[must_use]
-    pub fn shaped(&self, values: &BTreeMap<String, f64>) -> Self {
-        let mut changed = self.clone();
-        for (shape, name) in changed.shapes.iter_mut().zip(&self.fixed.names) {
-            if let Some(velocity) = values.get(&stribeck_name(name)) {
-                shape.stribeck_velocity = *velocity;
-            }
-            if let Some(velocity) = values.get(&residual_name(name)) {
-                shape.residual_velocity = *velocity;
-            }
-        }
-        changed
-    }
-}
-
-/// Returns the name of a joint's Stribeck velocity among named values.
-#[must_use]
-pub fn stribeck_name(joint: &str) -> String {
-    format!("{joint}.stribeck_velocity")
-}
-
-/// Returns the name of the velocity that scales the residual laws of a joint among named values.
-#[must_use]
-pub(crate) fn residual_name(joint: &str) -> String {
-    format!("{joint}.residual_velocity")
 }

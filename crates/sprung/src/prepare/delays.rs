@@ -18,13 +18,33 @@ pub struct DelayError(String);
 
 /// A delay that the likelihood of a log gives.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DelayByLikelihood {
+pub(crate) struct DelayByLikelihood {
     /// Index of the channel in [`Channels::all`].
     pub channel: usize,
     /// Delay of the channel behind the other channels, s.
     pub delay: f64,
     /// Standard error, s.
     pub standard_error: f64,
+}
+
+/// A Stribeck velocity that the likelihood of a log gives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct VelocityByLikelihood {
+    /// Index of the joint.
+    pub joint: usize,
+    /// Velocity, rad/s (m/s).
+    pub velocity: f64,
+    /// Standard error, rad/s (m/s).
+    pub standard_error: f64,
+}
+
+/// Delays and Stribeck velocities that the likelihood of a log gives; empty lists if it gives none.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Likely {
+    /// Delays of the channels whose delays are to be estimated.
+    pub delays: Vec<DelayByLikelihood>,
+    /// Velocities of the joints that the description leaves open.
+    pub velocities: Vec<VelocityByLikelihood>,
 }
 
 /// Delays in use, with their estimates.

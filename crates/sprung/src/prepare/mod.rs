@@ -22,7 +22,7 @@ mod weights;
 pub(crate) use as_given::as_given;
 pub(crate) use cutoff::choose_cutoff;
 pub(crate) use delay::estimate_delays;
-pub(crate) use delays::DelayByLikelihood;
+pub(crate) use delays::{DelayByLikelihood, Likely, VelocityByLikelihood};
 pub use delays::{DelayError, Delays};
 pub(crate) use excerpt::Excerpt;
 pub use excerpt::excerpt;

@@ -1,10 +1,10 @@
 //! Logs that are ready for an identification.
 
 use super::as_given::as_given;
-use super::delays::{DelayByLikelihood, DelayError, Delays};
+use super::delays::{DelayError, Delays, Likely, VelocityByLikelihood};
 use super::excerpt::{Excerpt, excerpt};
 use super::factors::{FactorError, Factors, find_factors};
-use super::stribeck::{find_stribeck, with_residual_velocities};
+use super::stribeck::{by_likelihood, find_stribeck, with_residual_velocities};
 use super::sweep::{Sweep, sweep};
 use super::weights::find_weights;
 use crate::description::{Delay, Experiment, Weights};
@@ -63,7 +63,8 @@ pub struct Prepared {
     factors: Factors,
     delays: Delays,
     excerpt: Excerpt,
-    about_stribeck: Vec<Finding>,
+    // Joints and findings about their Stribeck velocities.
+    about_stribeck: Vec<(usize, Finding)>,
     wrong_time_unit: Option<Finding>,
 }
 
@@ -123,7 +124,10 @@ pub fn prepare(
 
 /// Returns the reading with estimates of the Stribeck velocities that the model leaves open, and
 /// findings about them.
-fn with_stribeck_velocities(reading: Reading, excerpt: &Excerpt) -> (Reading, Vec<Finding>) {
+fn with_stribeck_velocities(
+    reading: Reading,
+    excerpt: &Excerpt,
+) -> (Reading, Vec<(usize, Finding)>) {
     let reading = if reading.model().unknown_residual().is_empty() {
         reading
     } else {
@@ -197,7 +201,11 @@ impl Prepared {
     pub fn findings(&self) -> Vec<Finding> {
         let file = self.names.first().map_or("", String::as_str);
         let mut findings = self.factors.findings(file);
-        findings.extend(self.about_stribeck.iter().cloned());
+        findings.extend(
+            self.about_stribeck
+                .iter()
+                .map(|(_, finding)| finding.clone()),
+        );
         findings
     }
 
@@ -208,16 +216,30 @@ impl Prepared {
     }
 
     /// Adds the delays by likelihood to those by least squares, and uses those that hold-out accepts.
-    ///
-    /// - `likely`: empty if the likelihood gave no estimate.
+    /// Uses the Stribeck velocities by likelihood.
     #[must_use]
-    pub fn with_likely_delays(mut self, likely: &[DelayByLikelihood]) -> Self {
-        self.delays.refine(likely, &self.reading, &self.excerpt);
+    pub(crate) fn with_likely(mut self, likely: &Likely) -> Self {
+        self = self.with_velocities(&likely.velocities);
+        self.delays
+            .refine(&likely.delays, &self.reading, &self.excerpt);
         let mut channels = self.reading.channels().clone();
         for channel in self.delays.rejected() {
             channels.all[channel].delay = Some(Delay::Known(self.delays.values[channel]));
         }
         self.reading = (self.reading.with_channels(channels)).with_delays(&self.delays.values);
+        self
+    }
+
+    /// Replaces Stribeck velocities, and the findings about them.
+    #[must_use]
+    pub(crate) fn with_velocities(mut self, velocities: &[VelocityByLikelihood]) -> Self {
+        for own in velocities {
+            let model = self.reading.model();
+            let finding = by_likelihood(model, own);
+            self.reading = (self.reading).with_model(model.with_stribeck(own.joint, own.velocity));
+            self.about_stribeck.retain(|(joint, _)| *joint != own.joint);
+            self.about_stribeck.push((own.joint, finding));
+        }
         self
     }
 

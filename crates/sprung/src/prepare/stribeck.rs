@@ -3,6 +3,7 @@
 use sprung_core::friction::Law;
 use sprung_core::parameters::{JointParameter, Side};
 
+use super::delays::VelocityByLikelihood;
 use super::excerpt::Excerpt;
 use crate::finding::{Finding, Severity};
 use crate::model::Model;
@@ -26,7 +27,10 @@ const GOLDEN_SECTIONS: usize = 8;
 /// The rows of different joints do not affect each other, so all joints are searched at once: first
 /// velocities in equal ratios, then steps of the golden section about the best velocity.
 #[must_use]
-pub(crate) fn find_stribeck(reading: &Reading, excerpt: &Excerpt) -> (Model, Vec<Finding>) {
+pub(crate) fn find_stribeck(
+    reading: &Reading,
+    excerpt: &Excerpt,
+) -> (Model, Vec<(usize, Finding)>) {
     let model = reading.model();
     let joints = model.unknown_stribeck();
     let Some(fastest) = fastest(reading, excerpt) else {
@@ -80,7 +84,7 @@ pub(crate) fn find_stribeck(reading: &Reading, excerpt: &Excerpt) -> (Model, Vec
     }
     let found = velocity(&best.iter().map(|(log, _)| *log).collect::<Vec<_>>());
     let findings = (joints.iter().zip(&found).zip(at_edge))
-        .map(|((&joint, velocity), at_edge)| finding_for(model, joint, *velocity, at_edge))
+        .map(|((&joint, velocity), at_edge)| (joint, finding_for(model, joint, *velocity, at_edge)))
         .collect();
     (with(model, joints, &found), findings)
 }
@@ -111,6 +115,22 @@ fn finding_for(model: &Model, joint: usize, velocity: f64, at_edge: bool) -> Fin
         format!(
             "{name}: the Stribeck velocity was found by a search over the beginning of the log, \
              {velocity:.4} rad/s (m/s); the standard errors of the other parameters treat it as known"
+        ),
+        "give it as stribeck_velocity_rad_per_s to keep it fixed",
+    )
+}
+
+/// Returns the finding about a Stribeck velocity that the likelihood gives.
+pub(super) fn by_likelihood(model: &Model, found: &VelocityByLikelihood) -> Finding {
+    Finding::new(
+        Severity::Info,
+        "stribeck-velocity",
+        format!(
+            "{}: the Stribeck velocity is {:.4} rad/s (m/s) (standard error {:.4}), by the likelihood \
+             of the log",
+            model.joints()[found.joint],
+            found.velocity,
+            found.standard_error
         ),
         "give it as stribeck_velocity_rad_per_s to keep it fixed",
     )

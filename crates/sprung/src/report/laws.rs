@@ -15,7 +15,10 @@ pub(super) fn laws(identification: &Identification) -> Option<Section> {
     let percent = |share: f64| significant(100.0 * share, 3);
     let row = |rung: &LawRung| {
         let velocity = rung.stribeck_velocity.map_or_else(String::new, |velocity| {
-            format!(" of {} rad/s (m/s)", significant(velocity, 3))
+            let error = rung
+                .stribeck_velocity_error
+                .map_or_else(String::new, |error| format!(" ± {}", significant(error, 2)));
+            format!(" of {}{error} rad/s (m/s)", significant(velocity, 3))
         });
         let delay = rung.delay.as_ref().map_or_else(String::new, |delay| {
             format!(

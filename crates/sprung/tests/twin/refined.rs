@@ -4,8 +4,10 @@
 //! ten logs each.
 
 use sprung::description::{Estimator, Simulate, StartName};
+use std::collections::BTreeMap;
+
 use sprung::estimate::{
-    EstimateResult, IdentifyError, KnownNoise, Verdict, identify, information_bound,
+    EstimateResult, IdentifyError, KnownNoise, KnownTruth, Verdict, identify, information_bound,
 };
 use sprung::finding::Severity;
 use sprung::progress::Unheard;
@@ -52,7 +54,12 @@ fn refined(twin: &Twin, log: &[u8]) -> Result<EstimateResult, IdentifyError> {
 fn bound(twin: &Twin, settings: &Simulate, log: &[u8]) -> Vec<f64> {
     let noise = KnownNoise::from(settings);
     with_source(log, |source| {
-        information_bound(&twin.experiment, &twin.model, &twin.truth, &noise, source)
+        let truth = KnownTruth {
+            theta: &twin.truth,
+            noise: &noise,
+            delays: &BTreeMap::new(),
+        };
+        information_bound(&twin.experiment, &twin.model, truth, source)
     })
     .unwrap()
     .unwrap()

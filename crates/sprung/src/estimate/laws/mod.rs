@@ -1,6 +1,7 @@
 //! Laws of friction and springs by hold-out: which laws beyond those of the description predict
 //! parts of the log better that the fit has not seen.
 
+mod by_likelihood;
 mod candidates;
 mod ladder;
 mod normal;
@@ -11,12 +12,12 @@ use ladder::{Ladder, Rung};
 use normal::Normal;
 use sprung_core::parameters::Side;
 
+pub(super) use by_likelihood::{open_delays, with_open_delays};
 pub use result::{LawDelay, LawRung, LawsByHoldOut};
 
-use super::delay_test::is_significant;
-use crate::description::{Delay, Estimator, Experiment, FrictionLaw, Laws, SpringTerm};
+use crate::description::{Delay, Experiment, FrictionLaw, Laws, SpringTerm};
 use crate::finding::{Finding, Severity};
-use crate::prepare::{DelayGain, Prepared, rms_speeds};
+use crate::prepare::{Prepared, rms_speeds};
 
 /// Code of the finding that laws would predict the log better.
 pub(super) const LAWS_MISSING: &str = "laws-missing";
@@ -35,75 +36,8 @@ pub(super) struct Chosen {
     /// The experiment with the laws that `"auto"` adds; `None` if it adds none.
     pub(super) experiment: Option<Experiment>,
     pub(super) finding: Option<Finding>,
-}
-
-impl Chosen {
-    /// Adds delays that the likelihood gives, if they are significant and do not raise the held-out
-    /// error; returns whether it adds any.
-    ///
-    /// - `before`: the logs without these delays; `prepared`: the logs with estimates of the delays
-    ///   of `columns`.
-    pub(super) fn add_delays(
-        &mut self,
-        before: &Prepared,
-        prepared: &Prepared,
-        columns: &[String],
-    ) -> bool {
-        let channels = &prepared.reading().channels().all;
-        let mut any = false;
-        for column in columns {
-            let channel = channels
-                .iter()
-                .position(|channel| channel.column == *column);
-            let used = channel.and_then(|channel| {
-                let likely = prepared.delays().likely(channel)?;
-                let gain = DelayGain::of(before.excerpt(), before.reading(), channel, likely.0);
-                gain.is_none_or(|gain| !gain.is_higher()).then_some(likely)
-            });
-            let rung =
-                used.and_then(|used| delay_by_likelihood(prepared, column, used, &self.result));
-            any |= rung.is_some();
-            self.result.rungs.extend(rung);
-        }
-        any
-    }
-}
-
-/// Returns a change by a delay that the likelihood gives, if the delay is significant.
-///
-/// - `delay`: delay of the column and its standard error, s.
-fn delay_by_likelihood(
-    prepared: &Prepared,
-    column: &str,
-    (delay_s, standard_error_s): (f64, f64),
-    laws: &LawsByHoldOut,
-) -> Option<LawRung> {
-    let channels = &prepared.reading().channels().all;
-    let channel = channels.iter().find(|channel| channel.column == column)?;
-    let period = prepared.excerpt().period();
-    if !is_significant(delay_s, standard_error_s, period) || !is_small(delay_s) {
-        return None;
-    }
-    let (of, law) = names(Change::TorqueDelay);
-    Some(LawRung {
-        joint: prepared.reading().model().joints()[channel.joint].clone(),
-        of: of.to_owned(),
-        law: law.to_owned(),
-        gain: 0.0,
-        gain_scatter: 0.0,
-        held_out: laws
-            .rungs
-            .last()
-            .map_or(laws.held_out, |rung| rung.held_out),
-        not_told_apart_from: Vec::new(),
-        stribeck_velocity: None,
-        delay: Some(LawDelay {
-            column: column.to_owned(),
-            delay_s,
-            standard_error_s,
-        }),
-        made: true,
-    })
+    /// Joints whose Stribeck velocity the ladder found.
+    pub(super) open_velocities: Vec<usize>,
 }
 
 /// Climbs the ladder of laws on the beginning of the first log.
@@ -173,6 +107,7 @@ fn describe(prepared: &Prepared, found: &Candidates, ladder: &Ladder<'_>, made: 
             gain_scatter: rung.scatter,
             held_out: rung.held_out,
             stribeck_velocity: rung.stribeck_velocity,
+            stribeck_velocity_error: None,
             not_told_apart_from: alike,
             made: index < made && delay.as_ref().is_none_or(|delay| is_small(delay.delay_s)),
             delay,
@@ -187,34 +122,23 @@ fn describe(prepared: &Prepared, found: &Candidates, ladder: &Ladder<'_>, made: 
     };
     Chosen {
         finding: finding(&result),
+        open_velocities: open_velocities(experiment, &result),
         experiment: (result.rungs.iter().any(|rung| rung.made))
             .then(|| with_found_laws(experiment, &result)),
         result,
     }
 }
 
-/// Returns the experiment with delays to be estimated, and their columns: those of the torques of
-/// joints with `laws = "auto"` and without any delay in the description. `None` if there is no such
-/// joint or no refinement, which estimates delays more sharply than the filtered regression.
-pub(super) fn with_open_delays(prepared: &Prepared) -> Option<(Experiment, Vec<String>)> {
-    let experiment = prepared.experiment();
-    let channels = prepared.reading().channels();
-    let refined = (experiment.identify.estimator).contains(&Estimator::PredictionError);
-    let mut open = experiment.clone();
-    let mut columns = Vec::new();
-    let log = open.log.as_mut()?;
-    for joint in 0..experiment.robot.joint.len() {
-        let mut own = channels.all.iter().filter(|channel| channel.joint == joint);
-        if laws_of(experiment, joint) == Laws::Auto
-            && own.all(|channel| channel.delay.is_none())
-            && let Some(torque) = torque_channel(channels, joint)
-        {
-            let column = &channels.all[torque].column;
-            log.delay_s.insert(column.clone(), Delay::Estimate);
-            columns.push(column.clone());
-        }
-    }
-    (refined && !columns.is_empty()).then_some((open, columns))
+/// Returns the joints whose Stribeck velocity the ladder found and the description does not give.
+fn open_velocities(experiment: &Experiment, result: &LawsByHoldOut) -> Vec<usize> {
+    let has_found = |name: &str| {
+        let mut rungs = result.rungs.iter().filter(|rung| rung.made);
+        rungs.any(|rung| rung.joint == name && rung.stribeck_velocity.is_some())
+    };
+    (experiment.robot.joint.iter().enumerate())
+        .filter(|(_, joint)| joint.stribeck_velocity_rad_per_s.is_none() && has_found(&joint.name))
+        .map(|(index, _)| index)
+        .collect()
 }
 
 /// Returns an experiment with the laws and the delays that a ladder added. Laws that it has already
@@ -330,6 +254,7 @@ mod tests {
             held_out: 0.03,
             not_told_apart_from: Vec::new(),
             stribeck_velocity: (law == "stribeck").then_some(0.04),
+            stribeck_velocity_error: None,
             delay: law.is_empty().then(|| LawDelay {
                 column: "tau1_nm".to_owned(),
                 delay_s: -1e-3,

@@ -36,6 +36,9 @@ pub struct LawRung {
     /// Velocity at which the friction has fallen to 1/e, rad/s (m/s); for Stribeck friction only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stribeck_velocity: Option<f64>,
+    /// Standard error of this velocity, rad/s (m/s); absent unless the likelihood gave it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stribeck_velocity_error: Option<f64>,
     /// Delay of the column of the torque; for a delay only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub delay: Option<LawDelay>,

@@ -1,5 +1,7 @@
 //! Cramér-Rao bound of the parameters for a log with known noise.
 
+use std::collections::BTreeMap;
+
 use super::dynamics::Dynamics;
 use super::filter::{Keep, run};
 use super::levels::Levels;
@@ -7,12 +9,23 @@ use super::measurements::{build, max_samples, read};
 use super::problem::add_prior;
 use super::solve;
 use super::unknowns::Unknowns;
-use crate::description::{Experiment, Simulate};
+use crate::description::{Delay, Experiment, Simulate};
 use crate::estimate::error::IdentifyError;
 use crate::log::{Channels, LogError, LogSource};
 use crate::model::Model;
 use crate::prepare::{PrepareError, as_given, excerpt};
 use crate::regression::PassError;
+
+/// The true values of a robot and its log.
+#[derive(Clone, Copy, Debug)]
+pub struct KnownTruth<'a> {
+    /// Parameters, \[p\], SI units.
+    pub theta: &'a [f64],
+    /// Noise and disturbances.
+    pub noise: &'a KnownNoise,
+    /// Delays of columns, s; zero for other columns.
+    pub delays: &'a BTreeMap<String, f64>,
+}
 
 /// Known noise of a log and known disturbances of its robot: standard deviations in N·m (N), \[n\].
 #[derive(Clone, Debug, PartialEq)]
@@ -46,7 +59,10 @@ impl From<&Simulate> for KnownNoise {
 /// edges of their counts. The counts between the edges contain further information, so an estimate
 /// from coarse encoders may have a smaller error than the bound.
 ///
-/// - `theta`: true parameters, \[p\], SI units.
+/// Delays that the description asks to estimate are unknown too, and so are Stribeck velocities that
+/// it does not give.
+///
+/// - `model`: contains the true Stribeck velocities.
 ///
 /// # Errors
 ///
@@ -58,10 +74,10 @@ impl From<&Simulate> for KnownNoise {
 pub fn information_bound(
     experiment: &Experiment,
     model: &Model,
-    theta: &[f64],
-    noise: &KnownNoise,
+    truth: KnownTruth<'_>,
     source: LogSource<'_>,
 ) -> Result<Option<Vec<f64>>, IdentifyError> {
+    let KnownTruth { theta, noise, .. } = truth;
     let log = experiment.log.as_ref().ok_or(PrepareError::NoLog)?;
     let channels = Channels::new(&experiment.robot, log)?;
     let failed = |error: LogError| IdentifyError::Pass(PassError::from(error));
@@ -69,7 +85,13 @@ pub fn information_bound(
     let excerpt = excerpt(&channels, &mut sources[0]).map_err(failed)?;
     let settings = &experiment.identify;
     let (reading, _) = as_given(model, settings, &channels, &excerpt);
-    let reading = reading.with_delays(&vec![0.0; channels.all.len()]);
+    let delays = channels.all.iter();
+    let delays = delays.map(|channel| truth.delays.get(&channel.column).copied());
+    let delays: Vec<f64> = delays.map(Option::unwrap_or_default).collect();
+    let reading = reading.with_delays(&delays);
+    let open: Vec<usize> = (0..channels.all.len())
+        .filter(|&i| channels.all[i].delay == Some(Delay::Estimate))
+        .collect();
     let limit = max_samples(model.rows());
     let (raw, left_out) = read(&channels, &mut sources, limit).map_err(failed)?;
     let Some(measurements) = build(&reading, &excerpt, &raw, left_out)? else {
@@ -80,7 +102,12 @@ pub fn information_bound(
         .filter(|(_, parameter)| parameter.fixed.is_none())
         .map(|(index, _)| index)
         .collect();
-    let unknowns = Unknowns::new(model, &channels, &measurements, theta, free);
+    let unknowns = Unknowns::new(model, &channels, &measurements, theta, free).with_delays(
+        model,
+        &channels,
+        &measurements,
+        &open,
+    );
     let z = unknowns.point(theta);
     let mut dynamics = Dynamics::new(model, theta);
     let levels = levels(model, noise, measurements.sensors.len());
@@ -88,7 +115,7 @@ pub fn information_bound(
     let Some(run) = run(&measurements, &mut dynamics, &unknowns, &z, &levels, keep) else {
         return Ok(None);
     };
-    let count = unknowns.values();
+    let count = unknowns.values() + open.len();
     let mut normal = run.sums.normal.first(count);
     add_prior(&unknowns, &z, &mut normal);
     let mut bound = vec![0.0; theta.len()];

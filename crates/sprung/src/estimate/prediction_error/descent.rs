@@ -232,7 +232,7 @@ impl LevelSearch {
 /// Returns cost and normal equations at the unknowns of a run.
 fn gradient(
     problem: &Problem<'_>,
-    dynamics: &mut Dynamics<'_>,
+    dynamics: &mut Dynamics,
     run: &FilterRun,
     samples: usize,
     (z, levels): (&[f64], &Levels),
@@ -273,7 +273,7 @@ fn is_short(step: &Step, normal: &NormalEquations, moved: &mut [f64]) -> bool {
 /// ```
 fn lower(
     problem: &Problem<'_>,
-    dynamics: &mut Dynamics<'_>,
+    dynamics: &mut Dynamics,
     run: &FilterRun,
     gradient: &Gradient,
     z: &[f64],

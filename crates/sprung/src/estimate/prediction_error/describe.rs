@@ -6,8 +6,8 @@ use super::ladder::Tried;
 use super::refined::Refined;
 use super::status::{Outcome, Status};
 use crate::estimate::result::{
-    HeldOutResidual, RefinedDelay, RefinedOffset, Refinement, RowDisturbance, RungResult,
-    SensorNoise,
+    HeldOutResidual, RefinedDelay, RefinedOffset, RefinedVelocity, Refinement, RowDisturbance,
+    RungResult, SensorNoise,
 };
 use crate::log::Channels;
 use crate::model::Model;
@@ -70,6 +70,13 @@ pub(super) fn describe(
                 delay_s: delay.delay(),
                 standard_error_s: Some(delay.standard_error).filter(|e| e.is_finite()),
                 used_s: delay.assumed,
+            })
+            .collect(),
+        stribeck_velocities: (refined.velocities.iter())
+            .map(|own| RefinedVelocity {
+                joint: model.joints()[own.joint].clone(),
+                velocity: own.value,
+                standard_error: own.standard_error,
             })
             .collect(),
         correlations: (correlations(refined).into_iter())

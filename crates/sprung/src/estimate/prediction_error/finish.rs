@@ -6,7 +6,7 @@ use super::dynamics::Dynamics;
 use super::filter::{Keep, NormalEquations, Sums, run};
 use super::levels::Levels;
 use super::problem::{Problem, add_prior};
-use super::refined::{Refined, RowLevel, SensorLevel, SensorOffset};
+use super::refined::{Refined, RowLevel, SensorLevel, SensorOffset, StribeckVelocity};
 use super::sandwich::{SCORE_PARTS, widening};
 use super::solve::{covariance as covariance_of, damped_step};
 use super::unknowns::Unknowns;
@@ -73,6 +73,14 @@ pub(super) fn finish(
                 channel: measurements.sensors[offset.sensor].channel,
                 value: descent.z[width + i],
                 standard_error: error(width + i),
+            })
+            .collect(),
+        velocities: (unknowns.stribeck_velocities(&descent.z).enumerate())
+            .map(|(i, (joint, value))| StribeckVelocity {
+                joint,
+                value,
+                // The unknown is the logarithm.
+                standard_error: value * error(width + unknowns.offsets.len() + i),
             })
             .collect(),
         delays: delay_updates(

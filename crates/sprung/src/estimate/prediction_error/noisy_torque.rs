@@ -26,7 +26,7 @@ use super::vector::scale;
 /// It is summed over the samples with a linearization and scaled to all samples.
 pub(super) fn expected_gradient(
     likelihood: &LevelLikelihood<'_>,
-    dynamics: &mut Dynamics<'_>,
+    dynamics: &mut Dynamics,
     unknowns: &Unknowns,
     logged_noise: &[f64],
     levels: &Levels,

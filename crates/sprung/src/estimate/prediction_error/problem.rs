@@ -41,38 +41,36 @@ impl Problem<'_> {
             .collect()
     }
 
-    /// Returns the cost of the offsets' prior.
+    /// Returns the cost of the priors.
     pub(super) fn prior_cost(&self, z: &[f64]) -> f64 {
-        let values = &z[self.unknowns.free.len()..];
-        let offsets = self.unknowns.offsets.iter().zip(values);
-        offsets
-            .map(|(offset, value)| (value / offset.deviation).powi(2))
+        (self.unknowns.priors())
+            .map(|prior| ((z[prior.at] - prior.mean) / prior.deviation).powi(2))
             .sum()
     }
 
     /// Returns whether the parameters can be those of a robot. The mass matrix is not checked.
     pub(super) fn is_feasible(&self, z: &[f64]) -> bool {
         let parameters = self.model.parameters();
-        self.unknowns.free.iter().zip(z).all(|(&index, value)| {
+        let vital = self.unknowns.free.iter().zip(z).all(|(&index, value)| {
             let vital = parameters[index].joint.is_some_and(|(kind, joint)| {
                 // The inertia of a rigid joint's rotor may be counted with its link.
                 kind.is_vital() && self.model.is_flexible(joint)
             });
             value.is_finite() && (!vital || *value > 0.0)
-        })
+        });
+        vital && self.unknowns.has_near_velocities(z)
     }
 }
 
-/// Adds the prior of the offsets to the normal equations, and returns its cost.
+/// Adds the priors to the normal equations, and returns their cost.
 pub(super) fn add_prior(unknowns: &Unknowns, z: &[f64], normal: &mut NormalEquations) -> f64 {
-    let first = unknowns.free.len();
     let mut cost = 0.0;
-    for (i, offset) in unknowns.offsets.iter().enumerate() {
-        let weight = offset.deviation.powi(-2);
-        let at = first + i;
-        normal.information[at * (normal.count + 1)] += weight;
-        normal.gradient[at] += weight * z[at];
-        cost += weight * z[at] * z[at];
+    for prior in unknowns.priors() {
+        let weight = prior.deviation.powi(-2);
+        let away = z[prior.at] - prior.mean;
+        normal.information[prior.at * (normal.count + 1)] += weight;
+        normal.gradient[prior.at] += weight * away;
+        cost += weight * away * away;
     }
     cost
 }

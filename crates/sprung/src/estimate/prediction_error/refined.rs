@@ -43,6 +43,8 @@ pub(super) struct Refined {
     pub(super) cost: f64,
     /// Offsets of the sensors.
     pub(super) offsets: Vec<SensorOffset>,
+    /// Estimates of the Stribeck velocities that the description leaves open.
+    pub(super) velocities: Vec<StribeckVelocity>,
     /// Estimates of the delays, one per channel.
     pub(super) delays: Vec<DelayUpdate>,
     /// Parameter vectors for growing parts of the log, with the end of each part, s.
@@ -101,6 +103,15 @@ pub(super) struct SensorOffset {
     pub(super) joint: usize,
     pub(super) channel: usize,
     /// Value and standard error, rad (m).
+    pub(super) value: f64,
+    pub(super) standard_error: f64,
+}
+
+/// Estimate of a Stribeck velocity.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct StribeckVelocity {
+    pub(super) joint: usize,
+    /// Value and standard error, rad/s (m/s).
     pub(super) value: f64,
     pub(super) standard_error: f64,
 }

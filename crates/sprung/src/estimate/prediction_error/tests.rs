@@ -24,12 +24,29 @@ pub(super) struct Case {
 impl Case {
     /// Two segments of a driven motion, with small errors in the measured positions.
     pub(super) fn new() -> Self {
-        let experiment =
-            description::read("experiment.toml", demo::EXPERIMENT, &[], &mut no_files).unwrap();
+        Self::of(demo::EXPERIMENT, "")
+    }
+
+    /// The same motion with Stribeck friction of unknown velocities in the motors.
+    fn with_stribeck_friction() -> Self {
+        let laws = "motor_friction = [\"viscous\", \"coulomb\", \"stribeck\"]\n";
+        let mut text = demo::EXPERIMENT.to_owned();
+        for name in ["name = \"joint1\"\n", "name = \"joint2\"\n"] {
+            text = text.replace(name, &format!("{name}{laws}"));
+        }
+        Self::of(
+            &text,
+            "\"joint1.motor_stribeck\" = 0.2\n\"joint2.motor_stribeck\" = 0.05\n",
+        )
+    }
+
+    fn of(text: &str, more: &str) -> Self {
+        let experiment = description::read("experiment.toml", text, &[], &mut no_files).unwrap();
         let model = Model::new(&experiment).unwrap();
         let log = experiment.log.as_ref().unwrap();
         let channels = Channels::new(&experiment.robot, log).unwrap();
-        let theta = model.theta(&toml::from_str(demo::TRUTH).unwrap()).unwrap();
+        let truth = toml::from_str(&format!("{}\n{more}", demo::TRUTH)).unwrap();
+        let theta = model.theta(&truth).unwrap();
         let mut dynamics = Dynamics::new(&model, &theta);
         let sensors = (0..4)
             .map(|row| Sensor {
@@ -125,7 +142,7 @@ fn tangent_is_the_limit_of_differences() {
     let rows = 4;
     let mut dynamics = Dynamics::new(&case.model, &case.theta);
     let places: Vec<Option<usize>> = (0..15).map(|i| Some(3 * rows + i)).collect();
-    let mut tangent = Tangent::new(rows, 3 * rows + 15, places);
+    let mut tangent = Tangent::new(rows, 3 * rows + 15, places, Vec::new());
     let columns = tangent.columns;
     for i in 0..2 * rows {
         tangent.state[i * columns + i] = 1.0;
@@ -151,7 +168,7 @@ fn tangent_is_the_limit_of_differences() {
                 by *= theta[column - 3 * rows];
                 theta[column - 3 * rows] += by;
             }
-            dynamics.set(&theta);
+            dynamics.set(&theta, None);
             dynamics.advance(&mut x, &torque, period, steps);
             (x, by)
         };
@@ -173,14 +190,31 @@ fn tangent_is_the_limit_of_differences() {
 
 #[test]
 fn gradient_is_that_of_the_replayed_cost() {
-    let case = Case::new();
+    compare_gradient(&Case::new());
+}
+
+#[test]
+fn gradient_by_stribeck_velocities_is_that_of_the_replayed_cost() {
+    let case = Case::with_stribeck_friction();
     let unknowns = case.unknowns();
+    let z = unknowns.point(&case.theta);
+    let velocities: Vec<_> = unknowns.stribeck_velocities(&z).collect();
+    assert_eq!(velocities.len(), 2);
+    // The search of the velocities starts at 0.1 rad/s.
+    assert!(velocities.iter().all(|(_, v)| (v - 0.1).abs() < 1e-12));
+    compare_gradient(&case);
+}
+
+/// Compares the gradient of a run by every unknown with differences of the replayed cost.
+fn compare_gradient(case: &Case) {
+    let unknowns = case.unknowns();
+    let parameters = case.theta.len();
     let mut dynamics = Dynamics::new(&case.model, &case.theta);
     let mut z = unknowns.point(&case.theta);
-    for (i, z) in z.iter_mut().enumerate().take(15) {
+    for (i, z) in z.iter_mut().enumerate().take(parameters) {
         *z *= 1.0 + 0.01 * (i as f64).sin();
     }
-    z[15] = 2e-4;
+    z[parameters] = 2e-4;
     let run = run(
         &case.measurements,
         &mut dynamics,
@@ -196,7 +230,8 @@ fn gradient_is_that_of_the_replayed_cost() {
     };
     agree(cost(&z), run.sums.cost, 1.0, 1e-9, "cost");
     for i in 0..z.len() {
-        let by = if i < 15 { 1e-5 * z[i].abs() } else { 1e-7 };
+        let is_offset = (parameters..parameters + unknowns.offsets.len()).contains(&i);
+        let by = if is_offset { 1e-7 } else { 1e-5 * z[i].abs() };
         let mut at = |by: f64| {
             let mut there = z.clone();
             there[i] += by;

@@ -3,7 +3,8 @@
 use super::measurements::{Measurements, Segment};
 use crate::log::{Channels, Signal};
 use crate::model::{Model, Theta};
-use sprung_core::parameters::JointParameter;
+use sprung_core::friction::Law;
+use sprung_core::parameters::{JointParameter, Side};
 
 /// A constant offset of one sensor.
 #[derive(Clone, Copy, Debug)]
@@ -16,6 +17,30 @@ pub(super) struct Offset {
     pub(super) deviation: f64,
 }
 
+/// A Stribeck velocity that is estimated, by its logarithm.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Velocity {
+    pub(super) joint: usize,
+    /// Logarithm at the start.
+    start: f64,
+}
+
+/// Standard deviation of the prior of a Stribeck velocity, as a logarithm. It keeps the velocity of
+/// a joint without Stribeck friction near its start.
+const LOG_VELOCITY_DEVIATION: f64 = 1.5;
+
+/// Limit of a change of a Stribeck velocity, as a logarithm.
+const MAX_LOG_VELOCITY_CHANGE: f64 = 3.0;
+
+/// A normal prior of an unknown.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Prior {
+    /// Index of the unknown.
+    pub(super) at: usize,
+    pub(super) mean: f64,
+    pub(super) deviation: f64,
+}
+
 /// Signal that a delay belongs to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum DelayOf {
@@ -25,7 +50,7 @@ enum DelayOf {
     Torque(usize),
 }
 
-/// The unknowns: parameters that are not fixed, offsets, and delays.
+/// The unknowns: parameters that are not fixed, offsets, Stribeck velocities, and delays.
 ///
 /// Delays have columns but no values. Their effect is linear only for small changes, so the
 /// measurements are built again for every delay.
@@ -36,6 +61,7 @@ pub(super) struct Unknowns {
     /// Index in theta of each unknown parameter.
     pub(super) free: Vec<usize>,
     pub(super) offsets: Vec<Offset>,
+    pub(super) velocities: Vec<Velocity>,
     /// Channel of each delay, and the signal that it shifts.
     delays: Vec<(usize, DelayOf)>,
 }
@@ -85,7 +111,20 @@ impl Unknowns {
                 })
             })
             .collect();
+        let has_friction = |joint: usize| {
+            [Side::Link, Side::Motor].into_iter().any(|side| {
+                let kind = JointParameter::Friction(side, Law::Stribeck);
+                (model.index(kind, joint)).is_some_and(|index| free.contains(&index))
+            })
+        };
+        let velocities = (model.open_stribeck().iter().copied())
+            .filter(|&joint| has_friction(joint))
+            .map(|joint| Velocity {
+                joint,
+                start: model.stribeck_velocity(joint).ln(),
+            });
         Self {
+            velocities: velocities.collect(),
             known: theta.to_vec(),
             free,
             offsets,
@@ -123,6 +162,10 @@ impl Unknowns {
 
     /// Returns the number of unknowns with values.
     pub(super) fn values(&self) -> usize {
+        self.first_velocity() + self.velocities.len()
+    }
+
+    fn first_velocity(&self) -> usize {
         self.free.len() + self.offsets.len()
     }
 
@@ -131,10 +174,44 @@ impl Unknowns {
         self.values() + self.delays.len()
     }
 
-    /// Returns the values of the unknowns for a parameter vector, with zero offsets.
+    /// Returns the values of the unknowns for a parameter vector, with zero offsets and the Stribeck
+    /// velocities of the start.
     pub(super) fn point(&self, theta: &[f64]) -> Vec<f64> {
         let free = self.free.iter().map(|&i| theta[i]);
-        free.chain(self.offsets.iter().map(|_| 0.0)).collect()
+        free.chain(self.offsets.iter().map(|_| 0.0))
+            .chain(self.velocities.iter().map(|velocity| velocity.start))
+            .collect()
+    }
+
+    /// Returns the priors of offsets and Stribeck velocities.
+    pub(super) fn priors(&self) -> impl Iterator<Item = Prior> {
+        let offsets = (self.offsets.iter()).map(|offset| (0.0, offset.deviation));
+        let velocities =
+            (self.velocities.iter()).map(|velocity| (velocity.start, LOG_VELOCITY_DEVIATION));
+        (offsets.chain(velocities).enumerate()).map(|(i, (mean, deviation))| Prior {
+            at: self.free.len() + i,
+            mean,
+            deviation,
+        })
+    }
+
+    /// Returns the joints whose Stribeck velocities are estimated, with the velocities, rad/s (m/s).
+    pub(super) fn stribeck_velocities(&self, z: &[f64]) -> impl Iterator<Item = (usize, f64)> {
+        (self.velocities.iter().zip(&z[self.first_velocity()..]))
+            .map(|(velocity, log)| (velocity.joint, log.exp()))
+    }
+
+    /// Returns whether the Stribeck velocities are near their start.
+    pub(super) fn has_near_velocities(&self, z: &[f64]) -> bool {
+        (self.velocities.iter().zip(&z[self.first_velocity()..]))
+            .all(|(velocity, log)| (log - velocity.start).abs() <= MAX_LOG_VELOCITY_CHANGE)
+    }
+
+    /// Returns the place of each Stribeck velocity, after `before` other columns, with its joint.
+    pub(super) fn velocity_places(&self, before: usize) -> Vec<(usize, usize)> {
+        (self.velocities.iter().enumerate())
+            .map(|(i, velocity)| (velocity.joint, before + self.first_velocity() + i))
+            .collect()
     }
 
     /// Returns the parameter vector, \[p\].

@@ -11,8 +11,8 @@ use crate::model::{Model, Scratch, Theta};
 
 /// A robot with its parameters and work memory.
 #[derive(Clone, Debug)]
-pub(in crate::estimate::prediction_error) struct Dynamics<'m> {
-    pub(super) model: &'m Model,
+pub(in crate::estimate::prediction_error) struct Dynamics {
+    pub(super) model: Model,
     pub(super) theta: Theta,
     bodies: Vec<[f64; BODY]>,
     n: usize,
@@ -36,8 +36,8 @@ pub(in crate::estimate::prediction_error) struct Dynamics<'m> {
     pub(super) sum: Vec<f64>,
 }
 
-impl<'m> Dynamics<'m> {
-    pub(in crate::estimate::prediction_error) fn new(model: &'m Model, theta: &[f64]) -> Self {
+impl Dynamics {
+    pub(in crate::estimate::prediction_error) fn new(model: &Model, theta: &[f64]) -> Self {
         let robot = model.robot();
         let (n, rows) = (robot.joints(), robot.rows());
         let mut entry_columns = vec![0; model.entries()];
@@ -50,7 +50,7 @@ impl<'m> Dynamics<'m> {
             }
         }
         Self {
-            model,
+            model: model.clone(),
             bodies: model.bodies(theta),
             theta: theta.to_vec(),
             n,
@@ -77,9 +77,18 @@ impl<'m> Dynamics<'m> {
     }
 
     /// Replaces the parameters.
-    pub(in crate::estimate::prediction_error) fn set(&mut self, theta: &[f64]) {
+    ///
+    /// - `velocities`: joints and Stribeck velocities that change, rad/s (m/s).
+    pub(in crate::estimate::prediction_error) fn set(
+        &mut self,
+        theta: &[f64],
+        velocities: impl IntoIterator<Item = (usize, f64)>,
+    ) {
         self.theta.copy_from_slice(theta);
         self.bodies = self.model.bodies(theta);
+        for (joint, velocity) in velocities {
+            self.model.set_stribeck(joint, velocity);
+        }
     }
 
     pub(super) fn unpack(&mut self, x: &[f64]) {
@@ -171,6 +180,21 @@ impl<'m> Dynamics<'m> {
         let fits = robot.torque_entries(&state, &self.rate, &mut workspace, &mut self.entries);
         if fits.is_err() {
             self.entries.fill(f64::NAN);
+        }
+    }
+}
+
+impl Dynamics {
+    /// Visits the derivatives of the torques by the logarithm of a joint's Stribeck velocity, at the
+    /// state unpacked last. The arguments of `visit` are the row and the derivative, N·m (N).
+    pub(super) fn visit_stribeck_torques(&self, joint: usize, mut visit: impl FnMut(usize, f64)) {
+        let robot = self.model.robot();
+        let drive = robot.drive(&state(&self.joints, self.n), joint);
+        for term in robot.terms.iter().filter(|term| term.joint == joint) {
+            let by_log = term.by_log_stribeck_velocity(&drive, &robot.shapes[joint]);
+            if by_log != 0.0 {
+                visit(term.row, self.theta[term.column] * by_log);
+            }
         }
     }
 }

@@ -4,7 +4,7 @@ use super::motion::Dynamics;
 use super::tangent::Tangent;
 use crate::estimate::prediction_error::vector::add;
 
-impl Dynamics<'_> {
+impl Dynamics {
     /// Moves the state by one period.
     ///
     /// - `steps`: number of integration steps.
@@ -92,6 +92,11 @@ impl Dynamics<'_> {
             if let Some(place) = tangent.theta[column] {
                 tangent.force[row * columns + place] -= entry;
             }
+        }
+        for &(joint, place) in &tangent.velocities {
+            self.visit_stribeck_torques(joint, |row, torque| {
+                tangent.force[row * columns + place] -= torque;
+            });
         }
         let (positions, velocities) = tangent.stage.split_at(rows * columns);
         for (i, rate) in tangent.rate.chunks_mut(columns).enumerate() {

@@ -13,7 +13,7 @@ const MAX_PHASE_PER_STEP: f64 = 0.7;
 /// Maximum number of integration steps in a period.
 const MAX_STEPS: usize = 64;
 
-impl Dynamics<'_> {
+impl Dynamics {
     /// Returns the number of integration steps that a period needs for the friction and the springs
     /// at a state.
     ///

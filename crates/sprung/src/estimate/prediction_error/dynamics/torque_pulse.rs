@@ -52,7 +52,7 @@ impl Response {
     }
 }
 
-impl Dynamics<'_> {
+impl Dynamics {
     /// Visits the changes of the parameters' torques when an additional torque of 1 N·m (N) acts on
     /// one row for a period. It accelerates the robot, and friction depends on the velocity that it
     /// causes. The arguments of `visit` are the pushed row, row and column of theta of the changed
@@ -156,7 +156,7 @@ mod tests {
     fn advance(model: &Model, start: &[f64], torque: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let mut dynamics = Dynamics::new(model, &THETA);
         let places = (0..THETA.len()).map(|i| Some(STATES + i)).collect();
-        let mut tangent = Tangent::new(ROWS, WIDTH, places);
+        let mut tangent = Tangent::new(ROWS, WIDTH, places, Vec::new());
         for (i, row) in tangent.state.chunks_mut(WIDTH).enumerate() {
             row[i] = 1.0;
         }

@@ -18,7 +18,7 @@ pub(super) struct Innovation<'f> {
     pub(super) gains: &'f [f64],
 }
 
-impl Filter<'_, '_> {
+impl Filter<'_> {
     /// Updates the state by a measurement y of a sensor with the offset b.
     ///
     /// ```text

@@ -5,7 +5,7 @@ use crate::estimate::prediction_error::covariance::{add_process_noise, propagate
 use crate::estimate::prediction_error::measurements::Segment;
 use crate::estimate::prediction_error::vector::scale;
 
-impl Filter<'_, '_> {
+impl Filter<'_> {
     /// Moves the state by a period T. Returns the number of integration steps.
     ///
     /// ```text

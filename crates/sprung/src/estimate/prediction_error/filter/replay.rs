@@ -18,13 +18,13 @@ use crate::estimate::prediction_error::vector::{add, scale};
 /// ```
 pub(in super::super) fn replay(
     measurements: &Measurements,
-    dynamics: &mut Dynamics<'_>,
+    dynamics: &mut Dynamics,
     unknowns: &Unknowns,
     z: &[f64],
     run: &FilterRun,
 ) -> Option<(f64, Trajectory)> {
     let rows = dynamics.rows();
-    dynamics.set(&unknowns.theta(z));
+    dynamics.set(&unknowns.theta(z), unknowns.stribeck_velocities(z));
     let schedule = &run.schedule;
     let held = schedule.gains.chunks(3 * rows).zip(&schedule.whitening);
     let mut held = held.into_iter();

@@ -28,13 +28,13 @@ pub(in super::super) struct Keep {
 /// Returns `None` if a number is not finite.
 pub(in super::super) fn run(
     measurements: &Measurements,
-    dynamics: &mut Dynamics<'_>,
+    dynamics: &mut Dynamics,
     unknowns: &Unknowns,
     z: &[f64],
     levels: &Levels,
     keep: Keep,
 ) -> Option<FilterRun> {
-    dynamics.set(&unknowns.theta(z));
+    dynamics.set(&unknowns.theta(z), unknowns.stribeck_velocities(z));
     let mut filter = Filter::new(dynamics, unknowns, z, levels, &measurements.reversals);
     let mut run = FilterRun::new(unknowns.columns(), levels.corner);
     let part = (measurements.samples().div_ceil(keep.growing_parts.max(1))).max(1);
@@ -99,14 +99,14 @@ impl FilterRun {
     }
 
     /// Keeps the state after the measurements of a sample.
-    fn keep_state(&mut self, filter: &Filter<'_, '_>) {
+    fn keep_state(&mut self, filter: &Filter<'_>) {
         let (moving, disturbances) = filter.x.split_at(2 * filter.torque.len());
         (self.trajectory.disturbances).extend_from_slice(disturbances);
         self.linearization.middles.extend_from_slice(moving);
     }
 
     /// Keeps the linearization of the period that follows the kept state.
-    fn keep_period(&mut self, filter: &Filter<'_, '_>, period: f64) {
+    fn keep_period(&mut self, filter: &Filter<'_>, period: f64) {
         self.linearization.periods.push(period);
         let moving = 2 * filter.torque.len();
         (self.linearization.transitions).extend_from_slice(&filter.transition);

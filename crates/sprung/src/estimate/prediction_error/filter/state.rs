@@ -8,8 +8,8 @@ use crate::estimate::prediction_error::reversals::Reversals;
 use crate::estimate::prediction_error::unknowns::Unknowns;
 
 /// The filter at one instant, with its work memory.
-pub(super) struct Filter<'a, 'm> {
-    pub(super) dynamics: &'a mut Dynamics<'m>,
+pub(super) struct Filter<'a> {
+    pub(super) dynamics: &'a mut Dynamics,
     pub(super) unknowns: &'a Unknowns,
     /// Values of the unknowns, z.
     pub(super) z: &'a [f64],
@@ -37,10 +37,10 @@ pub(super) struct Filter<'a, 'm> {
     pub(super) tangent: Tangent,
 }
 
-impl<'a, 'm> Filter<'a, 'm> {
+impl<'a> Filter<'a> {
     /// - `dynamics`: with the parameters of `z`.
     pub(super) fn new(
-        dynamics: &'a mut Dynamics<'m>,
+        dynamics: &'a mut Dynamics,
         unknowns: &'a Unknowns,
         z: &'a [f64],
         levels: &'a Levels,
@@ -65,7 +65,12 @@ impl<'a, 'm> Filter<'a, 'm> {
             friction,
             velocities: vec![0.0; rows],
             torque: vec![0.0; rows],
-            tangent: Tangent::new(rows, states + count, unknowns.places(states)),
+            tangent: Tangent::new(
+                rows,
+                states + count,
+                unknowns.places(states),
+                unknowns.velocity_places(states),
+            ),
         }
     }
 

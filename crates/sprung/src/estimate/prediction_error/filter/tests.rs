@@ -290,7 +290,7 @@ fn agree(found: f64, expected: f64, scale: f64, what: &str) {
     assert!(far < tolerance, "{what}: {found} against {expected}");
 }
 
-fn agree_all(filter: &Filter<'_, '_>, textbook: &Textbook, what: &str) {
+fn agree_all(filter: &Filter<'_>, textbook: &Textbook, what: &str) {
     let p = &textbook.p;
     for (i, row) in p.iter().enumerate() {
         let scale = row[i].sqrt();
