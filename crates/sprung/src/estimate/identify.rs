@@ -154,7 +154,7 @@ fn with_chosen_laws(
     let open = with_open_delays(&described, &columns);
     let (with_delays, likely) = search(&open, &model, sources, progress)?;
     let joints = model.joints();
-    let velocities = likely.velocities.iter();
+    let velocities = (likely.velocities.iter()).filter(|own| with_delays.uses(own));
     chosen.set_velocities(
         velocities.map(|own| (joints[own.joint].as_str(), own.velocity, own.standard_error)),
     );

@@ -66,7 +66,13 @@ pub(crate) fn held_out_at(
 ) -> Option<f64> {
     let mut delays = reading.delays().to_vec();
     delays[channel] = delay;
-    let reading = reading.with_delays(&delays).without_weights();
+    held_out(excerpt, &reading.with_delays(&delays))
+}
+
+/// Returns the held-out error of the motor torques, relative to the torques; `None` if the excerpt
+/// is too short.
+pub(super) fn held_out(excerpt: &Excerpt, reading: &Reading) -> Option<f64> {
+    let reading = reading.without_weights();
     let system = excerpt.reduce(&reading)?;
     let hold_out = HoldOut::new(reading.model(), &system, PARTS);
     hold_out.missed_by_fits()?.of_torque_rows()

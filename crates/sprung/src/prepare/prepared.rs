@@ -4,6 +4,7 @@ use super::as_given::as_given;
 use super::delays::{DelayError, Delays, Likely, VelocityByLikelihood};
 use super::excerpt::{Excerpt, excerpt};
 use super::factors::{FactorError, Factors, find_factors};
+use super::held_out::held_out;
 use super::stribeck::{by_likelihood, find_stribeck, with_residual_velocities};
 use super::sweep::{Sweep, sweep};
 use super::weights::find_weights;
@@ -13,6 +14,14 @@ use crate::log::{ChannelError, Channels, LogError, LogSource, time_unit};
 use crate::model::Model;
 use crate::progress::{Listener, Phase, Stopped};
 use crate::regression::Reading;
+
+/// Stribeck velocities by likelihood are used up to this ratio of held-out errors to those of the
+/// search by least squares.
+const MAX_ERROR_RATIO: f64 = 1.05;
+
+/// Accuracy of the filtered regression, as a fraction of the torque: it smears reversals, so true
+/// velocities leave a little more than those of the search.
+const FILTERED_ACCURACY: f64 = 0.005;
 
 /// Number of choices for the progress: cut-off, delays, Stribeck velocities, weights.
 const CHOICES: u64 = 4;
@@ -216,7 +225,7 @@ impl Prepared {
     }
 
     /// Adds the delays by likelihood to those by least squares, and uses those that hold-out accepts.
-    /// Uses the Stribeck velocities by likelihood.
+    /// Uses the Stribeck velocities by likelihood, unless they raise this error.
     #[must_use]
     pub(crate) fn with_likely(mut self, likely: &Likely) -> Self {
         self = self.with_velocities(&likely.velocities);
@@ -230,17 +239,39 @@ impl Prepared {
         self
     }
 
-    /// Replaces Stribeck velocities, and the findings about them.
+    /// Replaces Stribeck velocities and the findings about them, unless the new velocities raise the
+    /// held-out error of the motor torques.
     #[must_use]
-    pub(crate) fn with_velocities(mut self, velocities: &[VelocityByLikelihood]) -> Self {
+    fn with_velocities(mut self, velocities: &[VelocityByLikelihood]) -> Self {
+        if velocities.is_empty() {
+            return self;
+        }
+        let model = velocities
+            .iter()
+            .fold(self.reading.model().clone(), |model, own| {
+                model.with_stribeck(own.joint, own.velocity)
+            });
+        let reading = self.reading.with_model(model);
+        let errors = held_out(&self.excerpt, &self.reading).zip(held_out(&self.excerpt, &reading));
+        if errors.is_some_and(|(searched, likely)| {
+            likely > MAX_ERROR_RATIO * searched.hypot(FILTERED_ACCURACY)
+        }) {
+            return self;
+        }
         for own in velocities {
-            let model = self.reading.model();
-            let finding = by_likelihood(model, own);
-            self.reading = (self.reading).with_model(model.with_stribeck(own.joint, own.velocity));
+            let finding = by_likelihood(reading.model(), own);
             self.about_stribeck.retain(|(joint, _)| *joint != own.joint);
             self.about_stribeck.push((own.joint, finding));
         }
+        self.reading = reading;
         self
+    }
+
+    /// Returns whether a joint has this Stribeck velocity.
+    #[must_use]
+    pub(crate) fn uses(&self, own: &VelocityByLikelihood) -> bool {
+        let used = self.reading.model().stribeck_velocity(own.joint);
+        (used - own.velocity).abs() <= f64::EPSILON * own.velocity
     }
 
     /// Adds the weights of samples that the settings request, and sweeps the cut-off of the
