@@ -10,6 +10,7 @@ mod golden;
 mod in_memory;
 mod instruments;
 mod ladder;
+mod laws;
 mod linear;
 mod output_error;
 mod paper;

@@ -13,8 +13,9 @@ const MIN_LINK_GAIN: f64 = 0.2;
 /// Least gain in standard deviations of its sum over the parts of the log.
 const MIN_SIGMAS: f64 = 3.0;
 
-/// Two changes explain the same if the second one gains at least this fraction of the first, and
-/// less than [`MIN_GAIN`] after it.
+/// Two changes explain the same if the second one gains at least this fraction of the first, less
+/// by at most [`MIN_SIGMAS`] standard deviations of the difference, and less than [`MIN_GAIN`] after
+/// it.
 const ALIKE_SHARE: f64 = 0.8;
 
 /// Limit of the changes.
@@ -43,6 +44,7 @@ struct Gain {
     candidate: usize,
     of_squares: f64,
     scatter: f64,
+    of_parts: Vec<f64>,
     /// Whether the gain is large enough in one of the rows.
     is_large: bool,
 }
@@ -50,6 +52,14 @@ struct Gain {
 impl Gain {
     fn counts(&self) -> bool {
         self.is_large && self.of_root() >= MIN_GAIN && self.of_squares > MIN_SIGMAS * self.scatter
+    }
+
+    /// Returns whether another change gains nearly as much.
+    fn is_like(&self, other: &Self) -> bool {
+        let parts = self.of_parts.iter().zip(&other.of_parts);
+        let less: Vec<f64> = parts.map(|(own, other)| own - other).collect();
+        other.of_squares >= ALIKE_SHARE * self.of_squares
+            && less.iter().sum::<f64>() <= MIN_SIGMAS * deviation_of_sum(&less)
     }
 
     /// Returns the decrease of the root mean square.
@@ -96,20 +106,34 @@ impl<'a> Ladder<'a> {
     /// counts.
     pub(super) fn climb(&mut self, tiers: &[Tier], may: impl Fn(&Candidate) -> bool) {
         for tier in tiers {
-            let mut before: Vec<Gain> = Vec::new();
             while self.rungs.len() < MAX_RUNGS {
                 let gains = self.gains(|candidate| candidate.tier() == *tier && may(candidate));
-                self.mark_alike(&before, &gains);
                 let best = (gains.iter().filter(|gain| gain.counts()))
                     .max_by(|a, b| a.of_squares.total_cmp(&b.of_squares));
                 let Some(best) = best else { break };
                 let velocity = self.best_velocity(best, &gains);
+                let rivals = self.rivals(best, &may);
                 if !self.add(best, velocity) {
                     break;
                 }
-                before = gains;
+                self.mark_alike(rivals);
             }
         }
+    }
+
+    /// Returns the other named laws of the joint that gain nearly as much as a change.
+    fn rivals(&self, best: &Gain, may: impl Fn(&Candidate) -> bool) -> Vec<usize> {
+        let chosen = &self.candidates[best.candidate];
+        let gains = self.gains(|other| {
+            other.joint == chosen.joint
+                && other.tier() != Tier::Residual
+                && !other.is_variant_of(chosen)
+                && may(other)
+        });
+        (gains.iter().filter(|gain| gain.counts()))
+            .filter(|gain| best.is_like(gain))
+            .map(|gain| gain.candidate)
+            .collect()
     }
 
     /// Returns the velocity of Stribeck friction with the largest gain: the vertex of a parabola
@@ -156,26 +180,14 @@ impl<'a> Ladder<'a> {
         true
     }
 
-    /// Notes the candidates that gained as much as the last change before it, and gain nothing after
-    /// it.
-    fn mark_alike(&mut self, before: &[Gain], after: &[Gain]) {
-        let Some(rung) = self.rungs.last_mut() else {
-            return;
-        };
-        let Some(taken) = before.iter().find(|gain| gain.candidate == rung.candidate) else {
-            return;
-        };
-        let chosen = &self.candidates[rung.candidate];
-        for gain in before.iter().filter(|gain| gain.counts()) {
-            let other = &self.candidates[gain.candidate];
-            let rest = after.iter().find(|after| after.candidate == gain.candidate);
-            if other.joint == chosen.joint
-                && !other.is_variant_of(chosen)
-                && gain.of_squares >= ALIKE_SHARE * taken.of_squares
-                && rest.is_none_or(|rest| rest.of_root() < MIN_GAIN)
-            {
-                rung.alike.push(gain.candidate);
-            }
+    /// Notes the rivals of the last change that gain nothing after it.
+    fn mark_alike(&mut self, mut rivals: Vec<usize>) {
+        rivals.retain(|&rival| {
+            let rest = self.gain(rival, &self.candidates[rival]);
+            rest.is_none_or(|rest| rest.of_root() < MIN_GAIN)
+        });
+        if let Some(rung) = self.rungs.last_mut() {
+            rung.alike = rivals;
         }
     }
 
@@ -209,9 +221,6 @@ impl<'a> Ladder<'a> {
             })
             .collect();
         let of_squares: f64 = of_parts.iter().sum();
-        let count = of_parts.len() as f64;
-        let mean = of_squares / count;
-        let scatter: f64 = of_parts.iter().map(|gain| (gain - mean).powi(2)).sum();
         let mut own = (0..rows.len()).map(|i| {
             let after: f64 = squares.iter().map(|part| part[i]).sum();
             (1.0 - (after / totals[i]).sqrt(), rows[i] == motor)
@@ -221,7 +230,8 @@ impl<'a> Ladder<'a> {
                 .any(|(gain, of_torque)| gain >= if of_torque { MIN_GAIN } else { MIN_LINK_GAIN }),
             candidate: index,
             of_squares,
-            scatter: (scatter * count / (count - 1.0)).sqrt(),
+            scatter: deviation_of_sum(&of_parts),
+            of_parts,
         })
     }
 
@@ -246,4 +256,12 @@ impl<'a> Ladder<'a> {
         let unknown = self.candidates[rung.candidate].unknowns.first()?;
         self.normal.value(&self.fits, *unknown)
     }
+}
+
+/// Returns the standard deviation of the sum of independent numbers by their scatter.
+fn deviation_of_sum(parts: &[f64]) -> f64 {
+    let count = parts.len() as f64;
+    let mean = parts.iter().sum::<f64>() / count;
+    let squares: f64 = parts.iter().map(|part| (part - mean).powi(2)).sum();
+    (squares * count / (count - 1.0)).sqrt()
 }

@@ -1,0 +1,110 @@
+//! Laws by hold-out on logs that do not tell two laws apart.
+
+use std::fmt::Write;
+
+use sprung::description::{self, Experiment, no_files};
+use sprung::estimate::{Identification, LawRung, identify};
+use sprung::model::Model;
+use sprung::progress::Unheard;
+
+use crate::in_memory::with_source;
+
+/// A wheel that turns in one direction.
+const WHEEL: &str = r#"
+format = 1
+[robot]
+name = "wheel"
+dh_modified = [{}]
+[[robot.joint]]
+name = "wheel"
+transmission = "rigid"
+motor_friction = LAWS
+[log]
+file = "run.csv"
+time_s = "t"
+motor_position_rad = ["phi"]
+motor_torque_nm = ["tau"]
+[identify]
+estimator = "least-squares"
+position_cutoff_hz = 10.0
+"#;
+
+/// Inertia, kg·m², viscous friction, N·m·s/rad, and Coulomb friction, N·m.
+const INERTIA: f64 = 0.5;
+const VISCOUS: f64 = 2.0;
+const COULOMB: f64 = 1.0;
+
+/// Mean speed, rad/s. A log of more than a turn looks like degrees.
+const SPEED: f64 = 0.25;
+
+/// Returns a log of 10 s at the mean speed and at most twice a part of it more or less.
+fn log(part: f64) -> String {
+    let mut text = "t,phi,tau\n".to_owned();
+    let [slow, fast] = [4.0_f64, 11.0];
+    for k in 0..10_000 {
+        let t = f64::from(k) * 1e-3;
+        let swing = (slow * t).cos() / slow + (fast * t).cos() / fast;
+        let position = SPEED * (t - part * swing);
+        let velocity = SPEED * (1.0 + part * ((slow * t).sin() + (fast * t).sin()));
+        let acceleration = SPEED * part * (slow * (slow * t).cos() + fast * (fast * t).cos());
+        // Any deterministic signal with a flat spectrum serves as noise.
+        let noise = 5e-3 * (t * t * 1e4).sin();
+        let torque = INERTIA * acceleration + VISCOUS * velocity + COULOMB + noise;
+        writeln!(text, "{t:.3},{position:.9},{torque:.6}").unwrap();
+    }
+    text
+}
+
+fn identified(laws: &str, log: &str) -> Identification {
+    let text = WHEEL.replace("LAWS", laws);
+    let experiment: Experiment =
+        description::read("experiment.toml", &text, &[], &mut no_files).unwrap();
+    let model = Model::new(&experiment).unwrap();
+    with_source(log.as_bytes(), |source| {
+        let found = identify(&experiment, &model, &mut [source], &mut Unheard);
+        found.unwrap().identification
+    })
+}
+
+fn rungs(identification: &Identification) -> &[LawRung] {
+    &identification.laws.as_ref().unwrap().rungs
+}
+
+fn missing(identification: &Identification) -> &str {
+    let mut findings = identification.findings.iter();
+    let finding = findings.find(|finding| finding.code == "laws-missing");
+    &finding.unwrap().text
+}
+
+#[test]
+fn viscous_and_quadratic_friction_at_nearly_constant_speed_are_named_together() {
+    let found = identified(r#"["coulomb"]"#, &log(0.02));
+    let rung = &rungs(&found)[0];
+    assert_eq!(rung.law, "viscous");
+    let others = &rung.not_told_apart_from;
+    assert!(
+        others
+            .iter()
+            .any(|other| other == "motor_friction \"quadratic\""),
+        "{others:?}"
+    );
+    let text = missing(&found);
+    assert!(text.contains("motor_friction \"viscous\", or "), "{text}");
+    assert!(text.contains("or motor_friction \"quadratic\""), "{text}");
+    // At speeds between 0.05 and 0.45 rad/s the log tells them apart.
+    let found = identified(r#"["coulomb"]"#, &log(0.4));
+    let others = &rungs(&found)[0].not_told_apart_from;
+    assert!(others.is_empty(), "{others:?}");
+}
+
+#[test]
+fn constant_torque_and_coulomb_friction_in_one_direction_are_named_together() {
+    let found = identified(r#"["viscous"]"#, &log(0.4));
+    let rung = &rungs(&found)[0];
+    let mut both = rung.not_told_apart_from.clone();
+    both.push(rung.words());
+    for law in ["coulomb", "offset"] {
+        let words = format!("motor_friction \"{law}\"");
+        assert!(both.contains(&words), "{both:?}");
+    }
+}
