@@ -1,7 +1,8 @@
 //! Delays and Stribeck velocities of the ladder's laws, by likelihood.
 
 use super::candidates::{Change, torque_channel};
-use super::{Chosen, LawDelay, LawRung, LawsByHoldOut, is_small, laws_of, names};
+use super::chosen::{Chosen, is_small, laws_of, names};
+use super::result::{LawDelay, LawRung, LawsByHoldOut};
 use crate::description::{Delay, Estimator, Experiment, Laws};
 use crate::estimate::delay_test::is_significant;
 use crate::prepare::{DelayGain, Prepared};

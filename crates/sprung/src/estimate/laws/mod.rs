@@ -3,19 +3,21 @@
 
 mod by_likelihood;
 mod candidates;
+mod chosen;
 mod ladder;
 mod normal;
 mod result;
 
 use candidates::{Candidate, Candidates, Change, Tier, changed, torque_channel};
+use chosen::{is_small, laws_of, names, words};
 use ladder::{Ladder, Rung};
 use normal::Normal;
-use sprung_core::parameters::Side;
 
 pub(super) use by_likelihood::{open_delays, with_open_delays};
+pub(super) use chosen::Chosen;
 pub use result::{LawDelay, LawRung, LawsByHoldOut};
 
-use crate::description::{Delay, Experiment, FrictionLaw, Laws, SpringTerm};
+use crate::description::{Delay, Experiment, Laws};
 use crate::finding::{Finding, Severity};
 use crate::prepare::{Prepared, rms_speeds};
 
@@ -26,19 +28,6 @@ pub(super) const LAWS_MISSING: &str = "laws-missing";
 /// fraction, and if it exceeds this fraction of the torque.
 const LARGE_GAIN: f64 = 0.2;
 const LARGE_RESIDUAL: f64 = 0.05;
-
-/// Largest delay of a torque that its rate of change describes, s.
-const MAX_DELAY_S: f64 = 0.02;
-
-/// Laws by hold-out, and the changes that are to be made.
-pub(super) struct Chosen {
-    pub(super) result: LawsByHoldOut,
-    /// The experiment with the laws that `"auto"` adds; `None` if it adds none.
-    pub(super) experiment: Option<Experiment>,
-    pub(super) finding: Option<Finding>,
-    /// Joints whose Stribeck velocity the ladder found.
-    pub(super) open_velocities: Vec<usize>,
-}
 
 /// Climbs the ladder of laws on the beginning of the first log.
 ///
@@ -70,12 +59,6 @@ pub(super) fn choose_laws(prepared: &Prepared) -> Option<Chosen> {
         !auto(candidate)
     });
     Some(describe(prepared, &found, &ladder, made))
-}
-
-fn laws_of(experiment: &Experiment, joint: usize) -> Laws {
-    experiment.robot.joint[joint]
-        .laws
-        .unwrap_or(experiment.identify.laws)
 }
 
 fn describe(prepared: &Prepared, found: &Candidates, ladder: &Ladder<'_>, made: usize) -> Chosen {
@@ -160,28 +143,6 @@ pub(crate) fn with_found_laws(experiment: &Experiment, found: &LawsByHoldOut) ->
     with
 }
 
-/// Returns the key that a change concerns, and the name of the law.
-fn names(change: Change) -> (&'static str, &'static str) {
-    match change {
-        Change::Friction(Side::Link, family) => ("link_friction", FrictionLaw(family).name()),
-        Change::Friction(Side::Motor, family) => ("motor_friction", FrictionLaw(family).name()),
-        Change::Spring(SpringTerm::Cubic) => ("spring", "cubic"),
-        Change::Spring(SpringTerm::Damping) => ("spring", "damping"),
-        Change::Spring(SpringTerm::Linear) => ("spring", "linear"),
-        Change::TorqueDelay => ("torque delay", ""),
-        Change::TorqueLoad => ("friction proportional to the torque", ""),
-    }
-}
-
-fn words(change: Change) -> String {
-    let (of, law) = names(change);
-    if law.is_empty() {
-        of.to_owned()
-    } else {
-        format!("{of} \"{law}\"")
-    }
-}
-
 /// Returns the finding about laws that hold-out asks for and that were not added.
 fn finding(result: &LawsByHoldOut) -> Option<Finding> {
     let missing: Vec<&LawRung> = result.rungs.iter().filter(|rung| !rung.made).collect();
@@ -233,16 +194,11 @@ fn finding(result: &LawsByHoldOut) -> Option<Finding> {
     )
 }
 
-/// Returns whether the rate of change of a torque describes its delay, s.
-fn is_small(delay: f64) -> bool {
-    delay.abs() <= MAX_DELAY_S
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::demo;
-    use crate::description::{self, no_files};
+    use crate::description::{self, FrictionLaw, SpringTerm, no_files};
 
     fn rung(of: &str, law: &str, made: bool) -> LawRung {
         LawRung {
