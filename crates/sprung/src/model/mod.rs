@@ -2,6 +2,7 @@
 
 mod base_parameters;
 mod inertial;
+mod initial_shape;
 mod layout;
 mod links;
 mod parameter;
@@ -20,6 +21,7 @@ use sprung_core::spatial::BODY;
 
 use crate::description::{self, Experiment, Quantity, Row, Tree};
 use inertial::{Inertial, PLANAR_2R_NAMES};
+use initial_shape::initial_shape;
 use layout::Layout;
 
 pub(crate) use links::TreeLinks;
@@ -140,7 +142,7 @@ impl Model {
             .collect();
         let model = Self {
             open_stribeck: unknown_stribeck.clone(),
-            shapes: robot.joint.iter().map(shapes::shape).collect(),
+            shapes: robot.joint.iter().map(initial_shape).collect(),
             fixed: Arc::new(Fixed {
                 joints: (robot.joint.iter().enumerate())
                     .map(|(i, joint)| JointInfo {

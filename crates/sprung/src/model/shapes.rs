@@ -5,24 +5,6 @@ use std::collections::BTreeMap;
 use sprung_core::friction::Shape;
 
 use super::Model;
-use crate::description::Joint;
-
-/// Stribeck velocity before it is searched, rad/s (m/s).
-const INITIAL_STRIBECK_VELOCITY: f64 = 0.1;
-
-/// Velocity that scales the residual laws before a log gives it, rad/s (m/s).
-const INITIAL_RESIDUAL_VELOCITY: f64 = 1.0;
-
-/// Returns the shape of a joint's friction laws before a log is read.
-pub(super) fn shape(joint: &Joint) -> Shape {
-    let stribeck = joint.stribeck_velocity_rad_per_s;
-    let residual = joint.residual_velocity_rad_per_s;
-    Shape {
-        sharpness: joint.coulomb_sharpness_s_per_rad,
-        stribeck_velocity: stribeck.unwrap_or(INITIAL_STRIBECK_VELOCITY),
-        residual_velocity: residual.unwrap_or(INITIAL_RESIDUAL_VELOCITY),
-    }
-}
 
 impl Model {
     /// Returns the joints with an unknown Stribeck velocity, which is to be searched.
