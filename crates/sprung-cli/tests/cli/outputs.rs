@@ -183,6 +183,26 @@ fn validate_reads_what_identify_wrote() {
 }
 
 #[test]
+fn validate_takes_the_cutoff_of_the_identification() {
+    let case = Case::new();
+    let cutoff = "identify.position_cutoff_hz=7.5";
+    let estimator = "identify.estimator=\"least-squares\"";
+    let code = case.identify(&["--quiet", "--set", cutoff, "--set", estimator]);
+    assert_eq!(code.status.code(), Some(0));
+    let cutoff = |more: &[&str]| {
+        let experiment = case.path("experiment.toml");
+        let direct = "validate=[{name=\"direct\"}]";
+        let given = ["validate", experiment.to_str().unwrap(), "--set", direct];
+        let output = sprung(&[&given, &["--json"], more].concat());
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        json["runs"][0]["position_cutoff_hz"].as_f64().unwrap()
+    };
+    assert!((cutoff(&[]) - 7.5).abs() < 1e-12);
+    let given = "identify.position_cutoff_hz=9";
+    assert!((cutoff(&["--set", given]) - 9.0).abs() < 1e-12);
+}
+
+#[test]
 fn validate_takes_the_signs_and_gains_that_were_found() {
     // The encoder of the rigid elbow counts in the other direction, and the torque of the shoulder has the unit 2.5
     // N·m.

@@ -6,8 +6,7 @@ use sprung_core::parameters::{JointParameter, Side};
 use super::found::{Criterion, Numbers};
 use super::least_squares::{Parts, Route};
 use super::result::{
-    CrossCheckResult, EncoderOffsetResult, ErrorParts, EstimateResult, MotorRowResult,
-    ParameterEstimate,
+    CrossCheckResult, EncoderOffsetResult, EstimateResult, MotorRowResult, ParameterEstimate,
 };
 use super::standard::standard_parameters;
 use super::verdict::Verdict;
@@ -44,7 +43,6 @@ pub(super) fn describe(
         ..
     } = found;
     let torques = torques(model, system, theta);
-    let has_linear_values = found.criterion.has_linear_values();
     let parameters: Vec<ParameterEstimate> = model
         .parameters()
         .iter()
@@ -63,12 +61,8 @@ pub(super) fn describe(
                 estimate.torque_share = finite(torque.share);
                 estimate.torque_over_residual = finite(torque.over_residual);
             }
-            if has_linear_values && estimate.standard_error.is_some() {
-                estimate.error_parts = Some(ErrorParts {
-                    sampling: fitted.sampling_error[i],
-                    between_parts: fitted.between_parts[i],
-                    bias: fitted.bias[i],
-                });
+            if estimate.standard_error.is_some() {
+                estimate.error_parts = found.error_parts.get(i).copied();
             }
             estimate
         })

@@ -1,6 +1,6 @@
 //! Result of an estimator before it is judged.
 
-use super::result::{Refinement, SimulationFit};
+use super::result::{ErrorParts, Refinement, SimulationFit};
 use crate::finding::Finding;
 use crate::fit::Fitted;
 use crate::model::Theta;
@@ -20,6 +20,8 @@ pub(super) struct Numbers {
     pub(super) theta: Theta,
     /// Standard errors, \[p\].
     pub(super) errors: Vec<f64>,
+    /// Contributions to the standard errors, \[p\]; empty if the estimator gives none.
+    pub(super) error_parts: Vec<ErrorParts>,
     /// Whether each parameter is determined, \[p\].
     pub(super) identifiable: Vec<bool>,
     /// Half width of a 95 % interval in standard errors; infinite if the standard errors give no
@@ -62,15 +64,6 @@ impl Criterion {
         }
     }
 
-    /// Returns whether the values are those of least squares.
-    pub(super) fn has_linear_values(&self) -> bool {
-        match self {
-            Self::Equations => true,
-            Self::Likelihood(refinement) => !refinement.as_ref().is_some_and(|found| found.used),
-            Self::RecentEquations | Self::Loop(_) => false,
-        }
-    }
-
     /// Returns whether the result is compared with the motor rows alone and with the cross-checks.
     /// This needs equations of the whole log.
     pub(super) fn stands_beside_equations(&self) -> bool {
@@ -87,6 +80,13 @@ impl Numbers {
         Self {
             theta: fitted.theta.clone(),
             errors: fitted.standard_error.clone(),
+            error_parts: (0..fitted.theta.len())
+                .map(|i| ErrorParts {
+                    sampling: fitted.sampling_error[i],
+                    between_parts: fitted.between_parts[i],
+                    bias: fitted.bias[i],
+                })
+                .collect(),
             identifiable: fitted.identifiable.clone(),
             interval: fitted.interval,
             points: Vec::new(),

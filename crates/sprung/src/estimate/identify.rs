@@ -254,7 +254,7 @@ fn fit_all(prepared: &Prepared, passed: &Passed) -> Result<Linear, IdentifyError
             && (residual(model, system, &fitted.theta).iter())
                 .all(|row| row.0.is_finite() && row.1.is_finite())
     };
-    let fitted = fit(model, system).filter(is_finite);
+    let fitted = fit(model, system, prepared.reading().memory()).filter(is_finite);
     let fitted = fitted.ok_or_else(|| IdentifyError::NotFinite {
         file: prepared.names().join(", "),
     })?;

@@ -66,6 +66,7 @@ pub(super) fn on_line((lsff, elapsed): (&Lsff, f64), fitted: &Fitted) -> Found {
         numbers: Numbers {
             theta: lsff.theta(),
             errors: lsff.wandering(),
+            error_parts: Vec::new(),
             // The standard deviation of a running estimate gives no interval.
             interval: f64::INFINITY,
             points: points.map(|(t, x)| (*t, Some(x.clone()))).collect(),

@@ -413,15 +413,18 @@ pub struct PartResult {
     pub values: Vec<Option<(f64, f64)>>,
 }
 
-/// Contributions to the standard error of a parameter by least squares; the standard error is the
-/// root of the sum of their squares.
+/// Contributions to the standard error of a parameter by least squares or by the refinement; the
+/// standard error is the root of the sum of their squares.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ErrorParts {
-    /// Disagreement of stretches of the logs.
+    /// Disagreement of stretches of the logs. That of the refinement is at least the standard error
+    /// by the information.
     pub sampling: f64,
     /// Deviation between parts of the logs beyond their sampling errors.
     pub between_parts: f64,
-    /// Size of the bias that all stretches share, from cross-checks and from other cut-offs.
+    /// Size of the bias that all stretches share. Least squares: from cross-checks and from other
+    /// cut-offs. Refinement on a lower rung: the difference from least squares beyond both standard
+    /// errors.
     pub bias: f64,
 }
 
@@ -438,7 +441,7 @@ pub struct ParameterEstimate {
     pub value: Option<f64>,
     /// Standard error.
     pub standard_error: Option<f64>,
-    /// Contributions to the standard error; least squares only.
+    /// Contributions to the standard error; least squares and the refinement only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error_parts: Option<ErrorParts>,
     /// 95 % confidence interval.
@@ -503,7 +506,8 @@ impl EstimateResult {
     /// Returns whether the values are those of least squares.
     #[must_use]
     pub fn has_linear_values(&self) -> bool {
-        (self.parameters.iter()).any(|parameter| parameter.error_parts.is_some())
+        self.refined().is_none()
+            && (self.parameters.iter()).any(|parameter| parameter.error_parts.is_some())
     }
 
     /// Returns the values by name, without parameters that are not determined.

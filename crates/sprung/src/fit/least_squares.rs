@@ -6,8 +6,9 @@ use super::motor_row::{MotorRow, Reduced, motor_row};
 use crate::model::{Model, Theta};
 use crate::regression::{System, Triangle, solve, solve_quickly};
 
-/// Limit of jackknife groups; each group is a stretch of the log.
-const JACKKNIFE_GROUPS: usize = 32;
+/// Limits of the number of jackknife groups; each group is a stretch of the log.
+const MAX_GROUPS: usize = 32;
+const MIN_GROUPS: usize = 4;
 
 /// A parameter vector with its uncertainty.
 #[derive(Clone, Debug)]
@@ -68,14 +69,19 @@ impl Fitted {
 /// not contain a bias that all stretches share, for example the bias of quantised positions in the
 /// Coulomb transition.
 ///
+/// - `memory`: time over which the filters correlate neighbouring residuals, s. No stretch is
+///   shorter, unless the log is shorter than four times this time.
+///
 /// # Source
 ///
 /// Eq. (28).
 #[must_use]
-pub fn fit(model: &Model, system: &System) -> Option<Fitted> {
+pub fn fit(model: &Model, system: &System, memory: f64) -> Option<Fitted> {
     let free = Free::new(model);
     let whole = free.factors(system.whole()?);
-    let groups: Vec<Vec<Triangle>> = (system.groups(JACKKNIFE_GROUPS).into_iter())
+    let count = (system.duration() / memory) as usize;
+    let groups: Vec<Vec<Triangle>> = (system.groups(count.clamp(MIN_GROUPS, MAX_GROUPS)))
+        .into_iter()
         .map(|group| free.factors(group))
         .collect();
     let solution = solve(&free.parts(&whole), free.unknowns.len())?;
@@ -134,7 +140,7 @@ pub(crate) fn fit_values(model: &Model, system: &System) -> Option<Theta> {
 /// # Source
 ///
 /// Cornish-Fisher expansion about the normal quantile.
-fn student_95(freedom: usize) -> f64 {
+pub(crate) fn student_95(freedom: usize) -> f64 {
     if freedom < 3 {
         return f64::INFINITY;
     }

@@ -18,6 +18,8 @@ pub(crate) struct PartFit {
     /// Value and standard error of each parameter, \[p\]; `None` for known parameters and for those
     /// that the part does not determine.
     pub(crate) values: Vec<Option<(f64, f64)>>,
+    /// Number of stretches that were left out in turn.
+    stretches: usize,
 }
 
 impl PartFit {
@@ -35,7 +37,17 @@ impl PartFit {
             let known = solution.identifiable[at] && error.is_finite() && error > 0.0;
             values[index] = known.then_some((solution.x[at], error));
         }
-        Some(Self { values })
+        Some(Self {
+            values,
+            stretches: stretches.len(),
+        })
+    }
+
+    /// Returns the deviation of Student's t with the freedom of the stretches, by which errors from
+    /// few stretches count more.
+    pub(crate) fn error_factor(&self) -> f64 {
+        let freedom = self.stretches.saturating_sub(1).max(3) as f64;
+        (freedom / (freedom - 2.0)).sqrt()
     }
 
     /// Returns whether the part determines all parameters that the whole log determines.

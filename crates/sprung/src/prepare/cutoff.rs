@@ -14,6 +14,12 @@ const HIGHEST_HZ: f64 = 40.0;
 /// Upper bound of the cut-off as a fraction of the sampling rate.
 const MAX_SHARE_OF_RATE: f64 = 0.2;
 
+/// Returns the upper bound of the cut-off, Hz, for a period, s.
+#[must_use]
+pub(crate) fn limit_by_rate(period: f64) -> f64 {
+    MAX_SHARE_OF_RATE / period
+}
+
 /// Allowed noise in the argument of the Coulomb transition, β times the standard deviation of the
 /// velocity: with equal weights, and with weights for the transition.
 const TRANSITION_NOISE: f64 = 0.08;
@@ -41,7 +47,7 @@ pub(crate) fn choose_cutoff(
     excerpt: &Excerpt,
 ) -> (f64, String) {
     let period = excerpt.period();
-    let highest = HIGHEST_HZ.min(MAX_SHARE_OF_RATE / period);
+    let highest = HIGHEST_HZ.min(limit_by_rate(period));
     let mut best = (highest, None);
     for (i, channel) in channels.all.iter().enumerate() {
         if channel.quantity == Quantity::MotorTorque {

@@ -66,6 +66,14 @@ impl Reading {
         self.position_cutoff_hz
     }
 
+    /// Returns the time over which the filters correlate neighbouring samples, s: one period of the
+    /// cut-off of the positions, or twice the time constant of the filter pair.
+    #[must_use]
+    pub fn memory(&self) -> f64 {
+        let of_pair = 2.0 / self.settings.filter_cutoff_rad_per_s;
+        of_pair.max(self.position_cutoff_hz.recip())
+    }
+
     /// Returns the delays to undo, one per channel, s.
     #[must_use]
     pub fn delays(&self) -> &[f64] {

@@ -549,6 +549,13 @@ impl System {
         self.samples
     }
 
+    /// Returns the time from the end of the first stretch to the last sample, s.
+    #[must_use]
+    pub fn duration(&self) -> f64 {
+        let ends = self.ends.first().zip(self.ends.last());
+        ends.map_or(0.0, |(first, last)| last - first)
+    }
+
     /// Returns the sum of the squared weights of a row, which is its effective number of samples.
     #[must_use]
     pub fn weight(&self, row: usize) -> f64 {

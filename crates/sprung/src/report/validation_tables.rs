@@ -87,14 +87,21 @@ pub(super) fn torque(run: &RunResult) -> Table {
         })
         .collect();
     Table {
-        caption: format!(
-            "{}: root mean square error of the filtered motor torque that the model computes from \
-             the measured motion in {} ({} samples).",
-            run.name, run.log, run.samples
-        ),
+        caption: caption_of_torque(run),
         columns,
         rows,
     }
+}
+
+fn caption_of_torque(run: &RunResult) -> String {
+    let cutoff = run.position_cutoff_hz.map_or_else(String::new, |cutoff| {
+        format!(", cut-off of the positions {} Hz", significant(cutoff, 3))
+    });
+    format!(
+        "{}: root mean square error of the filtered motor torque that the model computes from the \
+         measured motion in {} ({} samples{cutoff}).",
+        run.name, run.log, run.samples
+    )
 }
 
 /// Returns one row per parameter set and joint.
@@ -137,11 +144,7 @@ fn errors_by_joint(run: &RunResult) -> Table {
 
 fn torque_by_joint(run: &RunResult) -> Table {
     Table {
-        caption: format!(
-            "{}: root mean square error of the filtered motor torque that the model computes from \
-             the measured motion in {} ({} samples).",
-            run.name, run.log, run.samples
-        ),
+        caption: caption_of_torque(run),
         columns: vec![
             text("Parameters"),
             text("Joint"),

@@ -24,8 +24,8 @@ impl Parameters {
     /// Reads parameters from `identification.json`, or from a TOML table of values by name.
     ///
     /// # Errors
+    ///
     /// [`SessionError`] if the file cannot be read or has other contents.
-    /// [`SessionError`] if the file cannot be read or holds something else.
     pub fn open(path: &Path) -> Result<Self, SessionError> {
         Self::from_file(&Disk, path)
     }

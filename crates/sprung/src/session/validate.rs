@@ -1,20 +1,18 @@
 //! Validates parameters on other logs.
 
-use std::collections::BTreeMap;
-
 use super::error::SessionError;
 use super::load::Session;
 use super::logs::Logs;
 use super::parameters::Parameters;
 use crate::log::LogSource;
 use crate::progress::Listener;
-use crate::validate::{Validated, validate};
+use crate::validate::{ChosenFor, Validated, validate};
 
 impl Session {
     /// Validates parameters on the logs of the experiment's `[[validate]]` runs.
     ///
-    /// If the parameters come from an identification, its delays, signs and gains are used where
-    /// the description leaves them open.
+    /// If the parameters come from an identification, its delays, signs, gains and cut-off are used
+    /// where the description leaves them open.
     ///
     /// # Errors
     ///
@@ -42,10 +40,14 @@ impl Session {
         sources: &mut [Vec<LogSource<'_>>],
         progress: &mut dyn Listener,
     ) -> Result<Validated, SessionError> {
-        let delays: BTreeMap<String, f64> = (parameters.identification.iter())
-            .flat_map(|identification| &identification.log.delay_s)
-            .map(|(column, delay)| (column.clone(), delay.value))
-            .collect();
+        let found = parameters.identification.as_ref();
+        let chosen = ChosenFor {
+            delays: (found.iter())
+                .flat_map(|found| &found.log.delay_s)
+                .map(|(column, delay)| (column.clone(), delay.value))
+                .collect(),
+            position_cutoff_hz: found.map(|found| found.settings.position_cutoff_hz),
+        };
         let (mut experiment, model) = self.described_by(parameters)?;
         if let (Some(log), Some(found)) = (&mut experiment.log, &parameters.identification) {
             log.settle(&found.log.signs(), &found.log.gains());
@@ -54,7 +56,7 @@ impl Session {
             &experiment,
             &model,
             &parameters.sets,
-            &delays,
+            &chosen,
             sources,
             progress,
         )?)

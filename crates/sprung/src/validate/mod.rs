@@ -12,4 +12,4 @@ pub use candidate::ParameterSet;
 pub use error::ValidateError;
 pub use metrics::{Rms, Spread};
 pub use result::{Outcome, RootMeanSquares, RunResult, SetResult, Validation};
-pub use run::{Validated, validate};
+pub use run::{ChosenFor, Validated, validate};

@@ -27,6 +27,10 @@ pub struct RunResult {
     pub log: String,
     /// Number of samples.
     pub samples: u64,
+    /// Cut-off of the position filter for the filtered torque, Hz: that of the identification if
+    /// `position_cutoff_hz` is `"auto"`.
+    #[serde(default)]
+    pub position_cutoff_hz: Option<f64>,
     /// Whether the closed loop was simulated, which needs a controller.
     pub simulated: bool,
     /// Findings about the log.

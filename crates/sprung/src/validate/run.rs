@@ -15,7 +15,7 @@ use crate::estimate::GENERATOR;
 use crate::finding::{Finding, Severity};
 use crate::log::{Channels, LogError, LogSource, check};
 use crate::model::Model;
-use crate::prepare::{Excerpt, as_given, excerpt, velocity_noise};
+use crate::prepare::{Excerpt, as_given, excerpt, limit_by_rate, velocity_noise};
 use crate::progress::{Listener, Phase};
 use crate::regression::{PassError, Reading, System, TransitionWeights, read_through};
 
@@ -28,9 +28,19 @@ pub struct Validated {
     pub curves: Curves,
 }
 
+/// Choices of an identification that hold for the logs of a validation too.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ChosenFor {
+    /// Delays, s, by column.
+    pub delays: BTreeMap<String, f64>,
+    /// Cut-off of the position filter, Hz. It is used if the experiment leaves the cut-off to
+    /// sprung.
+    pub position_cutoff_hz: Option<f64>,
+}
+
 /// Validates parameter sets on every `[[validate]]` experiment.
 ///
-/// - `delays`: delays that an identification estimated, s, by column.
+/// - `chosen`: choices of the identification that found the parameters.
 /// - `sources`: logs of each validation experiment, in the order of the experiments; surplus
 ///   entries on either side are ignored.
 /// - `progress`: receives the number of samples read so far.
@@ -50,7 +60,7 @@ pub fn validate(
     experiment: &Experiment,
     model: &Model,
     sets: &[ParameterSet],
-    delays: &BTreeMap<String, f64>,
+    chosen: &ChosenFor,
     sources: &mut [Vec<LogSource<'_>>],
     progress: &mut dyn Listener,
 ) -> Result<Validated, ValidateError> {
@@ -91,7 +101,8 @@ pub fn validate(
             model,
             settings: &experiment.identify,
             channels: &channels,
-            delays: &channel_delays(&channels, delays, identified.as_ref())?,
+            delays: &channel_delays(&channels, &chosen.delays, identified.as_ref())?,
+            cutoff_hz: chosen.position_cutoff_hz,
             controller,
         };
         let mut outcome = run.simulate(&mut candidates, sources, progress)?;
@@ -112,6 +123,7 @@ pub fn validate(
             name: described.name.clone(),
             log: log.name(&sources.first().map_or_else(String::new, LogSource::label)),
             samples: outcome.samples,
+            position_cutoff_hz: Some(outcome.cutoff_hz),
             simulated: controller.is_some(),
             findings: outcome.findings,
             sets: candidates
@@ -151,6 +163,7 @@ struct Simulated {
     samples: u64,
     findings: Vec<Finding>,
     system: System,
+    cutoff_hz: f64,
     // Measured curves, then one set per shown candidate.
     curves: Vec<CurveSet>,
 }
@@ -160,6 +173,8 @@ struct Run<'a> {
     settings: &'a Identify,
     channels: &'a Channels,
     delays: &'a [f64],
+    // Cut-off of the position filter by an identification, Hz.
+    cutoff_hz: Option<f64>,
     controller: Option<&'a Controller>,
 }
 
@@ -171,7 +186,12 @@ impl Run<'_> {
         let Some(beginning) = beginning else {
             return Reading::new(model, settings, channels, 0.0).with_delays(self.delays);
         };
-        let (reading, _) = as_given(model, settings, channels, beginning);
+        let (mut reading, chosen) = as_given(model, settings, channels, beginning);
+        if let (Some(cutoff), Some(_)) = (self.cutoff_hz, chosen) {
+            // A validation log may have fewer samples per second than that of the identification.
+            let cutoff = cutoff.min(limit_by_rate(beginning.period()));
+            reading = reading.with_position_cutoff(cutoff);
+        }
         let reading = reading.with_delays(self.delays);
         let Some(theta) = candidates.iter().find_map(Candidate::theta) else {
             return reading;
@@ -222,6 +242,7 @@ impl Run<'_> {
             samples: passed.logs.iter().map(|log| log.summary.samples()).sum(),
             findings,
             system: passed.system,
+            cutoff_hz: reading.position_cutoff_hz(),
             curves: comparison.curves(self.model.joint_count()),
         })
     }

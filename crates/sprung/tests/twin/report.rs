@@ -4,7 +4,7 @@ use sprung::demo;
 use sprung::estimate::{Identified, identify};
 use sprung::progress::Unheard;
 use sprung::report::{Block, Contents, Document, compose, render};
-use sprung::validate::{ParameterSet, validate};
+use sprung::validate::{ChosenFor, ParameterSet, validate};
 
 use crate::in_memory::with_source;
 use crate::support::Twin;
@@ -20,7 +20,7 @@ fn report(name: &str) -> (Document, Identified) {
         let mut sources = [vec![source]];
         let found = identify(experiment, model, &mut sources[0], &mut Unheard).unwrap();
         let sets = ParameterSet::of(&found.identification);
-        let none = std::collections::BTreeMap::new();
+        let none = ChosenFor::default();
         let validated =
             validate(experiment, model, &sets, &none, &mut sources, &mut Unheard).unwrap();
         (found, validated)

@@ -64,7 +64,7 @@ impl Twin {
         reduction
             .push(&signals, 30.0, 1e-3, discretization)
             .unwrap();
-        fit(&self.model, &reduction.finish()).unwrap().theta
+        fit(&self.model, &reduction.finish(), 0.1).unwrap().theta
     }
 
     /// The log that an experiment with `settings` writes.

@@ -5,9 +5,6 @@ use crate::fit::{Fitted, PartFit, fit_between, fits_of_quarters};
 use crate::model::Model;
 use crate::regression::Passed;
 
-/// Variance of Student's t with the freedom of a part's stretches, about.
-const FEW_STRETCHES: f64 = 1.4;
-
 /// Estimates from parts of the logs.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Parts {
@@ -56,8 +53,13 @@ impl Parts {
     /// Returns value and standard error of a parameter from each part, with larger errors, since
     /// those of a part come from few stretches.
     pub(crate) fn cautious(&self, index: usize) -> Option<Vec<(f64, f64)>> {
-        let cautious = |(value, error)| (value, FEW_STRETCHES.sqrt() * error);
-        Some(self.of(index)?.into_iter().map(cautious).collect())
+        let values: Vec<(f64, f64)> = (self.parts.iter())
+            .filter_map(|(_, fit)| {
+                let (value, error) = fit.values[index]?;
+                Some((value, fit.error_factor() * error))
+            })
+            .collect();
+        (values.len() >= 2).then_some(values)
     }
 
     /// Returns the parts in the form of the results.

@@ -62,5 +62,5 @@ fn bias_by_filter(sweep: &Sweep, index: usize) -> f64 {
 fn between(parts: &Parts, index: usize) -> f64 {
     (parts.cautious(index))
         .and_then(|values| between_parts(&values))
-        .map_or(0.0, |found| found.variance.sqrt())
+        .map_or(0.0, |found| found.standard_error())
 }

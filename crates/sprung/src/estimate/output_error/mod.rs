@@ -79,6 +79,7 @@ fn simulate_and_fit(
     let mut failed = Found {
         // The estimate uses the record as a whole, so it has no trace.
         numbers: Numbers {
+            error_parts: Vec::new(),
             interval: NORMAL_95,
             criterion: Criterion::Loop(None),
             ..Numbers::of(linear)

@@ -1,7 +1,11 @@
 //! Estimates of channel delays from the normal equations.
 
-use super::filter::NormalEquations;
+use super::filter::{NormalEquations, Sums};
+use super::sandwich::{Influence, widening};
+use super::solve::covariance as covariance_of;
 use super::unknowns::Unknowns;
+use super::vector::dot;
+use crate::estimate::between_parts::between_parts;
 
 /// Estimate of the delay of a channel relative to the other channels.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,7 +16,7 @@ pub(super) struct DelayUpdate {
     pub(super) assumed: f64,
     /// Estimated delay minus assumed delay, s.
     pub(super) correction: f64,
-    /// Standard error of the delay, s.
+    /// Standard error of the delay, s; infinite if the log does not determine it.
     pub(super) standard_error: f64,
     /// Whether the description asks to estimate this delay.
     pub(super) estimated: bool,
@@ -25,70 +29,104 @@ impl DelayUpdate {
     }
 }
 
+/// Estimate of a delay by one Gauss-Newton step.
+struct Step {
+    correction: f64,
+    influence: Influence,
+}
+
 /// Returns the estimate of each delay by one Gauss-Newton step, in which the other unknowns follow.
 /// Delays that are not to be estimated are moved one at a time.
 ///
+/// The standard errors contain the scatter of the score over stretches of the log, and the changes
+/// of the delays between blocks. Those by the information alone are too small on real machines.
+///
 /// - `covariance`: covariance of the unknowns with values and the delays to be estimated, \[count ×
 ///   count\].
+/// - `parts`: normal equations of blocks of the log.
 /// - `assumed`: assumed delay of each channel, s.
 pub(super) fn delay_updates(
     unknowns: &Unknowns,
-    normal: &NormalEquations,
+    sums: &Sums,
     covariance: &[f64],
-    count: usize,
+    parts: &[&NormalEquations],
+    duration: f64,
     assumed: &[f64],
 ) -> Vec<DelayUpdate> {
-    let values = unknowns.values();
-    (unknowns.delayed().enumerate())
-        .map(|(i, channel)| {
-            let at = values + i;
-            let estimated = at < count;
-            let (information, gradient) = if estimated {
-                with_others(normal, covariance, count, at)
-            } else {
-                beside_others(normal, covariance, count, at)
-            };
+    let count = covariance.len().isqrt();
+    let steps = steps(unknowns, &sums.normal, covariance, count);
+    let of_parts: Vec<Vec<Step>> = (parts.iter())
+        .filter_map(|part| {
+            let own = covariance_of(&part.first(count).information, count)?;
+            Some(self::steps(unknowns, part, &own, count))
+        })
+        .collect();
+    let influences: Vec<&Influence> = steps.iter().map(|step| &step.influence).collect();
+    let widening = widening(&influences, &sums.gradients, duration);
+    (unknowns.delayed().zip(&steps).enumerate())
+        .map(|(i, (channel, step))| {
+            let widened = |step: &Step| widening[i] * step.influence.variance.sqrt();
+            let moved: Vec<(f64, f64)> = (of_parts.iter())
+                .map(|of_part| (of_part[i].correction, widened(&of_part[i])))
+                .filter(|(value, error)| value.is_finite() && error.is_finite())
+                .collect();
+            let between = between_parts(&moved).map_or(0.0, |found| found.standard_error());
             DelayUpdate {
                 channel,
                 assumed: assumed[channel],
-                correction: -gradient / information,
-                standard_error: information.max(0.0).sqrt().recip(),
-                estimated,
+                correction: step.correction,
+                standard_error: widened(step).hypot(between),
+                estimated: unknowns.values() + i < count,
             }
         })
         .collect()
 }
 
-/// Returns information and gradient of a delay to be estimated, with the other unknowns eliminated.
-fn with_others(
+fn steps(
+    unknowns: &Unknowns,
     normal: &NormalEquations,
     covariance: &[f64],
     count: usize,
-    at: usize,
-) -> (f64, f64) {
-    let row = &covariance[at * count..(at + 1) * count];
-    let step: f64 = row.iter().zip(&normal.gradient).map(|(c, g)| c * g).sum();
-    let information = covariance[at * (count + 1)].recip();
-    (information, step * information)
+) -> Vec<Step> {
+    let values = unknowns.values();
+    (0..unknowns.delayed().count())
+        .map(|i| {
+            let influence = match values + i {
+                at if at < count => with_others(covariance, count, at),
+                at => beside_others(normal, covariance, count, at),
+            };
+            Step {
+                correction: -dot(&influence.row, &normal.gradient),
+                influence,
+            }
+        })
+        .collect()
 }
 
-/// Returns information and gradient of a delay that is not among the unknowns, with the unknowns
-/// eliminated.
+/// Returns the influence on a delay to be estimated, with the other unknowns eliminated.
+fn with_others(covariance: &[f64], count: usize, at: usize) -> Influence {
+    Influence {
+        row: covariance[at * count..(at + 1) * count].to_vec(),
+        variance: covariance[at * (count + 1)],
+    }
+}
+
+/// Returns the influence on a delay that is not among the unknowns, with the unknowns eliminated.
+/// Its variance is infinite if the log does not determine the delay.
 fn beside_others(
     normal: &NormalEquations,
     covariance: &[f64],
     count: usize,
     at: usize,
-) -> (f64, f64) {
-    let mut information = normal.information[at * (normal.count + 1)];
-    let mut gradient = normal.gradient[at];
+) -> Influence {
     let cross = &normal.information[at * normal.count..at * normal.count + count];
-    for (j, a) in cross.iter().enumerate() {
-        let row = &covariance[j * count..(j + 1) * count];
-        for (k, factor) in row.iter().enumerate() {
-            information -= a * factor * cross[k];
-            gradient -= a * factor * normal.gradient[k];
-        }
+    let mut row: Vec<f64> = (covariance.chunks(count).map(|row| -dot(row, cross))).collect();
+    let information = normal.information[at * (normal.count + 1)] + dot(&row, cross);
+    let variance = information.max(0.0).recip();
+    row.resize(at, 0.0);
+    row.push(1.0);
+    for entry in &mut row {
+        *entry /= information;
     }
-    (information, gradient)
+    Influence { row, variance }
 }

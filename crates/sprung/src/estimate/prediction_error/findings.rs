@@ -2,7 +2,7 @@
 
 use super::delay_updates::DelayUpdate;
 use super::refined::Refined;
-use crate::estimate::chi_square::upper_tail;
+use crate::estimate::between_parts::between_parts;
 use crate::finding::{Finding, Severity};
 use crate::log::Channels;
 use crate::model::Model;
@@ -197,23 +197,18 @@ fn disagree(model: &Model, refined: &Refined) -> Option<Finding> {
     if refined.logs.len() < 2 {
         return None;
     }
-    let freedom = refined.logs.len() - 1;
     let mut disagreeing = Vec::new();
     let mut names = Vec::new();
     for (place, &index) in refined.free.iter().enumerate() {
-        let values = refined.logs.iter().map(|log| log[place]);
-        let weights: f64 = values.clone().map(|(_, error)| error.powi(-2)).sum();
-        let mean = values
-            .clone()
-            .map(|(x, error)| x * error.powi(-2))
-            .sum::<f64>()
-            / weights;
-        let spread: f64 = (values.clone())
-            .map(|(x, error)| ((x - mean) / error).powi(2))
-            .sum();
-        if upper_tail(spread, freedom) < FALSE_ALARM_PROBABILITY / refined.free.len() as f64 {
+        let values: Vec<(f64, f64)> = refined.logs.iter().map(|log| log[place]).collect();
+        let found = between_parts(&values);
+        if found.is_some_and(|found| {
+            found.probability < FALSE_ALARM_PROBABILITY / refined.free.len() as f64
+        }) {
             let parameter = &model.parameters()[index];
-            let each: Vec<String> = values.map(|(x, e)| format!("{x:.4} ± {e:.4}")).collect();
+            let each: Vec<String> = (values.iter())
+                .map(|(x, e)| format!("{x:.4} ± {e:.4}"))
+                .collect();
             disagreeing.push(format!("{} ({})", parameter.short(), each.join(", ")));
             names.push(parameter.name.clone());
         }

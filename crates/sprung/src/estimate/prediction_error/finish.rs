@@ -3,24 +3,22 @@
 use super::delay_updates::delay_updates;
 use super::descent::Descent;
 use super::dynamics::Dynamics;
-use super::filter::{Keep, NormalEquations, Sums, run};
+use super::filter::{Keep, Sums, run};
 use super::levels::Levels;
+use super::parts::{
+    Alone, alone, between, blocks, deviation, values_alone, widened, without_blocks,
+};
 use super::problem::{Problem, add_prior};
 use super::refined::{Refined, RowLevel, SensorLevel, SensorOffset, StribeckVelocity};
-use super::sandwich::{SCORE_PARTS, widening};
-use super::solve::{covariance as covariance_of, damped_step};
+use super::sandwich::{Influence, SCORE_PARTS, widening};
+use super::solve::covariance as covariance_of;
 use super::unknowns::Unknowns;
 use super::vector::add;
 use crate::model::{Model, Theta};
 use crate::regression::Reading;
 
-/// Maximum number of points of the trace, a multiple of `BLOCKS`.
+/// Maximum number of points of the trace, a multiple of the number of blocks.
 const MAX_TRACE_POINTS: usize = 64;
-
-/// Number of blocks that are left out in turn, and number on logs shorter than `SHORT_LOG_S`.
-const BLOCKS: usize = 8;
-const BLOCKS_OF_SHORT_LOG: usize = 4;
-const SHORT_LOG_S: f64 = 8.0;
 
 /// Returns the result of a descent. Returns `None` if the filter does not follow the log or the log
 /// does not determine all unknowns.
@@ -40,9 +38,30 @@ pub(super) fn finish(
     let count = unknowns.values() + estimated.len();
     let information = covariance_of(&sums.normal.first(count).information, count)?;
     let duration = measurements.duration();
-    let widening = widening(&information, count, &sums.gradients, duration);
+    let rows: Vec<Influence> = (information.chunks(count).enumerate())
+        .map(|(at, row)| Influence {
+            row: row.to_vec(),
+            variance: row[at],
+        })
+        .collect();
+    let widening = widening(&rows.iter().collect::<Vec<_>>(), &sums.gradients, duration);
+    let blocks = blocks(problem, &sums);
+    let logs = widened(each_log(problem, descent, &sums), &widening);
+    let of_blocks: Option<Vec<Alone>> = (blocks.iter())
+        .map(|block| alone(problem, descent, &block.normal, block.share))
+        .collect();
+    let of_blocks = widened(of_blocks.unwrap_or_default(), &widening);
+    let sampling = |place: usize| widening[place] * information[place * (count + 1)].sqrt();
+    let without = without_blocks(problem, descent, &sums.normal, &blocks);
+    let between = |place: usize| {
+        let of_blocks = between(&of_blocks, place).min(deviation(&without, place));
+        of_blocks.max(between(&logs, place))
+    };
+    let factors: Vec<f64> = (0..count)
+        .map(|place| widening[place] * (between(place) / sampling(place)).hypot(1.0))
+        .collect();
     let covariance: Vec<f64> = (information.iter().enumerate())
-        .map(|(at, entry)| entry * widening[at / count] * widening[at % count])
+        .map(|(at, entry)| entry * factors[at / count] * factors[at % count])
         .collect();
     let error = |place: usize| covariance[place * (count + 1)].sqrt();
     let free = unknowns.free.clone();
@@ -55,6 +74,7 @@ pub(super) fn finish(
             .collect(),
         theta: unknowns.theta(&descent.z),
         standard_error: standard_errors(model, &free, error),
+        between_parts: standard_errors(model, &free, between),
         ending: descent.ending,
         runs: descent.runs,
         moved,
@@ -85,14 +105,17 @@ pub(super) fn finish(
             .collect(),
         delays: delay_updates(
             &unknowns,
-            &sums.normal,
+            &sums,
             &information,
-            count,
+            &blocks.iter().map(|block| &block.normal).collect::<Vec<_>>(),
+            duration,
             reading.delays(),
         ),
         trace: trace(problem, descent, &sums),
-        without: without_blocks(problem, descent, &sums),
-        logs: each_log(problem, descent, &sums),
+        without: (without.into_iter())
+            .map(|(end, z)| (end, unknowns.theta(&z)))
+            .collect(),
+        logs,
         free,
     })
 }
@@ -141,69 +164,17 @@ fn trace(problem: &Problem<'_>, descent: &Descent, sums: &Sums) -> Vec<(f64, The
     let duration = problem.measurements.duration();
     (sums.growing.iter())
         .filter_map(|(time, so_far)| {
-            let (z, _) = alone(problem, descent, so_far, time / duration)?;
+            let z = values_alone(problem, descent, so_far, time / duration)?;
             Some((*time, problem.unknowns.theta(&z)))
         })
         .collect()
 }
 
-/// Returns the estimates without each of the blocks in turn, and the end of each block as a fraction
-/// of the samples. Returns an empty list if the other blocks do not determine the parameters.
-fn without_blocks(problem: &Problem<'_>, descent: &Descent, sums: &Sums) -> Vec<(f64, Theta)> {
-    let duration = problem.measurements.duration();
-    let blocks = if duration < SHORT_LOG_S {
-        BLOCKS_OF_SHORT_LOG
-    } else {
-        BLOCKS
-    };
-    let whole = (1.0, &sums.normal);
-    let mut before = (0.0, NormalEquations::zero(sums.normal.count));
-    let thetas: Option<Vec<(f64, Theta)>> = (1..=blocks)
-        .map(|block| {
-            let at = block * MAX_TRACE_POINTS / blocks - 1;
-            let kept = sums.growing.get(at).filter(|_| block < blocks);
-            let (end, up_to) = kept.map_or(whole, |(time, normal)| (time / duration, normal));
-            let own = up_to.without(&before.1);
-            let share = 1.0 - (end - before.0);
-            let others = sums.normal.without(&own);
-            before = (end, up_to.clone());
-            let (z, _) = alone(problem, descent, &others, share)?;
-            Some((end, problem.unknowns.theta(&z)))
-        })
-        .collect();
-    thetas.unwrap_or_default()
-}
-
-/// Returns the estimate from each log alone: value and standard error of each refined parameter.
-fn each_log(problem: &Problem<'_>, descent: &Descent, sums: &Sums) -> Vec<Vec<(f64, f64)>> {
-    let (values, width) = (problem.unknowns.values(), problem.unknowns.free.len());
+/// Returns the estimate from each log alone.
+fn each_log(problem: &Problem<'_>, descent: &Descent, sums: &Sums) -> Vec<Alone> {
     (sums.logs.iter().enumerate())
-        .filter_map(|(log, own)| {
-            let share = problem.measurements.share(log);
-            let (z, covariance) = alone(problem, descent, own, share)?;
-            let error = |i: usize| covariance[i * (values + 1)].sqrt();
-            Some((0..width).map(|i| (z[i], error(i))).collect())
-        })
+        .filter_map(|(log, own)| alone(problem, descent, own, problem.measurements.share(log)))
         .collect()
-}
-
-/// Returns the estimate from a part of the measurements, and its covariance. The estimate is one
-/// step from the optimum of all measurements.
-///
-/// - `share`: fraction of all samples in this part.
-fn alone(
-    problem: &Problem<'_>,
-    descent: &Descent,
-    part: &NormalEquations,
-    share: f64,
-) -> Option<(Vec<f64>, Vec<f64>)> {
-    let values = problem.unknowns.values();
-    let mut part = part.first(values);
-    add_prior(problem.unknowns, &descent.z, &mut part);
-    add(&mut part.gradient, -share, &descent.noise_gradient);
-    let step = damped_step(&part.information, &part.gradient, 0.0)?;
-    let z = descent.z.iter().zip(&step).map(|(x, d)| x + d).collect();
-    Some((z, covariance_of(&part.information, values)?))
 }
 
 fn row_levels(problem: &Problem<'_>, levels: &Levels) -> Vec<RowLevel> {

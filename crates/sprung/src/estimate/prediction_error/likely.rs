@@ -184,7 +184,8 @@ impl Search<'_, '_, '_> {
         });
         let reading = reading.with_model(faster);
         let model = reading.model();
-        let Some(fitted) = (self.excerpt.reduce(&reading)).and_then(|system| fit(model, &system))
+        let Some(fitted) = (self.excerpt.reduce(&reading))
+            .and_then(|system| fit(model, &system, reading.memory()))
         else {
             return Ok(None);
         };

@@ -20,6 +20,7 @@ mod likelihood;
 mod likely;
 mod measurements;
 mod noisy_torque;
+mod parts;
 mod problem;
 mod refine;
 mod refined;
@@ -35,6 +36,7 @@ mod unknowns;
 mod vector;
 
 use super::found::{Criterion, Found, NORMAL_95, Numbers};
+use super::result::ErrorParts;
 use crate::description::Delay;
 use crate::finding::{Finding, Severity};
 use crate::fit::{Fitted, trace};
@@ -51,6 +53,7 @@ use ladder::{choose, climb, nearest};
 pub(super) use likely::likely;
 use refine::{Refinery, Start};
 use refined::Refined;
+use rung::Rung;
 use start_levels::TorqueNoise;
 use status::Status;
 
@@ -114,11 +117,12 @@ pub(super) fn prediction_error(
     }
     let refinement =
         (shown.as_ref()).and_then(|shown| describe(model, reading.channels(), shown, &status));
+    let rung = shown.as_ref().map_or(Rung::Free, |shown| shown.rung);
     let numbers = match shown
         .and_then(|shown| shown.refined)
         .filter(|_| status.is_used())
     {
-        Some(refined) => refined_numbers(refined, before.fitted),
+        Some(refined) => refined_numbers(refined, rung, before.fitted),
         None => Numbers {
             points: trace(model, before.system).collect(),
             ..Numbers::of(before.fitted)
@@ -160,10 +164,38 @@ fn wrong_log(about_logs: &[Finding]) -> Option<&Finding> {
 }
 
 /// Returns the numerical result of a refinement that is used.
-fn refined_numbers(refined: Refined, fitted: &Fitted) -> Numbers {
+///
+/// A lower rung is used because the model lacks an effect, so estimators that weigh the samples
+/// differently have different limits. Then the difference from least squares beyond both standard
+/// errors counts as a bias. The last rung takes slow disturbances for white noise, so its sampling
+/// error is at least that of least squares, which comes from stretches of the log.
+fn refined_numbers(refined: Refined, rung: Rung, fitted: &Fitted) -> Numbers {
+    let error_parts: Vec<ErrorParts> = (0..refined.theta.len())
+        .map(|i| {
+            let (error, between) = (refined.standard_error[i], refined.between_parts[i]);
+            let own = (error.powi(2) - between.powi(2)).max(0.0).sqrt();
+            let both = error.hypot(fitted.standard_error[i]);
+            let difference = refined.theta[i] - fitted.theta[i];
+            let excess = (difference.powi(2) - both.powi(2)).max(0.0).sqrt();
+            ErrorParts {
+                sampling: match rung {
+                    Rung::Flat => own.max(fitted.sampling_error[i]),
+                    Rung::Free | Rung::Cap10 | Rung::Cap3 => own,
+                },
+                between_parts: between,
+                bias: match rung {
+                    Rung::Cap10 | Rung::Cap3 | Rung::Flat if excess.is_finite() => excess,
+                    _ => 0.0,
+                },
+            }
+        })
+        .collect();
     Numbers {
+        errors: (error_parts.iter())
+            .map(|parts| parts.sampling.hypot(parts.between_parts).hypot(parts.bias))
+            .collect(),
+        error_parts,
         theta: refined.theta,
-        errors: refined.standard_error,
         interval: NORMAL_95,
         points: (refined.trace.into_iter())
             .map(|(time, theta)| (time, Some(theta)))

@@ -12,6 +12,8 @@ pub(super) struct Refined {
     /// Standard error of each parameter, \[p\]: zero for fixed parameters, infinite if the log does
     /// not determine the parameter.
     pub(super) standard_error: Vec<f64>,
+    /// Part of each standard error that comes from changes between parts of the logs, \[p\].
+    pub(super) between_parts: Vec<f64>,
     /// Indices in theta of the parameters that were refined.
     pub(super) free: Vec<usize>,
     /// Covariance of the refined parameters, \[free × free\].
@@ -53,7 +55,7 @@ pub(super) struct Refined {
     /// fraction of the samples.
     pub(super) without: Vec<(f64, Theta)>,
     /// Estimate from each of several logs alone: value and standard error of each refined
-    /// parameter.
+    /// parameter, followed by those of the offsets.
     pub(super) logs: Vec<Vec<(f64, f64)>>,
 }
 

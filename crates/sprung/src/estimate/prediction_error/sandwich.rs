@@ -9,6 +9,8 @@
 //! Newey and West, Econometrica 1987; White, Econometrica 1982: "Maximum likelihood estimation of
 //! misspecified models".
 
+use super::vector::dot;
+
 /// Number of parts that the score of a log is summed over.
 pub(super) const SCORE_PARTS: usize = 400;
 
@@ -17,37 +19,42 @@ pub(super) const SCORE_PARTS: usize = 400;
 const STRETCHES_S: [f64; 4] = [0.25, 0.5, 1.0, 2.0];
 
 /// Maximum length of a stretch as a fraction of the log. Few stretches give a poor variance.
-const MAX_STRETCH_SHARE: f64 = 0.1;
+const MAX_STRETCH_SHARE: f64 = 0.125;
 
-/// Returns the factor of each unknown's standard error: the largest ratio of the standard error by
-/// stretches of the score to that by the information, at least 1, \[count\].
+/// A number that is a linear function of the gradient about the optimum: an unknown, or the delay
+/// of a channel.
+pub(super) struct Influence {
+    /// Derivatives of minus the number by the gradient.
+    pub(super) row: Vec<f64>,
+    /// Variance of the number by the information.
+    pub(super) variance: f64,
+}
+
+/// Returns the factor of each number's standard error: the largest ratio of the standard error by
+/// stretches of the score to that by the information, at least 1.
 ///
-/// - `covariance`: inverse of the information, \[count × count\].
-/// - `gradients`: gradients after growing parts of equal length, \[parts × width\], the unknowns of
-///   `covariance` first.
+/// - `gradients`: gradients after growing parts of equal length, \[parts × unknowns\].
 /// - `duration`: length of the log, s.
 pub(super) fn widening(
-    covariance: &[f64],
-    count: usize,
+    influences: &[&Influence],
     gradients: &[Vec<f64>],
     duration: f64,
 ) -> Vec<f64> {
-    let mut widest = vec![1.0_f64; count];
+    let mut widest = vec![1.0_f64; influences.len()];
     let parts = gradients.len();
     let Some(whole) = gradients.last() else {
         return widest;
     };
-    // The influence of each growing part on the estimate, centred.
-    let influence: Vec<Vec<f64>> = (0..=parts)
+    // The influence of each growing part on the numbers, centred.
+    let scores: Vec<f64> = influences.iter().map(|own| dot(&own.row, whole)).collect();
+    let growing: Vec<Vec<f64>> = (0..=parts)
         .map(|part| {
             let share = part as f64 / parts as f64;
-            let score = |i: usize| match part.checked_sub(1) {
-                Some(last) => gradients[last][i] - share * whole[i],
+            let own = |(own, whole): (&&Influence, &f64)| match part.checked_sub(1) {
+                Some(last) => dot(&own.row, &gradients[last]) - share * whole,
                 None => 0.0,
             };
-            let rows = covariance.chunks(count);
-            rows.map(|row| (0..count).map(|i| row[i] * score(i)).sum())
-                .collect()
+            influences.iter().zip(&scores).map(own).collect()
         })
         .collect();
     for stretch in STRETCHES_S {
@@ -61,9 +68,9 @@ pub(super) fn widening(
         let scale = parts as f64 / (stretches * length) as f64 / (1.0 - share);
         for (i, widest) in widest.iter_mut().enumerate() {
             let sum: f64 = (0..stretches)
-                .map(|from| (influence[from + length][i] - influence[from][i]).powi(2))
+                .map(|from| (growing[from + length][i] - growing[from][i]).powi(2))
                 .sum();
-            *widest = widest.max((scale * sum / covariance[i * (count + 1)]).sqrt());
+            *widest = widest.max((scale * sum / influences[i].variance).sqrt());
         }
     }
     widest
@@ -101,8 +108,12 @@ mod tests {
         let (parts, run) = (4000, 10);
         // Information of a score whose parts are independent, with the variance 1/12 each.
         let variance = 12.0 / parts as f64;
-        let covariance = [variance, 0.0, 0.0, variance];
-        let found = widening(&covariance, 2, &gradients(parts, run), 400.0);
+        let influence = |row: [f64; 2]| Influence {
+            row: row.to_vec(),
+            variance,
+        };
+        let (white, slow) = (influence([variance, 0.0]), influence([0.0, variance]));
+        let found = widening(&[&white, &slow], &gradients(parts, run), 400.0);
         assert!(found[0] < 1.3, "{found:?}");
         let expected = (run as f64).sqrt();
         assert!((0.7..1.3).contains(&(found[1] / expected)), "{found:?}");
@@ -110,9 +121,12 @@ mod tests {
 
     #[test]
     fn a_short_log_keeps_the_information() {
-        let covariance = [1.0];
+        let unknown = Influence {
+            row: vec![1.0],
+            variance: 1.0,
+        };
         let one: Vec<Vec<f64>> = (0..400).map(|part| vec![f64::from(part % 7)]).collect();
-        assert_eq!(widening(&covariance, 1, &one, 1.0), [1.0]);
-        assert_eq!(widening(&covariance, 1, &[], 40.0), [1.0]);
+        assert_eq!(widening(&[&unknown], &one, 1.0), [1.0]);
+        assert_eq!(widening(&[&unknown], &[], 40.0), [1.0]);
     }
 }
