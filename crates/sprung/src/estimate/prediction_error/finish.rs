@@ -46,7 +46,8 @@ pub(super) fn finish(
         .collect();
     let widening = widening(&rows.iter().collect::<Vec<_>>(), &sums.gradients, duration);
     let blocks = blocks(problem, &sums);
-    let logs = widened(each_log(problem, descent, &sums), &widening);
+    // The factors contain the scatter between the logs, so they would hide it here.
+    let logs = each_log(problem, descent, &sums);
     let of_blocks: Option<Vec<Alone>> = (blocks.iter())
         .map(|block| alone(problem, descent, &block.normal, block.share))
         .collect();
