@@ -193,7 +193,7 @@ fn validate_takes_the_cutoff_of_the_identification() {
         let experiment = case.path("experiment.toml");
         let direct = "validate=[{name=\"direct\"}]";
         let given = ["validate", experiment.to_str().unwrap(), "--set", direct];
-        let output = sprung(&[&given, &["--json"], more].concat());
+        let output = sprung(&[&given[..], &["--json"], more].concat());
         let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
         json["runs"][0]["position_cutoff_hz"].as_f64().unwrap()
     };
