@@ -263,7 +263,8 @@ pub(crate) fn reduce_blocks(
     let mut preparation = Preparation::new(reading, period, 0.0)?;
     let mut reduction = Reduction::with_probes(reading.model(), rows, probes)
         .weighted(reading.weights())
-        .with_start(reading.settings().initial_momentum);
+        .with_start(reading.settings().initial_momentum)
+        .with_samples(blocks.iter().map(|block| block.len() as u64).sum());
     let mut pieces = Vec::new();
     for block in blocks {
         preparation.push(block, &mut (), &mut pieces);

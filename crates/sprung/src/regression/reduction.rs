@@ -42,6 +42,9 @@ impl Stretches {
     }
 }
 
+/// Number of stretches of samples in memory, at most. They are divided into 32 parts or fewer.
+const STRETCHES_OF_KNOWN_LENGTH: u64 = 128;
+
 /// Number of gathered rows at which they are factored.
 const GATHERED_ROWS: usize = 2048;
 
@@ -370,6 +373,17 @@ impl Reduction {
         }
         self.next.weights.clone_from(&weights);
         self.batch.weights = weights;
+        self
+    }
+
+    /// Sets the number of samples that will come. Then the first stretches are as long as the last,
+    /// which saves most of the small factors.
+    #[must_use]
+    pub(crate) fn with_samples(mut self, samples: u64) -> Self {
+        self.stretch = (self.stretch).max(samples / STRETCHES_OF_KNOWN_LENGTH);
+        for row in &mut self.rows {
+            row.stretch = self.stretch;
+        }
         self
     }
 
