@@ -194,6 +194,31 @@ fn stribeck_velocity_is_found() {
 }
 
 #[test]
+fn validation_uses_the_velocities_of_the_identification() {
+    let case = wheel("\"viscous\", \"coulomb\", \"stribeck\"", 0.03);
+    let laws = "robot.joint.wheel.motor_friction=[\"viscous\", \"coulomb\", \"residual\"]";
+    for laws in [&[][..], &["--set", laws]] {
+        let (_, json) = case.results(laws);
+        let own = json["results"][0]["relative_residual"]["wheel.motor_nm"]
+            .as_f64()
+            .unwrap();
+        let experiment = case.path("experiment.toml");
+        let run = "validate=[{ name = \"same log\" }]";
+        let mut words = vec!["validate", experiment.to_str().unwrap(), "--json"];
+        words.extend(["--set", run]);
+        words.extend(laws);
+        let validation: serde_json::Value =
+            serde_json::from_str(&stdout(&sprung(&words))).unwrap();
+        let set = &validation["runs"][0]["sets"][0];
+        let again = set["torque_relative_residual"]["wheel"].as_f64().unwrap();
+        // With the velocities before a search the residual is 0.03 and 0.2.
+        assert!((again / own - 1.0).abs() < 0.1, "{own} {again}");
+        let beside = json["results"][0]["dependence"].as_array();
+        assert_eq!(beside.map(Vec::len), (!laws.is_empty()).then_some(2));
+    }
+}
+
+#[test]
 fn stribeck_friction_that_is_not_there_comes_out_small() {
     let case = wheel("\"viscous\", \"coulomb\"", 0.1);
     let laws = "[\"viscous\", \"coulomb\", \"stribeck\"]";

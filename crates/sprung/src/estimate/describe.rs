@@ -4,6 +4,7 @@ use sprung_core::friction::Law;
 use sprung_core::parameters::{JointParameter, Side};
 
 use super::found::{Criterion, Numbers};
+use super::laws::dependence;
 use super::least_squares::{Parts, Route};
 use super::result::{
     CrossCheckResult, EncoderOffsetResult, EstimateResult, MotorRowResult, ParameterEstimate,
@@ -89,6 +90,7 @@ pub(super) fn describe(
         encoder_offsets,
         stribeck_velocity: stribeck_velocities(model, &found.criterion),
         residual_velocity: residual_velocities(model),
+        dependence: dependence(model, system, theta),
         standard_parameters: standard_parameters(model, theta, identifiable),
         motor_rows,
         simulation: found.criterion.simulation().cloned(),

@@ -39,9 +39,9 @@ pub use prediction_error::{KnownNoise, KnownTruth, information_bound};
 pub(crate) use result::GENERATOR;
 pub use result::{
     CrossCheckResult, CutoffChoice, CutoffPoint, Determined, EncoderOffsetResult, EstimateResult,
-    HeldOutResidual, Identification, MotorRowResult, ParameterEstimate, RefinedDelay,
-    RefinedOffset, RefinedVelocity, Refinement, RowDisturbance, RungResult, SensorNoise,
-    SettingsUsed, SimulationFit, StandardParameter, parameters_csv,
+    HeldOutResidual, Identification, ModelDependence, MotorRowResult, ParameterEstimate,
+    RefinedDelay, RefinedOffset, RefinedVelocity, Refinement, ResidualPrior, RowDisturbance,
+    RungResult, SensorNoise, SettingsUsed, SimulationFit, StandardParameter, parameters_csv,
 };
 pub use standard::standard_parameters;
 pub use verdict::Verdict;

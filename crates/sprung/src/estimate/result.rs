@@ -198,6 +198,9 @@ pub struct EstimateResult {
     /// Velocities that scale the residual laws, rad/s (m/s), by joint.
     #[serde(default, skip_serializing_if = "Named::is_empty")]
     pub residual_velocity: Named,
+    /// Friction parameters beside residual laws: raw, projected, and their difference.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub dependence: Vec<ModelDependence>,
     /// Inertial parameters of single links, as near to the nominal ones as the estimate allows;
     /// trees only.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -299,6 +302,9 @@ pub struct Refinement {
     pub encoder_offsets: Vec<RefinedOffset>,
     /// Delays estimated by likelihood.
     pub delays: Vec<RefinedDelay>,
+    /// Prior levels of the residual laws.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub residual_levels: Vec<ResidualPrior>,
     /// Stribeck velocities that the description leaves open, estimated with the parameters.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub stribeck_velocities: Vec<RefinedVelocity>,
@@ -388,6 +394,33 @@ pub struct RefinedDelay {
     pub standard_error_s: Option<f64>,
     /// Delay that the parameter values assume, s.
     pub used_s: f64,
+}
+
+/// Prior of the residual laws on one side of a joint.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ResidualPrior {
+    /// Name of the joint.
+    pub joint: String,
+    /// `link` or `motor`.
+    pub side: String,
+    /// Standard deviation of the coefficients, N·m (N).
+    pub level_nm: f64,
+}
+
+/// A friction parameter beside residual laws, which explain a part of the same friction.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ModelDependence {
+    /// Name of the parameter.
+    pub name: String,
+    /// Unit.
+    pub unit: String,
+    /// Value beside the residual laws; it holds only together with them.
+    pub raw: f64,
+    /// Value of the model without residual laws that is nearest to all friction of this side, by
+    /// least squares along the motion.
+    pub projected: f64,
+    /// Projected value minus raw value: the dependence on the model.
+    pub difference: f64,
 }
 
 /// Stribeck velocity of a joint, by likelihood.

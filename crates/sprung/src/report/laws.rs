@@ -4,14 +4,78 @@ use super::document::{Block, Row, Section, Table, Tone};
 use super::numbers::significant;
 use super::section::section;
 use super::tables::{number, text};
-use crate::estimate::{Identification, LawRung};
+use crate::estimate::{EstimateResult, Identification, LawRung, LawsByHoldOut, ModelDependence};
 
-/// Composes the section; `None` if the log was too short or hold-out asks for no other law.
+/// Composes the section; `None` if there are neither laws by hold-out nor residual laws.
 pub(super) fn laws(identification: &Identification) -> Option<Section> {
-    let laws = identification.laws.as_ref()?;
-    if laws.rungs.is_empty() {
-        return None;
-    }
+    let ladder = (identification.laws.as_ref()).filter(|laws| !laws.rungs.is_empty());
+    let mut blocks: Vec<Block> = ladder.map(of_ladder).into_iter().flatten().collect();
+    blocks.extend((identification.results.iter()).filter_map(of_residual_laws));
+    (!blocks.is_empty()).then(|| {
+        section(
+            "laws",
+            "Laws by hold-out",
+            "Eighths of the beginning of the first log are left out in turn and predicted by a fit of \
+             the other eighths. A law counts if it decreases the residual of these predictions by at \
+             least 1 % and by more than 3 times the scatter of the decrease over the eighths. laws = \
+             \"auto\" adds such laws to the model.",
+            blocks,
+        )
+    })
+}
+
+/// Composes the table of friction parameters beside residual laws; `None` if a result has none.
+fn of_residual_laws(result: &EstimateResult) -> Option<Block> {
+    let row = |own: &ModelDependence| Row {
+        cells: vec![
+            own.name.clone(),
+            own.unit.clone(),
+            significant(own.raw, 4),
+            significant(own.projected, 4),
+            significant(own.difference, 2),
+        ],
+        tone: Tone::Neutral,
+    };
+    let priors = result
+        .refined()
+        .map_or(&[][..], |found| &found.residual_levels);
+    let priors: Vec<String> = (priors.iter())
+        .map(|own| {
+            let level = significant(own.level_nm, 2);
+            format!("{level} N·m (N) on the {} side of {}", own.side, own.joint)
+        })
+        .collect();
+    let prior = if priors.is_empty() {
+        String::new()
+    } else {
+        format!(
+            " Standard deviations of the prior by evidence: {}.",
+            priors.join(", ")
+        )
+    };
+    (!result.dependence.is_empty()).then(|| {
+        Block::Table(Table {
+            caption: format!(
+                "Friction parameters beside residual laws, {}. The raw values hold only together with \
+                 the residual laws. The projected values are those of the model without residual laws \
+                 that fit the same friction along the motion. The difference is the dependence on the \
+                 model.{prior}",
+                result.estimator
+            ),
+            columns: vec![
+                text("Parameter"),
+                text("unit"),
+                number("raw"),
+                number("projected"),
+                number("difference"),
+            ],
+            rows: result.dependence.iter().map(row).collect(),
+        })
+    })
+}
+
+/// Composes the table of the ladder and the reason for its end.
+fn of_ladder(laws: &LawsByHoldOut) -> Vec<Block> {
     let percent = |share: f64| significant(100.0 * share, 3);
     let row = |rung: &LawRung| {
         let velocity = rung.stribeck_velocity.map_or_else(String::new, |velocity| {
@@ -67,16 +131,8 @@ pub(super) fn laws(identification: &Identification) -> Option<Section> {
         ],
         rows: laws.rungs.iter().map(row).collect(),
     };
-    Some(section(
-        "laws",
-        "Laws by hold-out",
-        "Eighths of the beginning of the first log are left out in turn and predicted by a fit of the \
-         other eighths. A law counts if it decreases the residual of these predictions by at least \
-         1 % and by more than 3 times the scatter of the decrease over the eighths. laws = \"auto\" \
-         adds such laws to the model.",
-        vec![
-            Block::Table(table),
-            Block::Paragraph(laws.ended.clone() + "."),
-        ],
-    ))
+    vec![
+        Block::Table(table),
+        Block::Paragraph(laws.ended.clone() + "."),
+    ]
 }

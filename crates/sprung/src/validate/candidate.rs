@@ -114,6 +114,11 @@ impl Candidate {
         })
     }
 
+    /// Returns the model with the Stribeck and residual velocities of the set.
+    pub(super) fn model(&self) -> &Model {
+        &self.model
+    }
+
     pub(super) fn start(
         &mut self,
         controller: &Controller,

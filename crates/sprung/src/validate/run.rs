@@ -180,9 +180,11 @@ struct Run<'a> {
 
 impl Run<'_> {
     /// Returns the settings for reading the logs. All weights are 1; they only give the variance
-    /// that velocity noise causes in the friction of the first candidate.
+    /// that velocity noise causes in the friction of the first candidate. Its Stribeck and residual
+    /// velocities serve all candidates; those of one identification hardly differ.
     fn reading(&self, candidates: &[Candidate], beginning: Option<&Excerpt>) -> Reading {
-        let (model, settings, channels) = (self.model, self.settings, self.channels);
+        let model = candidates.first().map_or(self.model, Candidate::model);
+        let (settings, channels) = (self.settings, self.channels);
         let Some(beginning) = beginning else {
             return Reading::new(model, settings, channels, 0.0).with_delays(self.delays);
         };

@@ -4,6 +4,7 @@
 mod by_likelihood;
 mod candidates;
 mod chosen;
+mod dependence;
 mod ladder;
 mod normal;
 mod result;
@@ -15,6 +16,7 @@ use normal::Normal;
 
 pub(super) use by_likelihood::{open_delays, with_open_delays};
 pub(super) use chosen::Chosen;
+pub(super) use dependence::dependence;
 pub use result::{LawDelay, LawRung, LawsByHoldOut};
 
 use crate::description::{Delay, Experiment, Laws};

@@ -6,8 +6,8 @@ use super::ladder::Tried;
 use super::refined::Refined;
 use super::status::{Outcome, Status};
 use crate::estimate::result::{
-    HeldOutResidual, RefinedDelay, RefinedOffset, RefinedVelocity, Refinement, RowDisturbance,
-    RungResult, SensorNoise,
+    HeldOutResidual, RefinedDelay, RefinedOffset, RefinedVelocity, Refinement, ResidualPrior,
+    RowDisturbance, RungResult, SensorNoise,
 };
 use crate::log::Channels;
 use crate::model::Model;
@@ -70,6 +70,13 @@ pub(super) fn describe(
                 delay_s: delay.delay(),
                 standard_error_s: Some(delay.standard_error).filter(|e| e.is_finite()),
                 used_s: delay.assumed,
+            })
+            .collect(),
+        residual_levels: (refined.residual.iter())
+            .map(|(joint, side, level)| ResidualPrior {
+                joint: model.joints()[*joint].clone(),
+                side: side.name().to_owned(),
+                level_nm: *level,
             })
             .collect(),
         stribeck_velocities: (refined.velocities.iter())

@@ -96,6 +96,9 @@ pub(super) fn finish(
                 standard_error: error(width + i),
             })
             .collect(),
+        residual: (unknowns.residual.iter())
+            .map(|own| (own.joint, own.side, own.level))
+            .collect(),
         velocities: (unknowns.stribeck_velocities(&descent.z).enumerate())
             .map(|(i, (joint, value))| StribeckVelocity {
                 joint,

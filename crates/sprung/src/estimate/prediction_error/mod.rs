@@ -24,6 +24,7 @@ mod parts;
 mod problem;
 mod refine;
 mod refined;
+mod residual_levels;
 mod reversals;
 mod rung;
 mod sandwich;

@@ -16,6 +16,7 @@ use super::levels::{Levels, UnknownLevels};
 use super::measurements::{Measurements, RawSegment, build, max_samples, read};
 use super::problem::Problem;
 use super::refined::Refined;
+use super::residual_levels::ResidualLevel;
 use super::rung::Rung;
 use super::start_levels::{Searches, TorqueNoise, levels_after, start_levels, with_sensor_noise};
 use super::unknowns::Unknowns;
@@ -30,12 +31,15 @@ use crate::regression::{PassError, Reading};
 /// uneven, or the joint is not where the model has it.
 const MAX_COST_OF_EXACT_ENCODERS: f64 = 2.0;
 
-/// Maximum number of rounds in which delays are estimated; maximum remaining error of a delay, in
+/// Maximum number of rounds in which delays and prior levels are estimated; maximum remaining error of a delay, in
 /// standard errors; and maximum move of a delay in one round, in samples or standard errors. The
 /// effect of a delay is linear only for small moves.
 const MAX_DELAY_ROUNDS: usize = 6;
 const DELAY_TOLERANCE_SIGMAS: f64 = 0.1;
 const MAX_DELAY_MOVE: f64 = 10.0;
+
+/// The prior levels of residual laws have settled if their logarithms change by less than this.
+const SETTLED_LEVEL_CHANGE: f64 = 0.1;
 
 /// Start of a refinement.
 pub(super) struct Start<'a> {
@@ -69,6 +73,8 @@ pub(super) struct End {
     levels: Levels,
     /// Delay of each channel, s.
     delays: Vec<f64>,
+    /// Prior levels of the residual laws.
+    residual: Vec<ResidualLevel>,
 }
 
 impl<'a> Refinery<'a> {
@@ -109,7 +115,7 @@ impl<'a> Refinery<'a> {
     }
 
     /// Refines the parameters on one rung: measurements, start levels, descent, result. Repeats this
-    /// while delays that are to be estimated move.
+    /// while delays that are to be estimated or prior levels of residual laws move.
     ///
     /// - `before`: end of an earlier rung, from which this one starts.
     /// - `progress`: is called before each run of the filter.
@@ -130,6 +136,7 @@ impl<'a> Refinery<'a> {
             .map_or(self.reading.delays(), |end| &end.delays)
             .to_vec();
         let mut last: Option<Descent> = None;
+        let mut residual = before.map(|end| end.residual.clone());
         let noisy_rows = start.torque_noise.rows(model);
         for round in 1..=MAX_DELAY_ROUNDS {
             let reading = self.reading.with_delays(&delays);
@@ -137,7 +144,10 @@ impl<'a> Refinery<'a> {
             else {
                 return Ok(None);
             };
-            let unknowns = self.unknowns(&measurements);
+            let mut unknowns = self.unknowns(&measurements);
+            if let Some(levels) = residual.take() {
+                unknowns = unknowns.with_residual_levels(levels);
+            }
             let (z, levels) = match last {
                 None => self.first(rung, before, &unknowns, &measurements),
                 Some(descent) => (descent.z, descent.levels),
@@ -163,14 +173,17 @@ impl<'a> Refinery<'a> {
             };
             let used = delays.clone();
             let moved = move_delays(&refined.delays, self.excerpt.period(), &mut delays);
-            if round == MAX_DELAY_ROUNDS || !moved {
+            let (levels, settled) = residual_levels(&unknowns.residual, &refined);
+            if round == MAX_DELAY_ROUNDS || !moved && settled {
                 return Ok(Some(End {
                     refined,
                     z: descent.z,
                     levels: descent.levels,
                     delays: used,
+                    residual: levels,
                 }));
             }
+            residual = Some(levels);
             last = Some(descent);
         }
         Ok(None)
@@ -222,6 +235,23 @@ fn descend_with_noise<'p>(
     let levels = with_sensor_noise(levels, problem.measurements);
     let descent = descend(&problem, (z, levels), phase, progress)?;
     Ok(descent.map(|descent| (descent, problem)))
+}
+
+/// Returns the prior levels of the residual laws after a refinement, and whether they have settled.
+fn residual_levels(before: &[ResidualLevel], refined: &Refined) -> (Vec<ResidualLevel>, bool) {
+    let values: Vec<f64> = refined.free.iter().map(|&i| refined.theta[i]).collect();
+    let mut settled = true;
+    let after = (before.iter())
+        .map(|own| {
+            let level = own.evidence(&values, &refined.covariance, values.len());
+            settled &= (level / own.level).ln().abs() < SETTLED_LEVEL_CHANGE;
+            ResidualLevel {
+                level,
+                ..own.clone()
+            }
+        })
+        .collect();
+    (after, settled)
 }
 
 /// Moves the delays that are to be estimated. Returns whether a delay was still far from its

@@ -1,5 +1,7 @@
 //! Result of a refinement.
 
+use sprung_core::parameters::Side;
+
 use super::delay_updates::DelayUpdate;
 use super::descent::Ending;
 use crate::model::Theta;
@@ -45,6 +47,8 @@ pub(super) struct Refined {
     pub(super) cost: f64,
     /// Offsets of the sensors.
     pub(super) offsets: Vec<SensorOffset>,
+    /// Prior levels of the residual laws by joint and side, N·m (N).
+    pub(super) residual: Vec<(usize, Side, f64)>,
     /// Estimates of the Stribeck velocities that the description leaves open.
     pub(super) velocities: Vec<StribeckVelocity>,
     /// Estimates of the delays, one per channel.

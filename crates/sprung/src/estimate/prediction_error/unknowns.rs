@@ -1,6 +1,7 @@
 //! Unknowns of the refinement: parameters, offsets between encoders, delays.
 
 use super::measurements::{Measurements, Segment};
+use super::residual_levels::ResidualLevel;
 use crate::log::{Channels, Signal};
 use crate::model::{Model, Theta};
 use sprung_core::friction::Law;
@@ -62,6 +63,8 @@ pub(super) struct Unknowns {
     pub(super) free: Vec<usize>,
     pub(super) offsets: Vec<Offset>,
     pub(super) velocities: Vec<Velocity>,
+    /// Prior levels of the residual laws.
+    pub(super) residual: Vec<ResidualLevel>,
     /// Channel of each delay, and the signal that it shifts.
     delays: Vec<(usize, DelayOf)>,
 }
@@ -125,6 +128,7 @@ impl Unknowns {
             });
         Self {
             velocities: velocities.collect(),
+            residual: ResidualLevel::all(model, &free, theta),
             known: theta.to_vec(),
             free,
             offsets,
@@ -183,16 +187,31 @@ impl Unknowns {
             .collect()
     }
 
-    /// Returns the priors of offsets and Stribeck velocities.
+    /// Returns the same unknowns with other prior levels of the residual laws.
+    pub(super) fn with_residual_levels(mut self, levels: Vec<ResidualLevel>) -> Self {
+        self.residual = levels;
+        self
+    }
+
+    /// Returns the priors of residual laws, offsets and Stribeck velocities.
     pub(super) fn priors(&self) -> impl Iterator<Item = Prior> {
         let offsets = (self.offsets.iter()).map(|offset| (0.0, offset.deviation));
         let velocities =
             (self.velocities.iter()).map(|velocity| (velocity.start, LOG_VELOCITY_DEVIATION));
-        (offsets.chain(velocities).enumerate()).map(|(i, (mean, deviation))| Prior {
-            at: self.free.len() + i,
-            mean,
-            deviation,
-        })
+        let residual = self.residual.iter().flat_map(|own| {
+            own.places.iter().map(|&at| Prior {
+                at,
+                mean: 0.0,
+                deviation: own.level,
+            })
+        });
+        residual.chain(
+            (offsets.chain(velocities).enumerate()).map(|(i, (mean, deviation))| Prior {
+                at: self.free.len() + i,
+                mean,
+                deviation,
+            }),
+        )
     }
 
     /// Returns the joints whose Stribeck velocities are estimated, with the velocities, rad/s (m/s).

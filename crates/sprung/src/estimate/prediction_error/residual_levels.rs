@@ -1,0 +1,107 @@
+//! Prior levels of the residual laws, by the evidence of the log.
+//!
+//! # Source
+//!
+//! `MacKay`, Neural Computation 1992: "Bayesian interpolation"; the fixed point of the evidence.
+
+use sprung_core::friction::Family;
+use sprung_core::parameters::{JointParameter, Side};
+
+use crate::model::Model;
+
+/// Least number of coefficients that the log determines; it bounds the fixed point.
+const MIN_DETERMINED: f64 = 0.2;
+
+/// Least prior level, N·m (N).
+const MIN_LEVEL: f64 = 1e-6;
+
+/// The coefficients of the residual laws of one side of a joint. Their prior has one standard
+/// deviation, because all of their columns have the size of Coulomb friction's.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct ResidualLevel {
+    pub(super) joint: usize,
+    pub(super) side: Side,
+    /// Places of the coefficients among the refined parameters.
+    pub(super) places: Vec<usize>,
+    /// Standard deviation of the prior, N·m (N).
+    pub(super) level: f64,
+}
+
+impl ResidualLevel {
+    /// Returns the levels of all sides with residual laws, at a parameter vector.
+    ///
+    /// - `free`: indices of the refined parameters.
+    pub(super) fn all(model: &Model, free: &[usize], theta: &[f64]) -> Vec<Self> {
+        let sides = (0..model.joint_count())
+            .flat_map(|joint| [Side::Link, Side::Motor].map(|side| (joint, side)));
+        sides
+            .filter_map(|(joint, side)| {
+                let kinds = Family::Residual.laws().iter();
+                let indices = kinds
+                    .filter_map(|&law| model.index(JointParameter::Friction(side, law), joint));
+                let places: Vec<usize> = indices
+                    .filter_map(|index| free.iter().position(|own| *own == index))
+                    .collect();
+                let values: Vec<f64> = places.iter().map(|&place| theta[free[place]]).collect();
+                (!places.is_empty()).then(|| Self {
+                    joint,
+                    side,
+                    level: root_mean_square(&values, values.len() as f64),
+                    places,
+                })
+            })
+            .collect()
+    }
+
+    /// Returns the level with the greatest evidence.
+    ///
+    /// ```text
+    /// s² ← cᵀc/(n − tr C/s²)
+    /// ```
+    ///
+    /// - `values`: refined parameters; `covariance`: their covariance, \[width × width\].
+    pub(super) fn evidence(&self, values: &[f64], covariance: &[f64], width: usize) -> f64 {
+        let own: Vec<f64> = self.places.iter().map(|&place| values[place]).collect();
+        let trace: f64 = (self.places.iter())
+            .map(|&place| covariance[place * (width + 1)])
+            .sum();
+        let determined = own.len() as f64 - trace / (self.level * self.level);
+        root_mean_square(&own, determined.max(MIN_DETERMINED))
+    }
+}
+
+fn root_mean_square(values: &[f64], count: f64) -> f64 {
+    let squares: f64 = values.iter().map(|value| value * value).sum();
+    (squares / count).sqrt().max(MIN_LEVEL)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn level(level: f64) -> ResidualLevel {
+        ResidualLevel {
+            joint: 0,
+            side: Side::Motor,
+            places: vec![1, 2],
+            level,
+        }
+    }
+
+    #[test]
+    fn the_level_is_that_of_coefficients_that_the_log_determines() {
+        // Two coefficients of 3 and 4 N·m, known exactly, among three parameters.
+        let values = [100.0, 3.0, 4.0];
+        let known = level(1.0).evidence(&values, &[0.0; 9], 3);
+        assert!((known - 12.5_f64.sqrt()).abs() < 1e-12);
+        // A fixed point: c_i² = s² − C_ii.
+        let mut covariance = [0.0; 9];
+        (covariance[4], covariance[8]) = (25.0 - 9.0, 25.0 - 16.0);
+        let same = level(5.0).evidence(&values, &covariance, 3);
+        assert!((same - 5.0).abs() < 1e-12);
+        // Undetermined coefficients: the level falls to the limit of the determined ones.
+        let none =
+            level(1.0).evidence(&[0.0; 3], &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0], 3);
+        assert!((none - MIN_LEVEL).abs() < 1e-12);
+    }
+}
