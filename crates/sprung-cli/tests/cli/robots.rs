@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use serde_json::Value;
 
 use crate::arm::{EXPERIMENT, URDF, described, read, recorded};
-use crate::common::{Case, finding, parameter, sprung, stderr, value};
+use crate::common::{Case, finding, parameter, sprung, stderr, stdout, value};
 
 /// An arm with one vertical and two horizontal axes, described by a table, with a log.
 fn turret() -> Case {
@@ -207,8 +207,7 @@ fn validation_uses_the_velocities_of_the_identification() {
         let mut words = vec!["validate", experiment.to_str().unwrap(), "--json"];
         words.extend(["--set", run]);
         words.extend(laws);
-        let validation: serde_json::Value =
-            serde_json::from_str(&stdout(&sprung(&words))).unwrap();
+        let validation: Value = serde_json::from_str(&stdout(&sprung(&words))).unwrap();
         let set = &validation["runs"][0]["sets"][0];
         let again = set["torque_relative_residual"]["wheel"].as_f64().unwrap();
         // With the velocities before a search the residual is 0.03 and 0.2.
