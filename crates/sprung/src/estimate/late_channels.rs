@@ -215,12 +215,13 @@ impl Refined {
         })
     }
 
-    /// Returns the delays that may explain the log: the significant ones, or all of them if the
-    /// refinement failed, because a long delay can make it fail.
+    /// Returns the delays of a joint's columns if they may explain the log: if one of them is
+    /// significant, or if the refinement failed, because a long delay can make it fail. A long
+    /// delay of one channel may make another one of the joint more significant.
     fn suspects(&self, columns: &[&str]) -> Vec<RefinedDelay> {
         // A lower rung may hide a long delay as well as a failure does.
-        if self.used && self.rung == 0 {
-            return self.significant(columns, "");
+        if self.used && self.rung == 0 && self.significant(columns, "").is_empty() {
+            return Vec::new();
         }
         (columns.iter())
             .map(|&column| {
