@@ -1,6 +1,7 @@
 //! Result of an estimator before it is judged.
 
-use super::result::{ErrorParts, Refinement, SimulationFit};
+use super::refinement_result::Refinement;
+use super::result::{ErrorParts, SimulationFit};
 use crate::finding::Finding;
 use crate::fit::Fitted;
 use crate::model::Theta;

@@ -5,7 +5,7 @@ use std::cmp::Ordering;
 use super::delay_test::{MIN_DELAY_SAMPLES, is_significant};
 use super::error::IdentifyError;
 use super::identify::identify;
-use super::result::RefinedDelay;
+use super::refinement_result::RefinedDelay;
 use crate::check::LikelyDelay;
 use crate::description::{Delay, Estimator, Experiment, OnCheckError};
 use crate::log::{Channels, LogSource};

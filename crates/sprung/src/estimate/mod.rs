@@ -21,6 +21,7 @@ mod lsff;
 mod on_line;
 mod output_error;
 mod prediction_error;
+mod refinement_result;
 mod result;
 mod standard;
 mod start;
@@ -36,12 +37,15 @@ pub(crate) use laws::with_found_laws;
 pub use laws::{LawDelay, LawRung, LawsByHoldOut};
 pub use lsff::{Lsff, LsffError};
 pub use prediction_error::{KnownNoise, KnownTruth, information_bound};
+pub use refinement_result::{
+    HeldOutResidual, RefinedDelay, RefinedOffset, RefinedVelocity, Refinement, ResidualPrior,
+    RowDisturbance, RungResult, SensorNoise,
+};
 pub(crate) use result::GENERATOR;
 pub use result::{
     CrossCheckResult, CutoffChoice, CutoffPoint, Determined, EncoderOffsetResult, EstimateResult,
-    HeldOutResidual, Identification, ModelDependence, MotorRowResult, ParameterEstimate,
-    RefinedDelay, RefinedOffset, RefinedVelocity, Refinement, ResidualPrior, RowDisturbance,
-    RungResult, SensorNoise, SettingsUsed, SimulationFit, StandardParameter, parameters_csv,
+    Identification, ModelDependence, MotorRowResult, ParameterEstimate, SettingsUsed,
+    SimulationFit, StandardParameter, parameters_csv,
 };
 pub use standard::standard_parameters;
 pub use verdict::Verdict;

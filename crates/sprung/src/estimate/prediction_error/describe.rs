@@ -5,7 +5,7 @@ use super::hold_out::HeldOut;
 use super::ladder::Tried;
 use super::refined::Refined;
 use super::status::{Outcome, Status};
-use crate::estimate::result::{
+use crate::estimate::refinement_result::{
     HeldOutResidual, RefinedDelay, RefinedOffset, RefinedVelocity, Refinement, ResidualPrior,
     RowDisturbance, RungResult, SensorNoise,
 };
