@@ -1,6 +1,6 @@
 //! Estimates of channel delays from the normal equations.
 
-use super::filter::{NormalEquations, Sums};
+use super::filter::NormalEquations;
 use super::sandwich::{Influence, widening};
 use super::solve::covariance as covariance_of;
 use super::unknowns::Unknowns;
@@ -47,14 +47,14 @@ struct Step {
 /// - `assumed`: assumed delay of each channel, s.
 pub(super) fn delay_updates(
     unknowns: &Unknowns,
-    sums: &Sums,
+    (normal, gradients): (&NormalEquations, &[Vec<f64>]),
     covariance: &[f64],
     parts: &[&NormalEquations],
     duration: f64,
     assumed: &[f64],
 ) -> Vec<DelayUpdate> {
     let count = covariance.len().isqrt();
-    let steps = steps(unknowns, &sums.normal, covariance, count);
+    let steps = steps(unknowns, normal, covariance, count);
     let of_parts: Vec<Vec<Step>> = (parts.iter())
         .filter_map(|part| {
             let own = covariance_of(&part.first(count).information, count)?;
@@ -62,7 +62,7 @@ pub(super) fn delay_updates(
         })
         .collect();
     let influences: Vec<&Influence> = steps.iter().map(|step| &step.influence).collect();
-    let widening = widening(&influences, &sums.gradients, duration);
+    let widening = widening(&influences, gradients, duration);
     (unknowns.delayed().zip(&steps).enumerate())
         .map(|(i, (channel, step))| {
             let widened = |step: &Step| widening[i] * step.influence.variance.sqrt();

@@ -10,7 +10,7 @@ use super::filter::{FilterRun, Keep, NormalEquations, Trajectory, replay, run};
 use super::level_search::search_levels;
 use super::levels::Levels;
 use super::likelihood::LevelLikelihood;
-use super::noisy_torque::expected_gradient;
+use super::noisy_torque::{NoiseBias, visit_noise_bias};
 use super::problem::{Problem, add_prior};
 use super::solve::{damped_step, length};
 use super::vector::add;
@@ -40,10 +40,12 @@ const SETTLED_GAIN: f64 = 0.5;
 const MAX_SEARCHES_AT_BOUND: usize = 6;
 
 /// A descent is given up if its residual in the filtered torque exceeds that of least squares by
-/// this factor in successive runs, because held-out blocks will not be predicted better. The first
-/// runs may pass through such values.
+/// this factor in several successive runs without falling, because held-out blocks will not be
+/// predicted better. The first runs may pass through such values while the levels are still far off.
 const MAX_RESIDUAL_RATIO: f64 = 1.3;
 const MAX_RUNS_ABOVE: usize = 3;
+const FIRST_COMPARED_RUN: usize = 5;
+const FALLING: f64 = 0.9;
 
 /// Damping of the first step, relative to the information. A failed step multiplies the damping by
 /// `DAMPING_GROWTH`, to at least `MIN_FAILED_DAMPING`. A successful step divides it by
@@ -55,7 +57,7 @@ const DAMPING_DECREASE: f64 = 10.0;
 const MIN_DAMPING: f64 = 1e-9;
 const MAX_DAMPING_TRIES: usize = 8;
 
-/// Maximum number of stored entries of the transitions.
+/// Maximum number of entries of the transitions about which levels are searched.
 const MAX_TRANSITION_NUMBERS: usize = 6_000_000;
 
 /// Reason why a descent ended.
@@ -79,8 +81,6 @@ pub(super) struct Descent {
     pub(super) levels: Levels,
     /// Number of runs of the filter.
     pub(super) runs: usize,
-    /// Expected gradient of half the cost by noise of the logged torque.
-    pub(super) noise_gradient: Vec<f64>,
     /// Sum of the squared whitened innovations, and number of measurements.
     pub(super) cost: f64,
     pub(super) measurements: u64,
@@ -102,8 +102,8 @@ struct Step {
 struct Gradient {
     cost: f64,
     normal: NormalEquations,
-    /// Expected gradient by noise of the logged torque, already subtracted.
-    by_noise: Vec<f64>,
+    /// Bias by noise of the logged torque, already subtracted.
+    by_noise: NoiseBias,
 }
 
 /// Descends from a start: run, step, levels, until step and levels have settled.
@@ -127,9 +127,8 @@ pub(super) fn descend(
     let mut dynamics = Dynamics::new(problem.model, &unknowns.theta(&z));
     let samples = MAX_TRANSITION_NUMBERS / (6 * rows * rows);
     let keep = Keep {
-        linearized_samples: samples,
-        growing_parts: 0,
-        score_parts: 0,
+        linearized_samples: measurements.samples(),
+        ..Keep::default()
     };
     let mut damping = FIRST_DAMPING;
     let mut search = LevelSearch::default();
@@ -140,19 +139,18 @@ pub(super) fn descend(
         let Some(mut ran) = ran else {
             return Ok(None);
         };
-        let gradient = gradient(problem, &mut dynamics, &ran, samples, (&z, &levels));
+        let gradient = gradient(problem, &mut dynamics, &ran, (&z, &levels));
         let step = lower(problem, &mut dynamics, &ran, &gradient, &z, &mut damping);
         let short = match &step {
             None => true,
             Some(step) => is_short(step, &gradient.normal, &mut moved),
         };
-        search.compare(problem, &z);
+        search.compare(problem, &z, runs);
         if let Some(ending) = search.ending(short, runs) {
             return Ok(Some(Descent {
                 z,
                 levels,
                 runs,
-                noise_gradient: gradient.by_noise,
                 cost: ran.sums.cost,
                 measurements: ran.sums.measurements,
                 ending,
@@ -183,15 +181,23 @@ struct LevelSearch {
     at_bound: usize,
     /// Number of successive runs whose residual is far above that of least squares.
     above: usize,
+    /// Residual of the last run over that of least squares.
+    ratio: f64,
 }
 
 impl LevelSearch {
     /// Compares the residual in the filtered torque with that of least squares.
-    fn compare(&mut self, problem: &Problem<'_>, z: &[f64]) {
-        let theta = problem.unknowns.theta(z);
-        let is_above =
-            (problem.guard).is_some_and(|guard| guard.ratio(&theta) > MAX_RESIDUAL_RATIO);
-        self.above = if is_above { self.above + 1 } else { 0 };
+    fn compare(&mut self, problem: &Problem<'_>, z: &[f64], runs: usize) {
+        let Some(guard) = problem.guard.filter(|_| runs >= FIRST_COMPARED_RUN) else {
+            return;
+        };
+        let before = self.ratio;
+        self.ratio = guard.ratio(&problem.unknowns.theta(z));
+        if self.ratio <= MAX_RESIDUAL_RATIO {
+            self.above = 0;
+        } else if self.ratio > FALLING * before {
+            self.above += 1;
+        }
     }
 
     /// Searches the levels about the trajectory of a run.
@@ -234,20 +240,14 @@ fn gradient(
     problem: &Problem<'_>,
     dynamics: &mut Dynamics,
     run: &FilterRun,
-    samples: usize,
     (z, levels): (&[f64], &Levels),
 ) -> Gradient {
-    let likelihood = LevelLikelihood::new(problem.measurements, run, samples);
-    let by_noise = expected_gradient(
-        &likelihood,
-        dynamics,
-        problem.unknowns,
-        &problem.logged_noise(levels),
-        levels,
-    );
+    let mut by_noise = NoiseBias::zero(problem.unknowns.values());
+    visit_noise_bias(problem, dynamics, run, levels, |_, own| by_noise.add(own));
     let mut normal = run.sums.normal.clone();
     let cost = run.sums.cost + add_prior(problem.unknowns, z, &mut normal);
-    add(&mut normal.gradient, -1.0, &by_noise);
+    by_noise.scale_information(by_noise.limit(&normal));
+    by_noise.correct(&mut normal);
     Gradient {
         cost,
         normal,
@@ -266,10 +266,10 @@ fn is_short(step: &Step, normal: &NormalEquations, moved: &mut [f64]) -> bool {
 }
 
 /// Returns a step that lowers the cost with the gains held; `None` if no tried step does. A, g and
-/// V contain the prior, and g is corrected by `g_n`.
+/// V contain the prior, A is corrected by `A_n` and g by `g_n`.
 ///
 /// ```text
-/// (A + μ diag A) Δz = −g        saved = V(z) − V(z + Δz) + 2 g_n · Δz > 0
+/// (A + μ diag A) Δz = −g        saved = V(z) − V(z + Δz) + 2 g_n · Δz + Δz · A_n Δz > 0
 /// ```
 fn lower(
     problem: &Problem<'_>,
@@ -287,8 +287,8 @@ fn lower(
                 .then(|| replay(problem.measurements, dynamics, problem.unknowns, &at, run))
                 .flatten();
             if let Some((there, trajectory)) = there {
-                let noise: f64 = by.iter().zip(&gradient.by_noise).map(|(d, g)| d * g).sum();
-                let saved = gradient.cost - there - problem.prior_cost(&at) + 2.0 * noise;
+                let noise = gradient.by_noise.cost(&by);
+                let saved = gradient.cost - there - problem.prior_cost(&at) + noise;
                 if saved > 0.0 {
                     *damping = (*damping / DAMPING_DECREASE).max(MIN_DAMPING);
                     return Some(Step {

@@ -5,20 +5,23 @@ use super::descent::Descent;
 use super::dynamics::Dynamics;
 use super::filter::{Keep, Sums, run};
 use super::levels::Levels;
+use super::noisy_torque::{NoiseBias, visit_noise_bias};
 use super::parts::{
     Alone, alone, between, blocks, deviation, values_alone, widened, without_blocks,
 };
 use super::problem::{Problem, add_prior};
 use super::refined::{Refined, RowLevel, SensorLevel, SensorOffset, StribeckVelocity};
-use super::sandwich::{Influence, SCORE_PARTS, widening};
+use super::sandwich::{Influence, widening};
 use super::solve::covariance as covariance_of;
 use super::unknowns::Unknowns;
-use super::vector::add;
+use super::vector::{add, dot};
 use crate::model::{Model, Theta};
 use crate::regression::Reading;
 
-/// Maximum number of points of the trace, a multiple of the number of blocks.
+/// Maximum number of points of the trace, a multiple of the number of blocks, and number of parts of
+/// the logs between two points.
 const MAX_TRACE_POINTS: usize = 64;
+const PARTS_OF_POINT: usize = 6;
 
 /// Returns the result of a descent. Returns `None` if the filter does not follow the log or the log
 /// does not determine all unknowns.
@@ -33,15 +36,18 @@ pub(super) fn finish(
     let (model, measurements) = (problem.model, problem.measurements);
     let unknowns =
         (problem.unknowns.clone()).with_delays(model, reading.channels(), measurements, estimated);
-    let sums = last_run(problem, &unknowns, descent)?;
+    let (sums, bias) = last_run(problem, &unknowns, descent)?;
     // Estimated delays are unknowns, so they increase the standard errors of the parameters.
     let count = unknowns.values() + estimated.len();
-    let information = covariance_of(&sums.normal.first(count).information, count)?;
+    let mut normal = sums.normal.clone();
+    add_prior(problem.unknowns, &descent.z, &mut normal);
+    let influence = covariance_of(&normal.first(count).information, count)?;
     let duration = measurements.duration();
-    let rows: Vec<Influence> = (information.chunks(count).enumerate())
+    let information = with_noise_of_score(&influence, count, &bias);
+    let rows: Vec<Influence> = (influence.chunks(count).enumerate())
         .map(|(at, row)| Influence {
             row: row.to_vec(),
-            variance: row[at],
+            variance: information[at * (count + 1)],
         })
         .collect();
     let widening = widening(&rows.iter().collect::<Vec<_>>(), &sums.gradients, duration);
@@ -49,7 +55,7 @@ pub(super) fn finish(
     // The factors contain the scatter between the logs, so they would hide it here.
     let logs = each_log(problem, descent, &sums);
     let of_blocks: Option<Vec<Alone>> = (blocks.iter())
-        .map(|block| alone(problem, descent, &block.normal, block.share))
+        .map(|block| alone(problem, descent, &block.normal))
         .collect();
     let of_blocks = widened(of_blocks.unwrap_or_default(), &widening);
     let sampling = |place: usize| widening[place] * information[place * (count + 1)].sqrt();
@@ -109,8 +115,8 @@ pub(super) fn finish(
             .collect(),
         delays: delay_updates(
             &unknowns,
-            &sums,
-            &information,
+            (&normal, &sums.gradients),
+            &influence,
             &blocks.iter().map(|block| &block.normal).collect::<Vec<_>>(),
             duration,
             reading.delays(),
@@ -124,27 +130,86 @@ pub(super) fn finish(
     })
 }
 
-/// Runs the filter at the end of a descent, with derivatives by the delays.
-fn last_run(problem: &Problem<'_>, unknowns: &Unknowns, descent: &Descent) -> Option<Sums> {
+/// Runs the filter at the end of a descent, with derivatives by the delays. Returns the sums,
+/// corrected for the noise of the logged torque, and the correction.
+fn last_run(
+    problem: &Problem<'_>,
+    unknowns: &Unknowns,
+    descent: &Descent,
+) -> Option<(Sums, NoiseBias)> {
     let (z, levels) = (&descent.z, &descent.levels);
     let mut dynamics = Dynamics::new(problem.model, &unknowns.theta(z));
+    let measurements = problem.measurements;
+    let part = (measurements.samples()).div_ceil(MAX_TRACE_POINTS * PARTS_OF_POINT);
     let keep = Keep {
-        linearized_samples: 0,
-        growing_parts: MAX_TRACE_POINTS,
-        score_parts: SCORE_PARTS,
+        linearized_samples: measurements.samples(),
+        part: Some(part),
+        parts_of_block: PARTS_OF_POINT,
     };
-    let run = run(
-        problem.measurements,
-        &mut dynamics,
-        unknowns,
-        z,
-        levels,
-        keep,
-    )?;
+    let run = run(measurements, &mut dynamics, unknowns, z, levels, keep)?;
+    let none = NoiseBias::zero(unknowns.values());
+    let mut of_points = vec![none.clone(); run.sums.growing.len() + 1];
+    let mut of_parts = vec![vec![0.0; unknowns.values()]; run.sums.gradients.len() + 1];
+    let mut of_logs = vec![none.clone(); run.sums.logs.len()];
+    let logs = measurements.log_of_samples();
+    visit_noise_bias(problem, &mut dynamics, &run, levels, |sample, own| {
+        of_points[sample / (part * PARTS_OF_POINT)].add(own);
+        add(&mut of_parts[sample / part], 1.0, &own.gradient);
+        if let Some(log) = of_logs.get_mut(logs[sample]) {
+            log.add(own);
+        }
+    });
     let mut sums = run.sums;
-    add_prior(problem.unknowns, z, &mut sums.normal);
-    add(&mut sums.normal.gradient, -1.0, &descent.noise_gradient);
-    Some(sums)
+    let mut whole = none.clone();
+    for own in &of_points {
+        whole.add(own);
+    }
+    let limit = whole.limit(&sums.normal);
+    whole.scale_information(limit);
+    whole.correct(&mut sums.normal);
+    let mut up_to = none;
+    for ((_, normal), own) in sums.growing.iter_mut().zip(&mut of_points) {
+        own.scale_information(limit);
+        up_to.add(own);
+        up_to.correct(normal);
+    }
+    let mut up_to = vec![0.0; unknowns.values()];
+    for (gradient, own) in sums.gradients.iter_mut().zip(&of_parts) {
+        add(&mut up_to, 1.0, own);
+        add(gradient, -1.0, &up_to);
+    }
+    for (normal, own) in sums.logs.iter_mut().zip(&mut of_logs) {
+        own.scale_information(limit);
+        own.correct(normal);
+    }
+    Some((sums, whole))
+}
+
+/// Returns the covariance of the estimates by the information, `M⁻¹ (M + A_n) M⁻¹`: the score varies
+/// by the whole information, and the estimates follow it by the information M without the noise of
+/// the logged torque.
+///
+/// - `influence`: M⁻¹, \[count × count\].
+fn with_noise_of_score(influence: &[f64], count: usize, bias: &NoiseBias) -> Vec<f64> {
+    let values = bias.gradient.len();
+    let noise = |i: usize, j: usize| bias.information[i.max(j) * values + i.min(j)];
+    let mut covariance = influence.to_vec();
+    let mut moved = vec![0.0; values];
+    for i in 0..count {
+        let row = &influence[i * count..][..values];
+        for (j, moved) in moved.iter_mut().enumerate() {
+            *moved = row
+                .iter()
+                .enumerate()
+                .map(|(k, own)| own * noise(k, j))
+                .sum();
+        }
+        for k in 0..count {
+            let column = &influence[k * count..][..values];
+            covariance[i * count + k] += dot(&moved, column);
+        }
+    }
+    covariance
 }
 
 /// Returns the standard error of each parameter, \[p\].
@@ -165,10 +230,9 @@ fn standard_errors(model: &Model, free: &[usize], error: impl Fn(usize) -> f64) 
 
 /// Returns the parameter vectors for growing parts of the logs.
 fn trace(problem: &Problem<'_>, descent: &Descent, sums: &Sums) -> Vec<(f64, Theta)> {
-    let duration = problem.measurements.duration();
     (sums.growing.iter())
         .filter_map(|(time, so_far)| {
-            let z = values_alone(problem, descent, so_far, time / duration)?;
+            let z = values_alone(problem, descent, so_far)?;
             Some((*time, problem.unknowns.theta(&z)))
         })
         .collect()
@@ -176,8 +240,8 @@ fn trace(problem: &Problem<'_>, descent: &Descent, sums: &Sums) -> Vec<(f64, The
 
 /// Returns the estimate from each log alone.
 fn each_log(problem: &Problem<'_>, descent: &Descent, sums: &Sums) -> Vec<Alone> {
-    (sums.logs.iter().enumerate())
-        .filter_map(|(log, own)| alone(problem, descent, own, problem.measurements.share(log)))
+    (sums.logs.iter())
+        .filter_map(|own| alone(problem, descent, own))
         .collect()
 }
 

@@ -4,7 +4,6 @@ use super::descent::Descent;
 use super::filter::{NormalEquations, Sums};
 use super::problem::{Problem, add_prior};
 use super::solve::{covariance, damped_step};
-use super::vector::add;
 use crate::estimate::between_parts::between_parts;
 
 /// Number of blocks, and number of blocks of logs shorter than `SHORT_LOG_S`.
@@ -16,8 +15,6 @@ const SHORT_LOG_S: f64 = 8.0;
 pub(super) struct Block {
     /// Normal equations of the block.
     pub(super) normal: NormalEquations,
-    /// Samples in the block, as a fraction of all samples.
-    pub(super) share: f64,
     /// End of the block, as a fraction of all samples.
     pub(super) end: f64,
 }
@@ -41,7 +38,6 @@ pub(super) fn blocks(problem: &Problem<'_>, sums: &Sums) -> Vec<Block> {
             let (end, up_to) = kept.map_or(whole, |(time, normal)| (time / duration, normal));
             let own = Block {
                 normal: up_to.without(&before.1),
-                share: end - before.0,
                 end,
             };
             before = (end, up_to.clone());
@@ -55,16 +51,13 @@ pub(super) type Alone = Vec<(f64, f64)>;
 
 /// Returns the estimate from a part of the measurements, one step from the optimum of all
 /// measurements; `None` if the part does not determine all unknowns.
-///
-/// - `share`: samples in the part, as a fraction of all samples.
 pub(super) fn alone(
     problem: &Problem<'_>,
     descent: &Descent,
     part: &NormalEquations,
-    share: f64,
 ) -> Option<Alone> {
     let count = problem.unknowns.values();
-    let own = with_prior(problem, descent, part, share);
+    let own = with_prior(problem, descent, part);
     let covariance = covariance(&own.information, count)?;
     let z = step(descent, &own)?;
     let error = |i: usize| covariance[i * (count + 1)].sqrt();
@@ -76,9 +69,8 @@ pub(super) fn values_alone(
     problem: &Problem<'_>,
     descent: &Descent,
     part: &NormalEquations,
-    share: f64,
 ) -> Option<Vec<f64>> {
-    step(descent, &with_prior(problem, descent, part, share))
+    step(descent, &with_prior(problem, descent, part))
 }
 
 fn step(descent: &Descent, own: &NormalEquations) -> Option<Vec<f64>> {
@@ -86,15 +78,9 @@ fn step(descent: &Descent, own: &NormalEquations) -> Option<Vec<f64>> {
     Some(descent.z.iter().zip(&step).map(|(x, d)| x + d).collect())
 }
 
-fn with_prior(
-    problem: &Problem<'_>,
-    descent: &Descent,
-    part: &NormalEquations,
-    share: f64,
-) -> NormalEquations {
+fn with_prior(problem: &Problem<'_>, descent: &Descent, part: &NormalEquations) -> NormalEquations {
     let mut part = part.first(problem.unknowns.values());
     add_prior(problem.unknowns, &descent.z, &mut part);
-    add(&mut part.gradient, -share, &descent.noise_gradient);
     part
 }
 
@@ -128,7 +114,7 @@ pub(super) fn without_blocks(
     let each: Option<Vec<(f64, Vec<f64>)>> = (blocks.iter())
         .map(|block| {
             let others = whole.without(&block.normal);
-            let z = values_alone(problem, descent, &others, 1.0 - block.share)?;
+            let z = values_alone(problem, descent, &others)?;
             Some((block.end, z))
         })
         .collect();

@@ -11,9 +11,6 @@
 
 use super::vector::dot;
 
-/// Number of parts that the score of a log is summed over.
-pub(super) const SCORE_PARTS: usize = 400;
-
 /// Lengths of the stretches, s. Friction repeats with the motion, so the longest stretch has the
 /// length of a motion.
 const STRETCHES_S: [f64; 4] = [0.25, 0.5, 1.0, 2.0];

@@ -1,7 +1,8 @@
 //! Solution of small symmetric systems.
 
 use faer::linalg::solvers::{DenseSolveCore, Solve};
-use faer::{Mat, Side};
+use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
+use faer::{Mat, Par, Side};
 
 /// Information added in every direction, relative to its scale, so that an undetermined direction
 /// has a solution.
@@ -63,6 +64,33 @@ pub(super) fn covariance(information: &[f64], count: usize) -> Option<Vec<f64>> 
         .iter()
         .all(|x| x.is_finite())
         .then_some(covariance)
+}
+
+/// Returns the largest eigenvalue of `part` relative to `whole`, the largest `xᵀ P x / xᵀ W x`; `None`
+/// if `whole` is not positive definite.
+///
+/// - `part`, `whole`: \[count × count\]; only the lower triangles are read.
+pub(super) fn largest_relative_eigenvalue(
+    part: &[f64],
+    whole: &[f64],
+    count: usize,
+) -> Option<f64> {
+    if count == 0 {
+        return Some(0.0);
+    }
+    let (matrix, scales) = scaled(whole, count, 0.0);
+    let factor = matrix.llt(Side::Lower).ok()?;
+    let whiten = |matrix: &mut Mat<f64>| {
+        solve_lower_triangular_in_place(factor.L(), matrix.as_mut(), Par::Seq);
+    };
+    let mut scaled_part = Mat::from_fn(count, count, |i, j| {
+        part[i.max(j) * count + i.min(j)] * scales[i] * scales[j]
+    });
+    whiten(&mut scaled_part);
+    let mut both = scaled_part.transpose().to_owned();
+    whiten(&mut both);
+    let eigenvalues = both.self_adjoint_eigenvalues(Side::Lower).ok()?;
+    eigenvalues.last().copied()
 }
 
 /// Returns the length of a step in standard errors: the square root of the quadratic form of the

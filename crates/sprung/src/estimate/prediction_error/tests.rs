@@ -14,10 +14,10 @@ use crate::log::Channels;
 use crate::model::{Model, Theta};
 
 pub(super) struct Case {
-    model: Model,
+    pub(super) model: Model,
     channels: Channels,
     pub(super) measurements: Measurements,
-    theta: Theta,
+    pub(super) theta: Theta,
     pub(super) levels: Levels,
 }
 
@@ -117,7 +117,7 @@ impl Case {
         }
     }
 
-    fn unknowns(&self) -> Unknowns {
+    pub(super) fn unknowns(&self) -> Unknowns {
         let free = (0..self.theta.len()).collect();
         Unknowns::new(
             &self.model,
@@ -257,8 +257,7 @@ pub(super) fn search_of(case: &Case, disturbances: Disturbances) -> (FilterRun, 
     let z = unknowns.point(&case.theta);
     let keep = Keep {
         linearized_samples: 500,
-        growing_parts: 0,
-        score_parts: 0,
+        ..Keep::default()
     };
     let (measurements, levels) = (&case.measurements, &case.levels);
     let run = run(measurements, &mut dynamics, &unknowns, &z, levels, keep);

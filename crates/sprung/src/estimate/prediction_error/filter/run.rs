@@ -13,10 +13,11 @@ use crate::estimate::prediction_error::unknowns::Unknowns;
 pub(in super::super) struct Keep {
     /// Number of samples whose linearization is kept, from the first one.
     pub(in super::super) linearized_samples: usize,
-    /// Number of copies of the normal equations over time.
-    pub(in super::super) growing_parts: usize,
-    /// Number of copies of the gradient over time.
-    pub(in super::super) score_parts: usize,
+    /// Number of samples of a part of the logs, after each of which the gradient is copied; `None`
+    /// keeps no copy.
+    pub(in super::super) part: Option<usize>,
+    /// Number of parts after each of which the normal equations are copied.
+    pub(in super::super) parts_of_block: usize,
 }
 
 /// Runs the filter over all measurements: measure, accumulate, predict.
@@ -37,8 +38,6 @@ pub(in super::super) fn run(
     dynamics.set(&unknowns.theta(z), unknowns.stribeck_velocities(z));
     let mut filter = Filter::new(dynamics, unknowns, z, levels, &measurements.reversals);
     let mut run = FilterRun::new(unknowns.columns(), levels.corner);
-    let part = (measurements.samples().div_ceil(keep.growing_parts.max(1))).max(1);
-    let score_part = (measurements.samples() / keep.score_parts.max(1)).max(1);
     let mut samples = 0;
     let mut begin = 0.0;
     for (index, segment) in measurements.segments.iter().enumerate() {
@@ -66,10 +65,11 @@ pub(in super::super) fn run(
                 (run.linearization.reversals).extend_from_slice(&filter.reversals);
             }
             samples += 1;
-            if keep.score_parts > 0 && samples.is_multiple_of(score_part) {
-                run.sums.keep_gradient();
-            }
-            if samples.is_multiple_of(part) {
+            let Some(part) = keep.part.filter(|part| samples.is_multiple_of(*part)) else {
+                continue;
+            };
+            run.sums.keep_gradient();
+            if (samples / part).is_multiple_of(keep.parts_of_block) {
                 run.sums.keep(begin + (k + 1) as f64 * segment.period);
             }
         }

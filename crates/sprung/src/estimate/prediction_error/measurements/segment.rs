@@ -81,11 +81,11 @@ impl Measurements {
         self.segments.last().map_or(0, |segment| segment.log + 1)
     }
 
-    /// Returns the fraction of the samples that belong to one log.
-    pub(in super::super) fn share(&self, log: usize) -> f64 {
-        let own = self.segments.iter().filter(|segment| segment.log == log);
-        let own: usize = own.map(Segment::samples).sum();
-        own as f64 / self.samples().max(1) as f64
+    /// Returns the index of each sample's log.
+    pub(in super::super) fn log_of_samples(&self) -> Vec<usize> {
+        (self.segments.iter())
+            .flat_map(|segment| std::iter::repeat_n(segment.log, segment.samples()))
+            .collect()
     }
 
     /// Returns the time that the samples span, s.
