@@ -133,11 +133,14 @@ fn named<'l>(name: &str, laws: impl Iterator<Item = &'l LawsByHoldOut>) {
     let words: Vec<String> = (LAWS.iter().zip(counts))
         .map(|((law, ..), count)| format!("{law} {count}"))
         .collect();
+    let delay = if delays.is_empty() {
+        String::new()
+    } else {
+        format!(" ({:.3} ms in the median)", 1e3 * median(delays))
+    };
     println!(
-        "    {name}, laws named in both joints, of {logs} logs: {}; median delay {:.3} ms; other \
-         laws: {others:?}",
-        words.join(", "),
-        1e3 * median(delays)
+        "    {name}, laws named in both joints, of {logs} logs: {}{delay}; other laws: {others:?}",
+        words.join(", ")
     );
 }
 
