@@ -21,7 +21,8 @@ const MAX_FILTER_RUNS: usize = 30;
 
 /// First run after which levels are searched. Before it the innovations contain the error of the
 /// start.
-const FIRST_LEVEL_SEARCH: usize = 2;
+const FIRST_LEVEL_SEARCH: usize = 1;
+const FIRST_STEP: usize = 2;
 
 /// Last run after which levels are searched. If the model lacks an effect, step and levels may
 /// alternate without end; with the levels held, the steps become short.
@@ -157,7 +158,7 @@ pub(super) fn descend(
                 moved,
             }));
         }
-        if let Some(step) = step {
+        if let Some(step) = step.filter(|_| runs >= FIRST_STEP) {
             add(&mut z, 1.0, &step.by);
             // Levels are searched about the new trajectory. About the old one, step and levels
             // would oscillate about the optimum.
