@@ -13,6 +13,7 @@ mod probes;
 mod reading;
 mod reduction;
 mod solution;
+mod system;
 mod triangle;
 mod weights;
 
@@ -25,8 +26,8 @@ pub use pass::{PassError, signals};
 pub(crate) use probes::Probe;
 pub use reading::Reading;
 pub use reduction::Reduction;
-pub(crate) use reduction::System;
 pub use solution::solve;
 pub(crate) use solution::{Solution, SystemPart, solve_quickly};
+pub(crate) use system::System;
 pub(crate) use triangle::Triangle;
 pub(crate) use weights::{TransitionWeights, VelocityNoise};

@@ -4,7 +4,8 @@ use sprung_core::filter::FilterError;
 
 use super::probes::Probe;
 use super::reading::Reading;
-use super::reduction::{Reduction, System};
+use super::reduction::Reduction;
+use super::system::System;
 use crate::description::Identify;
 use crate::log::{LogBlock, LogError, LogReader, LogSource, Summary, Timing};
 use crate::model::Model;

@@ -11,6 +11,7 @@ mod intervals;
 mod laws;
 mod numbers;
 mod plots;
+mod refined_delays;
 mod refinement;
 mod robot_tables;
 mod section;

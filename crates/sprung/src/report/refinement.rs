@@ -3,16 +3,13 @@
 use super::document::{Bar, BarRow, Bars, Block, Intervals, Row, Section, Table, Tone};
 use super::intervals::{self, Ranged};
 use super::numbers::significant;
+use super::refined_delays::{as_exact, delay_intervals, delay_table};
 use super::section::section;
 use super::tables::{number, text};
 use crate::estimate::{
-    EstimateResult, Identification, LogInfo, NORMAL_95, RefinedDelay, Refinement, RowDisturbance,
-    RungResult,
+    EstimateResult, Identification, LogInfo, NORMAL_95, Refinement, RowDisturbance, RungResult,
 };
 use crate::model::short;
-
-/// A delay is marked if it differs from the used value by more than this number of standard errors.
-const MARKED_STANDARD_ERRORS: f64 = 4.0;
 
 /// Range of decades of the torque that the bars always show.
 const MIN_SHOWN_DECADES: (i32, i32) = (-4, -1);
@@ -272,100 +269,6 @@ fn logs(
         names,
         rows: rows.collect(),
     })
-}
-
-/// Returns the name and the size of a suitable unit for the delays.
-fn time_unit(delays: &[RefinedDelay]) -> (&'static str, f64) {
-    let size = |delay: &RefinedDelay| {
-        let error = delay.standard_error_s.unwrap_or(0.0);
-        delay.delay_s.abs().max(delay.used_s.abs()).max(error)
-    };
-    match delays.iter().map(size).fold(0.0, f64::max) {
-        longest if longest < 1e-3 => ("µs", 1e6),
-        _ => ("ms", 1e3),
-    }
-}
-
-/// Returns the remaining delay of each column, beyond the delay used for the parameters.
-fn delay_intervals(delays: &[RefinedDelay]) -> Option<Intervals> {
-    let (unit, size) = time_unit(delays);
-    let rows: Vec<_> = (delays.iter())
-        .filter_map(|delay| {
-            let beyond = size * (delay.delay_s - delay.used_s);
-            let half = NORMAL_95 * size * delay.standard_error_s?;
-            let value = [Some((beyond, Some([beyond - half, beyond + half])))];
-            let scale = |half: f64| format!("± {} {unit}", significant(half, 2));
-            Some(intervals::row(delay.column.clone(), 0.0, &value, scale))
-        })
-        .collect();
-    (!rows.is_empty()).then(|| Intervals {
-        caption: "Remaining delay of each column relative to the other columns, with its 95 % \
-                  interval. The line in the middle is the delay used for the parameters. The number \
-                  at the right is half the width of the row."
-            .to_owned(),
-        names: vec!["delay by likelihood".to_owned()],
-        rows,
-    })
-}
-
-fn delay_table(delays: &[RefinedDelay]) -> Option<Table> {
-    (!delays.is_empty()).then_some(())?;
-    let (unit, size) = time_unit(delays);
-    let row = |delay: &RefinedDelay| {
-        let beyond = delay.delay_s - delay.used_s;
-        let away = delay.standard_error_s.map(|error| beyond / error);
-        Row {
-            cells: vec![
-                delay.column.clone(),
-                significant(size * delay.used_s, 4),
-                delay.standard_error_s.map_or_else(
-                    || "not determined".to_owned(),
-                    |error| {
-                        let half = NORMAL_95 * size * error;
-                        format!(
-                            "{} ± {}",
-                            as_exact(size * delay.delay_s, half),
-                            significant(half, 2)
-                        )
-                    },
-                ),
-                away.map_or_else(|| "–".to_owned(), |x| format!("{x:+.1}")),
-                away.map_or_else(|| "–".to_owned(), |x| format!("{:.1}", 0.5 * x * x)),
-            ],
-            tone: if away.is_some_and(|x| x.abs() > MARKED_STANDARD_ERRORS) {
-                Tone::Doubtful
-            } else {
-                Tone::Neutral
-            },
-        }
-    };
-    Some(Table {
-        caption: format!(
-            "Delays. Marked delays differ from the used value by more than {MARKED_STANDARD_ERRORS} standard errors. \
-             A late column can also make the other columns of its joint appear late. If several \
-             columns are marked, the column with the largest increase of the log-likelihood is the \
-             likeliest."
-        ),
-        columns: vec![
-            text("Column"),
-            number(format!("Used [{unit}]")),
-            number(format!("By likelihood ± 95 % [{unit}]")),
-            number("Difference in s.e."),
-            number("Increase of log-likelihood"),
-        ],
-        rows: delays.iter().map(row).collect(),
-    })
-}
-
-/// Returns a value with as many decimals as two digits of its error have.
-fn as_exact(value: f64, error: f64) -> String {
-    let text = significant(error, 2);
-    let decimals = text.split_once('.').map_or(0, |(_, digits)| digits.len());
-    if text.contains('e') {
-        significant(value, 4)
-    } else {
-        format!("{value:.decimals$}")
-    }
 }
 
 fn offsets(refinement: &Refinement) -> Option<Table> {

@@ -4,6 +4,7 @@ mod columns;
 mod experiment;
 mod fault;
 mod identify;
+mod laws;
 mod log;
 mod name;
 mod robot;

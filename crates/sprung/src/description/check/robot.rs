@@ -1,14 +1,13 @@
 //! Checks of a robot: numbers in range, names that exist, keys that exclude each other.
 
 use sprung_core::chain::JointKind;
-use sprung_core::friction::Family;
 use sprung_core::spatial::BODY_NAMES;
 
 use super::fault::{Fault, fault};
+use super::laws::laws;
 use super::name::check_name;
 use crate::description::choice::nearest;
-use crate::description::friction::FrictionLaw;
-use crate::description::robot::{Joint, Robot, Side, SpringTerm};
+use crate::description::robot::{Joint, Robot, Side};
 use crate::description::types::ExperimentFile;
 
 /// Largest length in a Denavit-Hartenberg table, m; larger numbers are probably millimetres.
@@ -352,88 +351,6 @@ fn tables(robot: &Robot) -> Result<(), Fault> {
         }
     }
     Ok(())
-}
-
-/// Checks that the friction laws and spring terms of a joint are independent.
-fn laws(joint: &Joint, at: &str) -> Result<(), Fault> {
-    use Family::{
-        Coulomb, CoulombAsymmetric, Load, Offset, Quadratic, Residual, Viscous, ViscousAsymmetric,
-    };
-    let name = &joint.name;
-    let sides = [
-        ("link_friction", joint.link_laws()),
-        ("motor_friction", joint.motor_laws()),
-    ];
-    for (key, laws) in sides {
-        let path = ["robot", "joint", at, key];
-        if let Some(i) = (1..laws.len()).find(|&i| laws[..i].contains(&laws[i])) {
-            return Err(fault(
-                &path,
-                format!("{name}: {key} lists \"{}\" twice", laws[i].name()),
-            ));
-        }
-        if laws.contains(&FrictionLaw(Load)) && !joint.is_flexible() {
-            return Err(fault(
-                &path,
-                format!(
-                    "{name} is rigid, so no deflection measures the load of its gear; remove \"load\" \
-                     from {key} or set transmission = \"flexible\""
-                ),
-            ));
-        }
-        let has = |family| laws.contains(&FrictionLaw(family));
-        for (one, other) in [(Quadratic, Residual), (ViscousAsymmetric, Residual)] {
-            if has(one) && has(other) {
-                return Err(fault(
-                    &path,
-                    format!(
-                        "{name}: in {key} \"{}\" already includes \"{}\"; keep one",
-                        other.word(),
-                        one.word()
-                    ),
-                ));
-            }
-        }
-        for (one, other) in [
-            (Viscous, ViscousAsymmetric),
-            (Coulomb, CoulombAsymmetric),
-            (Offset, CoulombAsymmetric),
-        ] {
-            if has(one) && has(other) {
-                return Err(fault(
-                    &path,
-                    format!(
-                        "{name}: in {key} \"{}\" already includes \"{}\": they are equal at every \
-                         velocity except zero; keep one",
-                        other.word(),
-                        one.word()
-                    ),
-                ));
-            }
-        }
-    }
-    let spring = joint.spring_terms();
-    if joint.spring.is_some() && !joint.is_flexible() {
-        return Err(fault(
-            &["robot", "joint", at, "spring"],
-            format!(
-                "{name} is rigid, it has no spring; remove spring or set transmission = \"flexible\""
-            ),
-        ));
-    }
-    if !spring.contains(&SpringTerm::Linear) {
-        return Err(fault(
-            &["robot", "joint", at, "spring"],
-            format!("{name}: spring must contain \"linear\""),
-        ));
-    }
-    match (1..spring.len()).find(|&i| spring[..i].contains(&spring[i])) {
-        Some(_) => Err(fault(
-            &["robot", "joint", at, "spring"],
-            format!("{name}: spring lists a term twice"),
-        )),
-        None => Ok(()),
-    }
 }
 
 /// Checks a coupled transmission.
