@@ -168,8 +168,9 @@ fn noise_of_the_torque_pulls_no_inertia_up() {
     for seed in 0..seeds {
         let mut settings = settings(16384, CASES[0], 300 + u64::from(seed));
         settings.duration_s = 5.0;
-        settings.torque_noise_nm = vec![1.0, 0.1];
+        settings.torque_noise_nm = vec![0.4, 0.04];
         let result = refined(&twin, &twin.log(&settings)).unwrap();
+        assert!(result.refinement.as_ref().is_some_and(|own| own.used));
         for (joint, sum) in away.iter_mut().enumerate() {
             let name = format!("joint{}.rotor_inertia", joint + 1);
             let index = twin.model.index_of(&name).unwrap();

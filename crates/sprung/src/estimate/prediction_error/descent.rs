@@ -10,7 +10,7 @@ use super::filter::{FilterRun, Keep, NormalEquations, Trajectory, replay, run};
 use super::level_search::search_levels;
 use super::levels::Levels;
 use super::likelihood::LevelLikelihood;
-use super::noisy_torque::{NoiseBias, visit_noise_bias};
+use super::noisy_torque::{MAX_NOISE_SHARE, NoiseBias, visit_noise_bias};
 use super::problem::{Problem, add_prior};
 use super::solve::{damped_step, length};
 use super::vector::add;
@@ -48,6 +48,11 @@ const MAX_RUNS_ABOVE: usize = 3;
 const FIRST_COMPARED_RUN: usize = 5;
 const FALLING: f64 = 0.9;
 
+/// A descent is given up if the expected information by noise of the logged torque exceeds the whole
+/// information in some direction in this number of successive runs. There the log does not tell
+/// inertias from noise, and the search would go to zero inertia.
+const MAX_RUNS_OF_NOISE: usize = 3;
+
 /// Damping of the first step, relative to the information. A failed step multiplies the damping by
 /// `DAMPING_GROWTH`, to at least `MIN_FAILED_DAMPING`. A successful step divides it by
 /// `DAMPING_DECREASE`, to at least `MIN_DAMPING`. At most `MAX_DAMPING_TRIES` steps are tried.
@@ -70,6 +75,8 @@ pub(super) enum Ending {
     AtBound,
     /// The parameters left the filtered torque far less explained than least squares.
     GivenUp,
+    /// The noise of the logged torque explained all information in some direction.
+    OnlyNoise,
     /// The filter ran [`MAX_FILTER_RUNS`] times.
     OutOfRuns,
 }
@@ -105,6 +112,8 @@ struct Gradient {
     normal: NormalEquations,
     /// Bias by noise of the logged torque, already subtracted.
     by_noise: NoiseBias,
+    /// Whether its information exceeds the whole information in some direction.
+    is_only_noise: bool,
 }
 
 /// Descends from a start: run, step, levels, until step and levels have settled.
@@ -147,6 +156,11 @@ pub(super) fn descend(
             Some(step) => is_short(step, &gradient.normal, &mut moved),
         };
         search.compare(problem, &z, runs);
+        search.noise = if gradient.is_only_noise {
+            search.noise + 1
+        } else {
+            0
+        };
         if let Some(ending) = search.ending(short, runs) {
             return Ok(Some(Descent {
                 z,
@@ -184,6 +198,8 @@ struct LevelSearch {
     above: usize,
     /// Residual of the last run over that of least squares.
     ratio: f64,
+    /// Number of successive runs in which noise explains all information in some direction.
+    noise: usize,
 }
 
 impl LevelSearch {
@@ -226,6 +242,8 @@ impl LevelSearch {
             Some(Ending::Converged)
         } else if self.above == MAX_RUNS_ABOVE {
             Some(Ending::GivenUp)
+        } else if self.noise == MAX_RUNS_OF_NOISE {
+            Some(Ending::OnlyNoise)
         } else if self.at_bound == MAX_SEARCHES_AT_BOUND {
             Some(Ending::AtBound)
         } else if runs == MAX_FILTER_RUNS {
@@ -247,12 +265,14 @@ fn gradient(
     visit_noise_bias(problem, dynamics, run, levels, |_, own| by_noise.add(own));
     let mut normal = run.sums.normal.clone();
     let cost = run.sums.cost + add_prior(problem.unknowns, z, &mut normal);
-    by_noise.scale_information(by_noise.limit(&normal));
+    let limit = by_noise.limit(&normal);
+    by_noise.scale_information(limit);
     by_noise.correct(&mut normal);
     Gradient {
         cost,
         normal,
         by_noise,
+        is_only_noise: limit < MAX_NOISE_SHARE,
     }
 }
 

@@ -27,7 +27,7 @@ use super::vector::{add, scale};
 const INFORMATION_STRIDE: usize = 4;
 
 /// Maximum fraction of the information, in any direction, that is subtracted.
-const MAX_NOISE_SHARE: f64 = 0.95;
+pub(super) const MAX_NOISE_SHARE: f64 = 0.95;
 
 /// Expected gradient and information by noise of the logged torque.
 #[derive(Clone, Debug)]

@@ -73,7 +73,7 @@ impl Refined {
     pub(super) fn converged(&self) -> bool {
         match self.ending {
             Ending::Converged => true,
-            Ending::AtBound | Ending::GivenUp | Ending::OutOfRuns => false,
+            Ending::AtBound | Ending::GivenUp | Ending::OnlyNoise | Ending::OutOfRuns => false,
         }
     }
 }

@@ -58,12 +58,14 @@ impl Outcome {
         match (refined.ending, tried.held_out) {
             _ if !bound.is_empty() => Self::AtBound { rows: bound },
             (Ending::GivenUp, Some(held)) => Self::NotPredictive(held),
-            (Ending::AtBound | Ending::GivenUp | Ending::OutOfRuns, _) => Self::NotConverged {
-                runs: refined.runs,
-                moved: (refined.moved.iter().take(MAX_NAMED_PARAMETERS))
-                    .map(|(index, by)| (model.parameters()[*index].short().into_owned(), *by))
-                    .collect(),
-            },
+            (Ending::AtBound | Ending::GivenUp | Ending::OnlyNoise | Ending::OutOfRuns, _) => {
+                Self::NotConverged {
+                    runs: refined.runs,
+                    moved: (refined.moved.iter().take(MAX_NAMED_PARAMETERS))
+                        .map(|(index, by)| (model.parameters()[*index].short().into_owned(), *by))
+                        .collect(),
+                }
+            }
             (Ending::Converged, held) if is_used => Self::Used(held),
             (Ending::Converged, Some(held)) if tried.passed().is_none() => {
                 Self::NotPredictive(held)
