@@ -5,6 +5,16 @@ use super::free::Free;
 use crate::model::{Model, Theta};
 use crate::regression::{System, SystemPart, Triangle, solve, solve_quickly};
 
+/// Accuracy of the filtered regression, relative to the torque: the filter of the positions smears
+/// reversals of stiff friction, and least squares fits a part of this error.
+const REGRESSION_ACCURACY: f64 = 0.005;
+
+/// Returns a residual in the filtered torque over that of a reference, up to the accuracy of the
+/// filtered regression. Both are relative to the torque.
+pub(crate) fn over_reference(own: f64, reference: f64) -> f64 {
+    own / reference.hypot(REGRESSION_ACCURACY)
+}
+
 /// Consecutive parts of a reduced system, for fits without a part and for the residual of a part.
 pub(crate) struct HoldOut<'a> {
     model: &'a Model,

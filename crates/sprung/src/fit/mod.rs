@@ -18,7 +18,7 @@ pub use residual::{residual, torques};
 pub(crate) use free::Free;
 #[cfg(test)]
 pub(crate) use growing::fits_of_growing;
-pub(crate) use hold_out::{HoldOut, Missed};
+pub(crate) use hold_out::{HoldOut, Missed, over_reference};
 pub(crate) use least_squares::fit_values;
 pub(crate) use parts::{PartFit, fit_between, fits_of_quarters};
 pub(crate) use residual::unweighted;

@@ -10,6 +10,7 @@ use super::sweep::{Sweep, sweep};
 use super::weights::find_weights;
 use crate::description::{Delay, Experiment, Weights};
 use crate::finding::{Finding, Severity};
+use crate::fit::over_reference;
 use crate::log::{ChannelError, Channels, LogError, LogSource, time_unit};
 use crate::model::Model;
 use crate::progress::{Listener, Phase, Stopped};
@@ -18,10 +19,6 @@ use crate::regression::Reading;
 /// Stribeck velocities by likelihood are used up to this ratio of held-out errors to those of the
 /// search by least squares.
 const MAX_ERROR_RATIO: f64 = 1.05;
-
-/// Accuracy of the filtered regression, as a fraction of the torque: it smears reversals, so true
-/// velocities leave a little more than those of the search.
-const FILTERED_ACCURACY: f64 = 0.005;
 
 /// Number of choices for the progress: cut-off, delays, Stribeck velocities, weights.
 const CHOICES: u64 = 4;
@@ -253,9 +250,9 @@ impl Prepared {
             });
         let reading = self.reading.with_model(model);
         let errors = held_out(&self.excerpt, &self.reading).zip(held_out(&self.excerpt, &reading));
-        if errors.is_some_and(|(searched, likely)| {
-            likely > MAX_ERROR_RATIO * searched.hypot(FILTERED_ACCURACY)
-        }) {
+        if errors
+            .is_some_and(|(searched, likely)| over_reference(likely, searched) > MAX_ERROR_RATIO)
+        {
             return self;
         }
         for own in velocities {

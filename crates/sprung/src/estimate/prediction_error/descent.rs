@@ -19,9 +19,7 @@ use crate::progress::{Listener, Phase, Stopped};
 /// Maximum number of runs of the filter.
 const MAX_FILTER_RUNS: usize = 30;
 
-/// First run after which levels are searched. Before it the innovations contain the error of the
-/// start.
-const FIRST_LEVEL_SEARCH: usize = 1;
+/// First run whose step is taken. The start levels may be far off, so levels are searched before.
 const FIRST_STEP: usize = 2;
 
 /// Last run after which levels are searched. If the model lacks an effect, step and levels may
@@ -180,7 +178,7 @@ pub(super) fn descend(
         }
         if runs > LAST_LEVEL_SEARCH {
             search.settled = true;
-        } else if runs >= FIRST_LEVEL_SEARCH || short {
+        } else {
             levels = search.levels(problem, &ran, samples, &levels);
         }
     }

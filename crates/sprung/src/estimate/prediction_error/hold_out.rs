@@ -4,9 +4,8 @@
 //! The last part alone misleads, because a single motion may not show an effect. So each block is
 //! left out in turn.
 
-use super::guard::over_least_squares;
 use super::refined::Refined;
-use crate::fit::{HoldOut, Missed};
+use crate::fit::{HoldOut, Missed, over_reference};
 use crate::model::{Model, Theta};
 use crate::regression::System;
 
@@ -27,7 +26,7 @@ impl HeldOut {
     /// Returns the residual of the refinement over that of least squares, up to the accuracy of the
     /// filtered regression.
     pub(super) fn ratio(self) -> f64 {
-        over_least_squares(self.refined, self.linear)
+        over_reference(self.refined, self.linear)
     }
 }
 

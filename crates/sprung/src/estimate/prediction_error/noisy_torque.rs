@@ -93,7 +93,8 @@ impl NoiseBias {
     }
 }
 
-/// Visits the bias that each sample adds, the last sample first.
+/// Visits the bias that each sample adds, the last sample first. The information of most samples is
+/// empty, because every fourth one counts for four.
 ///
 /// ```text
 /// g_n = −Σ_k Σ_p σ_p² F_τpᵀ N_k F_τ T_p        A_n = Σ_k Σ_p σ_p² T_pᵀ F_τᵀ N_k F_τ T_p
@@ -156,12 +157,13 @@ pub(super) fn visit_noise_bias(
             }
         });
         bias.gradient.fill(0.0);
-        bias.information.fill(0.0);
+        bias.information.clear();
         for &(pushed, row, place, torque) in &changes {
             let variance = logged_noise[pushed].powi(2);
             bias.gradient[place] -= variance * torque * about_torques[pushed * rows + row];
         }
         if sample.is_multiple_of(INFORMATION_STRIDE) {
+            bias.information.resize(values * values, 0.0);
             for own in changes.chunk_by(|a, b| a.0 == b.0) {
                 let variance = logged_noise[own[0].0].powi(2) * INFORMATION_STRIDE as f64;
                 for &(_, row, place, torque) in own {
@@ -184,6 +186,7 @@ mod tests {
     use super::*;
     use crate::estimate::prediction_error::filter::{Keep, run};
     use crate::estimate::prediction_error::levels::Disturbances;
+    use crate::estimate::prediction_error::solve::covariance;
     use crate::estimate::prediction_error::tests::{Case, search_of};
 
     const NOISE: f64 = 0.3;
@@ -281,10 +284,7 @@ mod tests {
     #[test]
     fn corrected_information_stays_positive() {
         let (mut normal, mut bias) = normal_equations(&noisy(NOISE, 1));
-        assert_eq!(
-            bias.limit(&normal).total_cmp(&1.0),
-            std::cmp::Ordering::Equal
-        );
+        assert!(bias.limit(&normal) >= 1.0);
         bias.scale_information(1e6);
         bias.scale_information(bias.limit(&normal));
         let before = normal.first(bias.gradient.len()).information;
@@ -292,6 +292,6 @@ mod tests {
         let after = normal.first(bias.gradient.len()).information;
         let left = largest_relative_eigenvalue(&after, &before, bias.gradient.len()).unwrap();
         assert!(left < 1.0 + 1e-9, "{left}");
-        assert!(super::super::solve::covariance(&after, bias.gradient.len()).is_some());
+        assert!(covariance(&after, bias.gradient.len()).is_some());
     }
 }

@@ -21,7 +21,7 @@ pub(super) struct Block {
 
 /// Returns the blocks of the samples, of about equal length.
 ///
-/// - `sums`: with the sums after growing parts; their number is a multiple of that of the blocks.
+/// - `sums`: with the sums after growing parts.
 pub(super) fn blocks(problem: &Problem<'_>, sums: &Sums) -> Vec<Block> {
     let duration = problem.measurements.duration();
     let count = if duration < SHORT_LOG_S {

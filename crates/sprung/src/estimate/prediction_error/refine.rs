@@ -31,9 +31,9 @@ use crate::regression::{PassError, Reading};
 /// uneven, or the joint is not where the model has it.
 const MAX_COST_OF_EXACT_ENCODERS: f64 = 2.0;
 
-/// Maximum number of rounds in which delays and prior levels are estimated; maximum remaining error of a delay, in
-/// standard errors; and maximum move of a delay in one round, in samples or standard errors. The
-/// effect of a delay is linear only for small moves.
+/// Maximum number of rounds in which delays and prior levels are estimated; maximum remaining error
+/// of a delay, in standard errors; and maximum move of a delay in one round, in samples or standard
+/// errors. The effect of a delay is linear only for small moves.
 const MAX_DELAY_ROUNDS: usize = 6;
 const DELAY_TOLERANCE_SIGMAS: f64 = 0.1;
 const MAX_DELAY_MOVE: f64 = 10.0;
