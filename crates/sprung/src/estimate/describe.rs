@@ -6,11 +6,12 @@ use sprung_core::parameters::{JointParameter, Side};
 use super::found::{Criterion, Numbers};
 use super::laws::dependence;
 use super::least_squares::{Parts, Route};
+use super::promise::{HeldOutRatio, promise};
 use super::result::{
     CrossCheckResult, EncoderOffsetResult, EstimateResult, MotorRowResult, ParameterEstimate,
 };
 use super::standard::standard_parameters;
-use super::verdict::Verdict;
+use super::verdict::{Decision, Verdict};
 use crate::curves::{CurveSet, Curves};
 use crate::description::Estimator;
 use crate::fit::{Fitted, MotorRow, residual, torques, trace, unweighted};
@@ -26,6 +27,8 @@ pub(super) struct Linear {
     pub(super) routes: Vec<(Route, Theta)>,
     /// Estimates from parts of the logs.
     pub(super) parts: Parts,
+    /// Held-out over fitted error of each row.
+    pub(super) held_out: HeldOutRatio,
 }
 
 /// Returns the result of an estimator, without findings.
@@ -82,6 +85,8 @@ pub(super) fn describe(
     EstimateResult {
         estimator: estimator.name().to_owned(),
         verdict: Verdict::Good,
+        decision: Decision::default(),
+        promise: promise(model, system, theta, &linear.held_out),
         rank: fitted.rank,
         unknowns: fitted.unknowns,
         condition_number: finite(fitted.condition_number),

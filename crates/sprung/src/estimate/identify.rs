@@ -16,6 +16,7 @@ use super::least_squares::{
 use super::lsff::Lsff;
 use super::on_line::OnLine;
 use super::prediction_error::likely;
+use super::promise::HeldOutRatio;
 use super::result::{CutoffChoice, EstimateResult, GENERATOR, Identification, SettingsUsed};
 use super::verdict::Verdict;
 use crate::check::{Refusal, examine};
@@ -261,6 +262,7 @@ fn fit_all(prepared: &Prepared, passed: &Passed) -> Result<Linear, IdentifyError
     let routes = cross_checks(model, system);
     let parts = Parts::new(model, passed, &fitted);
     Ok(Linear {
+        held_out: HeldOutRatio::new(model, system, &fitted.theta),
         fitted: widened(prepared, fitted, &routes, &parts),
         routes,
         parts,

@@ -21,6 +21,7 @@ mod lsff;
 mod on_line;
 mod output_error;
 mod prediction_error;
+mod promise;
 mod refinement_result;
 mod result;
 mod standard;
@@ -37,6 +38,8 @@ pub(crate) use laws::with_found_laws;
 pub use laws::{LawDelay, LawRung, LawsByHoldOut};
 pub use lsff::{Lsff, LsffError};
 pub use prediction_error::{KnownNoise, KnownTruth, information_bound};
+pub use promise::JointPrediction;
+pub(crate) use promise::predictions;
 pub use refinement_result::{
     HeldOutResidual, RefinedDelay, RefinedOffset, RefinedVelocity, Refinement, ResidualPrior,
     RowDisturbance, RungResult, SensorNoise,
@@ -48,6 +51,6 @@ pub use result::{
     SimulationFit, StandardParameter, parameters_csv,
 };
 pub use standard::standard_parameters;
-pub use verdict::Verdict;
+pub use verdict::{Decision, Verdict};
 
 pub use crate::fit::{fit, residual, torques, trace};

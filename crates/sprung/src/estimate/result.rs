@@ -6,8 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use super::about_logs::LogInfo;
 use super::laws::LawsByHoldOut;
+use super::promise::JointPrediction;
 use super::refinement_result::Refinement;
-use super::verdict::Verdict;
+use super::verdict::{Decision, Verdict};
 use crate::finding::{Finding, Severity};
 use crate::model::{residual_name, stribeck_name};
 use crate::named::Named;
@@ -179,6 +180,13 @@ pub struct EstimateResult {
     pub estimator: String,
     /// Verdict on the result.
     pub verdict: Verdict,
+    /// The decision behind the verdict.
+    #[serde(default)]
+    pub decision: Decision,
+    /// Errors that the result promises for a new experiment of the same kind: those on parts of the
+    /// logs that the fit has not seen. Joints without a finite promise are absent.
+    #[serde(default)]
+    pub promise: Vec<JointPrediction>,
     /// Numerical rank of the stacked regressor.
     pub rank: usize,
     /// Number of parameters without a given value.

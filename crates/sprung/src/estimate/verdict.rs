@@ -4,6 +4,17 @@ use serde::{Deserialize, Serialize};
 
 use crate::finding::{Finding, Severity};
 
+/// Decision on a result, with its evidence.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Decision {
+    /// The decision in words.
+    pub sentence: String,
+    /// Codes of the findings that decided, the most severe first.
+    pub findings: Vec<String>,
+    /// Names of the parameters that are not to be trusted alone.
+    pub parameters: Vec<String>,
+}
+
 /// Verdict on a result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]

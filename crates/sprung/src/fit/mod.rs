@@ -4,6 +4,7 @@ mod free;
 mod growing;
 mod hold_out;
 mod jackknife;
+mod joint_fit;
 mod least_squares;
 mod motor_row;
 mod parts;
@@ -19,6 +20,7 @@ pub(crate) use free::Free;
 #[cfg(test)]
 pub(crate) use growing::fits_of_growing;
 pub(crate) use hold_out::{HoldOut, Missed, over_reference};
+pub(crate) use joint_fit::{JointFit, joint_fits};
 pub(crate) use least_squares::fit_values;
 pub(crate) use parts::{PartFit, fit_between, fits_of_quarters};
 pub(crate) use residual::unweighted;

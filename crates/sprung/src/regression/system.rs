@@ -76,6 +76,12 @@ impl System {
         self.weights[row]
     }
 
+    /// Returns whether some samples of a row count less than others.
+    #[must_use]
+    pub fn is_weighted(&self, row: usize) -> bool {
+        self.weights[row] < (1.0 - 1e-9) * self.samples as f64
+    }
+
     /// Returns the samples that are kept for plots.
     #[must_use]
     pub fn kept(&self) -> &Kept {

@@ -7,8 +7,9 @@ use super::metrics::{Rms, Spread};
 use super::result::{Outcome, RootMeanSquares, SetResult};
 use crate::check::UNEXPLAINED;
 use crate::description::Controller;
-use crate::estimate::{Identification, residual};
+use crate::estimate::Identification;
 use crate::finding::Finding;
+use crate::fit::joint_fits;
 use crate::model::{Model, Theta};
 use crate::named::Named;
 use crate::preprocess::RawBlock;
@@ -207,23 +208,21 @@ impl Candidate {
     /// Returns the fit of each joint's filtered torque; empty if a value of the set is missing.
     fn torques(&self, system: &System) -> Vec<TorqueFit> {
         let model = &self.model;
-        let Some(theta) = &self.theta else {
-            return Vec::new();
-        };
-        let rows = residual(model, system, theta);
-        (model.joints().iter().enumerate())
-            .map(|(joint, name)| {
-                let row = model.torque_row(joint);
-                let (residual, torque) = rows[row];
-                let residual = residual * beyond_rest(model, system, theta, row);
-                TorqueFit {
-                    joint: name.clone(),
-                    residual,
-                    relative: residual / torque,
-                    transition: system.kept().transition_share(row).unwrap_or(0.0),
-                }
-            })
-            .collect()
+        let fits = (self.theta.as_ref()).and_then(|theta| joint_fits(model, system, theta));
+        (model
+            .joints()
+            .iter()
+            .enumerate()
+            .zip(fits.unwrap_or_default()))
+        .map(|((joint, name), fit)| TorqueFit {
+            joint: name.clone(),
+            residual: fit.torque_error,
+            relative: fit.torque_error / fit.torque,
+            transition: (system.kept())
+                .transition_share(model.torque_row(joint))
+                .unwrap_or(0.0),
+        })
+        .collect()
     }
 
     fn outcome(&self) -> Outcome {
@@ -257,29 +256,5 @@ impl Candidate {
             phi_rad: of_joints(1),
             tau_nm: of_joints(2),
         }
-    }
-}
-
-/// Returns the residual of a row over its residual with all samples counted in full: at rest the
-/// friction is anywhere between both bounds of its law, so only the part of the residual beyond
-/// these bounds counts.
-fn beyond_rest(model: &Model, system: &System, theta: &[f64], row: usize) -> f64 {
-    let kept = system.kept();
-    let bounds = kept.bound.get(row).map_or(&[][..], Vec::as_slice);
-    if bounds.iter().all(|bound| *bound <= 0.0) {
-        return 1.0;
-    }
-    let columns = model.row_columns(row);
-    let (mut beyond, mut all) = (0.0, 0.0);
-    for (sample, bound) in kept.rows[row].iter().zip(bounds) {
-        let fitted: f64 = columns.iter().zip(sample).map(|(&c, y)| theta[c] * y).sum();
-        let residual = (fitted - sample.last().copied().unwrap_or_default()).abs();
-        beyond += (residual - bound).max(0.0).powi(2);
-        all += residual.powi(2);
-    }
-    if all > 0.0 {
-        (beyond / all).sqrt()
-    } else {
-        1.0
     }
 }
