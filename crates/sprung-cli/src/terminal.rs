@@ -78,10 +78,9 @@ impl Terminal {
         }
         for result in &identification.results {
             self.say(format!(
-                "{}: {} ({}), {} of {} parameters determined, condition number {} ({} scaled)",
+                "{}: {}, {} of {} parameters determined, condition number {} ({} scaled)",
                 result.estimator,
-                self.colored(result.verdict),
-                identification.reasons(result),
+                self.colored(result.verdict, result.verdict.word()),
                 result.parameters.iter().filter(|p| p.identifiable).count(),
                 result.parameters.len(),
                 dash(result.condition_number, 4),
@@ -153,7 +152,22 @@ impl Terminal {
         ));
     }
 
-    fn colored(self, verdict: Verdict) -> String {
+    /// Prints the decision on the first result, which decides the exit code.
+    pub(crate) fn decision(self, identification: &Identification) {
+        let Some(result) = identification.results.first() else {
+            return;
+        };
+        let sentence = &result.decision.sentence;
+        match sentence.split_once(':') {
+            Some((word, rest)) => {
+                self.say(format!("{}:{rest}", self.colored(result.verdict, word)));
+            }
+            None => self.say(sentence),
+        }
+    }
+
+    /// Returns a word in the colour of a verdict, if the user wants colours.
+    fn colored(self, verdict: Verdict, word: &str) -> String {
         let color = match self.voice.color {
             Color::Always => true,
             Color::Never => false,
@@ -161,7 +175,6 @@ impl Terminal {
                 std::io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none()
             }
         };
-        let word = verdict.word();
         let code = match verdict {
             Verdict::Good => 32,
             Verdict::Doubtful => 33,

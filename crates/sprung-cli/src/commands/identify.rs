@@ -41,6 +41,7 @@ pub(crate) fn run(args: &Identify) -> Result<ExitCode, Failure> {
         );
     }
     terminal.say(format!("\nreport: {}", report.display()));
+    terminal.decision(&found.identification);
     Ok(Usability::from(&found.identification).into())
 }
 

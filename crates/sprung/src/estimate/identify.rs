@@ -3,6 +3,7 @@
 use super::about_logs::log_infos;
 use super::at_rest::at_rest;
 use super::confirmed::confirmed;
+use super::decide::decide;
 use super::describe::{Linear, describe, fit_curves, over_time, trace_of};
 use super::error::IdentifyError;
 use super::estimators::Basis;
@@ -18,7 +19,6 @@ use super::on_line::OnLine;
 use super::prediction_error::likely;
 use super::promise::HeldOutRatio;
 use super::result::{CutoffChoice, EstimateResult, GENERATOR, Identification, SettingsUsed};
-use super::verdict::Verdict;
 use crate::check::{Refusal, examine};
 use crate::curves::Curves;
 use crate::description::{Estimator, Experiment, Identify, Instruments, OnCheckError};
@@ -295,7 +295,7 @@ fn describe_all(
     let mut findings = basis.about_logs.to_vec();
     findings.extend(look_again(basis, &mut results));
     for result in &mut results {
-        result.verdict = Verdict::of(findings.iter().chain(&result.warnings));
+        decide(result, &findings);
     }
     progress.tell(Phase::Examining, EXAMINATION_STEPS, Some(EXAMINATION_STEPS))?;
     assemble(basis, passed, estimates, results, findings)
@@ -316,7 +316,7 @@ fn before_refinement(basis: &Basis<'_>, passed: &Passed) -> Result<Identified, I
             .to_owned(),
         "let sprung identify end, or set estimator = \"least-squares\"",
     ));
-    result.verdict = Verdict::of(findings.iter().chain(&result.warnings));
+    decide(&mut result, &findings);
     let estimates = vec![(Estimator::LeastSquares, found)];
     assemble(basis, passed, estimates, vec![result], findings)
 }

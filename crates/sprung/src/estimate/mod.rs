@@ -6,6 +6,7 @@ mod at_rest;
 mod between_parts;
 mod chi_square;
 mod confirmed;
+mod decide;
 mod delay_test;
 mod describe;
 mod error;
@@ -39,7 +40,7 @@ pub use laws::{LawDelay, LawRung, LawsByHoldOut};
 pub use lsff::{Lsff, LsffError};
 pub use prediction_error::{KnownNoise, KnownTruth, information_bound};
 pub use promise::JointPrediction;
-pub(crate) use promise::predictions;
+pub(crate) use promise::{percent, predictions};
 pub use refinement_result::{
     HeldOutResidual, RefinedDelay, RefinedOffset, RefinedVelocity, Refinement, ResidualPrior,
     RowDisturbance, RungResult, SensorNoise,

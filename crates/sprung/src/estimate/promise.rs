@@ -40,6 +40,19 @@ impl JointPrediction {
     }
 }
 
+/// Returns a fraction in percent with two significant digits, but at most three decimals.
+#[must_use]
+pub(crate) fn percent(fraction: f64) -> String {
+    let percent = 100.0 * fraction;
+    let decimals = match percent.abs() {
+        size if size >= 9.95 => 0,
+        size if size >= 0.995 => 1,
+        size if size >= 0.0995 => 2,
+        _ => 3,
+    };
+    format!("{percent:.decimals$} %")
+}
+
 /// Returns the prediction errors of each joint on the samples of a system; empty if it has no
 /// samples.
 ///

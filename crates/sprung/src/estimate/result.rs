@@ -9,7 +9,7 @@ use super::laws::LawsByHoldOut;
 use super::promise::JointPrediction;
 use super::refinement_result::Refinement;
 use super::verdict::{Decision, Verdict};
-use crate::finding::{Finding, Severity};
+use crate::finding::Finding;
 use crate::model::{residual_name, stribeck_name};
 use crate::named::Named;
 
@@ -51,32 +51,6 @@ impl Identification {
     pub fn files(&self) -> String {
         let files: Vec<String> = self.logs().map(LogInfo::name).collect();
         files.join(", ")
-    }
-
-    /// Returns the reasons of a result's verdict: the codes of the most severe findings about the
-    /// result and the logs. A code that occurs several times is followed by its count. Information
-    /// alone gives "no warnings".
-    #[must_use]
-    pub fn reasons(&self, result: &EstimateResult) -> String {
-        let findings = || self.findings.iter().chain(&result.warnings);
-        let Some(worst) = findings().map(|finding| finding.severity).max() else {
-            return "no findings".to_owned();
-        };
-        if worst == Severity::Info {
-            return "no warnings".to_owned();
-        }
-        let mut codes: Vec<(&str, usize)> = Vec::new();
-        for finding in findings().filter(|finding| finding.severity == worst) {
-            match codes.iter_mut().find(|(code, _)| *code == finding.code) {
-                Some((_, count)) => *count += 1,
-                None => codes.push((&finding.code, 1)),
-            }
-        }
-        let words = codes.iter().map(|(code, count)| match count {
-            1 => (*code).to_owned(),
-            _ => format!("{code} ({count})"),
-        });
-        words.collect::<Vec<_>>().join(", ")
     }
 }
 
@@ -180,7 +154,7 @@ pub struct EstimateResult {
     pub estimator: String,
     /// Verdict on the result.
     pub verdict: Verdict,
-    /// The decision behind the verdict.
+    /// The decision behind the verdict, with the verdict in words.
     #[serde(default)]
     pub decision: Decision,
     /// Errors that the result promises for a new experiment of the same kind: those on parts of the

@@ -1,4 +1,4 @@
-//! The verdict on a result, as one word.
+//! The verdict on a result as a word, and the decision behind it.
 
 use serde::{Deserialize, Serialize};
 
@@ -15,15 +15,16 @@ pub struct Decision {
     pub parameters: Vec<String>,
 }
 
-/// Verdict on a result.
+/// Verdict on a result: whether it predicts a new experiment, and whether its numbers can be trusted
+/// alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
-    /// No warnings.
+    /// The result predicts held-out parts of the log, and its intervals are believed.
     Good,
-    /// At least one number has a warning.
+    /// The result predicts, but some parameters are not to be trusted alone.
     Doubtful,
-    /// A serious finding: for example, an inertia or a stiffness is impossible or unknown.
+    /// The result does not predict, or its numbers are impossible.
     Unusable,
 }
 

@@ -77,6 +77,7 @@ pub fn compose_check(checked: &Checked, command: &str, experiment: &str) -> Docu
         ),
         generator: report.generator.clone(),
         verdict: Some(badge(report)),
+        summary: String::new(),
         sections,
     }
 }

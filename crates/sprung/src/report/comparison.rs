@@ -76,6 +76,7 @@ pub fn compose_comparison(comparison: &Comparison, command: &str) -> Document {
         subtitle: format!("Comparison of {} results", compared.len()),
         generator: comparison.generator.clone(),
         verdict: badge(comparison),
+        summary: String::new(),
         sections,
     }
 }

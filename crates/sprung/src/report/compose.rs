@@ -44,7 +44,10 @@ pub fn compose(contents: &Contents<'_>) -> Document {
             logs().map(|log| log.samples).sum::<u64>(),
             significant(logs().map(|log| log.duration_s).sum(), 4)
         );
-        document.verdict = identification.results.first().map(badge);
+        if let Some(first) = identification.results.first() {
+            document.verdict = Some(badge(first));
+            document.summary.clone_from(&first.decision.sentence);
+        }
         sections.push(parameters(identification, contents));
         sections.push(warnings(identification));
         sections.extend(
@@ -127,29 +130,32 @@ fn warnings(identification: &Identification) -> Section {
             identification.findings.iter().map(shown).collect(),
         ));
     }
-    for result in &identification.results {
-        let reasons = identification.reasons(result);
-        blocks.push(Block::Paragraph(match result.verdict {
-            Verdict::Good => format!("{} is good: it has {reasons}.", result.estimator),
-            Verdict::Doubtful => format!(
-                "{} is doubtful; it has no serious finding, but warnings: {reasons}.",
-                result.estimator
-            ),
-            Verdict::Unusable => format!(
-                "{} is unusable, because of serious findings: {reasons}.",
-                result.estimator
-            ),
-        }));
+    for (at, result) in identification.results.iter().enumerate() {
+        // The report begins with the sentence about the first result.
+        let sentence = match at {
+            0 => "",
+            _ => &result.decision.sentence,
+        };
+        if sentence.is_empty() && result.warnings.is_empty() {
+            continue;
+        }
+        blocks.push(Block::Paragraph(
+            format!("About {}: {sentence}", result.estimator)
+                .trim_end()
+                .to_owned(),
+        ));
         if !result.warnings.is_empty() {
             blocks.push(Block::Findings(result.warnings.iter().map(shown).collect()));
         }
     }
+    if blocks.is_empty() {
+        blocks.push(Block::Paragraph("There are no findings.".to_owned()));
+    }
     section(
         "warnings",
         "Findings and verdicts",
-        "A serious finding about the log or about a result makes the result unusable. It is a \
-         physical impossibility, or an undetermined parameter that the model needs. A warning makes \
-         the result doubtful. Notes do not change the verdict, so a result with notes only is good.",
+        "A serious finding about the log or about a result makes the result unusable, a warning \
+         makes it doubtful. Notes do not change the verdict.",
         blocks,
     )
 }

@@ -13,6 +13,8 @@ pub struct Document {
     pub generator: String,
     /// The overall verdict, if there is one.
     pub verdict: Option<Badge>,
+    /// The verdict in words, above the first section; may be empty.
+    pub summary: String,
     /// The sections in reading order.
     pub sections: Vec<Section>,
 }

@@ -45,6 +45,7 @@ pub fn render(document: &Document) -> Result<String, ReportError> {
             subtitle => document.subtitle.as_str(),
             generator => document.generator.as_str(),
             verdict,
+            summary => document.summary.as_str(),
             sections => view::sections(document),
             figures => Value::from_safe_string(figures),
             style => Value::from_safe_string(STYLE.to_owned()),
@@ -120,6 +121,7 @@ mod tests {
                 tone: Tone::Good,
                 text: text(),
             }),
+            summary: text(),
             sections: vec![Section {
                 id: text(),
                 heading: text(),

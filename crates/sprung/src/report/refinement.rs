@@ -478,17 +478,4 @@ mod tests {
         assert!(first(&["refinement-failed"]));
         assert!(!first(&["late-channel"]));
     }
-
-    #[test]
-    fn the_reasons_are_the_worst_findings() {
-        let reasons = |codes: &[&str]| {
-            let identification = identification(codes);
-            identification.reasons(&identification.results[0])
-        };
-        assert_eq!(reasons(&[]), "no findings");
-        assert_eq!(
-            reasons(&["late-channel", "weakly-excited", "late-channel"]),
-            "late-channel (2), weakly-excited"
-        );
-    }
 }
