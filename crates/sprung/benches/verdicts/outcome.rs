@@ -1,0 +1,250 @@
+//! Verdict on a case, and the evidence of another log.
+
+use std::path::Path;
+
+use sprung::description::Estimator;
+use sprung::estimate::{EstimateResult, Identification, IdentifyError, identify};
+use sprung::finding::Severity;
+use sprung::model::Model;
+use sprung::progress::Unheard;
+use sprung::validate::{ChosenFor, ParameterSet, RunResult, validate};
+
+use crate::case::Case;
+use crate::in_memory::with_source;
+use crate::kind::Kind;
+
+/// A *good* verdict is wrong if the held-out error is more than this multiple of the promised error, or
+/// if fewer than this part of the intervals contain the truth.
+const MAX_OVER_PROMISE: f64 = 1.5;
+const MIN_COVERAGE: f64 = 0.8;
+
+/// A case is truly good if the held-out error is at most this multiple of that of the true parameters,
+/// and if at least this part of the intervals contain the truth.
+const MAX_OVER_TRUTH: f64 = 1.1;
+const TRUE_COVERAGE: f64 = 0.9;
+
+/// Number of the log that is predicted.
+const HELD_OUT: u64 = 1000;
+
+/// Outcome of a case with one estimator.
+pub(crate) struct Outcome {
+    pub(crate) kind: Kind,
+    pub(crate) estimator: &'static str,
+    seed: u64,
+    joints: usize,
+    fault: String,
+    /// `good`, `doubtful`, `unusable` or `refused`.
+    pub(crate) verdict: &'static str,
+    /// Codes of the findings above a note.
+    pub(crate) codes: Vec<String>,
+    /// Part of the intervals that contain the truth; zero if there is no truth.
+    coverage: f64,
+    /// Largest held-out error of a joint over its promise; infinite without a promise.
+    over_promise: f64,
+    /// Held-out error over that of the true parameters, root mean square over the joints.
+    over_truth: f64,
+}
+
+impl Outcome {
+    /// Returns whether *good* is the wrong verdict.
+    pub(crate) fn is_wrong_if_good(&self) -> bool {
+        self.over_promise > MAX_OVER_PROMISE || self.coverage < MIN_COVERAGE
+    }
+
+    /// Returns whether *good* is the only right verdict.
+    pub(crate) fn is_truly_good(&self) -> bool {
+        self.over_truth <= MAX_OVER_TRUTH && self.coverage >= TRUE_COVERAGE
+    }
+
+    /// Returns the outcome as a line.
+    pub(crate) fn line(&self) -> String {
+        format!(
+            "{} {} {} joints, {}, {}: {}, coverage {:.0} %, over promise {:.2}, over truth {:.2}; {}",
+            self.kind.name(),
+            self.seed,
+            self.joints,
+            self.fault,
+            self.estimator,
+            self.verdict,
+            100.0 * self.coverage,
+            self.over_promise,
+            self.over_truth,
+            self.codes.join(" ")
+        )
+    }
+}
+
+/// Returns the outcome of a case with each estimator.
+///
+/// - `keep`: folder for the identifications.
+pub(crate) fn outcomes(case: &Case, estimators: &[Estimator], keep: Option<&Path>) -> Vec<Outcome> {
+    let mut experiment = case.experiment.clone();
+    experiment.identify.estimator = estimators.to_vec();
+    let identified: Vec<Result<Identification, Vec<String>>> = (0..case.logs())
+        .map(|number| {
+            let log = case.log(number).ok_or_else(Vec::new)?;
+            let found = with_source(&log, |source| {
+                identify(&experiment, &case.model, &mut [source], &mut Unheard)
+            });
+            found
+                .map(|found| found.identification)
+                .map_err(|error| refusal(&error))
+        })
+        .collect();
+    let blank = |estimator: &Estimator| Outcome {
+        kind: case.kind,
+        estimator: estimator.name(),
+        seed: case.seed,
+        joints: case.joints,
+        fault: format!("{:?}", case.fault),
+        verdict: "refused",
+        codes: Vec::new(),
+        coverage: 0.0,
+        over_promise: f64::INFINITY,
+        over_truth: f64::INFINITY,
+    };
+    let first = match &identified[0] {
+        Ok(first) => first,
+        Err(codes) => {
+            let refused = estimators.iter().map(|estimator| Outcome {
+                codes: codes.clone(),
+                ..blank(estimator)
+            });
+            return refused.collect();
+        }
+    };
+    if let Some(folder) = keep {
+        let name = format!("{}-{}.json", case.kind.name().replace(' ', "-"), case.seed);
+        let text = serde_json::to_string(first).expect("an identification is JSON");
+        std::fs::write(folder.join(name), text).expect("the folder takes files");
+    }
+    let held_out = held_out(case, first);
+    (estimators.iter().enumerate())
+        .map(|(index, estimator)| {
+            let result = &first.results[index];
+            let mut outcome = blank(estimator);
+            outcome.verdict = result.verdict.word();
+            outcome.codes = (first.findings.iter().chain(&result.warnings))
+                .filter(|finding| finding.severity > Severity::Info)
+                .map(|finding| finding.code.clone())
+                .collect();
+            let all = identified
+                .iter()
+                .flatten()
+                .map(|found| &found.results[index]);
+            outcome.coverage = coverage(case, all);
+            if let Some((errors, truth)) = &held_out {
+                outcome.over_promise = over_promise(result, &errors[index]);
+                outcome.over_truth = over_truth(&errors[index], truth);
+            }
+            outcome
+        })
+        .collect()
+}
+
+/// Returns the codes of a refusal.
+fn refusal(error: &IdentifyError) -> Vec<String> {
+    match error {
+        IdentifyError::Refused(refusal) => refusal
+            .0
+            .iter()
+            .map(|finding| finding.code.clone())
+            .collect(),
+        other => vec![other.to_string()],
+    }
+}
+
+/// Returns the part of the intervals that contain the truth. A parameter without an interval counts as
+/// missed.
+fn coverage<'r>(case: &Case, results: impl Iterator<Item = &'r EstimateResult>) -> f64 {
+    let Some(truth) = &case.truth else { return 0.0 };
+    let (mut hit, mut all) = (0.0, 0.0);
+    for result in results {
+        for (parameter, truth) in result.parameters.iter().zip(truth) {
+            all += 1.0;
+            let contains = |[low, high]: [f64; 2]| low <= *truth && *truth <= high;
+            hit += f64::from(u8::from(parameter.ci95.is_some_and(contains)));
+        }
+    }
+    hit / f64::max(all, 1.0)
+}
+
+/// Errors of the filtered torques of each joint on another log, N·m.
+type Errors = Vec<(String, f64)>;
+
+/// Predicts another log: errors of each result, and of the true parameters.
+fn held_out(case: &Case, identified: &Identification) -> Option<(Vec<Errors>, Errors)> {
+    let log = case.log(HELD_OUT)?;
+    let mut sets = ParameterSet::of(identified);
+    let has_truth = case.truth.as_ref().map(|truth| {
+        let names = case.model.parameters().iter().map(|p| p.name.clone());
+        let mut set = sets[0].clone();
+        set.label = "truth".to_owned();
+        set.values = names.zip(truth.iter().copied()).collect();
+        set
+    });
+    sets.extend(has_truth.clone());
+    let chosen = ChosenFor {
+        delays: Default::default(),
+        position_cutoff_hz: Some(identified.settings.position_cutoff_hz),
+    };
+    let run = run(case, &case.model, &sets, &chosen, &log)?;
+    let mut errors: Vec<Errors> = (run.sets.iter())
+        .map(|set| {
+            let joints = set.torque_residual_nm.iter();
+            joints
+                .map(|(name, error)| (name.to_owned(), error))
+                .collect()
+        })
+        .collect();
+    let truth = has_truth.and_then(|_| errors.pop());
+    Some((errors, truth.unwrap_or_default()))
+}
+
+fn run(
+    case: &Case,
+    model: &Model,
+    sets: &[ParameterSet],
+    chosen: &ChosenFor,
+    log: &[u8],
+) -> Option<RunResult> {
+    let found = with_source(log, |source| {
+        let mut sources = [vec![source]];
+        validate(
+            &case.experiment,
+            model,
+            sets,
+            chosen,
+            &mut sources,
+            &mut Unheard,
+        )
+    });
+    found.ok()?.validation.runs.into_iter().next()
+}
+
+fn over_promise(result: &EstimateResult, errors: &Errors) -> f64 {
+    let ratio = |(joint, error): &(String, f64)| {
+        let promise = result
+            .promise
+            .iter()
+            .find(|promise| promise.joint == *joint);
+        promise.map_or(f64::INFINITY, |promise| error / promise.torque_error_nm)
+    };
+    let worst = errors.iter().map(ratio).fold(0.0, f64::max);
+    if errors.is_empty() {
+        f64::INFINITY
+    } else {
+        worst
+    }
+}
+
+fn over_truth(errors: &Errors, truth: &Errors) -> f64 {
+    let ratio = |(joint, error): &(String, f64)| {
+        let truth = truth.iter().find(|(name, _)| name == joint);
+        truth.map_or(f64::INFINITY, |(_, truth)| (error / truth).powi(2))
+    };
+    if errors.is_empty() {
+        return f64::INFINITY;
+    }
+    (errors.iter().map(ratio).sum::<f64>() / errors.len() as f64).sqrt()
+}

@@ -1,0 +1,56 @@
+//! The table of all cases.
+
+use std::collections::BTreeMap;
+
+use crate::kind::Kind;
+use crate::outcome::Outcome;
+
+/// Prints the table of an estimator.
+pub(crate) fn print(estimator: &str, outcomes: &[Outcome]) {
+    println!(
+        "\n{estimator}: cases, of which refused, unusable, doubtful, good; good and wrong; truly good, of which not good"
+    );
+    let own = |kind: Option<Kind>| -> Vec<&Outcome> {
+        (outcomes.iter())
+            .filter(|outcome| outcome.estimator == estimator)
+            .filter(|outcome| kind.is_none_or(|kind| outcome.kind == kind))
+            .collect()
+    };
+    for kind in Kind::ALL {
+        row(kind.name(), &own(Some(kind)));
+    }
+    row("all", &own(None));
+    let missed = own(None);
+    let missed = missed
+        .into_iter()
+        .filter(|o| o.is_truly_good() && o.verdict != "good");
+    let mut codes: BTreeMap<&str, usize> = BTreeMap::new();
+    for code in missed.flat_map(|outcome| &outcome.codes) {
+        *codes.entry(code).or_default() += 1;
+    }
+    println!("  findings of truly good cases that are not good: {codes:?}");
+}
+
+fn row(name: &str, outcomes: &[&Outcome]) {
+    if outcomes.is_empty() {
+        return;
+    }
+    let count = |of: &dyn Fn(&Outcome) -> bool| outcomes.iter().filter(|o| of(o)).count();
+    let with = |verdict: &str| count(&|outcome: &Outcome| outcome.verdict == verdict);
+    let share = |part: usize, all: usize| 100.0 * part as f64 / all.max(1) as f64;
+    let wrong = count(&|o| o.verdict == "good" && o.is_wrong_if_good());
+    let (truly, missed) = (
+        count(&Outcome::is_truly_good),
+        count(&|o| o.is_truly_good() && o.verdict != "good"),
+    );
+    println!(
+        "  {name:16} {:4} | {:4} {:4} {:4} {:4} | {wrong:3} ({:.1} %) | {truly:4}, {missed:3} ({:.1} %)",
+        outcomes.len(),
+        with("refused"),
+        with("unusable"),
+        with("doubtful"),
+        with("good"),
+        share(wrong, with("good")),
+        share(missed, truly),
+    );
+}
