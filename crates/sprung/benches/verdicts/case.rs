@@ -34,9 +34,14 @@ pub(crate) struct Case {
     /// robot.
     pub(crate) truth: Option<Theta>,
     pub(crate) model: Model,
-    arm: Arm,
-    plant: Model,
+    /// The robot that makes the logs: its experiment, its model, and its parameters with the
+    /// preloads of the encoders' zeros, \[p\].
+    pub(crate) robot: Experiment,
+    pub(crate) plant: Model,
+    pub(crate) of_robot: Theta,
+    // The parameters of the simulation, whose encoders have no zeros.
     theta: Theta,
+    arm: Arm,
     controller: Controller,
     settings: Simulate,
     sensors: Sensors,
@@ -71,8 +76,8 @@ impl Case {
         let fault = Fault::random(kind, joints, &mut rng);
         let other = Arm::random(joints, &mut rng);
         let tail = arm.log_and_controller();
-        let plant = read(&format!(
-            "format = 1\n{}{tail}",
+        let mut robot = read(&format!(
+            "format = 1\n{}{tail}\n[[validate]]\nname = \"held-out\"\n",
             arm.robot(&plant_laws(&arm, fault))
         ));
         let described = match fault {
@@ -83,15 +88,16 @@ impl Case {
             "format = 1\n{}{tail}\n[[validate]]\nname = \"held-out\"\n",
             described.robot(&[])
         ));
-        let controller = plant.controller.clone().expect("it has one");
+        let controller = robot.controller.take().expect("it has one");
         experiment.controller = None;
         let model = Model::new(&experiment).expect("the arm has a model");
-        let plant = Model::new(&plant).expect("the arm has a model");
+        let plant = Model::new(&robot).expect("the arm has a model");
         let sensors = Sensors::random(&arm, fault, &mut rng);
         let preloads = sensors.preloads(&arm);
         let mut case = Self {
             settings: settings(&arm, kind, fault, &mut rng),
-            theta: theta(&plant, &plant_truth(&arm, fault)),
+            theta: theta(&plant, &plant_truth(&arm, fault, &vec![0.0; joints])),
+            of_robot: theta(&plant, &plant_truth(&arm, fault, &preloads)),
             truth: Some(theta(&model, &model_truth(&arm, fault, &preloads))),
             sensors,
             kind,
@@ -100,6 +106,7 @@ impl Case {
             joints,
             experiment,
             model,
+            robot,
             arm,
             plant,
             controller,
@@ -123,6 +130,16 @@ impl Case {
     /// Returns a log as CSV. Each number gives another motion of the same kind with other noise.
     /// `None` if the loop runs away.
     pub(crate) fn log(&self, number: u64) -> Option<Vec<u8>> {
+        self.record(number, self.fault)
+    }
+
+    /// Returns the log with the same number as the true robot explains it: without delays, wrong
+    /// units and torques beyond its model.
+    pub(crate) fn explained_log(&self, number: u64) -> Option<Vec<u8>> {
+        self.record(number, Fault::None)
+    }
+
+    fn record(&self, number: u64, fault: Fault) -> Option<Vec<u8>> {
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
         rng.set_stream(100 + number);
         let controller = self.with_reference(&mut rng);
@@ -147,7 +164,7 @@ impl Case {
             let sample = twin.sample().ok()?;
             let part = k as f64 / samples as f64;
             let (mut q, mut phi, mut tau) = (sample.q, sample.phi, sample.tau);
-            if let Fault::Misfit(misfit) = self.fault {
+            if let Fault::Misfit(misfit) = fault {
                 for joint in 0..self.joints {
                     let motion = [q[joint], phi[joint], velocity[joint]];
                     tau[joint] = self.logged_torque(misfit, joint, tau[joint], motion, part);
@@ -169,7 +186,7 @@ impl Case {
                 column.push(*value);
             }
         }
-        self.damage(&mut table);
+        self.damage(&mut table, fault);
         Some(table.csv(&self.header()))
     }
 
@@ -265,11 +282,11 @@ impl Case {
     }
 
     /// Applies delays and wrong units to a log.
-    fn damage(&self, table: &mut Table) {
+    fn damage(&self, table: &mut Table, fault: Fault) {
         let n = self.joints;
         let (one, two) = (self.seed as usize % n, (self.seed as usize + 1) % n);
         let (links, motors, torques) = (0..n, n..2 * n, 2 * n..3 * n);
-        let wrong = match self.fault {
+        let wrong = match fault {
             Fault::Misfit(Misfit::TorqueDelay(samples)) => {
                 // The record precedes the action: the positions belong to earlier rows.
                 table.shift(0..2 * n, samples);
@@ -385,8 +402,13 @@ fn plant_laws(arm: &Arm, fault: Fault) -> Vec<String> {
 }
 
 /// Returns the true values of the robot that makes the logs.
-fn plant_truth(arm: &Arm, fault: Fault) -> BTreeMap<String, f64> {
+///
+/// - `preloads`: torque of each spring at equal readings of its encoders, N·m.
+fn plant_truth(arm: &Arm, fault: Fault, preloads: &[f64]) -> BTreeMap<String, f64> {
     let mut values = arm.truth();
+    for (i, preload) in preloads.iter().enumerate() {
+        values.insert(format!("joint{}.spring_preload", i + 1), *preload);
+    }
     for (i, drive) in arm.drives.iter().enumerate() {
         let joint = i + 1;
         if let Fault::Misfit(Misfit::Stribeck(part)) = fault {
@@ -405,13 +427,8 @@ fn plant_truth(arm: &Arm, fault: Fault) -> BTreeMap<String, f64> {
 
 /// Returns the true values of the parameters that the user's model has, too. Friction that changes
 /// has its mean.
-///
-/// - `preloads`: torque of each spring at equal readings of its encoders, N·m.
 fn model_truth(arm: &Arm, fault: Fault, preloads: &[f64]) -> BTreeMap<String, f64> {
-    let mut values = arm.truth();
-    for (i, preload) in preloads.iter().enumerate() {
-        values.insert(format!("joint{}.spring_preload", i + 1), *preload);
-    }
+    let mut values = plant_truth(arm, Fault::None, preloads);
     if let Fault::Misfit(Misfit::Warming(change)) = fault {
         for (name, value) in &mut values {
             if name.ends_with(".motor_coulomb") {

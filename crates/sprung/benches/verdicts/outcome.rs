@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use sprung::description::Estimator;
+use sprung::description::{Estimator, Experiment};
 use sprung::estimate::{EstimateResult, Identification, IdentifyError, identify};
 use sprung::finding::Severity;
 use sprung::model::Model;
 use sprung::progress::Unheard;
-use sprung::validate::{ChosenFor, ParameterSet, RunResult, validate};
+use sprung::validate::{ChosenFor, ParameterSet, SetResult, validate};
 
 use crate::case::Case;
 use crate::in_memory::with_source;
@@ -18,8 +18,7 @@ use crate::kind::Kind;
 const MAX_OVER_PROMISE: f64 = 1.5;
 const MIN_COVERAGE: f64 = 0.8;
 
-/// A case is truly good if the held-out error is at most this multiple of that of the true parameters,
-/// and if at least this part of the intervals contain the truth.
+/// A case is truly good if the held-out error is at most this multiple of that of the true robot, and if at least this part of the intervals contain the truth.
 const MAX_OVER_TRUTH: f64 = 1.1;
 const TRUE_COVERAGE: f64 = 0.9;
 
@@ -41,7 +40,7 @@ pub(crate) struct Outcome {
     coverage: f64,
     /// Largest held-out error of a joint over its promise; infinite without a promise.
     over_promise: f64,
-    /// Held-out error over that of the true parameters, root mean square over the joints.
+    /// Held-out error over that of the true robot, root mean square over the joints.
     over_truth: f64,
 }
 
@@ -172,54 +171,42 @@ fn coverage<'r>(case: &Case, results: impl Iterator<Item = &'r EstimateResult>) 
 /// Errors of the filtered torques of each joint on another log, N·m.
 type Errors = Vec<(String, f64)>;
 
-/// Predicts another log: errors of each result, and of the true parameters.
+/// Predicts another log: errors of each result, and those of the true robot without the fault.
 fn held_out(case: &Case, identified: &Identification) -> Option<(Vec<Errors>, Errors)> {
-    let log = case.log(HELD_OUT)?;
-    let mut sets = ParameterSet::of(identified);
-    let has_truth = case.truth.as_ref().map(|truth| {
-        let names = case.model.parameters().iter().map(|p| p.name.clone());
-        let mut set = sets[0].clone();
-        set.label = "truth".to_owned();
-        set.values = names.zip(truth.iter().copied()).collect();
-        set
-    });
-    sets.extend(has_truth.clone());
     let chosen = ChosenFor {
-        delays: Default::default(),
         position_cutoff_hz: Some(identified.settings.position_cutoff_hz),
+        ..ChosenFor::default()
     };
-    let run = run(case, &case.model, &sets, &chosen, &log)?;
-    let mut errors: Vec<Errors> = (run.sets.iter())
-        .map(|set| {
-            let joints = set.torque_residual_nm.iter();
-            joints
-                .map(|(name, error)| (name.to_owned(), error))
-                .collect()
-        })
-        .collect();
-    let truth = has_truth.and_then(|_| errors.pop());
-    Some((errors, truth.unwrap_or_default()))
+    let sets = ParameterSet::of(identified);
+    let (experiment, model) = (&case.experiment, &case.model);
+    let errors = errors(experiment, model, &sets, &chosen, &case.log(HELD_OUT)?)?;
+    let names = case.plant.parameters().iter().map(|p| p.name.clone());
+    let mut robot = sets[0].clone();
+    robot.values = names.zip(case.of_robot.iter().copied()).collect();
+    let log = case.explained_log(HELD_OUT)?;
+    let truth = self::errors(&case.robot, &case.plant, &[robot], &chosen, &log)?;
+    Some((errors, truth.into_iter().next()?))
 }
 
-fn run(
-    case: &Case,
+/// Returns the errors of each parameter set on a log.
+fn errors(
+    experiment: &Experiment,
     model: &Model,
     sets: &[ParameterSet],
     chosen: &ChosenFor,
     log: &[u8],
-) -> Option<RunResult> {
+) -> Option<Vec<Errors>> {
     let found = with_source(log, |source| {
         let mut sources = [vec![source]];
-        validate(
-            &case.experiment,
-            model,
-            sets,
-            chosen,
-            &mut sources,
-            &mut Unheard,
-        )
+        validate(experiment, model, sets, chosen, &mut sources, &mut Unheard)
     });
-    found.ok()?.validation.runs.into_iter().next()
+    let run = found.ok()?.validation.runs.into_iter().next()?;
+    let of = |set: &SetResult| -> Errors {
+        (set.torque_residual_nm.iter())
+            .map(|(name, error)| (name.to_owned(), error))
+            .collect()
+    };
+    Some(run.sets.iter().map(of).collect())
 }
 
 fn over_promise(result: &EstimateResult, errors: &Errors) -> f64 {
