@@ -11,7 +11,7 @@
 //! - `--estimators prediction-error,least-squares`: estimators; all identify the same logs.
 //! - `--kinds matched,misfit`: only kinds whose names contain one of these words.
 //! - `--each`: one line per case.
-//! - `--keep FOLDER`: writes the identification of each case into this folder.
+//! - `--keep FOLDER`: writes the identification and the true parameters of each case into this folder.
 #![expect(clippy::print_stdout, reason = "a benchmark says what it measured")]
 
 mod arm;

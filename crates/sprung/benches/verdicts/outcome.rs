@@ -113,9 +113,14 @@ pub(crate) fn outcomes(case: &Case, estimators: &[Estimator], keep: Option<&Path
         }
     };
     if let Some(folder) = keep {
-        let name = format!("{}-{}.json", case.kind.name().replace(' ', "-"), case.seed);
-        let text = serde_json::to_string(first).expect("an identification is JSON");
-        std::fs::write(folder.join(name), text).expect("the folder takes files");
+        let name = format!("{}-{}", case.kind.name().replace(' ', "-"), case.seed);
+        let write = |end: &str, text: serde_json::Result<String>| {
+            let text = text.expect("values are JSON");
+            let path = folder.join(format!("{name}{end}.json"));
+            std::fs::write(path, text).expect("the folder takes files");
+        };
+        write("", serde_json::to_string(first));
+        write("-truth", serde_json::to_string(&case.truth));
     }
     let held_out = held_out(case, first);
     (estimators.iter().enumerate())
