@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use faer::{Mat, Side};
 use sprung_core::linear::factor;
 use sprung_core::parameters::JointParameter;
 use sprung_core::robot::Values;
@@ -143,6 +144,53 @@ impl Model {
             }
         }
         Ok(())
+    }
+
+    /// Returns the least inertia of the robot, as an eigenvalue of the mass matrix over many poses,
+    /// and its standard error for independent errors of the parameters, kg·m² (kg).
+    ///
+    /// - `errors`: standard errors, \[p\]; infinite if unknown.
+    pub(crate) fn least_inertia(&self, theta: &[f64], errors: &[f64]) -> Option<(f64, f64)> {
+        let rows = self.rows();
+        let matrix = |theta: &[f64], pose: &[f64]| -> Option<Mat<f64>> {
+            let bodies = self.bodies(theta);
+            let mut scratch = Scratch::new(self.joint_count());
+            let mut matrix = vec![0.0; rows * rows];
+            let values = Values {
+                theta,
+                bodies: &bodies,
+            };
+            let robot = self.robot();
+            robot
+                .mass_matrix(&values, pose, &mut scratch.workspace(), &mut matrix)
+                .ok()?;
+            Some(Mat::from_fn(rows, rows, |i, j| matrix[i * rows + j]))
+        };
+        let mut least: Option<(f64, Vec<f64>, Vec<f64>)> = None;
+        for pose in poses(self.joint_count()) {
+            let eigen = matrix(theta, &pose)?.self_adjoint_eigen(Side::Lower).ok()?;
+            let value = eigen.S()[0];
+            if least.as_ref().is_none_or(|(before, ..)| value < *before) {
+                let direction = (0..rows).map(|i| eigen.U()[(i, 0)]).collect();
+                least = Some((value, pose, direction));
+            }
+        }
+        let (value, pose, direction) = least?;
+        // The mass matrix is linear in the parameters.
+        let mut variance = 0.0;
+        for (i, error) in errors.iter().enumerate().filter(|(_, error)| **error > 0.0) {
+            let mut unit = vec![0.0; theta.len()];
+            unit[i] = 1.0;
+            let matrix = matrix(&unit, &pose)?;
+            let slope: f64 = (0..rows)
+                .flat_map(|i| (0..rows).map(move |j| (i, j)))
+                .map(|(i, j)| direction[i] * matrix[(i, j)] * direction[j])
+                .sum();
+            if slope != 0.0 {
+                variance += (slope * error).powi(2);
+            }
+        }
+        Some((value, variance.sqrt()))
     }
 
     fn mass_matrix_error(&self, theta: &[f64], pose: &[f64]) -> ModelError {

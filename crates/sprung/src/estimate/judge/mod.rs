@@ -25,6 +25,9 @@ use crate::prepare::Sweep;
 const SMALL_GAP: f64 = 0.05;
 const LARGE_GAP: f64 = 0.1;
 
+/// An inertia is impossible if it is negative by more than this number of standard errors.
+const IMPOSSIBLE_SIGMAS: f64 = 2.0;
+
 fn motor_row<'a>(
     model: &Model,
     result: &'a EstimateResult,
@@ -205,15 +208,44 @@ fn mass_matrix(model: &Model, result: &EstimateResult, findings: &mut Vec<Findin
     }
     let theta: Option<Vec<f64>> = result.parameters.iter().map(|p| p.value).collect();
     let Some(theta) = theta else { return };
-    if let Err(error @ ModelError::MassMatrix { .. }) = model.check_inertias(&theta) {
-        findings.push(Finding::new(
+    let Err(error @ ModelError::MassMatrix { .. }) = model.check_inertias(&theta) else {
+        return;
+    };
+    let errors: Vec<f64> = (result.parameters.iter())
+        .map(|p| {
+            if p.fixed {
+                0.0
+            } else {
+                p.standard_error.unwrap_or(f64::INFINITY)
+            }
+        })
+        .collect();
+    let least = model.least_inertia(&theta, &errors);
+    let (severity, words) = match least {
+        Some((value, error)) if value + IMPOSSIBLE_SIGMAS * error >= 0.0 => (
             Severity::Warning,
-            "mass-matrix-not-positive",
-            format!("no bodies have these inertial parameters: {error}"),
-            "weakly excited parameters cause this: record a log with higher accelerations. Until \
-             then the model cannot be simulated at that pose",
-        ));
-    }
+            format!(
+                ". The least inertia is {value:.2e} ± {error:.1e} kg·m², so bodies within the \
+                 standard errors are possible"
+            ),
+        ),
+        Some((value, error)) => (
+            Severity::Serious,
+            format!(
+                ". The least inertia is {value:.2e} kg·m², {:.1} standard errors below zero",
+                -value / error
+            ),
+        ),
+        None => (Severity::Serious, String::new()),
+    };
+    findings.push(Finding::new(
+        severity,
+        "mass-matrix-not-positive",
+        format!("no bodies have these inertial parameters: {error}{words}"),
+        "check the description of the kinematics, and signs and units of the columns; if the \
+         parameters are weakly excited, record a log with higher accelerations. Until then the \
+         model cannot be simulated at that pose",
+    ));
 }
 
 /// Link parameters of a robot in closed form are inertias and belong to no joint.

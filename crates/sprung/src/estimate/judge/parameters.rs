@@ -2,10 +2,13 @@
 
 use crate::estimate::result::{EstimateResult, ParameterEstimate};
 use crate::finding::{Finding, Severity};
-use crate::model::{Model, short};
+use crate::model::{Model, Parameter, short};
 
 /// A parameter with a larger relative standard error is reported as weakly excited.
 const WEAK_RELATIVE_ERROR: f64 = 0.15;
+
+/// A stiffness or a rotor inertia with a larger relative standard error is hardly known at all.
+const UNKNOWN_RELATIVE_ERROR: f64 = 0.5;
 
 /// Ratio of a parameter's torque to the residual of its row. Below this ratio a bias may be as
 /// large as the value, and the standard errors do not show this bias.
@@ -58,35 +61,45 @@ pub(super) fn negative_friction(
     }
 }
 
+/// Reports parameters with large relative errors. Their intervals are valid, and the promise contains
+/// their effect on the prediction, so this is a warning only for a stiffness or a rotor inertia that
+/// is hardly known at all.
 pub(super) fn weak(model: &Model, result: &EstimateResult, findings: &mut Vec<Finding>) {
     let share = |p: &ParameterEstimate| Some(p.standard_error? / p.value?.abs());
-    let weak: Vec<&ParameterEstimate> = (result.parameters.iter())
+    let is_vital = |known: &Parameter| known.joint.is_some_and(|(kind, _)| kind.is_vital());
+    let weak: Vec<(&ParameterEstimate, &Parameter)> = (result.parameters.iter())
         .zip(model.parameters())
         // Negative friction has its own finding. Offsets and preloads may be zero, so their
         // relative error means nothing.
         .filter(|(p, known)| match known.joint {
             Some((kind, _)) if kind.is_friction() => !negative(p),
-            Some((kind, _)) => kind.is_vital(),
+            Some(_) => is_vital(known),
             None => true,
         })
-        .map(|(p, _)| p)
-        .filter(|p| share(p).is_some_and(|share| share > WEAK_RELATIVE_ERROR))
+        .filter(|(p, _)| share(p).is_some_and(|share| share > WEAK_RELATIVE_ERROR))
         .collect();
-    if weak.is_empty() {
-        return;
-    }
-    let list = list(&weak, |p| {
-        format!("{:.0} %", 100.0 * share(p).unwrap_or(0.0))
+    let (unknown, uncertain): (Vec<_>, Vec<_>) = (weak.into_iter()).partition(|(p, known)| {
+        is_vital(known) && share(p).is_some_and(|share| share > UNKNOWN_RELATIVE_ERROR)
     });
-    findings.push(
-        Finding::new(
-            Severity::Warning,
-            "weakly-excited",
-            format!("the log excites some parameters weakly; relative standard errors: {list}"),
-            "record larger amplitudes or a longer log, with motion that excites these parameters",
-        )
-        .about(weak.iter().map(|p| p.name.clone())),
-    );
+    for (severity, group) in [(Severity::Warning, unknown), (Severity::Info, uncertain)] {
+        let group: Vec<&ParameterEstimate> = group.into_iter().map(|(p, _)| p).collect();
+        if group.is_empty() {
+            continue;
+        }
+        let list = list(&group, |p| {
+            format!("{:.0} %", 100.0 * share(p).unwrap_or(0.0))
+        });
+        findings.push(
+            Finding::new(
+                severity,
+                "weakly-excited",
+                format!("the log excites some parameters weakly; relative standard errors: {list}"),
+                "record larger amplitudes or a longer log, with motion that excites these \
+                 parameters",
+            )
+            .about(group.iter().map(|p| p.name.clone())),
+        );
+    }
 }
 
 /// Reports parameters whose torque is small compared with the residual of their row.
@@ -164,7 +177,8 @@ pub(super) fn collinear(
         .collect();
     findings.push(
         Finding::new(
-            Severity::Warning,
+            // The intervals contain the uncertainty.
+            Severity::Info,
             "collinear",
             format!(
                 "the columns of {} are nearly collinear in this log (condition number \
