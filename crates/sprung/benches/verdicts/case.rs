@@ -114,6 +114,9 @@ impl Case {
         if fault == Fault::WrongUnit(WrongUnit::Foreign) {
             case.truth = None;
         }
+        if let Fault::Misfit(Misfit::Cubic(_)) = fault {
+            case.straighten();
+        }
         case
     }
 
@@ -140,6 +143,10 @@ impl Case {
     }
 
     fn record(&self, number: u64, fault: Fault) -> Option<Vec<u8>> {
+        Some(self.table(number, fault)?.csv(&self.header()))
+    }
+
+    fn table(&self, number: u64, fault: Fault) -> Option<Table> {
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
         rng.set_stream(100 + number);
         let controller = self.with_reference(&mut rng);
@@ -187,7 +194,48 @@ impl Case {
             }
         }
         self.damage(&mut table, fault);
-        Some(table.csv(&self.header()))
+        Some(table)
+    }
+
+    /// Replaces stiffness and preload of stiffening springs by those of the straight line nearest to
+    /// the torque of the spring along the first log, because the user's model has such a line.
+    fn straighten(&mut self) -> Option<()> {
+        let table = self.table(0, Fault::None)?;
+        let truth = self.truth.as_mut()?;
+        let joints = self.joints;
+        for joint in 0..joints {
+            let of = |model: &Model, theta: &Theta, name: &str| {
+                let index = model.index_of(&format!("joint{}.{name}", joint + 1));
+                index.ok().map(|index| theta[index])
+            };
+            let stiffness = of(&self.plant, &self.of_robot, "stiffness")?;
+            let cubic = of(&self.plant, &self.of_robot, "cubic_stiffness")?;
+            let zero = of(&self.plant, &self.of_robot, "spring_preload")? / stiffness;
+            let readings = table.columns[joint]
+                .iter()
+                .zip(&table.columns[joints + joint]);
+            let (mut n, mut x, mut y, mut xx, mut xy) = (0.0, 0.0, 0.0, 0.0, 0.0);
+            for (q, phi) in readings {
+                let reading = phi - q;
+                let deflection = reading - zero;
+                let torque = stiffness * deflection + cubic * deflection.powi(3);
+                n += 1.0;
+                x += reading;
+                y += torque;
+                xx += reading * reading;
+                xy += reading * torque;
+            }
+            let slope = (n * xy - x * y) / (n * xx - x * x);
+            let preload = slope * x / n - y / n;
+            for (name, value) in [("stiffness", slope), ("spring_preload", preload)] {
+                let index = self
+                    .model
+                    .index_of(&format!("joint{}.{name}", joint + 1))
+                    .ok()?;
+                truth[index] = value;
+            }
+        }
+        Some(())
     }
 
     /// Returns the controller with a random reference.

@@ -56,6 +56,7 @@ impl Basis<'_> {
             }
             Estimator::PredictionError => {
                 let before = Before {
+                    experiment: self.prepared.experiment(),
                     excerpt,
                     system: self.system,
                     fitted,

@@ -8,6 +8,7 @@ mod dependence;
 mod ladder;
 mod normal;
 mod result;
+mod tested;
 
 use candidates::{Candidate, Candidates, Change, Tier, changed, torque_channel};
 use chosen::{is_small, laws_of, names, words};
@@ -18,6 +19,7 @@ pub(super) use by_likelihood::{open_delays, with_open_delays};
 pub(super) use chosen::Chosen;
 pub(super) use dependence::dependence;
 pub use result::{LawDelay, LawRung, LawsByHoldOut};
+pub(super) use tested::{Tested, with_tested_laws};
 
 use crate::description::{Delay, Experiment, Laws};
 use crate::finding::{Finding, Severity};

@@ -18,6 +18,8 @@ pub(super) struct DelayUpdate {
     pub(super) correction: f64,
     /// Standard error of the delay, s; infinite if the log does not determine it.
     pub(super) standard_error: f64,
+    /// Largest move of a parameter with this delay, in standard errors.
+    pub(super) moves: f64,
     /// Whether the description asks to estimate this delay.
     pub(super) estimated: bool,
 }
@@ -32,6 +34,8 @@ impl DelayUpdate {
 /// Estimate of a delay by one Gauss-Newton step.
 struct Step {
     correction: f64,
+    // Moves of the other unknowns with the step.
+    moves: Vec<f64>,
     influence: Influence,
 }
 
@@ -44,7 +48,8 @@ struct Step {
 /// - `covariance`: covariance of the unknowns with values and the delays to be estimated, \[count ×
 ///   count\].
 /// - `parts`: normal equations of blocks of the log.
-/// - `assumed`: assumed delay of each channel, s.
+/// - `assumed`: assumed delay of each channel, s; `errors`: standard error of each parameter among
+///   the unknowns.
 pub(super) fn delay_updates(
     unknowns: &Unknowns,
     (normal, gradients): (&NormalEquations, &[Vec<f64>]),
@@ -52,6 +57,7 @@ pub(super) fn delay_updates(
     parts: &[&NormalEquations],
     duration: f64,
     assumed: &[f64],
+    errors: &[f64],
 ) -> Vec<DelayUpdate> {
     let count = covariance.len().isqrt();
     let steps = steps(unknowns, normal, covariance, count);
@@ -76,6 +82,9 @@ pub(super) fn delay_updates(
                 assumed: assumed[channel],
                 correction: step.correction,
                 standard_error: widened(step).hypot(between),
+                moves: (step.moves.iter().zip(errors))
+                    .map(|(own, error)| (own / error).abs())
+                    .fold(0.0, f64::max),
                 estimated: unknowns.values() + i < count,
             }
         })
@@ -91,12 +100,14 @@ fn steps(
     let values = unknowns.values();
     (0..unknowns.delayed().count())
         .map(|i| {
-            let influence = match values + i {
-                at if at < count => with_others(covariance, count, at),
+            let (influence, moves) = match values + i {
+                at if at < count => (with_others(covariance, count, at), Vec::new()),
                 at => beside_others(normal, covariance, count, at),
             };
+            let correction = -dot(&influence.row, &normal.gradient);
             Step {
-                correction: -dot(&influence.row, &normal.gradient),
+                correction,
+                moves: moves.iter().map(|own| own * correction).collect(),
                 influence,
             }
         })
@@ -111,22 +122,24 @@ fn with_others(covariance: &[f64], count: usize, at: usize) -> Influence {
     }
 }
 
-/// Returns the influence on a delay that is not among the unknowns, with the unknowns eliminated.
-/// Its variance is infinite if the log does not determine the delay.
+/// Returns the influence on a delay that is not among the unknowns, with the unknowns eliminated,
+/// and the moves of the unknowns with a unit of the delay. Its variance is infinite if the log does
+/// not determine the delay.
 fn beside_others(
     normal: &NormalEquations,
     covariance: &[f64],
     count: usize,
     at: usize,
-) -> Influence {
+) -> (Influence, Vec<f64>) {
     let cross = &normal.information[at * normal.count..at * normal.count + count];
     let mut row: Vec<f64> = (covariance.chunks(count).map(|row| -dot(row, cross))).collect();
     let information = normal.information[at * (normal.count + 1)] + dot(&row, cross);
     let variance = information.max(0.0).recip();
+    let moves = row.clone();
     row.resize(at, 0.0);
     row.push(1.0);
     for entry in &mut row {
         *entry /= information;
     }
-    Influence { row, variance }
+    (Influence { row, variance }, moves)
 }

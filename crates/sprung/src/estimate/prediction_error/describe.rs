@@ -22,7 +22,7 @@ pub(super) fn describe(
     shown: &Tried,
     status: &Status,
 ) -> Option<Refinement> {
-    let refined = shown.refined.as_ref()?;
+    let refined = shown.refined()?;
     let name = |index: usize| model.parameters()[index].name.clone();
     let column = |channel: usize| channels.all[channel].column.clone();
     Some(Refinement {

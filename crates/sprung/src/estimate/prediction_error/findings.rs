@@ -1,11 +1,12 @@
 //! Findings about a refinement.
 
 use super::delay_updates::DelayUpdate;
+use super::missing_laws::MissingLaw;
 use super::refined::Refined;
 use crate::estimate::between_parts::between_parts;
 use crate::finding::{Finding, Severity};
 use crate::log::Channels;
-use crate::model::Model;
+use crate::model::{Model, short};
 use crate::regression::Reading;
 
 /// Maximum number of listed pairs of parameters, and minimum correlation of a listed pair.
@@ -25,6 +26,47 @@ const FALSE_ALARM_PROBABILITY: f64 = 0.01;
 
 /// Disturbances above this fraction of the motor's torque are reported.
 const REPORTED_DISTURBANCE_SHARE: f64 = 0.05;
+
+/// A law is reported if its estimate exceeds this number of standard errors. It is a warning if the
+/// law would move a parameter by more than this number of standard errors, because then the interval
+/// of the parameter does not contain the effect.
+const LAW_SIGNIFICANCE_SIGMAS: f64 = 5.0;
+const MOVE_THAT_MATTERS_SIGMAS: f64 = 1.0;
+
+/// Reports the laws that the likelihood asks for, one per joint: the most significant one.
+pub(super) fn laws_by_likelihood(model: &Model, missing: &[MissingLaw]) -> Vec<Finding> {
+    let of_joint = |joint: usize| {
+        let own = missing.iter().filter(|law| law.tested.joint == joint);
+        own.filter(|law| law.significance() > LAW_SIGNIFICANCE_SIGMAS)
+            .max_by(|a, b| a.significance().total_cmp(&b.significance()))
+    };
+    let each = (0..model.joint_count()).filter_map(of_joint).map(|law| {
+        let joint = &model.joints()[law.tested.joint];
+        let (index, moved) = law.moves;
+        let name = &model.parameters()[index].name;
+        let (of, word) = (law.tested.of, law.tested.law);
+        Finding::new(
+            if moved > MOVE_THAT_MATTERS_SIGMAS {
+                Severity::Warning
+            } else {
+                Severity::Info
+            },
+            "law-by-likelihood",
+            format!(
+                "{joint}: the likelihood asks for {of} \"{word}\", which the model lacks ({:.1} \
+                 standard errors from zero). With it {} would move by {moved:.1} of its standard \
+                 errors",
+                law.significance(),
+                short(name)
+            ),
+            "set laws = \"auto\", or add the law to the joint; the parameters of this joint \
+             contain the effect",
+        )
+        .about([name.clone()])
+        .mended_by("[identify]", "laws = \"auto\"")
+    });
+    each.collect()
+}
 
 /// Returns the findings about a refinement.
 pub(super) fn about(reading: &Reading, period: f64, refined: &Refined) -> Vec<Finding> {
@@ -109,13 +151,18 @@ fn late(channels: &Channels, period: f64, delays: &[DelayUpdate]) -> Vec<Finding
         let Some(delay) = best else { continue };
         let column = &channels.all[delay.channel].column;
         let total = delay.delay();
+        let moved = delay.moves;
         findings.push(Finding::new(
-            Severity::Warning,
+            if moved > MOVE_THAT_MATTERS_SIGMAS {
+                Severity::Warning
+            } else {
+                Severity::Info
+            },
             "late-channel",
             format!(
                 "by likelihood, \"{column}\" was recorded {} instead of {} (standard error {:.5} \
-                 s, log-likelihood +{:.0}). A torque delay of one sample alone changes a rotor \
-                 inertia by several percent",
+                 s, log-likelihood +{:.0}). With this delay parameters would move by up to \
+                 {moved:.1} of their standard errors",
                 when(total),
                 when(delay.assumed),
                 delay.standard_error,

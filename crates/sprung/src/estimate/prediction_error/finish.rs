@@ -36,7 +36,7 @@ pub(super) fn finish(
     let (model, measurements) = (problem.model, problem.measurements);
     let unknowns =
         (problem.unknowns.clone()).with_delays(model, reading.channels(), measurements, estimated);
-    let (sums, bias) = last_run(problem, &unknowns, descent)?;
+    let (sums, bias) = last_run(problem, &unknowns, (&descent.z, &descent.levels))?;
     // Estimated delays are unknowns, so they increase the standard errors of the parameters.
     let count = unknowns.values() + estimated.len();
     let mut normal = sums.normal.clone();
@@ -120,6 +120,7 @@ pub(super) fn finish(
             &blocks.iter().map(|block| &block.normal).collect::<Vec<_>>(),
             duration,
             reading.delays(),
+            &(0..width).map(error).collect::<Vec<_>>(),
         ),
         trace: trace(problem, descent, &sums),
         without: (without.into_iter())
@@ -130,14 +131,13 @@ pub(super) fn finish(
     })
 }
 
-/// Runs the filter at the end of a descent, with derivatives by the delays. Returns the sums,
-/// corrected for the noise of the logged torque, and the correction.
-fn last_run(
+/// Runs the filter at the end of a descent, with derivatives by all unknowns and delays. Returns the
+/// sums, corrected for the noise of the logged torque, and the correction.
+pub(super) fn last_run(
     problem: &Problem<'_>,
     unknowns: &Unknowns,
-    descent: &Descent,
+    (z, levels): (&[f64], &Levels),
 ) -> Option<(Sums, NoiseBias)> {
-    let (z, levels) = (&descent.z, &descent.levels);
     let mut dynamics = Dynamics::new(problem.model, &unknowns.theta(z));
     let measurements = problem.measurements;
     let part = (measurements.samples()).div_ceil(MAX_TRACE_POINTS * PARTS_OF_POINT);

@@ -24,16 +24,21 @@ const PASSES_CLEARLY: f64 = 1.0;
 /// A rung that was tried.
 pub(super) struct Tried {
     pub(super) rung: Rung,
-    /// Its result; `None` if the filter did not follow the log.
-    pub(super) refined: Option<Refined>,
+    /// Its end; `None` if the filter did not follow the log.
+    pub(super) end: Option<End>,
     pub(super) held_out: Option<HeldOut>,
 }
 
 impl Tried {
+    /// Returns its result; `None` if the filter did not follow the log.
+    pub(super) fn refined(&self) -> Option<&Refined> {
+        self.end.as_ref().map(|end| &end.refined)
+    }
+
     /// Returns the held-out ratio if the rung can be used. If no block can be left out, the ratio
     /// counts as 1.
     pub(super) fn passed(&self) -> Option<f64> {
-        let refined = self.refined.as_ref()?;
+        let refined = self.refined()?;
         let ratio = self.held_out.map_or(1.0, HeldOut::ratio);
         let sound = refined.converged() && !refined.at_bound();
         (sound && ratio <= MAX_ERROR_RATIO).then_some(ratio)
@@ -55,12 +60,11 @@ pub(super) fn climb(
 ) -> Result<Vec<Tried>, PassError> {
     let mut tried: Vec<Tried> = Vec::new();
     let mut blocks: Option<Blocks<'_>> = None;
-    let mut last: Option<End> = None;
     for rung in Rung::ALL {
         // A rung that predicts badly is a bad start.
-        let from = last
-            .as_ref()
-            .filter(|_| tried.last().is_some_and(|t| t.passed().is_some()));
+        let from = (tried.last())
+            .filter(|last| last.passed().is_some())
+            .and_then(|last| last.end.as_ref());
         let end = refinery.climb(rung, from, progress)?;
         if let (None, Some(end)) = (&blocks, &end) {
             blocks = Blocks::new(model, system, &end.refined);
@@ -69,13 +73,12 @@ pub(super) fn climb(
             (blocks.as_ref().zip(end.as_ref())).map(|(blocks, end)| blocks.compare(&end.refined));
         tried.push(Tried {
             rung,
-            refined: end.as_ref().map(|end| end.refined.clone()),
+            end,
             held_out,
         });
         if is_enough(&tried) {
             break;
         }
-        last = end;
     }
     Ok(tried)
 }
@@ -107,7 +110,7 @@ pub(super) fn choose(tried: &[Tried]) -> Option<usize> {
 pub(super) fn nearest(tried: &[Tried]) -> Option<usize> {
     let ratio = |tried: &Tried| tried.held_out.map_or(f64::INFINITY, HeldOut::ratio);
     (tried.iter().enumerate().rev())
-        .filter(|(_, tried)| tried.refined.is_some())
+        .filter(|(_, tried)| tried.end.is_some())
         .min_by(|(_, a), (_, b)| ratio(a).total_cmp(&ratio(b)))
         .map(|(index, _)| index)
 }

@@ -19,6 +19,7 @@ mod levels;
 mod likelihood;
 mod likely;
 mod measurements;
+mod missing_laws;
 mod noisy_torque;
 mod parts;
 mod problem;
@@ -37,21 +38,23 @@ mod unknowns;
 mod vector;
 
 use super::found::{Criterion, Found, NORMAL_95, Numbers};
+use super::laws::with_tested_laws;
 use super::result::ErrorParts;
-use crate::description::Delay;
+use crate::description::{Delay, Experiment};
 use crate::finding::{Finding, Severity};
 use crate::fit::{Fitted, trace};
 use crate::log::LogSource;
-use crate::prepare::Excerpt;
+use crate::prepare::{Excerpt, rms_speeds};
 use crate::progress::{Listener, Phase};
 use crate::regression::{PassError, Reading, System};
 use crate::stopwatch::Stopwatch;
 pub use bound::{KnownNoise, KnownTruth, information_bound};
 use describe::describe;
-use findings::about;
+use findings::{about, laws_by_likelihood};
 use guard::Guard;
-use ladder::{choose, climb, nearest};
+use ladder::{Tried, choose, climb, nearest};
 pub(super) use likely::likely;
+use missing_laws::MissingLaw;
 use refine::{Refinery, Start};
 use refined::Refined;
 use rung::Rung;
@@ -61,6 +64,7 @@ use status::Status;
 /// Inputs of a refinement.
 #[derive(Clone, Copy)]
 pub(super) struct Before<'a> {
+    pub(super) experiment: &'a Experiment,
     /// The beginning of the first log.
     pub(super) excerpt: &'a Excerpt,
     pub(super) system: &'a System,
@@ -91,7 +95,7 @@ pub(super) fn prediction_error(
     let (model, excerpt) = (reading.model(), before.excerpt);
     let start = start(reading, &before);
     let wrong = wrong_log(before.about_logs);
-    let mut tried = Vec::new();
+    let (mut tried, mut missing) = (Vec::new(), Vec::new());
     if wrong.is_none() {
         let phase = Phase::Refining;
         if let Some(refinery) = Refinery::new(reading, sources, excerpt, &start, phase)? {
@@ -102,6 +106,9 @@ pub(super) fn prediction_error(
             };
             let refinery = refinery.with_guard(guard);
             tried = climb(&refinery, model, before.system, progress)?;
+            if let Some(used) = choose(&tried).map(|index| &tried[index]) {
+                missing = missing_laws(&refinery, used, before.experiment)?;
+            }
         }
     }
     let used = choose(&tried);
@@ -113,14 +120,16 @@ pub(super) fn prediction_error(
     };
     let shown = (used.or_else(|| nearest(&tried))).map(|index| tried.swap_remove(index));
     let mut findings: Vec<Finding> = status.finding().into_iter().collect();
-    if let Some(refined) = shown.as_ref().and_then(|shown| shown.refined.as_ref()) {
+    if let Some(refined) = shown.as_ref().and_then(Tried::refined) {
         findings.extend(about(reading, excerpt.period(), refined));
     }
+    findings.extend(laws_by_likelihood(model, &missing));
     let refinement =
         (shown.as_ref()).and_then(|shown| describe(model, reading.channels(), shown, &status));
     let rung = shown.as_ref().map_or(Rung::Free, |shown| shown.rung);
     let numbers = match shown
-        .and_then(|shown| shown.refined)
+        .and_then(|shown| shown.end)
+        .map(|end| end.refined)
         .filter(|_| status.is_used())
     {
         Some(refined) => refined_numbers(refined, rung, before.fitted),
@@ -137,6 +146,23 @@ pub(super) fn prediction_error(
         },
         findings,
     })
+}
+
+/// Tests the laws that the model lacks, at the end of the rung that is used.
+fn missing_laws(
+    refinery: &Refinery<'_>,
+    used: &Tried,
+    experiment: &Experiment,
+) -> Result<Vec<MissingLaw>, PassError> {
+    let (reading, excerpt) = (refinery.reading, refinery.excerpt);
+    let speeds = rms_speeds(reading, excerpt);
+    let richer = with_tested_laws(experiment, reading.model(), &speeds);
+    match (&used.end, richer) {
+        (Some(end), Ok((richer, tested))) => {
+            refinery.missing_laws(used.rung, end, &richer, &tested)
+        }
+        _ => Ok(Vec::new()),
+    }
 }
 
 /// Returns the start of a refinement after least squares.

@@ -56,25 +56,25 @@ pub(super) struct Start<'a> {
 pub(super) struct Refinery<'a> {
     pub(super) reading: &'a Reading,
     /// The beginning of the first log, for the noise of its channels.
-    excerpt: &'a Excerpt,
-    start: &'a Start<'a>,
+    pub(super) excerpt: &'a Excerpt,
+    pub(super) start: &'a Start<'a>,
     theta: Theta,
     phase: Phase,
     guard: Option<Guard<'a>>,
-    raw: Vec<RawSegment>,
-    left_out: bool,
+    pub(super) raw: Vec<RawSegment>,
+    pub(super) left_out: bool,
 }
 
 /// End of the refinement on one rung.
 pub(super) struct End {
     pub(super) refined: Refined,
     /// Values of the unknowns.
-    z: Vec<f64>,
-    levels: Levels,
+    pub(super) z: Vec<f64>,
+    pub(super) levels: Levels,
     /// Delay of each channel, s.
-    delays: Vec<f64>,
+    pub(super) delays: Vec<f64>,
     /// Prior levels of the residual laws.
-    residual: Vec<ResidualLevel>,
+    pub(super) residual: Vec<ResidualLevel>,
 }
 
 impl<'a> Refinery<'a> {

@@ -48,7 +48,7 @@ pub(super) enum Outcome {
 impl Outcome {
     /// Judges a rung.
     fn of(model: &Model, tried: &Tried, is_used: bool) -> Self {
-        let Some(refined) = &tried.refined else {
+        let Some(refined) = tried.refined() else {
             return Self::NotFollowed;
         };
         let bound: Vec<String> = (refined.levels.iter().enumerate())
