@@ -1,5 +1,6 @@
 //! The main task: logs in, parameters out.
 
+use super::about_effects::after_estimation;
 use super::about_logs::log_infos;
 use super::at_rest::at_rest;
 use super::confirmed::confirmed;
@@ -294,6 +295,7 @@ fn describe_all(
     progress.tell(Phase::Examining, 1, Some(EXAMINATION_STEPS))?;
     let mut findings = basis.about_logs.to_vec();
     findings.extend(look_again(basis, &mut results));
+    after_estimation(&mut findings, &results);
     for result in &mut results {
         decide(result, &findings);
     }

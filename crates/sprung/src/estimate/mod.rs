@@ -1,6 +1,7 @@
 //! Estimators: from the regression of the logs to parameters, standard errors, findings and a
 //! verdict.
 
+mod about_effects;
 mod about_logs;
 mod at_rest;
 mod between_parts;

@@ -68,7 +68,10 @@ pub(crate) fn judge(
         scale(model, result, joint, name, &mut findings);
         unexplained(model, result, joint, name, &mut findings);
     }
-    scale_collapse(model, result, &mut findings);
+    if result.refined().is_none() {
+        // Noise does not shrink an estimate by likelihood.
+        scale_collapse(model, result, &mut findings);
+    }
     stiffness_disagrees(model, result, &mut findings);
     negative_links(model, result, &mut findings);
     mass_matrix(model, result, &mut findings);

@@ -29,9 +29,8 @@ use crate::prepare::{Prepared, rms_speeds};
 pub(super) const LAWS_MISSING: &str = "laws-missing";
 
 /// Missing laws are a warning if they decrease the held-out residual of the torque by at least this
-/// fraction, and if it exceeds this fraction of the torque.
-const LARGE_GAIN: f64 = 0.2;
-const LARGE_RESIDUAL: f64 = 0.05;
+/// fraction.
+const LARGE_GAIN: f64 = 0.1;
 
 /// Climbs the ladder of laws on the beginning of the first log.
 ///
@@ -174,7 +173,7 @@ fn finding(result: &LawsByHoldOut) -> Option<Finding> {
             )
         })
         .collect();
-    let large = before > LARGE_RESIDUAL && last.held_out < (1.0 - LARGE_GAIN) * before;
+    let large = last.held_out < (1.0 - LARGE_GAIN) * before;
     let severity = if large {
         Severity::Warning
     } else {

@@ -24,8 +24,10 @@ const MIN_DELAY_SAMPLES: f64 = 0.1;
 /// Probability of a false alarm in the comparison of logs.
 const FALSE_ALARM_PROBABILITY: f64 = 0.01;
 
-/// Disturbances above this fraction of the motor's torque are reported.
+/// Disturbances above this fraction of the motor's torque are reported. Above the larger fraction
+/// they are a warning.
 const REPORTED_DISTURBANCE_SHARE: f64 = 0.05;
+const LARGE_DISTURBANCE_SHARE: f64 = 0.15;
 
 /// A law is reported if its estimate exceeds this number of standard errors. It is a warning if the
 /// law would move a parameter by more than this number of standard errors, because then the interval
@@ -100,8 +102,14 @@ pub(super) fn about(reading: &Reading, period: f64, refined: &Refined) -> Vec<Fi
         })
         .collect();
     if !unexplained.is_empty() {
+        let is_large = (refined.levels.iter())
+            .any(|level| level.disturbance > LARGE_DISTURBANCE_SHARE * level.torque);
         findings.push(Finding::new(
-            Severity::Warning,
+            if is_large {
+                Severity::Warning
+            } else {
+                Severity::Info
+            },
             "unexplained-torque",
             format!(
                 "the model leaves slow torques unexplained; their standard deviations, and the \
