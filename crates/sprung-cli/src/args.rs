@@ -162,7 +162,8 @@ pub(crate) struct Validate {
 #[derive(Debug, Args)]
 pub(crate) struct Compare {
     /// Two or more identification.json or their folders, or a single file that contains several
-    /// results. All results are compared with the first.
+    /// results. All results are compared with the first. Files or folders with a validation.json
+    /// add how often promises were kept.
     #[arg(value_name = "FILE", required = true)]
     pub(crate) files: Vec<PathBuf>,
     /// Folder for comparison.json and report.html.

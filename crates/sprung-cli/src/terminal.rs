@@ -11,7 +11,7 @@ use sprung::finding::{Finding, Severity};
 use sprung::model::short;
 use sprung::progress::{Answer, Listener, Phase, Progress};
 use sprung::report::significant;
-use sprung::validate::Validation;
+use sprung::validate::{JointProof, Validation};
 
 use crate::args::{Color, Voice};
 
@@ -107,13 +107,14 @@ impl Terminal {
             if run.simulated {
                 self.say(format!(
                     "{}: root mean square of measured minus simulated, tau in N·m, q and phi in rad; \
-                     fit: error of the filtered torque ({})",
+                     fit: error of the filtered torque; promise: largest error over the promised \
+                     one ({})",
                     run.name, run.log
                 ));
             } else {
                 self.say(format!(
-                    "{}: error of the filtered torque; without a controller, sprung simulated no loop \
-                     ({})",
+                    "{}: fit: error of the filtered torque; promise: largest error over the promised one; \
+                     without a controller, sprung simulated no loop ({})",
                     run.name, run.log
                 ));
             }
@@ -131,9 +132,11 @@ impl Terminal {
             return;
         }
         let word = finding.severity.word();
+        let line =
+            (finding.setting.as_ref()).map_or_else(String::new, |line| format!("\n  line: {line}"));
         if !self.voice.quiet {
             complain(&format!(
-                "{word} ({about}, {}): {}\n  remedy: {}",
+                "{word} ({about}, {}): {}\n  remedy: {}{line}",
                 finding.code, finding.text, finding.remedy
             ));
         }
@@ -368,7 +371,7 @@ const MAX_JOINTS_PER_ROW: usize = 3;
 
 /// Returns a table with one row per parameter set and joint.
 fn error_table_by_joint(run: &sprung::validate::RunResult) -> Table {
-    let names = ["parameters", "joint", "tau", "q", "phi", "fit %"];
+    let names = ["parameters", "joint", "tau", "q", "phi", "fit %", "promise"];
     let shown = |i: &usize| run.simulated || !(2..5).contains(i);
     let columns = || (0..names.len()).filter(shown);
     let mut table = plain(columns().map(|i| names[i].to_owned()).collect(), 2);
@@ -387,6 +390,7 @@ fn error_table_by_joint(run: &sprung::validate::RunResult) -> Table {
                 error(e.map(|e| &e.q_rad)),
                 error(e.map(|e| &e.phi_rad)),
                 share.map_or_else(|| "-".to_owned(), |share| format!("{:.1}", 100.0 * share)),
+                promise((set.predictions.iter()).filter(|own| own.joint == joint)),
             ];
             table.add_row(columns().map(|i| cells[i].clone()));
         }
@@ -437,6 +441,7 @@ fn error_table(run: &sprung::validate::RunResult) -> Table {
         header.extend(joints.iter().map(|joint| format!("{symbol} {joint}")));
     }
     header.extend(joints.iter().map(|joint| format!("{joint} fit %")));
+    header.push("promise".to_owned());
     let mut table = plain(header, 1);
     for set in &run.sets {
         let mut row = vec![set.parameters.clone()];
@@ -453,7 +458,20 @@ fn error_table(run: &sprung::validate::RunResult) -> Table {
             let share = set.torque_relative_residual.get(joint);
             share.map_or_else(|| "-".to_owned(), |share| format!("{:.1}", 100.0 * share))
         }));
+        row.push(promise(set.predictions.iter()));
         table.add_row(row);
     }
     table
+}
+
+/// Returns whether errors keep their promise, with the largest ratio of error to promised error.
+fn promise<'a>(proofs: impl Iterator<Item = &'a JointProof>) -> String {
+    let largest = (proofs.flat_map(JointProof::quantities))
+        .filter_map(|quantity| Some((quantity.ratio?, quantity.is_broken())))
+        .max_by(|a, b| a.0.total_cmp(&b.0));
+    match largest {
+        None => "-".to_owned(),
+        Some((ratio, true)) => format!("broken, {ratio:.1} times"),
+        Some((ratio, false)) => format!("kept, {ratio:.1} times"),
+    }
 }

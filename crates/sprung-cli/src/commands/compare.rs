@@ -6,6 +6,7 @@ use sprung::model::short;
 use sprung::progress::Unheard;
 use sprung::report::{compose_comparison, significant};
 use sprung::session::compare_files;
+use sprung::validate::JointProof;
 
 use crate::args::Compare;
 use crate::command_line::command_line;
@@ -28,18 +29,55 @@ pub(crate) fn run(args: &Compare) -> Result<ExitCode, Failure> {
     terminal.json(&comparison);
     say(terminal, &comparison);
     terminal.say(format!("\nreport: {}", report.display()));
+    if let Some(sentence) = &comparison.promises_kept {
+        terminal.say(sentence);
+    }
     Ok(ExitCode::Done)
 }
 
 fn say(terminal: Terminal, comparison: &Comparison) {
-    terminal.say(header_table(comparison));
-    terminal.say("");
-    terminal.say(residual_table(comparison));
-    terminal.say("");
-    terminal.say(parameter_table(comparison));
+    if !comparison.compared.is_empty() {
+        terminal.say(header_table(comparison));
+        terminal.say("");
+        terminal.say(residual_table(comparison));
+        terminal.say("");
+        terminal.say(parameter_table(comparison));
+    }
+    if !comparison.promises.is_empty() {
+        terminal.say(promise_table(comparison));
+    }
     for finding in &comparison.findings {
         terminal.finding("comparison", finding);
     }
+}
+
+/// Returns a table with one row per run, parameter set and joint's quantity.
+fn promise_table(comparison: &Comparison) -> Table {
+    let header = [
+        "run",
+        "parameters",
+        "error of",
+        "promised",
+        "measured",
+        "times",
+        "file",
+    ];
+    let mut table = plain(header.map(str::to_owned).to_vec(), 3);
+    for promise in &comparison.promises {
+        for quantity in promise.predictions.iter().flat_map(JointProof::quantities) {
+            let ratio = quantity.ratio;
+            table.add_row([
+                promise.run.clone(),
+                promise.parameters.clone(),
+                format!("{} {}", quantity.joint, quantity.name),
+                dash(quantity.promised, 3),
+                dash(Some(quantity.error), 3),
+                ratio.map_or_else(|| "-".to_owned(), |ratio| format!("{ratio:.1}")),
+                promise.file.clone(),
+            ]);
+        }
+    }
+    table
 }
 
 fn header_table(comparison: &Comparison) -> Table {

@@ -70,6 +70,7 @@ pub(crate) fn run(args: &Demo) -> Result<ExitCode, Failure> {
         file.display(),
         report.display()
     ));
+    terminal.say(validated.validation.sentence());
     terminal.decision(&found.identification);
     Ok(ExitCode::Done)
 }

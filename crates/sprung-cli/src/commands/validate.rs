@@ -48,5 +48,6 @@ pub(crate) fn run(args: &Validate) -> Result<ExitCode, Failure> {
     terminal.json(&found.validation);
     terminal.validation(&found.validation);
     terminal.say(format!("\nreport: {}", report.display()));
+    terminal.say(found.validation.sentence());
     Ok(Usability::from(&found.validation).into())
 }

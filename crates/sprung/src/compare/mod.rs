@@ -2,9 +2,11 @@
 
 mod agreement;
 mod labels;
+mod promises;
 mod result;
 mod table;
 
 pub(crate) use agreement::{RUNS_DISAGREE, SIGNIFICANCE};
+pub use promises::ComparedPromise;
 pub use result::{ComparedParameter, ComparedResult, ComparedValue, Comparison};
-pub use table::{CompareError, Compared, compare};
+pub use table::{CompareError, Compared, ComparedValidation, compare};

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::promises::ComparedPromise;
 use crate::estimate::{SettingsUsed, Verdict};
 use crate::finding::Finding;
 use crate::named::Named;
@@ -21,6 +22,12 @@ pub struct Comparison {
     pub tested: usize,
     /// Findings of the comparison.
     pub findings: Vec<Finding>,
+    /// Promises of validations; absent without validations.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub promises: Vec<ComparedPromise>,
+    /// How often promises were kept, in words; absent without validations.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub promises_kept: Option<String>,
 }
 
 /// Origin of the values in one column.

@@ -2,18 +2,29 @@
 
 use super::agreement::runs_disagree;
 use super::labels::labels;
+use super::promises::{ComparedPromise, promises, sentence};
 use super::result::{ComparedParameter, ComparedResult, ComparedValue, Comparison};
 use crate::estimate::{EstimateResult, GENERATOR, Identification, ParameterEstimate};
 use crate::finding::{Finding, Severity};
 use crate::model::short;
+use crate::validate::Validation;
 
-/// One file of results.
+/// One file with the results of an identification.
 #[derive(Clone, Copy, Debug)]
 pub struct Compared<'a> {
     /// Name of the file.
     pub file: &'a str,
     /// Identification in the file.
     pub identification: &'a Identification,
+}
+
+/// One file with the results of a validation.
+#[derive(Clone, Copy, Debug)]
+pub struct ComparedValidation<'a> {
+    /// Name of the file.
+    pub file: &'a str,
+    /// Validation in the file.
+    pub validation: &'a Validation,
 }
 
 /// Errors of a comparison.
@@ -43,17 +54,21 @@ pub enum CompareError {
 
 /// Compares the results of several files; differences refer to the first result of the first file.
 ///
-/// - `files`: one or more files, with at least two results in total.
+/// - `files`: identifications, with at least two results in total unless there are validations.
+/// - `validations`: their promises are compared, not their parameters.
 ///
 /// # Errors
 ///
-/// [`CompareError`] if there are fewer than two results, or if a file has no parameter (name and
-/// unit) in common with any other file.
-pub fn compare(files: &[Compared<'_>]) -> Result<Comparison, CompareError> {
+/// [`CompareError`] if there are fewer than two results and no validation, or if a file has no
+/// parameter (name and unit) in common with any other file.
+pub fn compare(
+    files: &[Compared<'_>],
+    validations: &[ComparedValidation<'_>],
+) -> Result<Comparison, CompareError> {
     let results: Vec<(&Compared<'_>, &EstimateResult)> = (files.iter())
         .flat_map(|file| file.identification.results.iter().map(move |r| (file, r)))
         .collect();
-    if results.len() < 2 {
+    if results.len() < 2 && validations.is_empty() {
         return Err(CompareError::TooFew {
             found: match results.len() {
                 0 => "there is no result".to_owned(),
@@ -75,7 +90,12 @@ pub fn compare(files: &[Compared<'_>]) -> Result<Comparison, CompareError> {
     let (tested, disagreements) = runs_disagree(&compared, &parameters);
     findings.extend(disagreements);
     findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
+    let promises: Vec<ComparedPromise> = (validations.iter())
+        .flat_map(|one| promises(one.file, one.validation))
+        .collect();
     Ok(Comparison {
+        promises_kept: sentence(&promises),
+        promises,
         format: 1,
         generator: GENERATOR.to_owned(),
         compared,
@@ -190,7 +210,7 @@ fn value(p: &ParameterEstimate, first: Option<ComparedValue>) -> ComparedValue {
 }
 
 fn different_robots(compared: &[ComparedResult]) -> Option<Finding> {
-    let first = &compared[0];
+    let first = compared.first()?;
     let other = compared.iter().find(|other| other.robot != first.robot)?;
     Some(Finding::new(
         Severity::Warning,

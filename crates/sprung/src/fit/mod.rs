@@ -1,5 +1,6 @@
 //! Least squares on a reduced system: parameters, and their standard errors by the jackknife.
 
+mod change;
 mod free;
 mod growing;
 mod hold_out;
@@ -16,6 +17,7 @@ pub(crate) use least_squares::{Fitted, fit_quickly, student_95};
 pub(crate) use motor_row::MotorRow;
 pub use residual::{residual, torques};
 
+pub(crate) use change::{Direction, Steps, steps_along};
 pub(crate) use free::Free;
 #[cfg(test)]
 pub(crate) use growing::fits_of_growing;

@@ -10,7 +10,7 @@ use sprung_core::spatial::BODY;
 
 use super::parameter::{ModelError, Parameter};
 use super::scratch::Scratch;
-use super::{Model, Theta, residual_name, stribeck_name};
+use super::{Model, Theta, TreeLinks, residual_name, stribeck_name};
 
 /// Link parameters in a message about a mass matrix.
 const PARAMETERS_SHOWN: usize = 3;
@@ -43,6 +43,24 @@ impl Model {
                 })
             })
         })
+    }
+
+    /// Returns the change of theta, \[p\], for a unit change of a standard parameter of a link in a
+    /// tree; zeros for the paper's arm.
+    ///
+    /// - `standard`: index of the parameter among the links' inertial parameters.
+    pub(crate) fn change_by_standard(&self, standard: usize) -> Theta {
+        let n = self.joint_count();
+        let unit = |k: usize| Some(f64::from(u8::from(k == standard)));
+        let of = |links: &TreeLinks, at: usize, parameter: &Parameter| match parameter.joint {
+            None => links.lumped(links.selected[at], unit),
+            Some((JointParameter::RotorInertia, joint)) => links.lumped(n * BODY + joint, unit),
+            Some(_) => None,
+        };
+        let links = self.fixed.links.as_ref();
+        (self.parameters().iter().enumerate())
+            .map(|(at, parameter)| links.and_then(|l| of(l, at, parameter)).unwrap_or(0.0))
+            .collect()
     }
 
     /// Checks that every name is the name of a parameter.

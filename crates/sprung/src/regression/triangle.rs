@@ -112,6 +112,23 @@ impl Triangle {
         Self::of_rows(rows.as_mut())
     }
 
+    /// Returns the factor of the rows `[A|b] · [directions | -at]`: least squares for the steps from a
+    /// point along directions.
+    ///
+    /// - `at`: the point followed by -1, \[m + 1\]; `directions`: each \[m + 1\], with the change of
+    ///   the factor -1 of the right-hand side at the end.
+    #[must_use]
+    pub(crate) fn along(&self, at: &[f64], directions: &[Vec<f64>]) -> Self {
+        let height = self.r.nrows();
+        let product =
+            |i: usize, v: &[f64]| -> f64 { (i..height).map(|j| self.r[(i, j)] * v[j]).sum() };
+        let width = directions.len() + 1;
+        let mut rows = Mat::from_fn(height, width, |i, j| {
+            (directions.get(j)).map_or_else(|| -product(i, at), |v| product(i, v))
+        });
+        Self::of_rows(rows.as_mut())
+    }
+
     /// Returns the number of unknowns.
     #[must_use]
     pub fn unknowns(&self) -> usize {
@@ -197,6 +214,20 @@ mod tests {
         let (long, short) = (all.residual(&x), reduced.residual(&[x[0], x[2]]));
         assert!((squared(long) - squared(short)).abs() < 1e-12);
         assert_eq!(reduced.unknowns(), 2);
+    }
+
+    #[test]
+    fn steps_along_directions_reach_the_same_residual() {
+        let all = Triangle::of_rows(rows(60, 3).as_mut());
+        let (x, step) = ([0.3, 0.7, -1.1], [0.4, -0.2]);
+        let directions = [vec![1.0, 0.0, 2.0, 0.0], vec![0.0, 0.0, 0.0, -1.0]];
+        let along = all.along(&[x[0], x[1], x[2], -1.0], &directions);
+        let squared = |r: Vec<f64>| r.iter().map(|x| x * x).sum::<f64>();
+        // The second direction scales the right-hand side by 1 + step.
+        let gain = 1.0 + step[1];
+        let moved = [x[0] + step[0], x[1], x[2] + 2.0 * step[0]].map(|x| x / gain);
+        let expected = gain * gain * squared(all.residual(&moved));
+        assert!((squared(along.residual(&step)) - expected).abs() < 1e-12 * 60.0);
     }
 
     #[test]

@@ -1,16 +1,18 @@
 //! Composes the report of a comparison.
 
-use super::document::{Badge, Block, Document, IntervalRow, Intervals, Row, Table, Tone};
+use super::document::{Badge, Block, Document, IntervalRow, Intervals, Row, Section, Table, Tone};
 use super::intervals::{self, Ranged};
 use super::numbers::{or_dash, significant};
 use super::section::{section, shown};
 use super::tables::{number, text};
 use crate::compare::{
-    ComparedParameter, ComparedResult, ComparedValue, Comparison, RUNS_DISAGREE, SIGNIFICANCE,
+    ComparedParameter, ComparedPromise, ComparedResult, ComparedValue, Comparison, RUNS_DISAGREE,
+    SIGNIFICANCE,
 };
 use crate::estimate::Verdict;
 use crate::finding::Severity;
 use crate::model::short;
+use crate::validate::{JointProof, QuantityProof};
 
 /// Composes the report of a comparison.
 ///
@@ -20,12 +22,76 @@ pub fn compose_comparison(comparison: &Comparison, command: &str) -> Document {
     let compared = &comparison.compared;
     let mut robots: Vec<&str> = compared.iter().map(|r| r.robot.as_str()).collect();
     robots.dedup();
-    let mut sections = vec![
+    let mut sections = Vec::new();
+    if !compared.is_empty() {
+        sections.extend(of_results(comparison));
+    }
+    if !comparison.promises.is_empty() {
+        sections.push(section(
+            "promises",
+            "Promises",
+            "Prediction errors on logs of validations beside those that the identifications promise.",
+            vec![Block::Table(promises(&comparison.promises))],
+        ));
+    }
+    if !comparison.findings.is_empty() {
+        let findings = comparison.findings.iter().map(shown).collect();
+        sections.insert(
+            sections.len().min(1),
+            section(
+                "findings",
+                "Findings",
+                &format!(
+                    "Repeated results of one estimator disagree if chance alone would cause such \
+                     differences in less than {} % of all comparisons.",
+                    100.0 * SIGNIFICANCE
+                ),
+                vec![Block::Findings(findings)],
+            ),
+        );
+    }
+    if !compared.is_empty() {
+        sections.push(section(
+            "residuals",
+            "Residuals",
+            "The part of its own log that each result does not explain.",
+            vec![Block::Table(residuals(compared))],
+        ));
+    }
+    sections.push(section(
+        "settings",
+        "Settings",
+        "The command that made this report.",
+        vec![Block::Code(command.to_owned())],
+    ));
+    Document {
+        title: if robots.is_empty() {
+            "Validations".to_owned()
+        } else {
+            robots.join(" and ")
+        },
+        subtitle: match (compared.len(), comparison.promises.len()) {
+            (0, promises) => format!("Comparison of {promises} validated parameter sets"),
+            (results, 0) => format!("Comparison of {results} results"),
+            (results, promises) => {
+                format!("Comparison of {results} results and {promises} validated parameter sets")
+            }
+        },
+        generator: comparison.generator.clone(),
+        verdict: badge(comparison),
+        summary: comparison.promises_kept.clone().unwrap_or_default(),
+        sections,
+    }
+}
+
+/// Composes the sections about the results of identifications.
+fn of_results(comparison: &Comparison) -> Vec<Section> {
+    vec![
         section(
             "results",
             "Compared results",
             "",
-            vec![Block::Table(headers(compared))],
+            vec![Block::Table(headers(&comparison.compared))],
         ),
         section(
             "agreement",
@@ -42,42 +108,53 @@ pub fn compose_comparison(comparison: &Comparison, command: &str) -> Document {
              errors, but results from the same log share errors.",
             vec![Block::Table(parameters(comparison))],
         ),
-    ];
-    if !comparison.findings.is_empty() {
-        let findings = comparison.findings.iter().map(shown).collect();
-        sections.insert(
-            1,
-            section(
-                "findings",
-                "Findings",
-                &format!(
-                    "Repeated results of one estimator disagree if chance alone would cause such \
-                     differences in less than {} % of all comparisons.",
-                    100.0 * SIGNIFICANCE
-                ),
-                vec![Block::Findings(findings)],
-            ),
-        );
-    }
-    sections.push(section(
-        "residuals",
-        "Residuals",
-        "The part of its own log that each result does not explain.",
-        vec![Block::Table(residuals(compared))],
-    ));
-    sections.push(section(
-        "settings",
-        "Settings",
-        "The command that made this report.",
-        vec![Block::Code(command.to_owned())],
-    ));
-    Document {
-        title: robots.join(" and "),
-        subtitle: format!("Comparison of {} results", compared.len()),
-        generator: comparison.generator.clone(),
-        verdict: badge(comparison),
-        summary: String::new(),
-        sections,
+    ]
+}
+
+/// Returns a table with one row per run, parameter set and joint.
+fn promises(promises: &[ComparedPromise]) -> Table {
+    let row = |promise: &ComparedPromise, quantity: &QuantityProof<'_>| Row {
+        cells: vec![
+            promise.run.clone(),
+            promise.parameters.clone(),
+            format!("{} {}", quantity.joint, quantity.name),
+            or_dash(quantity.promised, 3),
+            significant(quantity.error, 3),
+            quantity
+                .ratio
+                .map_or_else(|| "–".to_owned(), |ratio| format!("{ratio:.1}")),
+            match promise.same_log {
+                true => format!("{} (of the identification)", promise.log),
+                false => promise.log.clone(),
+            },
+            promise.file.clone(),
+        ],
+        tone: if quantity.is_broken() {
+            Tone::Doubtful
+        } else {
+            Tone::Neutral
+        },
+    };
+    let rows = promises.iter().flat_map(|promise| {
+        let quantities = promise.predictions.iter().flat_map(JointProof::quantities);
+        quantities.map(move |quantity| row(promise, &quantity))
+    });
+    Table {
+        caption:
+            "Root mean square errors of filtered torques [N·m or N] and of deflections [rad or \
+                  m]. Marked rows break the promise."
+                .to_owned(),
+        rows: rows.collect(),
+        columns: vec![
+            text("Run"),
+            text("Parameters"),
+            text("Quantity"),
+            number("promised"),
+            number("measured"),
+            number("times"),
+            text("Log"),
+            text("File"),
+        ],
     }
 }
 

@@ -62,6 +62,11 @@ pub fn compose(contents: &Contents<'_>) -> Document {
             document.generator.clone_from(&validation.generator);
             "Validation of given parameters".clone_into(&mut document.subtitle);
         }
+        let sentence = validation.sentence();
+        document.summary = match document.summary.as_str() {
+            "" => sentence,
+            decision => format!("{decision} {sentence}"),
+        };
         sections.push(validation_section(validation, curves));
     }
     if let Some(identification) = contents.identification {
@@ -177,6 +182,7 @@ fn traces(identification: &Identification, trace: &Curves, contents: &Contents<'
 fn validation_section(validation: &Validation, curves: &Curves) -> Section {
     let mut blocks = Vec::new();
     for run in &validation.runs {
+        blocks.push(Block::Table(validation_tables::predictions(run)));
         if run.simulated {
             blocks.push(Block::Table(validation_tables::errors(run)));
         }
@@ -192,13 +198,13 @@ fn validation_section(validation: &Validation, curves: &Curves) -> Section {
                     .map(Block::Figure),
             );
         }
-        blocks.push(Block::Table(validation_tables::torque(run)));
     }
     section(
         "validation",
         "Validation",
-        "For each parameter set, sprung simulates the closed loop from rest with the reference and \
-         the controller of the experiment, and compares the simulated signals with the log.",
+        "For each parameter set, sprung computes torques and deflections from the measured motion, \
+         and compares their errors with those that the identification promises. With a controller it \
+         also simulates the closed loop from rest, and compares the simulated signals with the log.",
         blocks,
     )
 }

@@ -3,7 +3,7 @@
 use super::document::{Row, Table, Tone};
 use super::numbers::{or_dash, significant};
 use super::tables::{number, text};
-use crate::validate::{RunResult, SetResult};
+use crate::validate::{JointProof, QuantityProof, RunResult, SetResult};
 
 /// Maximum number of joints that share a row.
 const MAX_JOINTS_PER_ROW: usize = 3;
@@ -58,48 +58,77 @@ pub(super) fn errors(run: &RunResult) -> Table {
     }
 }
 
-/// Returns a table of the residuals of the filtered torque along the measured motion.
-pub(super) fn torque(run: &RunResult) -> Table {
-    let joints = run.joints();
-    if joints.len() > MAX_JOINTS_PER_ROW {
-        return torque_by_joint(run);
+/// Returns a table of the prediction errors along the measured motion beside the promised errors,
+/// with one row per parameter set and joint.
+pub(super) fn predictions(run: &RunResult) -> Table {
+    let has = |of: fn(&JointProof) -> Option<f64>| {
+        let mut all = run.sets.iter().flat_map(|set| &set.predictions);
+        all.any(|joint| of(joint).is_some())
+    };
+    let has_promise = has(|joint| joint.torque_promised_nm);
+    let has_springs = has(|joint| joint.deflection_error_rad);
+    let mut columns = vec![text("Parameters"), text("Joint")];
+    for (quantity, unit, shown) in [("torque", "N·m", true), ("deflection", "rad", has_springs)] {
+        if !shown {
+            continue;
+        }
+        columns.push(number(format!("{quantity} error [{unit}]")));
+        columns.push(number(format!("% of {quantity}")));
+        if has_promise {
+            columns.push(number("promised"));
+            columns.push(number("times"));
+        }
     }
-    let mut columns = vec![text("Parameters")];
-    for joint in &joints {
-        columns.push(number(format!("{joint} [N·m]")));
-        columns.push(number(format!("{joint} [% of torque]")));
-    }
-    let rows = run
-        .sets
-        .iter()
-        .map(|set| {
-            let mut cells = vec![set.parameters.clone()];
-            for joint in &joints {
-                let relative = set.torque_relative_residual.get(joint);
-                cells.push(or_dash(set.torque_residual_nm.get(joint), 3));
+    let rows = run.sets.iter().flat_map(|set| {
+        set.predictions.iter().map(move |joint| {
+            let mut quantities = joint.quantities();
+            let shown = [
+                Some(quantities.next()),
+                has_springs.then(|| quantities.next()),
+            ];
+            let cells = shown.into_iter().flatten().flat_map(|quantity| {
+                let of = |of: fn(&QuantityProof<'_>) -> Option<f64>| quantity.as_ref().and_then(of);
+                let share = of(|q| Some(100.0 * q.error / q.value).filter(|s| s.is_finite()));
+                let mut cells = vec![or_dash(of(|q| Some(q.error)), 3), or_dash(share, 2)];
+                if has_promise {
+                    cells.push(or_dash(of(|q| q.promised), 3));
+                    let ratio = of(|q| q.ratio);
+                    cells.push(ratio.map_or_else(|| "–".to_owned(), |r| format!("{r:.1}")));
+                }
                 cells
-                    .push(relative.map_or_else(|| "–".to_owned(), |r| format!("{:.1}", 100.0 * r)));
-            }
+            });
             Row {
-                cells,
-                tone: Tone::Neutral,
+                cells: [set.parameters.clone(), joint.joint.clone()]
+                    .into_iter()
+                    .chain(cells)
+                    .collect(),
+                tone: if joint.quantities().any(|quantity| quantity.is_broken()) {
+                    Tone::Doubtful
+                } else {
+                    Tone::Neutral
+                },
             }
         })
-        .collect();
+    });
     Table {
-        caption: caption_of_torque(run),
+        caption: caption_of_predictions(run),
+        rows: rows.collect(),
         columns,
-        rows,
     }
 }
 
-fn caption_of_torque(run: &RunResult) -> String {
+fn caption_of_predictions(run: &RunResult) -> String {
     let cutoff = run.position_cutoff_hz.map_or_else(String::new, |cutoff| {
         format!(", cut-off of the positions {} Hz", significant(cutoff, 3))
     });
+    let same = if run.same_log {
+        " The parameters come from this log."
+    } else {
+        ""
+    };
     format!(
-        "{}: root mean square error of the filtered motor torque that the model computes from the \
-         measured motion in {} ({} samples{cutoff}).",
+        "{}: root mean square errors of the filtered motor torque and of the deflection that the \
+         model computes from the measured motion in {} ({} samples{cutoff}).{same}",
         run.name, run.log, run.samples
     )
 }
@@ -138,25 +167,6 @@ fn errors_by_joint(run: &RunResult) -> Table {
                 .map(|values| or_dash(values.get(joint), 3))
                 .to_vec(),
             None => vec![set.outcome.words().to_owned(); 3],
-        }),
-    }
-}
-
-fn torque_by_joint(run: &RunResult) -> Table {
-    Table {
-        caption: caption_of_torque(run),
-        columns: vec![
-            text("Parameters"),
-            text("Joint"),
-            number("error [N·m]"),
-            number("% of torque"),
-        ],
-        rows: by_joint(run, |set, joint| {
-            let relative = set.torque_relative_residual.get(joint);
-            vec![
-                or_dash(set.torque_residual_nm.get(joint), 3),
-                relative.map_or_else(|| "–".to_owned(), |r| format!("{:.1}", 100.0 * r)),
-            ]
         }),
     }
 }

@@ -33,7 +33,8 @@ pub use files::{Disk, Files};
 pub use load::Session;
 pub use parameters::Parameters;
 pub use results::{
-    IDENTIFICATION_FILE, ReadIdentification, find_identification, read_identification,
+    IDENTIFICATION_FILE, ReadIdentification, ReadValidation, find_identification,
+    read_identification, read_results,
 };
 pub use simulate::Recording;
 pub use start::start_from_urdf;

@@ -52,7 +52,11 @@ impl Parameters {
             .file_stem()
             .map_or_else(|| "given".to_owned(), |stem| stem.display().to_string());
         Ok(Self {
-            sets: vec![ParameterSet { label, values }],
+            sets: vec![ParameterSet {
+                label,
+                values,
+                promise: Vec::new(),
+            }],
             identification: None,
         })
     }

@@ -1,4 +1,4 @@
-//! Reads identifications from disk.
+//! Reads identifications and validations from disk.
 
 use std::path::{Path, PathBuf};
 
@@ -8,11 +8,15 @@ use super::error::SessionError;
 use super::load::RESULTS_FOLDER;
 use super::switch::finish;
 use crate::estimate::Identification;
+use crate::validate::Validation;
 
 /// File name of an identification in a folder of results.
 pub const IDENTIFICATION_FILE: &str = "identification.json";
 
-/// The version of `identification.json` that sprung reads.
+/// File name of a validation in a folder of results.
+const VALIDATION_FILE: &str = "validation.json";
+
+/// The version of `identification.json` and `validation.json` that sprung reads.
 const FORMAT: u64 = 1;
 
 /// An identification and its path.
@@ -22,6 +26,15 @@ pub struct ReadIdentification {
     pub path: PathBuf,
     /// The identification in it.
     pub identification: Identification,
+}
+
+/// A validation and its path.
+#[derive(Clone, Debug)]
+pub struct ReadValidation {
+    /// The file.
+    pub path: PathBuf,
+    /// The validation in it.
+    pub validation: Validation,
 }
 
 /// Returns the path of the last identification, in one of two folders of results.
@@ -50,54 +63,102 @@ pub fn find_identification(chosen: &Path, usual: &Path) -> Result<PathBuf, Sessi
 /// [`SessionError`] if there is no identification or the file has other contents.
 pub fn read_identification(path: &Path) -> Result<ReadIdentification, SessionError> {
     let path = found(path)?;
+    let json = read_json(&path)?;
+    identification(path, json)
+}
+
+/// Reads the identification and the validation that a path means: a file with one of them, a folder
+/// of results, or the folder of an experiment.
+///
+/// # Errors
+///
+/// [`SessionError`] if there is neither, or a file has other contents.
+pub fn read_results(
+    path: &Path,
+) -> Result<(Option<ReadIdentification>, Option<ReadValidation>), SessionError> {
+    if path.is_dir() {
+        let own = |name: &str| in_folder(path, name);
+        let (identified, validated) = (own(IDENTIFICATION_FILE)?, own(VALIDATION_FILE)?);
+        if identified.is_none() && validated.is_none() {
+            return Err(SessionError::NoIdentification {
+                folder: path.to_owned(),
+            });
+        }
+        let identified = identified.map(|path| {
+            let json = read_json(&path)?;
+            identification(path, json)
+        });
+        let validated = validated.map(|path| {
+            let json = read_json(&path)?;
+            validation(path, json)
+        });
+        return Ok((identified.transpose()?, validated.transpose()?));
+    }
+    let json = read_json(path)?;
+    if json.get("runs").is_some() {
+        return Ok((None, Some(validation(path.to_owned(), json)?)));
+    }
+    Ok((Some(identification(path.to_owned(), json)?), None))
+}
+
+fn wrong(path: &Path, why: &str) -> SessionError {
+    SessionError::NotAnIdentification {
+        file: path.display().to_string(),
+        why: why.to_owned(),
+    }
+}
+
+/// Reads a file of JSON.
+fn read_json(path: &Path) -> Result<Value, SessionError> {
     if let Some(folder) = path.parent() {
         finish(folder)?;
     }
-    let file = path.display().to_string();
-    let bytes = std::fs::read(&path).map_err(|source| SessionError::Unreadable {
-        file: file.clone(),
+    let bytes = std::fs::read(path).map_err(|source| SessionError::Unreadable {
+        file: path.display().to_string(),
         source,
     })?;
-    let wrong = |why: &str| SessionError::NotAnIdentification {
-        file: file.clone(),
-        why: why.to_owned(),
-    };
     let Ok(text) = String::from_utf8(bytes) else {
-        return Err(wrong("it is not text; give an identification.json"));
+        return Err(wrong(path, "it is not text; give an identification.json"));
     };
-    let json: Value = match serde_json::from_str(&text) {
-        Ok(json) => json,
-        Err(error) => return Err(wrong(&looks_like_text(&path, &text, &error))),
-    };
-    let looks = looks_like_json(&json);
-    if let Some(other) = looks {
-        return Err(wrong(&format!(
-            "it looks like {other}; give the identification.json of a results folder"
-        )));
-    }
+    serde_json::from_str(&text).map_err(|error| wrong(path, &looks_like_text(path, &text, &error)))
+}
+
+/// Checks the version of a file of results.
+fn check_format(path: &Path, json: &Value) -> Result<(), SessionError> {
     match json.get("format").map(Value::as_u64) {
-        Some(Some(FORMAT)) => {}
+        Some(Some(FORMAT)) => Ok(()),
         Some(Some(newer)) if newer > FORMAT => {
             let by = json.get("generator").and_then(Value::as_str);
-            return Err(SessionError::NewerFormat {
-                file: file.clone(),
+            Err(SessionError::NewerFormat {
+                file: path.display().to_string(),
                 format: newer,
                 generator: by.unwrap_or("another program").to_owned(),
                 known: FORMAT,
-            });
+            })
         }
         Some(_) => {
             let format = &json["format"];
-            return Err(wrong(&format!(
-                "its format is {format}; this version reads format {FORMAT}"
-            )));
+            let why = format!("its format is {format}; this version reads format {FORMAT}");
+            Err(wrong(path, &why))
         }
-        None => return Err(wrong("it has no format; give an identification.json")),
+        None => Err(wrong(path, "it has no format; give an identification.json")),
     }
+}
+
+fn identification(path: PathBuf, json: Value) -> Result<ReadIdentification, SessionError> {
+    if let Some(other) = looks_like_json(&json) {
+        let why =
+            format!("it looks like {other}; give the identification.json of a results folder");
+        return Err(wrong(&path, &why));
+    }
+    check_format(&path, &json)?;
     let identification: Identification =
-        serde_json::from_value(json).map_err(|error| wrong(&format!("{error}")))?;
+        serde_json::from_value(json).map_err(|error| wrong(&path, &error.to_string()))?;
     if identification.results.is_empty() {
-        return Err(wrong("it holds no results; run sprung identify again"));
+        return Err(wrong(
+            &path,
+            "it holds no results; run sprung identify again",
+        ));
     }
     Ok(ReadIdentification {
         path,
@@ -105,21 +166,35 @@ pub fn read_identification(path: &Path) -> Result<ReadIdentification, SessionErr
     })
 }
 
+fn validation(path: PathBuf, json: Value) -> Result<ReadValidation, SessionError> {
+    check_format(&path, &json)?;
+    let validation = serde_json::from_value(json).map_err(|error| {
+        wrong(
+            &path,
+            &format!("it looks like a validation.json, but {error}; run sprung validate again"),
+        )
+    })?;
+    Ok(ReadValidation { path, validation })
+}
+
+/// Returns the file in a folder of results or of an experiment, if it exists.
+fn in_folder(path: &Path, name: &str) -> Result<Option<PathBuf>, SessionError> {
+    let folders = [path.to_owned(), path.join(RESULTS_FOLDER)];
+    for folder in &folders {
+        finish(folder)?;
+    }
+    let mut files = folders.iter().map(|folder| folder.join(name));
+    Ok(files.find(|file| file.exists()))
+}
+
 /// Returns the path of the identification that `path` means.
 fn found(path: &Path) -> Result<PathBuf, SessionError> {
     if !path.is_dir() {
         return Ok(path.to_owned());
     }
-    let folders = [path.to_owned(), path.join(RESULTS_FOLDER)];
-    for folder in &folders {
-        finish(folder)?;
-    }
-    (folders.iter())
-        .map(|folder| folder.join(IDENTIFICATION_FILE))
-        .find(|file| file.exists())
-        .ok_or_else(|| SessionError::NoIdentification {
-            folder: path.to_owned(),
-        })
+    in_folder(path, IDENTIFICATION_FILE)?.ok_or_else(|| SessionError::NoIdentification {
+        folder: path.to_owned(),
+    })
 }
 
 /// Returns the likely kind of JSON that is not an identification; `None` if it may be an

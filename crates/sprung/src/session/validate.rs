@@ -4,6 +4,7 @@ use super::error::SessionError;
 use super::load::Session;
 use super::logs::Logs;
 use super::parameters::Parameters;
+use crate::estimate::LogInfo;
 use crate::log::LogSource;
 use crate::progress::Listener;
 use crate::validate::{ChosenFor, Validated, validate};
@@ -47,6 +48,9 @@ impl Session {
                 .map(|(column, delay)| (column.clone(), delay.value))
                 .collect(),
             position_cutoff_hz: found.map(|found| found.settings.position_cutoff_hz),
+            logs: (found.iter())
+                .flat_map(|found| found.logs().map(LogInfo::name))
+                .collect(),
         };
         let (mut experiment, model) = self.described_by(parameters)?;
         if let (Some(log), Some(found)) = (&mut experiment.log, &parameters.identification) {

@@ -2,14 +2,16 @@
 
 use std::collections::BTreeMap;
 
+use super::changes::{Logs, changed, promise_broken};
+use super::diagnosis::smallest_change;
 use super::findings::{self, TorqueFit};
 use super::metrics::{Rms, Spread};
+use super::proof::{JointProof, is_kept};
 use super::result::{Outcome, RootMeanSquares, SetResult};
 use crate::check::UNEXPLAINED;
 use crate::description::Controller;
-use crate::estimate::Identification;
+use crate::estimate::{Identification, JointPrediction, predictions};
 use crate::finding::Finding;
-use crate::fit::joint_fits;
 use crate::model::{Model, Theta};
 use crate::named::Named;
 use crate::preprocess::RawBlock;
@@ -29,6 +31,8 @@ pub struct ParameterSet {
     pub label: String,
     /// Values by name; parameters that were not identified are missing.
     pub values: BTreeMap<String, f64>,
+    /// Errors that the identification of the values promises; empty without an identification.
+    pub promise: Vec<JointPrediction>,
 }
 
 impl ParameterSet {
@@ -39,6 +43,7 @@ impl ParameterSet {
             .map(|result| Self {
                 label: result.estimator.clone(),
                 values: result.values(),
+                promise: result.promise.clone(),
             })
             .collect()
     }
@@ -49,6 +54,7 @@ pub(super) struct Candidate {
     pub(super) label: String,
     modified: Option<String>,
     theta: Option<Theta>,
+    promise: Vec<JointPrediction>,
     plant: Option<ClosedLoop>,
     // The model with the Stribeck velocities of the set.
     model: Model,
@@ -75,6 +81,7 @@ impl Candidate {
             },
             modified: None,
             theta: theta.ok(),
+            promise: set.promise.clone(),
             plant: None,
             rms: vec![Rms::default(); COMPARED * model.joint_count()],
             measured: vec![Spread::default(); COMPARED * model.joint_count()],
@@ -104,6 +111,8 @@ impl Candidate {
             label: format!("{} ({modified})", self.label),
             modified: Some(modified),
             theta: Some(theta),
+            // The promise was made for the unchanged values.
+            promise: Vec::new(),
             plant: None,
             rms: vec![Rms::default(); self.rms.len()],
             measured: vec![Spread::default(); self.rms.len()],
@@ -176,14 +185,31 @@ impl Candidate {
         self.theta.as_ref()
     }
 
-    pub(super) fn finish(mut self, system: &System) -> SetResult {
-        let torques = self.torques(system);
-        let outcome = self.outcome();
-        let mut unexplained = torques.iter().filter(|torque| torque.is_unexplained());
-        let fits = unexplained.next().is_none();
-        let motion = self.motion_error();
+    /// Returns the result on a log.
+    ///
+    /// - `system`: the filtered regression of the log.
+    pub(super) fn finish(mut self, system: &System, logs: &Logs<'_>) -> SetResult {
+        let proofs = self.proofs(system);
+        let torques = self.torques(system, &proofs);
+        let kept = is_kept(&proofs);
+        let fits = kept != Some(false) && !torques.iter().any(TorqueFit::is_unexplained);
+        let change = (self.theta.as_ref())
+            .filter(|_| !fits && self.modified.is_none())
+            .and_then(|theta| smallest_change(&self.model, system, theta, &proofs));
         self.findings
-            .extend(findings::poor_prediction(&self.label, &torques));
+            .extend(promise_broken(&self.label, &proofs, change.is_some()));
+        let not_broken: Vec<TorqueFit> = (torques.iter().zip(&proofs))
+            .filter(|(_, proof)| !proof.quantities().any(|quantity| quantity.is_broken()))
+            .map(|(torque, _)| torque.clone())
+            .collect();
+        self.findings
+            .extend(findings::poor_prediction(&self.label, &not_broken));
+        if let Some(change) = change {
+            let finding = changed(&self.label, &self.model, &change, &proofs, logs);
+            self.findings.push(finding);
+        }
+        let outcome = self.outcome();
+        let motion = self.motion_error();
         if outcome == Outcome::Simulated && fits && motion > UNEXPLAINED {
             self.findings
                 .push(findings::moves_otherwise(&self.label, motion));
@@ -199,30 +225,38 @@ impl Candidate {
             outcome,
             torque_residual_nm: named(|torque| torque.residual),
             torque_relative_residual: named(|torque| torque.relative),
+            predictions: proofs,
+            promise_kept: kept,
             parameters: self.label,
             modified: self.modified,
             findings: self.findings,
         }
     }
 
-    /// Returns the fit of each joint's filtered torque; empty if a value of the set is missing.
-    fn torques(&self, system: &System) -> Vec<TorqueFit> {
-        let model = &self.model;
-        let fits = (self.theta.as_ref()).and_then(|theta| joint_fits(model, system, theta));
-        (model
-            .joints()
-            .iter()
-            .enumerate()
-            .zip(fits.unwrap_or_default()))
-        .map(|((joint, name), fit)| TorqueFit {
-            joint: name.clone(),
-            residual: fit.torque_error,
-            relative: fit.torque_error / fit.torque,
-            transition: (system.kept())
-                .transition_share(model.torque_row(joint))
-                .unwrap_or(0.0),
-        })
-        .collect()
+    /// Returns the prediction errors of each joint beside the promised ones; empty if a value of the
+    /// set is missing.
+    fn proofs(&self, system: &System) -> Vec<JointProof> {
+        let Some(theta) = &self.theta else {
+            return Vec::new();
+        };
+        let promised = |joint: &str| self.promise.iter().find(|own| own.joint == joint);
+        (predictions(&self.model, system, theta).iter())
+            .map(|measured| JointProof::new(measured, promised(&measured.joint)))
+            .collect()
+    }
+
+    /// Returns the fit of each joint's filtered torque.
+    fn torques(&self, system: &System, proofs: &[JointProof]) -> Vec<TorqueFit> {
+        (proofs.iter().enumerate())
+            .map(|(joint, proof)| TorqueFit {
+                joint: proof.joint.clone(),
+                residual: proof.torque_error_nm,
+                relative: proof.torque_error_nm / proof.torque_nm,
+                transition: (system.kept())
+                    .transition_share(self.model.torque_row(joint))
+                    .unwrap_or(0.0),
+            })
+            .collect()
     }
 
     fn outcome(&self) -> Outcome {

@@ -6,6 +6,7 @@ use crate::model::{Model, ModelError};
 use crate::simulate::{Diverged, LoopError};
 
 /// Residual of a joint's filtered motor torque along the measured motion.
+#[derive(Clone, Debug)]
 pub(super) struct TorqueFit {
     /// Name of the joint.
     pub(super) joint: String,

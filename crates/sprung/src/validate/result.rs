@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::changes::CHANGES;
+use super::proof::JointProof;
 use crate::finding::Finding;
 use crate::named::Named;
 
@@ -25,6 +27,9 @@ pub struct RunResult {
     pub name: String,
     /// Log file.
     pub log: String,
+    /// Whether the parameters come from this log, so that it proves nothing.
+    #[serde(default)]
+    pub same_log: bool,
     /// Number of samples.
     pub samples: u64,
     /// Cut-off of the position filter for the filtered torque, Hz: that of the identification if
@@ -94,6 +99,12 @@ pub struct SetResult {
     pub outcome: Outcome,
     /// Errors of the simulated closed loop; absent unless it was simulated.
     pub e_rms: Option<RootMeanSquares>,
+    /// Prediction errors of each joint and the promised ones; empty if a value of the set is missing.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub predictions: Vec<JointProof>,
+    /// Whether no error exceeds 1.5 times the promised one; absent without a promise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub promise_kept: Option<bool>,
     /// Residual of the filtered motor torque along the measured motion, root mean square, N·m (N),
     /// by joint.
     pub torque_residual_nm: Named,
@@ -101,6 +112,16 @@ pub struct SetResult {
     pub torque_relative_residual: Named,
     /// Findings about this parameter set.
     pub findings: Vec<Finding>,
+}
+
+impl SetResult {
+    /// Returns the code of the finding about the change that explains a broken promise, if there is
+    /// one.
+    #[must_use]
+    pub fn change_code(&self) -> Option<&str> {
+        let mut codes = self.findings.iter().map(|finding| finding.code.as_str());
+        codes.find(|code| CHANGES.contains(code))
+    }
 }
 
 /// Root mean squares of measured minus simulated signals, by joint.

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use sprung_core::chain::JointKind;
 
 use super::candidate::{Candidate, ParameterSet};
+use super::changes::Logs;
 use super::comparison::Comparison;
 use super::error::ValidateError;
 use super::findings::until_gap;
@@ -36,6 +37,8 @@ pub struct ChosenFor {
     /// Cut-off of the position filter, Hz. It is used if the experiment leaves the cut-off to
     /// sprung.
     pub position_cutoff_hz: Option<f64>,
+    /// Names of its logs.
+    pub logs: Vec<String>,
 }
 
 /// Validates parameter sets on every `[[validate]]` experiment.
@@ -119,16 +122,28 @@ pub fn validate(
             set.label = format!("{}/{}", described.name, set.label);
             curves.sets.push(set);
         }
+        // The names of the experiment, not the paths that they mean.
+        let names: Vec<String> = match &log.file {
+            Some(files) => files.iter().map(ToString::to_string).collect(),
+            None => sources.iter().map(LogSource::label).collect(),
+        };
+        let logs = Logs {
+            run: &names,
+            identified: &chosen.logs,
+            channels: &channels,
+            gain: &|column| log.gain.get(column).copied(),
+        };
         runs.push(RunResult {
             name: described.name.clone(),
-            log: log.name(&sources.first().map_or_else(String::new, LogSource::label)),
+            log: names.join(", "),
+            same_log: !names.is_empty() && names.iter().all(|name| chosen.logs.contains(name)),
             samples: outcome.samples,
             position_cutoff_hz: Some(outcome.cutoff_hz),
             simulated: controller.is_some(),
             findings: outcome.findings,
             sets: candidates
                 .into_iter()
-                .map(|candidate| candidate.finish(&outcome.system))
+                .map(|candidate| candidate.finish(&outcome.system, &logs))
                 .collect(),
         });
     }

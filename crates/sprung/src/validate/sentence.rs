@@ -1,0 +1,76 @@
+//! The outcome of a validation in one sentence.
+
+use super::changes::change_in_words;
+use super::proof::{PROMISE_TOLERANCE, QuantityProof, worst};
+use super::result::{RunResult, SetResult, Validation};
+
+impl Validation {
+    /// Returns whether the promise of the first parameter set is kept on all logs, in words.
+    #[must_use]
+    pub fn sentence(&self) -> String {
+        let proofs: Vec<Proof<'_>> = (self.runs.iter())
+            .filter_map(|run| {
+                let set = run.sets.first()?;
+                let worst = worst(&set.predictions)?;
+                Some(Proof { run, set, worst })
+            })
+            .collect();
+        if proofs.is_empty() {
+            return "There is no promise to prove, because the parameters come from no \
+                    identification that promises errors."
+                .to_owned();
+        }
+        let broken = || {
+            let all = proofs.iter();
+            all.filter(|proof| proof.set.promise_kept == Some(false))
+        };
+        if let Some(Proof { run, set, worst }) = largest(broken()) {
+            let reason = set.change_code().map_or_else(String::new, |code| {
+                format!("; {} explains it", change_in_words(code))
+            });
+            let kept = match (proofs.len(), broken().count()) {
+                (1, _) => String::new(),
+                (all, broken) => format!(" It is kept in {} of {all} runs.", all - broken),
+            };
+            return format!(
+                "The promise is broken: in {} {} is {:.1} times the promised one ({}){reason}.{kept}",
+                run.name,
+                worst.name(),
+                worst.ratio.unwrap_or(0.0),
+                worst.errors(),
+            );
+        }
+        let others = || proofs.iter().filter(|proof| !proof.run.same_log);
+        let Some(Proof { worst, .. }) = largest(others()) else {
+            return "The promise is not proved: the logs are those of the identification, so \
+                    validate on another log."
+                .to_owned();
+        };
+        let names: Vec<&str> = others().map(|proof| proof.run.name.as_str()).collect();
+        format!(
+            "The promise is kept: in {} no error exceeds {PROMISE_TOLERANCE} times the promised one; \
+             the largest is {}, {:.1} times ({}).",
+            names.join(", "),
+            worst.name(),
+            worst.ratio.unwrap_or(0.0),
+            worst.errors()
+        )
+    }
+}
+
+/// First parameter set of a run, with its largest error in proportion to the promise.
+#[derive(Clone, Copy)]
+struct Proof<'a> {
+    run: &'a RunResult,
+    set: &'a SetResult,
+    worst: QuantityProof<'a>,
+}
+
+/// Returns the proof with the largest ratio of error to promised error.
+fn largest<'a, 'b>(proofs: impl Iterator<Item = &'b Proof<'a>>) -> Option<Proof<'a>>
+where
+    'a: 'b,
+{
+    let ratio = |proof: &Proof<'a>| proof.worst.ratio.unwrap_or(0.0);
+    (proofs.copied()).max_by(|a, b| ratio(a).total_cmp(&ratio(b)))
+}
