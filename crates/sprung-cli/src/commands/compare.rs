@@ -6,7 +6,7 @@ use sprung::model::short;
 use sprung::progress::Unheard;
 use sprung::report::{compose_comparison, significant};
 use sprung::session::compare_files;
-use sprung::validate::JointProof;
+use sprung::validate::QuantityProof;
 
 use crate::args::Compare;
 use crate::command_line::command_line;
@@ -51,31 +51,44 @@ fn say(terminal: Terminal, comparison: &Comparison) {
     }
 }
 
-/// Returns a table with one row per run, parameter set and joint's quantity.
+/// Returns a table with one row per run and parameter set: the largest error in proportion to its
+/// promise.
 fn promise_table(comparison: &Comparison) -> Table {
     let header = [
         "run",
         "parameters",
-        "error of",
+        "promise",
+        "largest",
         "promised",
         "measured",
         "times",
+        "log",
         "file",
     ];
-    let mut table = plain(header.map(str::to_owned).to_vec(), 3);
+    let mut table = plain(header.map(str::to_owned).to_vec(), 4);
     for promise in &comparison.promises {
-        for quantity in promise.predictions.iter().flat_map(JointProof::quantities) {
-            let ratio = quantity.ratio;
-            table.add_row([
-                promise.run.clone(),
-                promise.parameters.clone(),
-                format!("{} {}", quantity.joint, quantity.name),
-                dash(quantity.promised, 3),
-                dash(Some(quantity.error), 3),
-                ratio.map_or_else(|| "-".to_owned(), |ratio| format!("{ratio:.1}")),
-                promise.file.clone(),
-            ]);
-        }
+        let worst = promise.worst();
+        let number =
+            |of: fn(&QuantityProof<'_>) -> Option<f64>| dash(worst.as_ref().and_then(of), 3);
+        table.add_row([
+            promise.run.clone(),
+            promise.parameters.clone(),
+            match promise.promise_kept {
+                _ if promise.same_log => "own log".to_owned(),
+                None => "-".to_owned(),
+                Some(true) => "kept".to_owned(),
+                Some(false) => "broken".to_owned(),
+            },
+            worst.map_or_else(
+                || "-".to_owned(),
+                |worst| format!("{} {}", worst.joint, worst.name),
+            ),
+            number(|worst| worst.promised),
+            number(|worst| Some(worst.error)),
+            dash(worst.and_then(|worst| worst.ratio), 2),
+            promise.log.clone(),
+            promise.file.clone(),
+        ]);
     }
     table
 }

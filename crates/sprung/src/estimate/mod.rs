@@ -16,6 +16,7 @@ mod found;
 mod identify;
 mod inputs;
 mod judge;
+mod kind_of_change;
 mod late_channels;
 mod laws;
 mod least_squares;

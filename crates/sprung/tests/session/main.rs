@@ -2,6 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
 mod errors;
+mod proof;
 mod stopped;
 mod support;
 mod verbs;

@@ -12,7 +12,7 @@ use sprung::progress::Unheard;
 use sprung::session::Session;
 
 /// Files by name.
-type Memory = BTreeMap<&'static str, Vec<u8>>;
+pub(crate) type Memory = BTreeMap<&'static str, Vec<u8>>;
 
 /// Overrides that make runs short: a log of 3 s, and least squares only.
 pub(crate) const SHORT: [&str; 2] = [
@@ -42,16 +42,18 @@ pub(crate) fn files() -> &'static Memory {
 
 /// Returns a session with files in memory.
 pub(crate) fn of_memory(files: Memory, more: &[&str]) -> Session {
+    in_memory(files, &[&SHORT[..], more].concat())
+}
+
+/// Returns a session of the demo with files in memory.
+pub(crate) fn in_memory(files: Memory, overrides: &[&str]) -> Session {
     let open = move |path: &Path| -> IoResult<Box<dyn Input>> {
         match path.to_str().and_then(|name| files.get(name)) {
             Some(bytes) => Ok(Box::new(Cursor::new(bytes.clone()))),
             None => Err(Error::from(ErrorKind::NotFound)),
         }
     };
-    let overrides: Vec<String> = (SHORT.iter().chain(more))
-        .map(|text| (*text).to_owned())
-        .collect();
-    Session::read("experiment.toml", demo::EXPERIMENT, &overrides, open).unwrap()
+    Session::read("experiment.toml", demo::EXPERIMENT, &owned(overrides), open).unwrap()
 }
 
 /// Returns a session of the demo.

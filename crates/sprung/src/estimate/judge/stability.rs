@@ -3,6 +3,7 @@
 use super::parameters::listed;
 use crate::estimate::between_parts::between_parts;
 use crate::estimate::describe::Linear;
+use crate::estimate::kind_of_change::kind_of_change;
 use crate::estimate::result::EstimateResult;
 use crate::finding::{Finding, Severity};
 use crate::model::Model;
@@ -24,6 +25,7 @@ pub(super) fn parts_disagree(model: &Model, linear: &Linear) -> Option<Finding> 
     let unknowns = linear.fitted.unknowns.max(1) as f64;
     let mut changes = Vec::new();
     let mut names = Vec::new();
+    let mut disagreeing = Vec::new();
     let mut severity = Severity::Info;
     let mut count = 0;
     for (i, parameter) in model.parameters().iter().enumerate() {
@@ -55,6 +57,7 @@ pub(super) fn parts_disagree(model: &Model, linear: &Linear) -> Option<Finding> 
             parameter.unit
         ));
         names.push(parameter.name.clone());
+        disagreeing.push(i);
     }
     if changes.is_empty() {
         return None;
@@ -64,13 +67,17 @@ pub(super) fn parts_disagree(model: &Model, linear: &Linear) -> Option<Finding> 
         (false, 2) => ("parts-disagree", "halves of the log"),
         (false, _) => ("parts-disagree", "quarters of the log"),
     };
+    let kind = match linear.parts.are_logs {
+        true => kind_of_change(model, &disagreeing),
+        false => "",
+    };
     Some(
         Finding::new(
             severity,
             code,
             format!(
                 "estimates by least squares from the {what} differ by more than their standard \
-                 errors allow: {}. One set of parameters does not describe all parts",
+                 errors allow: {}. One set of parameters does not describe all parts.{kind}",
                 listed(changes.into_iter())
             ),
             "make sure that the robot and its payload stay the same; parameters that change with \

@@ -4,6 +4,7 @@ use super::delay_updates::DelayUpdate;
 use super::missing_laws::MissingLaw;
 use super::refined::Refined;
 use crate::estimate::between_parts::between_parts;
+use crate::estimate::kind_of_change::kind_of_change;
 use crate::finding::{Finding, Severity};
 use crate::log::Channels;
 use crate::model::{Model, short};
@@ -254,6 +255,7 @@ fn disagree(model: &Model, refined: &Refined) -> Option<Finding> {
     }
     let mut disagreeing = Vec::new();
     let mut names = Vec::new();
+    let mut indices = Vec::new();
     for (place, &index) in refined.free.iter().enumerate() {
         let values: Vec<(f64, f64)> = refined.logs.iter().map(|log| log[place]).collect();
         let found = between_parts(&values);
@@ -266,6 +268,7 @@ fn disagree(model: &Model, refined: &Refined) -> Option<Finding> {
                 .collect();
             disagreeing.push(format!("{} ({})", parameter.short(), each.join(", ")));
             names.push(parameter.name.clone());
+            indices.push(index);
         }
     }
     (!disagreeing.is_empty()).then(|| {
@@ -274,8 +277,9 @@ fn disagree(model: &Model, refined: &Refined) -> Option<Finding> {
             "logs-disagree",
             format!(
                 "the logs disagree by more than their intervals allow about {}: one model with one \
-                 set of parameters does not describe all of them",
-                disagreeing.join("; ")
+                 set of parameters does not describe all of them.{}",
+                disagreeing.join("; "),
+                kind_of_change(model, &indices)
             ),
             "make sure that all logs are of one robot in one state; parameters that change with \
              the motion or with the controller's gains mean that the model lacks an effect",

@@ -1,0 +1,273 @@
+//! Promises on validation logs of the twin: kept without a change, and broken by a change that is named.
+
+use std::collections::BTreeMap;
+use std::sync::OnceLock;
+
+use sprung::demo;
+use sprung::estimate::Identification;
+use sprung::progress::Unheard;
+use sprung::session::{Parameters, Session, Usability};
+use sprung::validate::{ParameterSet, SetResult, Validation};
+
+use crate::support::{Memory, in_memory};
+
+/// Least squares alone, with the logs of the demo.
+const LINEAR: [&str; 1] = ["identify.estimator=[\"least-squares\"]"];
+
+fn session(files: Memory, more: &[&str]) -> Session {
+    in_memory(files, &[&LINEAR[..], more].concat())
+}
+
+fn truth() -> BTreeMap<String, f64> {
+    toml::from_str(demo::TRUTH).unwrap()
+}
+
+/// Records the log of a run with other parameters.
+fn log(run: Option<&str>, values: BTreeMap<String, f64>, seed: u64) -> Vec<u8> {
+    let files = Memory::from([("truth.toml", demo::TRUTH.as_bytes().to_vec())]);
+    let parameters = Parameters {
+        sets: vec![ParameterSet {
+            label: "changed".to_owned(),
+            values,
+            promise: Vec::new(),
+        }],
+        identification: None,
+    };
+    let session = session(files, &[]);
+    let twin = session
+        .twin(run, Some(&parameters))
+        .unwrap()
+        .with_seed(seed);
+    let mut log = Vec::new();
+    twin.write(&mut log, &mut Unheard).unwrap();
+    log
+}
+
+fn files(validation: Vec<u8>) -> Memory {
+    static OWN: OnceLock<Vec<u8>> = OnceLock::new();
+    let own = OWN.get_or_init(|| log(None, truth(), 1));
+    Memory::from([
+        ("truth.toml", demo::TRUTH.as_bytes().to_vec()),
+        ("identification.csv", own.clone()),
+        ("validation.csv", validation),
+    ])
+}
+
+fn identification() -> Identification {
+    static FOUND: OnceLock<Identification> = OnceLock::new();
+    let identify = || {
+        let session = session(files(Vec::new()), &[]);
+        session.identify(&mut Unheard).unwrap().identification
+    };
+    FOUND.get_or_init(identify).clone()
+}
+
+fn validated(validation: Vec<u8>) -> Validation {
+    let session = session(files(validation), &[]);
+    let parameters = Parameters::from(identification());
+    session
+        .validate(&parameters, &mut Unheard)
+        .unwrap()
+        .validation
+}
+
+/// The truth with some values changed.
+fn changed(change: impl Fn(&str, f64) -> f64) -> BTreeMap<String, f64> {
+    let values = truth().into_iter();
+    values
+        .map(|(name, value)| {
+            let changed = change(&name, value);
+            (name, changed)
+        })
+        .collect()
+}
+
+fn codes(set: &SetResult) -> Vec<&str> {
+    set.findings.iter().map(|f| f.code.as_str()).collect()
+}
+
+/// Checks that a validation names a change, and returns the text of its finding and the line.
+fn names(validation: &Validation, code: &str) -> (String, Option<String>) {
+    assert_eq!(Usability::from(validation), Usability::Usable);
+    let set = &validation.runs[1].sets[0];
+    println!("{:#?}", set.findings);
+    assert_eq!(codes(set), ["promise-broken", code]);
+    assert_eq!(set.promise_kept, Some(false));
+    let sentence = validation.sentence();
+    assert!(
+        sentence.starts_with("The promise is broken: in prediction the "),
+        "{sentence}"
+    );
+    let finding = set.findings[1].clone();
+    (finding.text, finding.setting)
+}
+
+#[test]
+fn without_a_change_promises_are_kept() {
+    let promise = &identification().results[0].promise;
+    assert_eq!(promise.len(), 2);
+    for seed in 11..21 {
+        let validation = validated(log(Some("prediction"), truth(), seed));
+        let [direct, prediction] = &validation.runs[..] else {
+            panic!("{:?}", validation.runs);
+        };
+        assert!(direct.same_log && !prediction.same_log);
+        let set = &prediction.sets[0];
+        assert_eq!(
+            set.promise_kept,
+            Some(true),
+            "seed {seed}: {:#?}",
+            set.predictions
+        );
+        assert_eq!(codes(set), [""; 0], "seed {seed}");
+        let sentence = validation.sentence();
+        assert!(
+            sentence.starts_with("The promise is kept: in prediction "),
+            "{sentence}"
+        );
+    }
+}
+
+#[test]
+fn a_log_of_the_identification_proves_nothing() {
+    let mut validation = validated(log(Some("prediction"), truth(), 2));
+    validation.runs.truncate(1);
+    let sentence = validation.sentence();
+    assert!(sentence.contains("is not proved"), "{sentence}");
+    for set in &mut validation.runs[0].sets {
+        for joint in &mut set.predictions {
+            (joint.torque_ratio, joint.deflection_ratio) = (None, None);
+        }
+    }
+    let sentence = validation.sentence();
+    assert!(sentence.contains("no promise to prove"), "{sentence}");
+}
+
+#[test]
+fn more_friction_is_named() {
+    let is_friction = |name: &str| name.contains("viscous") || name.contains("coulomb");
+    for joint in ["joint1", "joint2"] {
+        let values = changed(|name, value| {
+            value
+                * if name.contains(joint) && is_friction(name) {
+                    1.4
+                } else {
+                    1.0
+                }
+        });
+        let validation = validated(log(Some("prediction"), values, 5));
+        let (text, line) = names(&validation, "friction-changed");
+        assert!(
+            text.contains(&format!("the friction of {joint} differs")),
+            "{text}"
+        );
+        let both = "[log] file = [\"identification.csv\", \"validation.csv\"]";
+        assert_eq!(line.as_deref(), Some(both));
+    }
+    let all = changed(|name, value| value * if is_friction(name) { 1.4 } else { 1.0 });
+    let validation = validated(log(Some("prediction"), all, 5));
+    let (text, _) = names(&validation, "friction-changed");
+    assert!(
+        text.contains("the friction of several joints differs"),
+        "{text}"
+    );
+}
+
+#[test]
+fn a_payload_is_named() {
+    // A mass of 50 g at 0.25 m on link 2, whose joint is 0.3 m from the base.
+    let (mass, link, tip) = (0.05, 0.3, 0.25);
+    let values = changed(|name, value| {
+        value
+            + match name {
+                "link1.inertia_total" => mass * (link * link + tip * tip),
+                "link2.coupling" => mass * link * tip,
+                "link2.inertia" => mass * tip * tip,
+                _ => 0.0,
+            }
+    });
+    let validation = validated(log(Some("prediction"), values, 5));
+    let (text, _) = names(&validation, "payload-changed");
+    assert!(text.contains("link2.inertia 0.013"), "{text}");
+}
+
+#[test]
+fn another_stiffness_is_named() {
+    let values = changed(|name, value| value * if name == "joint1.stiffness" { 1.3 } else { 1.0 });
+    let validation = validated(log(Some("prediction"), values, 5));
+    let (text, _) = names(&validation, "stiffness-changed");
+    assert!(text.contains(", +30 %"), "{text}");
+}
+
+/// The log of the prediction with one column multiplied by a factor.
+fn scaled(column: usize, factor: f64) -> Vec<u8> {
+    let original = log(Some("prediction"), truth(), 5);
+    let lines = std::str::from_utf8(&original).unwrap().lines().enumerate();
+    let scaled = lines.map(|(row, line)| {
+        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+        if row > 0 {
+            cells[column] = (factor * cells[column].parse::<f64>().unwrap()).to_string();
+        }
+        cells.join(",") + "\n"
+    });
+    scaled.collect::<String>().into_bytes()
+}
+
+#[test]
+fn another_scale_of_a_torque_is_named_with_its_line() {
+    for (joint, column) in [("joint1", 5), ("joint2", 6)] {
+        let log = scaled(column, 0.8);
+        let (text, line) = names(&validated(log.clone()), "torque-scale-changed");
+        assert!(
+            text.contains(&format!("the torque of {joint} is logged")),
+            "{text}"
+        );
+        let line = line.unwrap();
+        assert!(
+            line.starts_with("[[validate]] log = { file = \"validation.csv\", gain = "),
+            "{line}"
+        );
+        let (_, gain) = line.split_once("_nm\" = ").unwrap();
+        let gain: f64 = gain.split(' ').next().unwrap().parse().unwrap();
+        // Measured 1.2490 and 1.2497; the limit allows 1 % of 1.25.
+        assert!((gain - 1.25).abs() < 0.0125, "{line}");
+        // With this gain the promise is kept.
+        let over = format!(
+            "validate.prediction.log.gain.{}={gain}",
+            ["tau1_nm", "tau2_nm"][column - 5]
+        );
+        let session = session(files(log), &[&over]);
+        let parameters = Parameters::from(identification());
+        let validation = session
+            .validate(&parameters, &mut Unheard)
+            .unwrap()
+            .validation;
+        assert_eq!(
+            validation.runs[1].sets[0].promise_kept,
+            Some(true),
+            "{over}"
+        );
+    }
+}
+
+#[test]
+fn logs_that_disagree_only_in_friction_say_so() {
+    let values = changed(|name, value| {
+        value
+            * if name.contains("viscous") || name.contains("coulomb") {
+                1.4
+            } else {
+                1.0
+            }
+    });
+    let both = "log.file=[\"identification.csv\", \"validation.csv\"]";
+    let session = session(files(log(None, values, 7)), &[both]);
+    let found = session.identify(&mut Unheard).unwrap().identification;
+    let warnings = &found.results[0].warnings;
+    let finding = warnings.iter().find(|f| f.code == "logs-disagree").unwrap();
+    assert!(
+        finding.text.contains("Only friction disagrees"),
+        "{}",
+        finding.text
+    );
+}
