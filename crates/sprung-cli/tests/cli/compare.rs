@@ -218,11 +218,7 @@ fn files_that_are_no_identification_are_named() {
     );
     std::fs::write(case.path("binary.json"), [0xff, 0xfe, 0x00]).unwrap();
     std::fs::create_dir(case.path("folder")).unwrap();
-    std::fs::copy(
-        demo().join("sprung-out/validation.json"),
-        case.path("validation.json"),
-    )
-    .unwrap();
+    write("validation.json", r#"{"format": 1, "runs": [{}]}"#);
     for (name, code, fragment) in [
         ("empty.json", 2, "it is empty"),
         ("cut.json", 2, "if it was cut off"),
@@ -231,7 +227,7 @@ fn files_that_are_no_identification_are_named() {
         ("schema.json", 2, "a JSON schema"),
         ("noresults.json", 2, "missing field"),
         ("binary.json", 2, "it is not text"),
-        ("validation.json", 2, "a validation.json"),
+        ("validation.json", 2, "run sprung validate again"),
         ("experiment.toml", 2, "an experiment file"),
         ("truth.toml", 2, "no standard errors"),
         ("identification.csv", 2, "a log or a table in CSV"),
@@ -249,6 +245,56 @@ fn files_that_are_no_identification_are_named() {
         assert_eq!(message.trim().lines().count(), 1, "{message}");
         assert!(!out.exists(), "{name}: a failed run left results");
     }
+}
+
+#[test]
+fn kept_promises_are_counted() {
+    // A folder holds an identification and its validation; the file is another validation.
+    let case = Case::new();
+    let broken = case.path("other.json");
+    let text = std::fs::read_to_string(demo().join("sprung-out/validation.json")).unwrap();
+    let mut validation: Value = serde_json::from_str(&text).unwrap();
+    let set = &mut validation["runs"][1]["sets"][0];
+    set["promise_kept"] = false.into();
+    set["predictions"][1]["torque_ratio"] = 2.3.into();
+    std::fs::write(&broken, validation.to_string()).unwrap();
+    let out = case.path("compared");
+    let output = compare(&[demo(), &broken], &out, &[]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let text = stdout(&output);
+    let last = text.trim_end().lines().next_back().unwrap();
+    // Each of two validations has a log of its own and three parameter sets.
+    let start = "The promises are kept in 5 of 6 validations; the largest error is the torque error \
+                 of joint2 in prediction (prediction-error, ";
+    assert!(last.starts_with(start), "{last}");
+    assert!(
+        last.ends_with("other.json), 2.3 times the promised one."),
+        "{last}"
+    );
+    assert!(
+        text.contains("joint1.stiffness") && text.contains("own log"),
+        "{text}"
+    );
+    let report = std::fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(report.contains("kept in 5 of 6 validations") && report.contains("id=\"promises\""));
+
+    // Validations alone are compared too.
+    let output = compare(&[&broken], &out, &["--json"]);
+    let json = json(&output);
+    assert_eq!(json["compared"].as_array().unwrap().len(), 0);
+    let promises = json["promises"].as_array().unwrap();
+    // Sets with changed values promise nothing.
+    assert_eq!(promises.len(), 6);
+    assert_eq!(promises[3]["predictions"][1]["torque_ratio"], 2.3);
+    assert_eq!(promises[0]["same_log"], true);
+    let words = json["promises_kept"].as_str().unwrap();
+    assert!(words.contains("in 2 of 3 validations"), "{words}");
+    let output = compare(&[&broken, &broken], &out, &[]);
+    assert!(
+        stderr(&output).contains("given twice"),
+        "{}",
+        stderr(&output)
+    );
 }
 
 #[test]

@@ -22,3 +22,4 @@ mod real_machine;
 mod refined;
 mod robots;
 mod trust;
+mod verdict;

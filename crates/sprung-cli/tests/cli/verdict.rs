@@ -1,0 +1,154 @@
+//! The verdict in words, its promise and the proof, as users read them.
+
+use serde_json::Value;
+
+use crate::arm;
+use crate::common::{Case, demo, sprung, stderr, stdout};
+
+/// The last line on stdout.
+fn last(text: &str) -> &str {
+    text.trim_end().lines().next_back().unwrap()
+}
+
+#[test]
+fn the_last_line_is_the_decision() {
+    let output = Case::new().identify(&["--color=always"]);
+    let text = stdout(&output);
+    let start = "\u{1b}[1;32mGood\u{1b}[0m: on a new experiment of this kind the model is expected to \
+                 predict the motor torques with errors of ";
+    assert!(last(&text).starts_with(start), "{text}");
+    assert!(last(&text).ends_with(" % (root mean squares)."), "{text}");
+    // No other line says the reasons again.
+    assert_eq!(text.matches("least-squares: ").count(), 1, "{text}");
+
+    let weak = Case::new().identify(&[
+        "--set",
+        "log.file={ path = \"identification.csv\", to_s = 1.0 }",
+    ]);
+    let text = stdout(&weak);
+    assert!(
+        last(&text).starts_with("Doubtful: on a new experiment"),
+        "{text}"
+    );
+    assert!(last(&text).contains(", but do not use "), "{text}");
+}
+
+#[test]
+fn the_decision_is_in_the_file_and_begins_the_report() {
+    let out = demo().join("sprung-out");
+    let text = std::fs::read_to_string(out.join("identification.json")).unwrap();
+    let json: Value = serde_json::from_str(&text).unwrap();
+    let results = json["results"].as_array().unwrap();
+    let decisions: Vec<&Value> = results.iter().map(|result| &result["decision"]).collect();
+    assert_eq!(decisions[0]["findings"].as_array().unwrap().len(), 0);
+    let codes = decisions[2]["findings"].as_array().unwrap();
+    assert!(codes.contains(&"negative-friction".into()), "{codes:?}");
+    let parameters = decisions[2]["parameters"].as_array().unwrap();
+    assert!(
+        parameters.contains(&"joint2.link_viscous".into()),
+        "{parameters:?}"
+    );
+
+    let report = std::fs::read_to_string(out.join("report.html")).unwrap();
+    let (_, after) = report.split_once("<p class=\"summary\">").unwrap();
+    let (summary, rest) = after.split_once("</p>").unwrap();
+    assert!(
+        summary.starts_with(decisions[0]["sentence"].as_str().unwrap()),
+        "{summary}"
+    );
+    assert!(
+        summary.contains("The promise is kept: in prediction no error"),
+        "{summary}"
+    );
+    assert!(rest.contains("<section id=\"parameters\">"));
+    let other = decisions[2]["sentence"].as_str().unwrap();
+    assert!(rest.contains(&format!("About lsff: {other}")), "{other}");
+}
+
+#[test]
+fn a_serious_finding_is_named_in_the_decision() {
+    let case = Case::new().column(5, |torque| -torque);
+    let output = case.identify(&["--set", "identify.on_check_error=go-on"]);
+    let text = stdout(&output);
+    println!("{}", stderr(&output));
+    assert_eq!(output.status.code(), Some(1), "{text}");
+    assert!(
+        last(&text).starts_with("Unusable: do not use the values, because of "),
+        "{text}"
+    );
+}
+
+#[test]
+fn a_payload_of_an_arm_is_named_with_its_mass() {
+    // 0.5 kg at 0.3 m of the forearm.
+    let (mass, at) = (0.5, 0.3);
+    let total = 1.5 + mass;
+    let center = (1.5 * 0.15 + mass * at) / total;
+    let inertia = 0.015 + 1.5 * 0.15_f64.powi(2) + mass * at * at - total * center * center;
+    let heavy = (arm::URDF)
+        .replace(
+            "<origin xyz=\"0.15 0 0\"/><mass value=\"1.5\"/>",
+            &format!("<origin xyz=\"{center} 0 0\"/><mass value=\"{total}\"/>"),
+        )
+        .replace(
+            "iyy=\"0.015\" iyz=\"0\" izz=\"0.015\"",
+            &format!("iyy=\"{inertia}\" iyz=\"0\" izz=\"{inertia}\""),
+        );
+    let case = arm::recorded().replace(
+        "[simulate]",
+        "[[validate]]\nname = \"second\"\nlog = { file = \"second.csv\" }\n[simulate]",
+    );
+    std::fs::write(case.path("heavy.urdf"), heavy).unwrap();
+    let experiment = case.path("experiment.toml");
+    let experiment = experiment.to_str().unwrap();
+    assert!(case.identify(&["-q"]).status.success());
+    let mut said = Vec::new();
+    for more in [
+        &["--set", "simulate.seed=3"][..],
+        &["--set", "robot.urdf=heavy.urdf"],
+    ] {
+        case.record("second.csv", more);
+        let output = sprung(&["validate", experiment]);
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        said.push((last(&stdout(&output)).to_owned(), stderr(&output)));
+    }
+    let [(kept, nothing), (broken, message)] = &said[..] else {
+        panic!("{said:?}");
+    };
+    assert!(
+        kept.starts_with("The promise is kept: in second no error"),
+        "{kept}"
+    );
+    assert!(!nothing.contains("changed"), "{nothing}");
+    assert!(
+        broken.starts_with("The promise is broken: in second "),
+        "{broken}"
+    );
+    assert!(broken.ends_with("; another load explains it."), "{broken}");
+    let (_, mass) = message
+        .split_once("fore.m +")
+        .unwrap_or_else(|| panic!("{message}"));
+    let mass: f64 = mass.split(' ').next().unwrap().parse().unwrap();
+    // Measured 0.497 kg with another motion; the limit allows 5 %.
+    assert!((mass - 0.5).abs() < 0.025, "{message}");
+}
+
+#[test]
+fn parameters_of_a_file_promise_nothing() {
+    let case = Case::new();
+    let experiment = case.path("experiment.toml");
+    let truth = case.path("truth.toml");
+    let output = sprung(&[
+        "validate",
+        experiment.to_str().unwrap(),
+        "--parameters",
+        truth.to_str().unwrap(),
+        "--set",
+        "validate=[{name=\"direct\"}]",
+    ]);
+    let text = stdout(&output);
+    assert!(
+        last(&text).starts_with("There is no promise to prove"),
+        "{text}"
+    );
+}
