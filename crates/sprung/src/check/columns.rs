@@ -5,7 +5,7 @@ use sprung_core::parameters::JointParameter;
 
 use super::context::{CheckContext, SIGNIFICANT_SIGMAS};
 use crate::finding::{Finding, Severity};
-use crate::log::{Channels, Quantity};
+use crate::log::{Channels, Quantity, slope_remedy};
 use crate::prepare::{MotorRowFit, RowFit, fit_motor_rows, fit_rows};
 
 /// Another meaning of the columns is reported if it reduces the residual below this fraction.
@@ -259,6 +259,7 @@ impl CheckContext<'_> {
         {
             return None;
         }
+        let remedy = slope_remedy(&channels.all[motor], &channels.all[link], ratio);
         let column = &channels.all[motor].column;
         Some(
             Finding::new(
@@ -273,15 +274,10 @@ impl CheckContext<'_> {
                     100.0 * now.relative_residual,
                     100.0 * before
                 ),
-                "check gear_ratio and counts_per_turn of the joint, and the side of each encoder",
+                &remedy.words,
             )
             .seen(self.file, column, ratio, "rad/rad")
-            .mended_by(
-                "[[robot.joint]]",
-                &format!(
-                    "gear_ratio = {ratio:.3}   # with motor_position_side = \"motor\" in [log]"
-                ),
-            ),
+            .mended_by(remedy.table, &remedy.line),
         )
     }
 }

@@ -4,7 +4,7 @@ use super::filters::filters;
 use super::joints::joints as examine_joints;
 use super::result::JointFigures;
 use crate::finding::{Finding, Severity};
-use crate::log::{Channels, Summary, Timing, check_timing};
+use crate::log::{Channels, LOOKS_LIKE_DEGREES, Summary, Timing, check_timing};
 use crate::model::Model;
 use crate::prepare::{Excerpt, Prepared};
 use crate::regression::LogFigures;
@@ -39,8 +39,12 @@ pub fn examine(prepared: &Prepared, figures: &[LogFigures]) -> Examination {
             .filter(|&joint| moves(channels, &first.summary, joint))
             .filter(|&joint| !is_wrong(&findings, channels, joint))
             .collect();
-        match examine_joints(prepared.experiment(), &reading, excerpt, name, &moving) {
+        let is_sound = (findings.iter()).all(|finding| finding.severity < Severity::Error);
+        let experiment = prepared.experiment();
+        match examine_joints(experiment, &reading, excerpt, name, &moving, is_sound) {
             Some(examined) => {
+                // The equations tell the unit of the positions, which their range alone does not.
+                findings.retain(|found| found.code != LOOKS_LIKE_DEGREES);
                 findings.extend(filters(&reading, excerpt, name, &moving));
                 // The equations determine signs and scales more reliably than correlations.
                 let again = |found: &Finding| {
@@ -49,6 +53,9 @@ pub fn examine(prepared: &Prepared, figures: &[LogFigures]) -> Examination {
                 };
                 findings.retain(|found| !again(found));
                 findings.extend(examined.findings);
+                if (findings.iter()).all(|finding| finding.severity == Severity::Info) {
+                    findings.extend(examined.kinematics);
+                }
                 joints = examined.joints;
                 for (joint, figures) in joints.iter_mut().enumerate() {
                     figures.slope = first.summary.line(joint).map(|line| line.slope);

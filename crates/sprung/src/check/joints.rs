@@ -5,6 +5,7 @@ use super::context::CheckContext;
 use super::relative::{ChannelDelay, RelativeDelays, relative_delays};
 use super::resolution::{UNEXPLAINED, beyond_resolution, transition_shares};
 use super::result::{DELAYED_CHANNEL, DelayFigures, JointFigures};
+use super::robot::{AboutRobot, WholeRobot};
 use crate::description::Experiment;
 use crate::finding::{Finding, Severity};
 use crate::log::Quantity;
@@ -24,11 +25,14 @@ const SUSPICIOUS_SCALE: f64 = 6.0;
 pub(super) struct Examined {
     pub(super) findings: Vec<Finding>,
     pub(super) joints: Vec<JointFigures>,
+    /// Finding that the kinematics are wrong, which counts if the log has no other fault.
+    pub(super) kinematics: Option<Finding>,
 }
 
 /// Examines the torque rows at the beginning of a log.
 ///
 /// - `moving`: joints that move; other joints give no information.
+/// - `is_sound`: whether no column is wrong by itself, so that the equations of the whole robot hold.
 ///
 /// Returns `None` if the excerpt is too short for the filters.
 pub(super) fn joints(
@@ -37,6 +41,7 @@ pub(super) fn joints(
     excerpt: &Excerpt,
     file: &str,
     moving: &[usize],
+    is_sound: bool,
 ) -> Option<Examined> {
     let context = CheckContext {
         experiment,
@@ -64,6 +69,16 @@ pub(super) fn joints(
         .filter_map(|&joint| context.zeros_apart(joint))
         .collect();
     let mut reported = context.exchanged(&fits, &weak, &mut findings);
+    let whole = if reported.is_empty() && is_sound {
+        WholeRobot::new(&context, moving)
+    } else {
+        None
+    };
+    let about = (whole.as_ref()).map_or_else(AboutRobot::default, |whole| whole.examine(&fits));
+    findings.extend(about.findings);
+    if about.explains_all {
+        reported.extend(&all);
+    }
     context.swapped(&fits, &weak, &mut reported, &mut findings);
     for &joint in &weak {
         if reported.contains(&joint) {
@@ -104,9 +119,12 @@ pub(super) fn joints(
             } else {
                 findings.extend(context.unexcited(joint, fit));
             }
-            findings.extend(context.scale(joint, fit));
+            if !about.scale_is_known {
+                findings.extend(context.scale(joint, fit));
+            }
         }
     }
+    let kinematics = whole.and_then(|whole| whole.other_kinematics());
     let offsets = context.offsets();
     for &joint in moving {
         if !reported.contains(&joint)
@@ -132,6 +150,7 @@ pub(super) fn joints(
     Some(Examined {
         joints: joints.collect(),
         findings,
+        kinematics,
     })
 }
 

@@ -7,18 +7,26 @@
 //! beginning of the first log, an `Excerpt`.
 
 mod assemble;
+mod bodies;
 mod columns;
 mod context;
+mod degrees;
 mod examine;
 mod filters;
 mod joints;
+mod lines;
 mod offset;
+mod order;
 mod pass;
 mod refusal;
 mod relative;
 mod resolution;
 mod result;
+mod robot;
 mod run;
+mod scale;
+mod trial;
+mod whole;
 
 pub use columns::reversed_torque;
 pub use examine::examine;

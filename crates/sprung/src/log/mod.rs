@@ -34,6 +34,7 @@ pub(crate) use columns::{Channel, Origin, TimeOrigin};
 pub use columns::{ChannelError, Channels};
 pub use error::{LogError, Place};
 pub(crate) use figures::{Figures, Overview, Summary};
+pub(crate) use figures::{LOOKS_LIKE_DEGREES, rounded, slope_remedy};
 pub use figures::{Sizes, check};
 pub use formats::panics_are_caught;
 pub use input::{Input, LogFile};

@@ -138,6 +138,27 @@ impl TreeLinks {
         }
     }
 
+    /// Returns the nominal value of a parameter of theta from its standard index, without rotors and
+    /// without bodies that have no nominal value.
+    pub(super) fn of_bodies(&self, index: usize) -> f64 {
+        let bodies = self.tree.joints.len() * BODY;
+        let body = |k: usize| if k < bodies { self.nominal(k) } else { None };
+        self.lumped(index, |k| Some(body(k).unwrap_or(0.0)))
+            .unwrap_or(0.0)
+    }
+
+    /// Returns the base parameters that contain a dependent parameter, as standard indices, each with
+    /// the factor of the dependent parameter.
+    pub(super) fn shares_of(&self, index: usize) -> Vec<(usize, f64)> {
+        let Some(at) = self.base.dependent.iter().position(|own| *own == index) else {
+            return Vec::new();
+        };
+        (self.base.independent.iter().zip(&self.base.combination))
+            .map(|(&own, shares)| (own, shares[at]))
+            .filter(|(_, share)| *share != 0.0)
+            .collect()
+    }
+
     /// Returns the number of standard parameters; rotors are last.
     #[must_use]
     pub fn standard(&self) -> usize {

@@ -373,6 +373,36 @@ impl Model {
             .ok_or_else(|| ModelError::unknown(name, self.parameters().iter().map(|p| &p.name)))
     }
 
+    /// Returns the nominal values of the link parameters without rotors, \[p\]; zero for the
+    /// parameters of joints and for bodies without a nominal value. `None` if no body has a nominal
+    /// value other than zero.
+    #[must_use]
+    pub(crate) fn nominal_bodies(&self) -> Option<Theta> {
+        let values: Theta = (self.parameters().iter().enumerate())
+            .map(
+                |(i, parameter)| match (&self.fixed.links, parameter.joint) {
+                    (_, Some(_)) => 0.0,
+                    (Some(links), None) => links.of_bodies(links.selected[i]),
+                    (None, None) => parameter.nominal.unwrap_or(0.0),
+                },
+            )
+            .collect();
+        values.iter().any(|value| *value != 0.0).then_some(values)
+    }
+
+    /// Returns the link parameters in theta that contain the rotor inertia of a rigid joint, each
+    /// with the factor of the rotor inertia; empty if it is a parameter of its own.
+    #[must_use]
+    pub(crate) fn rotor_in_links(&self, joint: usize) -> Vec<(usize, f64)> {
+        let Some(links) = &self.fixed.links else {
+            return Vec::new();
+        };
+        let shares = links.shares_of(self.joint_count() * BODY + joint);
+        (shares.into_iter())
+            .filter_map(|(index, share)| Some((self.parameter_of(index)?, share)))
+            .collect()
+    }
+
     /// Returns the index in theta of the base parameter that begins with a standard inertial
     /// parameter; `None` if no base parameter begins with it.
     #[must_use]

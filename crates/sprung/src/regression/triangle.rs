@@ -46,6 +46,13 @@ impl Triangle {
         Self::of_rows(Mat::from_fn(rows.len(), W, |i, j| rows[i][j]).as_mut())
     }
 
+    /// Returns the factor of rows `[A | b]` of equal length.
+    #[must_use]
+    pub(crate) fn of_lines(rows: &[Vec<f64>]) -> Self {
+        let width = rows.first().map_or(0, Vec::len);
+        Self::of_rows(Mat::from_fn(rows.len(), width, |i, j| rows[i][j]).as_mut())
+    }
+
     /// Returns the factor of the rows of several factors together.
     pub(crate) fn merge<'a>(parts: impl IntoIterator<Item = &'a Self>) -> Option<Self> {
         let parts: Vec<&Self> = parts.into_iter().collect();

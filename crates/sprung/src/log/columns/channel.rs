@@ -16,12 +16,46 @@ pub struct Channel {
     pub joint: usize,
     /// Factor from the reading to the quantity in SI units.
     pub factor: f64,
+    /// Gear ratio of the joint, if the description gives it.
+    pub gear_ratio: Option<f64>,
+    /// Whether the readings were taken before the gearbox, so that `factor` contains the gear ratio.
+    pub before_gear: bool,
+    /// Counts of the encoder per turn, if the readings are counts.
+    pub counts_per_turn: Option<f64>,
     /// Delay relative to the other channels.
     pub delay: Option<Delay>,
     /// Whether the sign is estimated from the log; `factor` then assumes +1.
     pub open_sign: bool,
     /// Whether the gain is estimated from the log; `factor` then assumes 1.
     pub open_gain: bool,
+}
+
+/// Largest relative difference of two factors that are the same except for rounding and a gain.
+const SAME_FACTOR: f64 = 0.5;
+
+impl Channel {
+    /// Returns the factor from the reading to the quantity on the side where it was taken, without
+    /// sign.
+    fn unit(&self) -> f64 {
+        let gear = match (self.before_gear, self.gear_ratio) {
+            (true, Some(ratio)) => ratio,
+            _ => 1.0,
+        };
+        (self.factor * gear).abs()
+    }
+
+    /// Returns whether its readings are declared as radians.
+    #[must_use]
+    pub(crate) fn is_in_radians(&self) -> bool {
+        self.counts_per_turn.is_none() && (self.unit() - 1.0).abs() < SAME_FACTOR
+    }
+
+    /// Returns whether its readings are declared as degrees.
+    #[must_use]
+    pub(crate) fn is_in_degrees(&self) -> bool {
+        let in_degrees = self.unit().to_degrees();
+        self.counts_per_turn.is_none() && (in_degrees - 1.0).abs() < SAME_FACTOR
+    }
 }
 
 /// Information that the description lacks about a log.

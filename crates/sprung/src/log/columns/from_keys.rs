@@ -72,6 +72,15 @@ fn of_key(
             continue;
         };
         channel.joint = joint;
+        channel.gear_ratio = robot.joint[joint].gear_ratio;
+        channel.before_gear = match scaling {
+            Scaling::TorqueConstant | Scaling::AmplifierGain => {
+                robot.joint[joint].torque_constant_side == Side::Motor
+            }
+            Scaling::None | Scaling::PositionSide | Scaling::TorqueSide => {
+                log.side(scaling) == Some(Side::Motor)
+            }
+        };
         channel.factor *= unit * scale(scaling, &robot.joint[joint], log)?;
         all.push(channel);
     }
@@ -162,6 +171,9 @@ fn channel(
         quantity: key.quantity,
         joint: 0,
         factor,
+        gear_ratio: None,
+        before_gear: false,
+        counts_per_turn: number(&column.counts_per_turn),
         delay: delay.copied(),
         open_sign: sign == Factor::Estimate,
         open_gain: gain == Factor::Estimate,

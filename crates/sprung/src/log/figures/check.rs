@@ -2,11 +2,15 @@
 
 use super::channel::Extent;
 use super::faults::faults;
+use super::slope::slope_remedy;
 use super::summary::Summary;
 use crate::description::Quantity;
 use crate::finding::{Finding, Severity};
 use crate::log::columns::channel::Channel;
 use crate::log::columns::channels::Channels;
+
+/// Code of the finding that positions look like degrees.
+pub(crate) const LOOKS_LIKE_DEGREES: &str = "looks-like-degrees";
 
 const DEGREES_PER_RADIAN: f64 = 180.0 / std::f64::consts::PI;
 
@@ -188,6 +192,7 @@ impl ColumnCheck<'_> {
         if line.correlation.abs() < MIN_CORRELATION || far < SUSPECT_SLOPE {
             return None;
         }
+        let remedy = slope_remedy(motor, link, slope);
         let (motor, link) = (&motor.column, &link.column);
         let finding = Finding::new(
             if far > IMPOSSIBLE_SLOPE {
@@ -202,13 +207,10 @@ impl ColumnCheck<'_> {
                  counts per turn or a unit is wrong",
                 line.correlation
             ),
-            "check gear_ratio and counts_per_turn of the joint, and the side of each encoder",
+            &remedy.words,
         )
         .seen(self.file, motor, line.slope, "rad/rad");
-        Some(finding.mended_by(
-            "[[robot.joint]]",
-            &format!("gear_ratio = {slope:.4}   # with motor_position_side = \"motor\" in [log]"),
-        ))
+        Some(finding.mended_by(remedy.table, &remedy.line))
     }
 
     fn opposite_signs(&self, name: &str, joint: usize) -> Option<Finding> {
@@ -238,12 +240,15 @@ impl ColumnCheck<'_> {
         let motor = channels.index(Quantity::MotorPosition, joint)?;
         let range = self.summary.extent(motor)?.range();
         // Motors before a coupled transmission may turn many times.
-        let known = channels.turns[joint] && channels.position_mix.is_none();
+        let known = channels.turns[joint]
+            && channels.position_mix.is_none()
+            && channels.all[motor].is_in_radians();
         (known && range > std::f64::consts::TAU).then(|| {
             let column = &channels.all[motor].column;
             Finding::new(
-                Severity::Warning,
-                "looks-like-degrees",
+                // Many joints turn more than once; only the equations of the robot tell.
+                Severity::Info,
+                LOOKS_LIKE_DEGREES,
                 format!(
                     "{name}: \"{column}\" spans {range:.1} rad, more than a full turn; are these \
                      degrees? ({range:.1}° would be {:.3} rad; stiffness and inertia would come out \

@@ -4,9 +4,12 @@ mod channel;
 mod check;
 mod faults;
 mod sizes;
+mod slope;
 mod summary;
 
 pub(crate) use channel::{Figures, Overview};
+pub(crate) use check::LOOKS_LIKE_DEGREES;
 pub use check::check;
 pub use sizes::Sizes;
+pub(crate) use slope::{rounded, slope_remedy};
 pub(crate) use summary::Summary;

@@ -1,0 +1,243 @@
+//! Compares the torque of the links with that of the nominal bodies: scale of the torques, and
+//! descriptions of another robot.
+
+use super::robot::{WholeRobot, percent};
+use super::scale::{Explanation, explanations};
+use super::trial::{gain, root_mean_square};
+use crate::finding::{Finding, Severity};
+use crate::log::{Quantity, rounded};
+use crate::model::Model;
+
+/// Factor between the torques of the log and those of the nominal bodies that nominal values which
+/// are merely inaccurate may have.
+const INACCURATE_FACTOR: f64 = 3.0;
+
+/// Largest difference from an explanation on average, and of one joint.
+const SAME_ON_AVERAGE: f64 = 1.15;
+const SAME_IN_A_JOINT: f64 = 2.0;
+
+/// Factor of an explanation from which on no nominal values can be so wrong.
+const IMPOSSIBLE_FACTOR: f64 = 10.0;
+
+/// Largest ratio of the scales of two joints for a common cause without explanation.
+const COMMON_SPREAD: f64 = 3.0;
+
+/// Conditions for kinematics that do not fit: mean logarithm by which all equations together leave
+/// more unexplained than each alone, and part of the bodies' torque that all equations together leave
+/// unexplained, root mean square over the joints.
+const CONTRADICTION: f64 = 0.4;
+const UNEXPLAINED_BODIES: f64 = 0.5;
+
+/// Smallest torque of the bodies, as part of the links' torque, of the joints that are compared.
+const MATTERING_BODIES: f64 = 0.1;
+
+/// Smallest unexplained part of the links' torques: below it, the kinematics serve.
+const MIN_UNEXPLAINED: f64 = 0.02;
+
+/// Tilt of gravity that is tried, radians.
+const TILT: f64 = 0.35;
+
+impl WholeRobot<'_> {
+    /// Finding: the torques of the log and of the nominal bodies differ by a factor.
+    pub(super) fn torque_scale(&self) -> Option<Finding> {
+        let logarithms: Vec<f64> = self.scales.iter().map(|own| own.scale.ln()).collect();
+        let limit = INACCURATE_FACTOR.ln();
+        let outside =
+            logarithms.iter().all(|log| *log > limit) || logarithms.iter().all(|log| *log < -limit);
+        if logarithms.is_empty() || !outside {
+            return None;
+        }
+        let joints: Vec<usize> = self.scales.iter().map(|own| own.joint).collect();
+        let best = (explanations(self.context, &joints).into_iter())
+            .filter_map(|explanation| {
+                let off: Vec<f64> = (logarithms.iter().zip(&explanation.factors))
+                    .map(|(log, factor)| log - factor.ln())
+                    .collect();
+                let mean = off.iter().sum::<f64>() / off.len() as f64;
+                let agrees = mean.abs() < SAME_ON_AVERAGE.ln()
+                    && off.iter().all(|off| off.abs() < SAME_IN_A_JOINT.ln());
+                agrees.then_some((mean.abs(), explanation))
+            })
+            .min_by(|a, b| a.0.total_cmp(&b.0));
+        Some(match best {
+            Some((_, explanation)) => self.explained_scale(&explanation),
+            None => self.unexplained_scale(&logarithms),
+        })
+    }
+
+    fn scale_words(&self) -> String {
+        let words: Vec<String> = (self.scales.iter())
+            .map(|own| format!("{} {}", self.context.name(own.joint), rounded(own.scale)))
+            .collect();
+        words.join(", ")
+    }
+
+    fn torque_column(&self) -> &str {
+        let joint = self.scales.first().map_or(0, |own| own.joint);
+        self.context.column(&[Quantity::MotorTorque], joint)
+    }
+
+    /// Finding: a unit or a side of the gearbox explains the scale of the torques.
+    fn explained_scale(&self, explanation: &Explanation) -> Finding {
+        let impossible =
+            (explanation.factors.iter()).all(|factor| factor.ln().abs() > IMPOSSIBLE_FACTOR.ln());
+        let severity = if impossible && self.scales.len() > 1 {
+            Severity::Error
+        } else {
+            Severity::Serious
+        };
+        let factors: Vec<String> = (explanation.factors.iter())
+            .map(|factor| rounded(*factor))
+            .collect();
+        let all_same = factors.iter().all(|factor| *factor == factors[0]);
+        let expected = if all_same {
+            factors[0].clone()
+        } else {
+            factors.join(", ")
+        };
+        Finding::new(
+            severity,
+            "torque-scale",
+            format!(
+                "the torques of the log are too {} for the nominal bodies of the links (torque of the log over \
+                 torque of these bodies: {}). {}, which makes this factor {expected}",
+                if self.scales[0].scale < 1.0 { "small" } else { "large" },
+                self.scale_words(),
+                explanation.cause
+            ),
+            &format!("set {} in {}", explanation.line, explanation.table),
+        )
+        .seen(self.context.file, self.torque_column(), self.scales[0].scale, "")
+        .mended_by(explanation.table, &explanation.line)
+    }
+
+    /// Finding: the torques do not belong to the nominal bodies, and no unit explains this.
+    fn unexplained_scale(&self, logarithms: &[f64]) -> Finding {
+        let fold = |pick: fn(f64, f64) -> f64| logarithms.iter().copied().reduce(pick);
+        let (least, most) = (fold(f64::min), fold(f64::max));
+        let spread = most.zip(least).map_or(0.0, |(most, least)| most - least);
+        let common = if spread < COMMON_SPREAD.ln() {
+            "The factor is similar in all joints, so the torques have another unit, or are of the other side \
+             of the gearbox, or the nominal bodies are of a lighter or heavier robot"
+        } else {
+            "The factor differs from joint to joint, so the nominal bodies are probably those of another \
+             robot"
+        };
+        let source = self.source();
+        Finding::new(
+            Severity::Warning,
+            "torque-scale",
+            format!(
+                "the torques of the log do not belong to the nominal bodies of the links in {source} (torque \
+                 of the log over torque of these bodies: {}). {common}",
+                self.scale_words()
+            ),
+            &format!(
+                "check that {source} describes this robot with its masses, and give unit and side of the \
+                 torques (motor_torque_side, torque_constant_side, gear_ratio)"
+            ),
+        )
+        .seen(self.context.file, self.torque_column(), self.scales[0].scale, "")
+    }
+
+    /// Returns where the experiment describes the bodies.
+    fn source(&self) -> String {
+        match &self.context.experiment.robot.urdf {
+            Some(path) => format!("\"{}\"", path.display()),
+            None => "[robot]".to_owned(),
+        }
+    }
+
+    /// Finding: no bodies make the equations of the robot fit, although each motor alone fits.
+    pub(super) fn other_kinematics(&self) -> Option<Finding> {
+        let robot = &self.context.experiment.robot;
+        if robot.tree.is_none() || self.moving.len() < 2 || !self.is_suspicious() {
+            return None;
+        }
+        let matter: Vec<usize> = (0..self.moving.len())
+            .filter(|&i| self.without[i] > MATTERING_BODIES)
+            .collect();
+        let pick = |values: &[f64]| matter.iter().map(|&i| values[i]).collect::<Vec<f64>>();
+        let (together, each) = (pick(&self.together), pick(&self.each));
+        if matter.len() < 2 || root_mean_square(&together) < MIN_UNEXPLAINED {
+            return None;
+        }
+        let of_bodies: Vec<f64> = (together.iter().zip(pick(&self.without)))
+            .map(|(left, without)| left / without)
+            .collect();
+        let of_bodies = root_mean_square(&of_bodies);
+        let contradicts = gain(&together, &each) / matter.len() as f64 > CONTRADICTION;
+        if !contradicts && of_bodies < UNEXPLAINED_BODIES {
+            return None;
+        }
+        // A wrong direction of gravity is not another robot; the identification names it.
+        let severity = if of_bodies < UNEXPLAINED_BODIES || self.is_tilted() {
+            Severity::Warning
+        } else {
+            Severity::Serious
+        };
+        let source = self.source();
+        let bodies: Vec<f64> = matter.iter().map(|&i| self.together[i]).collect();
+        let masses = if self.scales.is_empty() {
+            String::new()
+        } else {
+            format!(
+                "; torque of the log over torque of its bodies: {}",
+                self.scale_words()
+            )
+        };
+        Some(
+            Finding::new(
+                severity,
+                "other-robot",
+                format!(
+                    "the links in {source} do not move like those of the log: with any masses, its equations \
+                     leave {} of the links' torques unexplained, {:.0} % of the torque of the bodies; each \
+                     joint alone leaves {} (root mean squares){masses}. Lengths, axes or zero positions of \
+                     the joints are those of another robot, or gravity has another direction",
+                    percent(&bodies),
+                    100.0 * of_bodies.min(1.0),
+                    percent(&each)
+                ),
+                &format!(
+                    "name the description of this robot ({}), and check position_offset_deg of each joint and \
+                     gravity_m_per_s2",
+                    if robot.urdf.is_some() {
+                        "urdf = \"…\" in [robot]"
+                    } else {
+                        "the table of [robot]"
+                    }
+                ),
+            )
+            .seen(self.context.file, "", of_bodies, ""),
+        )
+    }
+
+    /// Returns whether another direction of gravity explains the torques much better.
+    fn is_tilted(&self) -> bool {
+        let given = self.context.experiment.robot.gravity();
+        let size = given.iter().map(|g| g * g).sum::<f64>().sqrt();
+        if size == 0.0 {
+            return false;
+        }
+        let left = |gravity: [f64; 3]| {
+            let mut changed = self.context.experiment.clone();
+            changed.robot.gravity_m_per_s2 = Some(gravity);
+            let model = Model::new(&changed).ok()?;
+            self.given
+                .left(&self.context.reading.with_model(model), self.moving)
+        };
+        (0..3)
+            .flat_map(|axis| [-1.0, 1.0].map(|sign| (axis, sign)))
+            .flat_map(|(axis, sign)| {
+                let mut along = [0.0; 3];
+                along[axis] = sign * size;
+                let mut tilted = given;
+                tilted[axis] += sign * size * TILT;
+                let length = tilted.iter().map(|g| g * g).sum::<f64>().sqrt();
+                [along, tilted.map(|g| g * size / length)]
+            })
+            .filter_map(left)
+            .any(|left| gain(&self.given_left, &left) > CONTRADICTION * left.len() as f64)
+    }
+}

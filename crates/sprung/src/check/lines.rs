@@ -1,0 +1,86 @@
+//! Lines of `[log]` that name columns.
+
+use super::context::CheckContext;
+use crate::description::Quantity;
+use crate::log::Channels;
+
+impl CheckContext<'_> {
+    /// Returns the lines that give the positions of some joints in another unit.
+    ///
+    /// - `unit`: `deg` or `rad`; the other joints keep the other of the two.
+    pub(super) fn unit_lines(&self, joints: &[usize], unit: &str) -> String {
+        let other = if unit == "deg" { "rad" } else { "deg" };
+        let channels = self.reading.channels();
+        let lines: Vec<String> = [
+            Quantity::LinkPosition,
+            Quantity::LinkDeflection,
+            Quantity::MotorPosition,
+        ]
+        .into_iter()
+        .filter_map(|quantity| {
+            let columns = columns(channels, quantity);
+            if !columns.iter().any(|(joint, _)| joints.contains(joint)) {
+                return None;
+            }
+            let key = quantity.key();
+            if columns.iter().all(|(joint, _)| joints.contains(joint)) {
+                return Some(format!("{key}_{unit} = {}", list(&columns)));
+            }
+            let tables: Vec<String> = (columns.iter())
+                .map(|(joint, column)| {
+                    let unit = match (joints.contains(joint), channels.turns[*joint]) {
+                        (_, false) => "m",
+                        (true, true) => unit,
+                        (false, true) => other,
+                    };
+                    format!("{{ column = \"{column}\", unit = \"{unit}\" }}")
+                })
+                .collect();
+            Some(format!("{key} = [{}]", tables.join(", ")))
+        })
+        .collect();
+        lines.join("; ")
+    }
+
+    /// Returns the lines that name the columns as other channels assign them, of the quantities that
+    /// differ.
+    pub(super) fn column_lines(&self, channels: &Channels) -> String {
+        let lines: Vec<String> = (Quantity::ALL.into_iter())
+            .filter_map(|quantity| {
+                let now = columns(channels, quantity);
+                let before = columns(self.reading.channels(), quantity);
+                (now != before).then(|| format!("{} = {}", self.key(quantity), list(&now)))
+            })
+            .collect();
+        lines.join("; ")
+    }
+
+    /// Returns the key of `[log]` under which the columns of a quantity are named.
+    pub(super) fn key(&self, quantity: Quantity) -> &'static str {
+        let log = self.experiment.log.as_ref();
+        log.and_then(|log| log.given().find(|(key, _)| key.quantity == quantity))
+            .map_or(quantity.key(), |(key, _)| key.name)
+    }
+
+    /// Returns the list of the columns of a quantity.
+    pub(super) fn column_list(&self, quantity: Quantity) -> String {
+        list(&columns(self.reading.channels(), quantity))
+    }
+}
+
+/// Returns the joints that have a quantity, in order, with their columns.
+fn columns(channels: &Channels, quantity: Quantity) -> Vec<(usize, &str)> {
+    let mut all: Vec<(usize, &str)> = (channels.all.iter())
+        .filter(|channel| channel.quantity == quantity)
+        .map(|channel| (channel.joint, channel.column.as_str()))
+        .collect();
+    all.sort_unstable();
+    all
+}
+
+fn list(columns: &[(usize, &str)]) -> String {
+    let names: Vec<String> = (columns.iter())
+        .map(|(_, column)| format!("\"{column}\""))
+        .collect();
+    format!("[{}]", names.join(", "))
+}

@@ -1,0 +1,136 @@
+//! Checks with the equations of the whole robot: units of positions, order and direction of the
+//! joints, scale of the torques, kinematics and bodies.
+
+use super::context::CheckContext;
+use super::trial::{Trial, root_mean_square};
+use super::whole::{BodyScale, LinkRows};
+use crate::finding::Finding;
+use crate::prepare::RowFit;
+
+/// Number of samples for trials of other meanings, rounded up to whole blocks.
+const SAMPLES_TRIED: usize = 4096;
+
+/// Smallest part of the bodies' torque (squares) that the nominal bodies must explain before their
+/// scale counts, and smallest distance of the scale from zero in standard errors.
+const MIN_EXPLAINED_BY_NOMINAL: f64 = 0.5;
+const SCALE_SIGMAS: f64 = 5.0;
+
+/// Fits of the whole robot.
+pub(super) struct WholeRobot<'a> {
+    pub(super) context: &'a CheckContext<'a>,
+    /// Joints that move.
+    pub(super) moving: &'a [usize],
+    /// Parts of the links' torques that stay unexplained, joint by joint of `moving`: by all
+    /// equations together, by each equation alone, and without bodies.
+    pub(super) together: Vec<f64>,
+    pub(super) each: Vec<f64>,
+    pub(super) without: Vec<f64>,
+    /// Torques of the log over those of the nominal bodies, of joints for which the log determines
+    /// this scale.
+    pub(super) scales: Vec<BodyScale>,
+    /// The log as it is described, and what its equations leave unexplained.
+    pub(super) given: Trial,
+    pub(super) given_left: Vec<f64>,
+}
+
+/// Findings about the whole robot.
+#[derive(Default)]
+pub(super) struct AboutRobot {
+    pub(super) findings: Vec<Finding>,
+    /// Whether the findings explain all other faults of torques.
+    pub(super) explains_all: bool,
+    /// Whether the scale of the torques was compared with the bodies.
+    pub(super) scale_is_known: bool,
+}
+
+impl<'a> WholeRobot<'a> {
+    /// Fits the equations of the joints that move; `None` if they cannot be fitted.
+    pub(super) fn new(context: &'a CheckContext<'a>, moving: &'a [usize]) -> Option<Self> {
+        let (reading, model) = (context.reading, context.reading.model());
+        let rows = LinkRows::new(context.excerpt, reading, moving)?;
+        if rows.rows.len() != moving.len() || moving.is_empty() {
+            return None;
+        }
+        let given = Trial {
+            excerpt: context.excerpt.first(SAMPLES_TRIED),
+            channels: reading.channels().clone(),
+        };
+        let of_trial = LinkRows::new(&given.excerpt, reading, moving)?;
+        let all = model
+            .nominal_bodies()
+            .map(|bodies| rows.scales(model, &bodies));
+        let is_determined = |own: &BodyScale| {
+            let [without, with, free] = own.left.map(|left| left * left);
+            own.scale > SCALE_SIGMAS * own.error / context.independent.sqrt()
+                && without - with > MIN_EXPLAINED_BY_NOMINAL * (without - free)
+        };
+        Some(Self {
+            together: rows.together(model)?,
+            each: rows.each(),
+            without: rows.without_bodies(model),
+            scales: (all.into_iter().flatten()).filter(is_determined).collect(),
+            given_left: of_trial.together(model)?,
+            given,
+            context,
+            moving,
+        })
+    }
+
+    /// Examines the log, from the most certain faults to the least.
+    ///
+    /// - `fits`: fits of each joint's torque row.
+    pub(super) fn examine(&self, fits: &[RowFit]) -> AboutRobot {
+        let mut about = self.degrees(fits);
+        if about.explains_all {
+            return about;
+        }
+        let order = self.order();
+        if !order.is_empty() {
+            about.findings.extend(order);
+            about.explains_all = true;
+            return about;
+        }
+        if let Some(finding) = self.torque_scale() {
+            about.findings.push(finding);
+            about.scale_is_known = true;
+        } else {
+            about.scale_is_known = !self.scales.is_empty();
+        }
+        about
+    }
+
+    /// Returns the part of the links' torques that a trial leaves unexplained; `None` if it is
+    /// impossible.
+    pub(super) fn left(&self, trial: &Trial) -> Option<Vec<f64>> {
+        trial.left(self.context.reading, self.moving)
+    }
+
+    /// Returns the names of joints, as in `joint1, joint2 and joint3`.
+    pub(super) fn names(&self, joints: &[usize]) -> String {
+        listed(
+            joints
+                .iter()
+                .map(|&joint| self.context.name(joint).to_owned()),
+        )
+    }
+}
+
+/// Returns residuals as one percentage, root mean square over the joints.
+pub(super) fn percent(left: &[f64]) -> String {
+    let percent = 100.0 * root_mean_square(left);
+    if percent < 1.0 {
+        format!("{percent:.1} %")
+    } else {
+        format!("{percent:.0} %")
+    }
+}
+
+/// Joins words with commas and "and".
+pub(super) fn listed(words: impl Iterator<Item = String>) -> String {
+    let mut words: Vec<String> = words.collect();
+    match words.pop() {
+        Some(last) if words.is_empty() => last,
+        Some(last) => format!("{} and {last}", words.join(", ")),
+        None => String::new(),
+    }
+}

@@ -1,0 +1,205 @@
+//! Fits all link equations of an excerpt together, and each alone.
+//!
+//! The link equation of a joint contains the torque that accelerates and carries the links: the
+//! motor torque of a rigid joint, the spring torque of a flexible joint. The motor row gives the
+//! spring, so the spring torque is a known right-hand side. Each equation is divided by the length
+//! of its right-hand side, so that small joints count as much as large ones.
+
+use sprung_core::parameters::JointParameter;
+
+use crate::model::Model;
+use crate::prepare::Excerpt;
+use crate::regression::{Reading, SystemPart, Triangle, solve};
+
+/// The link equation of a joint.
+pub(super) struct LinkRow {
+    /// Joint, from 0.
+    pub(super) joint: usize,
+    /// Indices in theta of the unknowns.
+    columns: Vec<usize>,
+    factor: Triangle,
+}
+
+/// The link equations of an excerpt.
+pub(super) struct LinkRows {
+    pub(super) rows: Vec<LinkRow>,
+    /// Whether all springs are positive.
+    pub(super) plausible: bool,
+}
+
+/// Torque of the nominal bodies in the link equation of a joint.
+pub(super) struct BodyScale {
+    /// Joint, from 0.
+    pub(super) joint: usize,
+    /// Torque of the log over that of the nominal bodies.
+    pub(super) scale: f64,
+    /// Standard error of the scale for one independent residual.
+    pub(super) error: f64,
+    /// Root mean squares of the residuals over that of the right-hand side: without bodies, with the
+    /// scaled nominal bodies, with free bodies.
+    pub(super) left: [f64; 3],
+}
+
+impl LinkRows {
+    /// Returns the link equations of some joints; `None` if the excerpt is too short for the filters
+    /// or a number is not finite.
+    pub(super) fn new(excerpt: &Excerpt, reading: &Reading, joints: &[usize]) -> Option<Self> {
+        let model = reading.model();
+        let whole = excerpt.reduce(reading)?.whole()?;
+        let mut known: Vec<Option<f64>> = model.parameters().iter().map(|p| p.fixed).collect();
+        let mut plausible = true;
+        for joint in (0..model.joint_count()).filter(|&joint| model.is_flexible(joint)) {
+            let row = model.torque_row(joint);
+            let x = alone(&whole[row])?;
+            for (&column, value) in model.row_columns(row).iter().zip(x) {
+                if is_of_spring(model, column) && known[column].is_none() {
+                    known[column] = Some(value);
+                }
+            }
+            let stiffness = model.index(JointParameter::Stiffness, joint);
+            plausible &= stiffness.and_then(|i| known[i]).is_none_or(|k| k > 0.0);
+        }
+        let rows = (joints.iter())
+            .filter_map(|&joint| {
+                let own: Vec<Option<f64>> = (model.row_columns(joint).iter())
+                    .map(|&column| known[column])
+                    .collect();
+                let factor = whole[joint].with_known(&own);
+                let size = factor.rhs_norm();
+                (size > 0.0 && size.is_finite()).then(|| LinkRow {
+                    joint,
+                    columns: (model.row_columns(joint).iter().copied())
+                        .filter(|&column| known[column].is_none())
+                        .collect(),
+                    factor: factor.scaled(1.0 / size),
+                })
+            })
+            .collect();
+        Some(Self { rows, plausible })
+    }
+
+    /// Returns the part of each right-hand side that all equations together leave unexplained (root
+    /// mean squares); `None` if a number is not finite.
+    pub(super) fn together(&self, model: &Model) -> Option<Vec<f64>> {
+        let parts: Vec<SystemPart<'_>> = (self.rows.iter())
+            .map(|row| SystemPart {
+                columns: &row.columns,
+                factor: &row.factor,
+            })
+            .collect();
+        let x = solve(&parts, model.parameters().len())?.x;
+        let left = |row: &LinkRow| {
+            let own: Vec<f64> = row.columns.iter().map(|&column| x[column]).collect();
+            length(&row.factor.residual(&own))
+        };
+        Some(self.rows.iter().map(left).collect())
+    }
+
+    /// Returns the part of each right-hand side that its equation alone leaves unexplained.
+    pub(super) fn each(&self) -> Vec<f64> {
+        (self.rows.iter())
+            .map(|row| alone(&row.factor).map_or(f64::NAN, |x| length(&row.factor.residual(&x))))
+            .collect()
+    }
+
+    /// Returns the part of each right-hand side that friction and rotor alone leave unexplained.
+    pub(super) fn without_bodies(&self, model: &Model) -> Vec<f64> {
+        let left = |row: &LinkRow| {
+            let own = row.reduced(model, None);
+            alone(&own).map_or(f64::NAN, |x| length(&own.residual(&x)))
+        };
+        self.rows.iter().map(left).collect()
+    }
+
+    /// Compares each right-hand side with the torque of the nominal bodies.
+    ///
+    /// - `nominal`: values of the link parameters in theta, \[p\].
+    pub(super) fn scales(&self, model: &Model, nominal: &[f64]) -> Vec<BodyScale> {
+        (self.rows.iter())
+            .filter_map(|row| row.scale(model, nominal))
+            .collect()
+    }
+}
+
+impl LinkRow {
+    /// Returns the equation with the torque of given bodies as its last unknown column instead of one
+    /// column for each link parameter; friction and rotor keep their columns.
+    ///
+    /// - `bodies`: values of the link parameters in theta, \[p\]; `None` for no bodies.
+    fn reduced(&self, model: &Model, bodies: Option<&[f64]>) -> Triangle {
+        let (m, factor) = (self.columns.len(), &self.factor);
+        let is_body = |column: usize| model.parameters()[column].joint.is_none();
+        let times = |i: usize, value: &dyn Fn(usize) -> f64| -> f64 {
+            (0..m)
+                .map(|j| factor.entry(i, j) * value(self.columns[j]))
+                .sum()
+        };
+        let rotor = model.rotor_in_links(self.joint);
+        let of_rotor = |column: usize| -> f64 {
+            (rotor.iter().filter(|(own, _)| *own == column))
+                .map(|(_, share)| share)
+                .sum()
+        };
+        let frictions: Vec<usize> = (0..m).filter(|&j| !is_body(self.columns[j])).collect();
+        let lines: Vec<Vec<f64>> = (0..=m)
+            .map(|i| {
+                let mut entries: Vec<f64> =
+                    (frictions.iter()).map(|&j| factor.entry(i, j)).collect();
+                if !rotor.is_empty() {
+                    entries.push(times(i, &of_rotor));
+                }
+                if let Some(bodies) = bodies {
+                    entries.push(times(i, &|column| bodies[column]));
+                }
+                entries.push(factor.entry(i, m));
+                entries
+            })
+            .collect();
+        Triangle::of_lines(&lines)
+    }
+
+    fn scale(&self, model: &Model, nominal: &[f64]) -> Option<BodyScale> {
+        let own = self.reduced(model, Some(nominal));
+        let unknowns: Vec<usize> = (0..own.unknowns()).collect();
+        let part = SystemPart {
+            columns: &unknowns,
+            factor: &own,
+        };
+        let solution = solve(&[part], unknowns.len())?;
+        let last = unknowns.len() - 1;
+        let left = length(&own.residual(&solution.x));
+        let scale = solution.x[last];
+        // This entry is the length of the last column without the part that the others explain.
+        let without = left.hypot(own.entry(last, last) * scale);
+        Some(BodyScale {
+            joint: self.joint,
+            scale,
+            error: left * solution.inverse[(last, last)].max(0.0).sqrt(),
+            left: [
+                without,
+                left,
+                length(&self.factor.residual(&alone(&self.factor)?)),
+            ],
+        })
+    }
+}
+
+/// Returns the least-squares solution of one equation.
+fn alone(factor: &Triangle) -> Option<Vec<f64>> {
+    let local: Vec<usize> = (0..factor.unknowns()).collect();
+    let part = SystemPart {
+        columns: &local,
+        factor,
+    };
+    Some(solve(&[part], local.len())?.x)
+}
+
+fn is_of_spring(model: &Model, column: usize) -> bool {
+    use JointParameter::{CubicStiffness, Damping, Preload, Stiffness};
+    (model.parameters()[column].joint)
+        .is_some_and(|(kind, _)| matches!(kind, Stiffness | CubicStiffness | Damping | Preload))
+}
+
+fn length(v: &[f64]) -> f64 {
+    v.iter().map(|r| r * r).sum::<f64>().sqrt()
+}
