@@ -133,13 +133,18 @@ fn both_encoders_in_degrees() {
         .fold(Case::new(), |case, column| {
             case.column(column, f64::to_degrees)
         });
-    case.warns(
-        0,
-        &[
-            "looks-like-degrees",
-            "more than a full turn; are these degrees?",
-        ],
-    );
+    let (out, message) = {
+        let output = case.identify(&[]);
+        (output.status.code(), stderr(&output))
+    };
+    assert_eq!(out, Some(3), "{message}");
+    for part in [
+        "looks-like-degrees",
+        "joint1 and joint2: the positions are degrees, not radians",
+        "motor_position_deg = [\"phi1_rad\", \"phi2_rad\"]",
+    ] {
+        assert!(message.contains(part), "no {part:?} in {message}");
+    }
     // With the remedy, the values are those of the log in radians.
     let value = |case: &Case, more: &[&str]| {
         let mut args = vec!["--json"];

@@ -14,6 +14,7 @@ mod compare;
 mod corpus;
 mod formats;
 mod killed;
+mod meanings;
 mod new;
 mod output_error;
 mod outputs;

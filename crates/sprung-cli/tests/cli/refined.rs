@@ -121,7 +121,8 @@ fn the_linear_values_stand_where_the_log_is_wrong() {
     let case = [1, 2, 3, 4].into_iter().fold(Case::new(), |case, column| {
         case.column(column, f64::to_degrees)
     });
-    let (_, json) = case.results(&BOTH);
+    let go_on = ["--set", "identify.on_check_error=go-on"];
+    let (_, json) = case.results(&[&BOTH[..], &go_on].concat());
     stands_back(&json, "the log itself is wrong (looks-like-degrees)");
     // A validation takes the first result first.
     let output = sprung(&[

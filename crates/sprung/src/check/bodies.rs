@@ -2,8 +2,9 @@
 //! descriptions of another robot.
 
 use super::robot::{WholeRobot, percent};
-use super::scale::{Explanation, explanations};
+use super::scale::{Explanation, explanations, side_of_torques};
 use super::trial::{gain, root_mean_square};
+use super::whole::BodyScale;
 use crate::finding::{Finding, Severity};
 use crate::log::{Quantity, rounded};
 use crate::model::Model;
@@ -29,7 +30,7 @@ const CONTRADICTION: f64 = 0.4;
 const UNEXPLAINED_BODIES: f64 = 0.5;
 
 /// Smallest torque of the bodies, as part of the links' torque, of the joints that are compared.
-const MATTERING_BODIES: f64 = 0.1;
+const MATTERING_BODIES: f64 = 0.2;
 
 /// Smallest unexplained part of the links' torques: below it, the kinematics serve.
 const MIN_UNEXPLAINED: f64 = 0.02;
@@ -38,31 +39,71 @@ const MIN_UNEXPLAINED: f64 = 0.02;
 const TILT: f64 = 0.35;
 
 impl WholeRobot<'_> {
-    /// Finding: the torques of the log and of the nominal bodies differ by a factor.
-    pub(super) fn torque_scale(&self) -> Option<Finding> {
-        let logarithms: Vec<f64> = self.scales.iter().map(|own| own.scale.ln()).collect();
+    /// Compares the torques of the log with those of the nominal bodies. Returns findings, and the
+    /// joints whose torques have the right scale or are in a finding.
+    pub(super) fn torque_scales(&self) -> (Vec<Finding>, Vec<usize>) {
         let limit = INACCURATE_FACTOR.ln();
-        let outside =
-            logarithms.iter().all(|log| *log > limit) || logarithms.iter().all(|log| *log < -limit);
-        if logarithms.is_empty() || !outside {
-            return None;
+        let all = || self.scales.iter().map(|own| own.scale.ln());
+        let outside = all().all(|log| log > limit) || all().all(|log| log < -limit);
+        if !self.scales.is_empty() && outside {
+            let every: Vec<&BodyScale> = self.scales.iter().collect();
+            let finding = match self.explanation(&every) {
+                Some(explanation) => self.explained_scale(&explanation),
+                None => self.unexplained_scale(&all().collect::<Vec<f64>>()),
+            };
+            return (vec![finding], self.moving.to_vec());
         }
-        let joints: Vec<usize> = self.scales.iter().map(|own| own.joint).collect();
-        let best = (explanations(self.context, &joints).into_iter())
+        let (mut findings, mut known) = (Vec::new(), Vec::new());
+        for own in &self.scales {
+            if own.scale.ln().abs() < limit {
+                known.push(own.joint);
+            } else if let Some(explanation) = self.explanation(&[own]) {
+                findings.push(self.scale_of_one(own, &explanation));
+                known.push(own.joint);
+            }
+        }
+        (findings, known)
+    }
+
+    /// Returns the mistake that explains the scales of some joints best, if one agrees with them.
+    fn explanation(&self, scales: &[&BodyScale]) -> Option<Explanation> {
+        let joints: Vec<usize> = scales.iter().map(|own| own.joint).collect();
+        (explanations(self.context, &joints).into_iter())
             .filter_map(|explanation| {
-                let off: Vec<f64> = (logarithms.iter().zip(&explanation.factors))
-                    .map(|(log, factor)| log - factor.ln())
+                let off: Vec<f64> = (scales.iter().zip(&explanation.factors))
+                    .map(|(own, factor)| (own.scale / factor).ln())
                     .collect();
                 let mean = off.iter().sum::<f64>() / off.len() as f64;
                 let agrees = mean.abs() < SAME_ON_AVERAGE.ln()
                     && off.iter().all(|off| off.abs() < SAME_IN_A_JOINT.ln());
                 agrees.then_some((mean.abs(), explanation))
             })
-            .min_by(|a, b| a.0.total_cmp(&b.0));
-        Some(match best {
-            Some((_, explanation)) => self.explained_scale(&explanation),
-            None => self.unexplained_scale(&logarithms),
-        })
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+            .map(|(_, explanation)| explanation)
+    }
+
+    /// Finding: a unit or a side of the gearbox explains the scale of the torque of one joint.
+    fn scale_of_one(&self, own: &BodyScale, explanation: &Explanation) -> Finding {
+        let column = (self.context).column(&[Quantity::MotorTorque], own.joint);
+        let line = format!(
+            "gain = {{ \"{column}\" = {} }}",
+            rounded(explanation.factors[0].recip())
+        );
+        Finding::new(
+            Severity::Warning,
+            "torque-scale",
+            format!(
+                "{}: the torque of the log is {} times that of the nominal bodies of the links, although the \
+                 torques of other joints agree. {}, which makes this factor {}",
+                self.context.name(own.joint),
+                rounded(own.scale),
+                explanation.cause,
+                rounded(explanation.factors[0])
+            ),
+            &format!("set {line} in [log] if unit or side of this column differ from the others"),
+        )
+        .seen(self.context.file, column, own.scale, "")
+        .mended_by("[log]", &line)
     }
 
     fn scale_words(&self) -> String {
@@ -124,6 +165,17 @@ impl WholeRobot<'_> {
              robot"
         };
         let source = self.source();
+        let mean = (logarithms.iter().sum::<f64>() / logarithms.len() as f64).exp();
+        let gear = if mean < IMPOSSIBLE_FACTOR.recip() {
+            let (table, key) = side_of_torques(self.context);
+            format!(
+                "; if the torques are those of the motors, set {key} = \"motor\" in {table} and gear_ratio of \
+                 each joint, here about {}",
+                rounded_to_two(mean.recip())
+            )
+        } else {
+            String::new()
+        };
         Finding::new(
             Severity::Warning,
             "torque-scale",
@@ -133,8 +185,7 @@ impl WholeRobot<'_> {
                 self.scale_words()
             ),
             &format!(
-                "check that {source} describes this robot with its masses, and give unit and side of the \
-                 torques (motor_torque_side, torque_constant_side, gear_ratio)"
+                "check that {source} describes this robot with its masses, and the unit of the torques{gear}"
             ),
         )
         .seen(self.context.file, self.torque_column(), self.scales[0].scale, "")
@@ -240,4 +291,10 @@ impl WholeRobot<'_> {
             .filter_map(left)
             .any(|left| gain(&self.given_left, &left) > CONTRADICTION * left.len() as f64)
     }
+}
+
+/// Formats a number above 1 with two significant digits.
+fn rounded_to_two(value: f64) -> String {
+    let unit = 10_f64.powi(value.log10().floor() as i32 - 1);
+    rounded((value / unit).round() * unit)
 }

@@ -56,6 +56,9 @@ impl CheckContext<'_> {
                 self.link(joint),
                 self.column(&[Quantity::MotorPosition], joint),
             );
+            let lines = channels
+                .exchanged(joint)
+                .map_or_else(String::new, |now| self.column_lines(&now));
             findings.push(
                 Finding::new(
                     Severity::Error,
@@ -75,12 +78,7 @@ impl CheckContext<'_> {
                 )
                 .about(self.about_stiffness(joint))
                 .seen(self.file, link, fit.relative_residual, "")
-                .mended_by(
-                    "[log]",
-                    &format!(
-                        "link_position_rad = [\"{motor}\"]; motor_position_rad = [\"{link}\"]"
-                    ),
-                ),
+                .mended_by("[log]", &lines),
             );
         }
         reported
@@ -114,7 +112,9 @@ impl CheckContext<'_> {
                     };
                     if better(one) && better(two) {
                         reported.extend([one, two]);
-                        findings.push(self.swap(quantity, one, two, fits, &now));
+                        let line = self.column_lines(&swapped);
+                        let finding = self.swap(quantity, one, two, fits, &now);
+                        findings.push(finding.mended_by("[log]", &line));
                     }
                 }
             }
@@ -148,10 +148,6 @@ impl CheckContext<'_> {
             "give the columns in the order of the joints",
         )
         .seen(self.file, a, after[one].relative_residual, "")
-        .mended_by(
-            "[log]",
-            &format!("{} = [\"{b}\", \"{a}\"]", quantity.key()),
-        )
     }
 
     /// Finding: the torque brakes where it should drive.

@@ -5,15 +5,15 @@ use sprung_core::parameters::JointParameter;
 
 use super::context::CheckContext;
 use super::robot::{AboutRobot, WholeRobot, percent};
-use super::trial::gain;
+use super::trial::{gain, is_certain};
 use crate::description::Quantity;
 use crate::finding::{Finding, Severity};
 use crate::log::{LOOKS_LIKE_DEGREES, Signal};
 use crate::prepare::RowFit;
 
-/// Gains (sums of logarithms) at which another unit of the positions is certain, and at which the
-/// declared unit is certain.
-const CERTAIN_GAIN: f64 = 1.0;
+/// Gains (sums of logarithms) that a further joint in degrees must add, and at which the declared unit
+/// is certain.
+const FURTHER_GAIN: f64 = 1.0;
 const CERTAIN_LOSS: f64 = -0.3;
 
 /// Largest factor between the nominal values and those of the log in the right unit.
@@ -27,7 +27,7 @@ const SPEED_INTERVAL: f64 = 0.02;
 const MIN_RANGE: f64 = std::f64::consts::TAU;
 
 /// Largest range of positions in degrees, in turns, for which radians are considered.
-const MAX_RANGE_OF_DEGREES: f64 = 0.5;
+const MAX_RANGE_OF_DEGREES: f64 = 3.0;
 
 /// Degrees per radian.
 const DEGREES: f64 = 180.0 / std::f64::consts::PI;
@@ -114,17 +114,17 @@ impl WholeRobot<'_> {
             let Some((gain, joint, left)) = next else {
                 break;
             };
-            if gain < before + CERTAIN_GAIN {
+            if gain < before + FURTHER_GAIN {
                 break;
             }
             chosen.push(joint);
             before = gain;
-            if gain > best.0 + CERTAIN_GAIN || chosen.len() == revolute.len() {
+            if gain > best.0 + FURTHER_GAIN || chosen.len() == revolute.len() {
                 best = (gain, chosen.clone(), left);
             }
         }
-        if best.0 >= CERTAIN_GAIN
-            && let (_, joints, Some(left)) = best
+        if let (_, joints, Some(left)) = best
+            && is_certain(&self.given_left, &left)
         {
             found.joints = joints;
             found.joints.sort_unstable();
@@ -141,7 +141,7 @@ impl WholeRobot<'_> {
             self.names(&certain.joints),
             percent(&certain.left),
             percent(&self.given_left),
-            self.context.ranges(&certain.joints)
+            self.context.widest(&certain.joints)
         );
         self.context
             .degrees_finding(Severity::Error, text, &certain.joints)
@@ -174,7 +174,7 @@ impl WholeRobot<'_> {
              smaller than their nominal values (57.3 is expected for degrees); {}{or}",
             self.names(&joints),
             ratios.join(", "),
-            self.context.ranges(&joints)
+            self.context.widest(&joints)
         );
         self.context.degrees_finding(severity, text, &joints)
     }
@@ -211,7 +211,7 @@ impl WholeRobot<'_> {
             trial.with_positions(joint, DEGREES)
         });
         let left = self.left(&trial)?;
-        if gain(&self.given_left, &left) < CERTAIN_GAIN {
+        if !is_certain(&self.given_left, &left) {
             return None;
         }
         let lines = context.unit_lines(&joints, "rad");
@@ -345,19 +345,17 @@ impl CheckContext<'_> {
             / (steps * period)
     }
 
-    /// Returns the ranges of joints in words.
-    fn ranges(&self, joints: &[usize]) -> String {
-        let words: Vec<String> = (joints.iter())
-            .map(|&joint| {
-                let range = self.range(joint);
-                format!(
-                    "\"{}\" spans {range:.1}, {:.1} turns if these are radians",
-                    self.position_column(joint),
-                    range / std::f64::consts::TAU
-                )
-            })
-            .collect();
-        words.join("; ")
+    /// Returns the widest range of joints in words.
+    fn widest(&self, joints: &[usize]) -> String {
+        let widest = (joints.iter().copied())
+            .max_by(|&a, &b| self.range(a).total_cmp(&self.range(b)))
+            .unwrap_or_default();
+        let range = self.range(widest);
+        format!(
+            "\"{}\" spans {range:.1}, which would be {:.1} turns in radians",
+            self.position_column(widest),
+            range / std::f64::consts::TAU
+        )
     }
 
     fn degrees_finding(&self, severity: Severity, text: String, joints: &[usize]) -> Finding {

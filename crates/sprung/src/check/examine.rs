@@ -12,6 +12,10 @@ use crate::regression::LogFigures;
 /// Smallest jitter for a note, as a fraction of the period.
 const NOTED_JITTER_SHARE: f64 = 0.01;
 
+/// Codes of faults that wrong kinematics may cause.
+const MAY_FOLLOW_FROM_KINEMATICS: [&str; 3] =
+    ["delayed-channel", "torque-scale", "torque-unexplained"];
+
 /// Result of [`examine`].
 #[derive(Clone, Debug, Default)]
 pub struct Examination {
@@ -53,7 +57,11 @@ pub fn examine(prepared: &Prepared, figures: &[LogFigures]) -> Examination {
                 };
                 findings.retain(|found| !again(found));
                 findings.extend(examined.findings);
-                if (findings.iter()).all(|finding| finding.severity == Severity::Info) {
+                if (findings.iter()).all(|finding| {
+                    let may_follow = MAY_FOLLOW_FROM_KINEMATICS.contains(&finding.code.as_str());
+                    finding.severity == Severity::Info
+                        || finding.severity == Severity::Warning && may_follow
+                }) {
                     findings.extend(examined.kinematics);
                 }
                 joints = examined.joints;

@@ -17,6 +17,10 @@ use crate::regression::Reading;
 const MIN_DELAY_IMPROVEMENT: f64 = 0.15;
 const DELAY_SIGMAS: f64 = 3.0;
 
+/// Smallest residual over torque for a finding about a delay. Below it, the hold of the torque between
+/// two samples looks like a delay.
+const MIN_DELAY_RESIDUAL: f64 = 0.01;
+
 /// Ratio to the nominal parameters, for all of them in one direction, at which the scale of the
 /// torque is doubtful.
 const SUSPICIOUS_SCALE: f64 = 6.0;
@@ -119,7 +123,7 @@ pub(super) fn joints(
             } else {
                 findings.extend(context.unexcited(joint, fit));
             }
-            if !about.scale_is_known {
+            if !about.known_scale.contains(&joint) {
                 findings.extend(context.scale(joint, fit));
             }
         }
@@ -162,7 +166,8 @@ impl CheckContext<'_> {
             delay,
             standard_error,
         } = found.likely;
-        let sure = with.powi(2) < (1.0 - MIN_DELAY_IMPROVEMENT) * without.powi(2)
+        let sure = without > MIN_DELAY_RESIDUAL
+            && with.powi(2) < (1.0 - MIN_DELAY_IMPROVEMENT) * without.powi(2)
             && delay.abs() > DELAY_SIGMAS * standard_error;
         if !sure {
             return None;

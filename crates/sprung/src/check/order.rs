@@ -3,18 +3,15 @@
 
 use super::resolution::UNEXPLAINED;
 use super::robot::{WholeRobot, listed, percent};
-use super::trial::{Group, Trial, gain, root_mean_square};
+use super::trial::{Group, Trial, gain, is_certain, root_mean_square};
 use crate::finding::{Finding, Severity};
 use crate::log::Quantity;
-
-/// Gain (sum of logarithms) at which another order or direction is certain.
-const CERTAIN_GAIN: f64 = 1.0;
 
 /// Conditions for the trials: mean logarithm by which all equations together leave more than each
 /// alone, and smallest unexplained part of the bodies' torque in a joint whose bodies matter.
 const SUSPICIOUS_MISFIT: f64 = 0.2;
 const SUSPICIOUS_PART: f64 = 0.25;
-const MATTERING_BODIES: f64 = 0.1;
+const MATTERING_BODIES: f64 = 0.2;
 
 /// Unexplained part of the links' torques at which a search ends, root mean square.
 const WELL_EXPLAINED: f64 = 0.02;
@@ -43,7 +40,13 @@ impl WholeRobot<'_> {
         let badly = (self.together.iter().zip(&self.without)).any(|(left, without)| {
             *without > MATTERING_BODIES && *left > SUSPICIOUS_PART * without
         });
-        misfit > SUSPICIOUS_MISFIT || badly
+        // The torque of nominal bodies has another sign or shape than that of the log.
+        let strange = self.has_bodies
+            && (self.moving.iter().zip(&self.without)).any(|(joint, without)| {
+                let is_determined = self.scales.iter().any(|own| own.joint == *joint);
+                *without > MATTERING_BODIES && !is_determined
+            });
+        misfit > SUSPICIOUS_MISFIT || badly || strange
     }
 
     /// Findings: with columns of joints swapped or reversed the equations of the robot fit.
@@ -65,7 +68,7 @@ impl WholeRobot<'_> {
             let Some((gain, change, changed, now)) = best else {
                 break;
             };
-            if gain < CERTAIN_GAIN {
+            if gain <= 0.0 || !is_certain(&left, &now) {
                 break;
             }
             changes.push(change);

@@ -4,7 +4,7 @@
 use super::context::CheckContext;
 use super::trial::{Trial, root_mean_square};
 use super::whole::{BodyScale, LinkRows};
-use crate::finding::Finding;
+use crate::finding::{Finding, Severity};
 use crate::prepare::RowFit;
 
 /// Number of samples for trials of other meanings, rounded up to whole blocks.
@@ -28,6 +28,8 @@ pub(super) struct WholeRobot<'a> {
     /// Torques of the log over those of the nominal bodies, of joints for which the log determines
     /// this scale.
     pub(super) scales: Vec<BodyScale>,
+    /// Whether the bodies have nominal values.
+    pub(super) has_bodies: bool,
     /// The log as it is described, and what its equations leave unexplained.
     pub(super) given: Trial,
     pub(super) given_left: Vec<f64>,
@@ -39,8 +41,8 @@ pub(super) struct AboutRobot {
     pub(super) findings: Vec<Finding>,
     /// Whether the findings explain all other faults of torques.
     pub(super) explains_all: bool,
-    /// Whether the scale of the torques was compared with the bodies.
-    pub(super) scale_is_known: bool,
+    /// Joints whose torques were compared with the nominal bodies.
+    pub(super) known_scale: Vec<usize>,
 }
 
 impl<'a> WholeRobot<'a> {
@@ -65,6 +67,7 @@ impl<'a> WholeRobot<'a> {
                 && without - with > MIN_EXPLAINED_BY_NOMINAL * (without - free)
         };
         Some(Self {
+            has_bodies: all.is_some(),
             together: rows.together(model)?,
             each: rows.each(),
             without: rows.without_bodies(model),
@@ -84,18 +87,18 @@ impl<'a> WholeRobot<'a> {
         if about.explains_all {
             return about;
         }
-        let order = self.order();
-        if !order.is_empty() {
-            about.findings.extend(order);
-            about.explains_all = true;
-            return about;
+        let (scales, known) = self.torque_scales();
+        let is_explained = (scales.iter()).any(|finding| finding.severity > Severity::Warning);
+        if !is_explained {
+            let order = self.order();
+            if !order.is_empty() {
+                about.findings.extend(order);
+                about.explains_all = true;
+                return about;
+            }
         }
-        if let Some(finding) = self.torque_scale() {
-            about.findings.push(finding);
-            about.scale_is_known = true;
-        } else {
-            about.scale_is_known = !self.scales.is_empty();
-        }
+        about.findings.extend(scales);
+        about.known_scale = known;
         about
     }
 

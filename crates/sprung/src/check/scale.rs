@@ -27,11 +27,7 @@ pub(super) fn explanations(context: &CheckContext<'_>, joints: &[usize]) -> Vec<
     let before_gear = (joints.first())
         .and_then(|&joint| channels.index(Quantity::MotorTorque, joint))
         .is_some_and(|index| channels.all[index].before_gear);
-    let side = if is_current || is_voltage {
-        ("[[robot.joint]]", "torque_constant_side")
-    } else {
-        ("[log]", "motor_torque_side")
-    };
+    let side = side_of_torques(context);
     let all = |factor: &dyn Fn(usize) -> Option<f64>| -> Option<Vec<f64>> {
         joints.iter().map(|&joint| factor(joint)).collect()
     };
@@ -108,4 +104,14 @@ pub(super) fn explanations(context: &CheckContext<'_>, joints: &[usize]) -> Vec<
         });
     }
     found
+}
+
+/// Returns table and key that tell the side of the gearbox of the torques.
+pub(super) fn side_of_torques(context: &CheckContext<'_>) -> (&'static str, &'static str) {
+    let key = context.key(Quantity::MotorTorque);
+    if key.starts_with("motor_current") || key.starts_with("drive_voltage") {
+        ("[[robot.joint]]", "torque_constant_side")
+    } else {
+        ("[log]", "motor_torque_side")
+    }
 }

@@ -58,24 +58,23 @@ impl Trial {
     }
 
     /// Returns the trial with columns of two joints swapped; each column takes the unit and the gear
-    /// ratio of the other. `None` if one joint lacks a quantity that the other has.
+    /// ratio of the other. A quantity that only one joint has keeps its column. `None` if no quantity
+    /// can be swapped.
     pub(super) fn swapped(&self, group: Group, one: usize, two: usize) -> Option<Self> {
         let mut trial = self.clone();
+        let mut is_changed = false;
         for quantity in Quantity::ALL {
             let of = |joint| self.channels.index(quantity, joint);
-            match (of(one), of(two)) {
-                (Some(a), Some(b)) if group.contains(quantity) => {
-                    let ratio = self.channels.all[b].factor / self.channels.all[a].factor;
-                    trial.channels = trial.channels.swapped(quantity, one, two)?;
-                    trial.channels.all[a].factor *= ratio;
-                    trial.channels.all[b].factor /= ratio;
-                    trial.excerpt = trial.excerpt.scaled(a, ratio).scaled(b, 1.0 / ratio);
-                }
-                (None, None) | (Some(_), Some(_)) => {}
-                _ => return None,
+            if let (Some(a), Some(b), true) = (of(one), of(two), group.contains(quantity)) {
+                let ratio = self.channels.all[b].factor / self.channels.all[a].factor;
+                trial.channels = trial.channels.swapped(quantity, one, two)?;
+                trial.channels.all[a].factor *= ratio;
+                trial.channels.all[b].factor /= ratio;
+                trial.excerpt = trial.excerpt.scaled(a, ratio).scaled(b, 1.0 / ratio);
+                is_changed = true;
             }
         }
-        Some(trial)
+        is_changed.then_some(trial)
     }
 
     /// Returns the part of each link's torque that the equations of the robot leave unexplained (root
@@ -90,6 +89,18 @@ impl Trial {
 
 /// Residuals below this part of a torque count as equal: sensors explain them.
 const SENSOR_SHARE: f64 = 0.005;
+
+/// Conditions for another meaning of the columns: sum of the logarithms by which residuals fall, and
+/// largest ratio of the residuals in the joint that gains most.
+const CERTAIN_GAIN: f64 = 1.0;
+const CERTAIN_RATIO: f64 = 0.4;
+
+/// Returns whether residuals fall so far that the other meaning of the columns is certain.
+pub(super) fn is_certain(before: &[f64], after: &[f64]) -> bool {
+    let ratios = (before.iter().zip(after))
+        .map(|(before, after)| (after + SENSOR_SHARE) / (before + SENSOR_SHARE));
+    gain(before, after) >= CERTAIN_GAIN && ratios.fold(f64::INFINITY, f64::min) <= CERTAIN_RATIO
+}
 
 /// Returns the sum over the joints of the logarithms by which residuals fall.
 pub(super) fn gain(before: &[f64], after: &[f64]) -> f64 {
