@@ -319,7 +319,7 @@ fn joints_that_turn_the_other_way_are_refused() {
 #[test]
 fn the_description_of_another_robot_is_named() {
     let case = recorded();
-    std::fs::write(case.path("arm.urdf"), urdf(1.0, ["0 1 0", "1 0 0"])).unwrap();
+    std::fs::write(case.path("arm.urdf"), urdf(1.0, ["0 0 1", "0 1 0"])).unwrap();
     let (exit, findings) = check(&case, &[]);
     let found = (findings.iter()).find(|finding| finding["code"] == "other-robot");
     let found = found.unwrap_or_else(|| panic!("{findings:#?}"));

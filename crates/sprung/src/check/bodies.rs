@@ -27,7 +27,11 @@ const COMMON_SPREAD: f64 = 3.0;
 /// more unexplained than each alone, and part of the bodies' torque that all equations together leave
 /// unexplained, root mean square over the joints.
 const CONTRADICTION: f64 = 0.4;
-const UNEXPLAINED_BODIES: f64 = 0.5;
+const UNEXPLAINED_BODIES: f64 = 0.35;
+const MOSTLY_UNEXPLAINED_BODIES: f64 = 0.5;
+
+/// Limit of this part if the torque of the nominal bodies has another shape as well.
+const UNEXPLAINED_STRANGE_BODIES: f64 = 0.25;
 
 /// Smallest torque of the bodies, as part of the links' torque, of the joints that are compared.
 const MATTERING_BODIES: f64 = 0.2;
@@ -202,7 +206,7 @@ impl WholeRobot<'_> {
     /// Finding: no bodies make the equations of the robot fit, although each motor alone fits.
     pub(super) fn other_kinematics(&self) -> Option<Finding> {
         let robot = &self.context.experiment.robot;
-        if robot.tree.is_none() || self.moving.len() < 2 || !self.is_suspicious() {
+        if robot.tree.is_none() || !(self.is_long_enough() && self.is_suspicious()) {
             return None;
         }
         let matter: Vec<usize> = (0..self.moving.len())
@@ -218,11 +222,16 @@ impl WholeRobot<'_> {
             .collect();
         let of_bodies = root_mean_square(&of_bodies);
         let contradicts = gain(&together, &each) / matter.len() as f64 > CONTRADICTION;
-        if !contradicts && of_bodies < UNEXPLAINED_BODIES {
+        let limit = if self.bodies_are_strange() {
+            UNEXPLAINED_STRANGE_BODIES
+        } else {
+            UNEXPLAINED_BODIES
+        };
+        if !contradicts && of_bodies < limit {
             return None;
         }
         // A wrong direction of gravity is not another robot; the identification names it.
-        let severity = if of_bodies < UNEXPLAINED_BODIES || self.is_tilted() {
+        let severity = if of_bodies < MOSTLY_UNEXPLAINED_BODIES || self.is_tilted() {
             Severity::Warning
         } else {
             Severity::Serious

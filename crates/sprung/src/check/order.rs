@@ -13,6 +13,9 @@ const SUSPICIOUS_MISFIT: f64 = 0.2;
 const SUSPICIOUS_PART: f64 = 0.25;
 const MATTERING_BODIES: f64 = 0.2;
 
+/// Smallest number of independent samples of all joints for each parameter.
+const SAMPLES_PER_UNKNOWN: f64 = 5.0;
+
 /// Unexplained part of the links' torques at which a search ends, root mean square.
 const WELL_EXPLAINED: f64 = 0.02;
 
@@ -40,19 +43,31 @@ impl WholeRobot<'_> {
         let badly = (self.together.iter().zip(&self.without)).any(|(left, without)| {
             *without > MATTERING_BODIES && *left > SUSPICIOUS_PART * without
         });
-        // The torque of nominal bodies has another sign or shape than that of the log.
-        let strange = self.has_bodies
+        misfit > SUSPICIOUS_MISFIT || badly || self.bodies_are_strange()
+    }
+
+    /// Returns whether the torque of the nominal bodies has another sign or shape than that of the log
+    /// in a joint whose bodies matter.
+    pub(super) fn bodies_are_strange(&self) -> bool {
+        self.has_bodies
             && (self.moving.iter().zip(&self.without)).any(|(joint, without)| {
                 let is_determined = self.scales.iter().any(|own| own.joint == *joint);
                 *without > MATTERING_BODIES && !is_determined
-            });
-        misfit > SUSPICIOUS_MISFIT || badly || strange
+            })
+    }
+
+    /// Returns whether the log has so many independent samples that a fit of the whole robot tells the
+    /// meaning of the columns.
+    pub(super) fn is_long_enough(&self) -> bool {
+        let unknowns = self.context.reading.model().parameters().len() as f64;
+        self.context.independent * self.moving.len() as f64 > SAMPLES_PER_UNKNOWN * unknowns
     }
 
     /// Findings: with columns of joints swapped or reversed the equations of the robot fit.
     pub(super) fn order(&self) -> Vec<Finding> {
         let joints = self.context.reading.model().joint_count();
-        if joints < 2 || self.moving.len() != joints || !self.is_suspicious() {
+        let is_whole = joints > 1 && self.moving.len() == joints;
+        if !(is_whole && self.is_long_enough() && self.is_suspicious()) {
             return Vec::new();
         }
         let (mut trial, mut left) = (self.given.clone(), self.given_left.clone());
