@@ -290,8 +290,8 @@ fn swapped(case: Case, pairs: &[(usize, usize)]) -> Case {
 fn joints_in_the_order_of_the_alphabet_are_refused() {
     // Elbow, lift and pan, as a joint state of ROS lists them.
     let case = swapped(recorded(), &[(1, 3), (5, 7)]);
-    let line = "[log] motor_torque_nm = [\"tau3\", \"tau2\", \"tau1\", \"tau4\"]; motor_position_rad = [\"q3\", \"q2\", \
-                \"q1\", \"q4\"]";
+    let line = "[log] motor_position_rad = [\"q3\", \"q2\", \"q1\", \"q4\"]; motor_torque_nm = [\"tau3\", \"tau2\", \
+                \"tau1\", \"tau4\"]";
     let words = "the columns of pan and elbow are swapped";
     says(&case, ("error", "swapped-joints"), &[words], Some(line));
     let mended = case

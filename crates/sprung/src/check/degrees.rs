@@ -63,7 +63,7 @@ impl WholeRobot<'_> {
             match self.over_nominal(joint, &fits[joint]) {
                 Some(ratio) if is_near(ratio) => {}
                 Some(ratio) if is_near(ratio * DEGREES) => by_nominal.push((joint, ratio)),
-                _ => about.findings.extend(self.by_speed(joint)),
+                _ => about.findings.push(self.by_speed(joint)),
             }
         }
         if !by_nominal.is_empty() {
@@ -180,7 +180,7 @@ impl WholeRobot<'_> {
     }
 
     /// Finding: nothing but range and speed tell the unit.
-    fn by_speed(&self, joint: usize) -> Option<Finding> {
+    fn by_speed(&self, joint: usize) -> Finding {
         let (range, speed) = (self.context.range(joint), self.context.speed(joint));
         let severity = if speed > FASTEST_JOINT {
             Severity::Warning
@@ -194,7 +194,7 @@ impl WholeRobot<'_> {
             self.context.name(joint),
             range / std::f64::consts::TAU
         );
-        Some(self.context.degrees_finding(severity, text, &[joint]))
+        self.context.degrees_finding(severity, text, &[joint])
     }
 
     /// Finding: positions that are declared as degrees are radians.

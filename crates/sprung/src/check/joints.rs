@@ -2,6 +2,7 @@
 //! another meaning of the columns would explain it better.
 
 use super::context::CheckContext;
+use super::offset::Offset;
 use super::relative::{ChannelDelay, RelativeDelays, relative_delays};
 use super::resolution::{UNEXPLAINED, beyond_resolution, transition_shares};
 use super::result::{DELAYED_CHANNEL, DelayFigures, JointFigures};
@@ -137,25 +138,37 @@ pub(super) fn joints(
             findings.extend(context.offset(joint, offset, &fits[joint]));
         }
     }
-    let of = |joint: usize| delays.iter().find(|delay| delay.joint == joint);
-    let joints = all.iter().map(|&joint| {
-        let row = fits[joint].short(reading.model());
-        JointFigures {
-            joint: reading.model().joints()[joint].clone(),
-            slope: None,
-            explained_percent: 100.0 * (1.0 - row.relative_residual.powi(2)),
-            stiffness: row.stiffness,
-            delay: of(joint).map(|delay| context.as_figures(&delay.likely)),
-            encoder_offset_rad: offsets[joint].as_ref().map(|offset| offset.value),
-            encoder_offset_standard_error_rad: (offsets[joint].as_ref())
-                .map(|offset| offset.standard_error),
-        }
-    });
     Some(Examined {
-        joints: joints.collect(),
+        joints: figures(&context, &fits, &delays, &offsets),
         findings,
         kinematics,
     })
+}
+
+/// Returns the figures of the joints.
+fn figures(
+    context: &CheckContext<'_>,
+    fits: &[RowFit],
+    delays: &[RelativeDelays],
+    offsets: &[Option<Offset>],
+) -> Vec<JointFigures> {
+    let model = context.reading.model();
+    (fits.iter().enumerate())
+        .map(|(joint, fit)| {
+            let row = fit.short(model);
+            let delay = delays.iter().find(|delay| delay.joint == joint);
+            let offset = offsets[joint].as_ref();
+            JointFigures {
+                joint: context.name(joint).to_owned(),
+                slope: None,
+                explained_percent: 100.0 * (1.0 - row.relative_residual.powi(2)),
+                stiffness: row.stiffness,
+                delay: delay.map(|delay| context.as_figures(&delay.likely)),
+                encoder_offset_rad: offset.map(|offset| offset.value),
+                encoder_offset_standard_error_rad: offset.map(|offset| offset.standard_error),
+            }
+        })
+        .collect()
 }
 
 impl CheckContext<'_> {

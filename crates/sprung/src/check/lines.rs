@@ -1,7 +1,7 @@
 //! Lines of `[log]` that name columns.
 
 use super::context::CheckContext;
-use crate::description::Quantity;
+use crate::description::{Log, Quantity};
 use crate::log::Channels;
 
 impl CheckContext<'_> {
@@ -23,8 +23,11 @@ impl CheckContext<'_> {
                 return None;
             }
             let key = quantity.key();
-            if columns.iter().all(|(joint, _)| joints.contains(joint)) {
-                return Some(format!("{key}_{unit} = {}", list(&columns)));
+            let turning: Vec<(usize, &str)> = (columns.iter().copied())
+                .filter(|(joint, _)| channels.turns[*joint])
+                .collect();
+            if turning.iter().all(|(joint, _)| joints.contains(joint)) {
+                return Some(format!("{key}_{unit} = {}", list(&turning)));
             }
             let tables: Vec<String> = (columns.iter())
                 .map(|(joint, column)| {
@@ -42,14 +45,23 @@ impl CheckContext<'_> {
         lines.join("; ")
     }
 
-    /// Returns the lines that name the columns as other channels assign them, of the quantities that
+    /// Returns the lines that name the columns as other channels assign them, of the keys whose columns
     /// differ.
     pub(super) fn column_lines(&self, channels: &Channels) -> String {
-        let lines: Vec<String> = (Quantity::ALL.into_iter())
-            .filter_map(|quantity| {
-                let now = columns(channels, quantity);
-                let before = columns(self.reading.channels(), quantity);
-                (now != before).then(|| format!("{} = {}", self.key(quantity), list(&now)))
+        let given = self.experiment.log.iter().flat_map(Log::given);
+        let lines: Vec<String> = given
+            .filter_map(|(key, _)| {
+                let of_kind = |channels| {
+                    let all = columns(channels, key.quantity);
+                    let is_own = |joint| {
+                        let own = self.reading.model().kind(joint);
+                        key.kind.is_none_or(|kind| kind == own)
+                    };
+                    let own = all.into_iter().filter(|(joint, _)| is_own(*joint));
+                    own.collect::<Vec<_>>()
+                };
+                let (now, before) = (of_kind(channels), of_kind(self.reading.channels()));
+                (now != before).then(|| format!("{} = {}", key.name, list(&now)))
             })
             .collect();
         lines.join("; ")
@@ -62,9 +74,14 @@ impl CheckContext<'_> {
             .map_or(quantity.key(), |(key, _)| key.name)
     }
 
-    /// Returns the list of the columns of a quantity.
+    /// Returns the list of the columns of a quantity, of revolute joints if there are any.
     pub(super) fn column_list(&self, quantity: Quantity) -> String {
-        list(&columns(self.reading.channels(), quantity))
+        let channels = self.reading.channels();
+        let mut columns = columns(channels, quantity);
+        if columns.iter().any(|(joint, _)| channels.turns[*joint]) {
+            columns.retain(|(joint, _)| channels.turns[*joint]);
+        }
+        list(&columns)
     }
 }
 
