@@ -8,7 +8,7 @@ use super::section::{section, shown};
 use super::{laws, plots, refinement, robot_tables, stability, tables, validation_tables};
 use crate::curves::Curves;
 use crate::estimate::{EstimateResult, Identification, LogInfo, Verdict};
-use crate::validate::Validation;
+use crate::validate::{RunResult, Validation};
 
 /// Contents of a report.
 #[derive(Clone, Copy, Debug, Default)]
@@ -67,6 +67,16 @@ pub fn compose(contents: &Contents<'_>) -> Document {
             "" => sentence,
             decision => format!("{decision} {sentence}"),
         };
+        let is_broken =
+            |run: &RunResult| (run.sets.first()).is_some_and(|set| set.promise_kept == Some(false));
+        if let Some(badge) = &mut document.verdict
+            && validation.runs.iter().any(is_broken)
+        {
+            badge.text.push_str(", promise broken");
+            if badge.tone == Tone::Good {
+                badge.tone = Tone::Doubtful;
+            }
+        }
         sections.push(validation_section(validation, curves));
     }
     if let Some(identification) = contents.identification {

@@ -73,7 +73,7 @@ pub(super) fn predictions(run: &RunResult) -> Table {
             continue;
         }
         columns.push(number(format!("{quantity} error [{unit}]")));
-        columns.push(number(format!("% of {quantity}")));
+        columns.push(number("%"));
         if has_promise {
             columns.push(number("promised"));
             columns.push(number("times"));
@@ -127,8 +127,9 @@ fn caption_of_predictions(run: &RunResult) -> String {
         ""
     };
     format!(
-        "{}: root mean square errors of the filtered motor torque and of the deflection that the \
-         model computes from the measured motion in {} ({} samples{cutoff}).{same}",
+        "{}: root mean square errors, also in percent of the quantity, of the filtered motor torque and \
+         of the deflection that the model computes from the measured motion in {} ({} \
+         samples{cutoff}).{same}",
         run.name, run.log, run.samples
     )
 }

@@ -28,9 +28,11 @@ impl Validation {
             let reason = set.change_code().map_or_else(String::new, |code| {
                 format!("; {} explains it", change_in_words(code))
             });
-            let kept = match (proofs.len(), broken().count()) {
-                (1, _) => String::new(),
-                (all, broken) => format!(" It is kept in {} of {all} runs.", all - broken),
+            let others = || proofs.iter().filter(|proof| !proof.run.same_log);
+            let kept = others().filter(|proof| proof.set.promise_kept == Some(true));
+            let kept = match others().count() {
+                0 | 1 => String::new(),
+                all => format!(" It is kept in {} of {all} runs.", kept.count()),
             };
             return format!(
                 "The promise is broken: in {} {} is {:.1} times the promised one ({}){reason}.{kept}",
