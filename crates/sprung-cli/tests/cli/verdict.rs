@@ -21,11 +21,8 @@ fn the_last_line_is_the_decision() {
     // No other line says the reasons again.
     assert_eq!(text.matches("least-squares: ").count(), 1, "{text}");
 
-    let weak = Case::new().identify(&[
-        "--set",
-        "log.file={ path = \"identification.csv\", to_s = 1.0 }",
-    ]);
-    let text = stdout(&weak);
+    let output = Case::new().identify(&["--set", "identify.estimator=[\"lsff\"]"]);
+    let text = stdout(&output);
     assert!(
         last(&text).starts_with("Doubtful: on a new experiment"),
         "{text}"
