@@ -2,6 +2,7 @@
 
 mod gravity;
 mod parameters;
+mod routes;
 mod scale;
 mod stability;
 
@@ -10,6 +11,7 @@ use sprung_core::parameters::JointParameter;
 pub(crate) use gravity::{tilt_is_possible, tilted};
 
 use self::parameters::{collinear, listed, little_torque, negative, negative_friction, weak};
+use self::routes::routes_disagree;
 use self::scale::{scale_collapse, stiffness_disagrees};
 use self::stability::{cutoff_drift, parts_disagree, shared_bias};
 use crate::check::{UNEXPLAINED, beyond_resolution, reversed_torque};
@@ -24,6 +26,9 @@ use crate::prepare::Sweep;
 /// above `SMALL_GAP` is reported if it exceeds two standard errors, a gap above `LARGE_GAP` always.
 const SMALL_GAP: f64 = 0.05;
 const LARGE_GAP: f64 = 0.1;
+
+/// A model that leaves more than this fraction of a joint's torque unexplained does not predict it.
+const NOT_PREDICTED: f64 = 0.5;
 
 /// An inertia is impossible if it is negative by more than this number of standard errors.
 const IMPOSSIBLE_SIGMAS: f64 = 2.0;
@@ -73,6 +78,8 @@ pub(crate) fn judge(
         scale_collapse(model, result, &mut findings);
     }
     stiffness_disagrees(model, result, &mut findings);
+    findings.extend(routes_disagree(model, result, &linear.fitted));
+    findings.extend(no_promise(model, result));
     negative_links(model, result, &mut findings);
     mass_matrix(model, result, &mut findings);
     negative_friction(model, result, &mut findings);
@@ -326,6 +333,28 @@ fn scale(
     }
 }
 
+/// Reports joints without a promise: parts of the log do not determine the parameters that the other
+/// parts need.
+fn no_promise(model: &Model, result: &EstimateResult) -> Option<Finding> {
+    let promised = |joint: &String| result.promise.iter().any(|own| own.joint == *joint);
+    let without: Vec<&str> = (model.joints().iter())
+        .filter(|joint| !promised(joint))
+        .map(String::as_str)
+        .collect();
+    (!without.is_empty()).then(|| {
+        Finding::new(
+            Severity::Warning,
+            "no-promise",
+            format!(
+                "the log does not show how well the model predicts {} in a new experiment: without \
+                 one eighth of the log, the rest does not determine the parameters",
+                without.join(", ")
+            ),
+            "record a longer log in which all joints move all the time",
+        )
+    })
+}
+
 fn unexplained(
     model: &Model,
     result: &EstimateResult,
@@ -343,9 +372,14 @@ fn unexplained(
         return;
     };
     let share = result.resolution_share.get(&row).unwrap_or(0.0);
-    if beyond_resolution(relative, share) > UNEXPLAINED {
+    let missed = beyond_resolution(relative, share);
+    if missed > UNEXPLAINED {
         findings.push(Finding::new(
-            Severity::Warning,
+            if missed > NOT_PREDICTED {
+                Severity::Serious
+            } else {
+                Severity::Warning
+            },
             "poor-fit",
             format!(
                 "{name}: the residual of the motor row is {:.0} % of its torque (root mean \

@@ -14,9 +14,10 @@ const SAFE_SCALE: f64 = 20.0;
 /// Maximum difference of the stacked stiffness from that of the motor row, in standard errors.
 const SIGNIFICANT_SIGMAS: f64 = 3.0;
 
-/// A significant difference above this fraction of the stiffness is a warning. A smaller one is an
-/// information.
+/// A significant difference above this fraction of the stiffness, or above this number of standard
+/// errors, is a warning. A smaller one is an information.
 const STIFFNESS_SHARE_THAT_MATTERS: f64 = 0.05;
+const CONTRADICTION_SIGMAS: f64 = 5.0;
 
 /// Reports the joints whose torque contains too little of their spring's torque.
 pub(super) fn scale_collapse(model: &Model, result: &EstimateResult, findings: &mut Vec<Finding>) {
@@ -86,7 +87,8 @@ pub(super) fn stiffness_disagrees(
         if gap.abs() <= SIGNIFICANT_SIGMAS * error || gap == 0.0 {
             continue;
         }
-        let severity = if gap.abs() > STIFFNESS_SHARE_THAT_MATTERS * reference.abs() {
+        let is_large = gap.abs() > STIFFNESS_SHARE_THAT_MATTERS * reference.abs();
+        let severity = if is_large || gap.abs() > CONTRADICTION_SIGMAS * error {
             Severity::Warning
         } else {
             Severity::Info

@@ -13,8 +13,9 @@ use crate::prepare::Sweep;
 const FALSE_ALARM_PROBABILITY: f64 = 0.01;
 
 /// A change is a warning if it exceeds this fraction of the parameter's value. A smaller change is
-/// an information.
+/// an information. A change with the cut-off is also a warning beyond this number of standard errors.
 const CHANGE_THAT_MATTERS: f64 = 0.1;
+const CONTRADICTION_SIGMAS: f64 = 5.0;
 
 /// Lowest cut-off at which estimates are compared, as a fraction of the cut-off in use.
 const LOWEST_COMPARED_CUTOFF: f64 = 0.49;
@@ -112,7 +113,10 @@ pub(super) fn cutoff_drift(
         else {
             continue;
         };
-        if change(&farthest.theta) > CHANGE_THAT_MATTERS * own.theta[i].abs() {
+        let error = estimate.standard_error.unwrap_or(f64::INFINITY);
+        if change(&farthest.theta) > CHANGE_THAT_MATTERS * own.theta[i].abs()
+            || change(&farthest.theta) > CONTRADICTION_SIGMAS * error
+        {
             severity = Severity::Warning;
         }
         drifts.push(format!(

@@ -19,7 +19,7 @@ const KNOWN_TOGETHER_CORRELATION: f64 = 0.98;
 
 /// A delay is reported if it exceeds this number of standard errors and this fraction of a sample.
 /// A smaller delay is harmless.
-const DELAY_SIGNIFICANCE_SIGMAS: f64 = 4.0;
+const DELAY_SIGNIFICANCE_SIGMAS: f64 = 5.0;
 const MIN_DELAY_SAMPLES: f64 = 0.1;
 
 /// Probability of a false alarm in the comparison of logs.
@@ -34,7 +34,7 @@ const LARGE_DISTURBANCE_SHARE: f64 = 0.15;
 /// law would move a parameter by more than this number of standard errors, because then the interval
 /// of the parameter does not contain the effect.
 const LAW_SIGNIFICANCE_SIGMAS: f64 = 5.0;
-const MOVE_THAT_MATTERS_SIGMAS: f64 = 1.0;
+const MOVE_THAT_MATTERS_SIGMAS: f64 = 2.0;
 
 /// Reports the laws that the likelihood asks for, one per joint: the most significant one.
 pub(super) fn laws_by_likelihood(model: &Model, missing: &[MissingLaw]) -> Vec<Finding> {
