@@ -7,7 +7,7 @@ use sprung::estimate::{EstimateResult, Identification, IdentifyError, identify};
 use sprung::finding::Severity;
 use sprung::model::Model;
 use sprung::progress::Unheard;
-use sprung::validate::{ChosenFor, ParameterSet, SetResult, validate};
+use sprung::validate::{ChosenFor, JointProof, ParameterSet, validate};
 
 use crate::case::Case;
 use crate::in_memory::with_source;
@@ -38,9 +38,9 @@ pub(crate) struct Outcome {
     pub(crate) codes: Vec<String>,
     /// Part of the intervals that contain the truth; zero if there is no truth.
     coverage: f64,
-    /// Largest held-out error of a joint over its promise; infinite without a promise.
+    /// Largest held-out error of a torque or deflection over its promise; infinite without a promise.
     over_promise: f64,
-    /// Held-out error over that of the true robot, root mean square over the joints.
+    /// Held-out error of the torques over that of the true robot, root mean square over the joints.
     over_truth: f64,
 }
 
@@ -137,9 +137,9 @@ pub(crate) fn outcomes(case: &Case, estimators: &[Estimator], keep: Option<&Path
                 .flatten()
                 .map(|found| &found.results[index]);
             outcome.coverage = coverage(case, all);
-            if let Some((errors, truth)) = &held_out {
-                outcome.over_promise = over_promise(result, &errors[index]);
-                outcome.over_truth = over_truth(&errors[index], truth);
+            if let Some((promise, truth)) = held_out.as_ref().and_then(|all| all.get(index)) {
+                outcome.over_promise = *promise;
+                outcome.over_truth = *truth;
             }
             outcome
         })
@@ -173,70 +173,62 @@ fn coverage<'r>(case: &Case, results: impl Iterator<Item = &'r EstimateResult>) 
     hit / f64::max(all, 1.0)
 }
 
-/// Errors of the filtered torques of each joint on another log, N·m.
-type Errors = Vec<(String, f64)>;
-
-/// Predicts another log: errors of each result, and those of the true robot without the fault.
-fn held_out(case: &Case, identified: &Identification) -> Option<(Vec<Errors>, Errors)> {
+/// Predicts another log. Returns the largest error over its promise for each result, and the error of
+/// the torques over that of the true robot without the fault.
+fn held_out(case: &Case, identified: &Identification) -> Option<Vec<(f64, f64)>> {
     let chosen = ChosenFor {
         position_cutoff_hz: Some(identified.settings.position_cutoff_hz),
         ..ChosenFor::default()
     };
     let sets = ParameterSet::of(identified);
     let (experiment, model) = (&case.experiment, &case.model);
-    let errors = errors(experiment, model, &sets, &chosen, &case.log(HELD_OUT)?)?;
+    let found = proofs(experiment, model, &sets, &chosen, &case.log(HELD_OUT)?)?;
     let names = case.plant.parameters().iter().map(|p| p.name.clone());
     let mut robot = sets[0].clone();
     robot.values = names.zip(case.of_robot.iter().copied()).collect();
     let log = case.explained_log(HELD_OUT)?;
-    let truth = self::errors(&case.robot, &case.plant, &[robot], &chosen, &log)?;
-    Some((errors, truth.into_iter().next()?))
+    let truth = proofs(&case.robot, &case.plant, &[robot], &chosen, &log)?;
+    let truth = truth.first()?;
+    let each = found.iter().take(sets.len());
+    Some(
+        each.map(|own| (over_promise(own), over_truth(own, truth)))
+            .collect(),
+    )
 }
 
-/// Returns the errors of each parameter set on a log.
-fn errors(
+/// Returns the prediction errors of each parameter set on a log.
+fn proofs(
     experiment: &Experiment,
     model: &Model,
     sets: &[ParameterSet],
     chosen: &ChosenFor,
     log: &[u8],
-) -> Option<Vec<Errors>> {
+) -> Option<Vec<Vec<JointProof>>> {
     let found = with_source(log, |source| {
         let mut sources = [vec![source]];
         validate(experiment, model, sets, chosen, &mut sources, &mut Unheard)
     });
     let run = found.ok()?.validation.runs.into_iter().next()?;
-    let of = |set: &SetResult| -> Errors {
-        (set.torque_residual_nm.iter())
-            .map(|(name, error)| (name.to_owned(), error))
-            .collect()
-    };
-    Some(run.sets.iter().map(of).collect())
+    Some(run.sets.into_iter().map(|set| set.predictions).collect())
 }
 
-fn over_promise(result: &EstimateResult, errors: &Errors) -> f64 {
-    let ratio = |(joint, error): &(String, f64)| {
-        let promise = result
-            .promise
-            .iter()
-            .find(|promise| promise.joint == *joint);
-        promise.map_or(f64::INFINITY, |promise| error / promise.torque_error_nm)
-    };
-    let worst = errors.iter().map(ratio).fold(0.0, f64::max);
-    if errors.is_empty() {
+fn over_promise(proofs: &[JointProof]) -> f64 {
+    let ratios = proofs.iter().flat_map(JointProof::quantities);
+    let worst = ratios.map(|quantity| quantity.ratio.unwrap_or(f64::INFINITY));
+    if proofs.is_empty() {
         f64::INFINITY
     } else {
-        worst
+        worst.fold(0.0, f64::max)
     }
 }
 
-fn over_truth(errors: &Errors, truth: &Errors) -> f64 {
-    let ratio = |(joint, error): &(String, f64)| {
-        let truth = truth.iter().find(|(name, _)| name == joint);
-        truth.map_or(f64::INFINITY, |(_, truth)| (error / truth).powi(2))
-    };
-    if errors.is_empty() {
+fn over_truth(proofs: &[JointProof], truth: &[JointProof]) -> f64 {
+    if proofs.len() != truth.len() || proofs.is_empty() {
         return f64::INFINITY;
     }
-    (errors.iter().map(ratio).sum::<f64>() / errors.len() as f64).sqrt()
+    let ratios = proofs.iter().zip(truth);
+    let squares: f64 = ratios
+        .map(|(own, truth)| (own.torque_error_nm / truth.torque_error_nm).powi(2))
+        .sum();
+    (squares / proofs.len() as f64).sqrt()
 }
