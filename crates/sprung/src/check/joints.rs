@@ -205,6 +205,11 @@ impl CheckContext<'_> {
                 .seen(self.file, column, delay, "s"),
             );
         }
+        // The fit of a short excerpt has no held-out error.
+        let severity = match gain {
+            Some(gain) if !gain.is_clear() => Severity::Info,
+            _ => Severity::Warning,
+        };
         let gain = gain.map_or_else(String::new, |gain| {
             format!(
                 ", and the held-out error of the motor torques falls {}",
@@ -214,7 +219,7 @@ impl CheckContext<'_> {
         let setting = format!("delay_s = {{ \"{column}\" = \"estimate\" }}");
         Some(
             Finding::new(
-                Severity::Warning,
+                severity,
                 DELAYED_CHANNEL,
                 format!(
                     "{}: if \"{column}\" was recorded {delay:.3} s late (standard error \

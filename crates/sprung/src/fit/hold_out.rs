@@ -15,6 +15,12 @@ pub(crate) fn over_reference(own: f64, reference: f64) -> f64 {
     own / reference.hypot(REGRESSION_ACCURACY)
 }
 
+/// Returns whether a residual in the filtered torque is smaller than another by more than the accuracy
+/// of the filtered regression. Both are relative to the torque.
+pub(crate) fn is_clearly_below(own: f64, other: f64) -> bool {
+    other.powi(2) - own.powi(2) > REGRESSION_ACCURACY.powi(2)
+}
+
 /// Consecutive parts of a reduced system, for fits without a part and for the residual of a part.
 pub(crate) struct HoldOut<'a> {
     model: &'a Model,

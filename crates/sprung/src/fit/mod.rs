@@ -21,7 +21,7 @@ pub(crate) use change::{Direction, Steps, steps_along};
 pub(crate) use free::Free;
 #[cfg(test)]
 pub(crate) use growing::fits_of_growing;
-pub(crate) use hold_out::{HoldOut, Missed, over_reference};
+pub(crate) use hold_out::{HoldOut, Missed, is_clearly_below, over_reference};
 pub(crate) use joint_fit::{JointFit, joint_fits};
 pub(crate) use least_squares::fit_values;
 pub(crate) use parts::{PartFit, fit_between, fits_of_quarters};

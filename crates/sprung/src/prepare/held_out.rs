@@ -2,6 +2,7 @@
 
 use super::excerpt::Excerpt;
 use crate::fit::HoldOut;
+use crate::fit::is_clearly_below;
 use crate::regression::Reading;
 
 /// Number of consecutive parts of the excerpt; each is predicted by a fit of the others.
@@ -20,6 +21,12 @@ pub(crate) struct DelayGain {
 }
 
 impl DelayGain {
+    /// Returns whether the error falls by more than the accuracy of the filtered regression, which
+    /// alone can look like a delay of a sample.
+    pub(crate) fn is_clear(self) -> bool {
+        is_clearly_below(self.with, self.without)
+    }
+
     /// Returns the gain of one delay over that of `reading`, which has the other delays; `None` if
     /// the excerpt is too short.
     ///
