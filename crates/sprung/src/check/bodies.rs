@@ -24,8 +24,8 @@ const IMPOSSIBLE_FACTOR: f64 = 10.0;
 const COMMON_SPREAD: f64 = 3.0;
 
 /// Conditions for kinematics that do not fit: mean logarithm by which all equations together leave
-/// more unexplained than each alone, and part of the bodies' torque that all equations together leave
-/// unexplained, root mean square over the joints.
+/// more unexplained than each alone; part of the bodies' torque that all equations together leave
+/// unexplained (root mean square over the joints), for a warning and for a serious finding.
 const CONTRADICTION: f64 = 0.4;
 const UNEXPLAINED_BODIES: f64 = 0.35;
 const MOSTLY_UNEXPLAINED_BODIES: f64 = 0.5;
