@@ -123,9 +123,10 @@ fn promises(promises: &[ComparedPromise]) -> Table {
             quantity
                 .ratio
                 .map_or_else(|| "–".to_owned(), |ratio| format!("{ratio:.1}")),
-            match promise.same_log {
-                true => format!("{} (of the identification)", promise.log),
-                false => promise.log.clone(),
+            if promise.same_log {
+                format!("{} (of the identification)", promise.log)
+            } else {
+                promise.log.clone()
             },
             promise.file.clone(),
         ],

@@ -197,7 +197,7 @@ impl Candidate {
             .filter(|_| !fits && self.modified.is_none())
             .and_then(|theta| smallest_change(&self.model, system, theta, &proofs));
         self.findings
-            .extend(promise_broken(&self.label, &proofs, change.is_some()));
+            .extend(promise_broken(&self.label, &proofs, change.is_some(), logs));
         let not_broken: Vec<TorqueFit> = (torques.iter().zip(&proofs))
             .filter(|(_, proof)| !proof.quantities().any(|quantity| quantity.is_broken()))
             .map(|(torque, _)| torque.clone())

@@ -41,6 +41,7 @@ pub(super) fn promise_broken(
     label: &str,
     proofs: &[JointProof],
     is_explained: bool,
+    logs: &Logs<'_>,
 ) -> Option<Finding> {
     let mut broken: Vec<QuantityProof<'_>> = (proofs.iter())
         .flat_map(JointProof::quantities)
@@ -79,7 +80,7 @@ pub(super) fn promise_broken(
         words.join(", ")
     );
     let finding = Finding::new(Severity::Warning, PROMISE_BROKEN, text, remedy);
-    Some(finding.seen("", "", worst, ""))
+    Some(finding.seen(&logs.run.join(", "), "", worst, ""))
 }
 
 /// Returns the change that a code means, as a noun.
@@ -167,7 +168,7 @@ pub(super) fn changed(
         }
     };
     let before = worst(proofs).map_or(0.0, |worst| worst.ratio.unwrap_or(0.0));
-    finding.seen("", "", before, "").about(
+    finding.seen(&logs.run.join(", "), "", before, "").about(
         change
             .steps
             .iter()

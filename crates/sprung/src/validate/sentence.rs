@@ -3,11 +3,24 @@
 use super::changes::change_in_words;
 use super::proof::{PROMISE_TOLERANCE, QuantityProof, worst};
 use super::result::{RunResult, SetResult, Validation};
+use crate::finding::Severity;
 
 impl Validation {
-    /// Returns whether the promise of the first parameter set is kept on all logs, in words.
+    /// Returns whether the promise of the first parameter set is kept on all logs, in words, and the
+    /// serious findings about this set.
     #[must_use]
     pub fn sentence(&self) -> String {
+        let serious = self.runs.iter().flat_map(|run| {
+            let findings = run.sets.first().into_iter().flat_map(|set| &set.findings);
+            let serious = findings.filter(|finding| finding.severity >= Severity::Serious);
+            serious
+                .map(|finding| format!(" In {} the set is unusable ({}).", run.name, finding.code))
+        });
+        let serious: String = serious.collect();
+        format!("{}{serious}", self.proof_in_words())
+    }
+
+    fn proof_in_words(&self) -> String {
         let proofs: Vec<Proof<'_>> = (self.runs.iter())
             .filter_map(|run| {
                 let set = run.sets.first()?;
@@ -15,6 +28,11 @@ impl Validation {
                 Some(Proof { run, set, worst })
             })
             .collect();
+        let mut sets = self.runs.iter().filter_map(|run| run.sets.first());
+        if proofs.is_empty() && sets.all(|set| set.predictions.is_empty()) {
+            return "The promise cannot be proved, because values of parameters are missing."
+                .to_owned();
+        }
         if proofs.is_empty() {
             return "There is no promise to prove, because the parameters come from no \
                     identification that promises errors."

@@ -90,8 +90,7 @@ fn codes(set: &SetResult) -> Vec<&str> {
 fn names(validation: &Validation, code: &str) -> (String, Option<String>) {
     assert_eq!(Usability::from(validation), Usability::Usable);
     let set = &validation.runs[1].sets[0];
-    println!("{:#?}", set.findings);
-    assert_eq!(codes(set), ["promise-broken", code]);
+    assert_eq!(codes(set), ["promise-broken", code], "{:#?}", set.findings);
     assert_eq!(set.promise_kept, Some(false));
     let sentence = validation.sentence();
     assert!(
@@ -99,6 +98,11 @@ fn names(validation: &Validation, code: &str) -> (String, Option<String>) {
         "{sentence}"
     );
     let finding = set.findings[1].clone();
+    let evidence = finding.evidence.unwrap();
+    assert!(
+        evidence.file == "validation.csv" && evidence.value > 1.5,
+        "{evidence:?}"
+    );
     (finding.text, finding.setting)
 }
 

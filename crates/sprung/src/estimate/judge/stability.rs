@@ -68,9 +68,10 @@ pub(super) fn parts_disagree(model: &Model, linear: &Linear) -> Option<Finding> 
         (false, 2) => ("parts-disagree", "halves of the log"),
         (false, _) => ("parts-disagree", "quarters of the log"),
     };
-    let kind = match linear.parts.are_logs {
-        true => kind_of_change(model, &disagreeing),
-        false => "",
+    let kind = if linear.parts.are_logs {
+        kind_of_change(model, &disagreeing)
+    } else {
+        ""
     };
     Some(
         Finding::new(
