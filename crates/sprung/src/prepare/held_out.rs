@@ -1,8 +1,7 @@
 //! Accepts delays by blocked hold-out.
 
 use super::excerpt::Excerpt;
-use crate::fit::HoldOut;
-use crate::fit::is_clearly_below;
+use crate::fit::{HoldOut, is_clearly_below};
 use crate::regression::Reading;
 
 /// Number of consecutive parts of the excerpt; each is predicted by a fit of the others.

@@ -12,6 +12,9 @@ use crate::model::{Model, ModelError};
 const STRIBECK_OVER_SPEED: f64 = 0.15;
 const MIN_STRIBECK_ARGUMENT: f64 = 2.0;
 
+/// Word of the cubic term of a spring.
+const CUBIC: &str = "cubic";
+
 /// A law that the model lacks.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::estimate) struct Tested {
@@ -90,9 +93,6 @@ pub(in crate::estimate) fn with_tested_laws(
         .collect();
     Ok((richer, tested))
 }
-
-/// Word of the cubic term of a spring.
-const CUBIC: &str = "cubic";
 
 #[cfg(test)]
 mod tests {

@@ -21,6 +21,10 @@ use crate::estimate::laws::Tested;
 use crate::model::Model;
 use crate::regression::PassError;
 
+/// A law is tested if at least this fraction of its information is its own, not that of other
+/// unknowns.
+const RELATIVE_INFORMATION: f64 = 1e-6;
+
 /// A law that the model lacks.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct MissingLaw {
@@ -125,7 +129,7 @@ impl Refinery<'_> {
                 .map(|row| -dot(row, &cross))
                 .collect();
             let information = entry(new, new) + dot(&moves, &cross);
-            if !(information > RELATIVE_INFORMATION * entry(new, new)) {
+            if information.is_nan() || information <= RELATIVE_INFORMATION * entry(new, new) {
                 return None;
             }
             let mut row = vec![0.0; normal.count];
@@ -155,7 +159,3 @@ impl Refinery<'_> {
         Ok(found.collect())
     }
 }
-
-/// A law is tested if at least this fraction of its information is its own, not that of other
-/// unknowns.
-const RELATIVE_INFORMATION: f64 = 1e-6;
