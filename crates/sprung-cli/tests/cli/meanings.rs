@@ -332,17 +332,16 @@ fn the_description_of_another_robot_is_named() {
 
 /// A wheel that turns several times and has no gravity.
 fn wheel(nominal: &str) -> Case {
-    let text = format!(
-        "format = 1
+    let text = "format = 1
 [robot]
 name = \"wheel\"
-dh_modified = [{{}}]
+dh_modified = [{}]
 [robot.nominal]
 \"link1.izz\" = 0.5
 [[robot.joint]]
 name = \"wheel\"
 transmission = \"rigid\"
-nominal = {{ rotor_inertia = 0.1, motor_viscous = 1.0, motor_coulomb = 1.0, motor_offset = 0.0 }}
+nominal = { rotor_inertia = 0.1, motor_viscous = 1.0, motor_coulomb = 1.0, motor_offset = 0.0 }
 [log]
 file = \"run.csv\"
 time_s = \"t\"
@@ -357,16 +356,15 @@ kp_nm_per_rad = [100.0]
 kd_nms_per_rad = [5.0]
 [controller.reference]
 sines = [
-  {{ joint = \"wheel\", amplitude_deg = 500.0, frequency_hz = 0.4, phase_deg = 90.0 }},
-  {{ joint = \"wheel\", amplitude_deg = 500.0, frequency_hz = 0.1, phase_deg = -90.0 }},
+  { joint = \"wheel\", amplitude_deg = 500.0, frequency_hz = 0.4, phase_deg = 90.0 },
+  { joint = \"wheel\", amplitude_deg = 500.0, frequency_hz = 0.1, phase_deg = -90.0 },
 ]
 [simulate]
 duration_s = 10.0
 period_s = 0.001
 torque_noise_nm = [0.05]
-"
-    );
-    let case = Case::of(&[("experiment.toml", &text)]);
+";
+    let case = Case::of(&[("experiment.toml", text)]);
     case.record("run.csv", &[]);
     if nominal.is_empty() {
         return case;

@@ -163,11 +163,9 @@ impl Link {
     fn random(index: usize, joints: usize, rng: &mut ChaCha8Rng) -> Self {
         let quarter = std::f64::consts::FRAC_PI_2;
         let alpha = match (index, rng.random_range(0..3)) {
-            // The first axis is horizontal or vertical.
-            (0, 0) => 0.0,
-            (0, _) => quarter,
             (_, 0) => 0.0,
-            (_, 1) => quarter,
+            // The first axis is horizontal or vertical.
+            (0, _) | (_, 1) => quarter,
             _ => -quarter,
         };
         let reach = rng.random_range(0.15..0.45);

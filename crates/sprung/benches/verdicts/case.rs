@@ -19,6 +19,12 @@ const STRIBECK_RAD_PER_S: f64 = 0.05;
 /// Velocity below which the friction of an effect that the model lacks changes its direction, rad/s.
 const REVERSAL_RAD_PER_S: f64 = 0.01;
 
+/// Numbers of joints, each with the same probability. Small arms are more frequent, because large
+/// ones take long.
+const JOINTS: [usize; 20] = [
+    1, 1, 1, 1, 2, 2, 2, 2, 2, 3, 3, 3, 3, 4, 4, 4, 5, 5, 6, MAX_JOINTS,
+];
+
 /// Number of sines of each joint.
 const SINES: usize = 4;
 
@@ -67,10 +73,6 @@ impl Case {
         let stream = Kind::ALL.iter().position(|own| *own == kind);
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(stream.unwrap_or_default() as u64);
-        // Small arms are more frequent, because large ones take long.
-        const JOINTS: [usize; 20] = [
-            1, 1, 1, 1, 2, 2, 2, 2, 2, 3, 3, 3, 3, 4, 4, 4, 5, 5, 6, MAX_JOINTS,
-        ];
         let joints = JOINTS[rng.random_range(0..JOINTS.len())];
         let arm = Arm::random(joints, &mut rng);
         let fault = Fault::random(kind, joints, &mut rng);
@@ -260,7 +262,7 @@ impl Case {
         let directions: Vec<f64> = (0..self.joints)
             .map(|_| if rng.random::<bool>() { 90.0 } else { -90.0 })
             .collect();
-        for joint in 0..self.joints {
+        for (joint, direction) in directions.into_iter().enumerate() {
             let mut part = amplitude;
             if let Fault::Weak(Weak::OneStill(by)) = self.fault
                 && joint == self.seed as usize % self.joints
@@ -269,7 +271,7 @@ impl Case {
             }
             let phase = match self.fault {
                 Fault::Weak(Weak::InPhase) => 90.0,
-                _ => directions[joint],
+                _ => direction,
             };
             // The sum of the reference and of its velocity is zero at the start.
             let (one, two) = (rng.random_range(4.0..12.0), rng.random_range(4.0..12.0));

@@ -95,9 +95,9 @@ fn main() {
             let case = Case::new(kind, seed);
             let found = outcomes(&case, &arguments.estimators, arguments.keep.as_deref());
             if arguments.each {
-                found
-                    .iter()
-                    .for_each(|outcome| println!("{}", outcome.line()));
+                for outcome in &found {
+                    println!("{}", outcome.line());
+                }
             }
             found
         })
