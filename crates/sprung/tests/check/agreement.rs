@@ -16,11 +16,31 @@ use crate::{faults, going_on, report};
 /// Codes of findings about results, which only `identify` has.
 const OF_RESULTS: [&str; 2] = ["gravity-tilted", "laws-missing"];
 
-/// Returns findings as a set, because their order may differ.
+/// Ends of texts by which `identify` turns a warning of the check into a note.
+const ENDS: [&str; 2] = [
+    ". The intervals and the promise contain the effect",
+    ". The likelihood of the whole robot does not confirm",
+];
+
+/// Returns findings as a set, because their order may differ. Severities are left out, because
+/// `identify` knows the effect on the result.
 fn words(findings: &[Finding]) -> BTreeSet<String> {
     (findings.iter())
         .filter(|finding| !OF_RESULTS.contains(&finding.code.as_str()))
-        .map(|finding| format!("{finding:?}"))
+        .map(|finding| {
+            let text = ENDS.iter().fold(finding.text.as_str(), |text, end| {
+                text.split_once(end).map_or(text, |(before, _)| before)
+            });
+            let Finding {
+                code,
+                parameters,
+                remedy,
+                evidence,
+                setting,
+                ..
+            } = finding;
+            format!("{code} {parameters:?} {text} {remedy} {evidence:?} {setting:?}")
+        })
         .collect()
 }
 
