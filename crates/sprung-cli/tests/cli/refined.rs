@@ -20,7 +20,7 @@ fn the_default_is_the_refinement() {
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let text = stdout(&output);
     assert!(
-        text.contains("prediction-error: good (no warnings)"),
+        text.contains("prediction-error: good, 15 of 15 parameters"),
         "{text}"
     );
     assert!(
