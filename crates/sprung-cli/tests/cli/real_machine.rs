@@ -49,7 +49,8 @@ fn known_delay_gives_both_estimates_and_says_why_they_differ() {
     };
     let (stacked, alone) = stiffness(&json);
     println!("stiffness of stage 1: stacked {stacked:.2}, motor row alone {alone:.2} N·m/rad");
-    assert_eq!(code, 0);
+    // Two thirds of the torque of stage 2 are not explained, so the result is unusable.
+    assert_eq!(code, 1);
     assert!((30.0..31.0).contains(&stacked), "{stacked}");
     assert!((39.5..41.5).contains(&alone), "{alone}");
     let text = finding(&json, "stacked-below-motor-rows").unwrap();
@@ -59,7 +60,7 @@ fn known_delay_gives_both_estimates_and_says_why_they_differ() {
     );
     // The fit is poor, and the verdict says so. The ranges of the stiffnesses are the values of this log, 30.8 and 40.5
     // N·m/rad, with a margin of 2 %.
-    assert_eq!(json["results"][0]["verdict"], "doubtful");
+    assert_eq!(json["results"][0]["verdict"], "unusable");
     assert!(finding(&json, "poor-fit").is_some());
 }
 
@@ -154,7 +155,7 @@ fn flexible_joints_as_recorded_give_the_numbers_of_the_tidy_file() {
     let Some((_, tidy)) = identify(&[]) else {
         return;
     };
-    assert_eq!(code, 0);
+    assert_eq!(code, 1);
     same_parameters(&recorded, &tidy);
 }
 
@@ -223,7 +224,12 @@ fn positioning_system_comes_out_as_published() {
     };
     let (code, json) = run("identify", "emps", &["--set", &format!("log.file={log}")]);
     assert_eq!(code, 0);
-    assert_eq!(json["results"][0]["verdict"], "good");
+    // The declared laws leave twice the residual of those by hold-out.
+    assert_eq!(json["results"][0]["verdict"], "doubtful");
+    assert_eq!(
+        json["results"][0]["decision"]["findings"][0],
+        "laws-missing"
+    );
     // Measured at most 0.96 %, for Coulomb friction.
     near_published(&json, [0.01; 4]);
     let left = relative(&json, "carriage.motor_n");

@@ -50,7 +50,7 @@ fn the_default_is_the_refinement() {
     for text in [
         "id=\"refinement\"",
         "class=\"bars\"",
-        "prediction-error is good: it has no warnings.",
+        "Good: on a new experiment of this kind",
     ] {
         assert!(report.contains(text), "no {text}");
     }
