@@ -3,13 +3,14 @@
 //! `cargo bench -p sprung --bench accuracy -- --methods prediction,error --cases clean,motor,link` prints a table of
 //! ten logs each.
 
-use sprung::description::{Estimator, Simulate, StartName};
+use sprung::description::{Estimator, Simulate, SpringTerm, StartName};
 use std::collections::BTreeMap;
 
 use sprung::estimate::{
     EstimateResult, IdentifyError, KnownNoise, KnownTruth, Verdict, identify, information_bound,
 };
 use sprung::finding::Severity;
+use sprung::model::Model;
 use sprung::progress::Unheard;
 use sprung_core::parameters::JointParameter;
 
@@ -218,4 +219,34 @@ fn own_model_is_not_doubted() {
         }
         assert_eq!(result.verdict, Verdict::Good, "seed {seed}");
     }
+}
+
+/// Severities of the findings about laws that the likelihood asks for, with their texts.
+fn missing_laws(log: &[u8]) -> Vec<(Severity, String)> {
+    let result = refined(&twin(), log).unwrap();
+    assert!(result.refined().is_some(), "{:?}", result.warnings);
+    (result.warnings.into_iter())
+        .filter(|finding| finding.code == "law-by-likelihood")
+        .map(|finding| (finding.severity, finding.text))
+        .collect()
+}
+
+#[test]
+fn a_law_that_the_model_lacks_is_named_and_no_other() {
+    let mut plant = Twin::new();
+    let settings = settings(16384, CASES[0], 3);
+    assert_eq!(missing_laws(&plant.log(&settings)), []);
+    plant.experiment.robot.joint[1].spring = Some(vec![SpringTerm::Linear, SpringTerm::Cubic]);
+    plant.model = Model::new(&plant.experiment).unwrap();
+    let mut truth: BTreeMap<String, f64> = toml::from_str(sprung::demo::TRUTH).unwrap();
+    // A tenth of the stiffness at 0.1 rad.
+    let cubic = 10.0 * truth["joint2.stiffness"];
+    truth.insert("joint2.cubic_stiffness".to_owned(), cubic);
+    plant.truth = plant.model.theta(&truth).unwrap();
+    let found = missing_laws(&plant.log(&settings));
+    println!("{found:?}");
+    let own = found.iter().find(|(_, text)| text.starts_with("joint2: "));
+    let (severity, text) = own.unwrap();
+    assert_eq!(*severity, Severity::Warning);
+    assert!(text.contains("spring \"cubic\""), "{text}");
 }
