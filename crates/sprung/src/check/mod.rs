@@ -32,6 +32,7 @@ pub use columns::reversed_torque;
 pub use examine::examine;
 pub use refusal::Refusal;
 pub(crate) use resolution::{UNEXPLAINED, beyond_resolution};
+pub(crate) use result::DELAYED_CHANNEL;
 pub use result::{
     CheckReport, Checked, CheckedLog, ColumnFigures, DelayFigures, JointFigures, LikelyDelay, Place,
 };

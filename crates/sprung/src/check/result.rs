@@ -9,7 +9,7 @@ use crate::description::Window;
 use crate::finding::{Finding, Severity};
 
 /// Code of the finding about a late channel.
-pub(super) const DELAYED_CHANNEL: &str = "delayed-channel";
+pub(crate) const DELAYED_CHANNEL: &str = "delayed-channel";
 
 /// Figures and findings of a check.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -1,6 +1,7 @@
 //! Findings about the logs after the estimation: their effect on the results is then measured.
 
 use super::result::EstimateResult;
+use crate::check::DELAYED_CHANNEL;
 use crate::finding::{Finding, Severity};
 
 /// Codes of findings about noise, filters and excitation. They predict uncertain parameters. After
@@ -17,8 +18,7 @@ const MEASURED_EFFECTS: [&str; 9] = [
     "only-friction",
 ];
 
-/// Codes of delays: by least squares at the beginning of a log, and by likelihood.
-const DELAYED_CHANNEL: &str = "delayed-channel";
+/// Code of a delay by likelihood.
 const LATE_CHANNEL: &str = "late-channel";
 
 /// A delay by likelihood is significant beyond this number of standard errors.

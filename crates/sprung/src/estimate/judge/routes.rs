@@ -6,8 +6,8 @@ use crate::finding::{Finding, Severity};
 use crate::fit::Fitted;
 use crate::model::Model;
 
-/// Largest difference of two estimates in standard errors of the difference. Of 40 robots without
-/// model error and 7 to 95 parameters none exceeds 2.6.
+/// Largest difference of two estimates in standard errors of the difference. The bench `verdicts`
+/// shows the effect of this limit.
 const MAX_DIFFERENCE_SIGMAS: f64 = 3.0;
 
 /// Reports parameters whose refined value contradicts least squares. Both weigh the samples
