@@ -1,4 +1,4 @@
-//! Tasks of the project: tests, fuzzing, installation of what the tests need.
+//! Tasks of the project: tests, fuzzing, profiles, installation of what the tests need.
 
 #![expect(
     clippy::print_stdout,
@@ -10,6 +10,7 @@ mod binaries;
 mod fuzz;
 mod install;
 mod outside;
+mod profile;
 mod run;
 mod steps;
 mod summary;
@@ -28,7 +29,9 @@ const USAGE: &str = "usage: cargo xtask TASK
                 these steps: STEPS
   browser       installs the browser that the report is tested in
   fuzz [SECONDS [TARGET…]]
-                feeds damaged files to every reader, or to some, each for so long [120]";
+                feeds damaged files to every reader, or to some, each for so long [120]
+  profile [CASE…]
+                shows where the processor time of sprung goes, in all or some of these cases: CASES";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -41,8 +44,10 @@ fn main() -> ExitCode {
         ["browser"] => ExitCode::FAILURE,
         ["fuzz"] => fuzz::run("120", &[]),
         ["fuzz", seconds, targets @ ..] => fuzz::run(seconds, targets),
+        ["profile", cases @ ..] => profile::run(cases),
         _ => {
-            eprintln!("{}", USAGE.replace("STEPS", &outside::names().join(", ")));
+            let usage = USAGE.replace("STEPS", &outside::names().join(", "));
+            eprintln!("{}", usage.replace("CASES", &profile::names().join(", ")));
             ExitCode::from(2)
         }
     }
