@@ -6,6 +6,7 @@
 
 mod batch;
 mod filtered;
+mod householder;
 mod instruments;
 mod nuisance_momentum;
 mod pass;
@@ -20,7 +21,7 @@ mod weights;
 pub use filtered::FilteredRegression;
 pub(crate) use instruments::{CrossProducts, cross_products};
 pub(crate) use pass::{
-    LogFigures, Observer, Passed, Restart, read_through, reduce_blocks, shortest_segment,
+    LogFigures, Observer, Passed, Restart, read_through, reduce_signals, shortest_segment,
 };
 pub use pass::{PassError, signals};
 pub(crate) use probes::Probe;

@@ -3,12 +3,12 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use faer::Mat;
 use rayon::prelude::*;
 use sprung_core::filter::{FilterBank, FilterError, FilterState, bank_len};
 
 use super::batch::{BATCH_SAMPLES, Batch};
 use super::filtered::Pairs;
+use super::householder::RowBlock;
 use super::nuisance_momentum::NuisanceMomentum;
 use super::probes::Probe;
 use super::system::{Kept, System};
@@ -46,9 +46,6 @@ impl Stretches {
 /// Number of stretches of samples in memory, at most. They are divided into 32 parts or fewer.
 const STRETCHES_OF_KNOWN_LENGTH: u64 = 128;
 
-/// Number of gathered rows at which they are factored.
-const GATHERED_ROWS: usize = 2048;
-
 /// Rows that are transposed into columns together.
 const TILE_ROWS: usize = 16;
 
@@ -85,7 +82,7 @@ struct RowReduction {
     start: Option<NuisanceMomentum>,
     tile: Vec<f64>,
     in_tile: usize,
-    gathered: Mat<f64>,
+    gathered: RowBlock,
     rows: usize,
     in_current: u64,
     stretches: Stretches,
@@ -123,7 +120,7 @@ impl RowReduction {
             start: None,
             in_tile: 0,
             tile: vec![0.0; TILE_ROWS * (width + 1)],
-            gathered: Mat::zeros(GATHERED_ROWS, width + 1),
+            gathered: RowBlock::of_width(width + 1),
             rows: 0,
             in_current: 0,
             stretches: Stretches::of(model),
@@ -223,7 +220,7 @@ impl RowReduction {
     fn advance(&mut self) {
         self.in_tile += 1;
         self.in_current += 1;
-        let full = self.rows + self.in_tile == GATHERED_ROWS;
+        let full = self.rows + self.in_tile == self.gathered.capacity();
         let ended = self.in_current == self.stretch;
         if self.in_tile == TILE_ROWS || full || ended {
             self.untile();
@@ -260,7 +257,7 @@ impl RowReduction {
         let count = std::mem::take(&mut self.in_tile);
         let width = self.width + 1;
         for column in 0..width {
-            let gathered = self.gathered.col_as_slice_mut(column);
+            let gathered = self.gathered.column_mut(column);
             let rows = self.tile.chunks(width).take(count);
             for (entry, row) in gathered[self.rows..].iter_mut().zip(rows) {
                 *entry = row[column];
@@ -274,11 +271,9 @@ impl RowReduction {
         if rows == 0 {
             return;
         }
-        let new = Triangle::of_rows(self.gathered.as_mut().subrows_mut(0, rows));
-        self.current = match self.current.take() {
-            None => Some(new),
-            Some(before) => Triangle::merge([&before, &new]),
-        };
+        let width = self.width + 1;
+        let current = self.current.get_or_insert_with(|| Triangle::zero(width));
+        current.fold(&mut self.gathered, rows);
     }
 
     fn close(&mut self) {

@@ -99,10 +99,9 @@ pub fn solve(parts: &[SystemPart<'_>], unknowns: usize) -> Option<Solution> {
 pub(crate) fn solve_quickly(parts: &[SystemPart<'_>], unknowns: usize) -> Option<Vec<f64>> {
     let (mut a, b) = assemble(parts, unknowns);
     let norms = scale_columns(&mut a);
-    let mut rows = Mat::from_fn(a.nrows(), unknowns + 1, |i, j| {
+    let triangle = Triangle::of_entries(a.nrows(), unknowns + 1, |i, j| {
         if j < unknowns { a[(i, j)] } else { b[i] }
     });
-    let triangle = Triangle::of_rows(rows.as_mut());
     let mut x = vec![0.0; unknowns];
     for i in (0..unknowns).rev() {
         let pivot = triangle.entry(i, i);

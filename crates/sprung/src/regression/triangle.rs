@@ -1,66 +1,81 @@
 //! Triangular factors of the rows of one equation.
 
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::qr::no_pivoting::factor;
-use faer::prelude::ReborrowMut;
-use faer::{Mat, MatMut, Par, Spec};
+use super::householder::{RowBlock, place};
 
 /// The triangular factor of `[A | b]`. It represents `A^T A`, `A^T b` and `b^T b` of any number of
 /// rows without the loss of accuracy that forming these products causes.
 #[derive(Clone, Debug)]
 pub struct Triangle {
-    // [m + 1 × m + 1], upper triangular.
-    r: Mat<f64>,
+    // Number of columns, m + 1.
+    width: usize,
+    // The columns down to the diagonal, one after another.
+    r: Vec<f64>,
 }
 
 impl Triangle {
-    /// Returns the factor of rows `[A | b]`, which are overwritten.
-    pub(super) fn of_rows(mut rows: MatMut<'_, f64>) -> Self {
-        let (count, width) = (rows.nrows(), rows.ncols());
-        let size = count.min(width);
-        let block = factor::recommended_block_size::<f64>(count, width);
-        let mut coefficients = Mat::zeros(block, size);
-        let request =
-            factor::qr_in_place_scratch::<f64>(count, width, block, Par::Seq, Spec::default());
-        let mut memory = MemBuffer::new(request);
-        factor::qr_in_place(
-            rows.rb_mut(),
-            coefficients.as_mut(),
-            Par::Seq,
-            MemStack::new(&mut memory),
-            Spec::default(),
-        );
-        let r = Mat::from_fn(width, width, |i, j| {
-            if i <= j && i < size {
-                rows[(i, j)]
-            } else {
-                0.0
+    /// Returns the factor of no rows.
+    ///
+    /// - `width`: number of columns, m + 1.
+    pub(super) fn zero(width: usize) -> Self {
+        Self {
+            width,
+            r: vec![0.0; place(0, width)],
+        }
+    }
+
+    /// Adds the first rows of a block, which are overwritten.
+    pub(super) fn fold(&mut self, block: &mut RowBlock, rows: usize) {
+        block.fold_into(&mut self.r, rows);
+    }
+
+    /// Adds the rows of another factor with the same columns.
+    pub(super) fn add(&mut self, other: &Self) {
+        let mut block = RowBlock::zeros(self.width, self.width);
+        for column in 0..self.width {
+            let own = &other.r[place(0, column)..=place(column, column)];
+            block.column_mut(column)[..=column].copy_from_slice(own);
+        }
+        block.fold_triangle_into(&mut self.r);
+    }
+
+    /// Returns the factor of rows `[A | b]`.
+    ///
+    /// - `entry`: returns the entry of a row and a column.
+    pub(super) fn of_entries(
+        rows: usize,
+        width: usize,
+        entry: impl Fn(usize, usize) -> f64,
+    ) -> Self {
+        let mut block = RowBlock::zeros(rows, width);
+        for column in 0..width {
+            for (row, own) in block.column_mut(column)[..rows].iter_mut().enumerate() {
+                *own = entry(row, column);
             }
-        });
-        Self { r }
+        }
+        let mut all = Self::zero(width);
+        all.fold(&mut block, rows);
+        all
     }
 
     /// Returns the factor of rows `[A | b]`.
     #[must_use]
     pub fn of<const W: usize>(rows: &[[f64; W]]) -> Self {
-        Self::of_rows(Mat::from_fn(rows.len(), W, |i, j| rows[i][j]).as_mut())
+        Self::of_entries(rows.len(), W, |i, j| rows[i][j])
     }
 
     /// Returns the factor of rows `[A | b]` of equal length.
     #[must_use]
     pub(crate) fn of_lines(rows: &[Vec<f64>]) -> Self {
         let width = rows.first().map_or(0, Vec::len);
-        Self::of_rows(Mat::from_fn(rows.len(), width, |i, j| rows[i][j]).as_mut())
+        Self::of_entries(rows.len(), width, |i, j| rows[i][j])
     }
 
     /// Returns the factor of the rows of several factors together.
     pub(crate) fn merge<'a>(parts: impl IntoIterator<Item = &'a Self>) -> Option<Self> {
-        let parts: Vec<&Self> = parts.into_iter().collect();
-        let width = parts.first()?.r.ncols();
-        let mut rows = Mat::from_fn(parts.len() * width, width, |i, j| {
-            parts[i / width].r[(i % width, j)]
-        });
-        Some(Self::of_rows(rows.as_mut()))
+        let mut parts = parts.into_iter();
+        let mut all = parts.next()?.clone();
+        parts.for_each(|part| all.add(part));
+        Some(all)
     }
 
     /// Returns the factor after some unknowns became known: their columns move to the right-hand
@@ -73,22 +88,21 @@ impl Triangle {
         let free: Vec<usize> = (0..m).filter(|&j| known[j].is_none()).collect();
         let rhs = |i: usize| {
             let moved = (known.iter().enumerate())
-                .filter_map(|(k, value)| Some(self.r[(i, k)] * (*value)?))
+                .filter_map(|(k, value)| Some(self.entry(i, k) * (*value)?))
                 .sum::<f64>();
-            self.r[(i, m)] - moved
+            self.entry(i, m) - moved
         };
-        let mut rows = Mat::from_fn(m + 1, free.len() + 1, |i, j| {
-            (free.get(j)).map_or_else(|| rhs(i), |&column| self.r[(i, column)])
-        });
-        Self::of_rows(rows.as_mut())
+        Self::of_entries(m + 1, free.len() + 1, |i, j| {
+            (free.get(j)).map_or_else(|| rhs(i), |&column| self.entry(i, column))
+        })
     }
 
     /// Returns the factor of the same rows multiplied by `factor`.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
-        let r = &self.r;
         Self {
-            r: Mat::from_fn(r.nrows(), r.ncols(), |i, j| factor * r[(i, j)]),
+            width: self.width,
+            r: self.r.iter().map(|entry| factor * entry).collect(),
         }
     }
 
@@ -107,16 +121,15 @@ impl Triangle {
             } else {
                 0.0
             };
-            (self.r[(i, j)] - own) / value
+            (self.entry(i, j) - own) / value
         };
-        let mut rows = Mat::from_fn(m + 1, m + 1, |i, j| {
+        Self::of_entries(m + 1, m + 1, |i, j| {
             if j < m {
                 return slope(i, j);
             }
             let fitted: f64 = (0..m).map(|j| slope(i, j) * x[j]).sum();
             fitted - residual[i] / value
-        });
-        Self::of_rows(rows.as_mut())
+        })
     }
 
     /// Returns the factor of the rows `[A|b] · [directions | -at]`: least squares for the steps from a
@@ -126,26 +139,28 @@ impl Triangle {
     ///   the factor -1 of the right-hand side at the end.
     #[must_use]
     pub(crate) fn along(&self, at: &[f64], directions: &[Vec<f64>]) -> Self {
-        let height = self.r.nrows();
+        let height = self.width;
         let product =
-            |i: usize, v: &[f64]| -> f64 { (i..height).map(|j| self.r[(i, j)] * v[j]).sum() };
+            |i: usize, v: &[f64]| -> f64 { (i..height).map(|j| self.entry(i, j) * v[j]).sum() };
         let width = directions.len() + 1;
-        let mut rows = Mat::from_fn(height, width, |i, j| {
+        Self::of_entries(height, width, |i, j| {
             (directions.get(j)).map_or_else(|| -product(i, at), |v| product(i, v))
-        });
-        Self::of_rows(rows.as_mut())
+        })
     }
 
     /// Returns the number of unknowns.
     #[must_use]
     pub fn unknowns(&self) -> usize {
-        self.r.ncols() - 1
+        self.width - 1
     }
 
-    /// Returns an entry of the factor.
+    /// Returns an entry of the factor; zero below the diagonal.
     #[must_use]
     pub fn entry(&self, row: usize, column: usize) -> f64 {
-        self.r[(row, column)]
+        if row > column {
+            return 0.0;
+        }
+        self.r[place(row, column)]
     }
 
     /// Returns `Q^T (A x - b)`, which has the length of the residual of all rows, \[m + 1\].
@@ -156,8 +171,8 @@ impl Triangle {
         let m = self.unknowns();
         (0..=m)
             .map(|i| {
-                let fitted: f64 = (i..m).map(|j| self.r[(i, j)] * x[j]).sum();
-                fitted - self.r[(i, m)]
+                let fitted: f64 = (i..m).map(|j| self.entry(i, j) * x[j]).sum();
+                fitted - self.entry(i, m)
             })
             .collect()
     }
@@ -167,7 +182,7 @@ impl Triangle {
     pub fn gradient(&self, x: &[f64]) -> Vec<f64> {
         let residual = self.residual(x);
         (0..self.unknowns())
-            .map(|j| (0..=j).map(|i| self.r[(i, j)] * residual[i]).sum())
+            .map(|j| (0..=j).map(|i| self.entry(i, j) * residual[i]).sum())
             .collect()
     }
 
@@ -175,7 +190,7 @@ impl Triangle {
     #[must_use]
     pub fn column_norm(&self, column: usize) -> f64 {
         (0..=column)
-            .map(|i| self.r[(i, column)].powi(2))
+            .map(|i| self.entry(i, column).powi(2))
             .sum::<f64>()
             .sqrt()
     }
@@ -190,6 +205,7 @@ impl Triangle {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use faer::Mat;
 
     fn rows(count: usize, shift: usize) -> Mat<f64> {
         Mat::from_fn(count, 4, |i, j| {
@@ -201,12 +217,20 @@ mod tests {
         rows.transpose() * rows
     }
 
+    fn of_rows(rows: &Mat<f64>) -> Triangle {
+        Triangle::of_entries(rows.nrows(), rows.ncols(), |i, j| rows[(i, j)])
+    }
+
+    fn gram_of(triangle: &Triangle) -> Mat<f64> {
+        gram(&Mat::from_fn(4, 4, |i, j| triangle.entry(i, j)))
+    }
+
     #[test]
     fn factor_keeps_all_products() {
         for count in [1, 3, 4, 5, 300] {
             let a = rows(count, 0);
-            let triangle = Triangle::of_rows(a.clone().as_mut());
-            let difference = gram(&a) - gram(&triangle.r);
+            let triangle = of_rows(&a);
+            let difference = gram(&a) - gram_of(&triangle);
             assert!(difference.norm_max() < 1e-12 * (1.0 + count as f64));
         }
     }
@@ -214,7 +238,7 @@ mod tests {
     #[test]
     fn known_values_move_to_the_right_hand_side() {
         let a = rows(60, 3);
-        let all = Triangle::of_rows(a.clone().as_mut());
+        let all = of_rows(&a);
         let reduced = all.with_known(&[None, Some(0.7), None]);
         let x = [0.3, 0.7, -1.1];
         let squared = |r: Vec<f64>| r.iter().map(|x| x * x).sum::<f64>();
@@ -225,7 +249,7 @@ mod tests {
 
     #[test]
     fn steps_along_directions_reach_the_same_residual() {
-        let all = Triangle::of_rows(rows(60, 3).as_mut());
+        let all = of_rows(&rows(60, 3));
         let (x, step) = ([0.3, 0.7, -1.1], [0.4, -0.2]);
         let directions = [vec![1.0, 0.0, 2.0, 0.0], vec![0.0, 0.0, 0.0, -1.0]];
         let along = all.along(&[x[0], x[1], x[2], -1.0], &directions);
@@ -240,13 +264,13 @@ mod tests {
     #[test]
     fn over_unknown_gives_the_gauss_newton_step() {
         let a = rows(60, 3);
-        let triangle = Triangle::of_rows(a.clone().as_mut());
+        let triangle = of_rows(&a);
         let x = [0.3, 0.7, -1.1];
         let of = |x: &[f64; 3], i: usize| {
             ((0..3).map(|j| a[(i, j)] * x[j]).sum::<f64>() - a[(i, 3)]) / x[1]
         };
         let step = 1e-6;
-        let mut linear = Mat::from_fn(60, 4, |i, j| {
+        let linear = Mat::from_fn(60, 4, |i, j| {
             let slope = |j: usize| {
                 let moved = |by: f64| std::array::from_fn(|k| x[k] + if k == j { by } else { 0.0 });
                 (of(&moved(step), i) - of(&moved(-step), i)) / (2.0 * step)
@@ -257,20 +281,20 @@ mod tests {
                 (0..3).map(|j| slope(j) * x[j]).sum::<f64>() - of(&x, i)
             }
         });
-        let expected = Triangle::of_rows(linear.as_mut());
+        let expected = of_rows(&linear);
         let found = triangle.over_unknown(&x, 1);
-        let difference = gram(&expected.r) - gram(&found.r);
+        let difference = gram_of(&expected) - gram_of(&found);
         // Error of the differences, measured 5.8e-11; the limit allows a factor of 17.
-        assert!(difference.norm_max() < 1e-9 * gram(&found.r).norm_max());
+        assert!(difference.norm_max() < 1e-9 * gram_of(&found).norm_max());
     }
 
     #[test]
     fn merged_factors_are_the_factor_of_all_rows() {
         let (a, b) = (rows(50, 0), rows(70, 50));
-        let parts = [a, b].map(|mut rows| Triangle::of_rows(rows.as_mut()));
+        let parts = [a, b].map(|rows| of_rows(&rows));
         let merged = Triangle::merge(&parts).unwrap();
-        let all = Triangle::of_rows(rows(120, 0).as_mut());
-        let difference = gram(&merged.r) - gram(&all.r);
+        let all = of_rows(&rows(120, 0));
+        let difference = gram_of(&merged) - gram_of(&all);
         assert!(difference.norm_max() < 1e-12 * 120.0);
         let x = [0.3, -0.2, 0.9];
         let squared = |t: &Triangle| t.residual(&x).iter().map(|r| r * r).sum::<f64>();
