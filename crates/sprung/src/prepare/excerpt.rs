@@ -1,7 +1,8 @@
 //! The beginning of a log, kept in memory for searches that read it several times.
 
+use super::smoothed::Smoothed;
 use crate::log::{Channels, LogBlock, LogError, LogSource};
-use crate::regression::{Probe, Reading, System, reduce_blocks};
+use crate::regression::{Probe, Reading, System, signals};
 
 /// Samples in an excerpt times joints, rounded up to a whole block: half a minute at 1 kHz for two
 /// joints.
@@ -93,30 +94,32 @@ impl Excerpt {
         (self.blocks.iter()).flat_map(move |block| block.values[channel].iter().copied())
     }
 
-    /// Returns the regression of the excerpt; `None` if it is too short for the filters or the
-    /// filters do not fit its period.
+    /// Returns the signals of the excerpt; `None` if it is too short for the filters or the filters
+    /// do not fit its period.
+    #[must_use]
+    pub(crate) fn smoothed(&self, reading: &Reading) -> Option<Smoothed> {
+        let stretches = signals(reading, self.period, &self.blocks).ok()?;
+        Some(Smoothed::new(self.period, stretches))
+    }
+
+    /// Returns the regression of the excerpt; `None` as for [`Excerpt::smoothed`].
     #[must_use]
     pub fn reduce(&self, reading: &Reading) -> Option<System> {
-        let rows: Vec<usize> = (0..reading.model().rows()).collect();
-        self.reduce_rows(reading, &rows)
+        self.smoothed(reading)?.reduce(reading)
     }
 
     /// Returns the regression of the excerpt with further columns, which follow the model's columns
-    /// in their rows; `None` as for [`Excerpt::reduce`].
+    /// in their rows; `None` as for [`Excerpt::smoothed`].
     #[must_use]
     pub(crate) fn reduce_with(&self, reading: &Reading, probes: &[Probe]) -> Option<System> {
         let rows: Vec<usize> = (0..reading.model().rows()).collect();
-        reduce_blocks(reading, self.period, &self.blocks, &rows, probes)
-            .ok()
-            .flatten()
+        self.smoothed(reading)?.reduce_rows(reading, &rows, probes)
     }
 
-    /// Returns the regression of some rows of the excerpt; `None` as for [`Excerpt::reduce`].
+    /// Returns the regression of some rows of the excerpt; `None` as for [`Excerpt::smoothed`].
     #[must_use]
     pub fn reduce_rows(&self, reading: &Reading, rows: &[usize]) -> Option<System> {
-        reduce_blocks(reading, self.period, &self.blocks, rows, &[])
-            .ok()
-            .flatten()
+        self.smoothed(reading)?.reduce_rows(reading, rows, &[])
     }
 }
 

@@ -15,6 +15,7 @@ mod noise;
 mod prepared;
 mod row;
 mod sign;
+mod smoothed;
 mod stribeck;
 mod sweep;
 mod weights;

@@ -88,7 +88,7 @@ fn estimate(reading: &Reading, excerpt: &Excerpt, cutoff_hz: f64) -> Option<Cuto
     if let Some(weights) = reading.weights() {
         own = own.with_weights(weights.clone().with_noise(noise));
     }
-    let system = excerpt.reduce(&own)?;
+    let system = excerpt.smoothed(&own)?.thinned(reading).reduce(&own)?;
     Some(CutoffAt {
         cutoff_hz,
         theta: fit_quickly(model, &system)?,

@@ -26,9 +26,10 @@ pub(crate) fn find_weights(reading: &Reading, excerpt: &Excerpt) -> Option<Trans
         excerpt,
         reading.position_cutoff_hz(),
     );
+    let signals = excerpt.smoothed(reading)?.thinned(reading);
     let mut weights = TransitionWeights::unknown(model, &noise);
     for _ in 0..WEIGHT_ITERATIONS {
-        let system = excerpt.reduce(&reading.with_weights(weights))?;
+        let system = signals.reduce(&reading.with_weights(weights))?;
         let theta = fit_values(model, &system)?;
         let slip = (0..model.rows())
             .map(|row| slip_scale(model, &system, &theta, row))

@@ -56,6 +56,30 @@ impl SignalBlock {
         }
     }
 
+    /// Returns the first of every `count` samples with the mean of their torques, which are held;
+    /// leaves out samples at the end that are fewer.
+    #[must_use]
+    pub(crate) fn thinned(&self, count: usize) -> Self {
+        let firsts = |column: &Vec<f64>| -> Vec<f64> {
+            column.chunks_exact(count).map(|part| part[0]).collect()
+        };
+        let of_joints = |columns: &[Vec<f64>]| columns.iter().map(firsts).collect();
+        let means = |column: &Vec<f64>| -> Vec<f64> {
+            let parts = column.chunks_exact(count);
+            parts
+                .map(|part| part.iter().sum::<f64>() / count as f64)
+                .collect()
+        };
+        Self {
+            time: firsts(&self.time),
+            q: of_joints(&self.q),
+            dq: of_joints(&self.dq),
+            phi: of_joints(&self.phi),
+            dphi: of_joints(&self.dphi),
+            tau: self.tau.iter().map(means).collect(),
+        }
+    }
+
     /// Returns all columns.
     fn columns(&mut self) -> impl Iterator<Item = &mut Vec<f64>> {
         let groups = (self.q.iter_mut())

@@ -245,36 +245,35 @@ fn reduce(
     Ok(())
 }
 
-/// Reduces blocks in memory; returns `None` if all segments are too short for the filters.
+/// Reduces signals in memory; returns `None` if there are no samples.
 ///
-/// - `period`: T, s.
+/// - `period`: of the signals, s; `stretches`: as [`signals`] returns them.
 /// - `rows`: rows of the regressor to reduce; `probes`: columns beyond those of the model, which
 ///   follow the model's columns in their rows.
 ///
 /// # Errors
 ///
-/// [`PassError`] if a filter does not fit the period.
-pub(crate) fn reduce_blocks(
+/// [`PassError`] if the filter pair does not fit the period.
+pub(crate) fn reduce_signals(
     reading: &Reading,
     period: f64,
-    blocks: &[LogBlock],
+    stretches: &[SignalBlock],
     rows: &[usize],
     probes: &[Probe],
 ) -> Result<Option<System>, PassError> {
-    let mut preparation = Preparation::new(reading, period, 0.0)?;
+    let settings = reading.settings();
+    let samples: u64 = stretches.iter().map(|own| own.len() as u64).sum();
     let mut reduction = Reduction::with_probes(reading.model(), rows, probes)
         .weighted(reading.weights())
-        .with_start(reading.settings().initial_momentum)
-        .with_samples(blocks.iter().map(|block| block.len() as u64).sum());
-    let mut pieces = Vec::new();
-    for block in blocks {
-        preparation.push(block, &mut (), &mut pieces);
-        reduce(&mut reduction, reading.settings(), &pieces)?;
-        pieces.clear();
+        .with_start(settings.initial_momentum)
+        .with_samples(samples);
+    for stretch in stretches {
+        reduction.restart();
+        let cutoff = settings.filter_cutoff_rad_per_s;
+        (reduction.push(stretch, cutoff, period, settings.discretization))
+            .map_err(PassError::FilterPair)?;
     }
-    preparation.end(Restart::Begin, &mut pieces);
-    reduce(&mut reduction, reading.settings(), &pieces)?;
-    Ok((preparation.used > 0).then(|| reduction.finish()))
+    Ok((samples > 0).then(|| reduction.finish()))
 }
 
 /// Returns the signals of blocks in memory, one block per segment that is long enough for the

@@ -56,7 +56,9 @@ impl Transition {
         if x.abs() > SATURATED_ARGUMENT {
             return 0.0;
         }
-        let slope = 1.0 - x.tanh().powi(2);
+        // sech², by one exponential.
+        let decay = libm::exp(-2.0 * x.abs());
+        let slope = 4.0 * decay / (1.0 + decay).powi(2);
         let heights = (self.laws.iter())
             .map(|(law, size)| size * law.jump(at, &self.shape).unwrap_or_default());
         (self.noise * slope * heights.sum::<f64>()).powi(2)
