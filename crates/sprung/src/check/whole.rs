@@ -45,7 +45,8 @@ impl LinkRows {
     /// or a number is not finite.
     pub(super) fn new(excerpt: &Excerpt, reading: &Reading, joints: &[usize]) -> Option<Self> {
         let model = reading.model();
-        let whole = excerpt.reduce(reading)?.whole()?;
+        let signals = excerpt.smoothed(reading)?.thinned(reading);
+        let whole = signals.reduce(reading)?.whole()?;
         let mut known: Vec<Option<f64>> = model.parameters().iter().map(|p| p.fixed).collect();
         let mut plausible = true;
         for joint in (0..model.joint_count()).filter(|&joint| model.is_flexible(joint)) {

@@ -51,6 +51,14 @@ impl<'a> HoldOut<'a> {
         self.fit_of(self.merged(chosen)?)
     }
 
+    /// Returns the least-squares fit of all parts, \[p\]; `None` if they do not determine all
+    /// parameters.
+    pub(crate) fn fit_determined(&self) -> Option<Theta> {
+        let factors = self.free.factors(self.merged(|_| true)?);
+        let x = solve_quickly(&self.free.parts(&factors), self.free.unknowns.len())?;
+        Some(self.free.whole(&x, |value| value))
+    }
+
     /// Returns the fit without each part, as [`HoldOut::fit`].
     pub(crate) fn fits_without_each(&self) -> Vec<Option<Theta>> {
         let count = self.len();

@@ -130,8 +130,12 @@ pub(crate) fn fit_quickly(model: &Model, system: &System) -> Option<Theta> {
 pub(crate) fn fit_values(model: &Model, system: &System) -> Option<Theta> {
     let free = Free::new(model);
     let whole = free.factors(system.whole()?);
-    let solution = solve(&free.parts(&whole), free.unknowns.len())?;
-    Some(free.whole(&solution.x, |value| value))
+    let (parts, unknowns) = (free.parts(&whole), free.unknowns.len());
+    let x = match solve_quickly(&parts, unknowns) {
+        Some(x) => x,
+        None => solve(&parts, unknowns)?.x,
+    };
+    Some(free.whole(&x, |value| value))
 }
 
 /// Returns the 97.5 % quantile of Student's t, accurate within 1 % for three or more degrees of

@@ -2,7 +2,7 @@
 
 use super::smoothed::Smoothed;
 use crate::log::{Channels, LogBlock, LogError, LogSource};
-use crate::regression::{Probe, Reading, System, signals};
+use crate::regression::{Reading, Reduction, System, signals};
 
 /// Samples in an excerpt times joints, rounded up to a whole block: half a minute at 1 kHz for two
 /// joints.
@@ -108,18 +108,11 @@ impl Excerpt {
         self.smoothed(reading)?.reduce(reading)
     }
 
-    /// Returns the regression of the excerpt with further columns, which follow the model's columns
-    /// in their rows; `None` as for [`Excerpt::smoothed`].
-    #[must_use]
-    pub(crate) fn reduce_with(&self, reading: &Reading, probes: &[Probe]) -> Option<System> {
-        let rows: Vec<usize> = (0..reading.model().rows()).collect();
-        self.smoothed(reading)?.reduce_rows(reading, &rows, probes)
-    }
-
     /// Returns the regression of some rows of the excerpt; `None` as for [`Excerpt::smoothed`].
     #[must_use]
     pub fn reduce_rows(&self, reading: &Reading, rows: &[usize]) -> Option<System> {
-        self.smoothed(reading)?.reduce_rows(reading, rows, &[])
+        let empty = Reduction::of_rows(reading.model(), rows);
+        self.smoothed(reading)?.reduce_by(empty, reading)
     }
 }
 

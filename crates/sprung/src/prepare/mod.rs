@@ -34,8 +34,9 @@ pub(crate) use noise::{velocity_noise, white_noise};
 pub(crate) use prepared::Prepared;
 pub use prepared::{PrepareError, prepare};
 pub(crate) use row::{MotorRowFit, fit_motor_rows};
+pub(crate) use smoothed::CUTOFF_STEP;
 pub(crate) use stribeck::rms_speeds;
-pub(crate) use sweep::{CUTOFF_STEP, Sweep};
+pub(crate) use sweep::Sweep;
 
 pub(crate) use noise::velocity_per_position;
 pub(crate) use row::{RowFit, fit_rows, independent};

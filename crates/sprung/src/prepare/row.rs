@@ -4,7 +4,7 @@ use sprung_core::parameters::JointParameter;
 
 use super::excerpt::Excerpt;
 use crate::model::Model;
-use crate::regression::{Reading, SystemPart, solve};
+use crate::regression::{Reading, Reduction, SystemPart, solve};
 
 /// Figures of a joint's torque row, for comparing assumptions about the log.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -117,7 +117,9 @@ pub(crate) fn fit_rows(
 ) -> Option<Vec<RowFit>> {
     let model = reading.model();
     let rows: Vec<usize> = joints.iter().map(|&j| model.torque_row(j)).collect();
-    let whole = excerpt.reduce_rows(reading, &rows)?.whole()?;
+    let empty = Reduction::of_rows(model, &rows).without_samples();
+    let signals = excerpt.smoothed(reading)?;
+    let whole = signals.reduce_by(empty, reading)?.whole()?;
     (rows.iter().zip(&whole))
         .map(|(&row, factor)| {
             let columns = model.row_columns(row);

@@ -1,8 +1,10 @@
 //! The signals of an excerpt with one cut-off of the position filter.
 
-use super::sweep::CUTOFF_STEP;
 use crate::preprocess::SignalBlock;
-use crate::regression::{Probe, Reading, System, reduce_signals};
+use crate::regression::{Reading, Reduction, System, reduce_signals};
+
+/// Ratio of neighbouring cut-offs in a sweep.
+pub(crate) const CUTOFF_STEP: f64 = std::f64::consts::SQRT_2;
 
 /// Lowest sampling rate of thinned signals, Hz, and the same as a multiple of the highest cut-off.
 /// An arm moves much slower, and a reversal passes the Coulomb transition in some milliseconds.
@@ -26,22 +28,16 @@ impl Smoothed {
         Self { period, stretches }
     }
 
-    /// Returns the regression; `None` if there are no samples or the filter pair does not fit the
-    /// period.
+    /// Returns the regression, without samples for plots; `None` if there are no samples or the
+    /// filter pair does not fit the period.
     pub(crate) fn reduce(&self, reading: &Reading) -> Option<System> {
-        let rows: Vec<usize> = (0..reading.model().rows()).collect();
-        self.reduce_rows(reading, &rows, &[])
+        self.reduce_by(Reduction::new(reading.model()).without_samples(), reading)
     }
 
-    /// Returns the regression of some rows with further columns; `None` as for
+    /// Returns the regression of the rows and probes of an empty reduction; `None` as for
     /// [`Smoothed::reduce`].
-    pub(crate) fn reduce_rows(
-        &self,
-        reading: &Reading,
-        rows: &[usize],
-        probes: &[Probe],
-    ) -> Option<System> {
-        reduce_signals(reading, self.period, &self.stretches, rows, probes)
+    pub(crate) fn reduce_by(&self, empty: Reduction, reading: &Reading) -> Option<System> {
+        reduce_signals(reading, self.period, &self.stretches, empty)
             .ok()
             .flatten()
     }
@@ -68,5 +64,54 @@ impl Smoothed {
             }
         }
         self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::demo;
+    use crate::description::{self, no_files};
+    use crate::log::Channels;
+    use crate::model::Model;
+
+    fn reading(cutoff_hz: f64) -> Reading {
+        let experiment =
+            description::read("experiment.toml", demo::EXPERIMENT, &[], &mut no_files).unwrap();
+        let model = Model::new(&experiment).unwrap();
+        let channels = Channels::new(&experiment.robot, experiment.log.as_ref().unwrap()).unwrap();
+        Reading::new(&model, &experiment.identify, &channels, cutoff_hz)
+    }
+
+    fn signals(samples: u32) -> Smoothed {
+        let mut block = SignalBlock::new(1);
+        for k in 0..samples {
+            for column in [&mut block.q, &mut block.dq, &mut block.phi, &mut block.dphi] {
+                column[0].push(f64::from(k));
+            }
+            block.tau[0].push(f64::from(k));
+            block.time.push(1e-3 * f64::from(k));
+        }
+        Smoothed::new(1e-3, vec![block])
+    }
+
+    #[test]
+    fn positions_are_picked_and_torques_averaged() {
+        let thinned = signals(9003).thinned(&reading(20.0));
+        assert!((thinned.period - 4e-3).abs() < 1e-15);
+        let block = &thinned.stretches[0];
+        assert_eq!(block.len(), 2250);
+        assert!((block.time[2] - 8e-3).abs() < 1e-15);
+        assert!((block.dphi[0][2] - 8.0).abs() < 1e-12);
+        assert!((block.tau[0][2] - 9.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn high_cut_offs_and_short_signals_keep_more_samples() {
+        // 100 Hz and one step more: at least 566 samples per second.
+        let fast = signals(9000).thinned(&reading(100.0));
+        assert_eq!(fast.stretches[0].len(), 9000);
+        let short = signals(5000).thinned(&reading(20.0));
+        assert_eq!(short.stretches[0].len(), 2500);
     }
 }

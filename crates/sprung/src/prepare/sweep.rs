@@ -1,13 +1,13 @@
 //! Estimates with several cut-offs of the position filter, and the choice among them by blocked
 //! hold-out.
 
+use rayon::prelude::*;
+
 use super::excerpt::Excerpt;
-use crate::fit::{HoldOut, fit_quickly};
+use super::smoothed::CUTOFF_STEP;
+use crate::fit::HoldOut;
 use crate::model::Theta;
 use crate::regression::Reading;
-
-/// Ratio of neighbouring cut-offs in a sweep.
-pub(crate) const CUTOFF_STEP: f64 = std::f64::consts::SQRT_2;
 
 /// Lowest cut-off that can be chosen, Hz. The sweep continues one step below it, so that each
 /// candidate has two neighbours.
@@ -58,13 +58,13 @@ pub(crate) fn sweep(reading: &Reading, excerpt: &Excerpt, free: bool) -> Option<
     } else {
         from_noise / CUTOFF_STEP
     };
-    let mut points = Vec::new();
-    let mut cutoff = from_noise * CUTOFF_STEP;
-    while cutoff > 0.999 * lowest {
-        points.extend(estimate(reading, excerpt, cutoff));
-        cutoff /= CUTOFF_STEP;
-    }
-    points.reverse();
+    let highest = from_noise * CUTOFF_STEP;
+    let all = std::iter::successors(Some(highest), |cutoff| Some(cutoff / CUTOFF_STEP));
+    let cutoffs: Vec<f64> = all.take_while(|cutoff| *cutoff > 0.999 * lowest).collect();
+    let estimates = cutoffs.par_iter().rev();
+    let points: Vec<CutoffAt> = estimates
+        .filter_map(|&cutoff| estimate(reading, excerpt, cutoff))
+        .collect();
     let noise =
         (points.iter()).position(|point| (point.cutoff_hz / from_noise - 1.0).abs() < 1e-3)?;
     let mut chosen = noise;
@@ -89,10 +89,11 @@ fn estimate(reading: &Reading, excerpt: &Excerpt, cutoff_hz: f64) -> Option<Cuto
         own = own.with_weights(weights.clone().with_noise(noise));
     }
     let system = excerpt.smoothed(&own)?.thinned(reading).reduce(&own)?;
+    let hold_out = HoldOut::new(model, &system, HOLD_OUT_PARTS);
     Some(CutoffAt {
         cutoff_hz,
-        theta: fit_quickly(model, &system)?,
-        held_out: HoldOut::new(model, &system, HOLD_OUT_PARTS)
+        theta: hold_out.fit_determined()?,
+        held_out: hold_out
             .missed_by_fits()
             .and_then(|missed| missed.of_torque_rows()),
     })

@@ -4,7 +4,7 @@ use super::excerpt::Excerpt;
 use super::noise::velocity_noise;
 use crate::fit::fit_values;
 use crate::model::Model;
-use crate::regression::{Reading, System, TransitionWeights};
+use crate::regression::{Reading, Reduction, System, TransitionWeights};
 
 /// Number of successive estimates; each estimate gives the weights for the next estimate.
 const WEIGHT_ITERATIONS: usize = 3;
@@ -29,7 +29,8 @@ pub(crate) fn find_weights(reading: &Reading, excerpt: &Excerpt) -> Option<Trans
     let signals = excerpt.smoothed(reading)?.thinned(reading);
     let mut weights = TransitionWeights::unknown(model, &noise);
     for _ in 0..WEIGHT_ITERATIONS {
-        let system = signals.reduce(&reading.with_weights(weights))?;
+        let empty = Reduction::new(model);
+        let system = signals.reduce_by(empty, &reading.with_weights(weights))?;
         let theta = fit_values(model, &system)?;
         let slip = (0..model.rows())
             .map(|row| slip_scale(model, &system, &theta, row))

@@ -6,7 +6,8 @@ pub(crate) struct Decimator<T> {
     kept: Vec<T>,
     limit: usize,
     stride: u64,
-    seen: u64,
+    // Items to pass over before the next one that may be kept.
+    ahead: u64,
 }
 
 impl<T> Decimator<T> {
@@ -17,26 +18,31 @@ impl<T> Decimator<T> {
             kept: Vec::new(),
             limit: limit.max(2),
             stride: 1,
-            seen: 0,
+            ahead: 0,
         }
     }
 
     /// Takes the next item; `item` is called only if it is kept.
     pub(crate) fn push(&mut self, item: impl FnOnce() -> T) {
-        if self.seen.is_multiple_of(self.stride) {
-            if self.kept.len() == self.limit {
-                let mut index = 0;
-                self.kept.retain(|_| {
-                    index += 1;
-                    index % 2 == 1
-                });
-                self.stride *= 2;
-            }
-            if self.seen.is_multiple_of(self.stride) {
-                self.kept.push(item());
+        if self.ahead > 0 {
+            self.ahead -= 1;
+            return;
+        }
+        if self.kept.len() == self.limit {
+            let mut index = 0;
+            self.kept.retain(|_| {
+                index += 1;
+                index % 2 == 1
+            });
+            self.stride *= 2;
+            // With an odd limit this item lies halfway between two that are kept.
+            if self.limit % 2 == 1 {
+                self.ahead = self.stride / 2 - 1;
+                return;
             }
         }
-        self.seen += 1;
+        self.kept.push(item());
+        self.ahead = self.stride - 1;
     }
 
     /// Returns the kept items, oldest first.

@@ -2,7 +2,6 @@
 
 use sprung_core::filter::FilterError;
 
-use super::probes::Probe;
 use super::reading::Reading;
 use super::reduction::Reduction;
 use super::system::System;
@@ -248,8 +247,7 @@ fn reduce(
 /// Reduces signals in memory; returns `None` if there are no samples.
 ///
 /// - `period`: of the signals, s; `stretches`: as [`signals`] returns them.
-/// - `rows`: rows of the regressor to reduce; `probes`: columns beyond those of the model, which
-///   follow the model's columns in their rows.
+/// - `empty`: reduces the wanted rows and probes.
 ///
 /// # Errors
 ///
@@ -258,12 +256,11 @@ pub(crate) fn reduce_signals(
     reading: &Reading,
     period: f64,
     stretches: &[SignalBlock],
-    rows: &[usize],
-    probes: &[Probe],
+    empty: Reduction,
 ) -> Result<Option<System>, PassError> {
     let settings = reading.settings();
     let samples: u64 = stretches.iter().map(|own| own.len() as u64).sum();
-    let mut reduction = Reduction::with_probes(reading.model(), rows, probes)
+    let mut reduction = empty
         .weighted(reading.weights())
         .with_start(settings.initial_momentum)
         .with_samples(samples);

@@ -1,7 +1,7 @@
 //! Folds the rows of any number of samples into a bounded number of factors.
 
 use std::ops::Range;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
 use sprung_core::filter::{FilterBank, FilterError, FilterState, bank_len};
@@ -43,8 +43,8 @@ impl Stretches {
     }
 }
 
-/// Number of stretches of samples in memory, at most. They are divided into 32 parts or fewer.
-const STRETCHES_OF_KNOWN_LENGTH: u64 = 128;
+/// Number of stretches of samples in memory, at most. They are divided into so many parts or fewer.
+const STRETCHES_OF_KNOWN_LENGTH: u64 = 32;
 
 /// Rows that are transposed into columns together.
 const TILE_ROWS: usize = 16;
@@ -89,6 +89,8 @@ struct RowReduction {
     stretch: u64,
     current: Option<Triangle>,
     done: Vec<Triangle>,
+    // Whether samples are kept for plots.
+    keeps: bool,
     kept: Decimator<Vec<f64>>,
     kept_variance: Decimator<f64>,
     kept_bound: Decimator<f64>,
@@ -127,6 +129,7 @@ impl RowReduction {
             stretch: Stretches::of(model).initial_samples,
             current: None,
             done: Vec::new(),
+            keeps: true,
             kept: Decimator::new(KEPT_SAMPLES),
             kept_variance: Decimator::new(KEPT_SAMPLES),
             kept_bound: Decimator::new(KEPT_SAMPLES),
@@ -160,9 +163,11 @@ impl RowReduction {
         }
         let memory = &mut self.weight_memory;
         let variance = pairs.entries.process(memory, 0.0, variance);
-        self.kept_variance.push(|| variance);
-        let bound = pairs.entries.process(&mut self.bound_memory, 0.0, bound);
-        self.kept_bound.push(|| bound);
+        if self.keeps {
+            self.kept_variance.push(|| variance);
+            let bound = pairs.entries.process(&mut self.bound_memory, 0.0, bound);
+            self.kept_bound.push(|| bound);
+        }
         weights.weight(self.row, variance)
     }
 
@@ -199,7 +204,9 @@ impl RowReduction {
                 }
             }
             row[width] = rhs;
-            self.kept.push(|| row.to_vec());
+            if self.keeps {
+                self.kept.push(|| row.to_vec());
+            }
             if self.weights.is_some() {
                 for entry in &mut *row {
                     *entry *= weight;
@@ -376,9 +383,18 @@ impl Reduction {
     /// which saves most of the small factors.
     #[must_use]
     pub(crate) fn with_samples(mut self, samples: u64) -> Self {
-        self.stretch = (self.stretch).max(samples / STRETCHES_OF_KNOWN_LENGTH);
+        self.stretch = (self.stretch).max(samples.div_ceil(STRETCHES_OF_KNOWN_LENGTH));
         for row in &mut self.rows {
             row.stretch = self.stretch;
+        }
+        self
+    }
+
+    /// Keeps no samples for plots.
+    #[must_use]
+    pub(crate) fn without_samples(mut self) -> Self {
+        for row in &mut self.rows {
+            row.keeps = false;
         }
         self
     }
@@ -497,6 +513,7 @@ impl Reduction {
             },
             at_rest,
             samples: self.samples,
+            all: OnceLock::new(),
         }
     }
 }

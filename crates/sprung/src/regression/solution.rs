@@ -2,6 +2,7 @@
 
 use faer::Mat;
 
+use super::householder::RowBlock;
 use super::triangle::Triangle;
 
 /// Singular values below this fraction of the largest count as zero, columns scaled to unit length.
@@ -97,11 +98,27 @@ pub fn solve(parts: &[SystemPart<'_>], unknowns: usize) -> Option<Solution> {
 /// determine all of them. Traces use it, because they solve many systems.
 #[must_use]
 pub(crate) fn solve_quickly(parts: &[SystemPart<'_>], unknowns: usize) -> Option<Vec<f64>> {
-    let (mut a, b) = assemble(parts, unknowns);
-    let norms = scale_columns(&mut a);
-    let triangle = Triangle::of_entries(a.nrows(), unknowns + 1, |i, j| {
-        if j < unknowns { a[(i, j)] } else { b[i] }
-    });
+    let (order, norms) = order_and_norms(parts, unknowns);
+    let mut places = vec![0; unknowns];
+    for (place, &column) in order.iter().enumerate() {
+        places[column] = place;
+    }
+    let mut triangle = Triangle::zero(unknowns + 1);
+    for part in parts {
+        let m = part.columns.len();
+        let mut block = RowBlock::zeros(m + 1, unknowns + 1);
+        for (j, &column) in part.columns.iter().enumerate() {
+            let entries = block.column_mut(places[column]).iter_mut();
+            for (i, entry) in entries.enumerate().take(j + 1) {
+                *entry = part.factor.entry(i, j) / norms[column];
+            }
+        }
+        let rhs = block.column_mut(unknowns).iter_mut();
+        for (i, entry) in rhs.enumerate().take(m + 1) {
+            *entry = part.factor.entry(i, m);
+        }
+        triangle.fold(&mut block, m + 1);
+    }
     let mut x = vec![0.0; unknowns];
     for i in (0..unknowns).rev() {
         let pivot = triangle.entry(i, i);
@@ -112,10 +129,34 @@ pub(crate) fn solve_quickly(parts: &[SystemPart<'_>], unknowns: usize) -> Option
         let known: f64 = (i + 1..unknowns).map(|j| triangle.entry(i, j) * x[j]).sum();
         x[i] = (triangle.entry(i, unknowns) - known) / pivot;
     }
-    for (x, norm) in x.iter_mut().zip(norms) {
-        *x /= norm;
+    Some(
+        (places.iter().zip(norms))
+            .map(|(&place, norm)| x[place] / norm)
+            .collect(),
+    )
+}
+
+/// Returns the order in which the columns are eliminated, and their lengths; a column of zeros has
+/// length 1. Columns of few equations come first, because they leave most entries of the others
+/// zero.
+fn order_and_norms(parts: &[SystemPart<'_>], unknowns: usize) -> (Vec<usize>, Vec<f64>) {
+    let mut squares = vec![0.0; unknowns];
+    let mut uses = vec![0; unknowns];
+    for part in parts {
+        for (j, &column) in part.columns.iter().enumerate() {
+            squares[column] += part.factor.column_norm(j).powi(2);
+            uses[column] += 1;
+        }
     }
-    Some(x)
+    let mut order: Vec<usize> = (0..unknowns).collect();
+    order.sort_by_key(|&column| uses[column]);
+    let norms = squares
+        .into_iter()
+        .map(|squares: f64| match squares.sqrt() {
+            norm if norm > 0.0 => norm,
+            _ => 1.0,
+        });
+    (order, norms.collect())
 }
 
 /// Stacks the factors in the columns of theta.

@@ -1,6 +1,7 @@
 //! The reduced logs: a bounded number of factors.
 
 use std::ops::Range;
+use std::sync::OnceLock;
 
 use super::triangle::Triangle;
 
@@ -47,6 +48,8 @@ pub struct System {
     /// Samples at rest of each row.
     pub(super) at_rest: Vec<u64>,
     pub(super) samples: u64,
+    // The factors of all samples, once they were asked for.
+    pub(super) all: OnceLock<Option<Vec<Triangle>>>,
 }
 
 impl System {
@@ -91,7 +94,7 @@ impl System {
     /// Returns one factor of all samples for each reduced row; `None` if there are no samples.
     #[must_use]
     pub fn whole(&self) -> Option<Vec<Triangle>> {
-        self.groups(1).pop()
+        self.all.get_or_init(|| self.groups(1).pop()).clone()
     }
 
     /// Returns the factors of at most `count` consecutive parts of about equal length.

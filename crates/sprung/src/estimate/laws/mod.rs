@@ -24,6 +24,7 @@ pub(super) use tested::{Tested, with_tested_laws};
 use crate::description::{Delay, Experiment, Laws};
 use crate::finding::{Finding, Severity};
 use crate::prepare::{Prepared, rms_speeds};
+use crate::regression::Reduction;
 
 /// Code of the finding that laws would predict the log better.
 pub(super) const LAWS_MISSING: &str = "laws-missing";
@@ -47,7 +48,10 @@ pub(super) fn choose_laws(prepared: &Prepared) -> Option<Chosen> {
     let speeds = rms_speeds(reading, prepared.excerpt());
     let found = Candidates::new(experiment, model, channels, &speeds).ok()?;
     let probes: Vec<_> = found.probes.iter().map(|(probe, _)| *probe).collect();
-    let system = prepared.excerpt().reduce_with(reading, &probes)?;
+    let rows: Vec<usize> = (0..model.rows()).collect();
+    let empty = Reduction::with_probes(model, &rows, &probes).without_samples();
+    let signals = prepared.excerpt().smoothed(reading)?.thinned(reading);
+    let system = signals.reduce_by(empty, reading)?;
     let normal = Normal::new(model, &system, &found.probes)?;
     let rows: Vec<[usize; 2]> = (0..model.joint_count())
         .map(|joint| [joint, model.torque_row(joint)])
