@@ -50,7 +50,7 @@ pub(super) fn choose_laws(prepared: &Prepared) -> Option<Chosen> {
     let probes: Vec<_> = found.probes.iter().map(|(probe, _)| *probe).collect();
     let rows: Vec<usize> = (0..model.rows()).collect();
     let empty = Reduction::with_probes(model, &rows, &probes).without_samples();
-    let signals = prepared.excerpt().smoothed(reading)?.thinned(reading);
+    let signals = prepared.excerpt().smoothed(reading)?;
     let system = signals.reduce_by(empty, reading)?;
     let normal = Normal::new(model, &system, &found.probes)?;
     let rows: Vec<[usize; 2]> = (0..model.joint_count())
