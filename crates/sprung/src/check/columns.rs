@@ -6,7 +6,7 @@ use sprung_core::parameters::JointParameter;
 use super::context::{CheckContext, SIGNIFICANT_SIGMAS};
 use crate::finding::{Finding, Severity};
 use crate::log::{Channels, Quantity, slope_remedy};
-use crate::prepare::{MotorRowFit, RowFit, fit_motor_rows, fit_rows};
+use crate::prepare::{MotorRowFit, RowFit, fit_rows};
 
 /// Another meaning of the columns is reported if it reduces the residual below this fraction.
 const BETTER_RESIDUAL_SHARE: f64 = 0.9;
@@ -20,10 +20,19 @@ const SCALE_RATIO: f64 = 1.1;
 const MIN_SCALE: f64 = 1.25;
 
 impl CheckContext<'_> {
-    /// Fits all rows with other meanings of the columns.
-    fn with(&self, channels: &Channels) -> Vec<MotorRowFit> {
+    /// Returns the fits with which the trials of this file are compared: those of few samples, as in
+    /// the trials, or the given ones if there is nothing to try.
+    pub(super) fn compared(&self, fits: &[RowFit], weak: &[usize]) -> Vec<RowFit> {
+        let all: Vec<usize> = (0..fits.len()).collect();
+        let few = (!weak.is_empty()).then(|| fit_rows(&self.few, self.reading, &all));
+        few.flatten().unwrap_or_else(|| fits.to_vec())
+    }
+
+    /// Fits the torque rows of some joints with other meanings of the columns.
+    fn with(&self, channels: &Channels, joints: &[usize]) -> Option<Vec<MotorRowFit>> {
         let reading = self.reading.with_channels(channels.clone());
-        fit_motor_rows(self.excerpt, &reading).unwrap_or_default()
+        let fits = fit_rows(&self.few, &reading, joints)?;
+        Some(fits.iter().map(|fit| fit.short(reading.model())).collect())
     }
 
     /// Returns joints with apparently exchanged link and motor columns, and adds findings about
@@ -42,9 +51,8 @@ impl CheckContext<'_> {
         if exchanged == *channels {
             return reported;
         }
-        let now = self.with(&exchanged);
-        for &joint in weak {
-            let Some(fit) = now.get(joint) else { continue };
+        let now = self.with(&exchanged, weak).unwrap_or_default();
+        for (&joint, fit) in weak.iter().zip(&now) {
             let better = fit.plausible
                 && fit.relative_residual < BETTER_RESIDUAL_SHARE * fits[joint].relative_residual()
                 && channels.exchanged(joint).is_some();
@@ -102,15 +110,14 @@ impl CheckContext<'_> {
                     let Some(swapped) = channels.swapped(quantity, one, two) else {
                         continue;
                     };
-                    let now = self.with(&swapped);
-                    let better = |joint: usize| {
-                        now.get(joint).is_some_and(|fit| {
-                            fit.plausible
-                                && fit.relative_residual
-                                    < BETTER_RESIDUAL_SHARE * fits[joint].relative_residual()
-                        })
+                    let Some(now) = self.with(&swapped, &[one, two]) else {
+                        continue;
                     };
-                    if better(one) && better(two) {
+                    let better = |(fit, &joint): (&MotorRowFit, &usize)| {
+                        let before = fits[joint].relative_residual();
+                        fit.plausible && fit.relative_residual < BETTER_RESIDUAL_SHARE * before
+                    };
+                    if now.iter().zip(&[one, two]).all(better) {
                         reported.extend([one, two]);
                         let line = self.column_lines(&swapped);
                         let finding = self.swap(quantity, one, two, fits, &now);
@@ -121,6 +128,7 @@ impl CheckContext<'_> {
         }
     }
 
+    /// - `after`: fits of both joints with the columns swapped.
     fn swap(
         &self,
         quantity: Quantity,
@@ -140,14 +148,14 @@ impl CheckContext<'_> {
                  the columns belong to the other joint",
                 self.name(one),
                 self.name(two),
-                percent(after[one].relative_residual),
-                percent(after[two].relative_residual),
+                percent(after[0].relative_residual),
+                percent(after[1].relative_residual),
                 percent(before[one].relative_residual()),
                 percent(before[two].relative_residual()),
             ),
             "give the columns in the order of the joints",
         )
-        .seen(self.file, a, after[one].relative_residual, "")
+        .seen(self.file, a, after[0].relative_residual, "")
     }
 
     /// Finding: the torque brakes where it should drive.
@@ -172,7 +180,7 @@ impl CheckContext<'_> {
     fn scaled(&self, quantities: &[Quantity], joint: usize, by: f64) -> Option<MotorRowFit> {
         let channel = (quantities.iter())
             .find_map(|&quantity| self.reading.channels().index(quantity, joint))?;
-        let excerpt = self.excerpt.scaled(channel, by);
+        let excerpt = self.few.scaled(channel, by);
         let fits = fit_rows(&excerpt, self.reading, &[joint])?;
         Some(fits.first()?.short(self.reading.model()))
     }

@@ -15,6 +15,8 @@ pub(super) struct CheckContext<'a> {
     pub(super) experiment: &'a Experiment,
     pub(super) reading: &'a Reading,
     pub(super) excerpt: &'a Excerpt,
+    /// The excerpt with so few samples that the filters just fit, for trials.
+    pub(super) few: Excerpt,
     pub(super) file: &'a str,
     pub(super) independent: f64,
 }

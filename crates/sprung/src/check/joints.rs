@@ -52,6 +52,7 @@ pub(super) fn joints(
         experiment,
         reading,
         excerpt,
+        few: excerpt.thinned_for(reading, f64::INFINITY),
         file,
         independent: independent(excerpt, reading),
     };
@@ -73,7 +74,8 @@ pub(super) fn joints(
     let mut findings: Vec<Finding> = (all.iter())
         .filter_map(|&joint| context.zeros_apart(joint))
         .collect();
-    let mut reported = context.exchanged(&fits, &weak, &mut findings);
+    let few = context.compared(&fits, &weak);
+    let mut reported = context.exchanged(&few, &weak, &mut findings);
     let whole = if reported.is_empty() && is_sound {
         WholeRobot::new(&context, moving)
     } else {
@@ -84,13 +86,13 @@ pub(super) fn joints(
     if about.explains_all {
         reported.extend(&all);
     }
-    context.swapped(&fits, &weak, &mut reported, &mut findings);
+    context.swapped(&few, &weak, &mut reported, &mut findings);
     for &joint in &weak {
         if reported.contains(&joint) {
             continue;
         }
-        let better = (context.opposite(joint, &fits[joint]))
-            .or_else(|| context.other_scale(joint, &fits[joint]));
+        let better = (context.opposite(joint, &few[joint]))
+            .or_else(|| context.other_scale(joint, &few[joint]));
         if let Some(finding) = better {
             findings.push(finding);
             reported.push(joint);

@@ -7,7 +7,8 @@ use super::whole::{BodyScale, LinkRows};
 use crate::finding::{Finding, Severity};
 use crate::prepare::RowFit;
 
-/// Number of samples for trials of other meanings, rounded up to whole blocks.
+/// Number of samples of the log for trials of other meanings, rounded up to whole blocks. A trial
+/// uses as few of them as its filters allow.
 const SAMPLES_TRIED: usize = 4096;
 
 /// Smallest part of the bodies' torque (squares) that the nominal bodies must explain before their
@@ -54,7 +55,7 @@ impl<'a> WholeRobot<'a> {
             return None;
         }
         let given = Trial {
-            excerpt: context.excerpt.first(SAMPLES_TRIED),
+            excerpt: (context.excerpt.first(SAMPLES_TRIED)).thinned_for(reading, f64::INFINITY),
             channels: reading.channels().clone(),
         };
         let of_trial = LinkRows::new(&given.excerpt, reading, moving)?;

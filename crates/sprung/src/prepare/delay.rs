@@ -9,8 +9,9 @@ use crate::regression::Reading;
 const EARLIEST_S: f64 = -0.05;
 const LATEST_S: f64 = 0.5;
 
-/// Distance of neighbouring delays in the first scan, s.
+/// Distance of neighbouring delays in the first scan, s, and samples in it.
 const COARSE_STEP_S: f64 = 0.01;
+const SAMPLES_PER_COARSE_STEP: f64 = 2.5;
 
 /// An estimate of a delay.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,8 +38,8 @@ pub(crate) struct DelayEstimate {
 /// The motor row of a joint contains the spring torque of that joint alone, so joints do not affect
 /// each other. It has a right-hand side, so a wrong delay cannot shrink the solution instead of
 /// fitting it. The search covers -0.05 s to 0.5 s, at most an eighth of the excerpt either way:
-/// first in steps of 10 ms, then in steps of a sample, then by a parabola. Delays with a negative
-/// stiffness are rejected.
+/// first in steps of 10 ms with few samples, then in steps of a sample, then by a parabola. Delays
+/// with a negative stiffness are rejected.
 ///
 /// Returns `None` if the excerpt is too short.
 #[must_use]
@@ -59,12 +60,16 @@ pub(crate) fn estimate_delays(
     let without = search.attempt(&vec![0.0; wanted.len()])?;
     let range = search.range();
     let coarse = COARSE_STEP_S.max(excerpt.period());
-    let mut best = vec![(0.0, f64::INFINITY); wanted.len()];
-    search.improve(&vec![0.0; wanted.len()], range, coarse, &mut best);
-    let mut step = coarse;
+    let few = excerpt.thinned_for(reading, coarse / SAMPLES_PER_COARSE_STEP);
+    let (mut best, mut step) = search.with_excerpt(&few).scan(range, coarse);
     while step > excerpt.period() {
         let centres: Vec<f64> = best.iter().map(|&(delay, _)| delay).collect();
         let finer = excerpt.period() * (step / excerpt.period() / 10.0).max(1.0).floor();
+        // Costs of fewer samples cannot be compared.
+        best = centres
+            .iter()
+            .map(|&centre| (centre, f64::INFINITY))
+            .collect();
         search.improve(&centres, (-step, step), finer, &mut best);
         step = finer;
     }
@@ -97,6 +102,29 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
+    fn with_excerpt<'a>(&'a self, excerpt: &'a Excerpt) -> Search<'a> {
+        Search {
+            excerpt,
+            joints: self.joints.clone(),
+            ..*self
+        }
+    }
+
+    /// Tries delays in steps of `coarse`, then in steps of a sample about the best. Returns the best
+    /// delay of each channel with its cost, and the last step.
+    fn scan(&self, range: (f64, f64), coarse: f64) -> (Vec<(f64, f64)>, f64) {
+        let zero = vec![0.0; self.wanted.len()];
+        let mut best = vec![(0.0, f64::INFINITY); self.wanted.len()];
+        self.improve(&zero, range, coarse, &mut best);
+        let period = self.excerpt.period();
+        if period >= coarse {
+            return (best, coarse);
+        }
+        let centres: Vec<f64> = best.iter().map(|&(delay, _)| delay).collect();
+        self.improve(&centres, (-coarse, coarse), period, &mut best);
+        (best, period)
+    }
+
     fn duration(&self) -> f64 {
         self.excerpt.duration()
     }

@@ -59,6 +59,17 @@ impl Excerpt {
         first
     }
 
+    /// Returns an excerpt without samples for as much time, with a period that is longer by a factor.
+    #[must_use]
+    pub(super) fn emptied(&self, factor: usize) -> Self {
+        Self {
+            blocks: Vec::new(),
+            samples: 0,
+            limit: self.limit.div_ceil(factor),
+            period: self.period * factor as f64,
+        }
+    }
+
     /// Returns T, s.
     #[must_use]
     pub fn period(&self) -> f64 {

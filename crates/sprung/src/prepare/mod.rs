@@ -18,6 +18,7 @@ mod sign;
 mod smoothed;
 mod stribeck;
 mod sweep;
+mod thinned;
 mod weights;
 
 pub(crate) use as_given::as_given;
