@@ -11,7 +11,7 @@ use super::estimators::Basis;
 use super::found::Found;
 use super::inputs::EstimatorInputs;
 use super::judge::{judge, tilt_is_possible, tilted};
-use super::laws::{Chosen, LAWS_MISSING, choose_laws, open_delays, with_open_delays};
+use super::laws::{Chosen, LAWS_MISSING, choose_laws, laws_of, open_delays, with_open_delays};
 use super::least_squares::{
     Parts, add_instruments, cross_checks, cutoff_choice, least_squares, widened,
 };
@@ -22,7 +22,7 @@ use super::promise::HeldOutRatio;
 use super::result::{CutoffChoice, EstimateResult, GENERATOR, Identification, SettingsUsed};
 use crate::check::{Refusal, examine};
 use crate::curves::Curves;
-use crate::description::{Estimator, Experiment, Identify, Instruments, OnCheckError};
+use crate::description::{Estimator, Experiment, Identify, Instruments, Laws, OnCheckError};
 use crate::finding::{Finding, Severity};
 use crate::fit::{Fitted, fit, residual};
 use crate::log::LogSource;
@@ -129,6 +129,21 @@ pub fn identify_and_tell(
     }
     identified.identification.laws = chosen.map(|chosen| chosen.result);
     Ok(identified)
+}
+
+/// Prepares the logs for a refinement, with the laws that the settings ask to choose by hold-out.
+pub(super) fn prepare_with_laws(
+    experiment: &Experiment,
+    model: &Model,
+    sources: &mut [LogSource<'_>],
+    progress: &mut dyn Listener,
+) -> Result<Prepared, IdentifyError> {
+    let auto = (0..model.joint_count()).any(|joint| laws_of(experiment, joint) == Laws::Auto);
+    if !auto {
+        return Ok(prepare(experiment, model, sources, progress)?.weighted(progress)?);
+    }
+    let prepared = prepare_to_estimate(experiment, model, sources, progress)?;
+    Ok(with_chosen_laws(prepared, sources, progress)?.0)
 }
 
 /// Chooses the laws by hold-out. If laws are added, prepares the logs again with them, estimates

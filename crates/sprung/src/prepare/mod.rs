@@ -3,6 +3,7 @@
 //! of samples.
 
 mod as_given;
+mod busiest;
 mod cutoff;
 mod delay;
 mod delays;

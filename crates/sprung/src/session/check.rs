@@ -13,8 +13,8 @@ pub enum Depth {
     /// One pass over the logs.
     #[default]
     OnePass,
-    /// In addition, estimates delays to a fraction of a sample by maximum likelihood. This takes as
-    /// long as a few identifications. It is skipped for a refused log.
+    /// In addition, estimates delays to a fraction of a sample by maximum likelihood, on a stretch of
+    /// the first log. It is skipped for a refused log.
     Likelihood,
 }
 

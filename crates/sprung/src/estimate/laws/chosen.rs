@@ -21,7 +21,7 @@ pub(in crate::estimate) struct Chosen {
 }
 
 /// Returns the setting of the laws for a joint.
-pub(super) fn laws_of(experiment: &Experiment, joint: usize) -> Laws {
+pub(in crate::estimate) fn laws_of(experiment: &Experiment, joint: usize) -> Laws {
     experiment.robot.joint[joint]
         .laws
         .unwrap_or(experiment.identify.laws)

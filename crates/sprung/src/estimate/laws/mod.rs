@@ -11,12 +11,12 @@ mod result;
 mod tested;
 
 use candidates::{Candidate, Candidates, Change, Tier, changed, torque_channel};
-use chosen::{is_small, laws_of, names, words};
+use chosen::{is_small, names, words};
 use ladder::{Ladder, Rung};
 use normal::Normal;
 
 pub(super) use by_likelihood::{open_delays, with_open_delays};
-pub(super) use chosen::Chosen;
+pub(super) use chosen::{Chosen, laws_of};
 pub(super) use dependence::dependence;
 pub use result::{LawDelay, LawRung, LawsByHoldOut};
 pub(super) use tested::{Tested, with_tested_laws};
