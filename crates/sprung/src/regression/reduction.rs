@@ -43,8 +43,8 @@ impl Stretches {
     }
 }
 
-/// Number of stretches of samples in memory, at most. They are divided into so many parts or fewer.
-const STRETCHES_OF_KNOWN_LENGTH: u64 = 32;
+/// Number of stretches of samples in memory, at most. They are divided into 32 parts or fewer.
+const STRETCHES_OF_KNOWN_LENGTH: u64 = 128;
 
 /// Rows that are transposed into columns together.
 const TILE_ROWS: usize = 16;
@@ -383,7 +383,7 @@ impl Reduction {
     /// which saves most of the small factors.
     #[must_use]
     pub(crate) fn with_samples(mut self, samples: u64) -> Self {
-        self.stretch = (self.stretch).max(samples.div_ceil(STRETCHES_OF_KNOWN_LENGTH));
+        self.stretch = (self.stretch).max(samples / STRETCHES_OF_KNOWN_LENGTH);
         for row in &mut self.rows {
             row.stretch = self.stretch;
         }
