@@ -8,7 +8,7 @@ use super::vector::dot;
 use crate::estimate::between_parts::between_parts;
 
 /// Estimate of the delay of a channel relative to the other channels.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct DelayUpdate {
     /// Index in [`Channels::all`](crate::log::Channels::all).
     pub(super) channel: usize,
@@ -18,8 +18,8 @@ pub(super) struct DelayUpdate {
     pub(super) correction: f64,
     /// Standard error of the delay, s; infinite if the log does not determine it.
     pub(super) standard_error: f64,
-    /// Largest move of a parameter with this delay, in standard errors.
-    pub(super) moves: f64,
+    /// Moves of the refined parameters with this delay, \[free\]; empty for an estimated delay.
+    pub(super) moves: Vec<f64>,
     /// Whether the description asks to estimate this delay.
     pub(super) estimated: bool,
 }
@@ -28,6 +28,11 @@ impl DelayUpdate {
     /// Returns the estimated delay, s.
     pub(super) fn delay(&self) -> f64 {
         self.assumed + self.correction
+    }
+
+    /// Returns the correction in standard errors.
+    pub(super) fn significance(&self) -> f64 {
+        self.correction.abs() / self.standard_error
     }
 }
 
@@ -48,8 +53,7 @@ struct Step {
 /// - `covariance`: covariance of the unknowns with values and the delays to be estimated, \[count ×
 ///   count\].
 /// - `parts`: normal equations of blocks of the log.
-/// - `assumed`: assumed delay of each channel, s; `errors`: standard error of each parameter among
-///   the unknowns.
+/// - `assumed`: assumed delay of each channel, s.
 pub(super) fn delay_updates(
     unknowns: &Unknowns,
     (normal, gradients): (&NormalEquations, &[Vec<f64>]),
@@ -57,7 +61,6 @@ pub(super) fn delay_updates(
     parts: &[&NormalEquations],
     duration: f64,
     assumed: &[f64],
-    errors: &[f64],
 ) -> Vec<DelayUpdate> {
     let count = covariance.len().isqrt();
     let steps = steps(unknowns, normal, covariance, count);
@@ -82,9 +85,7 @@ pub(super) fn delay_updates(
                 assumed: assumed[channel],
                 correction: step.correction,
                 standard_error: widened(step).hypot(between),
-                moves: (step.moves.iter().zip(errors))
-                    .map(|(own, error)| (own / error).abs())
-                    .fold(0.0, f64::max),
+                moves: step.moves.iter().take(unknowns.free.len()).copied().collect(),
                 estimated: unknowns.values() + i < count,
             }
         })

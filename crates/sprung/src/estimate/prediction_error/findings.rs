@@ -30,25 +30,30 @@ const FALSE_ALARM_PROBABILITY: f64 = 0.01;
 const REPORTED_DISTURBANCE_SHARE: f64 = 0.05;
 const LARGE_DISTURBANCE_SHARE: f64 = 0.15;
 
-/// A law is reported if its estimate exceeds this number of standard errors. It is a warning if the
-/// law would move a parameter by more than this number of standard errors, because then the interval
-/// of the parameter does not contain the effect.
+/// A law is reported if its estimate exceeds this number of standard errors.
 const LAW_SIGNIFICANCE_SIGMAS: f64 = 5.0;
-const MOVE_THAT_MATTERS_SIGMAS: f64 = 2.0;
+
+/// A law or a delay is a warning if it would move a parameter by more than this number of standard
+/// errors. The interval contains a smaller move.
+const MOVE_THAT_MATTERS_SIGMAS: f64 = 5.0;
 
 /// Reports the laws that the likelihood asks for, one per joint: the most significant one.
-pub(super) fn laws_by_likelihood(model: &Model, missing: &[MissingLaw]) -> Vec<Finding> {
+pub(super) fn laws_by_likelihood(
+    model: &Model,
+    refined: &Refined,
+    missing: &[MissingLaw],
+) -> Vec<Finding> {
     let of_joint = |joint: usize| {
         let own = missing.iter().filter(|law| law.tested.joint == joint);
         own.filter(|law| law.significance() > LAW_SIGNIFICANCE_SIGMAS)
             .max_by(|a, b| a.significance().total_cmp(&b.significance()))
     };
-    let each = (0..model.joint_count()).filter_map(of_joint).map(|law| {
+    let each = (0..model.joint_count()).filter_map(of_joint).filter_map(|law| {
         let joint = &model.joints()[law.tested.joint];
-        let (index, moved) = law.moves;
+        let (index, moved) = largest_move(refined, &law.moves)?;
         let name = &model.parameters()[index].name;
         let (of, word) = (law.tested.of, law.tested.law);
-        Finding::new(
+        let finding = Finding::new(
             if moved > MOVE_THAT_MATTERS_SIGMAS {
                 Severity::Warning
             } else {
@@ -66,9 +71,17 @@ pub(super) fn laws_by_likelihood(model: &Model, missing: &[MissingLaw]) -> Vec<F
              contain the effect",
         )
         .about([name.clone()])
-        .mended_by("[identify]", "laws = \"auto\"")
+        .mended_by("[identify]", "laws = \"auto\"");
+        Some(finding)
     });
     each.collect()
+}
+
+/// Returns the refined parameter that moves most: index in theta and move in standard errors.
+fn largest_move(refined: &Refined, moves: &[f64]) -> Option<(usize, f64)> {
+    (refined.free.iter().zip(moves))
+        .map(|(&index, own)| (index, own.abs() / refined.standard_error[index]))
+        .max_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 /// Returns the findings about a refinement.
@@ -87,7 +100,7 @@ pub(super) fn about(reading: &Reading, period: f64, refined: &Refined) -> Vec<Fi
             "put the most exciting part first, or cut the log",
         ));
     }
-    findings.extend(late(reading.channels(), period, &refined.delays));
+    findings.extend(late(reading.channels(), period, refined));
     findings.extend(together(model, refined));
     findings.extend(disagree(model, refined));
     let unexplained: Vec<String> = (refined.levels.iter().enumerate())
@@ -127,7 +140,8 @@ pub(super) fn about(reading: &Reading, period: f64, refined: &Refined) -> Vec<Fi
 }
 
 /// Reports late channels: for each joint the channel with the most significant delay.
-fn late(channels: &Channels, period: f64, delays: &[DelayUpdate]) -> Vec<Finding> {
+fn late(channels: &Channels, period: f64, refined: &Refined) -> Vec<Finding> {
+    let delays = &refined.delays;
     let joints = channels.rigid.len();
     let mut findings = Vec::new();
     for delay in delays.iter().filter(|d| d.estimated) {
@@ -148,19 +162,18 @@ fn late(channels: &Channels, period: f64, delays: &[DelayUpdate]) -> Vec<Finding
         if delays.iter().filter(own).any(|d| d.estimated) {
             continue;
         }
-        let size = |d: &DelayUpdate| d.correction.abs() / d.standard_error;
         let best = delays
             .iter()
             .filter(own)
             .filter(|d| {
-                size(d) > DELAY_SIGNIFICANCE_SIGMAS
+                d.significance() > DELAY_SIGNIFICANCE_SIGMAS
                     && d.correction.abs() > MIN_DELAY_SAMPLES * period
             })
-            .max_by(|a, b| size(a).total_cmp(&size(b)));
+            .max_by(|a, b| a.significance().total_cmp(&b.significance()));
         let Some(delay) = best else { continue };
         let column = &channels.all[delay.channel].column;
         let total = delay.delay();
-        let moved = delay.moves;
+        let moved = largest_move(refined, &delay.moves).map_or(0.0, |(_, moved)| moved);
         findings.push(Finding::new(
             if moved > MOVE_THAT_MATTERS_SIGMAS {
                 Severity::Warning
@@ -175,7 +188,7 @@ fn late(channels: &Channels, period: f64, delays: &[DelayUpdate]) -> Vec<Finding
                 when(total),
                 when(delay.assumed),
                 delay.standard_error,
-                0.5 * size(delay).powi(2)
+                0.5 * delay.significance().powi(2)
             ),
             &format!("set delay_s = {{ \"{column}\" = \"estimate\" }} in [log]"),
         )

@@ -120,7 +120,6 @@ pub(super) fn finish(
             &blocks.iter().map(|block| &block.normal).collect::<Vec<_>>(),
             duration,
             reading.delays(),
-            &(0..width).map(error).collect::<Vec<_>>(),
         ),
         trace: trace(problem, descent, &sums),
         without: (without.into_iter())

@@ -32,9 +32,8 @@ pub(super) struct MissingLaw {
     /// Estimate of its parameter by one Gauss-Newton step, and its standard error.
     pub(super) value: f64,
     pub(super) standard_error: f64,
-    /// The parameter that this law would move most, by its index in theta, and its move in standard
-    /// errors.
-    pub(super) moves: (usize, f64),
+    /// Moves of the refined parameters with this law, \[free\].
+    pub(super) moves: Vec<f64>,
 }
 
 impl MissingLaw {
@@ -143,17 +142,13 @@ impl Refinery<'_> {
             };
             let widening = widening(&[&influence], &sums.gradients, duration);
             let value = -dot(&influence.row, &normal.gradient);
-            let moves = (moves.iter().zip(before))
-                .map(|(own, &index)| {
-                    let error = end.refined.standard_error[index];
-                    (index, (own * value / error).abs())
-                })
-                .max_by(|a, b| a.1.total_cmp(&b.1))?;
             Some(MissingLaw {
                 tested: law.clone(),
                 value,
                 standard_error: widening[0] * influence.variance.sqrt(),
-                moves,
+                moves: (moves.iter().take(before.len()))
+                    .map(|own| own * value)
+                    .collect(),
             })
         });
         Ok(found.collect())

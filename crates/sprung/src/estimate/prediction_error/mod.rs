@@ -34,6 +34,7 @@ mod start_levels;
 mod status;
 #[cfg(test)]
 mod tests;
+mod undeclared;
 mod unknowns;
 mod vector;
 
@@ -60,6 +61,7 @@ use refined::Refined;
 use rung::Rung;
 use start_levels::TorqueNoise;
 use status::Status;
+use undeclared::bias;
 
 /// Inputs of a refinement.
 #[derive(Clone, Copy)]
@@ -122,8 +124,8 @@ pub(super) fn prediction_error(
     let mut findings: Vec<Finding> = status.finding().into_iter().collect();
     if let Some(refined) = shown.as_ref().and_then(Tried::refined) {
         findings.extend(about(reading, excerpt.period(), refined));
+        findings.extend(laws_by_likelihood(model, refined, &missing));
     }
-    findings.extend(laws_by_likelihood(model, &missing));
     let refinement =
         (shown.as_ref()).and_then(|shown| describe(model, reading.channels(), shown, &status));
     let rung = shown.as_ref().map_or(Rung::Free, |shown| shown.rung);
@@ -132,7 +134,10 @@ pub(super) fn prediction_error(
         .map(|end| end.refined)
         .filter(|_| status.is_used())
     {
-        Some(refined) => refined_numbers(refined, rung, before.fitted),
+        Some(refined) => {
+            let bias = bias(&refined, &missing);
+            refined_numbers(refined, rung, before.fitted, &bias)
+        }
         None => Numbers {
             points: trace(model, before.system).collect(),
             ..Numbers::of(before.fitted)
@@ -194,7 +199,14 @@ fn wrong_log(about_logs: &[Finding]) -> Option<&Finding> {
 /// differently have different limits. Then the difference from least squares beyond both standard
 /// errors counts as a bias. The last rung takes slow disturbances for white noise, so its sampling
 /// error is at least that of least squares, which comes from stretches of the log.
-fn refined_numbers(refined: Refined, rung: Rung, fitted: &Fitted) -> Numbers {
+///
+/// - `undeclared`: possible errors by effects that the model lacks, \[p\].
+fn refined_numbers(
+    refined: Refined,
+    rung: Rung,
+    fitted: &Fitted,
+    undeclared: &[f64],
+) -> Numbers {
     let error_parts: Vec<ErrorParts> = (0..refined.theta.len())
         .map(|i| {
             let (error, between) = (refined.standard_error[i], refined.between_parts[i]);
@@ -209,8 +221,10 @@ fn refined_numbers(refined: Refined, rung: Rung, fitted: &Fitted) -> Numbers {
                 },
                 between_parts: between,
                 bias: match rung {
-                    Rung::Cap10 | Rung::Cap3 | Rung::Flat if excess.is_finite() => excess,
-                    _ => 0.0,
+                    Rung::Cap10 | Rung::Cap3 | Rung::Flat if excess.is_finite() => {
+                        excess.max(undeclared[i])
+                    }
+                    _ => undeclared[i],
                 },
             }
         })
