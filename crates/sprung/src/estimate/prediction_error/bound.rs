@@ -102,7 +102,7 @@ pub fn information_bound(
         .filter(|(_, parameter)| parameter.fixed.is_none())
         .map(|(index, _)| index)
         .collect();
-    let unknowns = Unknowns::new(model, &channels, &measurements, theta, free).with_delays(
+    let unknowns = Unknowns::new(model, &channels, &measurements, theta, free).with_effects(
         model,
         &channels,
         &measurements,

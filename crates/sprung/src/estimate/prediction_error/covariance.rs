@@ -6,6 +6,7 @@
 //! disturbance is only multiplied by `a`.
 
 use super::levels::{Decay, Levels};
+use super::matrix::{add_outer, multiply, transpose};
 use super::measurements::{Segment, observe};
 use super::vector::{add, dot, scale};
 
@@ -37,91 +38,83 @@ pub(super) fn measurement_update(
         add(cross_covariance, weight, own);
     }
     let variance = variance + observe(cross_covariance, observation);
-    for (row, own) in covariance.chunks_mut(states).zip(&*cross_covariance) {
-        if *own != 0.0 {
-            add(row, -own / variance, cross_covariance);
-        }
-    }
+    add_outer(
+        covariance,
+        -1.0 / variance,
+        cross_covariance,
+        cross_covariance,
+    );
     variance
 }
 
-/// Propagates a covariance over a period: `F P Fᵀ`.
+/// Work memory of [`propagate`].
+#[derive(Clone, Debug)]
+pub(super) struct Propagation {
+    /// F P, \[2 rows × 3 rows\], and Fᵀ, \[3 rows × 2 rows\].
+    product: Vec<f64>,
+    transposed: Vec<f64>,
+    /// F P Fᵀ, \[2 rows × 2 rows\].
+    moving: Vec<f64>,
+}
+
+impl Propagation {
+    pub(super) fn new(rows: usize) -> Self {
+        Self {
+            product: vec![0.0; 6 * rows * rows],
+            transposed: vec![0.0; 6 * rows * rows],
+            moving: vec![0.0; 4 * rows * rows],
+        }
+    }
+}
+
+/// Propagates a covariance over a period: `F P Fᵀ + Q`. Q is the covariance that torque noise and new
+/// disturbances add. Noise of a torque acts like a disturbance, but only in this period.
 ///
 /// - `transition`: F without the rows of the disturbances, \[2 rows × 3 rows\]; `decay`: a.
-/// - `product`: work memory, \[2 rows × 3 rows\].
+/// - `reversals`: how near each row's friction is to a reversal in this period, \[rows\].
 pub(super) fn propagate(
     covariance: &mut [f64],
     transition: &[f64],
-    product: &mut [f64],
-    decay: f64,
+    levels: &Levels,
+    reversals: &[f64],
+    decay: Decay,
+    memory: &mut Propagation,
 ) {
     let states = states_of(transition);
     let moving = transition.len() / states;
-    product.fill(0.0);
-    for (out, row) in product.chunks_mut(states).zip(transition.chunks(states)) {
-        for (factor, row) in row.iter().zip(covariance.chunks(states)) {
-            if *factor != 0.0 {
-                add(out, *factor, row);
-            }
-        }
-    }
+    let product = &mut memory.product;
+    multiply(transition, covariance, states, product);
     for (i, own) in product.chunks(states).enumerate() {
-        for (j, row) in transition.chunks(states).take(i + 1).enumerate() {
-            let entry: f64 = own.iter().zip(row).map(|(a, b)| a * b).sum();
-            covariance[i * states + j] = entry;
-            covariance[j * states + i] = entry;
-        }
-        for j in moving..states {
-            let entry = decay * own[j];
+        for (j, own) in own.iter().enumerate().skip(moving) {
+            let entry = decay.factor * own;
             covariance[i * states + j] = entry;
             covariance[j * states + i] = entry;
         }
     }
-    for row in covariance[moving * states..].chunks_mut(states) {
-        scale(&mut row[moving..], decay * decay);
+    for (row, reversal) in reversals.iter().enumerate() {
+        let variance = levels.torque_variance(row, *reversal);
+        let at = moving + row;
+        for (own, by_torque) in (product.chunks_mut(states)).zip(transition.chunks(states)) {
+            own[at] += variance * by_torque[at];
+        }
+    }
+    transpose(transition, states, &mut memory.transposed);
+    multiply(product, &memory.transposed, moving, &mut memory.moving);
+    for (i, own) in memory.moving.chunks(moving).enumerate() {
+        for (j, entry) in own.iter().enumerate().take(i + 1) {
+            covariance[i * states + j] = *entry;
+            covariance[j * states + i] = *entry;
+        }
+    }
+    for (row, own) in (covariance[moving * states..].chunks_mut(states)).enumerate() {
+        scale(&mut own[moving..], decay.factor * decay.factor);
+        own[moving + row] += levels.added_variance(row, decay);
     }
 }
 
 /// Returns the number of states, \[3 rows\], of a transition, \[2 rows × 3 rows\].
 fn states_of(transition: &[f64]) -> usize {
     3 * (transition.len() / 6).isqrt()
-}
-
-/// Adds Q: the covariance that torque noise and new disturbances add in a period.
-///
-/// - `reversals`: how near each row's friction is to a reversal in this period, \[rows\].
-pub(super) fn add_process_noise(
-    covariance: &mut [f64],
-    transition: &[f64],
-    levels: &Levels,
-    reversals: &[f64],
-    decay: Decay,
-) {
-    let states = states_of(transition);
-    for (row, reversal) in reversals.iter().enumerate() {
-        let variance = levels.torque_variance(row, *reversal);
-        if variance > 0.0 {
-            add_torque_noise(covariance, transition, row, variance);
-        }
-    }
-    let moving = transition.len() / states;
-    for row in 0..levels.disturbance.len() {
-        covariance[(moving + row) * (states + 1)] += levels.added_variance(row, decay);
-    }
-}
-
-/// Adds the effect of one row's torque variance over a period.
-fn add_torque_noise(covariance: &mut [f64], transition: &[f64], row: usize, variance: f64) {
-    let states = states_of(transition);
-    let column = 2 * states / 3 + row;
-    for (i, a) in transition.chunks(states).enumerate() {
-        let scaled = variance * a[column];
-        if scaled != 0.0 {
-            for (j, b) in transition.chunks(states).enumerate() {
-                covariance[i * states + j] += scaled * b[column];
-            }
-        }
-    }
 }
 
 /// Propagates a deviation of the state over a period: `F x`.
@@ -156,24 +149,39 @@ pub(super) fn adjoint_state(
     weight.copy_from_slice(memory);
 }
 
+/// Work memory of [`adjoint_covariance`].
+#[derive(Clone, Debug)]
+pub(super) struct AdjointMemory {
+    /// Fᵀ, \[3 rows × 2 rows\].
+    transposed: Vec<f64>,
+    /// Fᵀ D F, \[3 rows × 3 rows\].
+    moved: Vec<f64>,
+    /// Fᵀ D without the columns of the disturbances, \[3 rows × 2 rows\].
+    moving: Vec<f64>,
+}
+
+impl AdjointMemory {
+    pub(super) fn new(rows: usize) -> Self {
+        Self {
+            transposed: vec![0.0; 6 * rows * rows],
+            moved: vec![0.0; 9 * rows * rows],
+            moving: vec![0.0; 6 * rows * rows],
+        }
+    }
+}
+
 /// Writes `Fᵀ D`, where D is a symmetric derivative by the covariance.
 pub(super) fn adjoint_product(
     by_covariance: &[f64],
     transition: &[f64],
     decay: f64,
     product: &mut [f64],
+    memory: &mut AdjointMemory,
 ) {
     let states = by_covariance.len().isqrt();
     let moving = 2 * states / 3;
-    product.fill(0.0);
-    let rows = by_covariance.chunks(states);
-    for (row, own) in transition.chunks(states).zip(rows) {
-        for (factor, out) in row.iter().zip(product.chunks_mut(states)) {
-            if *factor != 0.0 {
-                add(out, *factor, own);
-            }
-        }
-    }
+    transpose(transition, states, &mut memory.transposed);
+    multiply(&memory.transposed, by_covariance, states, product);
     let drifts = moving * states;
     add(&mut product[drifts..], decay, &by_covariance[drifts..]);
 }
@@ -184,23 +192,22 @@ pub(super) fn adjoint_covariance(
     transition: &[f64],
     decay: f64,
     by_covariance: &mut [f64],
+    memory: &mut AdjointMemory,
 ) {
     let states = by_covariance.len().isqrt();
     let moving = 2 * states / 3;
+    for (own, product) in (memory.moving.chunks_mut(moving)).zip(product.chunks(states)) {
+        own.copy_from_slice(&product[..moving]);
+    }
+    multiply(&memory.moving, transition, states, &mut memory.moved);
+    for (own, product) in (memory.moved.chunks_mut(states)).zip(product.chunks(states)) {
+        add(&mut own[moving..], decay, &product[moving..]);
+    }
     for i in 0..states {
-        let own = &product[i * states..(i + 1) * states];
-        let out = &mut by_covariance[i * states..=i * states + i];
-        out.fill(0.0);
-        for (factor, row) in own.iter().zip(transition.chunks(states)) {
-            if *factor != 0.0 {
-                add(out, *factor, row);
-            }
-        }
-        for (j, out) in out.iter_mut().enumerate().skip(moving) {
-            *out += decay * own[j];
-        }
-        for j in 0..i {
-            by_covariance[j * states + i] = by_covariance[i * states + j];
+        for j in 0..=i {
+            let entry = memory.moved[i * states + j];
+            by_covariance[i * states + j] = entry;
+            by_covariance[j * states + i] = entry;
         }
     }
 }

@@ -67,7 +67,7 @@ pub(super) fn describe(
         delays: (refined.delays.iter())
             .map(|delay| RefinedDelay {
                 column: column(delay.channel),
-                delay_s: delay.delay(),
+                delay_s: delay.value(),
                 standard_error_s: Some(delay.standard_error).filter(|e| e.is_finite()),
                 used_s: delay.assumed,
             })

@@ -1,6 +1,6 @@
 //! Findings about a refinement.
 
-use super::delay_updates::DelayUpdate;
+use super::channel_updates::ChannelUpdate;
 use super::missing_laws::MissingLaw;
 use super::refined::Refined;
 use crate::estimate::between_parts::between_parts;
@@ -48,12 +48,14 @@ pub(super) fn laws_by_likelihood(
         own.filter(|law| law.significance() > LAW_SIGNIFICANCE_SIGMAS)
             .max_by(|a, b| a.significance().total_cmp(&b.significance()))
     };
-    let each = (0..model.joint_count()).filter_map(of_joint).filter_map(|law| {
-        let joint = &model.joints()[law.tested.joint];
-        let (index, moved) = largest_move(refined, &law.moves)?;
-        let name = &model.parameters()[index].name;
-        let (of, word) = (law.tested.of, law.tested.law);
-        let finding = Finding::new(
+    let each = (0..model.joint_count())
+        .filter_map(of_joint)
+        .filter_map(|law| {
+            let joint = &model.joints()[law.tested.joint];
+            let (index, moved) = largest_move(refined, &law.moves)?;
+            let name = &model.parameters()[index].name;
+            let (of, word) = (law.tested.of, law.tested.law);
+            let finding = Finding::new(
             if moved > MOVE_THAT_MATTERS_SIGMAS {
                 Severity::Warning
             } else {
@@ -72,8 +74,8 @@ pub(super) fn laws_by_likelihood(
         )
         .about([name.clone()])
         .mended_by("[identify]", "laws = \"auto\"");
-        Some(finding)
-    });
+            Some(finding)
+        });
     each.collect()
 }
 
@@ -101,6 +103,7 @@ pub(super) fn about(reading: &Reading, period: f64, refined: &Refined) -> Vec<Fi
         ));
     }
     findings.extend(late(reading.channels(), period, refined));
+    findings.extend(saturating(reading.channels(), refined));
     findings.extend(together(model, refined));
     findings.extend(disagree(model, refined));
     let unexplained: Vec<String> = (refined.levels.iter().enumerate())
@@ -151,14 +154,14 @@ fn late(channels: &Channels, period: f64, refined: &Refined) -> Vec<Finding> {
             format!(
                 "\"{}\" was recorded {:.5} s late, by likelihood (standard error {:.5} s)",
                 channels.all[delay.channel].column,
-                delay.delay(),
+                delay.value(),
                 delay.standard_error
             ),
             "give the delay as a number to keep it fixed",
         ));
     }
     for joint in 0..joints {
-        let own = |d: &&DelayUpdate| channels.all[d.channel].joint == joint;
+        let own = |d: &&ChannelUpdate| channels.all[d.channel].joint == joint;
         if delays.iter().filter(own).any(|d| d.estimated) {
             continue;
         }
@@ -172,7 +175,7 @@ fn late(channels: &Channels, period: f64, refined: &Refined) -> Vec<Finding> {
             .max_by(|a, b| a.significance().total_cmp(&b.significance()));
         let Some(delay) = best else { continue };
         let column = &channels.all[delay.channel].column;
-        let total = delay.delay();
+        let total = delay.value();
         let moved = largest_move(refined, &delay.moves).map_or(0.0, |(_, moved)| moved);
         findings.push(Finding::new(
             if moved > MOVE_THAT_MATTERS_SIGMAS {
@@ -196,6 +199,37 @@ fn late(channels: &Channels, period: f64, refined: &Refined) -> Vec<Finding> {
         .seen("", column, total, "s"));
     }
     findings
+}
+
+/// Reports torques whose scale depends on their size.
+fn saturating(channels: &Channels, refined: &Refined) -> Vec<Finding> {
+    let significant =
+        (refined.saturations.iter()).filter(|own| own.significance() > LAW_SIGNIFICANCE_SIGMAS);
+    let each = significant.filter_map(|own| {
+        let (_, moved) = largest_move(refined, &own.moves)?;
+        let column = &channels.all[own.channel].column;
+        let (percent, error) = (100.0 * own.value(), 100.0 * own.standard_error);
+        let finding = Finding::new(
+            if moved > MOVE_THAT_MATTERS_SIGMAS {
+                Severity::Warning
+            } else {
+                Severity::Info
+            },
+            "torque-saturates",
+            format!(
+                "by likelihood, the acting torque grows {} than \"{column}\": at the standard \
+                 deviation of the torque the difference is {:.2} % (standard error {error:.2} %), \
+                 and it grows with the third power of the torque. With it parameters would move by \
+                 up to {moved:.1} of their standard errors",
+                if percent > 0.0 { "less" } else { "more" },
+                percent.abs(),
+            ),
+            "measure the torque constant at several currents, or record a motion with smaller \
+             torques",
+        );
+        Some(finding.seen("", column, own.value(), ""))
+    });
+    each.collect()
 }
 
 /// Returns the delay in words.

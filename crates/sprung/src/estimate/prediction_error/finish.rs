@@ -1,6 +1,6 @@
 //! From the end of a descent to the result.
 
-use super::delay_updates::delay_updates;
+use super::channel_updates::channel_updates;
 use super::descent::Descent;
 use super::dynamics::Dynamics;
 use super::filter::{Keep, Sums, run};
@@ -13,7 +13,7 @@ use super::problem::{Problem, add_prior};
 use super::refined::{Refined, RowLevel, SensorLevel, SensorOffset, StribeckVelocity};
 use super::sandwich::{Influence, widening};
 use super::solve::covariance as covariance_of;
-use super::unknowns::Unknowns;
+use super::unknowns::{Effect, Unknowns};
 use super::vector::{add, dot};
 use crate::model::{Model, Theta};
 use crate::regression::Reading;
@@ -35,7 +35,7 @@ pub(super) fn finish(
 ) -> Option<Refined> {
     let (model, measurements) = (problem.model, problem.measurements);
     let unknowns =
-        (problem.unknowns.clone()).with_delays(model, reading.channels(), measurements, estimated);
+        (problem.unknowns.clone()).with_effects(model, reading.channels(), measurements, estimated);
     let (sums, bias) = last_run(problem, &unknowns, (&descent.z, &descent.levels))?;
     // Estimated delays are unknowns, so they increase the standard errors of the parameters.
     let count = unknowns.values() + estimated.len();
@@ -75,6 +75,16 @@ pub(super) fn finish(
     let width = free.len();
     let mut moved: Vec<(usize, f64)> = free.iter().copied().zip(descent.moved.clone()).collect();
     moved.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+    let updates = channel_updates(
+        &unknowns,
+        (&normal, &sums.gradients),
+        &influence,
+        &blocks.iter().map(|block| &block.normal).collect::<Vec<_>>(),
+        duration,
+        reading.delays(),
+    );
+    let (saturations, delays) =
+        (updates.into_iter()).partition(|own| matches!(own.effect, Effect::Saturation { .. }));
     Some(Refined {
         covariance: (0..width * width)
             .map(|at| covariance[at / width * count + at % width])
@@ -113,14 +123,8 @@ pub(super) fn finish(
                 standard_error: value * error(width + unknowns.offsets.len() + i),
             })
             .collect(),
-        delays: delay_updates(
-            &unknowns,
-            (&normal, &sums.gradients),
-            &influence,
-            &blocks.iter().map(|block| &block.normal).collect::<Vec<_>>(),
-            duration,
-            reading.delays(),
-        ),
+        delays,
+        saturations,
         trace: trace(problem, descent, &sums),
         without: (without.into_iter())
             .map(|(end, z)| (end, unknowns.theta(&z)))

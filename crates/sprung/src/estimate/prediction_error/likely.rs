@@ -88,7 +88,7 @@ pub(in crate::estimate) fn likely(
         delays: (best.delays.iter().filter(|delay| delay.estimated))
             .map(|delay| DelayByLikelihood {
                 channel: delay.channel,
-                delay: delay.delay(),
+                delay: delay.value(),
                 standard_error: delay.standard_error,
             })
             .collect(),

@@ -3,8 +3,8 @@
 
 mod bound;
 mod cap;
+mod channel_updates;
 mod covariance;
-mod delay_updates;
 mod descent;
 mod describe;
 mod dynamics;
@@ -18,6 +18,7 @@ mod level_search;
 mod levels;
 mod likelihood;
 mod likely;
+mod matrix;
 mod measurements;
 mod missing_laws;
 mod noisy_torque;
@@ -201,12 +202,7 @@ fn wrong_log(about_logs: &[Finding]) -> Option<&Finding> {
 /// error is at least that of least squares, which comes from stretches of the log.
 ///
 /// - `undeclared`: possible errors by effects that the model lacks, \[p\].
-fn refined_numbers(
-    refined: Refined,
-    rung: Rung,
-    fitted: &Fitted,
-    undeclared: &[f64],
-) -> Numbers {
+fn refined_numbers(refined: Refined, rung: Rung, fitted: &Fitted, undeclared: &[f64]) -> Numbers {
     let error_parts: Vec<ErrorParts> = (0..refined.theta.len())
         .map(|i| {
             let (error, between) = (refined.standard_error[i], refined.between_parts[i]);

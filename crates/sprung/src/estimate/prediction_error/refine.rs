@@ -8,7 +8,7 @@
 //! Ljung, System Identification, chapters 7 and 10; Åström, Automatica 1980: "Maximum likelihood
 //! and prediction error methods".
 
-use super::delay_updates::DelayUpdate;
+use super::channel_updates::ChannelUpdate;
 use super::descent::{Descent, descend};
 use super::finish::finish;
 use super::guard::Guard;
@@ -258,9 +258,9 @@ fn residual_levels(before: &[ResidualLevel], refined: &Refined) -> (Vec<Residual
 /// estimate.
 ///
 /// - `period`: s; `delays`: delays of all channels, s.
-fn move_delays(updates: &[DelayUpdate], period: f64, delays: &mut [f64]) -> bool {
+fn move_delays(updates: &[ChannelUpdate], period: f64, delays: &mut [f64]) -> bool {
     let estimated = || updates.iter().filter(|update| update.estimated);
-    let far = |update: &DelayUpdate| {
+    let far = |update: &ChannelUpdate| {
         update.correction.abs() > DELAY_TOLERANCE_SIGMAS * update.standard_error
     };
     for update in estimated() {

@@ -2,7 +2,7 @@
 
 use sprung_core::parameters::Side;
 
-use super::delay_updates::DelayUpdate;
+use super::channel_updates::ChannelUpdate;
 use super::descent::Ending;
 use crate::model::Theta;
 
@@ -52,7 +52,9 @@ pub(super) struct Refined {
     /// Estimates of the Stribeck velocities that the description leaves open.
     pub(super) velocities: Vec<StribeckVelocity>,
     /// Estimates of the delays, one per channel.
-    pub(super) delays: Vec<DelayUpdate>,
+    pub(super) delays: Vec<ChannelUpdate>,
+    /// Estimates of the saturations, one per torque.
+    pub(super) saturations: Vec<ChannelUpdate>,
     /// Parameter vectors for growing parts of the log, with the end of each part, s.
     pub(super) trace: Vec<(f64, Theta)>,
     /// Parameter vectors without each of the blocks in turn, with the end of each block as a

@@ -1,4 +1,4 @@
-//! Unknowns of the refinement: parameters, offsets between encoders, delays.
+//! Unknowns of the refinement: parameters, offsets between encoders, effects of channels.
 
 use super::measurements::{Measurements, Segment};
 use super::residual_levels::ResidualLevel;
@@ -42,18 +42,22 @@ pub(super) struct Prior {
     pub(super) deviation: f64,
 }
 
-/// Signal that a delay belongs to.
+/// Effect of a channel that the filter does not model, only its derivative.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum DelayOf {
-    /// A position sensor.
-    Sensor(usize),
-    /// The torque on a row.
-    Torque(usize),
+pub(super) enum Effect {
+    /// Delay of a position sensor.
+    SensorDelay(usize),
+    /// Delay of the torque on a row.
+    TorqueDelay(usize),
+    /// Saturation of the torque on a row: `τ − s τ (τ/scale)²` acts instead of τ. The scale is the
+    /// standard deviation of the torque, N·m (N).
+    Saturation { row: usize, scale: f64 },
 }
 
-/// The unknowns: parameters that are not fixed, offsets, Stribeck velocities, and delays.
+/// The unknowns: parameters that are not fixed, offsets, Stribeck velocities, and effects of
+/// channels.
 ///
-/// Delays have columns but no values. Their effect is linear only for small changes, so the
+/// Effects have columns but no values. That of a delay is linear only for small changes, so the
 /// measurements are built again for every delay.
 #[derive(Clone, Debug)]
 pub(super) struct Unknowns {
@@ -65,8 +69,8 @@ pub(super) struct Unknowns {
     pub(super) velocities: Vec<Velocity>,
     /// Prior levels of the residual laws.
     pub(super) residual: Vec<ResidualLevel>,
-    /// Channel of each delay, and the signal that it shifts.
-    delays: Vec<(usize, DelayOf)>,
+    /// Channel of each effect, and the effect.
+    effects: Vec<(usize, Effect)>,
 }
 
 impl Unknowns {
@@ -132,13 +136,13 @@ impl Unknowns {
             known: theta.to_vec(),
             free,
             offsets,
-            delays: Vec::new(),
+            effects: Vec::new(),
         }
     }
 
-    /// Returns the same unknowns with a column for the delay of each channel. The columns of the
-    /// delays to be estimated come first.
-    pub(super) fn with_delays(
+    /// Returns the same unknowns with columns for the delay of each channel and the saturation of
+    /// each torque. The columns of the delays to be estimated come first.
+    pub(super) fn with_effects(
         mut self,
         model: &Model,
         channels: &Channels,
@@ -146,22 +150,28 @@ impl Unknowns {
         estimated: &[usize],
     ) -> Self {
         let others = (0..channels.all.len()).filter(|i| !estimated.contains(i));
-        self.delays = (estimated.iter().copied().chain(others))
-            .filter_map(|i| {
-                let channel = &channels.all[i];
-                if !channel.quantity.is_position() {
-                    return Some((i, DelayOf::Torque(model.torque_row(channel.joint))));
-                }
-                let sensor = measurements.sensors.iter().position(|s| s.channel == i)?;
-                Some((i, DelayOf::Sensor(sensor)))
-            })
-            .collect();
+        let delays = (estimated.iter().copied().chain(others)).filter_map(|i| {
+            let channel = &channels.all[i];
+            if !channel.quantity.is_position() {
+                return Some((i, Effect::TorqueDelay(model.torque_row(channel.joint))));
+            }
+            let sensor = measurements.sensors.iter().position(|s| s.channel == i)?;
+            Some((i, Effect::SensorDelay(sensor)))
+        });
+        let torques = (channels.all.iter().enumerate())
+            .filter(|(_, channel)| !channel.quantity.is_position())
+            .map(|(i, channel)| {
+                let row = model.torque_row(channel.joint);
+                let scale = measurements.torque_scale[row];
+                (i, Effect::Saturation { row, scale })
+            });
+        self.effects = delays.chain(torques).collect();
         self
     }
 
-    /// Returns the channels whose delays have columns.
-    pub(super) fn delayed(&self) -> impl Iterator<Item = usize> {
-        self.delays.iter().map(|(channel, _)| *channel)
+    /// Returns the effects that have columns, with their channels.
+    pub(super) fn effects(&self) -> impl Iterator<Item = (usize, Effect)> {
+        self.effects.iter().copied()
     }
 
     /// Returns the number of unknowns with values.
@@ -175,7 +185,7 @@ impl Unknowns {
 
     /// Returns the number of columns.
     pub(super) fn columns(&self) -> usize {
-        self.values() + self.delays.len()
+        self.values() + self.effects.len()
     }
 
     /// Returns the values of the unknowns for a parameter vector, with zero offsets and the Stribeck
@@ -287,8 +297,8 @@ impl Unknowns {
         if let Some(i) = self.offsets.iter().position(|o| o.sensor == sensor) {
             row[self.free.len() + i] -= 1.0;
         }
-        for (i, (_, delay_of)) in self.delays.iter().enumerate() {
-            if *delay_of == DelayOf::Sensor(sensor) {
+        for (i, (_, effect)) in self.effects.iter().enumerate() {
+            if *effect == Effect::SensorDelay(sensor) {
                 let speed: f64 = coordinates
                     .iter()
                     .map(|&(c, weight)| weight * velocity[c])
@@ -298,16 +308,20 @@ impl Unknowns {
         }
     }
 
-    /// Adds the derivatives of the torque on a row by its delay.
+    /// Adds the derivatives of the torque on a row by its delay and its saturation.
     pub(super) fn torque(&self, columns: &mut [f64], segment: &Segment, k: usize, row: usize) {
-        for (i, (_, delay_of)) in self.delays.iter().enumerate() {
-            if *delay_of == DelayOf::Torque(row) {
+        let at = k * (segment.torque.len() / segment.samples()) + row;
+        for (i, (_, effect)) in self.effects.iter().enumerate() {
+            columns[self.values() + i] += match *effect {
                 // The torque of a late channel is logged later, so its derivative by the delay is
                 // its rate.
-                let rows = segment.torque_rate.len() / segment.samples();
-                let rate = segment.torque_rate[k * rows + row];
-                columns[self.values() + i] += rate;
-            }
+                Effect::TorqueDelay(own) if own == row => segment.torque_rate[at],
+                Effect::Saturation { row: own, scale } if own == row => {
+                    let torque = segment.torque[at];
+                    -torque * (torque / scale).powi(2)
+                }
+                _ => 0.0,
+            };
         }
     }
 }

@@ -1,43 +1,151 @@
-//! Derivatives that are integrated together with the state.
+//! Derivatives of the state by the unknowns, and by the state at the beginning of a period.
 
-/// Derivatives that are integrated together with the state: those of the state \[2 rows × columns\]
-/// and those of the torques \[rows × columns\], row by row.
-///
-/// `theta` assigns columns to the parameters, `velocities` to Stribeck velocities.
+use super::motion::Dynamics;
+use crate::estimate::prediction_error::matrix::multiply;
+
+/// Derivatives of the filter's state, and their change over a period. Disturbances are constant
+/// within a period.
 #[derive(Clone, Debug)]
 pub(in crate::estimate::prediction_error) struct Tangent {
+    rows: usize,
+    /// Number of unknowns.
     pub(in crate::estimate::prediction_error) columns: usize,
-    pub(in crate::estimate::prediction_error) state: Vec<f64>,
+    /// ∂x/∂z, \[3 rows × columns\].
+    pub(in crate::estimate::prediction_error) sensitivity: Vec<f64>,
+    /// Derivatives of the logged torques by the unknowns, \[rows × columns\].
     pub(in crate::estimate::prediction_error) torque: Vec<f64>,
+    /// F over the period without the rows of the disturbances, \[2 rows × 3 rows\].
+    pub(in crate::estimate::prediction_error) transition: Vec<f64>,
     /// Column of each parameter of theta; `None` for a parameter without derivatives.
-    pub(in crate::estimate::prediction_error) theta: Vec<Option<usize>>,
+    places: Vec<Option<usize>>,
     /// Joint and column of each Stribeck velocity with a derivative.
-    pub(super) velocities: Vec<(usize, usize)>,
-    pub(super) stage: Vec<f64>,
-    pub(super) sum: Vec<f64>,
-    pub(super) force: Vec<f64>,
-    pub(super) rate: Vec<f64>,
+    velocities: Vec<(usize, usize)>,
+    /// Derivatives of the accelerations by positions and velocities, \[rows × 2 rows\].
+    by_motion: Vec<f64>,
+    /// F over one integration step, and its product with `by_motion`.
+    step: Vec<f64>,
+    rate: Vec<f64>,
+    /// Factors of `step`: \[3 rows × 3 rows\] and \[3 rows × columns\].
+    states: Vec<f64>,
+    unknowns: Vec<f64>,
 }
 
 impl Tangent {
     /// Returns derivatives that are zero.
+    ///
+    /// - `places`: column of each parameter of theta; `velocities`: joint and column of each
+    ///   Stribeck velocity.
     pub(in crate::estimate::prediction_error) fn new(
         rows: usize,
         columns: usize,
-        theta: Vec<Option<usize>>,
+        places: Vec<Option<usize>>,
         velocities: Vec<(usize, usize)>,
     ) -> Self {
-        let zeros = |count: usize| vec![0.0; count * columns];
+        let states = 3 * rows;
         Self {
+            rows,
             columns,
-            state: zeros(2 * rows),
-            torque: zeros(rows),
-            theta,
+            sensitivity: vec![0.0; states * columns],
+            torque: vec![0.0; rows * columns],
+            transition: vec![0.0; 2 * rows * states],
+            places,
             velocities,
-            stage: zeros(2 * rows),
-            sum: zeros(2 * rows),
-            force: zeros(rows),
-            rate: zeros(rows),
+            by_motion: vec![0.0; 2 * rows * rows],
+            step: vec![0.0; 2 * rows * states],
+            rate: vec![0.0; rows * states],
+            states: vec![0.0; states * states],
+            unknowns: vec![0.0; states * columns],
         }
+    }
+
+    /// Moves the derivatives by one integration step h with the equations linearised in its middle.
+    ///
+    /// ```text
+    /// F ← F_h F        ∂x/∂z ← F_h [∂x/∂z; ∂d/∂z + ∂τ/∂z − Y ∂θ/∂z]
+    /// ```
+    ///
+    /// - `dynamics`: differentiated in the middle of the step.
+    /// - `is_first`: whether this is the first step of the period.
+    pub(super) fn advance(&mut self, dynamics: &Dynamics, h: f64, is_first: bool) {
+        self.expand(dynamics, h);
+        let (states, moving) = (3 * self.rows, 2 * self.rows);
+        if is_first {
+            self.transition.copy_from_slice(&self.step);
+        } else {
+            self.states[..moving * states].copy_from_slice(&self.transition);
+            identity_of_disturbances(self.rows, &mut self.states[moving * states..]);
+            multiply(&self.step, &self.states, states, &mut self.transition);
+        }
+        self.force(dynamics);
+        let moved = &mut self.sensitivity[..moving * self.columns];
+        self.unknowns[..moving * self.columns].copy_from_slice(moved);
+        multiply(&self.step, &self.unknowns, self.columns, moved);
+    }
+
+    /// Writes F over a step: the exponential of the linearised equations up to the order 4.
+    fn expand(&mut self, dynamics: &Dynamics, h: f64) {
+        let (rows, moving, states) = (self.rows, 2 * self.rows, 3 * self.rows);
+        for (i, row) in self.by_motion.chunks_mut(moving).enumerate() {
+            let own = i * rows..(i + 1) * rows;
+            row[..rows].copy_from_slice(&dynamics.by_position[own.clone()]);
+            row[rows..].copy_from_slice(&dynamics.by_velocity[own]);
+        }
+        // Horner's rule: F ← 1 + (h/k) A F for k = 4, 3, 2, 1.
+        self.step.fill(0.0);
+        for (i, row) in self.step.chunks_mut(states).enumerate() {
+            row[i] = 1.0;
+        }
+        let half = rows * states;
+        for order in (1..=4).rev() {
+            let step = h / f64::from(order);
+            multiply(&self.by_motion, &self.step, states, &mut self.rate);
+            let (positions, velocities) = self.step.split_at_mut(half);
+            for (x, v) in positions.iter_mut().zip(&*velocities) {
+                *x = step * v;
+            }
+            for (v, rate) in velocities.iter_mut().zip(&self.rate) {
+                *v = step * rate;
+            }
+            for i in 0..rows {
+                positions[i * states + i] += 1.0;
+                let own = &mut velocities[i * states..(i + 1) * states];
+                own[rows + i] += 1.0;
+                let by_torque = &dynamics.inverse[i * rows..(i + 1) * rows];
+                for (entry, inverse) in own[moving..].iter_mut().zip(by_torque) {
+                    *entry += step * inverse;
+                }
+            }
+        }
+    }
+
+    /// Writes the derivatives of the torques that move the robot below the place of those of the
+    /// motion.
+    fn force(&mut self, dynamics: &Dynamics) {
+        let columns = self.columns;
+        let disturbances = 2 * self.rows * columns;
+        let force = &mut self.unknowns[disturbances..];
+        let all = self.sensitivity[disturbances..].iter().zip(&self.torque);
+        for (force, (disturbance, torque)) in force.iter_mut().zip(all) {
+            *force = disturbance + torque;
+        }
+        let entries = dynamics.entries.iter().zip(&dynamics.entry_columns);
+        for ((entry, &column), row) in entries.zip(&dynamics.entry_rows) {
+            if let Some(place) = self.places[column] {
+                force[row * columns + place] -= entry;
+            }
+        }
+        for &(joint, place) in &self.velocities {
+            dynamics.visit_stribeck_torques(joint, |row, torque| {
+                force[row * columns + place] -= torque;
+            });
+        }
+    }
+}
+
+/// Writes the rows of the disturbances of F over a part of a period, \[rows × 3 rows\].
+fn identity_of_disturbances(rows: usize, out: &mut [f64]) {
+    out.fill(0.0);
+    for (i, row) in out.chunks_mut(3 * rows).enumerate() {
+        row[2 * rows + i] = 1.0;
     }
 }

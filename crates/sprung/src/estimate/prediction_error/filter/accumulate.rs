@@ -1,6 +1,7 @@
 //! Sums over the innovations: cost, likelihood, normal equations.
 
 use super::measure::Innovation;
+use crate::estimate::prediction_error::matrix::add_square;
 use crate::estimate::prediction_error::vector::add;
 
 /// Limit of a whitened innovation in the cost, so that a single bad sample does not dominate.
@@ -50,15 +51,12 @@ impl NormalEquations {
     /// Adds an innovation with its derivatives.
     fn add(&mut self, innovation: &Innovation<'_>) {
         let weight = 1.0 / (innovation.deviation * innovation.deviation);
-        let row = innovation.gradient;
-        for (i, x) in row.iter().enumerate() {
-            let x = weight * x;
-            if x != 0.0 {
-                self.gradient[i] += x * innovation.value;
-                let own = &mut self.information[i * self.count..=i * self.count + i];
-                add(own, x, &row[..=i]);
-            }
-        }
+        add(
+            &mut self.gradient,
+            weight * innovation.value,
+            innovation.gradient,
+        );
+        add_square(&mut self.information, weight, innovation.gradient);
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::state::Filter;
 use crate::estimate::prediction_error::covariance::measurement_update;
+use crate::estimate::prediction_error::matrix::add_outer;
 use crate::estimate::prediction_error::measurements::{Measurement, Sensor, observe};
 use crate::estimate::prediction_error::vector::add;
 
@@ -63,18 +64,13 @@ impl Filter<'_> {
         let gradient = &mut self.innovation_gradient;
         gradient.fill(0.0);
         for (state, weight) in observation {
-            let own = &self.sensitivity[state * count..(state + 1) * count];
+            let own = &self.tangent.sensitivity[state * count..(state + 1) * count];
             add(gradient, -weight, own);
         }
         let velocity = &self.x[rows..2 * rows];
         let coordinates = &sensor.coordinates;
         (self.unknowns).innovation(gradient, measurement.sensor, coordinates, velocity);
-        let by_state = self.sensitivity.chunks_mut(count.max(1));
-        for (gain, own) in self.gains.iter().zip(by_state) {
-            if *gain != 0.0 {
-                add(own, *gain, gradient);
-            }
-        }
+        add_outer(&mut self.tangent.sensitivity, 1.0, &self.gains, gradient);
     }
 }
 

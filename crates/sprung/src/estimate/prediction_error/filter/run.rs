@@ -109,7 +109,7 @@ impl FilterRun {
     fn keep_period(&mut self, filter: &Filter<'_>, period: f64) {
         self.linearization.periods.push(period);
         let moving = 2 * filter.torque.len();
-        (self.linearization.transitions).extend_from_slice(&filter.transition);
+        (self.linearization.transitions).extend_from_slice(&filter.tangent.transition);
         let middles = &mut self.linearization.middles;
         let begin = middles.len() - moving;
         for (middle, end) in middles[begin..].iter_mut().zip(&filter.x) {

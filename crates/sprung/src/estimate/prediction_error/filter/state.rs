@@ -1,6 +1,6 @@
 //! State and covariance of the filter.
 
-use crate::estimate::prediction_error::covariance::start_covariance;
+use crate::estimate::prediction_error::covariance::{Propagation, start_covariance};
 use crate::estimate::prediction_error::dynamics::{Dynamics, Tangent};
 use crate::estimate::prediction_error::levels::Levels;
 use crate::estimate::prediction_error::measurements::Segment;
@@ -18,22 +18,19 @@ pub(super) struct Filter<'a> {
     pub(super) x: Vec<f64>,
     /// P, \[3 rows × 3 rows\], symmetric.
     pub(super) covariance: Vec<f64>,
-    /// ∂x/∂z with the gains held, \[3 rows × unknowns\].
-    pub(super) sensitivity: Vec<f64>,
     /// P Hᵀ and K of the last measurement, \[3 rows\].
     pub(super) cross_covariance: Vec<f64>,
     pub(super) gains: Vec<f64>,
     /// ∂e/∂z of the last measurement, \[unknowns\].
     pub(super) innovation_gradient: Vec<f64>,
-    /// F of the last period without the rows of the disturbances, \[2 rows × 3 rows\].
-    pub(super) transition: Vec<f64>,
-    pub(super) product: Vec<f64>,
+    pub(super) propagation: Propagation,
     /// How near each row's friction was to a reversal in the last period, \[rows\].
     pub(super) reversals: Vec<f64>,
     pub(super) friction: &'a Reversals,
     /// Velocities at the beginning of a period, \[rows\].
     pub(super) velocities: Vec<f64>,
     pub(super) torque: Vec<f64>,
+    /// ∂x/∂z with the gains held, and F of the last period.
     pub(super) tangent: Tangent,
 }
 
@@ -55,22 +52,15 @@ impl<'a> Filter<'a> {
             levels,
             x: vec![0.0; states],
             covariance: vec![0.0; states * states],
-            sensitivity: vec![0.0; states * count],
             cross_covariance: vec![0.0; states],
             gains: vec![0.0; states],
             innovation_gradient: vec![0.0; count],
-            transition: vec![0.0; 2 * rows * states],
-            product: vec![0.0; 2 * rows * states],
+            propagation: Propagation::new(rows),
             reversals: vec![0.0; rows],
             friction,
             velocities: vec![0.0; rows],
             torque: vec![0.0; rows],
-            tangent: Tangent::new(
-                rows,
-                states + count,
-                unknowns.places(states),
-                unknowns.velocity_places(states),
-            ),
+            tangent: Tangent::new(rows, count, unknowns.places(0), unknowns.velocity_places(0)),
         }
     }
 
@@ -79,7 +69,7 @@ impl<'a> Filter<'a> {
         let rows = self.dynamics.rows();
         self.x = start_state(rows, segment, self.unknowns, self.z);
         self.covariance = start_covariance(rows, segment, self.levels);
-        self.sensitivity = self.unknowns.start(rows);
+        self.tangent.sensitivity = self.unknowns.start(rows);
     }
 
     pub(super) fn is_finite(&self) -> bool {

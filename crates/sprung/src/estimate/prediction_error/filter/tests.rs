@@ -446,8 +446,9 @@ fn sums_are_those_of_the_textbook_and_its_differences() {
         let size = sum(&|k| own[k]).sqrt();
         let close = |found: f64, expected: f64, scale: f64, what: String| {
             let far = (found - expected).abs();
-            // Error of the differences, measured 1.7e-8; the limit allows a factor of twelve.
-            assert!(far < 2e-7 * scale, "{what}: {found} against {expected}");
+            // The derivatives are those of steps linearised in their middles. Measured 6.1e-3; the
+            // limit allows a factor of three.
+            assert!(far < 2e-2 * scale, "{what}: {found} against {expected}");
         };
         let gradient = sum(&|k| here[k].1);
         close(

@@ -3,10 +3,10 @@
 use super::backward::Backward;
 use super::forward::Forward;
 use super::linear_run::{LinearRun, LinearSegment};
-use crate::estimate::prediction_error::covariance::propagate_state;
 use crate::estimate::prediction_error::levels::Level;
-use crate::estimate::prediction_error::measurements::{Measurement, observe};
-use crate::estimate::prediction_error::vector::add;
+use crate::estimate::prediction_error::matrix::{add_outer, add_square, multiply};
+use crate::estimate::prediction_error::measurements::Measurement;
+use crate::estimate::prediction_error::vector::{add, scale};
 
 /// Contribution of each level's change to the state, filtered.
 struct Added<'a> {
@@ -14,7 +14,7 @@ struct Added<'a> {
     levels: &'a [Level],
     forward: &'a Forward,
     backward: &'a Backward,
-    /// Contribution of each level to the state, \[levels × states\].
+    /// Contribution of each level to the state, \[states × levels\].
     states: Vec<f64>,
     /// Contribution of each level to the present innovation, \[levels\].
     found: Vec<f64>,
@@ -36,9 +36,9 @@ pub(super) fn average_information(
         levels,
         forward,
         backward,
-        states: Vec::new(),
+        states: vec![0.0; linear.states * count],
         found: vec![0.0; count],
-        memory: vec![0.0; linear.states],
+        memory: vec![0.0; 2 * linear.rows * count],
     };
     let (mut sample, mut index) = (0, 0);
     for (segment, start) in linear.segments.iter().zip(&backward.starts) {
@@ -46,11 +46,11 @@ pub(super) fn average_information(
         for k in 0..segment.samples {
             for measurement in segment.segment.at(k) {
                 added.measure((measurement, index));
-                let weight = 0.5 / forward.variance[index];
-                for (i, own) in added.found.iter().enumerate() {
-                    let row = &mut information[i * count..=i * count + i];
-                    add(row, weight * own, &added.found[..=i]);
-                }
+                add_square(
+                    &mut information,
+                    0.5 / forward.variance[index],
+                    &added.found,
+                );
                 index += 1;
             }
             added.predict(segment, (k, sample));
@@ -65,18 +65,20 @@ impl Added<'_> {
     ///
     /// - `state_adjoint`, `corner_adjoint`: end of the backward pass in this segment.
     fn start(&mut self, (state_adjoint, corner_adjoint): &(Vec<f64>, Vec<f64>)) {
-        let (rows, states) = (self.linear.rows, self.linear.states);
+        let (rows, count) = (self.linear.rows, self.levels.len());
         let disturbance = &self.linear.levels.disturbance;
-        self.states = vec![0.0; self.levels.len() * states];
-        for (own, level) in self.states.chunks_mut(states).zip(self.levels) {
-            match *level {
+        self.states.fill(0.0);
+        for (level, kind) in self.levels.iter().enumerate() {
+            match *kind {
                 Level::Disturbance(row) => {
                     let at = 2 * rows + row;
-                    own[at] = 2.0 * disturbance[row].powi(2) * state_adjoint[at];
+                    self.states[at * count + level] =
+                        2.0 * disturbance[row].powi(2) * state_adjoint[at];
                 }
                 Level::Corner => {
                     for (row, by_corner) in corner_adjoint.iter().enumerate() {
-                        own[2 * rows + row] = disturbance[row].powi(2) * by_corner;
+                        self.states[(2 * rows + row) * count + level] =
+                            disturbance[row].powi(2) * by_corner;
                     }
                 }
                 Level::TorqueNoise(_) | Level::ReversalNoise(_) | Level::SensorNoise(_) => {}
@@ -86,36 +88,40 @@ impl Added<'_> {
 
     /// Writes the contribution of each level to an innovation, and corrects the states by the gain.
     fn measure(&mut self, (measurement, index): (&Measurement, usize)) {
-        let states = self.linear.states;
+        let (states, count) = (self.linear.states, self.levels.len());
         let gains = &self.forward.gains[index * states..(index + 1) * states];
-        let observation = self.linear.observation(measurement);
+        self.found.fill(0.0);
+        for (state, weight) in self.linear.observation(measurement) {
+            let own = &self.states[state * count..(state + 1) * count];
+            add(&mut self.found, weight, own);
+        }
         let sensor = measurement.sensor;
-        let all = self.levels.iter().zip(self.states.chunks_mut(states));
-        for (found, (level, own)) in self.found.iter_mut().zip(all) {
-            *found = observe(own, observation.clone());
+        for (found, level) in self.found.iter_mut().zip(self.levels) {
             if *level == Level::SensorNoise(sensor) {
                 *found += 2.0
                     * self.linear.levels.sensor_noise[sensor].powi(2)
                     * self.backward.smoothing_error[index];
             }
-            if *found != 0.0 {
-                add(own, -*found, gains);
-            }
         }
+        add_outer(&mut self.states, -1.0, gains, &self.found);
     }
 
     /// Propagates the contributions over a period.
     fn predict(&mut self, segment: &LinearSegment<'_>, (k, sample): (usize, usize)) {
         let (rows, states, levels) = (self.linear.rows, self.linear.states, self.linear.levels);
+        let count = self.levels.len();
         let decay = segment.decay;
         let transition = segment.transition(k, rows);
         let reversals = segment.period(k, rows).reversals;
         let adjoint = &self.backward.state_adjoint[sample * states..(sample + 1) * states];
-        for (own, level) in self.states.chunks_mut(states).zip(self.levels) {
-            propagate_state(own, transition, decay.factor, &mut self.memory);
-            match *level {
+        multiply(transition, &self.states, count, &mut self.memory);
+        let (moving, disturbances) = self.states.split_at_mut(2 * rows * count);
+        moving.copy_from_slice(&self.memory);
+        scale(disturbances, decay.factor);
+        for (level, kind) in self.levels.iter().enumerate() {
+            match *kind {
                 Level::TorqueNoise(row) | Level::ReversalNoise(row) => {
-                    let variance = match *level {
+                    let variance = match *kind {
                         Level::ReversalNoise(_) => {
                             reversals[row] * levels.reversal_noise[row].powi(2)
                         }
@@ -127,21 +133,21 @@ impl Added<'_> {
                     let column = || transition[2 * rows + row..].iter().step_by(states);
                     let pulled: f64 = column().zip(adjoint).map(|(a, r)| a * r).sum();
                     let factor = 2.0 * variance * pulled;
-                    for (own, a) in own.iter_mut().zip(column()) {
+                    for (own, a) in moving[level..].iter_mut().step_by(count).zip(column()) {
                         *own += factor * a;
                     }
                 }
                 Level::Disturbance(row) => {
-                    let at = 2 * rows + row;
-                    own[at] += 2.0 * levels.added_variance(row, decay) * adjoint[at];
+                    disturbances[row * count + level] +=
+                        2.0 * levels.added_variance(row, decay) * adjoint[2 * rows + row];
                 }
                 Level::Corner => {
                     for row in 0..rows {
-                        let at = 2 * rows + row;
                         let here = sample * rows + row;
                         let slope = decay.by_log_corner;
                         let less = 2.0 * decay.factor * slope * levels.disturbance[row].powi(2);
-                        own[at] += slope * self.backward.smoothed[here] - less * adjoint[at]
+                        disturbances[row * count + level] += slope * self.backward.smoothed[here]
+                            - less * adjoint[2 * rows + row]
                             + levels.added_variance(row, decay)
                                 * self.backward.corner_adjoint[here];
                     }

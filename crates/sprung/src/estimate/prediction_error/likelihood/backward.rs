@@ -4,8 +4,9 @@ use super::forward::Forward;
 use super::level_gradient::LevelGradient;
 use super::linear_run::{LinearRun, LinearSegment};
 use crate::estimate::prediction_error::covariance::{
-    adjoint_covariance, adjoint_product, adjoint_state,
+    AdjointMemory, adjoint_covariance, adjoint_product, adjoint_state,
 };
+use crate::estimate::prediction_error::matrix::add_rows;
 use crate::estimate::prediction_error::measurements::Measurement;
 use crate::estimate::prediction_error::vector::dot;
 
@@ -38,6 +39,7 @@ struct Adjoint {
     corner: Vec<f64>,
     product: Vec<f64>,
     memory: Vec<f64>,
+    of_covariance: AdjointMemory,
 }
 
 impl Adjoint {
@@ -48,6 +50,7 @@ impl Adjoint {
             corner: vec![0.0; rows],
             product: vec![0.0; states * states],
             memory: vec![0.0; states],
+            of_covariance: AdjointMemory::new(rows),
         }
     }
 }
@@ -130,6 +133,7 @@ impl Adjoint {
             transition,
             decay.factor,
             &mut self.product,
+            &mut self.of_covariance,
         );
         gradient.add_torque_noise(
             &self.product,
@@ -146,6 +150,7 @@ impl Adjoint {
             transition,
             decay.factor,
             &mut self.covariance,
+            &mut self.of_covariance,
         );
         adjoint_state(&mut self.state, transition, decay.factor, &mut self.memory);
     }
@@ -163,10 +168,10 @@ impl Adjoint {
         let (scaled, variance) = (forward.scaled_innovation[index], forward.variance[index]);
         let observation = linear.observation(measurement);
         // D K.
+        // D is symmetric.
         let moved = &mut self.memory;
-        for (sum, row) in moved.iter_mut().zip(self.covariance.chunks(states)) {
-            *sum = dot(row, gains);
-        }
+        moved.fill(0.0);
+        add_rows(moved, gains, &self.covariance);
         let ahead = dot(&self.state, gains);
         let by_variance =
             0.5 * (1.0 / variance - scaled * scaled) + ahead * scaled + dot(moved, gains);

@@ -2,7 +2,7 @@
 
 use super::linear_run::LinearRun;
 use crate::estimate::prediction_error::covariance::{
-    add_process_noise, measurement_update, propagate, propagate_state, start_covariance,
+    Propagation, measurement_update, propagate, propagate_state, start_covariance,
 };
 use crate::estimate::prediction_error::levels::Decay;
 use crate::estimate::prediction_error::measurements::observe;
@@ -30,7 +30,7 @@ pub(super) struct Forward {
 pub(super) fn forward(linear: &LinearRun<'_>) -> Option<Forward> {
     let (rows, states) = (linear.rows, linear.states);
     let run = linear.run;
-    let mut product = vec![0.0; 2 * rows * states];
+    let mut propagation = Propagation::new(rows);
     let mut cross_covariance = vec![0.0; states];
     let mut corrections = run.corrections(states);
     let mut disturbances = run.trajectory.disturbances.chunks(rows);
@@ -62,9 +62,14 @@ pub(super) fn forward(linear: &LinearRun<'_>) -> Option<Forward> {
             let own = deviation[2 * rows..].iter().zip(disturbance);
             forward.disturbances.extend(own.map(|(a, b)| a + b));
             let transition = segment.transition(k, rows);
-            propagate(&mut covariance, transition, &mut product, decay.factor);
-            let reversals = segment.period(k, rows).reversals;
-            add_process_noise(&mut covariance, transition, linear.levels, reversals, decay);
+            propagate(
+                &mut covariance,
+                transition,
+                linear.levels,
+                segment.period(k, rows).reversals,
+                decay,
+                &mut propagation,
+            );
             let memory = &mut cross_covariance;
             propagate_state(&mut deviation, transition, decay.factor, memory);
             add(&mut deviation[2 * rows..], change, disturbance);

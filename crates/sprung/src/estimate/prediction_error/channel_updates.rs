@@ -1,32 +1,34 @@
-//! Estimates of channel delays from the normal equations.
+//! Estimates of delays and saturations of channels from the normal equations.
 
 use super::filter::NormalEquations;
 use super::sandwich::{Influence, widening};
 use super::solve::covariance as covariance_of;
-use super::unknowns::Unknowns;
+use super::unknowns::{Effect, Unknowns};
 use super::vector::dot;
 use crate::estimate::between_parts::between_parts;
 
-/// Estimate of the delay of a channel relative to the other channels.
+/// Estimate of an effect of a channel: of its delay relative to the other channels, s, or of the
+/// saturation of its torque.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct DelayUpdate {
+pub(super) struct ChannelUpdate {
     /// Index in [`Channels::all`](crate::log::Channels::all).
     pub(super) channel: usize,
-    /// Assumed delay, s.
+    pub(super) effect: Effect,
+    /// Assumed value.
     pub(super) assumed: f64,
-    /// Estimated delay minus assumed delay, s.
+    /// Estimated value minus assumed value.
     pub(super) correction: f64,
-    /// Standard error of the delay, s; infinite if the log does not determine it.
+    /// Standard error of the value; infinite if the log does not determine it.
     pub(super) standard_error: f64,
-    /// Moves of the refined parameters with this delay, \[free\]; empty for an estimated delay.
+    /// Moves of the refined parameters with this value, \[free\]; empty for an estimated delay.
     pub(super) moves: Vec<f64>,
     /// Whether the description asks to estimate this delay.
     pub(super) estimated: bool,
 }
 
-impl DelayUpdate {
-    /// Returns the estimated delay, s.
-    pub(super) fn delay(&self) -> f64 {
+impl ChannelUpdate {
+    /// Returns the estimated value.
+    pub(super) fn value(&self) -> f64 {
         self.assumed + self.correction
     }
 
@@ -36,7 +38,7 @@ impl DelayUpdate {
     }
 }
 
-/// Estimate of a delay by one Gauss-Newton step.
+/// Estimate of an effect by one Gauss-Newton step.
 struct Step {
     correction: f64,
     // Moves of the other unknowns with the step.
@@ -44,24 +46,24 @@ struct Step {
     influence: Influence,
 }
 
-/// Returns the estimate of each delay by one Gauss-Newton step, in which the other unknowns follow.
-/// Delays that are not to be estimated are moved one at a time.
+/// Returns the estimate of each effect by one Gauss-Newton step, in which the other unknowns follow.
+/// Effects that are not to be estimated are moved one at a time.
 ///
 /// The standard errors contain the scatter of the score over stretches of the log, and the changes
-/// of the delays between blocks. Those by the information alone are too small on real machines.
+/// of the effects between blocks. Those by the information alone are too small on real machines.
 ///
 /// - `covariance`: covariance of the unknowns with values and the delays to be estimated, \[count ×
 ///   count\].
 /// - `parts`: normal equations of blocks of the log.
 /// - `assumed`: assumed delay of each channel, s.
-pub(super) fn delay_updates(
+pub(super) fn channel_updates(
     unknowns: &Unknowns,
     (normal, gradients): (&NormalEquations, &[Vec<f64>]),
     covariance: &[f64],
     parts: &[&NormalEquations],
     duration: f64,
     assumed: &[f64],
-) -> Vec<DelayUpdate> {
+) -> Vec<ChannelUpdate> {
     let count = covariance.len().isqrt();
     let steps = steps(unknowns, normal, covariance, count);
     let of_parts: Vec<Vec<Step>> = (parts.iter())
@@ -72,20 +74,29 @@ pub(super) fn delay_updates(
         .collect();
     let influences: Vec<&Influence> = steps.iter().map(|step| &step.influence).collect();
     let widening = widening(&influences, gradients, duration);
-    (unknowns.delayed().zip(&steps).enumerate())
-        .map(|(i, (channel, step))| {
+    (unknowns.effects().zip(&steps).enumerate())
+        .map(|(i, ((channel, effect), step))| {
             let widened = |step: &Step| widening[i] * step.influence.variance.sqrt();
             let moved: Vec<(f64, f64)> = (of_parts.iter())
                 .map(|of_part| (of_part[i].correction, widened(&of_part[i])))
                 .filter(|(value, error)| value.is_finite() && error.is_finite())
                 .collect();
             let between = between_parts(&moved).map_or(0.0, |found| found.standard_error());
-            DelayUpdate {
+            ChannelUpdate {
                 channel,
-                assumed: assumed[channel],
+                effect,
+                assumed: match effect {
+                    Effect::SensorDelay(_) | Effect::TorqueDelay(_) => assumed[channel],
+                    Effect::Saturation { .. } => 0.0,
+                },
                 correction: step.correction,
                 standard_error: widened(step).hypot(between),
-                moves: step.moves.iter().take(unknowns.free.len()).copied().collect(),
+                moves: step
+                    .moves
+                    .iter()
+                    .take(unknowns.free.len())
+                    .copied()
+                    .collect(),
                 estimated: unknowns.values() + i < count,
             }
         })
@@ -99,7 +110,7 @@ fn steps(
     count: usize,
 ) -> Vec<Step> {
     let values = unknowns.values();
-    (0..unknowns.delayed().count())
+    (0..unknowns.effects().count())
         .map(|i| {
             let (influence, moves) = match values + i {
                 at if at < count => (with_others(covariance, count, at), Vec::new()),
