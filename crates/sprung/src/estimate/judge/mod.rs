@@ -77,7 +77,7 @@ pub(crate) fn judge(
         // Noise does not shrink an estimate by likelihood.
         scale_collapse(model, result, &mut findings);
     }
-    stiffness_disagrees(model, result, &mut findings);
+    stiffness_disagrees(model, result, &linear.fitted, &mut findings);
     findings.extend(routes_disagree(model, result, &linear.fitted));
     findings.extend(no_promise(model, result));
     negative_links(model, result, &mut findings);

@@ -1,11 +1,11 @@
 //! Products of small dense matrices, row by row, with the widest vectors of the processor. Each entry
 //! is summed in the order of its factors, so the result has the same bits on every processor.
 
-use pulp::{Arch, NullaryFnOnce};
+use pulp::{Arch, Simd, WithSimd};
 
-/// Rows and columns of a tile, whose sums stay in registers.
-const ROWS: usize = 4;
-const COLUMNS: usize = 8;
+/// Rows of a tile, whose sums stay in registers.
+const TALL: usize = 6;
+const SHORT: usize = 2;
 
 /// Writes the product `out = a b`.
 ///
@@ -22,70 +22,65 @@ struct Product<'a> {
     out: &'a mut [f64],
 }
 
-impl NullaryFnOnce for Product<'_> {
+impl WithSimd for Product<'_> {
     type Output = ();
 
     #[expect(clippy::inline_always, reason = "only inlined code uses wide vectors")]
     #[inline(always)]
-    fn call(self) {
+    fn with_simd<S: Simd>(self, simd: S) {
         let (columns, out) = (self.columns, self.out);
         let rows = out.len() / columns.max(1);
         let inner = self.a.len() / rows.max(1);
-        let tall = rows - rows % ROWS;
-        for row in (0..tall).step_by(ROWS) {
-            let a = &self.a[row * inner..(row + ROWS) * inner];
-            let out = &mut out[row * columns..(row + ROWS) * columns];
-            strip::<ROWS>(a, self.b, (inner, columns), out);
+        let shape = (inner, columns);
+        let (mut a, mut out) = (self.a, out);
+        let mut left = rows;
+        while left >= TALL {
+            (a, out) = rows_of_product::<S, TALL>(simd, a, self.b, shape, out);
+            left -= TALL;
         }
-        for row in tall..rows {
-            let a = &self.a[row * inner..(row + 1) * inner];
-            let out = &mut out[row * columns..(row + 1) * columns];
-            strip::<1>(a, self.b, (inner, columns), out);
+        while left >= SHORT {
+            (a, out) = rows_of_product::<S, SHORT>(simd, a, self.b, shape, out);
+            left -= SHORT;
+        }
+        if left > 0 {
+            rows_of_product::<S, 1>(simd, a, self.b, shape, out);
         }
     }
 }
 
-/// Writes some rows of a product.
+/// Writes the first R rows of a product. Returns the further rows of the factor and of the product.
 #[expect(clippy::inline_always, reason = "only inlined code uses wide vectors")]
 #[inline(always)]
-fn strip<const R: usize>(a: &[f64], b: &[f64], (inner, columns): (usize, usize), out: &mut [f64]) {
-    let mut at = 0;
-    while at + COLUMNS <= columns {
-        tile::<R, COLUMNS>(a, b, (inner, columns), at, out);
-        at += COLUMNS;
-    }
-    if at + COLUMNS / 2 <= columns {
-        tile::<R, { COLUMNS / 2 }>(a, b, (inner, columns), at, out);
-        at += COLUMNS / 2;
-    }
-    for at in at..columns {
-        tile::<R, 1>(a, b, (inner, columns), at, out);
-    }
-}
-
-/// Writes a tile of a product, from the column `at`.
-#[expect(clippy::inline_always, reason = "only inlined code uses wide vectors")]
-#[inline(always)]
-fn tile<const R: usize, const C: usize>(
-    a: &[f64],
+fn rows_of_product<'a, S: Simd, const R: usize>(
+    simd: S,
+    a: &'a [f64],
     b: &[f64],
     (inner, columns): (usize, usize),
-    at: usize,
-    out: &mut [f64],
-) {
-    let mut sums = [[0.0; C]; R];
-    for (k, row) in b.chunks(columns).take(inner).enumerate() {
-        let row = &row[at..at + C];
-        for (r, sums) in sums.iter_mut().enumerate() {
-            let factor = a[r * inner + k];
-            for (sum, x) in sums.iter_mut().zip(row) {
-                *sum += factor * x;
+    out: &'a mut [f64],
+) -> (&'a [f64], &'a mut [f64]) {
+    let (own, further) = a.split_at(R * inner);
+    let (out, below) = out.split_at_mut(R * columns);
+    let mut from = 0;
+    while from < columns {
+        let to = (from + S::F64_LANES).min(columns);
+        let mut sums = [simd.splat_f64s(0.0); R];
+        for k in 0..inner {
+            let row = &b[k * columns + from..k * columns + to];
+            let row = match S::as_simd_f64s(row).0 {
+                [whole] => *whole,
+                _ => simd.partial_load_f64s(row),
+            };
+            for r in 0..R {
+                let factor = simd.splat_f64s(own[r * inner + k]);
+                sums[r] = simd.add_f64s(sums[r], simd.mul_f64s(factor, row));
             }
         }
+        for r in 0..R {
+            simd.partial_store_f64s(&mut out[r * columns + from..r * columns + to], sums[r]);
+        }
+        from = to;
     }
-    for (sums, out) in sums.iter().zip(out.chunks_mut(columns)) {
-        out[at..at + C].copy_from_slice(sums);
-    }
+    (further, below)
 }
 
 /// Writes the transpose of a matrix.
