@@ -275,8 +275,9 @@ pub struct ErrorParts {
     /// Deviation between parts of the logs beyond their sampling errors.
     pub between_parts: f64,
     /// Size of the bias that all stretches share. Least squares: from cross-checks and from other
-    /// cut-offs. Refinement on a lower rung: the difference from least squares beyond both standard
-    /// errors.
+    /// cut-offs. Refinement: the largest move by a law, a delay or a saturation of a torque that the
+    /// model lacks and the likelihood sees; on a lower rung at least the difference from least
+    /// squares beyond both standard errors.
     pub bias: f64,
 }
 
