@@ -109,10 +109,10 @@ pub fn information_bound(
         &open,
     );
     let z = unknowns.point(theta);
-    let mut dynamics = Dynamics::new(model, theta);
+    let dynamics = Dynamics::new(model, theta);
     let levels = levels(model, noise, measurements.sensors.len());
     let keep = Keep::default();
-    let Some(run) = run(&measurements, &mut dynamics, &unknowns, &z, &levels, keep) else {
+    let Some(run) = run(&measurements, &dynamics, &unknowns, &z, &levels, keep) else {
         return Ok(None);
     };
     let count = unknowns.values() + open.len();

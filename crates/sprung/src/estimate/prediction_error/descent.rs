@@ -10,7 +10,7 @@ use super::filter::{FilterRun, Keep, NormalEquations, Trajectory, replay, run};
 use super::level_search::search_levels;
 use super::levels::Levels;
 use super::likelihood::LevelLikelihood;
-use super::noisy_torque::{MAX_NOISE_SHARE, NoiseBias, visit_noise_bias};
+use super::noisy_torque::{MAX_NOISE_SHARE, NoiseBias, whole_noise_bias};
 use super::problem::{Problem, add_prior};
 use super::solve::{damped_step, length};
 use super::vector::add;
@@ -99,8 +99,8 @@ pub(super) struct Descent {
 struct Step {
     by: Vec<f64>,
     saved: f64,
-    /// Trajectory after the step, with the gains held.
-    trajectory: Trajectory,
+    /// Trajectories of the segments after the step, with the gains held.
+    trajectories: Vec<Trajectory>,
 }
 
 /// The normal equations at the unknowns of a run, with the prior and corrected for the noise of the
@@ -132,10 +132,10 @@ pub(super) fn descend(
 ) -> Result<Option<Descent>, Stopped> {
     let (measurements, unknowns) = (problem.measurements, problem.unknowns);
     let rows = problem.model.rows();
-    let mut dynamics = Dynamics::new(problem.model, &unknowns.theta(&z));
+    let dynamics = Dynamics::new(problem.model, &unknowns.theta(&z));
     let samples = MAX_TRANSITION_NUMBERS / (6 * rows * rows);
     let keep = Keep {
-        linearized_samples: measurements.samples(),
+        linearization: true,
         ..Keep::default()
     };
     let mut damping = FIRST_DAMPING;
@@ -143,12 +143,12 @@ pub(super) fn descend(
     let mut moved = vec![0.0; z.len()];
     for runs in 1..=MAX_FILTER_RUNS {
         progress.tell(phase, runs as u64, Some(MAX_FILTER_RUNS as u64))?;
-        let ran = run(measurements, &mut dynamics, unknowns, &z, &levels, keep);
+        let ran = run(measurements, &dynamics, unknowns, &z, &levels, keep);
         let Some(mut ran) = ran else {
             return Ok(None);
         };
-        let gradient = gradient(problem, &mut dynamics, &ran, (&z, &levels));
-        let step = lower(problem, &mut dynamics, &ran, &gradient, &z, &mut damping);
+        let gradient = gradient(problem, &ran, (&z, &levels));
+        let step = lower(problem, &dynamics, &ran, &gradient, &z, &mut damping);
         let short = match &step {
             None => true,
             Some(step) => is_short(step, &gradient.normal, &mut moved),
@@ -174,7 +174,7 @@ pub(super) fn descend(
             add(&mut z, 1.0, &step.by);
             // Levels are searched about the new trajectory. About the old one, step and levels
             // would oscillate about the optimum.
-            ran.trajectory = step.trajectory;
+            ran.set_trajectories(step.trajectories);
         }
         if runs > LAST_LEVEL_SEARCH {
             search.settled = true;
@@ -253,14 +253,8 @@ impl LevelSearch {
 }
 
 /// Returns cost and normal equations at the unknowns of a run.
-fn gradient(
-    problem: &Problem<'_>,
-    dynamics: &mut Dynamics,
-    run: &FilterRun,
-    (z, levels): (&[f64], &Levels),
-) -> Gradient {
-    let mut by_noise = NoiseBias::zero(problem.unknowns.values());
-    visit_noise_bias(problem, dynamics, run, levels, |_, own| by_noise.add(own));
+fn gradient(problem: &Problem<'_>, run: &FilterRun, (z, levels): (&[f64], &Levels)) -> Gradient {
+    let mut by_noise = whole_noise_bias(problem, run, (z, levels));
     let mut normal = run.sums.normal.clone();
     let cost = run.sums.cost + add_prior(problem.unknowns, z, &mut normal);
     let limit = by_noise.limit(&normal);
@@ -292,7 +286,7 @@ fn is_short(step: &Step, normal: &NormalEquations, moved: &mut [f64]) -> bool {
 /// ```
 fn lower(
     problem: &Problem<'_>,
-    dynamics: &mut Dynamics,
+    dynamics: &Dynamics,
     run: &FilterRun,
     gradient: &Gradient,
     z: &[f64],
@@ -305,7 +299,7 @@ fn lower(
             let there = (problem.is_feasible(&at))
                 .then(|| replay(problem.measurements, dynamics, problem.unknowns, &at, run))
                 .flatten();
-            if let Some((there, trajectory)) = there {
+            if let Some((there, trajectories)) = there {
                 let noise = gradient.by_noise.cost(&by);
                 let saved = gradient.cost - there - problem.prior_cost(&at) + noise;
                 if saved > 0.0 {
@@ -313,7 +307,7 @@ fn lower(
                     return Some(Step {
                         by,
                         saved,
-                        trajectory,
+                        trajectories,
                     });
                 }
             }

@@ -1,11 +1,13 @@
 //! From the end of a descent to the result.
 
+use std::collections::BTreeMap;
+
 use super::channel_updates::channel_updates;
 use super::descent::Descent;
 use super::dynamics::Dynamics;
-use super::filter::{Keep, Sums, run};
+use super::filter::{FilterRun, Keep, Sums, run};
 use super::levels::Levels;
-use super::noisy_torque::{NoiseBias, visit_noise_bias};
+use super::noisy_torque::{NoiseBias, noise_bias};
 use super::parts::{
     Alone, alone, between, blocks, deviation, values_alone, widened, without_blocks,
 };
@@ -141,27 +143,31 @@ pub(super) fn last_run(
     unknowns: &Unknowns,
     (z, levels): (&[f64], &Levels),
 ) -> Option<(Sums, NoiseBias)> {
-    let mut dynamics = Dynamics::new(problem.model, &unknowns.theta(z));
+    let dynamics = Dynamics::new(problem.model, &unknowns.theta(z));
     let measurements = problem.measurements;
     let part = (measurements.samples()).div_ceil(MAX_TRACE_POINTS * PARTS_OF_POINT);
     let keep = Keep {
-        linearized_samples: measurements.samples(),
+        linearization: true,
         part: Some(part),
         parts_of_block: PARTS_OF_POINT,
     };
-    let run = run(measurements, &mut dynamics, unknowns, z, levels, keep)?;
+    let run = run(measurements, &dynamics, unknowns, z, levels, keep)?;
     let none = NoiseBias::zero(unknowns.values());
     let mut of_points = vec![none.clone(); run.sums.growing.len() + 1];
     let mut of_parts = vec![vec![0.0; unknowns.values()]; run.sums.gradients.len() + 1];
     let mut of_logs = vec![none.clone(); run.sums.logs.len()];
-    let logs = measurements.log_of_samples();
-    visit_noise_bias(problem, &mut dynamics, &run, levels, |sample, own| {
-        of_points[sample / (part * PARTS_OF_POINT)].add(own);
-        add(&mut of_parts[sample / part], 1.0, &own.gradient);
-        if let Some(log) = of_logs.get_mut(logs[sample]) {
-            log.add(own);
+    for (segment, own) in bias_of_parts(problem, &run, (z, levels), part)
+        .into_iter()
+        .enumerate()
+    {
+        for (at, own) in own {
+            of_points[at / PARTS_OF_POINT].add(&own);
+            add(&mut of_parts[at], 1.0, &own.gradient);
+            if let Some(log) = of_logs.get_mut(measurements.segments[segment].log) {
+                log.add(&own);
+            }
         }
-    });
+    }
     let mut sums = run.sums;
     let mut whole = none.clone();
     for own in &of_points {
@@ -186,6 +192,34 @@ pub(super) fn last_run(
         own.correct(normal);
     }
     Some((sums, whole))
+}
+
+/// Returns the bias by noise of the logged torque in each part of the samples, one list per segment:
+/// index of the part and its bias. Samples that do not count belong to the first part of their
+/// segment.
+fn bias_of_parts(
+    problem: &Problem<'_>,
+    run: &FilterRun,
+    at: (&[f64], &Levels),
+    part: usize,
+) -> Vec<BTreeMap<usize, NoiseBias>> {
+    let measurements = problem.measurements;
+    let starts = measurements.starts();
+    noise_bias(
+        problem,
+        run,
+        at,
+        |segment| (segment, BTreeMap::new()),
+        |(segment, sums): &mut (usize, BTreeMap<usize, NoiseBias>), sample, own| {
+            let burn_in = measurements.segments[*segment].burn_in;
+            let at = (starts[*segment].0 + sample.saturating_sub(burn_in)) / part;
+            let zero = || NoiseBias::zero(problem.unknowns.values());
+            sums.entry(at).or_insert_with(zero).add(own);
+        },
+    )
+    .into_iter()
+    .map(|(_, sums)| sums)
+    .collect()
 }
 
 /// Returns the covariance of the estimates by the information, `M⁻¹ (M + A_n) M⁻¹`: the score varies

@@ -15,10 +15,12 @@
 //! The attenuation by errors in variables and its correction; Fuller, Measurement Error Models,
 //! sections 1.1 and 3.1.
 
+use rayon::prelude::*;
+
 use super::dynamics::{Dynamics, Pulse};
 use super::filter::{FilterRun, NormalEquations};
 use super::levels::Levels;
-use super::likelihood::LevelLikelihood;
+use super::likelihood::information_ahead;
 use super::problem::Problem;
 use super::solve::largest_relative_eigenvalue;
 use super::vector::{add, scale};
@@ -93,8 +95,8 @@ impl NoiseBias {
     }
 }
 
-/// Visits the bias that each sample adds, the last sample first. The information of most samples is
-/// empty, because every fourth one counts for four.
+/// Sums the bias that the samples add, one sum per segment. The information of most samples is empty,
+/// because every fourth one counts for four.
 ///
 /// ```text
 /// g_n = −Σ_k Σ_p σ_p² F_τpᵀ N_k F_τ T_p        A_n = Σ_k Σ_p σ_p² T_pᵀ F_τᵀ N_k F_τ T_p
@@ -104,11 +106,58 @@ impl NoiseBias {
 /// \[rows × values\], `F_τ` the transition by the torques, and `N_k` the information of the later
 /// measurements about the state.
 ///
-/// - `run`: a run with the linearization of all samples.
-pub(super) fn visit_noise_bias(
+/// - `run`: a run with the linearization, at `z` and `levels`.
+/// - `empty`: the sum of a segment without samples; `add`: adds a sample to it.
+pub(super) fn noise_bias<T: Send>(
+    problem: &Problem<'_>,
+    run: &FilterRun,
+    (z, levels): (&[f64], &Levels),
+    empty: impl Fn(usize) -> T + Sync,
+    add: impl Fn(&mut T, usize, &NoiseBias) + Sync,
+) -> Vec<T> {
+    let mut dynamics = Dynamics::new(problem.model, &problem.unknowns.theta(z));
+    for (joint, velocity) in problem.unknowns.stribeck_velocities(z) {
+        dynamics.set_stribeck(joint, velocity);
+    }
+    (0..problem.measurements.segments.len())
+        .into_par_iter()
+        .with_max_len(1)
+        .map(|segment| {
+            let mut sum = empty(segment);
+            let mut dynamics = dynamics.clone();
+            visit_noise_bias(
+                problem,
+                &mut dynamics,
+                (run, segment),
+                levels,
+                |sample, own| {
+                    add(&mut sum, sample, own);
+                },
+            );
+            sum
+        })
+        .collect()
+}
+
+/// Returns the bias of all samples.
+pub(super) fn whole_noise_bias(
+    problem: &Problem<'_>,
+    run: &FilterRun,
+    at: (&[f64], &Levels),
+) -> NoiseBias {
+    let zero = || NoiseBias::zero(problem.unknowns.values());
+    let mut whole = zero();
+    for own in noise_bias(problem, run, at, |_| zero(), |sum, _, own| sum.add(own)) {
+        whole.add(&own);
+    }
+    whole
+}
+
+/// Visits the bias that each sample of a segment adds, the last sample first.
+fn visit_noise_bias(
     problem: &Problem<'_>,
     dynamics: &mut Dynamics,
-    run: &FilterRun,
+    (run, segment): (&FilterRun, usize),
     levels: &Levels,
     mut visit: impl FnMut(usize, &NoiseBias),
 ) {
@@ -121,15 +170,15 @@ pub(super) fn visit_noise_bias(
     if noisy.is_empty() {
         return;
     }
-    let linearization = &run.linearization;
+    let linearization = &run.stretches[segment].linearization;
     let measurements = problem.measurements;
-    let likelihood = LevelLikelihood::new(measurements, run, measurements.samples());
+    let period = measurements.segments[segment].period;
     // F_τᵀ N_k F_τ, \[rows × rows\].
     let mut about_torques = vec![0.0; rows * rows];
     let mut weighted = vec![0.0; moving];
     let mut changes: Vec<(usize, usize, usize, f64)> = Vec::new();
     let mut bias = NoiseBias::zero(values);
-    likelihood.information_ahead(levels, |sample, information| {
+    information_ahead(measurements, run, segment, levels, |sample, information| {
         let transition = &linearization.transitions[sample * moving * states..][..moving * states];
         let by_torque = |row: usize| transition[moving + row..].iter().step_by(states);
         for row in 0..rows {
@@ -148,7 +197,7 @@ pub(super) fn visit_noise_bias(
         let pulse = Pulse {
             state: &linearization.middles[sample * moving..(sample + 1) * moving],
             transition,
-            period: linearization.periods[sample],
+            period,
         };
         changes.clear();
         dynamics.visit_pulse_torques(pulse, &noisy, |pushed, row, column, torque| {
@@ -225,13 +274,13 @@ mod tests {
     fn normal_equations(case: &Case) -> (NormalEquations, NoiseBias) {
         let unknowns = case.unknowns();
         let z = unknowns.point(&case.theta);
-        let mut dynamics = Dynamics::new(&case.model, &case.theta);
+        let dynamics = Dynamics::new(&case.model, &case.theta);
         let keep = Keep {
-            linearized_samples: usize::MAX,
+            linearization: true,
             ..Keep::default()
         };
         let (measurements, levels) = (&case.measurements, &case.levels);
-        let ran = run(measurements, &mut dynamics, &unknowns, &z, levels, keep).unwrap();
+        let ran = run(measurements, &dynamics, &unknowns, &z, levels, keep).unwrap();
         let problem = Problem {
             model: &case.model,
             measurements,
@@ -240,10 +289,7 @@ mod tests {
             noisy_rows: &[2, 3],
             guard: None,
         };
-        let mut bias = NoiseBias::zero(unknowns.values());
-        visit_noise_bias(&problem, &mut dynamics, &ran, levels, |_, own| {
-            bias.add(own);
-        });
+        let bias = whole_noise_bias(&problem, &ran, (&z, levels));
         (ran.sums.normal, bias)
     }
 

@@ -83,6 +83,7 @@ impl Case {
                 dynamics.advance(&mut x, &tau, period, steps);
             }
             segments.push(Segment {
+                burn_in: 0,
                 log: 0,
                 period,
                 torque_rate: vec![0.0; torque.len()],
@@ -205,7 +206,7 @@ fn gradient_by_stribeck_velocities_is_that_of_the_replayed_cost() {
 fn compare_gradient(case: &Case) {
     let unknowns = case.unknowns();
     let parameters = case.theta.len();
-    let mut dynamics = Dynamics::new(&case.model, &case.theta);
+    let dynamics = Dynamics::new(&case.model, &case.theta);
     let mut z = unknowns.point(&case.theta);
     for (i, z) in z.iter_mut().enumerate().take(parameters) {
         *z *= 1.0 + 0.01 * (i as f64).sin();
@@ -213,22 +214,22 @@ fn compare_gradient(case: &Case) {
     z[parameters] = 2e-4;
     let run = run(
         &case.measurements,
-        &mut dynamics,
+        &dynamics,
         &unknowns,
         &z,
         &case.levels,
         Keep::default(),
     );
     let run = run.unwrap();
-    let mut cost = |z: &[f64]| {
-        let found = replay(&case.measurements, &mut dynamics, &unknowns, z, &run);
+    let cost = |z: &[f64]| {
+        let found = replay(&case.measurements, &dynamics, &unknowns, z, &run);
         found.unwrap().0
     };
     agree(cost(&z), run.sums.cost, 1.0, 1e-9, "cost");
     for i in 0..z.len() {
         let is_offset = (parameters..parameters + unknowns.offsets.len()).contains(&i);
         let by = if is_offset { 1e-7 } else { 1e-5 * z[i].abs() };
-        let mut at = |by: f64| {
+        let at = |by: f64| {
             let mut there = z.clone();
             there[i] += by;
             cost(&there)
@@ -250,14 +251,14 @@ fn compare_gradient(case: &Case) {
 /// Returns a run of the filter and its unknown levels.
 pub(super) fn search_of(case: &Case, disturbances: Disturbances) -> (FilterRun, UnknownLevels) {
     let unknowns = case.unknowns();
-    let mut dynamics = Dynamics::new(&case.model, &case.theta);
+    let dynamics = Dynamics::new(&case.model, &case.theta);
     let z = unknowns.point(&case.theta);
     let keep = Keep {
-        linearized_samples: 500,
+        linearization: true,
         ..Keep::default()
     };
     let (measurements, levels) = (&case.measurements, &case.levels);
-    let run = run(measurements, &mut dynamics, &unknowns, &z, levels, keep);
+    let run = run(measurements, &dynamics, &unknowns, &z, levels, keep);
     let unknown = Unknown {
         torques: vec![false, true, true, true],
         reversals: vec![true; 4],

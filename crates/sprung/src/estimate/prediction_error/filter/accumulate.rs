@@ -38,6 +38,12 @@ impl NormalEquations {
         }
     }
 
+    /// Adds other normal equations.
+    fn append(&mut self, other: &Self) {
+        add(&mut self.information, 1.0, &other.information);
+        add(&mut self.gradient, 1.0, &other.gradient);
+    }
+
     /// Returns the normal equations of the first unknowns.
     pub(in super::super) fn first(&self, count: usize) -> Self {
         let rows = self.information.chunks(self.count.max(1)).take(count);
@@ -118,6 +124,22 @@ impl Sums {
     /// Stores a copy of the gradient up to now.
     pub(super) fn keep_gradient(&mut self) {
         self.gradients.push(self.normal.gradient.clone());
+    }
+
+    /// Adds the sums of the next segment.
+    pub(super) fn append(&mut self, next: Self) {
+        for (time, mut normal) in next.growing {
+            normal.append(&self.normal);
+            self.growing.push((time, normal));
+        }
+        for mut gradient in next.gradients {
+            add(&mut gradient, 1.0, &self.normal.gradient);
+            self.gradients.push(gradient);
+        }
+        self.cost += next.cost;
+        self.loss += next.loss;
+        self.measurements += next.measurements;
+        self.normal.append(&next.normal);
     }
 
     /// Stores the sums of the log that ends here.

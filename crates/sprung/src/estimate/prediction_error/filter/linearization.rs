@@ -8,12 +8,39 @@ use crate::estimate::prediction_error::vector::scale;
 #[derive(Clone, Debug)]
 pub(in super::super) struct FilterRun {
     pub(in super::super) sums: Sums,
+    /// One per segment.
+    pub(in super::super) stretches: Vec<StretchRun>,
+}
+
+impl FilterRun {
+    /// Replaces the trajectories of all segments.
+    pub(in super::super) fn set_trajectories(&mut self, all: Vec<Trajectory>) {
+        for (stretch, own) in self.stretches.iter_mut().zip(all) {
+            stretch.trajectory = own;
+        }
+    }
+
+    /// Returns the results of a run with scaled data: innovations and disturbances times a factor.
+    #[cfg(test)]
+    pub(in super::super) fn scaled(&self, factor: f64) -> Self {
+        let mut other = self.clone();
+        for stretch in &mut other.stretches {
+            scale(&mut stretch.trajectory.innovations, factor);
+            scale(&mut stretch.trajectory.disturbances, factor);
+        }
+        other
+    }
+}
+
+/// Results of a filter run over one segment.
+#[derive(Clone, Debug)]
+pub(in super::super) struct StretchRun {
     pub(super) schedule: GainSchedule,
     pub(in super::super) trajectory: Trajectory,
     pub(in super::super) linearization: Linearization,
 }
 
-impl FilterRun {
+impl StretchRun {
     /// Returns gains and innovation of each measurement.
     ///
     /// - `states`: number of states, \[3 rows\].
@@ -22,15 +49,6 @@ impl FilterRun {
         states: usize,
     ) -> impl Iterator<Item = (&[f64], f64)> {
         (self.schedule.gains.chunks(states)).zip(self.trajectory.innovations.iter().copied())
-    }
-
-    /// Returns the results of a run with scaled data: innovations and disturbances times a factor.
-    #[cfg(test)]
-    pub(in super::super) fn scaled(&self, factor: f64) -> Self {
-        let mut other = self.clone();
-        scale(&mut other.trajectory.innovations, factor);
-        scale(&mut other.trajectory.disturbances, factor);
-        other
     }
 }
 
@@ -52,11 +70,11 @@ pub(super) struct GainSchedule {
 pub(in super::super) struct Trajectory {
     /// e of each measurement.
     pub(super) innovations: Vec<f64>,
-    /// d after the measurements of each sample with a linearization, \[samples × rows\].
+    /// d after the measurements of each sample, \[samples × rows\].
     pub(in super::super) disturbances: Vec<f64>,
 }
 
-/// Derivatives about the trajectory of a run, for its first samples.
+/// Derivatives about the trajectory of a run over one segment.
 #[derive(Clone, Debug, Default)]
 pub(in super::super) struct Linearization {
     /// Corner frequency of the disturbances in the run, Hz.
@@ -67,8 +85,6 @@ pub(in super::super) struct Linearization {
     /// Coordinates and their velocities in the middle of the period after each sample, \[samples ×
     /// 2 rows\].
     pub(in super::super) middles: Vec<f64>,
-    /// T of each sample, s.
-    pub(in super::super) periods: Vec<f64>,
     /// How near each row's friction is to a reversal in the period after each sample, \[samples ×
     /// rows\].
     pub(in super::super) reversals: Vec<f64>,

@@ -1,16 +1,18 @@
 //! The filter with the gains of a run.
 
+use rayon::prelude::*;
+
 use super::accumulate::whitened;
-use super::linearization::{FilterRun, Trajectory};
+use super::linearization::{FilterRun, StretchRun, Trajectory};
 use super::measure::innovation;
 use super::state::start_state;
 use crate::estimate::prediction_error::dynamics::Dynamics;
 use crate::estimate::prediction_error::levels::Decay;
-use crate::estimate::prediction_error::measurements::Measurements;
+use crate::estimate::prediction_error::measurements::{Measurements, Segment};
 use crate::estimate::prediction_error::unknowns::Unknowns;
 use crate::estimate::prediction_error::vector::{add, scale};
 
-/// Returns cost and trajectory at other values of the unknowns, with the gains, whitening and
+/// Returns cost and trajectories at other values of the unknowns, with the gains, whitening and
 /// integration steps of a run. Returns `None` if a number is not finite.
 ///
 /// ```text
@@ -18,47 +20,79 @@ use crate::estimate::prediction_error::vector::{add, scale};
 /// ```
 pub(in super::super) fn replay(
     measurements: &Measurements,
-    dynamics: &mut Dynamics,
+    dynamics: &Dynamics,
     unknowns: &Unknowns,
     z: &[f64],
     run: &FilterRun,
-) -> Option<(f64, Trajectory)> {
-    let rows = dynamics.rows();
+) -> Option<(f64, Vec<Trajectory>)> {
+    let mut dynamics = dynamics.clone();
     dynamics.set(&unknowns.theta(z), unknowns.stribeck_velocities(z));
-    let schedule = &run.schedule;
-    let held = schedule.gains.chunks(3 * rows).zip(&schedule.whitening);
-    let mut held = held.into_iter();
-    let mut steps = schedule.steps.iter();
-    let mut cost = 0.0;
-    let mut torque = vec![0.0; rows];
-    let mut trajectory = Trajectory::default();
-    let kept = run.trajectory.disturbances.len();
-    for segment in &measurements.segments {
+    let each: Option<Vec<(f64, Trajectory)>> = (measurements.segments.par_iter())
+        .zip(&run.stretches)
+        .with_max_len(1)
+        .map(|(segment, stretch)| {
+            let start = start_state(dynamics.rows(), segment, unknowns, z);
+            let mut replay = Replay {
+                measurements,
+                dynamics: dynamics.clone(),
+                unknowns,
+                z,
+                x: start,
+            };
+            replay.over(segment, stretch)
+        })
+        .collect();
+    let (costs, trajectories): (Vec<f64>, Vec<Trajectory>) = each?.into_iter().unzip();
+    Some((costs.iter().sum(), trajectories))
+}
+
+/// The filter at one instant.
+struct Replay<'a> {
+    measurements: &'a Measurements,
+    dynamics: Dynamics,
+    unknowns: &'a Unknowns,
+    z: &'a [f64],
+    /// x, \[3 rows\].
+    x: Vec<f64>,
+}
+
+impl Replay<'_> {
+    /// Returns cost and trajectory of a segment.
+    fn over(&mut self, segment: &Segment, run: &StretchRun) -> Option<(f64, Trajectory)> {
+        let rows = self.dynamics.rows();
+        let schedule = &run.schedule;
         let decay = Decay::new(schedule.corner, segment.period);
-        let mut x = start_state(rows, segment, unknowns, z);
-        for k in 0..segment.samples() {
+        let held = schedule.gains.chunks(3 * rows).zip(&schedule.whitening);
+        let mut held = held.into_iter();
+        let mut cost = 0.0;
+        let mut torque = vec![0.0; rows];
+        let mut trajectory = Trajectory::default();
+        let keeps = !run.trajectory.disturbances.is_empty();
+        let x = &mut self.x;
+        for (k, &steps) in schedule.steps.iter().enumerate() {
             for measurement in segment.at(k) {
                 let (gains, whitening) = held.next()?;
-                let sensor = &measurements.sensors[measurement.sensor];
+                let sensor = &self.measurements.sensors[measurement.sensor];
                 let observation = sensor.observation(measurement, rows);
-                let offset = unknowns.offset(z, measurement.sensor);
-                let innovation = innovation(&x, measurement, offset, observation);
-                cost += whitened(innovation * whitening).powi(2);
+                let offset = self.unknowns.offset(self.z, measurement.sensor);
+                let innovation = innovation(x, measurement, offset, observation);
+                if segment.counts(k) {
+                    cost += whitened(innovation * whitening).powi(2);
+                }
                 trajectory.innovations.push(innovation);
-                add(&mut x, innovation, gains);
+                add(x, innovation, gains);
             }
             if !cost.is_finite() || !x.iter().all(|x| x.is_finite()) {
                 return None;
             }
             let (moving, disturbance) = x.split_at_mut(2 * rows);
-            if trajectory.disturbances.len() < kept {
+            if keeps {
                 trajectory.disturbances.extend_from_slice(disturbance);
             }
             segment.write_torque(k, disturbance, &mut torque);
-            let steps = steps.next().copied().unwrap_or(1);
-            dynamics.advance(moving, &torque, segment.period, usize::from(steps));
+            (self.dynamics).advance(moving, &torque, segment.period, usize::from(steps));
             scale(disturbance, decay.factor);
         }
+        Some((cost, trajectory))
     }
-    Some((cost, trajectory))
 }

@@ -1,18 +1,20 @@
 //! The filter over all measurements, with derivatives.
 
+use rayon::prelude::*;
+
 use super::accumulate::Sums;
-use super::linearization::{FilterRun, GainSchedule, Linearization, Trajectory};
+use super::linearization::{FilterRun, GainSchedule, Linearization, StretchRun, Trajectory};
 use super::state::Filter;
 use crate::estimate::prediction_error::dynamics::Dynamics;
 use crate::estimate::prediction_error::levels::Levels;
-use crate::estimate::prediction_error::measurements::Measurements;
+use crate::estimate::prediction_error::measurements::{Measurements, Segment};
 use crate::estimate::prediction_error::unknowns::Unknowns;
 
 /// Optional results of a run.
 #[derive(Clone, Copy, Debug, Default)]
 pub(in super::super) struct Keep {
-    /// Number of samples whose linearization is kept, from the first one.
-    pub(in super::super) linearized_samples: usize,
+    /// Whether the linearization is kept.
+    pub(in super::super) linearization: bool,
     /// Number of samples of a part of the logs, after each of which the gradient is copied; `None`
     /// keeps no copy.
     pub(in super::super) part: Option<usize>,
@@ -20,72 +22,103 @@ pub(in super::super) struct Keep {
     pub(in super::super) parts_of_block: usize,
 }
 
-/// Runs the filter over all measurements: measure, accumulate, predict.
+/// Runs the filter over all measurements: measure, accumulate, predict. Segments run in parallel, and
+/// their sums are added in their order, so the result does not depend on the number of threads.
 ///
-/// The derivatives hold the gains, so they are the exact derivatives of [`replay`](super::replay).
+/// The derivatives hold the gains, so they are those of [`replay`](super::replay).
 ///
+/// - `dynamics`: of the model; its parameters are replaced.
 /// - `z`: values of the unknowns.
 ///
 /// Returns `None` if a number is not finite.
 pub(in super::super) fn run(
     measurements: &Measurements,
-    dynamics: &mut Dynamics,
+    dynamics: &Dynamics,
     unknowns: &Unknowns,
     z: &[f64],
     levels: &Levels,
     keep: Keep,
 ) -> Option<FilterRun> {
+    let mut dynamics = dynamics.clone();
     dynamics.set(&unknowns.theta(z), unknowns.stribeck_velocities(z));
-    let mut filter = Filter::new(dynamics, unknowns, z, levels, &measurements.reversals);
-    let mut run = FilterRun::new(unknowns.columns(), levels.corner);
-    let mut samples = 0;
-    let mut begin = 0.0;
-    for (index, segment) in measurements.segments.iter().enumerate() {
-        filter.start(segment);
-        for k in 0..segment.samples() {
-            for measurement in segment.at(k) {
-                let sensor = &measurements.sensors[measurement.sensor];
-                let innovation = filter.measure(sensor, measurement);
-                run.sums.accumulate(&innovation);
-                run.schedule.gains.extend_from_slice(innovation.gains);
-                run.schedule.whitening.push(1.0 / innovation.deviation);
-                run.trajectory.innovations.push(innovation.value);
-            }
-            if !filter.is_finite() || !run.sums.loss.is_finite() {
-                return None;
-            }
-            let linearized = samples < keep.linearized_samples;
-            if linearized {
-                run.keep_state(&filter);
-            }
-            let steps = filter.predict(segment, k);
-            run.schedule.steps.push(steps as u8);
-            if linearized {
-                run.keep_period(&filter, segment.period);
-                (run.linearization.reversals).extend_from_slice(&filter.reversals);
-            }
-            samples += 1;
-            let Some(part) = keep.part.filter(|part| samples.is_multiple_of(*part)) else {
-                continue;
-            };
-            run.sums.keep_gradient();
-            if (samples / part).is_multiple_of(keep.parts_of_block) {
-                run.sums.keep(begin + (k + 1) as f64 * segment.period);
-            }
-        }
+    let starts = measurements.starts();
+    let each: Option<Vec<(Sums, StretchRun)>> = (measurements.segments.par_iter().zip(&starts))
+        .with_max_len(1)
+        .map(|(segment, start)| {
+            let mut dynamics = dynamics.clone();
+            let filter = Filter::new(&mut dynamics, unknowns, z, levels, &measurements.reversals);
+            run_segment(measurements, filter, segment, *start, keep)
+        })
+        .collect();
+    let mut run = FilterRun {
+        sums: Sums::new(unknowns.columns()),
+        stretches: Vec::new(),
+    };
+    for (index, (sums, stretch)) in each?.into_iter().enumerate() {
+        run.sums.append(sums);
+        run.stretches.push(stretch);
         let next = measurements.segments.get(index + 1);
-        if measurements.logs() > 1 && next.is_none_or(|next| next.log != segment.log) {
+        let log = measurements.segments[index].log;
+        if measurements.logs() > 1 && next.is_none_or(|next| next.log != log) {
             run.sums.end_log();
         }
-        begin += segment.period * segment.samples() as f64;
     }
     Some(run)
 }
 
-impl FilterRun {
-    fn new(unknowns: usize, corner: f64) -> Self {
+/// Runs the filter over one segment. Returns `None` if a number is not finite.
+///
+/// - `filter`: with any state.
+/// - `before`, `begin`: number and time of the samples that count before the segment, s.
+fn run_segment(
+    measurements: &Measurements,
+    mut filter: Filter<'_>,
+    segment: &Segment,
+    (before, begin): (usize, f64),
+    keep: Keep,
+) -> Option<(Sums, StretchRun)> {
+    let mut sums = Sums::new(filter.unknowns.columns());
+    let mut run = StretchRun::new(filter.levels.corner);
+    filter.start(segment);
+    for k in 0..segment.samples() {
+        for measurement in segment.at(k) {
+            let sensor = &measurements.sensors[measurement.sensor];
+            let innovation = filter.measure(sensor, measurement);
+            if segment.counts(k) {
+                sums.accumulate(&innovation);
+            }
+            run.schedule.gains.extend_from_slice(innovation.gains);
+            run.schedule.whitening.push(1.0 / innovation.deviation);
+            run.trajectory.innovations.push(innovation.value);
+        }
+        if !filter.is_finite() || !sums.loss.is_finite() {
+            return None;
+        }
+        if keep.linearization {
+            run.keep_state(&filter);
+        }
+        let steps = filter.predict(segment, k);
+        run.schedule.steps.push(steps as u8);
+        if keep.linearization {
+            run.keep_period(&filter);
+        }
+        if let (Some(part), true) = (keep.part, segment.counts(k)) {
+            let own = k + 1 - segment.burn_in;
+            let parts = (before + own) / part;
+            if (before + own).is_multiple_of(part) {
+                sums.keep_gradient();
+                if parts.is_multiple_of(keep.parts_of_block) {
+                    sums.keep(begin + own as f64 * segment.period);
+                }
+            }
+        }
+    }
+    Some((sums, run))
+}
+
+impl StretchRun {
+    fn new(corner: f64) -> Self {
         Self {
-            sums: Sums::new(unknowns),
             schedule: GainSchedule {
                 corner,
                 ..GainSchedule::default()
@@ -106,13 +139,13 @@ impl FilterRun {
     }
 
     /// Keeps the linearization of the period that follows the kept state.
-    fn keep_period(&mut self, filter: &Filter<'_>, period: f64) {
-        self.linearization.periods.push(period);
+    fn keep_period(&mut self, filter: &Filter<'_>) {
         let moving = 2 * filter.torque.len();
-        (self.linearization.transitions).extend_from_slice(&filter.tangent.transition);
-        let middles = &mut self.linearization.middles;
-        let begin = middles.len() - moving;
-        for (middle, end) in middles[begin..].iter_mut().zip(&filter.x) {
+        let linearization = &mut self.linearization;
+        (linearization.transitions).extend_from_slice(&filter.tangent.transition);
+        (linearization.reversals).extend_from_slice(&filter.reversals);
+        let begin = linearization.middles.len() - moving;
+        for (middle, end) in linearization.middles[begin..].iter_mut().zip(&filter.x) {
             *middle = 0.5 * (*middle + end);
         }
     }

@@ -226,6 +226,7 @@ impl Case {
             measurements: Measurements {
                 sensors: sensors.collect(),
                 segments: vec![Segment {
+                    burn_in: 0,
                     log: 0,
                     period: PERIOD,
                     torque_rate: vec![0.0; torque.len()],
@@ -398,18 +399,18 @@ fn textbook_run(
 fn sums_are_those_of_the_textbook_and_its_differences() {
     let case = Case::new();
     let (unknowns, z) = (case.unknowns(), case.z());
-    let mut dynamics = Dynamics::new(&case.model, &TRUTH);
+    let dynamics = Dynamics::new(&case.model, &TRUTH);
     let keep = Keep::default();
     let run = run(
         &case.measurements,
-        &mut dynamics,
+        &dynamics,
         &unknowns,
         &z,
         &case.levels,
         keep,
     )
     .unwrap();
-    let steps = &run.schedule.steps;
+    let steps = &run.stretches[0].schedule.steps;
     let here = textbook_run(&case, &z, steps, None);
     let cost: f64 = here.iter().map(|(_, e, s)| e * e / s).sum();
     let loss: f64 = here

@@ -2,7 +2,7 @@
 
 use super::backward::Backward;
 use super::forward::Forward;
-use super::linear_run::{LinearRun, LinearSegment};
+use super::linear_run::{LinearRun, Period};
 use crate::estimate::prediction_error::levels::Level;
 use crate::estimate::prediction_error::matrix::{add_outer, add_square, multiply};
 use crate::estimate::prediction_error::measurements::Measurement;
@@ -40,28 +40,28 @@ pub(super) fn average_information(
         found: vec![0.0; count],
         memory: vec![0.0; 2 * linear.rows * count],
     };
-    let (mut sample, mut index) = (0, 0);
-    for (segment, start) in linear.segments.iter().zip(&backward.starts) {
-        added.start(start);
-        for k in 0..segment.samples {
-            for measurement in segment.segment.at(k) {
-                added.measure((measurement, index));
+    added.start(&backward.start);
+    let segment = linear.segment;
+    let mut index = 0;
+    for k in 0..segment.samples() {
+        for measurement in segment.at(k) {
+            added.measure((measurement, index));
+            if segment.counts(k) {
                 add_square(
                     &mut information,
                     0.5 / forward.variance[index],
                     &added.found,
                 );
-                index += 1;
             }
-            added.predict(segment, (k, sample));
-            sample += 1;
+            index += 1;
         }
+        added.predict(k);
     }
     information
 }
 
 impl Added<'_> {
-    /// Sets the contributions at the start of a segment.
+    /// Sets the contributions at the start of the segment.
     ///
     /// - `state_adjoint`, `corner_adjoint`: end of the backward pass in this segment.
     fn start(&mut self, (state_adjoint, corner_adjoint): &(Vec<f64>, Vec<f64>)) {
@@ -107,12 +107,14 @@ impl Added<'_> {
     }
 
     /// Propagates the contributions over a period.
-    fn predict(&mut self, segment: &LinearSegment<'_>, (k, sample): (usize, usize)) {
+    fn predict(&mut self, sample: usize) {
         let (rows, states, levels) = (self.linear.rows, self.linear.states, self.linear.levels);
         let count = self.levels.len();
-        let decay = segment.decay;
-        let transition = segment.transition(k, rows);
-        let reversals = segment.period(k, rows).reversals;
+        let Period {
+            transition,
+            reversals,
+            decay,
+        } = self.linear.period(sample);
         let adjoint = &self.backward.state_adjoint[sample * states..(sample + 1) * states];
         multiply(transition, &self.states, count, &mut self.memory);
         let (moving, disturbances) = self.states.split_at_mut(2 * rows * count);

@@ -2,7 +2,7 @@
 
 use super::forward::Forward;
 use super::level_gradient::LevelGradient;
-use super::linear_run::{LinearRun, LinearSegment};
+use super::linear_run::LinearRun;
 use crate::estimate::prediction_error::covariance::{
     AdjointMemory, adjoint_covariance, adjoint_product, adjoint_state,
 };
@@ -25,8 +25,8 @@ pub(super) struct Backward {
     pub(super) corner_adjoint: Vec<f64>,
     /// Smoothed disturbances, given all measurements, \[samples × rows\].
     pub(super) smoothed: Vec<f64>,
-    /// r and its derivative by the logarithm of the corner at the start of each segment.
-    pub(super) starts: Vec<(Vec<f64>, Vec<f64>)>,
+    /// r and its derivative by the logarithm of the corner at the start of the segment.
+    pub(super) start: (Vec<f64>, Vec<f64>),
 }
 
 /// Derivatives of the loss during the backward pass.
@@ -64,6 +64,8 @@ impl Adjoint {
 ///                      D ← (1 − K H)ᵀ D (1 − K H) + terms of e, S and r
 /// ```
 ///
+/// A measurement that does not count has no part in the loss, so u has no e/S.
+///
 /// - `visit`: called for each sample, the last one first.
 pub(super) fn backward(
     linear: &LinearRun<'_>,
@@ -72,41 +74,37 @@ pub(super) fn backward(
     visit: &mut Visit<'_>,
 ) -> Backward {
     let (rows, states) = (linear.rows, linear.states);
-    let mut sample = forward.disturbances.len() / rows;
+    let segment = linear.segment;
     let mut measurement = forward.variance.len();
     let mut backward = Backward {
-        state_adjoint: vec![0.0; sample * states],
+        state_adjoint: vec![0.0; segment.samples() * states],
         smoothing_error: vec![0.0; measurement],
-        corner_adjoint: vec![0.0; sample * rows],
+        corner_adjoint: vec![0.0; segment.samples() * rows],
         smoothed: forward.disturbances.clone(),
-        starts: Vec::new(),
+        start: Default::default(),
     };
-    for segment in linear.segments.iter().rev() {
-        let mut adjoint = Adjoint::new(rows, states);
-        for k in (0..segment.samples).rev() {
-            sample -= 1;
-            visit(sample, &adjoint.covariance, &adjoint.state);
-            let own = sample * states..(sample + 1) * states;
-            backward.state_adjoint[own].copy_from_slice(&adjoint.state);
-            let own = sample * rows..(sample + 1) * rows;
-            backward.corner_adjoint[own.clone()].copy_from_slice(&adjoint.corner);
-            adjoint.back_over_period(linear, segment, (k, sample), forward, gradient);
-            // The smoothed disturbance is the filtered one plus P r.
-            let covariance = forward.covariance[own.start * states..].chunks(states);
-            for (smoothed, covariance) in backward.smoothed[own].iter_mut().zip(covariance) {
-                *smoothed += dot(covariance, &adjoint.state);
-            }
-            for event in segment.segment.at(k).iter().rev() {
-                measurement -= 1;
-                let error =
-                    adjoint.back_over_measurement(linear, (event, measurement), forward, gradient);
-                backward.smoothing_error[measurement] = error;
-            }
+    let mut adjoint = Adjoint::new(rows, states);
+    for k in (0..segment.samples()).rev() {
+        visit(k, &adjoint.covariance, &adjoint.state);
+        let own = k * states..(k + 1) * states;
+        backward.state_adjoint[own].copy_from_slice(&adjoint.state);
+        let own = k * rows..(k + 1) * rows;
+        backward.corner_adjoint[own.clone()].copy_from_slice(&adjoint.corner);
+        adjoint.back_over_period(linear, k, forward, gradient);
+        // The smoothed disturbance is the filtered one plus P r.
+        let covariance = forward.covariance[own.start * states..].chunks(states);
+        for (smoothed, covariance) in backward.smoothed[own].iter_mut().zip(covariance) {
+            *smoothed += dot(covariance, &adjoint.state);
         }
-        gradient.add_start(&adjoint.covariance, &adjoint.state, linear.levels);
-        backward.starts.push((adjoint.state, adjoint.corner));
+        for event in segment.at(k).iter().rev() {
+            measurement -= 1;
+            let index = (measurement, segment.counts(k));
+            let error = adjoint.back_over_measurement(linear, event, index, forward, gradient);
+            backward.smoothing_error[measurement] = error;
+        }
     }
-    backward.starts.reverse();
+    gradient.add_start(&adjoint.covariance, &adjoint.state, linear.levels);
+    backward.start = (adjoint.state, adjoint.corner);
     backward
 }
 
@@ -115,14 +113,13 @@ impl Adjoint {
     fn back_over_period(
         &mut self,
         linear: &LinearRun<'_>,
-        segment: &LinearSegment<'_>,
-        (k, sample): (usize, usize),
+        sample: usize,
         forward: &Forward,
         gradient: &mut LevelGradient,
     ) {
         let (rows, states, levels) = (linear.rows, linear.states, linear.levels);
-        let decay = segment.decay;
-        let transition = segment.transition(k, rows);
+        let period = linear.period(sample);
+        let (transition, decay) = (period.transition, period.decay);
         for (corner, own) in self.corner.iter_mut().zip(&self.state[2 * rows..]) {
             *corner = decay.factor * *corner + decay.by_log_corner * own;
         }
@@ -140,7 +137,7 @@ impl Adjoint {
             &self.covariance,
             &self.state,
             levels,
-            &segment.period(k, rows),
+            &period,
         );
         let size = rows * states;
         let covariance = &forward.covariance[sample * size..(sample + 1) * size];
@@ -156,10 +153,13 @@ impl Adjoint {
     }
 
     /// Propagates the derivatives back over a measurement. Returns its smoothing error u.
+    ///
+    /// - `index`: of the measurement; `counts`: whether it is a part of the loss.
     fn back_over_measurement(
         &mut self,
         linear: &LinearRun<'_>,
-        (measurement, index): (&Measurement, usize),
+        measurement: &Measurement,
+        (index, counts): (usize, bool),
         forward: &Forward,
         gradient: &mut LevelGradient,
     ) -> f64 {
@@ -173,9 +173,13 @@ impl Adjoint {
         moved.fill(0.0);
         add_rows(moved, gains, &self.covariance);
         let ahead = dot(&self.state, gains);
-        let by_variance =
-            0.5 * (1.0 / variance - scaled * scaled) + ahead * scaled + dot(moved, gains);
-        let error = scaled - ahead;
+        let (own_by_variance, own_error) = if counts {
+            (0.5 * (1.0 / variance - scaled * scaled), scaled)
+        } else {
+            (0.0, 0.0)
+        };
+        let by_variance = own_by_variance + ahead * scaled + dot(moved, gains);
+        let error = own_error - ahead;
         gradient.add_sensor_noise(measurement.sensor, by_variance, error, linear.levels);
         for (state, factor) in observation.clone() {
             for (i, (moved, own)) in moved.iter().zip(&self.state).enumerate() {

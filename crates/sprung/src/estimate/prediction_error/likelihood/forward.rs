@@ -35,45 +35,44 @@ pub(super) fn forward(linear: &LinearRun<'_>) -> Option<Forward> {
     let mut corrections = run.corrections(states);
     let mut disturbances = run.trajectory.disturbances.chunks(rows);
     let mut forward = Forward::default();
-    for segment in &linear.segments {
-        let period = segment.segment.period;
-        let decay = segment.decay;
-        let change = decay.factor - Decay::new(run.linearization.corner, period).factor;
-        let mut covariance = start_covariance(rows, segment.segment, linear.levels);
-        let mut deviation = vec![0.0; states];
-        for k in 0..segment.samples {
-            for measurement in segment.segment.at(k) {
-                let (gains, before) = corrections.next()?;
-                let observation = linear.observation(measurement);
-                let innovation = before - observe(&deviation, observation.clone());
-                let noise = linear.levels.measurement_variance(measurement);
-                let cross = &mut cross_covariance;
-                let variance = measurement_update(&mut covariance, observation, noise, cross);
-                let scaled = innovation / variance;
+    let (segment, decay) = (linear.segment, linear.decay);
+    let change = decay.factor - Decay::new(run.linearization.corner, segment.period).factor;
+    let mut covariance = start_covariance(rows, segment, linear.levels);
+    let mut deviation = vec![0.0; states];
+    for k in 0..segment.samples() {
+        for measurement in segment.at(k) {
+            let (gains, before) = corrections.next()?;
+            let observation = linear.observation(measurement);
+            let innovation = before - observe(&deviation, observation.clone());
+            let noise = linear.levels.measurement_variance(measurement);
+            let cross = &mut cross_covariance;
+            let variance = measurement_update(&mut covariance, observation, noise, cross);
+            let scaled = innovation / variance;
+            if segment.counts(k) {
                 forward.loss += 0.5 * (innovation * scaled + variance.ln());
-                (forward.gains).extend(cross_covariance.iter().map(|c| c / variance));
-                forward.variance.push(variance);
-                forward.scaled_innovation.push(scaled);
-                add(&mut deviation, scaled, &cross_covariance);
-                add(&mut deviation, -before, gains);
             }
-            let disturbance = disturbances.next()?;
-            (forward.covariance).extend_from_slice(&covariance[2 * rows * states..]);
-            let own = deviation[2 * rows..].iter().zip(disturbance);
-            forward.disturbances.extend(own.map(|(a, b)| a + b));
-            let transition = segment.transition(k, rows);
-            propagate(
-                &mut covariance,
-                transition,
-                linear.levels,
-                segment.period(k, rows).reversals,
-                decay,
-                &mut propagation,
-            );
-            let memory = &mut cross_covariance;
-            propagate_state(&mut deviation, transition, decay.factor, memory);
-            add(&mut deviation[2 * rows..], change, disturbance);
+            (forward.gains).extend(cross_covariance.iter().map(|c| c / variance));
+            forward.variance.push(variance);
+            forward.scaled_innovation.push(scaled);
+            add(&mut deviation, scaled, &cross_covariance);
+            add(&mut deviation, -before, gains);
         }
+        let disturbance = disturbances.next()?;
+        (forward.covariance).extend_from_slice(&covariance[2 * rows * states..]);
+        let own = deviation[2 * rows..].iter().zip(disturbance);
+        forward.disturbances.extend(own.map(|(a, b)| a + b));
+        let period = linear.period(k);
+        propagate(
+            &mut covariance,
+            period.transition,
+            linear.levels,
+            period.reversals,
+            decay,
+            &mut propagation,
+        );
+        let memory = &mut cross_covariance;
+        propagate_state(&mut deviation, period.transition, decay.factor, memory);
+        add(&mut deviation[2 * rows..], change, disturbance);
     }
     Some(forward)
 }

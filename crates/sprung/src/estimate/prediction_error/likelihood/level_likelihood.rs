@@ -1,5 +1,7 @@
 //! The likelihood of levels, with gradient and information.
 
+use rayon::prelude::*;
+
 use super::average_information::average_information;
 use super::backward::backward;
 use super::forward::forward;
@@ -8,18 +10,19 @@ use super::linear_run::LinearRun;
 use crate::estimate::prediction_error::filter::FilterRun;
 use crate::estimate::prediction_error::levels::{Levels, UnknownLevels};
 use crate::estimate::prediction_error::measurements::Measurements;
+use crate::estimate::prediction_error::vector::add;
 
 /// The likelihood of levels, with the filter linearised about a run.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub(in super::super) struct LevelLikelihood<'a> {
     pub(in super::super) measurements: &'a Measurements,
     pub(in super::super) run: &'a FilterRun,
-    // Number of samples whose linearization is used.
-    samples: usize,
+    /// Indices of the segments that are used.
+    segments: Vec<usize>,
 }
 
 /// Likelihood at some levels, with derivatives by the logarithms of the levels.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(in super::super) struct Score {
     /// Minus the logarithm of the likelihood, without its constant.
     pub(in super::super) loss: f64,
@@ -31,17 +34,33 @@ pub(in super::super) struct Score {
     pub(in super::super) information: Vec<f64>,
 }
 
+impl Score {
+    fn append(&mut self, next: &Self) {
+        self.loss += next.loss;
+        let pairs = [
+            (&mut self.gradient, &next.gradient),
+            (&mut self.expected, &next.expected),
+            (&mut self.information, &next.information),
+        ];
+        for (sum, own) in pairs {
+            sum.resize(own.len(), 0.0);
+            add(sum, 1.0, own);
+        }
+    }
+}
+
 impl<'a> LevelLikelihood<'a> {
-    /// - `samples`: number of samples whose linearization is used.
+    /// - `samples`: maximum number of samples to be used, spread evenly over the segments.
     pub(in super::super) fn new(
         measurements: &'a Measurements,
         run: &'a FilterRun,
         samples: usize,
     ) -> Self {
+        let stride = measurements.samples().div_ceil(samples.max(1)).max(1);
         Self {
             measurements,
             run,
-            samples,
+            segments: (0..measurements.segments.len()).step_by(stride).collect(),
         }
     }
 
@@ -52,7 +71,20 @@ impl<'a> LevelLikelihood<'a> {
         unknown: &UnknownLevels,
         levels: &Levels,
     ) -> Option<Score> {
-        let linear = LinearRun::new(self.measurements, self.run, self.samples, levels);
+        let each: Option<Vec<Score>> = (self.segments.par_iter())
+            .with_max_len(1)
+            .map(|&segment| self.score_of(segment, unknown, levels))
+            .collect();
+        let mut score = Score::default();
+        for own in &each? {
+            score.append(own);
+        }
+        Some(score)
+    }
+
+    /// Returns the likelihood of the measurements of a segment.
+    fn score_of(&self, segment: usize, unknown: &UnknownLevels, levels: &Levels) -> Option<Score> {
+        let linear = linear_run(self.measurements, self.run, segment, levels);
         let forward = forward(&linear)?;
         let mut all = LevelGradient::new(levels);
         let backward = backward(&linear, &forward, &mut all, &mut |_, _, _| {});
@@ -69,31 +101,43 @@ impl<'a> LevelLikelihood<'a> {
             information: average_information(&linear, &unknown.all, &forward, &backward),
         })
     }
+}
 
-    /// Visits the samples, the last one first, with the information of later measurements about the
-    /// state at the end of the period after the sample. The arguments are the sample's index and
-    /// the matrix `2 D + r rᵀ`, \[states × states\].
-    pub(in super::super) fn information_ahead(
-        &self,
-        levels: &Levels,
-        mut visit: impl FnMut(usize, &[f64]),
-    ) {
-        let linear = LinearRun::new(self.measurements, self.run, self.samples, levels);
-        let Some(forward) = forward(&linear) else {
-            return;
-        };
-        let mut information = Vec::new();
-        let mut behind = |sample: usize, covariance_adjoint: &[f64], state_adjoint: &[f64]| {
-            // D is half the information minus r rᵀ/2, so r rᵀ is added to 2 D.
-            information.clear();
-            let rows = covariance_adjoint.chunks(state_adjoint.len());
-            for (row, own) in rows.zip(state_adjoint) {
-                let entries = row.iter().zip(state_adjoint);
-                information.extend(entries.map(|(d, other)| 2.0 * d + own * other));
-            }
-            visit(sample, &information);
-        };
-        let mut all = LevelGradient::new(levels);
-        backward(&linear, &forward, &mut all, &mut behind);
-    }
+/// Visits the samples of a segment, the last one first, with the information of later measurements
+/// about the state at the end of the period after the sample. The arguments are the sample's index
+/// and the matrix `2 D + r rᵀ`, \[states × states\].
+pub(in super::super) fn information_ahead(
+    measurements: &Measurements,
+    run: &FilterRun,
+    segment: usize,
+    levels: &Levels,
+    mut visit: impl FnMut(usize, &[f64]),
+) {
+    let linear = linear_run(measurements, run, segment, levels);
+    let Some(forward) = forward(&linear) else {
+        return;
+    };
+    let mut information = Vec::new();
+    let mut behind = |sample: usize, covariance_adjoint: &[f64], state_adjoint: &[f64]| {
+        // D is half the information minus r rᵀ/2, so r rᵀ is added to 2 D.
+        information.clear();
+        let rows = covariance_adjoint.chunks(state_adjoint.len());
+        for (row, own) in rows.zip(state_adjoint) {
+            let entries = row.iter().zip(state_adjoint);
+            information.extend(entries.map(|(d, other)| 2.0 * d + own * other));
+        }
+        visit(sample, &information);
+    };
+    let mut all = LevelGradient::new(levels);
+    backward(&linear, &forward, &mut all, &mut behind);
+}
+
+fn linear_run<'a>(
+    measurements: &'a Measurements,
+    run: &'a FilterRun,
+    segment: usize,
+    levels: &'a Levels,
+) -> LinearRun<'a> {
+    let own = &measurements.segments[segment];
+    LinearRun::new(&measurements.sensors, own, &run.stretches[segment], levels)
 }

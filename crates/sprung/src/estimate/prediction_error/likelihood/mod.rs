@@ -17,4 +17,4 @@ mod level_gradient;
 mod level_likelihood;
 mod linear_run;
 
-pub(super) use level_likelihood::{LevelLikelihood, Score};
+pub(super) use level_likelihood::{LevelLikelihood, Score, information_ahead};

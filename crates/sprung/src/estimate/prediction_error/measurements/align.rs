@@ -6,6 +6,7 @@ use super::read::RawSegment;
 use super::segment::Segment;
 use super::sensor::{Noise, Sensor};
 use super::start_state::start_state;
+use super::stretches::stretches;
 use super::torque::torques;
 use crate::log::Channels;
 use crate::model::Model;
@@ -72,7 +73,8 @@ impl<'a> Window<'a> {
     }
 }
 
-/// Turns raw samples into torques and measurements.
+/// Turns raw samples into torques and measurements, in stretches that the filter processes in
+/// parallel.
 ///
 /// - `delays`: delay of each channel, s.
 /// - `filter`: smooths the positions, at the period of the log.
@@ -85,11 +87,13 @@ pub(super) fn align(
     sensors: &[Sensor],
     delays: &[f64],
     filter: &Butterworth,
-) -> Option<Segment> {
+) -> Option<Vec<Segment>> {
     let (period, rows) = (raw.period, model.rows());
     let window = Window::new(raw.values.first()?.len(), delays, period)?;
+    let stretches = stretches(window.samples, period);
     let mut found: Vec<(usize, Measurement)> = Vec::new();
-    let mut begins = Vec::with_capacity(sensors.len());
+    // Position and velocity of each sensor at the beginning of each stretch.
+    let mut begins = vec![Vec::with_capacity(sensors.len()); stretches.len()];
     let mut speeds = Vec::with_capacity(sensors.len());
     for (index, sensor) in sensors.iter().enumerate() {
         let values = &raw.values[sensor.channel];
@@ -99,27 +103,37 @@ pub(super) fn align(
         });
         let first = window.begin as f64 + window.shift(sensor.channel);
         let first = first.round().max(0.0) as usize;
-        begins.push((values[first] + sensor.offset, velocity[first]));
+        for (begins, stretch) in begins.iter_mut().zip(&stretches) {
+            let at = (first + stretch.from).min(velocity.len() - 1);
+            begins.push((values[at] + sensor.offset, velocity[at]));
+        }
         let squares: f64 = velocity.iter().map(|v| v * v).sum();
         speeds.push((squares / velocity.len().max(1) as f64).sqrt());
     }
     found.sort_by_key(|(sample, measurement)| (*sample, measurement.sensor));
-    let (start, start_deviation) = start_state(rows, sensors, &begins)?;
     let torque = torques(raw, model, channels, delays, window.begin, window.samples);
-    Some(Segment {
-        log: raw.log,
-        period,
-        torque_rate: rates(&torque, rows, filter, period)?,
-        torque,
-        first: first_of_samples(&found, window.samples),
-        measurements: found
-            .into_iter()
-            .map(|(_, measurement)| measurement)
-            .collect(),
-        start,
-        start_deviation,
-        speeds,
-    })
+    let torque_rate = rates(&torque, rows, filter, period)?;
+    let first = first_of_samples(&found, window.samples);
+    let each = stretches.iter().zip(begins).map(|(stretch, begins)| {
+        let (start, start_deviation) = start_state(rows, sensors, &begins)?;
+        let of_rows = stretch.from * rows..stretch.to * rows;
+        let own = first[stretch.from]..first[stretch.to];
+        Some(Segment {
+            log: raw.log,
+            burn_in: stretch.burn_in,
+            period,
+            torque: torque[of_rows.clone()].to_vec(),
+            torque_rate: torque_rate[of_rows].to_vec(),
+            first: (first[stretch.from..=stretch.to].iter())
+                .map(|at| at - own.start)
+                .collect(),
+            measurements: found[own].iter().map(|(_, own)| *own).collect(),
+            start,
+            start_deviation,
+            speeds: speeds.clone(),
+        })
+    });
+    each.collect()
 }
 
 /// Visits the positions that a channel measures.

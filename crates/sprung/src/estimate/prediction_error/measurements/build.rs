@@ -41,7 +41,8 @@ pub(in super::super) fn build(
     for raw in raw {
         let filter = Butterworth::new(order, reading.position_cutoff_hz(), raw.period)?;
         let delays = reading.delays();
-        segments.extend(align(raw, model, channels, &sensors, delays, &filter));
+        let own = align(raw, model, channels, &sensors, delays, &filter);
+        segments.extend(own.into_iter().flatten());
     }
     if segments.is_empty() {
         return Ok(None);

@@ -14,6 +14,7 @@ mod read;
 mod segment;
 mod sensor;
 mod start_state;
+mod stretches;
 mod torque;
 
 pub(super) use build::build;

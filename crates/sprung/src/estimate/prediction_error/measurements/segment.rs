@@ -4,11 +4,15 @@ use super::measurement::Measurement;
 use super::sensor::Sensor;
 use crate::estimate::prediction_error::reversals::Reversals;
 
-/// Consecutive samples of one log.
+/// Consecutive samples of one log, which the filter processes without the samples before: a segment
+/// without a gap, or a stretch of it.
 #[derive(Clone, Debug)]
 pub(in super::super) struct Segment {
     /// Index of the log.
     pub(in super::super) log: usize,
+    /// Number of samples at the beginning that only bring the filter to its state. The stretch before
+    /// counts their measurements.
+    pub(in super::super) burn_in: usize,
     /// Sampling period, s.
     pub(in super::super) period: f64,
     /// Torque on each row, N·m (N), \[samples × rows\].
@@ -31,6 +35,16 @@ impl Segment {
     /// Returns the number of samples.
     pub(in super::super) fn samples(&self) -> usize {
         self.first.len() - 1
+    }
+
+    /// Returns whether the measurements of a sample count.
+    pub(in super::super) fn counts(&self, sample: usize) -> bool {
+        sample >= self.burn_in
+    }
+
+    /// Returns the number of samples whose measurements count.
+    pub(in super::super) fn counted(&self) -> usize {
+        self.samples() - self.burn_in
     }
 
     /// Returns the measurements of a sample.
@@ -71,9 +85,20 @@ pub(in super::super) struct Measurements {
 }
 
 impl Measurements {
-    /// Returns the number of samples.
+    /// Returns the number of samples whose measurements count.
     pub(in super::super) fn samples(&self) -> usize {
-        self.segments.iter().map(Segment::samples).sum()
+        self.segments.iter().map(Segment::counted).sum()
+    }
+
+    /// Returns for each segment the samples that count before it: their number and their time, s.
+    pub(in super::super) fn starts(&self) -> Vec<(usize, f64)> {
+        let starts = self.segments.iter().scan((0, 0.0), |next, segment| {
+            let own = *next;
+            next.0 += segment.counted();
+            next.1 += segment.counted() as f64 * segment.period;
+            Some(own)
+        });
+        starts.collect()
     }
 
     /// Returns the number of logs.
@@ -81,16 +106,9 @@ impl Measurements {
         self.segments.last().map_or(0, |segment| segment.log + 1)
     }
 
-    /// Returns the index of each sample's log.
-    pub(in super::super) fn log_of_samples(&self) -> Vec<usize> {
-        (self.segments.iter())
-            .flat_map(|segment| std::iter::repeat_n(segment.log, segment.samples()))
-            .collect()
-    }
-
-    /// Returns the time that the samples span, s.
+    /// Returns the time that the samples span whose measurements count, s.
     pub(in super::super) fn duration(&self) -> f64 {
-        let span = |segment: &Segment| segment.period * segment.samples() as f64;
+        let span = |segment: &Segment| segment.period * segment.counted() as f64;
         self.segments.iter().map(span).sum()
     }
 }

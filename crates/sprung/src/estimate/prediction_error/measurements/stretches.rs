@@ -1,0 +1,57 @@
+//! Division of a segment into stretches that the filter processes in parallel.
+
+/// Shortest stretch whose measurements count, s.
+const MIN_STRETCH_S: f64 = 4.0;
+
+/// Samples before a stretch that bring the filter to its state, s. They are five times the time
+/// constant of disturbances with the expected corner of 1.5 Hz, the slowest states of the filter.
+const BURN_IN_S: f64 = 0.5;
+
+/// A stretch of a segment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Stretch {
+    /// First sample, and the sample after the last one.
+    pub(super) from: usize,
+    pub(super) to: usize,
+    /// Number of samples at the beginning that do not count.
+    pub(super) burn_in: usize,
+}
+
+/// Returns stretches of nearly equal length. They depend only on the log, not on the number of
+/// threads.
+pub(super) fn stretches(samples: usize, period: f64) -> Vec<Stretch> {
+    let duration = samples as f64 * period;
+    let count = ((duration / MIN_STRETCH_S) as usize).clamp(1, samples.max(1));
+    let burn_in = (BURN_IN_S / period).ceil() as usize;
+    (0..count)
+        .map(|i| {
+            let begin = i * samples / count;
+            let burn_in = burn_in.min(begin);
+            Stretch {
+                from: begin - burn_in,
+                to: (i + 1) * samples / count,
+                burn_in,
+            }
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_sample_counts_once() {
+        for (samples, period, count) in [(10_000, 1e-3, 2), (3, 1e-3, 1), (900, 0.1, 22)] {
+            let found = stretches(samples, period);
+            assert_eq!(found.len(), count);
+            let mut next = 0;
+            for own in &found {
+                assert_eq!(own.from + own.burn_in, next);
+                next = own.to;
+            }
+            assert_eq!(next, samples);
+            assert!(found[1..].iter().all(|own| own.burn_in > 0));
+        }
+    }
+}
