@@ -169,7 +169,7 @@ mod tests {
         let mut square = vec![1.0; 25];
         add_square(&mut square, 2.0, &u);
         assert!((square[3 * 5 + 2] - (1.0 + 2.0 * u[3] * u[2])).abs() < 1e-15);
-        assert_eq!(square[2 * 5 + 3], 1.0);
+        assert_eq!(square[2 * 5 + 3].to_bits(), 1.0_f64.to_bits());
         let mut sum = vec![1.0; 7];
         add_rows(&mut sum, &u, &a);
         let expected = 1.0 + (0..5).map(|i| u[i] * a[i * 7 + 2]).sum::<f64>();
