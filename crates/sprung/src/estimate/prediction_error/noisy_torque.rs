@@ -115,10 +115,9 @@ pub(super) fn noise_bias<T: Send>(
     empty: impl Fn(usize) -> T + Sync,
     add: impl Fn(&mut T, usize, &NoiseBias) + Sync,
 ) -> Vec<T> {
-    let mut dynamics = Dynamics::new(problem.model, &problem.unknowns.theta(z));
-    for (joint, velocity) in problem.unknowns.stribeck_velocities(z) {
-        dynamics.set_stribeck(joint, velocity);
-    }
+    let theta = problem.unknowns.theta(z);
+    let mut dynamics = Dynamics::new(problem.model, &theta);
+    dynamics.set(&theta, problem.unknowns.stribeck_velocities(z));
     (0..problem.measurements.segments.len())
         .into_par_iter()
         .with_max_len(1)

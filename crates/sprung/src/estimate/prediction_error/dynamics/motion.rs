@@ -91,15 +91,6 @@ impl Dynamics {
         }
     }
 
-    /// Replaces a Stribeck velocity, rad/s (m/s).
-    pub(in crate::estimate::prediction_error) fn set_stribeck(
-        &mut self,
-        joint: usize,
-        velocity: f64,
-    ) {
-        self.model.set_stribeck(joint, velocity);
-    }
-
     pub(super) fn unpack(&mut self, x: &[f64]) {
         let (positions, velocities) = x.split_at(self.rows);
         let n = self.n;
