@@ -13,7 +13,7 @@ HERE = Path(__file__).resolve().parent
 # A measured ratio may fall below the expected one by this part.
 TOLERANCE = 1.0 / 3.0
 
-# Units of the README's figures, in seconds and MiB.
+# Units of the figures in docs/benchmarks.md, in seconds and MiB.
 UNITS = {"s": 1.0, "ms": 1e-3, "µs": 1e-6, "ns": 1e-9, "MiB": 1.0, "GiB": 1024.0}
 
 
@@ -78,7 +78,7 @@ def seconds(number, unit):
 
 
 def figure(words):
-    """Returns the number at the beginning of a figure of README.md, in s or MiB."""
+    """Returns the number at the beginning of a figure of docs/benchmarks.md, in s or MiB."""
     number, unit = words.split()[:2]
     return float(number) * UNITS[unit]
 
@@ -105,7 +105,7 @@ class Summary:
         table = tomllib.loads((HERE / "expected.toml").read_text())["ratio"]
         expected = {row["key"]: figure(row["theirs"]) / figure(row["ours"]) for row in table}
         measured = dict(self.ratios)
-        print(f"\n{'other program over sprung':<44} {'measured':>9} {'README':>9}")
+        print(f"\n{'other program over sprung':<44} {'measured':>9} {'page':>9}")
         for key in dict.fromkeys([*expected, *measured]):
             own, usual = measured.get(key), expected.get(key)
             low = own is not None and usual is not None and own < (1.0 - TOLERANCE) * usual

@@ -1,4 +1,4 @@
-//! Tasks of the project: tests, fuzzing, profiles, installation of what the tests need.
+//! Tasks of the project: tests, pages of the documentation, fuzzing, profiles, installation of what the tests need.
 
 #![expect(
     clippy::print_stdout,
@@ -7,9 +7,12 @@
 )]
 
 mod binaries;
+mod docs;
 mod fuzz;
 mod install;
 mod outside;
+#[cfg(test)]
+mod pages;
 mod profile;
 mod run;
 mod steps;
@@ -27,6 +30,7 @@ const USAGE: &str = "usage: cargo xtask TASK
   test outside [STEP…]
                 comparisons with foreign programs, installed with pip into target/outside; all or some of
                 these steps: STEPS
+  docs          writes the pages of the documentation that come from the program
   browser       installs the browser that the report is tested in
   fuzz [SECONDS [TARGET…]]
                 feeds damaged files to every reader, or to some, each for so long [120]
@@ -40,6 +44,7 @@ fn main() -> ExitCode {
         ["test"] => test::everything(),
         ["test", "quick"] => test::quick(),
         ["test", "outside", steps @ ..] => outside::run(steps),
+        ["docs"] => docs::write(),
         ["browser"] if install::browser() => ExitCode::SUCCESS,
         ["browser"] => ExitCode::FAILURE,
         ["fuzz"] => fuzz::run("120", &[]),

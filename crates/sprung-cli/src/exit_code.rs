@@ -2,7 +2,7 @@
 
 use sprung::session::{ErrorKind, SessionError, Usability};
 
-/// Exit codes, which the README and `--help` document.
+/// Exit codes, which `docs/reference/commands.md` and `--help` document.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ExitCode {
     /// The command succeeded.

@@ -18,7 +18,7 @@ mod meanings;
 mod new;
 mod output_error;
 mod outputs;
-mod readme;
+mod pages;
 mod real_machine;
 mod refined;
 mod robots;

@@ -9,32 +9,43 @@ use super::choice::choose;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct Identify {
-    /// One estimator or several.
+    /// One estimator or several: `"prediction-error"` (the default), `"least-squares"`, `"lsff"`,
+    /// `"output-error"`.
     #[serde(deserialize_with = "one_or_many")]
     #[schemars(with = "OneOrManyEstimators")]
     pub estimator: Vec<Estimator>,
-    /// Start values of the refinement.
+    /// Start values of the refinement: `"least-squares"` (the default), or `"nominal"`, which needs
+    /// nominal values.
     pub start: StartName,
     /// Corner λ of the filter pair, rad/s.
     pub filter_cutoff_rad_per_s: f64,
-    /// Discretisation of the filter pair.
+    /// Discretisation of the filter pair: `"matched"` (the default) or `"paper"`. `"paper"` with
+    /// `weights = "none"` and a number for the cut-off is the published method.
     pub discretization: DiscretizationName,
-    /// Cut-off of the zero-phase Butterworth filter of the positions, Hz.
+    /// Cut-off of the zero-phase Butterworth filter of the positions, Hz. With `"auto"` (the default)
+    /// the noise of the positions gives the highest cut-off; a lower one replaces it if it predicts
+    /// held-out parts of the log better.
     pub position_cutoff_hz: Cutoff,
-    /// Order of that filter.
+    /// Order of the position filter.
     pub position_filter_order: usize,
-    /// Weights of the samples in least squares.
+    /// Weights of the samples in least squares: with `"transition"` (the default) samples count less
+    /// where velocity noise disturbs Coulomb friction; with `"none"` all samples count the same.
     pub weights: Weights,
-    /// Cross-check by instrumental variables; needs `weights = "transition"`.
+    /// Cross-check by instrumental variables: `"none"` (the default) or `"simulated"`, which needs
+    /// `weights = "transition"`.
     pub instruments: Instruments,
-    /// Constant offset between the two encoders of a joint. If absent: `none` for `planar-2r`,
-    /// `estimate` for other robots.
+    /// Constant offset between the two encoders of a joint: `"none"` (the default for `planar-2r`) or
+    /// `"estimate"` (the default for other robots).
     pub encoder_offset: Option<EncoderOffset>,
-    /// Momentum at the start of a log and behind each gap.
+    /// Momentum at the start of a log and behind each gap: `"measured"` (the default), or
+    /// `"estimate"` for logs whose first velocity is not reliable.
     pub initial_momentum: InitialMomentum,
-    /// Action if the check finds an error in a log.
+    /// Action if the check finds an error in a log: `"refuse"` (the default), or `"go-on"`, which
+    /// identifies and lists the error among the findings.
     pub on_check_error: OnCheckError,
-    /// Laws of friction and springs beyond those of the joints, and delays of torques.
+    /// Laws of friction and springs beyond those of the joints, and delays of torques. With `"auto"`
+    /// sprung adds those that predict held-out parts of the log better; with `"declared"` (the
+    /// default) the finding `laws-missing` names them.
     pub laws: Laws,
     /// Forgetting rate δ of LSFF, 1/s.
     pub lsff_forgetting_per_s: f64,

@@ -40,7 +40,8 @@ pub struct Log {
     /// With a time column, samples were taken at the multiples of the period nearest to their time
     /// stamps.
     pub period_s: Option<f64>,
-    /// Sampling times of the log: determined from the positions, even, or as stamped.
+    /// Sampling times of the log: `"auto"` (the default) determines them from the positions, `"even"`
+    /// takes one sample each period, `"as-stamped"` takes the time stamps.
     pub sampling: Option<SamplingTimes>,
     /// Columns of the link positions, rad.
     pub link_position_rad: Option<Columns>,
@@ -86,7 +87,7 @@ pub struct Log {
     pub drive_voltage_v: Option<Columns>,
     /// Columns of the amplifiers' command voltages, each with its unit.
     pub drive_voltage: Option<Columns>,
-    /// Delay of a column against the others, s, by column; or `"estimate"`.
+    /// Delay of a column against the others, s, by column: `{ column = 0.15 }`; or `"estimate"`.
     #[serde(default)]
     pub delay_s: BTreeMap<String, Delay>,
     /// Sign by column, 1 or -1; or `"estimate"`.

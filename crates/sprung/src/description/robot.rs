@@ -33,7 +33,7 @@ pub struct Robot {
     /// Acceleration of free fall in the base frame; [0, 0, -9.81] if absent.
     pub gravity_m_per_s2: Option<[f64; 3]>,
     /// Motor turns per joint turn of a coupled transmission, one row per motor and one column per
-    /// joint; replaces `gear_ratio`.
+    /// joint, for wrists in which a motor turns several joints; replaces `gear_ratio`.
     pub transmission_matrix: Option<Vec<Vec<f64>>>,
     /// Inertial parameters that are zero, for example by symmetry: `link2.my`.
     #[serde(default)]
@@ -41,7 +41,7 @@ pub struct Robot {
     /// Known values by name, SI units; they are not estimated.
     #[serde(default)]
     pub fixed: BTreeMap<String, f64>,
-    /// Joints, base first.
+    /// Joints that moved in the log, base first; sprung treats all other joints of a URDF as fixed.
     #[serde(default)]
     pub joint: Vec<Joint>,
     /// Nominal values of link inertial parameters, by name, SI units.
@@ -152,9 +152,9 @@ impl TryFrom<String> for Kinematics {
 /// One joint.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 pub struct Joint {
-    /// Name, unique.
+    /// Name, unique; with `urdf` the name of the joint in that file.
     pub name: String,
-    /// Motor torque per current, on the side of `torque_constant_side`, N·m/A.
+    /// Motor torque `K_t` per current, on the side of `torque_constant_side`, N·m/A.
     pub torque_constant_nm_per_a: Option<f64>,
     /// Side of the gearbox for which the torque constant holds; `output` if it contains the gear
     /// ratio.
@@ -162,7 +162,7 @@ pub struct Joint {
     pub torque_constant_side: Side,
     /// Motor turns per output turn; 1 if absent.
     pub gear_ratio: Option<f64>,
-    /// Amplifier current per command voltage, A/V.
+    /// Current per command voltage of an amplifier that controls the current, A/V.
     pub amplifier_gain_a_per_v: Option<f64>,
     /// Resistance of the winding of a voltage drive, ohm: the amplifier applies a voltage, and the
     /// current is the voltage without the back-EMF over the resistance.
@@ -189,8 +189,8 @@ pub struct Joint {
     /// Friction of motor and gear; if absent `["viscous", "coulomb"]`, and also `"offset"` for a
     /// rigid joint.
     pub motor_friction: Option<Vec<FrictionLaw>>,
-    /// Velocity at which Stribeck friction has fallen to 1/e, rad/s (m/s); determined by a search if
-    /// absent.
+    /// Velocity at which Stribeck friction has fallen to 1/e, rad/s (m/s). If absent, a search in the
+    /// log determines it, and the refinement estimates it with the parameters.
     pub stribeck_velocity_rad_per_s: Option<f64>,
     /// Velocity that scales the residual laws; twice the root mean square of the joint's velocity in
     /// the log if absent.

@@ -29,7 +29,7 @@ pub struct Controller {
     /// Windows `p1`, `p2` of the averaging velocity estimator, samples.
     #[serde(default = "default_window")]
     pub velocity_window: [usize; 2],
-    /// Motor reference of `pd`, link reference of `state-feedback`.
+    /// Motor reference of `pd`, link reference of `state-feedback`; its time is that of the log.
     #[serde(default)]
     pub reference: Reference,
 }

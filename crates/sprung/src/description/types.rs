@@ -21,7 +21,8 @@ pub(super) struct ExperimentFile {
     /// Settings of the identification.
     #[serde(default)]
     pub(super) identify: Identify,
-    /// The controller that ran during the log.
+    /// The controller that ran during the log. Without it a validation compares only the filtered
+    /// torques and the deflections.
     pub(super) controller: Option<Controller>,
     /// Experiments to validate the model on.
     #[serde(default)]

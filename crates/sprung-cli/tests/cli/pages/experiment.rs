@@ -1,0 +1,229 @@
+//! The page of `experiment.toml`, written from the JSON schema of `sprung schema`.
+
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+
+use serde_json::{Map, Value};
+
+use super::path_in_repository;
+use crate::common::{sprung, stdout};
+
+const PAGE: &str = "docs/reference/experiment.md";
+
+/// If this variable of the environment is set, the test writes the page instead of comparing it.
+/// `cargo xtask docs` sets it.
+const WRITE: &str = "SPRUNG_WRITE_DOCS";
+
+const INTRODUCTION: &str = "\
+<!-- `cargo xtask docs` writes this page from the JSON schema; a test fails if it is stale. -->
+# experiment.toml
+
+One file describes the robot, the columns of the log, the identification and the validation. The name of each key ends
+in its unit. sprung refuses an unknown key and names the nearest known key. `sprung schema` prints the JSON schema of the
+file, for completion in editors.
+
+The robot is described by one of `urdf`, `dh_modified`, `dh_classic` and `kinematics`.
+[Logs](../logs.md) describes formats, names of columns, units and clocks.
+
+| table | meaning |
+|---|---|
+";
+
+/// Headings of the page and the definitions of the schema below them.
+const SECTIONS: [(&str, &str); 15] = [
+    ("robot", "Robot"),
+    ("robot.joint", "Joint"),
+    ("robot.joint.nominal", "Nominal"),
+    ("Row of a Denavit-Hartenberg table", "DhJoint"),
+    ("log", "Log"),
+    ("Table of a column", "Column"),
+    ("Window of a file", "Part"),
+    ("log.csv", "CsvForm"),
+    ("identify", "Identify"),
+    ("controller", "Controller"),
+    ("controller.reference", "Reference"),
+    ("Sine of a reference", "Sine"),
+    ("validate", "Validate"),
+    ("simulate", "Simulate"),
+    ("The whole file", ""),
+];
+
+/// The definitions of a schema.
+struct Schema {
+    root: Value,
+}
+
+impl Schema {
+    fn of_program() -> Self {
+        let text = stdout(&sprung(&["schema"]));
+        Self {
+            root: serde_json::from_str(&text).unwrap(),
+        }
+    }
+
+    /// Returns a definition; the empty name is that of the whole file.
+    fn definition(&self, name: &str) -> &Value {
+        match name {
+            "" => &self.root,
+            name => &self.root["$defs"][name],
+        }
+    }
+
+    fn properties(&self, name: &str) -> &Map<String, Value> {
+        self.definition(name)["properties"].as_object().unwrap()
+    }
+
+    /// Describes the values that a schema allows, in words.
+    fn values(&self, schema: &Value) -> Vec<String> {
+        if let Some(name) = schema["$ref"].as_str() {
+            let name = name.rsplit('/').next().unwrap();
+            if let Some((heading, _)) = SECTIONS.iter().find(|(_, own)| *own == name) {
+                return vec![format!("[table](#{})", anchor(heading))];
+            }
+            return self.values(self.definition(name));
+        }
+        if let Some(words) = schema["enum"].as_array() {
+            return words.iter().map(code).collect();
+        }
+        if let Some(word) = schema.get("const") {
+            return vec![code(word)];
+        }
+        if let Some(choices) = schema["anyOf"].as_array() {
+            let mut all = Vec::new();
+            for choice in choices {
+                for value in self.values(choice) {
+                    if !all.contains(&value) {
+                        all.push(value);
+                    }
+                }
+            }
+            return all;
+        }
+        let types = match &schema["type"] {
+            Value::Array(types) => types.clone(),
+            one => vec![one.clone()],
+        };
+        let words = types.iter().filter_map(|kind| match kind.as_str() {
+            Some("null") => None,
+            Some("array") => Some(format!(
+                "list of {}",
+                joined(&self.values(&schema["items"]))
+            )),
+            Some("object") => {
+                let values = self.values(&schema["additionalProperties"]);
+                Some(format!("table of {}", joined(&values)))
+            }
+            Some("string") => Some("text".to_owned()),
+            Some("boolean") => Some("true or false".to_owned()),
+            Some("integer") => Some("whole number".to_owned()),
+            Some("number") => Some("number".to_owned()),
+            other => panic!("unknown type {other:?} in {schema}"),
+        });
+        words.collect()
+    }
+
+    /// Returns the rows of a definition's keys.
+    fn table(&self, name: &str) -> String {
+        let required: BTreeSet<&str> = (self.definition(name)["required"].as_array().into_iter())
+            .flatten()
+            .filter_map(Value::as_str)
+            .collect();
+        let mut text = String::from("| key | value | meaning |\n|---|---|---|\n");
+        for (key, schema) in self.properties(name) {
+            let mut values = joined(&self.values(schema));
+            if required.contains(key.as_str()) {
+                values += "; required";
+            } else if let Some(default) = default_of(schema) {
+                write!(values, "; default {default}").unwrap();
+            }
+            let meaning = schema["description"].as_str().unwrap();
+            writeln!(text, "| `{key}` | {values} | {} |", in_a_cell(meaning)).unwrap();
+        }
+        text
+    }
+
+    /// Returns the whole page.
+    fn page(&self) -> String {
+        let mut page = INTRODUCTION.to_owned();
+        for (heading, name) in SECTIONS {
+            let meaning = self.definition(name)["description"].as_str().unwrap();
+            let meaning = in_a_cell(meaning);
+            let title = title(heading);
+            writeln!(page, "| [{title}](#{}) | {meaning} |", anchor(heading)).unwrap();
+        }
+        for (heading, name) in SECTIONS {
+            write!(page, "\n## {}\n\n{}", title(heading), self.table(name)).unwrap();
+        }
+        page
+    }
+}
+
+/// Returns a heading as it is printed: tables of the file are code.
+fn title(heading: &str) -> String {
+    match heading {
+        "validate" | "robot.joint" => format!("`[[{heading}]]`"),
+        _ if heading.starts_with(char::is_lowercase) => format!("`[{heading}]`"),
+        _ => heading.to_owned(),
+    }
+}
+
+/// Returns the anchor that a heading gets.
+fn anchor(heading: &str) -> String {
+    let letters = heading.to_lowercase().replace('.', "");
+    letters.replace(' ', "-")
+}
+
+fn code(value: &Value) -> String {
+    format!("`{value}`")
+}
+
+fn joined(values: &[String]) -> String {
+    match values {
+        [one] => one.clone(),
+        [first @ .., last] => format!("{} or {last}", first.join(", ")),
+        [] => String::new(),
+    }
+}
+
+/// Returns the default of a key, unless it is empty.
+fn default_of(schema: &Value) -> Option<String> {
+    let default = schema.get("default")?;
+    let is_empty = default.is_null()
+        || default.as_array().is_some_and(Vec::is_empty)
+        || default.as_object().is_some_and(Map::is_empty);
+    (!is_empty).then(|| code(default))
+}
+
+/// Joins the lines of a description, without characters that end a cell.
+fn in_a_cell(text: &str) -> String {
+    text.replace('\n', " ").replace('|', "\\|")
+}
+
+#[test]
+fn every_table_of_the_schema_has_a_section() {
+    let schema = Schema::of_program();
+    for (name, definition) in schema.root["$defs"].as_object().unwrap() {
+        let has_keys = definition.get("properties").is_some();
+        let has_section = SECTIONS.iter().any(|(_, own)| own == name);
+        assert_eq!(has_keys, has_section, "{name}");
+    }
+}
+
+#[test]
+fn the_page_is_that_of_the_schema() {
+    let page = Schema::of_program().page();
+    let path = path_in_repository(PAGE);
+    if std::env::var_os(WRITE).is_some() {
+        std::fs::write(path, page).unwrap();
+        return;
+    }
+    let present = std::fs::read_to_string(path).unwrap_or_default();
+    assert!(
+        present == page,
+        "{PAGE} is stale: run cargo xtask docs.\n{}",
+        page.lines()
+            .zip(present.lines())
+            .find(|(one, other)| one != other)
+            .map_or_else(String::new, |(new, old)| format!("new: {new}\nold: {old}"))
+    );
+}

@@ -1,0 +1,25 @@
+//! `cargo xtask docs`: pages of the documentation that come from the program.
+
+use std::process::{Command, ExitCode};
+
+use crate::install::hdf5;
+use crate::root;
+use crate::steps::succeeds;
+use crate::test::features;
+
+/// Writes `docs/reference/experiment.md` from the JSON schema.
+///
+/// A test compares the page with the schema; with `SPRUNG_WRITE_DOCS` it writes the page.
+pub(crate) fn write() -> ExitCode {
+    let mut command = Command::new(env!("CARGO"));
+    command
+        .args(["test", "--workspace", "--test", "cli", features(hdf5())])
+        .args(["--", "pages::experiment"])
+        .env("SPRUNG_WRITE_DOCS", "1")
+        .current_dir(root());
+    if succeeds(&mut command).is_some() {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    }
+}
