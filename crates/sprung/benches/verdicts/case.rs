@@ -1,8 +1,5 @@
 //! A case: an arm, its fault, and logs of the same kind of experiment.
 
-use std::collections::BTreeMap;
-use std::fmt::Write;
-
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -11,22 +8,18 @@ use sprung::model::{Model, Theta};
 use sprung::simulate::{Twin, TwinSetup};
 
 use crate::arm::{Arm, MAX_JOINTS};
-use crate::kind::{Fault, Kind, Misfit, Weak, WrongUnit};
-
-/// Velocity at which Stribeck friction has fallen to 1/e, rad/s.
-const STRIBECK_RAD_PER_S: f64 = 0.05;
-
-/// Velocity below which the friction of an effect that the model lacks changes its direction, rad/s.
-const REVERSAL_RAD_PER_S: f64 = 0.01;
+use crate::columns::Table;
+use crate::faults::{damage, logged_torque};
+use crate::kind::{Fault, Kind, Misfit, WrongUnit};
+use crate::motion::{reference, settings};
+use crate::sensors::Sensors;
+use crate::truth::{model_truth, plant_laws, plant_truth, theta};
 
 /// Numbers of joints, each with the same probability. Small arms are more frequent, because large
 /// ones take long.
 const JOINTS: [usize; 20] = [
     1, 1, 1, 1, 2, 2, 2, 2, 2, 3, 3, 3, 3, 4, 4, 4, 5, 5, 6, MAX_JOINTS,
 ];
-
-/// Number of sines of each joint.
-const SINES: usize = 4;
 
 /// A case.
 pub(crate) struct Case {
@@ -51,20 +44,6 @@ pub(crate) struct Case {
     controller: Controller,
     settings: Simulate,
     sensors: Sensors,
-}
-
-/// The sensors of an arm. The zeros of its encoders are the same in all logs.
-struct Sensors {
-    /// Smallest step of each encoder, rad, and its zero in steps: links, then motors.
-    encoders: Vec<(f64, f64)>,
-    /// Standard deviations of the logged torques, N·m.
-    torque_noise: Vec<f64>,
-}
-
-/// A log as columns: link positions, motor positions and motor torques.
-struct Table {
-    time: Vec<f64>,
-    columns: Vec<Vec<f64>>,
 }
 
 impl Case {
@@ -151,7 +130,10 @@ impl Case {
     fn table(&self, number: u64, fault: Fault) -> Option<Table> {
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
         rng.set_stream(100 + number);
-        let controller = self.with_reference(&mut rng);
+        let controller = Controller {
+            reference: reference(self.fault, self.joints, self.seed, &mut rng),
+            ..self.controller.clone()
+        };
         let settings = Simulate {
             seed: rng.random(),
             ..self.settings.clone()
@@ -176,7 +158,8 @@ impl Case {
             if let Fault::Misfit(misfit) = fault {
                 for joint in 0..self.joints {
                     let motion = [q[joint], phi[joint], velocity[joint]];
-                    tau[joint] = self.logged_torque(misfit, joint, tau[joint], motion, part);
+                    let drive = &self.arm.drives[joint];
+                    tau[joint] = logged_torque(drive, misfit, tau[joint], motion, part);
                     if let Misfit::Eccentric(size) = misfit {
                         q[joint] += size * q[joint].sin();
                     }
@@ -195,7 +178,7 @@ impl Case {
                 column.push(*value);
             }
         }
-        self.damage(&mut table, fault);
+        damage(&self.arm, self.seed, &mut table, fault);
         Some(table)
     }
 
@@ -240,149 +223,6 @@ impl Case {
         Some(())
     }
 
-    /// Returns the controller with a random reference.
-    fn with_reference(&self, rng: &mut ChaCha8Rng) -> Controller {
-        let (mut amplitude, mut pace) = (1.0, 1.0);
-        match self.fault {
-            Fault::Weak(Weak::Small(by)) => amplitude = by,
-            Fault::Weak(Weak::Slow(by)) => pace = by,
-            _ => {}
-        }
-        let mut text = "[reference]\ncentre_deg = [".to_owned();
-        for joint in 0..self.joints {
-            let centre = [20.0, -35.0, 30.0, -60.0, 15.0, 45.0, -25.0][joint];
-            write!(text, "{centre:.1}, ").expect("a string takes any text");
-        }
-        text.push_str("]\nsines = [\n");
-        // Each sine has its band.
-        let draw = |sine: usize, rng: &mut ChaCha8Rng| {
-            pace * (0.1 + 0.275 * (sine as f64 + rng.random::<f64>()))
-        };
-        let common: Vec<f64> = (0..SINES).map(|sine| draw(sine, rng)).collect();
-        let directions: Vec<f64> = (0..self.joints)
-            .map(|_| if rng.random::<bool>() { 90.0 } else { -90.0 })
-            .collect();
-        for (joint, direction) in directions.into_iter().enumerate() {
-            let mut part = amplitude;
-            if let Fault::Weak(Weak::OneStill(by)) = self.fault
-                && joint == self.seed as usize % self.joints
-            {
-                part = by;
-            }
-            let phase = match self.fault {
-                Fault::Weak(Weak::InPhase) => 90.0,
-                _ => direction,
-            };
-            // The sum of the reference and of its velocity is zero at the start.
-            let (one, two) = (rng.random_range(4.0..12.0), rng.random_range(4.0..12.0));
-            let share = rng.random_range(0.4..0.6);
-            let sizes = [one, two, share * (one + two), (1.0 - share) * (one + two)];
-            for sine in 0..SINES {
-                let frequency = match self.fault {
-                    Fault::Weak(Weak::OneFrequency) if sine < 2 => 0.4 * pace,
-                    Fault::Weak(Weak::OneFrequency) => 0.8 * pace,
-                    Fault::Weak(Weak::InPhase) => common[sine],
-                    _ => draw(sine, rng),
-                };
-                let (size, phase) = (part * sizes[sine], if sine < 2 { phase } else { -phase });
-                writeln!(
-                    text,
-                    "  {{ joint = \"joint{}\", amplitude_deg = {size:e}, frequency_hz = \
-                     {frequency:e}, phase_deg = {phase:.1} }},",
-                    joint + 1
-                )
-                .expect("a string takes any text");
-            }
-        }
-        text.push_str("]\n");
-        let mut controller = self.controller.clone();
-        let parsed: WithReference = toml::from_str(&text).expect("the reference is right");
-        controller.reference = parsed.reference;
-        controller
-    }
-
-    /// Returns the torque that a log contains if the robot has an effect that the model lacks.
-    ///
-    /// - `motion`: link position, motor position and its velocity; `part`: time over duration.
-    fn logged_torque(
-        &self,
-        misfit: Misfit,
-        joint: usize,
-        torque: f64,
-        [q, phi, velocity]: [f64; 3],
-        part: f64,
-    ) -> f64 {
-        let drive = &self.arm.drives[joint];
-        let direction = (velocity / REVERSAL_RAD_PER_S).tanh();
-        match misfit {
-            Misfit::Ripple(size, periods) => torque + size * drive.effort * (periods * phi).sin(),
-            Misfit::Warming(change) => torque + change * part * drive.motor_coulomb * direction,
-            Misfit::LoadFriction(factor) => {
-                torque + factor * (drive.stiffness * (phi - q)).abs() * direction
-            }
-            Misfit::Saturation(change) => {
-                torque / (1.0 + change * (torque / drive.effort).powi(2)).max(0.5)
-            }
-            Misfit::Stribeck(_)
-            | Misfit::Cubic(_)
-            | Misfit::TorqueDelay(_)
-            | Misfit::Eccentric(_)
-            | Misfit::LateLinks(_) => torque,
-        }
-    }
-
-    /// Applies delays and wrong units to a log.
-    fn damage(&self, table: &mut Table, fault: Fault) {
-        let n = self.joints;
-        let (one, two) = (self.seed as usize % n, (self.seed as usize + 1) % n);
-        let (links, motors, torques) = (0..n, n..2 * n, 2 * n..3 * n);
-        let wrong = match fault {
-            Fault::Misfit(Misfit::TorqueDelay(samples)) => {
-                // The record precedes the action: the positions belong to earlier rows.
-                table.shift(0..2 * n, samples);
-                return;
-            }
-            Fault::Misfit(Misfit::LateLinks(samples)) => {
-                table.shift(links, samples);
-                return;
-            }
-            Fault::WrongUnit(wrong) => wrong,
-            Fault::None | Fault::Misfit(_) | Fault::Weak(_) => return,
-        };
-        match wrong {
-            WrongUnit::MotorSide { one: single } => {
-                for (joint, drive) in self.arm.drives.iter().enumerate() {
-                    if !single || joint == one {
-                        table.scale(2 * n + joint, 1.0 / drive.gear_ratio);
-                    }
-                }
-            }
-            WrongUnit::Millinewton => torques.for_each(|column| table.scale(column, 1e3)),
-            WrongUnit::Current(constant) => {
-                torques.for_each(|column| table.scale(column, 1.0 / constant));
-            }
-            WrongUnit::Degrees { all } => {
-                let first = if all { 0 } else { n };
-                (first..2 * n).for_each(|column| table.scale(column, 1_f64.to_degrees()));
-            }
-            WrongUnit::LinkDegrees => table.scale(one, 1_f64.to_degrees()),
-            WrongUnit::MotorTurns => {
-                for (column, drive) in motors.zip(&self.arm.drives) {
-                    table.scale(column, drive.gear_ratio);
-                }
-            }
-            WrongUnit::Gear(by) => table.scale(n + one, by),
-            WrongUnit::Sign(which) => table.scale([2 * n, n, 0][which] + one, -1.0),
-            WrongUnit::Swapped(which) => {
-                let first = [2 * n, n, 0][which];
-                table.columns.swap(first + one, first + two);
-            }
-            WrongUnit::Exchanged => table.columns.swap(one, n + one),
-            WrongUnit::Milliseconds => table.time.iter_mut().for_each(|time| *time *= 1e3),
-            WrongUnit::Foreign => {}
-        }
-    }
-
     fn header(&self) -> String {
         let names = [("q", "rad"), ("phi", "rad"), ("tau", "nm")];
         let columns = names.iter().flat_map(|(name, unit)| {
@@ -395,177 +235,6 @@ impl Case {
     }
 }
 
-/// A controller's reference alone.
-#[derive(serde::Deserialize)]
-struct WithReference {
-    reference: description::Reference,
-}
-
-impl Table {
-    fn scale(&mut self, column: usize, by: f64) {
-        self.columns[column]
-            .iter_mut()
-            .for_each(|value| *value *= by);
-    }
-
-    /// Moves columns later by a number of samples.
-    fn shift(&mut self, columns: std::ops::Range<usize>, samples: usize) {
-        let left = self.time.len() - samples;
-        for (i, values) in self.columns.iter_mut().enumerate() {
-            if columns.contains(&i) {
-                values.truncate(left);
-            } else {
-                values.drain(..samples);
-            }
-        }
-        self.time.truncate(left);
-    }
-
-    fn csv(&self, header: &str) -> Vec<u8> {
-        let mut text = format!("{header}\n");
-        for (k, time) in self.time.iter().enumerate() {
-            write!(text, "{time}").expect("a string takes any text");
-            for column in &self.columns {
-                write!(text, ",{}", column[k]).expect("a string takes any text");
-            }
-            text.push('\n');
-        }
-        text.into_bytes()
-    }
-}
-
 fn read(text: &str) -> Experiment {
     description::read("experiment.toml", text, &[], &mut no_files).expect("the arm is right")
-}
-
-/// Returns the further keys of the joints of the robot that makes the logs.
-fn plant_laws(arm: &Arm, fault: Fault) -> Vec<String> {
-    let keys = match fault {
-        Fault::Misfit(Misfit::Stribeck(_)) => format!(
-            "motor_friction = [\"viscous\", \"coulomb\", \"stribeck\"]\n\
-             stribeck_velocity_rad_per_s = {STRIBECK_RAD_PER_S}\n"
-        ),
-        Fault::Misfit(Misfit::Cubic(_)) => "spring = [\"linear\", \"cubic\"]\n".to_owned(),
-        _ => String::new(),
-    };
-    vec![keys; arm.joints()]
-}
-
-/// Returns the true values of the robot that makes the logs.
-///
-/// - `preloads`: torque of each spring at equal readings of its encoders, N·m.
-fn plant_truth(arm: &Arm, fault: Fault, preloads: &[f64]) -> BTreeMap<String, f64> {
-    let mut values = arm.truth();
-    for (i, preload) in preloads.iter().enumerate() {
-        values.insert(format!("joint{}.spring_preload", i + 1), *preload);
-    }
-    for (i, drive) in arm.drives.iter().enumerate() {
-        let joint = i + 1;
-        if let Fault::Misfit(Misfit::Stribeck(part)) = fault {
-            values.insert(
-                format!("joint{joint}.motor_stribeck"),
-                part * drive.motor_coulomb,
-            );
-        }
-        if let Fault::Misfit(Misfit::Cubic(part)) = fault {
-            let cubic = part * drive.stiffness.powi(3) / drive.effort.powi(2);
-            values.insert(format!("joint{joint}.cubic_stiffness"), cubic);
-        }
-    }
-    values
-}
-
-/// Returns the true values of the parameters that the user's model has, too. Friction that changes
-/// has its mean.
-fn model_truth(arm: &Arm, fault: Fault, preloads: &[f64]) -> BTreeMap<String, f64> {
-    let mut values = plant_truth(arm, Fault::None, preloads);
-    if let Fault::Misfit(Misfit::Warming(change)) = fault {
-        for (name, value) in &mut values {
-            if name.ends_with(".motor_coulomb") {
-                *value *= 1.0 + 0.5 * change;
-            }
-        }
-    }
-    values
-}
-
-/// Returns a parameter vector. Parameters of joints without a value are zero.
-fn theta(model: &Model, values: &BTreeMap<String, f64>) -> Theta {
-    let mut values = values.clone();
-    for parameter in model.parameters().iter().filter(|p| p.joint.is_some()) {
-        values.entry(parameter.name.clone()).or_insert(0.0);
-    }
-    model.theta(&values).expect("the arm has its parameters")
-}
-
-impl Sensors {
-    fn random(arm: &Arm, fault: Fault, rng: &mut ChaCha8Rng) -> Self {
-        let link = 1_u32 << rng.random_range(14..20);
-        let motor = 1_u32 << rng.random_range(10..13);
-        let noise = rng.random_range(0.0005..0.01);
-        let before_gears = (arm.drives.iter()).map(|drive| motor * drive.gear_ratio as u32);
-        let counts: Vec<u32> = match fault {
-            Fault::Weak(Weak::Coarse(counts)) => vec![counts; 2 * arm.joints()],
-            _ => std::iter::repeat_n(link, arm.joints())
-                .chain(before_gears)
-                .collect(),
-        };
-        Self {
-            encoders: (counts.into_iter())
-                .map(|counts| {
-                    let step = std::f64::consts::TAU / f64::from(counts);
-                    (
-                        step,
-                        rng.random::<f64>() + rng.random_range(-3e-4..3e-4) / step,
-                    )
-                })
-                .collect(),
-            torque_noise: (arm.drives.iter())
-                .map(|drive| noise * drive.effort)
-                .collect(),
-        }
-    }
-
-    /// Returns the torque of each spring at equal readings of its encoders, N·m.
-    fn preloads(&self, arm: &Arm) -> Vec<f64> {
-        // A count stands for the middle of its step.
-        let zero = |(step, phase): (f64, f64)| step * (phase - 0.5);
-        (arm.drives.iter().enumerate())
-            .map(|(joint, drive)| {
-                let [link, motor] = [joint, arm.joints() + joint].map(|i| zero(self.encoders[i]));
-                drive.stiffness * (motor - link)
-            })
-            .collect()
-    }
-}
-
-/// Draws duration, rate and disturbances.
-fn settings(arm: &Arm, kind: Kind, fault: Fault, rng: &mut ChaCha8Rng) -> Simulate {
-    let joints = arm.joints();
-    let duration = match fault {
-        Fault::Weak(Weak::Short(duration)) => duration,
-        _ if joints <= 3 => 10.0,
-        _ => 6.0,
-    };
-    let period = if joints == 1 && rng.random::<bool>() {
-        2e-3
-    } else {
-        1e-3
-    };
-    // Slow torques that the motion does not explain act on some robots.
-    let disturbed = kind == Kind::Matched && rng.random_range(0..10) < 4;
-    let disturbance = if disturbed {
-        rng.random_range(0.001..0.01)
-    } else {
-        0.0
-    };
-    let disturbances: Vec<String> = (arm.drives.iter())
-        .map(|drive| format!("{:e}", disturbance * drive.effort))
-        .collect();
-    toml::from_str(&format!(
-        "duration_s = {duration:.3}\nperiod_s = {period}\nseed = 1\n\
-         torque_disturbance_nm = [{}]\n",
-        disturbances.join(", ")
-    ))
-    .expect("the settings are right")
 }
