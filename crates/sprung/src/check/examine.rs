@@ -1,6 +1,7 @@
 //! Examines logs by their figures and the beginning of the first log.
 
 use super::filters::filters;
+use super::frequencies::one_frequency;
 use super::joints::joints as examine_joints;
 use super::result::JointFigures;
 use crate::finding::{Finding, Severity};
@@ -50,6 +51,7 @@ pub fn examine(prepared: &Prepared, figures: &[LogFigures]) -> Examination {
                 // The equations tell the unit of the positions, which their range alone does not.
                 findings.retain(|found| found.code != LOOKS_LIKE_DEGREES);
                 findings.extend(filters(&reading, excerpt, name, &moving));
+                findings.extend(one_frequency(&reading, excerpt, name));
                 // The equations determine signs and scales more reliably than correlations.
                 let again = |found: &Finding| {
                     (examined.findings.iter())

@@ -13,6 +13,7 @@ mod context;
 mod degrees;
 mod examine;
 mod filters;
+mod frequencies;
 mod joints;
 mod lines;
 mod offset;
