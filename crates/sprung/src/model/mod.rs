@@ -5,6 +5,7 @@ mod inertial;
 mod initial_shape;
 mod layout;
 mod links;
+mod nearest_bodies;
 mod parameter;
 mod right_hand_side;
 mod scratch;

@@ -1,5 +1,6 @@
 //! Judgement of a result: findings about its parameters.
 
+mod bodies;
 mod gravity;
 mod parameters;
 mod routes;
@@ -8,6 +9,7 @@ mod stability;
 
 use sprung_core::parameters::JointParameter;
 
+use self::bodies::impossible_bodies;
 pub(crate) use gravity::{tilt_is_possible, tilted};
 
 use self::parameters::{collinear, listed, little_torque, negative, negative_friction, weak};
@@ -19,7 +21,7 @@ use crate::estimate::describe::Linear;
 use crate::estimate::result::{EstimateResult, MotorRowResult, ParameterEstimate};
 use crate::finding::{Finding, Severity};
 use crate::log::{Channels, Signal};
-use crate::model::{Model, ModelError, short};
+use crate::model::{Model, short};
 use crate::prepare::Sweep;
 
 /// Relative gaps between the stacked stiffness and the larger stiffness of the motor row. A gap
@@ -29,9 +31,6 @@ const LARGE_GAP: f64 = 0.1;
 
 /// A model that leaves more than this fraction of a joint's torque unexplained does not predict it.
 const NOT_PREDICTED: f64 = 0.5;
-
-/// An inertia is impossible if it is negative by more than this number of standard errors.
-const IMPOSSIBLE_SIGMAS: f64 = 2.0;
 
 fn motor_row<'a>(
     model: &Model,
@@ -81,7 +80,7 @@ pub(crate) fn judge(
     findings.extend(routes_disagree(model, result, &linear.fitted));
     findings.extend(no_promise(model, result));
     negative_links(model, result, &mut findings);
-    mass_matrix(model, result, &mut findings);
+    findings.extend(impossible_bodies(model, result));
     negative_friction(model, result, &mut findings);
     weak(model, result, &mut findings);
     if result.refined().is_none() {
@@ -209,53 +208,6 @@ fn impossible(
             .about([rotor.name.clone()]),
         );
     }
-}
-
-/// Base parameters of a tree may have any sign, but their mass matrix must be positive definite.
-fn mass_matrix(model: &Model, result: &EstimateResult, findings: &mut Vec<Finding>) {
-    if model.tree().is_none() {
-        return;
-    }
-    let theta: Option<Vec<f64>> = result.parameters.iter().map(|p| p.value).collect();
-    let Some(theta) = theta else { return };
-    let Err(error @ ModelError::MassMatrix { .. }) = model.check_inertias(&theta) else {
-        return;
-    };
-    let errors: Vec<f64> = (result.parameters.iter())
-        .map(|p| {
-            if p.fixed {
-                0.0
-            } else {
-                p.standard_error.unwrap_or(f64::INFINITY)
-            }
-        })
-        .collect();
-    let least = model.least_inertia(&theta, &errors);
-    let (severity, words) = match least {
-        Some((value, error)) if value + IMPOSSIBLE_SIGMAS * error >= 0.0 => (
-            Severity::Warning,
-            format!(
-                ". The least inertia is {value:.2e} ± {error:.1e} kg·m², so bodies within the \
-                 standard errors are possible"
-            ),
-        ),
-        Some((value, error)) => (
-            Severity::Serious,
-            format!(
-                ". The least inertia is {value:.2e} kg·m², {:.1} standard errors below zero",
-                -value / error
-            ),
-        ),
-        None => (Severity::Serious, String::new()),
-    };
-    findings.push(Finding::new(
-        severity,
-        "mass-matrix-not-positive",
-        format!("no bodies have these inertial parameters: {error}{words}"),
-        "check the description of the kinematics, and signs and units of the columns; if the \
-         parameters are weakly excited, record a log with higher accelerations. Until then the \
-         model cannot be simulated at that pose",
-    ));
 }
 
 /// Link parameters of a robot in closed form are inertias and belong to no joint.

@@ -36,12 +36,14 @@ pub(super) fn parts_disagree(model: &Model, linear: &Linear) -> Option<Finding> 
         let Some(found) = between_parts(&values) else {
             continue;
         };
-        if found.probability >= FALSE_ALARM_PROBABILITY / unknowns {
+        let limit = FALSE_ALARM_PROBABILITY / unknowns;
+        if found.probability >= limit {
             continue;
         }
         let deviation = found.variance.sqrt();
         if deviation > CHANGE_THAT_MATTERS * linear.fitted.theta[i].abs()
             && deviation > linear.fitted.bias[i]
+            && (linear.parts.are_logs || most_parts_disagree(&values, limit))
             && (parameter.joint).is_none_or(|(kind, _)| kind.is_vital() || kind.is_friction())
         {
             severity = Severity::Warning;
@@ -88,6 +90,21 @@ pub(super) fn parts_disagree(model: &Model, linear: &Linear) -> Option<Finding> 
         )
         .about(names),
     )
+}
+
+/// Returns whether parts disagree without each one of them, too. A quarter in which a joint hardly moves
+/// may have an estimate far from all others.
+///
+/// - `limit`: probability of a false alarm.
+fn most_parts_disagree(values: &[(f64, f64)], limit: f64) -> bool {
+    let without = |left_out: usize| {
+        let others = values.iter().enumerate().filter(|(i, _)| *i != left_out);
+        others.map(|(_, value)| *value).collect::<Vec<_>>()
+    };
+    values.len() < 3
+        || (0..values.len())
+            .filter_map(|left_out| between_parts(&without(left_out)))
+            .all(|found| found.probability < limit)
 }
 
 /// Reports the parameters that change with the cut-off of the positions by more than their
