@@ -22,6 +22,10 @@ const IMPOSSIBLE_SLOPE: f64 = 2.5;
 /// Correlation above which two encoders count as moving together.
 const MIN_CORRELATION: f64 = 0.97;
 
+/// Largest part of the motor's motion beside the line, over the logarithm of the slope. The spring of a
+/// joint that hardly moves scatters the line and bends its slope.
+const MAX_SCATTER_OF_SLOPE: f64 = 0.25;
+
 /// A joint whose range is below this number of encoder steps hardly moves.
 const MIN_ENCODER_STEPS: f64 = 30.0;
 
@@ -189,7 +193,11 @@ impl ColumnCheck<'_> {
         let line = self.summary.line(joint)?;
         let slope = line.slope.abs();
         let far = slope.max(1.0 / slope);
-        if line.correlation.abs() < MIN_CORRELATION || far < SUSPECT_SLOPE {
+        let scatter = (1.0 - line.correlation.powi(2)).max(0.0).sqrt();
+        if line.correlation.abs() < MIN_CORRELATION
+            || far < SUSPECT_SLOPE
+            || scatter > MAX_SCATTER_OF_SLOPE * far.ln()
+        {
             return None;
         }
         let remedy = slope_remedy(motor, link, slope);
