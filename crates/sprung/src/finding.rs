@@ -110,6 +110,11 @@ impl Finding {
         self
     }
 
+    /// Turns a warning into a note.
+    pub(crate) fn note(&mut self) {
+        self.severity = self.severity.min(Severity::Info);
+    }
+
     /// Returns the finding with the time of its evidence, s.
     #[must_use]
     pub fn at(mut self, time: f64) -> Self {

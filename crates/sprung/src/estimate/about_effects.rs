@@ -1,5 +1,6 @@
 //! Findings about the logs after the estimation: their effect on the results is then measured.
 
+use super::delay_test::DELAY_SIGNIFICANCE_SIGMAS;
 use super::result::EstimateResult;
 use crate::check::DELAYED_CHANNEL;
 use crate::finding::{Finding, Severity};
@@ -20,9 +21,6 @@ const MEASURED_EFFECTS: [&str; 9] = [
 
 /// Code of a delay by likelihood.
 const LATE_CHANNEL: &str = "late-channel";
-
-/// A delay by likelihood is significant beyond this number of standard errors.
-const SIGNIFICANT_SIGMAS: f64 = 4.0;
 
 /// Turns warnings about the logs into notes if their effect is measured: those about noise, filters
 /// and excitation, and delays that the likelihood of the whole robot refutes.
@@ -53,7 +51,7 @@ fn refuted(finding: &Finding, result: &EstimateResult) -> Option<String> {
         .find(|delay| delay.column == *column)?;
     let error = delay.standard_error_s?;
     let size = (delay.delay_s - delay.used_s).abs();
-    (size <= SIGNIFICANT_SIGMAS * error && !result.warnings.iter().any(is_late)).then(|| {
+    (size <= DELAY_SIGNIFICANCE_SIGMAS * error && !result.warnings.iter().any(is_late)).then(|| {
         format!(
             "The likelihood of the whole robot does not confirm the delay ({:.3} ± {:.3} ms)",
             1e3 * delay.delay_s,

@@ -2,7 +2,7 @@
 
 /// A delay is significant if it exceeds this number of standard errors and a fraction of a sampling
 /// period.
-const DELAY_SIGNIFICANCE_SIGMAS: f64 = 5.0;
+pub(super) const DELAY_SIGNIFICANCE_SIGMAS: f64 = 5.0;
 
 /// Least significant delay, as a fraction of the sampling period.
 pub(super) const MIN_DELAY_SAMPLES: f64 = 0.05;

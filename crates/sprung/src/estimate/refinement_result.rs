@@ -50,6 +50,9 @@ pub struct Refinement {
     pub encoder_offsets: Vec<RefinedOffset>,
     /// Delays estimated by likelihood.
     pub delays: Vec<RefinedDelay>,
+    /// Saturations of the torques by likelihood.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub saturations: Vec<RefinedSaturation>,
     /// Prior levels of the residual laws.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub residual_levels: Vec<ResidualPrior>,
@@ -142,6 +145,21 @@ pub struct RefinedDelay {
     pub standard_error_s: Option<f64>,
     /// Delay that the parameter values assume, s.
     pub used_s: f64,
+}
+
+/// Saturation of a torque, by likelihood: the part of the logged torque that does not act at the standard
+/// deviation of the torque. It grows with the square of the torque.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RefinedSaturation {
+    /// The column.
+    pub column: String,
+    /// Part of the torque; negative if the acting torque grows more than the logged one.
+    pub share: f64,
+    /// Its standard error; absent if the log does not determine the saturation.
+    pub standard_error: Option<f64>,
+    /// Largest move of a parameter with this saturation, in standard errors of the parameter; absent
+    /// without a finite one.
+    pub largest_move: Option<f64>,
 }
 
 /// Stribeck velocity of a joint, by likelihood.

@@ -29,9 +29,10 @@ use crate::regression::Reduction;
 /// Code of the finding that laws would predict the log better.
 pub(super) const LAWS_MISSING: &str = "laws-missing";
 
-/// Missing laws are a warning if they decrease the held-out residual of the torque by at least this
-/// fraction.
+/// Missing laws are a warning if they decrease the held-out residual of the torque, or one of them that
+/// of its joint's rows, by at least this fraction.
 const LARGE_GAIN: f64 = 0.1;
+const LARGE_GAIN_OF_JOINT: f64 = 0.08;
 
 /// Climbs the ladder of laws on the beginning of the first log.
 ///
@@ -177,7 +178,8 @@ fn finding(result: &LawsByHoldOut) -> Option<Finding> {
             )
         })
         .collect();
-    let large = last.held_out < (1.0 - LARGE_GAIN) * before;
+    let large = last.held_out < (1.0 - LARGE_GAIN) * before
+        || missing.iter().any(|rung| rung.gain > LARGE_GAIN_OF_JOINT);
     let severity = if large {
         Severity::Warning
     } else {
@@ -272,10 +274,11 @@ mod tests {
     fn only_laws_that_were_not_made_are_missing() {
         assert!(finding(&found(Vec::new())).is_none());
         assert!(finding(&found(vec![rung("spring", "cubic", true)])).is_none());
-        let missing = finding(&found(vec![
-            rung("spring", "cubic", true),
-            rung("motor_friction", "quadratic", false),
-        ]));
+        let small = LawRung {
+            gain: 0.03,
+            ..rung("motor_friction", "quadratic", false)
+        };
+        let missing = finding(&found(vec![rung("spring", "cubic", true), small.clone()]));
         let missing = missing.unwrap();
         assert_eq!(missing.code, "laws-missing");
         assert!(
@@ -284,6 +287,12 @@ mod tests {
                 .contains("joint1: motor_friction \"quadratic\"")
         );
         assert_eq!(missing.severity, Severity::Info);
+        let large = LawRung {
+            gain: 0.09,
+            ..small
+        };
+        let missing = finding(&found(vec![rung("spring", "cubic", true), large])).unwrap();
+        assert_eq!(missing.severity, Severity::Warning);
         let all = finding(&found(vec![rung("spring", "cubic", false)])).unwrap();
         assert_eq!(all.severity, Severity::Warning);
     }

@@ -1,13 +1,13 @@
 //! A refinement in the form of the results.
 
-use super::findings::correlations;
+use super::findings::{correlations, largest_move};
 use super::hold_out::HeldOut;
 use super::ladder::Tried;
 use super::refined::Refined;
 use super::status::{Outcome, Status};
 use crate::estimate::refinement_result::{
-    HeldOutResidual, RefinedDelay, RefinedOffset, RefinedVelocity, Refinement, ResidualPrior,
-    RowDisturbance, RungResult, SensorNoise,
+    HeldOutResidual, RefinedDelay, RefinedOffset, RefinedSaturation, RefinedVelocity, Refinement,
+    ResidualPrior, RowDisturbance, RungResult, SensorNoise,
 };
 use crate::log::Channels;
 use crate::model::Model;
@@ -70,6 +70,16 @@ pub(super) fn describe(
                 delay_s: delay.value(),
                 standard_error_s: Some(delay.standard_error).filter(|e| e.is_finite()),
                 used_s: delay.assumed,
+            })
+            .collect(),
+        saturations: (refined.saturations.iter())
+            .map(|own| RefinedSaturation {
+                column: column(own.channel),
+                share: own.value(),
+                standard_error: Some(own.standard_error).filter(|e| e.is_finite()),
+                largest_move: (largest_move(refined, &own.moves))
+                    .map(|(_, moved)| moved)
+                    .filter(|moved| moved.is_finite()),
             })
             .collect(),
         residual_levels: (refined.residual.iter())

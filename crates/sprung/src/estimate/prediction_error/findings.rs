@@ -4,6 +4,8 @@ use super::channel_updates::ChannelUpdate;
 use super::missing_laws::MissingLaw;
 use super::refined::Refined;
 use crate::estimate::between_parts::between_parts;
+use crate::estimate::chi_square::upper_tail;
+use crate::estimate::delay_test::DELAY_SIGNIFICANCE_SIGMAS;
 use crate::estimate::kind_of_change::kind_of_change;
 use crate::finding::{Finding, Severity};
 use crate::log::Channels;
@@ -17,10 +19,12 @@ const LISTED_CORRELATION: f64 = 0.5;
 /// Correlation above which the log determines only a combination of two parameters.
 const KNOWN_TOGETHER_CORRELATION: f64 = 0.98;
 
-/// A delay is reported if it exceeds this number of standard errors and this fraction of a sample.
-/// A smaller delay is harmless.
-const DELAY_SIGNIFICANCE_SIGMAS: f64 = 5.0;
+/// A significant delay is reported if it exceeds this fraction of a sample. A smaller delay is harmless.
 const MIN_DELAY_SAMPLES: f64 = 0.1;
+
+/// A delay is a warning if it exceeds this fraction of a sample, too. Effects of half a sample may come
+/// from the order in which a controller reads and writes.
+const LONG_DELAY_SAMPLES: f64 = 0.5;
 
 /// Probability of a false alarm in the comparison of logs.
 const FALSE_ALARM_PROBABILITY: f64 = 0.01;
@@ -29,6 +33,9 @@ const FALSE_ALARM_PROBABILITY: f64 = 0.01;
 /// they are a warning.
 const REPORTED_DISTURBANCE_SHARE: f64 = 0.05;
 const LARGE_DISTURBANCE_SHARE: f64 = 0.15;
+
+/// Probability of a false alarm below which the saturations of all torques together are reported.
+const SATURATION_FALSE_ALARM_PROBABILITY: f64 = 1e-4;
 
 /// A law is reported if its estimate exceeds this number of standard errors.
 const LAW_SIGNIFICANCE_SIGMAS: f64 = 5.0;
@@ -80,7 +87,7 @@ pub(super) fn laws_by_likelihood(
 }
 
 /// Returns the refined parameter that moves most: index in theta and move in standard errors.
-fn largest_move(refined: &Refined, moves: &[f64]) -> Option<(usize, f64)> {
+pub(super) fn largest_move(refined: &Refined, moves: &[f64]) -> Option<(usize, f64)> {
     (refined.free.iter().zip(moves))
         .map(|(&index, own)| (index, own.abs() / refined.standard_error[index]))
         .max_by(|a, b| a.1.total_cmp(&b.1))
@@ -177,8 +184,9 @@ fn late(channels: &Channels, period: f64, refined: &Refined) -> Vec<Finding> {
         let column = &channels.all[delay.channel].column;
         let total = delay.value();
         let moved = largest_move(refined, &delay.moves).map_or(0.0, |(_, moved)| moved);
+        let is_long = delay.correction.abs() > LONG_DELAY_SAMPLES * period;
         findings.push(Finding::new(
-            if moved > MOVE_THAT_MATTERS_SIGMAS {
+            if is_long && moved > MOVE_THAT_MATTERS_SIGMAS {
                 Severity::Warning
             } else {
                 Severity::Info
@@ -229,7 +237,47 @@ fn saturating(channels: &Channels, refined: &Refined) -> Vec<Finding> {
         );
         Some(finding.seen("", column, own.value(), ""))
     });
-    each.collect()
+    let findings: Vec<Finding> = each.collect();
+    if (findings.iter()).any(|finding| finding.severity > Severity::Info) {
+        return findings;
+    }
+    (findings.into_iter())
+        .chain(all_saturating(channels, refined))
+        .collect()
+}
+
+/// Reports torques that saturate together, although none of them does so clearly. One motion often shows
+/// the saturation of each torque only as another scale of this torque.
+fn all_saturating(channels: &Channels, refined: &Refined) -> Option<Finding> {
+    let known: Vec<&ChannelUpdate> = (refined.saturations.iter())
+        .filter(|own| own.significance().is_finite())
+        .collect();
+    let squares = known.iter().map(|own| own.significance().powi(2)).sum();
+    if known.is_empty() || upper_tail(squares, known.len()) >= SATURATION_FALSE_ALARM_PROBABILITY {
+        return None;
+    }
+    let each: Vec<String> = (known.iter())
+        .map(|own| {
+            format!(
+                "\"{}\" {:.2} ± {:.2} %",
+                channels.all[own.channel].column,
+                100.0 * own.value(),
+                100.0 * own.standard_error
+            )
+        })
+        .collect();
+    Some(Finding::new(
+        Severity::Warning,
+        "torque-saturates",
+        format!(
+            "by likelihood, the acting torques do not grow in proportion to the logged ones. They are \
+             smaller at the standard deviation of each torque by {}, and the difference grows with the \
+             third power of the torque. A log without saturation shows this with a probability below \
+             {SATURATION_FALSE_ALARM_PROBABILITY:e}",
+            each.join(", ")
+        ),
+        "measure the torque constants at several currents, or record a motion with smaller torques",
+    ))
 }
 
 /// Returns the delay in words.

@@ -124,8 +124,13 @@ pub(super) fn prediction_error(
     let shown = (used.or_else(|| nearest(&tried))).map(|index| tried.swap_remove(index));
     let mut findings: Vec<Finding> = status.finding().into_iter().collect();
     if let Some(refined) = shown.as_ref().and_then(Tried::refined) {
-        findings.extend(about(reading, excerpt.period(), refined));
-        findings.extend(laws_by_likelihood(model, refined, &missing));
+        let mut own = about(reading, excerpt.period(), refined);
+        own.extend(laws_by_likelihood(model, refined, &missing));
+        if !refined.converged() {
+            // At other values than the likeliest ones, every effect seems to be missing.
+            own.iter_mut().for_each(Finding::note);
+        }
+        findings.extend(own);
     }
     let refinement =
         (shown.as_ref()).and_then(|shown| describe(model, reading.channels(), shown, &status));

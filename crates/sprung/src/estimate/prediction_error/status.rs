@@ -184,12 +184,17 @@ impl Status {
             }
             Self::StandsBack(_) => self.rungs(),
         };
+        // The findings about least squares judge the values of least squares.
+        let severity = match self {
+            Self::StandsBack(_) => Severity::Info,
+            Self::Used(..) | Self::NotTried { .. } | Self::Impossible => Severity::Warning,
+        };
         Some(Finding::new(
-            Severity::Warning,
+            severity,
             "refinement-failed",
             format!(
-                "the refinement is not used: {why}. The values here are those of least squares, and \
-                 their intervals are lower bounds"
+                "the refinement is not used: {why}. The values and intervals here are those of least \
+                 squares"
             ),
             "look at signs, units and delays of the columns, at missing friction laws, and at the other \
              warnings",

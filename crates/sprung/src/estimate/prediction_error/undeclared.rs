@@ -14,16 +14,46 @@ pub(super) fn bias(refined: &Refined, missing: &[MissingLaw]) -> Vec<f64> {
     let laws = missing.iter().map(|law| (law.significance(), &law.moves));
     let channels = refined.delays.iter().chain(&refined.saturations);
     let channels = channels.map(|own| (own.significance(), &own.moves));
-    let mut bias = vec![0.0_f64; refined.theta.len()];
-    for (_, moves) in laws
-        .chain(channels)
-        .filter(|(own, _)| *own > POSSIBLE_SIGMAS)
-    {
-        for (&index, own) in refined.free.iter().zip(moves) {
+    largest_moves(refined.theta.len(), &refined.free, laws.chain(channels))
+}
+
+/// Returns the largest move of each parameter by one of the significant effects, \[p\].
+///
+/// - `free`: indices of the parameters that move.
+/// - `effects`: size of each effect in standard errors, and the moves with it, \[free\].
+fn largest_moves<'a>(
+    parameters: usize,
+    free: &[usize],
+    effects: impl Iterator<Item = (f64, &'a Vec<f64>)>,
+) -> Vec<f64> {
+    let mut largest = vec![0.0_f64; parameters];
+    for (_, moves) in effects.filter(|(size, _)| *size > POSSIBLE_SIGMAS) {
+        for (&index, own) in free.iter().zip(moves) {
             if own.is_finite() {
-                bias[index] = bias[index].max(own.abs());
+                largest[index] = largest[index].max(own.abs());
             }
         }
     }
-    bias
+    largest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_largest_move_by_a_significant_effect_counts() {
+        let effects = [
+            (2.9, vec![9.0, 9.0]),
+            (3.1, vec![-0.5, f64::NAN]),
+            (8.0, vec![0.2, 0.3]),
+            // Nothing determines this effect.
+            (f64::NAN, vec![9.0, 9.0]),
+            // An estimated delay has no moves: it is among the unknowns.
+            (7.0, Vec::new()),
+        ];
+        let effects = effects.iter().map(|(size, moves)| (*size, moves));
+        let found = largest_moves(4, &[1, 3], effects);
+        assert_eq!(found, [0.0, 0.5, 0.0, 0.3]);
+    }
 }
