@@ -20,8 +20,9 @@ const MAX_PERIODS: f64 = 64.0;
 const STEP: f64 = 0.25;
 const FINE_STEP: f64 = 1.0 / 64.0;
 
-/// Part of a position's variance that other frequencies may explain.
-const OTHER_FREQUENCIES: f64 = 0.01;
+/// Part of a velocity's variance that other frequencies may explain. Friction distorts the motion, but
+/// motions between two points at constant speed have a tenth in further frequencies.
+const OTHER_FREQUENCIES: f64 = 0.03;
 
 /// A joint whose standard deviation is below this part of the largest one hardly moves.
 const HARDLY_MOVES: f64 = 0.1;
@@ -33,12 +34,12 @@ const TERMS: usize = 5;
 pub(super) fn one_frequency(reading: &Reading, excerpt: &Excerpt, file: &str) -> Option<Finding> {
     let channels = reading.channels();
     let joints = 0..reading.model().joint_count();
-    let positions: Vec<Vec<f64>> = joints
+    let velocities: Vec<Vec<f64>> = joints
         .filter_map(|joint| channels.telling(Signal::Motor, joint))
-        .map(|channel| thinned(excerpt, channel))
+        .map(|channel| differences(excerpt, channel))
         .collect();
-    let largest = (positions.iter().map(|own| variance(own))).fold(0.0, f64::max);
-    let moving = (positions.iter())
+    let largest = (velocities.iter().map(|own| variance(own))).fold(0.0, f64::max);
+    let moving = (velocities.iter())
         .filter(|own| variance(own) > HARDLY_MOVES.powi(2) * largest && own.len() > 2 * TERMS);
     let found: Option<Vec<f64>> = moving.map(|own| periods(own)).collect();
     let found = found.filter(|found| !found.is_empty())?;
@@ -67,10 +68,13 @@ pub(super) fn one_frequency(reading: &Reading, excerpt: &Excerpt, file: &str) ->
     )
 }
 
-/// Returns a channel at evenly distributed samples of the excerpt.
-fn thinned(excerpt: &Excerpt, channel: usize) -> Vec<f64> {
+/// Returns the differences of a position between evenly distributed samples of the excerpt.
+fn differences(excerpt: &Excerpt, channel: usize) -> Vec<f64> {
     let step = excerpt.samples().div_ceil(MAX_SAMPLES).max(1);
-    excerpt.channel(channel).step_by(step).collect()
+    let positions: Vec<f64> = excerpt.channel(channel).step_by(step).collect();
+    (positions.windows(2))
+        .map(|pair| pair[1] - pair[0])
+        .collect()
 }
 
 fn variance(values: &[f64]) -> f64 {
@@ -79,7 +83,7 @@ fn variance(values: &[f64]) -> f64 {
     values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / count
 }
 
-/// Returns the number of periods in which a position repeats; `None` if it has more frequencies.
+/// Returns the number of periods in which a velocity repeats; `None` if it has more frequencies.
 fn periods(values: &[f64]) -> Option<f64> {
     let whole = variance(values);
     let best = |first: f64, last: f64, step: f64| {
@@ -94,7 +98,7 @@ fn periods(values: &[f64]) -> Option<f64> {
     (left < OTHER_FREQUENCIES * whole).then_some(periods)
 }
 
-/// Returns the mean square of a position that a frequency and its double leave; infinite if the terms
+/// Returns the mean square of a velocity that a frequency and its double leave; infinite if the terms
 /// are not independent.
 ///
 /// - `periods`: number of periods in the whole.
