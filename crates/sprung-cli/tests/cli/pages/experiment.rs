@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use serde_json::{Map, Value};
 
-use super::path_in_repository;
+use super::{blocks, of_repository, path_in_repository};
 use crate::common::{sprung, stdout};
 
 const PAGE: &str = "docs/reference/experiment.md";
@@ -122,6 +122,45 @@ impl Schema {
         words.collect()
     }
 
+    /// Returns the keys of a table that its schema does not contain, with their places.
+    fn unknown_keys(&self, value: &toml::Value, schema: &Value, place: &str) -> Vec<String> {
+        match value {
+            toml::Value::Array(all) => (all.iter())
+                .flat_map(|one| self.unknown_keys(one, schema, place))
+                .collect(),
+            toml::Value::Table(table) => {
+                let Some(properties) = self.keys(schema) else {
+                    return Vec::new();
+                };
+                let below = table.iter().flat_map(|(key, value)| {
+                    let place = format!("{place}.{key}");
+                    match properties.get(key) {
+                        Some(schema) => self.unknown_keys(value, schema, &place),
+                        None => vec![place],
+                    }
+                });
+                below.collect()
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    /// Returns the keys of a schema that may be a table, a list of tables or nothing.
+    fn keys<'a>(&'a self, schema: &'a Value) -> Option<Map<String, Value>> {
+        if let Some(name) = schema["$ref"].as_str() {
+            return self.keys(self.definition(name.rsplit('/').next().unwrap()));
+        }
+        if let Some(choices) = schema["anyOf"].as_array() {
+            let all = choices.iter().filter_map(|choice| self.keys(choice));
+            return all.reduce(|mut one, other| {
+                one.extend(other);
+                one
+            });
+        }
+        let own = schema["properties"].as_object().cloned();
+        own.or_else(|| schema.get("items").and_then(|items| self.keys(items)))
+    }
+
     /// Returns the rows of a definition's keys.
     fn table(&self, name: &str) -> String {
         let required: BTreeSet<&str> = (self.definition(name)["required"].as_array().into_iter())
@@ -157,6 +196,16 @@ impl Schema {
         page
     }
 }
+
+/// Pages with parts of an experiment file.
+const PAGES_WITH_PARTS: [&str; 6] = [
+    "docs/logs.md",
+    "docs/how-to/no-link-encoder.md",
+    "docs/how-to/current-and-gears.md",
+    "docs/how-to/raw-counts.md",
+    "docs/how-to/ros2-bag.md",
+    "docs/how-to/several-logs.md",
+];
 
 /// Returns a heading as it is printed: tables of the file are code.
 fn title(heading: &str) -> String {
@@ -226,4 +275,31 @@ fn the_page_is_that_of_the_schema() {
             .find(|(one, other)| one != other)
             .map_or_else(String::new, |(new, old)| format!("new: {new}\nold: {old}"))
     );
+}
+
+#[test]
+fn parts_of_the_file_on_other_pages_have_known_keys() {
+    let schema = Schema::of_program();
+    let faults = |text: &str| {
+        let table: toml::Table = text.parse().unwrap_or_else(|e| panic!("{e}: {text}"));
+        let is_whole = table
+            .keys()
+            .any(|key| schema.properties("").contains_key(key));
+        // A part without the name of a table is one of the log.
+        let definition = schema.definition(if is_whole { "" } else { "Log" });
+        schema.unknown_keys(&toml::Value::Table(table), definition, "")
+    };
+    for page in PAGES_WITH_PARTS {
+        let text = of_repository(page);
+        // A block in a list is indented.
+        let text: Vec<&str> = text.lines().map(str::trim_start).collect();
+        let parts = blocks(&text.join("\n"), "toml");
+        assert!(!parts.is_empty(), "{page}");
+        for part in parts {
+            assert_eq!(faults(&part), Vec::<String>::new(), "{page}: {part}");
+        }
+    }
+    assert_eq!(faults("[log]\nfile = { pth = \"a\" }"), [".log.file.pth"]);
+    assert_eq!(faults("motor_positon = \"a\""), [".motor_positon"]);
+    assert_eq!(faults("[[robot.joint]]\ngear = 1"), [".robot.joint.gear"]);
 }
