@@ -170,6 +170,14 @@ fn the_page_of_the_findings_names_every_code() {
         .map(|code| code.trim_matches('`'))
         .collect();
 
+    let conditions = ["docs/check.md", "docs/verdict.md"]
+        .map(|page| fs::read_to_string(root().join(page)).unwrap())
+        .concat();
+    for code in &named {
+        let has_condition = conditions.contains(&format!("`{code}`"));
+        assert!(has_condition, "no page states the condition of {code}");
+    }
+
     let sources = files(&root().join("crates/sprung/src"), "rs");
     let texts: Vec<String> = (sources.iter())
         .filter(|path| !path.ends_with("tests.rs"))

@@ -2,8 +2,9 @@
 //!
 //! A [`session::Session`] checks, identifies, validates and simulates an experiment, without a
 //! terminal. It opens the files of the experiment; with [`session::Session::read`] the caller opens
-//! them. Columns in memory can replace a log file ([`log::LogSource::arrays`]). A closure in place of
-//! [`progress::Unheard`] receives the progress of a verb and may stop it.
+//! them. Columns in memory can replace a log file ([`log::LogSource::arrays`] with
+//! [`session::Session::identify_with`]). A closure in place of [`progress::Unheard`] receives the
+//! progress of a verb and may stop it.
 //!
 //! ```
 //! use std::{io::Cursor, path::Path};
