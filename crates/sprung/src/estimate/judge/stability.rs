@@ -12,6 +12,9 @@ use crate::prepare::Sweep;
 /// Probability of a false alarm in the comparison of parts.
 const FALSE_ALARM_PROBABILITY: f64 = 0.01;
 
+/// Parts agree if their scatter has at least this probability.
+const AGREEMENT_PROBABILITY: f64 = 0.05;
+
 /// A change is a warning if it exceeds this fraction of the parameter's value. A smaller change is
 /// an information. A change with the cut-off is also a warning beyond this number of standard errors.
 const CHANGE_THAT_MATTERS: f64 = 0.1;
@@ -36,14 +39,13 @@ pub(super) fn parts_disagree(model: &Model, linear: &Linear) -> Option<Finding> 
         let Some(found) = between_parts(&values) else {
             continue;
         };
-        let limit = FALSE_ALARM_PROBABILITY / unknowns;
-        if found.probability >= limit {
+        if found.probability >= FALSE_ALARM_PROBABILITY / unknowns {
             continue;
         }
         let deviation = found.variance.sqrt();
         if deviation > CHANGE_THAT_MATTERS * linear.fitted.theta[i].abs()
             && deviation > linear.fitted.bias[i]
-            && (linear.parts.are_logs || most_parts_disagree(&values, limit))
+            && (linear.parts.are_logs || most_parts_disagree(&values))
             && (parameter.joint).is_none_or(|(kind, _)| kind.is_vital() || kind.is_friction())
         {
             severity = Severity::Warning;
@@ -94,9 +96,7 @@ pub(super) fn parts_disagree(model: &Model, linear: &Linear) -> Option<Finding> 
 
 /// Returns whether parts disagree without each one of them, too. A quarter in which a joint hardly moves
 /// may have an estimate far from all others.
-///
-/// - `limit`: probability of a false alarm.
-fn most_parts_disagree(values: &[(f64, f64)], limit: f64) -> bool {
+fn most_parts_disagree(values: &[(f64, f64)]) -> bool {
     let without = |left_out: usize| {
         let others = values.iter().enumerate().filter(|(i, _)| *i != left_out);
         others.map(|(_, value)| *value).collect::<Vec<_>>()
@@ -104,7 +104,7 @@ fn most_parts_disagree(values: &[(f64, f64)], limit: f64) -> bool {
     values.len() < 3
         || (0..values.len())
             .filter_map(|left_out| between_parts(&without(left_out)))
-            .all(|found| found.probability < limit)
+            .all(|found| found.probability < AGREEMENT_PROBABILITY)
 }
 
 /// Reports the parameters that change with the cut-off of the positions by more than their
