@@ -251,63 +251,16 @@ fn a_law_that_the_model_lacks_is_named_and_no_other() {
     assert!(text.contains("spring \"cubic\""), "{text}");
 }
 
-/// Returns a log whose torque of the first joint saturates: the logged torque exceeds the acting one by a part
-/// that grows with the square of the torque.
-///
-/// - `share`: this part at the standard deviation of the torque.
-fn saturated(log: &[u8], share: f64) -> Vec<u8> {
-    const TORQUE: usize = 5;
-    let text = std::str::from_utf8(log).unwrap();
-    let (header, rows) = text.split_once('\n').unwrap();
-    let mut rows: Vec<Vec<f64>> = (rows.lines())
-        .map(|row| row.split(',').map(|word| word.parse().unwrap()).collect())
-        .collect();
-    let count = rows.len() as f64;
-    let mean = rows.iter().map(|row| row[TORQUE]).sum::<f64>() / count;
-    let squares: f64 = rows.iter().map(|row| (row[TORQUE] - mean).powi(2)).sum();
-    let deviation = (squares / count).sqrt();
-    let mut text = header.to_owned();
-    for row in &mut rows {
-        row[TORQUE] *= 1.0 + share * (row[TORQUE] / deviation).powi(2);
-        let words: Vec<String> = row.iter().map(f64::to_string).collect();
-        text.push('\n');
-        text.push_str(&words.join(","));
-    }
-    text.push('\n');
-    text.into_bytes()
-}
-
 #[test]
-fn a_saturating_torque_is_named_and_a_linear_one_is_not() {
+fn a_linear_torque_does_not_saturate() {
     let twin = twin();
-    let log = twin.log(&settings(16384, CASES[0], 3));
-    let named = |result: &EstimateResult| -> Vec<String> {
-        let findings = result.warnings.iter();
-        findings
-            .filter(|finding| finding.code == "torque-saturates")
-            .map(|finding| finding.text.clone())
-            .collect()
-    };
-    let clean = refined(&twin, &log).unwrap();
-    assert_eq!(named(&clean), [""; 0]);
-    // 12 % at the usual peak of two standard deviations.
-    let result = refined(&twin, &saturated(&log, 0.03)).unwrap();
-    let [text] = &named(&result)[..] else {
-        panic!("{:#?}", result.warnings)
-    };
-    assert!(text.contains("grows less than \"tau1_nm\""), "{text}");
-    let found = &result.refined().unwrap().saturations[0];
-    println!("{found:?}");
-    // The law of sprung is a polynomial of the logged torque, that of the log one of the acting torque.
-    assert!((0.01..0.04).contains(&found.share), "{found:?}");
-    // The intervals contain the moves of the parameters.
-    let (mut wider, mut inside) = (0, 0);
-    for (own, truth) in result.parameters.iter().zip(&twin.truth) {
-        wider += usize::from(own.error_parts.unwrap().bias > 0.0);
-        let [low, high] = own.ci95.unwrap();
-        inside += usize::from((low..=high).contains(truth));
+    let result = refined(&twin, &twin.log(&settings(16384, CASES[0], 3))).unwrap();
+    let codes: Vec<&str> = result.warnings.iter().map(|f| f.code.as_str()).collect();
+    assert!(!codes.contains(&"torque-saturates"), "{codes:?}");
+    for own in &result.refined().unwrap().saturations {
+        assert!(
+            own.share.abs() < 5.0 * own.standard_error.unwrap(),
+            "{own:?}"
+        );
     }
-    println!("{wider} wider, {inside} of {}", twin.truth.len());
-    assert!(wider > twin.truth.len() / 2, "{wider}");
-    assert!(inside >= twin.truth.len() - 3, "{inside}");
 }
