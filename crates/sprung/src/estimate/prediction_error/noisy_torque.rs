@@ -169,7 +169,8 @@ fn visit_noise_bias(
     if noisy.is_empty() {
         return;
     }
-    let linearization = &run.stretches[segment].linearization;
+    let stretch = &run.stretches[segment];
+    let linearization = &stretch.linearization;
     let measurements = problem.measurements;
     let period = measurements.segments[segment].period;
     // F_τᵀ N_k F_τ, \[rows × rows\].
@@ -177,7 +178,8 @@ fn visit_noise_bias(
     let mut weighted = vec![0.0; moving];
     let mut changes: Vec<(usize, usize, usize, f64)> = Vec::new();
     let mut bias = NoiseBias::zero(values);
-    information_ahead(measurements, run, segment, levels, |sample, information| {
+    let (segment, sensors) = (&measurements.segments[segment], &measurements.sensors);
+    information_ahead(sensors, segment, stretch, levels, |sample, information| {
         let transition = &linearization.transitions[sample * moving * states..][..moving * states];
         let by_torque = |row: usize| transition[moving + row..].iter().step_by(states);
         for row in 0..rows {

@@ -1,6 +1,6 @@
 //! The filter's derivatives compared with differences, on a short log of the demo's robot.
 
-use super::dynamics::{Dynamics, Tangent};
+use super::dynamics::{Dynamics, Steps, Tangent};
 use super::filter::{FilterRun, Keep, replay, run};
 use super::level_search::score;
 use super::levels::{Disturbances, Level, Levels, Unknown, UnknownLevels};
@@ -80,7 +80,7 @@ impl Case {
                 first.push(taken.len());
                 torque.extend(tau);
                 let steps = dynamics.steps(&x, &tau, period);
-                dynamics.advance(&mut x, &tau, period, steps);
+                dynamics.advance(&mut x, &tau, period, steps.count);
             }
             segments.push(Segment {
                 burn_in: 0,
@@ -147,7 +147,11 @@ fn tangent_is_the_limit_of_differences() {
     let x = [0.1, 0.4, 0.12, 0.43, 0.5, -0.3, 0.4, 0.004];
     let torque = [0.01, -0.02, 1.0, 0.1];
     // Each step is linearised in its middle, so the steps are short.
-    let (period, steps) = (1e-3, 300);
+    let period = 1e-3;
+    let steps = Steps {
+        count: 300,
+        is_smooth: false,
+    };
     let mut moved = x.to_vec();
     dynamics.advance_tangent(&mut moved, &torque, period, steps, &mut tangent);
     for column in 0..3 * rows + 15 {
@@ -163,7 +167,7 @@ fn tangent_is_the_limit_of_differences() {
                 theta[column - 3 * rows] += by;
             }
             dynamics.set(&theta, None);
-            dynamics.advance(&mut x, &torque, period, steps);
+            dynamics.advance(&mut x, &torque, period, steps.count);
             (x, by)
         };
         let ((after, up), (before, down)) = (at(1e-5), at(-1e-5));

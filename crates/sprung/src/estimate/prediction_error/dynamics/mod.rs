@@ -10,5 +10,6 @@ mod tangent;
 mod torque_pulse;
 
 pub(super) use motion::Dynamics;
+pub(super) use step_size::Steps;
 pub(super) use tangent::Tangent;
 pub(super) use torque_pulse::Pulse;

@@ -13,9 +13,18 @@ const MAX_PHASE_PER_STEP: f64 = 0.7;
 /// Maximum number of integration steps in a period.
 const MAX_STEPS: usize = 64;
 
+/// Integration steps of a period.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::estimate::prediction_error) struct Steps {
+    pub(in crate::estimate::prediction_error) count: usize,
+    /// Whether friction changes so little during the period that one linearisation holds for all
+    /// steps.
+    pub(in crate::estimate::prediction_error) is_smooth: bool,
+}
+
 impl Dynamics {
-    /// Returns the number of integration steps that a period needs for the friction and the springs
-    /// at a state.
+    /// Returns the integration steps that a period needs for the friction and the springs at a
+    /// state.
     ///
     /// - `x`: the state, \[2 rows\]; `torque`: \[rows\].
     pub(in crate::estimate::prediction_error) fn steps(
@@ -23,7 +32,7 @@ impl Dynamics {
         x: &[f64],
         torque: &[f64],
         period: f64,
-    ) -> usize {
+    ) -> Steps {
         self.accelerate_and_invert(x, torque);
         let robot = self.model.robot();
         let rows = self.rows;
@@ -61,12 +70,16 @@ impl Dynamics {
             }
         }
         let most = |all: &[f64]| all.iter().fold(0.0_f64, |m, x| m.max(*x));
-        let needed = (most(&pull) * period / MAX_DAMPING_PER_STEP)
-            .max(most(&spring).sqrt() * period / MAX_PHASE_PER_STEP);
-        if needed.is_finite() {
+        let by_friction = most(&pull) * period / MAX_DAMPING_PER_STEP;
+        let needed = by_friction.max(most(&spring).sqrt() * period / MAX_PHASE_PER_STEP);
+        let count = if needed.is_finite() {
             (needed.ceil() as usize).clamp(1, MAX_STEPS)
         } else {
             1
+        };
+        Steps {
+            count,
+            is_smooth: by_friction <= 1.0,
         }
     }
 }

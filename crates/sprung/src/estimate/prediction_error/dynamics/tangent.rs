@@ -22,9 +22,11 @@ pub(in crate::estimate::prediction_error) struct Tangent {
     velocities: Vec<(usize, usize)>,
     /// Derivatives of the accelerations by positions and velocities, \[rows × 2 rows\].
     by_motion: Vec<f64>,
-    /// F over one integration step, and its product with `by_motion`.
-    step: Vec<f64>,
+    /// F over one integration step, \[2 rows × 3 rows\], and its product with `by_motion`.
+    one: Vec<f64>,
     rate: Vec<f64>,
+    /// F over the steps linearised last, \[2 rows × 3 rows\].
+    step: Vec<f64>,
     /// Factors of `step`: \[3 rows × 3 rows\] and \[3 rows × columns\].
     states: Vec<f64>,
     unknowns: Vec<f64>,
@@ -51,6 +53,7 @@ impl Tangent {
             places,
             velocities,
             by_motion: vec![0.0; 2 * rows * rows],
+            one: vec![0.0; 2 * rows * states],
             step: vec![0.0; 2 * rows * states],
             rate: vec![0.0; rows * states],
             states: vec![0.0; states * states],
@@ -58,16 +61,32 @@ impl Tangent {
         }
     }
 
-    /// Moves the derivatives by one integration step h with the equations linearised in its middle.
+    /// Writes F over some integration steps, each of length h, with the equations linearised at one
+    /// instant.
+    ///
+    /// - `dynamics`: differentiated at this instant.
+    pub(super) fn linearise(&mut self, dynamics: &Dynamics, h: f64, steps: usize) {
+        self.expand(dynamics, h);
+        if steps > 1 {
+            let moving = self.step.len();
+            self.one.copy_from_slice(&self.step);
+            for _ in 1..steps {
+                self.states[..moving].copy_from_slice(&self.step);
+                identity_of_disturbances(self.rows, &mut self.states[moving..]);
+                multiply(&self.one, &self.states, 3 * self.rows, &mut self.step);
+            }
+        }
+    }
+
+    /// Moves the derivatives by the steps linearised last.
     ///
     /// ```text
     /// F ← F_h F        ∂x/∂z ← F_h [∂x/∂z; ∂d/∂z + ∂τ/∂z − Y ∂θ/∂z]
     /// ```
     ///
-    /// - `dynamics`: differentiated in the middle of the step.
-    /// - `is_first`: whether this is the first step of the period.
-    pub(super) fn advance(&mut self, dynamics: &Dynamics, h: f64, is_first: bool) {
-        self.expand(dynamics, h);
+    /// - `dynamics`: differentiated at the instant of the linearisation.
+    /// - `is_first`: whether these are the first steps of the period.
+    pub(super) fn advance(&mut self, dynamics: &Dynamics, is_first: bool) {
         let (states, moving) = (3 * self.rows, 2 * self.rows);
         if is_first {
             self.transition.copy_from_slice(&self.step);
@@ -82,7 +101,7 @@ impl Tangent {
         multiply(&self.step, &self.unknowns, self.columns, moved);
     }
 
-    /// Writes F over a step: the exponential of the linearised equations up to the order 4.
+    /// Writes F over one step: the exponential of the linearised equations up to the order 4.
     fn expand(&mut self, dynamics: &Dynamics, h: f64) {
         let (rows, moving, states) = (self.rows, 2 * self.rows, 3 * self.rows);
         for (i, row) in self.by_motion.chunks_mut(moving).enumerate() {

@@ -156,7 +156,11 @@ mod tests {
         let places = (0..THETA.len()).map(Some).collect();
         let mut tangent = Tangent::new(ROWS, THETA.len(), places, Vec::new());
         let mut x = start.to_vec();
-        dynamics.advance_tangent(&mut x, torque, PERIOD, 64, &mut tangent);
+        let steps = Steps {
+            count: 64,
+            is_smooth: false,
+        };
+        dynamics.advance_tangent(&mut x, torque, PERIOD, steps, &mut tangent);
         (x, tangent)
     }
 

@@ -50,6 +50,12 @@ impl StretchRun {
     ) -> impl Iterator<Item = (&[f64], f64)> {
         (self.schedule.gains.chunks(states)).zip(self.trajectory.innovations.iter().copied())
     }
+
+    /// Returns K and 1/S of a measurement.
+    pub(in super::super) fn gain(&self, index: usize, states: usize) -> (&[f64], f64) {
+        let gains = &self.schedule.gains[index * states..(index + 1) * states];
+        (gains, self.schedule.whitening[index].powi(2))
+    }
 }
 
 /// Quantities that a replay holds.

@@ -38,7 +38,7 @@ impl Filter<'_> {
             decay,
             &mut self.propagation,
         );
-        steps
+        steps.count
     }
 
     /// Writes the derivatives of the logged torques by z.

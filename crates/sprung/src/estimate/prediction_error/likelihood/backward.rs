@@ -10,9 +10,6 @@ use crate::estimate::prediction_error::matrix::add_rows;
 use crate::estimate::prediction_error::measurements::Measurement;
 use crate::estimate::prediction_error::vector::dot;
 
-/// Callback for a sample: its index, and D and r at the end of the period after it.
-pub(super) type Visit<'v> = dyn FnMut(usize, &[f64], &[f64]) + 'v;
-
 /// Results of the backward pass.
 #[derive(Default)]
 pub(super) struct Backward {
@@ -65,13 +62,10 @@ impl Adjoint {
 /// ```
 ///
 /// A measurement that does not count has no part in the loss, so u has no e/S.
-///
-/// - `visit`: called for each sample, the last one first.
 pub(super) fn backward(
     linear: &LinearRun<'_>,
     forward: &Forward,
     gradient: &mut LevelGradient,
-    visit: &mut Visit<'_>,
 ) -> Backward {
     let (rows, states) = (linear.rows, linear.states);
     let segment = linear.segment;
@@ -85,7 +79,6 @@ pub(super) fn backward(
     };
     let mut adjoint = Adjoint::new(rows, states);
     for k in (0..segment.samples()).rev() {
-        visit(k, &adjoint.covariance, &adjoint.state);
         let own = k * states..(k + 1) * states;
         backward.state_adjoint[own].copy_from_slice(&adjoint.state);
         let own = k * rows..(k + 1) * rows;

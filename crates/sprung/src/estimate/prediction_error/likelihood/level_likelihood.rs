@@ -87,7 +87,7 @@ impl<'a> LevelLikelihood<'a> {
         let linear = linear_run(self.measurements, self.run, segment, levels);
         let forward = forward(&linear)?;
         let mut all = LevelGradient::new(levels);
-        let backward = backward(&linear, &forward, &mut all, &mut |_, _, _| {});
+        let backward = backward(&linear, &forward, &mut all);
         let gradient: Vec<f64> = (unknown.all.iter())
             .map(|level| all.gradient(*level))
             .collect();
@@ -101,35 +101,6 @@ impl<'a> LevelLikelihood<'a> {
             information: average_information(&linear, &unknown.all, &forward, &backward),
         })
     }
-}
-
-/// Visits the samples of a segment, the last one first, with the information of later measurements
-/// about the state at the end of the period after the sample. The arguments are the sample's index
-/// and the matrix `2 D + r rᵀ`, \[states × states\].
-pub(in super::super) fn information_ahead(
-    measurements: &Measurements,
-    run: &FilterRun,
-    segment: usize,
-    levels: &Levels,
-    mut visit: impl FnMut(usize, &[f64]),
-) {
-    let linear = linear_run(measurements, run, segment, levels);
-    let Some(forward) = forward(&linear) else {
-        return;
-    };
-    let mut information = Vec::new();
-    let mut behind = |sample: usize, covariance_adjoint: &[f64], state_adjoint: &[f64]| {
-        // D is half the information minus r rᵀ/2, so r rᵀ is added to 2 D.
-        information.clear();
-        let rows = covariance_adjoint.chunks(state_adjoint.len());
-        for (row, own) in rows.zip(state_adjoint) {
-            let entries = row.iter().zip(state_adjoint);
-            information.extend(entries.map(|(d, other)| 2.0 * d + own * other));
-        }
-        visit(sample, &information);
-    };
-    let mut all = LevelGradient::new(levels);
-    backward(&linear, &forward, &mut all, &mut behind);
 }
 
 fn linear_run<'a>(

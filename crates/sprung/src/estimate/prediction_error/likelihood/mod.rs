@@ -13,8 +13,10 @@
 mod average_information;
 mod backward;
 mod forward;
+mod information_ahead;
 mod level_gradient;
 mod level_likelihood;
 mod linear_run;
 
-pub(super) use level_likelihood::{LevelLikelihood, Score, information_ahead};
+pub(super) use information_ahead::information_ahead;
+pub(super) use level_likelihood::{LevelLikelihood, Score};
