@@ -47,7 +47,12 @@ impl Terminal {
     pub(crate) fn follow<T>(self, what: &str, run: impl FnOnce(&mut dyn Listener) -> T) -> T {
         let bar = self.bar(what);
         let outcome = run(&mut |progress: Progress| {
-            show(&bar, progress);
+            match progress.expected_s {
+                Some(seconds) if seconds > LONG_S && !self.voice.quiet => {
+                    bar.suspend(|| complain(&long(progress.phase, seconds)));
+                }
+                _ => show(&bar, progress),
+            }
             Answer::GoOn
         });
         bar.finish_and_clear();
@@ -234,6 +239,18 @@ fn show(bar: &ProgressBar, progress: Progress) {
         }
         _ => bar.tick(),
     }
+}
+
+/// Expected duration of a phase from which the terminal announces it, s.
+const LONG_S: f64 = 60.0;
+
+/// Returns the announcement of a long phase.
+fn long(phase: Phase, seconds: f64) -> String {
+    let minutes = (seconds / 60.0).ceil();
+    format!(
+        "{} takes about {minutes:.0} min; Ctrl-C ends it and keeps the result of least squares",
+        phase.word()
+    )
 }
 
 /// Interval between two drawings of a bar without reports.

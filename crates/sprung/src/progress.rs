@@ -45,7 +45,7 @@ impl Phase {
 }
 
 /// Progress of a run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Progress {
     /// Current phase.
     pub phase: Phase,
@@ -53,6 +53,8 @@ pub struct Progress {
     pub done: u64,
     /// Total work of this phase, or its upper bound; `None` if it is unknown.
     pub total: Option<u64>,
+    /// Expected duration of the phase, s. Only a report before a long phase contains it.
+    pub expected_s: Option<f64>,
 }
 
 /// Answer of a listener.
@@ -83,10 +85,39 @@ pub trait Listener: Send {
     ///
     /// [`Stopped`] if the answer is [`Answer::Stop`].
     fn tell(&mut self, phase: Phase, done: u64, total: Option<u64>) -> Result<(), Stopped> {
-        match self.hear(Progress { phase, done, total }) {
-            Answer::GoOn => Ok(()),
-            Answer::Stop => Err(Stopped),
-        }
+        ask(
+            self,
+            Progress {
+                phase,
+                done,
+                total,
+                expected_s: None,
+            },
+        )
+    }
+
+    /// Reports the expected duration of a phase before it begins.
+    ///
+    /// # Errors
+    ///
+    /// [`Stopped`] if the answer is [`Answer::Stop`].
+    fn tell_expected(&mut self, phase: Phase, seconds: f64) -> Result<(), Stopped> {
+        ask(
+            self,
+            Progress {
+                phase,
+                done: 0,
+                total: None,
+                expected_s: Some(seconds),
+            },
+        )
+    }
+}
+
+fn ask(listener: &mut (impl Listener + ?Sized), progress: Progress) -> Result<(), Stopped> {
+    match listener.hear(progress) {
+        Answer::GoOn => Ok(()),
+        Answer::Stop => Err(Stopped),
     }
 }
 
@@ -126,5 +157,12 @@ mod tests {
         assert_eq!(listener.tell(Phase::Reading, 2, Some(2)), Err(Stopped));
         assert_eq!(heard, [1, 2]);
         assert_eq!(Unheard.tell(Phase::Comparing, 1, None), Ok(()));
+        let mut expected = None;
+        let mut listener = |progress: Progress| {
+            expected = progress.expected_s;
+            Answer::Stop
+        };
+        assert_eq!(listener.tell_expected(Phase::Refining, 90.0), Err(Stopped));
+        assert_eq!(expected, Some(90.0));
     }
 }

@@ -47,6 +47,8 @@ pub struct Identify {
     /// sprung adds those that predict held-out parts of the log better; with `"declared"` (the
     /// default) the finding `laws-missing` names them.
     pub laws: Laws,
+    /// Memory that the refinement may use, MiB. Of longer logs it uses pieces that are spread evenly.
+    pub refinement_memory_mib: usize,
     /// Forgetting rate δ of LSFF, 1/s.
     pub lsff_forgetting_per_s: f64,
     /// Diagonal of the initial gain matrix of LSFF.
@@ -70,6 +72,7 @@ impl Default for Identify {
             initial_momentum: InitialMomentum::Measured,
             on_check_error: OnCheckError::Refuse,
             laws: Laws::Declared,
+            refinement_memory_mib: 256,
             lsff_forgetting_per_s: 1.0,
             lsff_initial_gain: 10.0,
             lsff_velocity_window: [4, 4],

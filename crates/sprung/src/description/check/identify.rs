@@ -5,6 +5,9 @@ use super::window::check_window;
 use crate::description::identify::Cutoff;
 use crate::description::types::ExperimentFile;
 
+/// Limits of the memory of the refinement, MiB.
+const MEMORY_MIB: std::ops::RangeInclusive<usize> = 128..=1_048_576;
+
 pub(super) fn identify(file: &ExperimentFile) -> Result<(), Fault> {
     let settings = &file.identify;
     if settings.estimator.is_empty() {
@@ -46,6 +49,17 @@ pub(super) fn identify(file: &ExperimentFile) -> Result<(), Fault> {
             format!(
                 "position_filter_order = {} must be between 1 and 10",
                 settings.position_filter_order
+            ),
+        ));
+    }
+    if !MEMORY_MIB.contains(&settings.refinement_memory_mib) {
+        return Err(fault(
+            &["identify", "refinement_memory_mib"],
+            format!(
+                "refinement_memory_mib = {} must be between {} and {}",
+                settings.refinement_memory_mib,
+                MEMORY_MIB.start(),
+                MEMORY_MIB.end()
             ),
         ));
     }

@@ -112,7 +112,8 @@ pub fn information_bound(
     let dynamics = Dynamics::new(model, theta);
     let levels = levels(model, noise, measurements.sensors.len());
     let keep = Keep::default();
-    let Some(run) = run(&measurements, &dynamics, &unknowns, &z, &levels, keep) else {
+    let at = (z.as_slice(), &levels);
+    let Some((run, _)) = run(&measurements, &dynamics, &unknowns, at, keep, |_, _| ()) else {
         return Ok(None);
     };
     let count = unknowns.values() + open.len();

@@ -65,14 +65,15 @@ mod tests {
     use super::*;
     use crate::estimate::prediction_error::level_search::score;
     use crate::estimate::prediction_error::levels::Disturbances;
-    use crate::estimate::prediction_error::likelihood::LevelLikelihood;
+    use crate::estimate::prediction_error::likelihood::{LevelLikelihood, Searched};
     use crate::estimate::prediction_error::tests::{Case, search_of};
 
     #[test]
     fn capped_disturbances_have_the_derivative_of_the_likelihood() {
         let case = Case::new();
         let (run, search) = search_of(&case, Disturbances::Capped(3.0));
-        let likelihood = LevelLikelihood::new(&case.measurements, &run, 500);
+        let searched = Searched::new(&case.measurements, 500);
+        let likelihood = LevelLikelihood::new(&case.measurements, &run, &searched);
         let mut logs = search.logarithms(&case.levels);
         let levels = search.levels(&case.levels, &logs);
         let mut here = score(&likelihood, &search, &levels).unwrap();
@@ -103,6 +104,7 @@ mod tests {
     fn information_is_carried_over_by_the_chain_rule() {
         let case = Case::new();
         let (_, search) = search_of(&case, Disturbances::Capped(3.0));
+        let searched = Searched::new(&case.measurements, 500);
         let count = search.all.len();
         let (row, from) = (2, search.index(Level::Disturbance(2)).unwrap());
         let entry = |i: usize, j: usize| 1.0 / (1.0 + (i + j) as f64) + f64::from(u8::from(i == j));

@@ -9,8 +9,8 @@ use super::dynamics::Dynamics;
 use super::filter::{FilterRun, Keep, NormalEquations, Trajectory, replay, run};
 use super::level_search::search_levels;
 use super::levels::Levels;
-use super::likelihood::LevelLikelihood;
-use super::noisy_torque::{MAX_NOISE_SHARE, NoiseBias, whole_noise_bias};
+use super::likelihood::{LevelLikelihood, Searched};
+use super::noisy_torque::{MAX_NOISE_SHARE, NoiseBias, NoiseSource};
 use super::problem::{Problem, add_prior};
 use super::solve::{damped_step, length};
 use super::vector::add;
@@ -61,7 +61,8 @@ const DAMPING_DECREASE: f64 = 10.0;
 const MIN_DAMPING: f64 = 1e-9;
 const MAX_DAMPING_TRIES: usize = 8;
 
-/// Maximum number of entries of the transitions about which levels are searched.
+/// Maximum number of entries of the transitions about which levels are searched. They stay in
+/// memory.
 const MAX_TRANSITION_NUMBERS: usize = 6_000_000;
 
 /// Reason why a descent ended.
@@ -134,6 +135,7 @@ pub(super) fn descend(
     let rows = problem.model.rows();
     let dynamics = Dynamics::new(problem.model, &unknowns.theta(&z));
     let samples = MAX_TRANSITION_NUMBERS / (6 * rows * rows);
+    let searched = Searched::new(measurements, samples);
     let keep = Keep {
         linearization: true,
         ..Keep::default()
@@ -143,11 +145,25 @@ pub(super) fn descend(
     let mut moved = vec![0.0; z.len()];
     for runs in 1..=MAX_FILTER_RUNS {
         progress.tell(phase, runs as u64, Some(MAX_FILTER_RUNS as u64))?;
-        let ran = run(measurements, &dynamics, unknowns, &z, &levels, keep);
-        let Some(mut ran) = ran else {
+        let noise = NoiseSource::new(problem, (&z, &levels));
+        let ran = run(
+            measurements,
+            &dynamics,
+            unknowns,
+            (&z, &levels),
+            keep,
+            |index, stretch| {
+                let bias = noise.bias(index, stretch);
+                if !searched.contains(index) {
+                    stretch.drop_linearization();
+                }
+                bias
+            },
+        );
+        let Some((mut ran, biases)) = ran else {
             return Ok(None);
         };
-        let gradient = gradient(problem, &ran, (&z, &levels));
+        let gradient = gradient(problem, &ran, &z, &biases);
         let step = lower(problem, &dynamics, &ran, &gradient, &z, &mut damping);
         let short = match &step {
             None => true,
@@ -179,7 +195,7 @@ pub(super) fn descend(
         if runs > LAST_LEVEL_SEARCH {
             search.settled = true;
         } else {
-            levels = search.levels(problem, &ran, samples, &levels);
+            levels = search.levels(problem, &ran, &searched, &levels);
         }
     }
     Ok(None)
@@ -220,10 +236,10 @@ impl LevelSearch {
         &mut self,
         problem: &Problem<'_>,
         run: &FilterRun,
-        samples: usize,
+        searched: &Searched,
         levels: &Levels,
     ) -> Levels {
-        let likelihood = LevelLikelihood::new(problem.measurements, run, samples);
+        let likelihood = LevelLikelihood::new(problem.measurements, run, searched);
         let (levels, gain) = search_levels(&likelihood, problem.levels, levels);
         self.settled = gain < SETTLED_GAIN;
         let mut rows = 0..problem.model.rows();
@@ -253,8 +269,13 @@ impl LevelSearch {
 }
 
 /// Returns cost and normal equations at the unknowns of a run.
-fn gradient(problem: &Problem<'_>, run: &FilterRun, (z, levels): (&[f64], &Levels)) -> Gradient {
-    let mut by_noise = whole_noise_bias(problem, run, (z, levels));
+///
+/// - `biases`: by noise of the logged torque, of each segment.
+fn gradient(problem: &Problem<'_>, run: &FilterRun, z: &[f64], biases: &[NoiseBias]) -> Gradient {
+    let mut by_noise = NoiseBias::zero(problem.unknowns.values());
+    for own in biases {
+        by_noise.add(own);
+    }
     let mut normal = run.sums.normal.clone();
     let cost = run.sums.cost + add_prior(problem.unknowns, z, &mut normal);
     let limit = by_noise.limit(&normal);

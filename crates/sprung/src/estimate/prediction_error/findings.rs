@@ -102,11 +102,11 @@ pub(super) fn about(reading: &Reading, period: f64, refined: &Refined) -> Vec<Fi
             Severity::Info,
             "refined-on-part",
             format!(
-                "the refinement used the first {:.1} s ({} samples) of the logs; more samples \
-                 would take long and add little information",
+                "the refinement used {:.1} s ({} samples) in pieces that are spread evenly over the \
+                 logs; more samples need more memory and time",
                 refined.duration, refined.samples
             ),
-            "put the most exciting part first, or cut the log",
+            "set identify.refinement_memory_mib higher, or cut the logs to their exciting parts",
         ));
     }
     findings.extend(late(reading.channels(), period, refined));

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use super::channel_updates::channel_updates;
 use super::descent::Descent;
 use super::dynamics::Dynamics;
-use super::filter::{FilterRun, Keep, Sums, run};
+use super::filter::{Keep, StretchRun, Sums, run};
 use super::levels::Levels;
-use super::noisy_torque::{NoiseBias, noise_bias};
+use super::noisy_torque::{NoiseBias, NoiseSource};
 use super::parts::{
     Alone, alone, between, blocks, deviation, values_alone, widened, without_blocks,
 };
@@ -151,21 +151,34 @@ pub(super) fn last_run(
         part: Some(part),
         parts_of_block: PARTS_OF_POINT,
     };
-    let run = run(measurements, &dynamics, unknowns, z, levels, keep)?;
+    let starts = measurements.starts();
+    let noise = NoiseSource::new(problem, (z, levels));
+    let (run, biases) = run(
+        measurements,
+        &dynamics,
+        unknowns,
+        (z, levels),
+        keep,
+        |index, stretch| {
+            let before = (starts[index].0, measurements.segments[index].burn_in);
+            let own = BiasOfParts::new(problem, &noise, (index, stretch), before, part);
+            *stretch = StretchRun::default();
+            own
+        },
+    )?;
     let none = NoiseBias::zero(unknowns.values());
     let mut of_points = vec![none.clone(); run.sums.growing.len() + 1];
     let mut of_parts = vec![vec![0.0; unknowns.values()]; run.sums.gradients.len() + 1];
     let mut of_logs = vec![none.clone(); run.sums.logs.len()];
-    for (segment, own) in bias_of_parts(problem, &run, (z, levels), part)
-        .into_iter()
-        .enumerate()
-    {
-        for (at, own) in own {
-            of_points[at / PARTS_OF_POINT].add(&own);
-            add(&mut of_parts[at], 1.0, &own.gradient);
-            if let Some(log) = of_logs.get_mut(measurements.segments[segment].log) {
-                log.add(&own);
+    for (segment, own) in measurements.segments.iter().zip(&biases) {
+        for (at, own) in &own.points {
+            of_points[*at].add(own);
+            if let Some(log) = of_logs.get_mut(segment.log) {
+                log.add(own);
             }
+        }
+        for (at, own) in &own.gradients {
+            add(&mut of_parts[*at], 1.0, own);
         }
     }
     let mut sums = run.sums;
@@ -194,32 +207,41 @@ pub(super) fn last_run(
     Some((sums, whole))
 }
 
-/// Returns the bias by noise of the logged torque in each part of the samples, one list per segment:
-/// index of the part and its bias. Samples that do not count belong to the first part of their
-/// segment.
-fn bias_of_parts(
-    problem: &Problem<'_>,
-    run: &FilterRun,
-    at: (&[f64], &Levels),
-    part: usize,
-) -> Vec<BTreeMap<usize, NoiseBias>> {
-    let measurements = problem.measurements;
-    let starts = measurements.starts();
-    noise_bias(
-        problem,
-        run,
-        at,
-        |segment| (segment, BTreeMap::new()),
-        |(segment, sums): &mut (usize, BTreeMap<usize, NoiseBias>), sample, own| {
-            let burn_in = measurements.segments[*segment].burn_in;
-            let at = (starts[*segment].0 + sample.saturating_sub(burn_in)) / part;
-            let zero = || NoiseBias::zero(problem.unknowns.values());
-            sums.entry(at).or_insert_with(zero).add(own);
-        },
-    )
-    .into_iter()
-    .map(|(_, sums)| sums)
-    .collect()
+/// Bias by noise of the logged torque in the parts of a segment.
+struct BiasOfParts {
+    /// By the index of the point of the trace.
+    points: BTreeMap<usize, NoiseBias>,
+    /// Gradients by the index of the part.
+    gradients: BTreeMap<usize, Vec<f64>>,
+}
+
+impl BiasOfParts {
+    /// Samples that do not count belong to the first part of their segment.
+    ///
+    /// - `before`, `burn_in`: number of samples that count before the segment, and of those at its
+    ///   beginning that do not count; `part`: samples of a part.
+    fn new(
+        problem: &Problem<'_>,
+        noise: &NoiseSource<'_>,
+        (segment, run): (usize, &StretchRun),
+        (before, burn_in): (usize, usize),
+        part: usize,
+    ) -> Self {
+        let values = problem.unknowns.values();
+        let mut all = Self {
+            points: BTreeMap::new(),
+            gradients: BTreeMap::new(),
+        };
+        noise.visit(segment, run, |sample, own| {
+            let at = (before + sample.saturating_sub(burn_in)) / part;
+            let gradient = all.gradients.entry(at).or_insert_with(|| vec![0.0; values]);
+            add(gradient, 1.0, &own.gradient);
+            let point =
+                (all.points.entry(at / PARTS_OF_POINT)).or_insert_with(|| NoiseBias::zero(values));
+            point.add(own);
+        });
+        all
+    }
 }
 
 /// Returns the covariance of the estimates by the information, `M⁻¹ (M + A_n) M⁻¹`: the score varies

@@ -9,10 +9,8 @@ use crate::fit::{HoldOut, Missed, over_reference};
 use crate::model::{Model, Theta};
 use crate::regression::System;
 
-/// Number of parts of the regression that the blocks consist of, and maximum number of parts of all
-/// samples.
-const PARTS_OF_BLOCKS: f64 = 64.0;
-const MAX_PARTS: f64 = 512.0;
+/// Number of parts of the regression that the blocks consist of.
+const PARTS: usize = 64;
 
 /// Residuals of two estimates in the filtered torque of blocks that they had not used: root mean
 /// squares over the torque rows, relative to the joints' torques.
@@ -33,7 +31,7 @@ impl HeldOut {
 /// The blocks of a log in the filtered regression.
 pub(super) struct Blocks<'a> {
     parts: HoldOut<'a>,
-    /// Block of each part; `None` for a part that the refinement did not use.
+    /// Block of each part; `None` behind the last block.
     block_of: Vec<Option<usize>>,
     /// Residual of least squares.
     linear: f64,
@@ -44,14 +42,11 @@ impl<'a> Blocks<'a> {
     ///
     /// Returns `None` if least squares has no solution without one of the blocks.
     pub(super) fn new(model: &'a Model, system: &System, refined: &Refined) -> Option<Self> {
-        // The refinement may use only the beginning of the logs. Both estimates here use the same
-        // samples.
-        let used = (refined.samples as f64 / system.samples().max(1) as f64).min(1.0);
-        let count = (PARTS_OF_BLOCKS / used).min(MAX_PARTS);
-        let parts = HoldOut::new(model, system, count.ceil() as usize);
+        // The samples of a refinement are spread evenly over the logs.
+        let parts = HoldOut::new(model, system, PARTS);
         let block_of = (0..parts.len())
             .map(|part| {
-                let middle = (part as f64 + 0.5) / parts.len() as f64 / used;
+                let middle = (part as f64 + 0.5) / parts.len() as f64;
                 refined.without.iter().position(|(end, _)| middle < *end)
             })
             .collect();

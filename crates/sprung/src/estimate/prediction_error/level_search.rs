@@ -15,9 +15,11 @@ const MAX_LOG_CHANGE: f64 = 1.5;
 /// Limit of the factor that scales the information, and of its inverse.
 const MAX_CORRECTION: f64 = 30.0;
 
-/// The search ends if a step predicts a smaller gain of the log-likelihood. The estimate does not
-/// depend on such a gain.
+/// The search ends if a step predicts a smaller gain of the log-likelihood, absolute or relative to
+/// the gain of the search so far. The estimate does not depend on such a gain, and the next run of
+/// the filter begins a new search.
 const MIN_PREDICTED_GAIN: f64 = 0.1;
+const MIN_RELATIVE_GAIN: f64 = 0.02;
 
 /// Factor that shortens a step while it does not raise the likelihood, and fraction of the step
 /// below which the search ends.
@@ -58,7 +60,8 @@ pub(super) fn search_levels(
         let Some((step, predicted)) = scoring_step(unknown, &logs, &score) else {
             break;
         };
-        if predicted < MIN_PREDICTED_GAIN {
+        let least = MIN_RELATIVE_GAIN * (first - score.loss);
+        if predicted < MIN_PREDICTED_GAIN.max(least) {
             break;
         }
         let mut part = 1.0;

@@ -1,5 +1,6 @@
 //! Delays and Stribeck velocities to be estimated, by likelihood from several starts.
 
+use super::measurements::max_samples;
 use super::refine::{Refinery, Start};
 use super::refined::Refined;
 use super::rung::Rung;
@@ -202,8 +203,8 @@ impl Search<'_, '_, '_> {
             torque_noise: TorqueNoise::of(reading.channels()),
             delays: self.estimated.to_vec(),
         };
-        let phase = Phase::FindingDelays;
-        let refinery = Refinery::new(&reading, self.sources, self.excerpt, &start, phase)?;
+        let extent = (Phase::FindingDelays, max_samples(reading.model().rows()));
+        let refinery = Refinery::new(&reading, self.sources, self.excerpt, &start, extent)?;
         let Some(refinery) = refinery else {
             return Ok(None);
         };

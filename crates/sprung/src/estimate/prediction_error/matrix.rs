@@ -1,5 +1,5 @@
 //! Products of small dense matrices, row by row, with the widest vectors of the processor. Each entry
-//! is summed in the order of its factors, so the result has the same bits on every processor.
+//! is summed in the order of its factors, so the result does not depend on the shape of the tiles.
 
 use pulp::{Arch, Simd, WithSimd};
 
@@ -11,15 +11,88 @@ const SHORT: usize = 2;
 ///
 /// - `a`: \[m × k\]; `b`: \[k × columns\], further rows are ignored; `out`: \[m × columns\].
 pub(super) fn multiply(a: &[f64], b: &[f64], columns: usize, out: &mut [f64]) {
-    Arch::new().dispatch(Product { a, b, columns, out });
+    let rows = out.len() / columns.max(1);
+    let factors = Factors {
+        a,
+        b,
+        inner: a.len() / rows.max(1),
+        between_rows: a.len() / rows.max(1),
+        between_terms: 1,
+    };
+    Arch::new().dispatch(Product {
+        factors,
+        columns,
+        out,
+        kind: Kind::Write,
+    });
+}
+
+/// Adds the product of a transpose and a matrix: `out ← out + aᵀ b`.
+///
+/// - `a`: \[k × m\]; `b`: \[k × columns\]; `out`: \[m × columns\].
+pub(super) fn add_product(a: &[f64], b: &[f64], columns: usize, out: &mut [f64]) {
+    let rows = out.len() / columns.max(1);
+    let factors = Factors::transposed(a, b, rows);
+    Arch::new().dispatch(Product {
+        factors,
+        columns,
+        out,
+        kind: Kind::Add,
+    });
+}
+
+/// Adds the squares of some rows to the lower triangle of a symmetric matrix: `out ← out + aᵀ a`.
+/// Entries above the diagonal become meaningless.
+///
+/// - `a`: \[k × columns\]; `out`: \[columns × columns\].
+pub(super) fn add_squares(a: &[f64], columns: usize, out: &mut [f64]) {
+    Arch::new().dispatch(Product {
+        factors: Factors::transposed(a, a, columns),
+        columns,
+        out,
+        kind: Kind::AddLower,
+    });
+}
+
+/// The factors of a product. The entry of the first factor for row i and term k is
+/// `a[i · between_rows + k · between_terms]`.
+#[derive(Clone, Copy)]
+struct Factors<'a> {
+    a: &'a [f64],
+    b: &'a [f64],
+    /// Number of terms of each sum.
+    inner: usize,
+    between_rows: usize,
+    between_terms: usize,
+}
+
+impl<'a> Factors<'a> {
+    fn transposed(a: &'a [f64], b: &'a [f64], rows: usize) -> Self {
+        Self {
+            a,
+            b,
+            inner: a.len() / rows.max(1),
+            between_rows: 1,
+            between_terms: rows,
+        }
+    }
+}
+
+/// Which entries a product changes.
+#[derive(Clone, Copy, PartialEq)]
+enum Kind {
+    Write,
+    Add,
+    /// Adds to the lower triangle.
+    AddLower,
 }
 
 /// A product.
 struct Product<'a> {
-    a: &'a [f64],
-    b: &'a [f64],
+    factors: Factors<'a>,
     columns: usize,
     out: &'a mut [f64],
+    kind: Kind,
 }
 
 impl WithSimd for Product<'_> {
@@ -27,60 +100,67 @@ impl WithSimd for Product<'_> {
 
     #[expect(clippy::inline_always, reason = "only inlined code uses wide vectors")]
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let (columns, out) = (self.columns, self.out);
-        let rows = out.len() / columns.max(1);
-        let inner = self.a.len() / rows.max(1);
-        let shape = (inner, columns);
-        let (mut a, mut out) = (self.a, out);
-        let mut left = rows;
-        while left >= TALL {
-            (a, out) = rows_of_product::<S, TALL>(simd, a, self.b, shape, out);
-            left -= TALL;
+    fn with_simd<S: Simd>(mut self, simd: S) {
+        let rows = self.out.len() / self.columns.max(1);
+        let mut row = 0;
+        while row + TALL <= rows {
+            self.tile::<S, TALL>(simd, row);
+            row += TALL;
         }
-        while left >= SHORT {
-            (a, out) = rows_of_product::<S, SHORT>(simd, a, self.b, shape, out);
-            left -= SHORT;
+        while row + SHORT <= rows {
+            self.tile::<S, SHORT>(simd, row);
+            row += SHORT;
         }
-        if left > 0 {
-            rows_of_product::<S, 1>(simd, a, self.b, shape, out);
+        if row < rows {
+            self.tile::<S, 1>(simd, row);
         }
     }
 }
 
-/// Writes the first R rows of a product. Returns the further rows of the factor and of the product.
+impl Product<'_> {
+    /// Computes R rows.
+    #[expect(clippy::inline_always, reason = "only inlined code uses wide vectors")]
+    #[inline(always)]
+    fn tile<S: Simd, const R: usize>(&mut self, simd: S, row: usize) {
+        let (columns, factors) = (self.columns, self.factors);
+        let out = &mut self.out[row * columns..(row + R) * columns];
+        let a = &factors.a[row * factors.between_rows..];
+        let end = match self.kind {
+            Kind::Write | Kind::Add => columns,
+            Kind::AddLower => row + R,
+        };
+        let mut from = 0;
+        while from < end {
+            let to = (from + S::F64_LANES).min(columns);
+            let mut sums = [simd.splat_f64s(0.0); R];
+            if self.kind != Kind::Write {
+                for r in 0..R {
+                    sums[r] = load(simd, &out[r * columns + from..r * columns + to]);
+                }
+            }
+            for k in 0..factors.inner {
+                let b = load(simd, &factors.b[k * columns + from..k * columns + to]);
+                for r in 0..R {
+                    let factor = a[r * factors.between_rows + k * factors.between_terms];
+                    sums[r] = simd.mul_add_e_f64s(simd.splat_f64s(factor), b, sums[r]);
+                }
+            }
+            for r in 0..R {
+                simd.partial_store_f64s(&mut out[r * columns + from..r * columns + to], sums[r]);
+            }
+            from = to;
+        }
+    }
+}
+
+/// Loads at most as many numbers as a vector has.
 #[expect(clippy::inline_always, reason = "only inlined code uses wide vectors")]
 #[inline(always)]
-fn rows_of_product<'a, S: Simd, const R: usize>(
-    simd: S,
-    a: &'a [f64],
-    b: &[f64],
-    (inner, columns): (usize, usize),
-    out: &'a mut [f64],
-) -> (&'a [f64], &'a mut [f64]) {
-    let (own, further) = a.split_at(R * inner);
-    let (out, below) = out.split_at_mut(R * columns);
-    let mut from = 0;
-    while from < columns {
-        let to = (from + S::F64_LANES).min(columns);
-        let mut sums = [simd.splat_f64s(0.0); R];
-        for k in 0..inner {
-            let row = &b[k * columns + from..k * columns + to];
-            let row = match S::as_simd_f64s(row).0 {
-                [whole] => *whole,
-                _ => simd.partial_load_f64s(row),
-            };
-            for r in 0..R {
-                let factor = simd.splat_f64s(own[r * inner + k]);
-                sums[r] = simd.add_f64s(sums[r], simd.mul_f64s(factor, row));
-            }
-        }
-        for r in 0..R {
-            simd.partial_store_f64s(&mut out[r * columns + from..r * columns + to], sums[r]);
-        }
-        from = to;
+fn load<S: Simd>(simd: S, row: &[f64]) -> S::f64s {
+    match S::as_simd_f64s(row).0 {
+        [whole] => *whole,
+        _ => simd.partial_load_f64s(row),
     }
-    (further, below)
 }
 
 /// Writes the transpose of a matrix.
@@ -141,6 +221,14 @@ mod tests {
         (0..count).map(|i| (1.3 * i as f64).sin()).collect()
     }
 
+    fn near(found: f64, products: impl Iterator<Item = f64>) {
+        let expected: f64 = products.sum();
+        assert!(
+            (found - expected).abs() < 1e-13,
+            "{found} against {expected}"
+        );
+    }
+
     #[test]
     fn products_of_all_shapes_are_sums_of_products() {
         for (rows, inner, columns) in [(1, 1, 1), (4, 3, 8), (14, 21, 21), (6, 0, 5), (7, 14, 13)] {
@@ -151,10 +239,35 @@ mod tests {
             transpose(&out, columns, &mut turned);
             for i in 0..rows {
                 for j in 0..columns {
-                    let products = (0..inner).map(|k| a[i * inner + k] * b[k * columns + j]);
-                    let expected = products.fold(0.0, |sum: f64, x| sum + x);
-                    assert_eq!(out[i * columns + j].to_bits(), expected.to_bits());
-                    assert_eq!(turned[j * rows + i].to_bits(), expected.to_bits());
+                    let found = out[i * columns + j];
+                    near(
+                        found,
+                        (0..inner).map(|k| a[i * inner + k] * b[k * columns + j]),
+                    );
+                    assert_eq!(turned[j * rows + i].to_bits(), found.to_bits());
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn products_of_transposes_are_added() {
+        for (inner, rows, columns) in [(1, 1, 1), (3, 21, 40), (5, 7, 7), (33, 13, 13)] {
+            let (a, b) = (numbers(inner * rows), numbers(inner * columns));
+            let before = numbers(rows * columns);
+            let mut out = before.clone();
+            add_product(&a, &b, columns, &mut out);
+            let mut squares = numbers(rows * rows);
+            add_squares(&a, rows, &mut squares);
+            for i in 0..rows {
+                for j in 0..columns {
+                    let own = (0..inner).map(|k| a[k * rows + i] * b[k * columns + j]);
+                    near(out[i * columns + j], own.chain([before[i * columns + j]]));
+                }
+                for j in 0..=i {
+                    let own = (0..inner).map(|k| a[k * rows + i] * a[k * rows + j]);
+                    let first = numbers(rows * rows)[i * rows + j];
+                    near(squares[i * rows + j], own.chain([first]));
                 }
             }
         }

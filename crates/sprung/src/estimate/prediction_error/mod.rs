@@ -8,6 +8,7 @@ mod covariance;
 mod descent;
 mod describe;
 mod dynamics;
+mod expected_time;
 mod filter;
 mod findings;
 mod finish;
@@ -56,6 +57,7 @@ use findings::{about, laws_by_likelihood};
 use guard::Guard;
 use ladder::{Tried, choose, climb, nearest};
 pub(super) use likely::likely;
+use measurements::samples_in;
 use missing_laws::MissingLaw;
 use refine::{Refinery, Start};
 use refined::Refined;
@@ -100,8 +102,10 @@ pub(super) fn prediction_error(
     let wrong = wrong_log(before.about_logs);
     let (mut tried, mut missing) = (Vec::new(), Vec::new());
     if wrong.is_none() {
-        let phase = Phase::Refining;
-        if let Some(refinery) = Refinery::new(reading, sources, excerpt, &start, phase)? {
+        let memory = reading.settings().refinement_memory_mib;
+        let limit = samples_in(memory, model, reading.channels());
+        let extent = (Phase::Refining, limit);
+        if let Some(refinery) = Refinery::new(reading, sources, excerpt, &start, extent)? {
             // A search from nominal values passes through worse ones.
             let guard = match before.nominal {
                 Some(_) => None,

@@ -15,10 +15,8 @@
 //! The attenuation by errors in variables and its correction; Fuller, Measurement Error Models,
 //! sections 1.1 and 3.1.
 
-use rayon::prelude::*;
-
 use super::dynamics::{Dynamics, Pulse};
-use super::filter::{FilterRun, NormalEquations};
+use super::filter::{NormalEquations, StretchRun};
 use super::levels::Levels;
 use super::likelihood::information_ahead;
 use super::problem::Problem;
@@ -95,140 +93,122 @@ impl NoiseBias {
     }
 }
 
-/// Sums the bias that the samples add, one sum per segment. The information of most samples is empty,
-/// because every fourth one counts for four.
-///
-/// ```text
-/// g_n = −Σ_k Σ_p σ_p² F_τpᵀ N_k F_τ T_p        A_n = Σ_k Σ_p σ_p² T_pᵀ F_τᵀ N_k F_τ T_p
-/// ```
-///
-/// Here `T_p` is the change of the parameters' torques by a torque on row p that acts for a period,
-/// \[rows × values\], `F_τ` the transition by the torques, and `N_k` the information of the later
-/// measurements about the state.
-///
-/// - `run`: a run with the linearization, at `z` and `levels`.
-/// - `empty`: the sum of a segment without samples; `add`: adds a sample to it.
-pub(super) fn noise_bias<T: Send>(
-    problem: &Problem<'_>,
-    run: &FilterRun,
-    (z, levels): (&[f64], &Levels),
-    empty: impl Fn(usize) -> T + Sync,
-    add: impl Fn(&mut T, usize, &NoiseBias) + Sync,
-) -> Vec<T> {
-    let theta = problem.unknowns.theta(z);
-    let mut dynamics = Dynamics::new(problem.model, &theta);
-    dynamics.set(&theta, problem.unknowns.stribeck_velocities(z));
-    (0..problem.measurements.segments.len())
-        .into_par_iter()
-        .with_max_len(1)
-        .map(|segment| {
-            let mut sum = empty(segment);
-            let mut dynamics = dynamics.clone();
-            visit_noise_bias(
-                problem,
-                &mut dynamics,
-                (run, segment),
-                levels,
-                |sample, own| {
-                    add(&mut sum, sample, own);
-                },
-            );
-            sum
-        })
-        .collect()
+/// Computes the bias of the normal equations at some unknowns and levels.
+pub(super) struct NoiseSource<'a> {
+    problem: &'a Problem<'a>,
+    levels: &'a Levels,
+    /// With the parameters of the unknowns.
+    dynamics: Dynamics,
 }
 
-/// Returns the bias of all samples.
-pub(super) fn whole_noise_bias(
-    problem: &Problem<'_>,
-    run: &FilterRun,
-    at: (&[f64], &Levels),
-) -> NoiseBias {
-    let zero = || NoiseBias::zero(problem.unknowns.values());
-    let mut whole = zero();
-    for own in noise_bias(problem, run, at, |_| zero(), |sum, _, own| sum.add(own)) {
-        whole.add(&own);
+impl<'a> NoiseSource<'a> {
+    pub(super) fn new(problem: &'a Problem<'a>, (z, levels): (&[f64], &'a Levels)) -> Self {
+        let theta = problem.unknowns.theta(z);
+        let mut dynamics = Dynamics::new(problem.model, &theta);
+        dynamics.set(&theta, problem.unknowns.stribeck_velocities(z));
+        Self {
+            problem,
+            levels,
+            dynamics,
+        }
     }
-    whole
-}
 
-/// Visits the bias that each sample of a segment adds, the last sample first.
-fn visit_noise_bias(
-    problem: &Problem<'_>,
-    dynamics: &mut Dynamics,
-    (run, segment): (&FilterRun, usize),
-    levels: &Levels,
-    mut visit: impl FnMut(usize, &NoiseBias),
-) {
-    let rows = dynamics.rows();
-    let (moving, states) = (2 * rows, 3 * rows);
-    let logged_noise = problem.logged_noise(levels);
-    let noisy: Vec<usize> = (0..rows).filter(|&row| logged_noise[row] > 0.0).collect();
-    let values = problem.unknowns.values();
-    let places = problem.unknowns.places(0);
-    if noisy.is_empty() {
-        return;
+    /// Returns the bias by all samples of a segment.
+    ///
+    /// - `run`: of the segment, with the linearization, at the unknowns and levels.
+    pub(super) fn bias(&self, segment: usize, run: &StretchRun) -> NoiseBias {
+        let mut sum = NoiseBias::zero(self.problem.unknowns.values());
+        self.visit(segment, run, |_, own| sum.add(own));
+        sum
     }
-    let stretch = &run.stretches[segment];
-    let linearization = &stretch.linearization;
-    let measurements = problem.measurements;
-    let period = measurements.segments[segment].period;
-    // F_τᵀ N_k F_τ, \[rows × rows\].
-    let mut about_torques = vec![0.0; rows * rows];
-    let mut weighted = vec![0.0; moving];
-    let mut changes: Vec<(usize, usize, usize, f64)> = Vec::new();
-    let mut bias = NoiseBias::zero(values);
-    let (segment, sensors) = (&measurements.segments[segment], &measurements.sensors);
-    information_ahead(sensors, segment, stretch, levels, |sample, information| {
-        let transition = &linearization.transitions[sample * moving * states..][..moving * states];
-        let by_torque = |row: usize| transition[moving + row..].iter().step_by(states);
-        for row in 0..rows {
-            let own = information.chunks(states).take(moving);
-            for (weighted, own) in weighted.iter_mut().zip(own) {
-                *weighted = own.iter().zip(by_torque(row)).map(|(n, b)| n * b).sum();
-            }
-            for (other, entry) in about_torques[row * rows..][..rows].iter_mut().enumerate() {
-                *entry = weighted
-                    .iter()
-                    .zip(by_torque(other))
-                    .map(|(n, b)| n * b)
-                    .sum();
-            }
+
+    /// Visits the bias that each sample of a segment adds, the last sample first. The information of
+    /// most samples is empty, because every fourth one counts for four.
+    ///
+    /// ```text
+    /// g_n = −Σ_k Σ_p σ_p² F_τpᵀ N_k F_τ T_p        A_n = Σ_k Σ_p σ_p² T_pᵀ F_τᵀ N_k F_τ T_p
+    /// ```
+    ///
+    /// Here `T_p` is the change of the parameters' torques by a torque on row p that acts for a
+    /// period, \[rows × values\], `F_τ` the transition by the torques, and `N_k` the information of
+    /// the later measurements about the state.
+    pub(super) fn visit(
+        &self,
+        segment: usize,
+        run: &StretchRun,
+        mut visit: impl FnMut(usize, &NoiseBias),
+    ) {
+        let (problem, mut dynamics) = (self.problem, self.dynamics.clone());
+        let rows = dynamics.rows();
+        let (moving, states) = (2 * rows, 3 * rows);
+        let logged_noise = problem.logged_noise(self.levels);
+        let noisy: Vec<usize> = (0..rows).filter(|&row| logged_noise[row] > 0.0).collect();
+        let values = problem.unknowns.values();
+        let places = problem.unknowns.places(0);
+        if noisy.is_empty() {
+            return;
         }
-        let pulse = Pulse {
-            state: &linearization.middles[sample * moving..(sample + 1) * moving],
-            transition,
-            period,
-        };
-        changes.clear();
-        dynamics.visit_pulse_torques(pulse, &noisy, |pushed, row, column, torque| {
-            if let Some(place) = places[column] {
-                changes.push((pushed, row, place, torque));
+        let linearization = &run.linearization;
+        let measurements = problem.measurements;
+        let period = measurements.segments[segment].period;
+        // F_τᵀ N_k F_τ, \[rows × rows\].
+        let mut about_torques = vec![0.0; rows * rows];
+        let mut weighted = vec![0.0; moving];
+        let mut changes: Vec<(usize, usize, usize, f64)> = Vec::new();
+        let mut bias = NoiseBias::zero(values);
+        let (segment, sensors) = (&measurements.segments[segment], &measurements.sensors);
+        information_ahead(sensors, segment, run, self.levels, |sample, information| {
+            let transition =
+                &linearization.transitions[sample * moving * states..][..moving * states];
+            let by_torque = |row: usize| transition[moving + row..].iter().step_by(states);
+            for row in 0..rows {
+                let own = information.chunks(states).take(moving);
+                for (weighted, own) in weighted.iter_mut().zip(own) {
+                    *weighted = own.iter().zip(by_torque(row)).map(|(n, b)| n * b).sum();
+                }
+                for (other, entry) in about_torques[row * rows..][..rows].iter_mut().enumerate() {
+                    *entry = weighted
+                        .iter()
+                        .zip(by_torque(other))
+                        .map(|(n, b)| n * b)
+                        .sum();
+                }
             }
-        });
-        bias.gradient.fill(0.0);
-        bias.information.clear();
-        for &(pushed, row, place, torque) in &changes {
-            let variance = logged_noise[pushed].powi(2);
-            bias.gradient[place] -= variance * torque * about_torques[pushed * rows + row];
-        }
-        if sample.is_multiple_of(INFORMATION_STRIDE) {
-            bias.information.resize(values * values, 0.0);
-            for own in changes.chunk_by(|a, b| a.0 == b.0) {
-                let variance = logged_noise[own[0].0].powi(2) * INFORMATION_STRIDE as f64;
-                for &(_, row, place, torque) in own {
-                    let about = &about_torques[row * rows..][..rows];
-                    let entries = &mut bias.information[place * values..][..=place];
-                    for &(_, other, at, change) in own {
-                        if at <= place {
-                            entries[at] += variance * torque * change * about[other];
+            let pulse = Pulse {
+                state: &linearization.middles[sample * moving..(sample + 1) * moving],
+                transition,
+                period,
+            };
+            changes.clear();
+            dynamics.visit_pulse_torques(pulse, &noisy, |pushed, row, column, torque| {
+                if let Some(place) = places[column] {
+                    changes.push((pushed, row, place, torque));
+                }
+            });
+            bias.gradient.fill(0.0);
+            bias.information.clear();
+            for &(pushed, row, place, torque) in &changes {
+                let variance = logged_noise[pushed].powi(2);
+                bias.gradient[place] -= variance * torque * about_torques[pushed * rows + row];
+            }
+            if sample.is_multiple_of(INFORMATION_STRIDE) {
+                bias.information.resize(values * values, 0.0);
+                for own in changes.chunk_by(|a, b| a.0 == b.0) {
+                    let variance = logged_noise[own[0].0].powi(2) * INFORMATION_STRIDE as f64;
+                    for &(_, row, place, torque) in own {
+                        let about = &about_torques[row * rows..][..rows];
+                        let entries = &mut bias.information[place * values..][..=place];
+                        for &(_, other, at, change) in own {
+                            if at <= place {
+                                entries[at] += variance * torque * change * about[other];
+                            }
                         }
                     }
                 }
             }
-        }
-        visit(sample, &bias);
-    });
+            visit(sample, &bias);
+        });
+    }
 }
 
 #[cfg(test)]
@@ -281,7 +261,6 @@ mod tests {
             ..Keep::default()
         };
         let (measurements, levels) = (&case.measurements, &case.levels);
-        let ran = run(measurements, &dynamics, &unknowns, &z, levels, keep).unwrap();
         let problem = Problem {
             model: &case.model,
             measurements,
@@ -290,7 +269,18 @@ mod tests {
             noisy_rows: &[2, 3],
             guard: None,
         };
-        let bias = whole_noise_bias(&problem, &ran, (&z, levels));
+        let at = (z.as_slice(), levels);
+        let noise = NoiseSource::new(&problem, at);
+        let (ran, mut biases) = run(
+            measurements,
+            &dynamics,
+            &unknowns,
+            at,
+            keep,
+            |index, stretch| noise.bias(index, stretch),
+        )
+        .unwrap();
+        let bias = biases.remove(0);
         (ran.sums.normal, bias)
     }
 

@@ -10,10 +10,11 @@
 
 use super::channel_updates::ChannelUpdate;
 use super::descent::{Descent, descend};
+use super::expected_time::expected_seconds;
 use super::finish::finish;
 use super::guard::Guard;
 use super::levels::{Levels, UnknownLevels};
-use super::measurements::{Measurements, RawSegment, build, max_samples, read};
+use super::measurements::{Measurements, RawSegment, build, read};
 use super::problem::Problem;
 use super::refined::Refined;
 use super::residual_levels::ResidualLevel;
@@ -80,6 +81,8 @@ pub(super) struct End {
 impl<'a> Refinery<'a> {
     /// Reads the logs.
     ///
+    /// - `limit`: maximum number of samples.
+    ///
     /// Returns `None` if no robot has parameters near the start.
     ///
     /// # Errors
@@ -90,13 +93,13 @@ impl<'a> Refinery<'a> {
         sources: &mut [LogSource<'_>],
         excerpt: &'a Excerpt,
         start: &'a Start<'a>,
-        phase: Phase,
+        (phase, limit): (Phase, usize),
     ) -> Result<Option<Self>, PassError> {
         let (model, channels) = (reading.model(), reading.channels());
         let Ok((theta, _)) = feasible(model, start.theta) else {
             return Ok(None);
         };
-        let (raw, left_out) = read(channels, sources, max_samples(model.rows()))?;
+        let (raw, left_out) = read(channels, sources, limit)?;
         Ok(Some(Self {
             reading,
             excerpt,
@@ -162,6 +165,11 @@ impl<'a> Refinery<'a> {
                 // No lower rung follows the last one.
                 guard: self.guard.as_ref().filter(|_| rung != Rung::Flat),
             };
+            if round == 1 && before.is_none() {
+                if let Some(seconds) = expected_seconds(&problem, (&z, &levels)) {
+                    progress.tell_expected(self.phase, seconds)?;
+                }
+            }
             let every_sensor = &searches.every_sensor;
             let found =
                 descend_with_noise(problem, every_sensor, (z, levels), self.phase, progress)?;

@@ -4,7 +4,7 @@ use super::dynamics::{Dynamics, Steps, Tangent};
 use super::filter::{FilterRun, Keep, replay, run};
 use super::level_search::score;
 use super::levels::{Disturbances, Level, Levels, Unknown, UnknownLevels};
-use super::likelihood::LevelLikelihood;
+use super::likelihood::{LevelLikelihood, Searched};
 use super::measurements::{Measurement, Measurements, Noise, Segment, Sensor};
 use super::reversals::Reversals;
 use super::unknowns::Unknowns;
@@ -220,11 +220,11 @@ fn compare_gradient(case: &Case) {
         &case.measurements,
         &dynamics,
         &unknowns,
-        &z,
-        &case.levels,
+        (&z, &case.levels),
         Keep::default(),
+        |_, _| (),
     );
-    let run = run.unwrap();
+    let (run, _) = run.unwrap();
     let cost = |z: &[f64]| {
         let found = replay(&case.measurements, &dynamics, &unknowns, z, &run);
         found.unwrap().0
@@ -262,14 +262,15 @@ pub(super) fn search_of(case: &Case, disturbances: Disturbances) -> (FilterRun, 
         ..Keep::default()
     };
     let (measurements, levels) = (&case.measurements, &case.levels);
-    let run = run(measurements, &dynamics, &unknowns, &z, levels, keep);
+    let at = (z.as_slice(), levels);
+    let run = run(measurements, &dynamics, &unknowns, at, keep, |_, _| ());
     let unknown = Unknown {
         torques: vec![false, true, true, true],
         reversals: vec![true; 4],
         disturbances,
         sensors: vec![false, true, true, true],
     };
-    (run.unwrap(), UnknownLevels::new(measurements, &unknown))
+    (run.unwrap().0, UnknownLevels::new(measurements, &unknown))
 }
 
 /// Returns logarithms of levels that differ from those of the run by powers of a factor.
@@ -283,7 +284,8 @@ fn away(case: &Case, search: &UnknownLevels, factor: f64) -> Vec<f64> {
 fn levels_have_the_gradient_of_the_likelihood() {
     let case = Case::new();
     let (run, search) = search_of(&case, Disturbances::Free);
-    let likelihood = LevelLikelihood::new(&case.measurements, &run, 500);
+    let searched = Searched::new(&case.measurements, 500);
+    let likelihood = LevelLikelihood::new(&case.measurements, &run, &searched);
     for factor in [1.0, 1.3] {
         let logs = away(&case, &search, factor);
         let at = |i: usize, by: f64| {
@@ -315,6 +317,7 @@ fn information_is_what_the_found_part_of_the_gradient_changes_by() {
     // expected part.
     let case = Case::new();
     let (run, search) = search_of(&case, Disturbances::Free);
+    let searched = Searched::new(&case.measurements, 500);
     let twice = run.scaled(2.0);
     let logs = away(&case, &search, 1.1);
     let count = logs.len();
@@ -323,7 +326,7 @@ fn information_is_what_the_found_part_of_the_gradient_changes_by() {
         logs[j] += by;
         let levels = search.levels(&case.levels, &logs);
         let gradient = |run| {
-            let likelihood = LevelLikelihood::new(&case.measurements, run, 500);
+            let likelihood = LevelLikelihood::new(&case.measurements, run, &searched);
             likelihood.score(&search, &levels).unwrap().gradient
         };
         let (once, twice) = (gradient(&run), gradient(&twice));
@@ -331,7 +334,7 @@ fn information_is_what_the_found_part_of_the_gradient_changes_by() {
             .map(|(a, b)| (a - b) / 3.0)
             .collect()
     };
-    let likelihood = LevelLikelihood::new(&case.measurements, &run, 500);
+    let likelihood = LevelLikelihood::new(&case.measurements, &run, &searched);
     let score = likelihood.score(&search, &search.levels(&case.levels, &logs));
     let score = score.unwrap();
     let here = found(0, 0.0);

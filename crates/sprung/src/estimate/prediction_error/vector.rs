@@ -8,6 +8,13 @@ pub(super) fn add(sum: &mut [f64], factor: f64, row: &[f64]) {
     }
 }
 
+/// Adds a multiple of a row in single precision to a row.
+pub(super) fn add_single(sum: &mut [f64], factor: f64, row: &[f32]) {
+    for (sum, x) in sum.iter_mut().zip(row) {
+        *sum += factor * f64::from(*x);
+    }
+}
+
 /// Multiplies a row by a factor.
 pub(super) fn scale(row: &mut [f64], factor: f64) {
     for x in row {

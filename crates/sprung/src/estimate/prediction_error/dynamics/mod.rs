@@ -10,6 +10,7 @@ mod tangent;
 mod torque_pulse;
 
 pub(super) use motion::Dynamics;
+#[cfg(test)]
 pub(super) use step_size::Steps;
 pub(super) use tangent::Tangent;
 pub(super) use torque_pulse::Pulse;

@@ -1,7 +1,7 @@
 //! Sums over the innovations: cost, likelihood, normal equations.
 
 use super::measure::Innovation;
-use crate::estimate::prediction_error::matrix::add_square;
+use crate::estimate::prediction_error::matrix::add_squares;
 use crate::estimate::prediction_error::vector::add;
 
 /// Limit of a whitened innovation in the cost, so that a single bad sample does not dominate.
@@ -53,17 +53,6 @@ impl NormalEquations {
             gradient: self.gradient[..count].to_vec(),
         }
     }
-
-    /// Adds an innovation with its derivatives.
-    fn add(&mut self, innovation: &Innovation<'_>) {
-        let weight = 1.0 / (innovation.deviation * innovation.deviation);
-        add(
-            &mut self.gradient,
-            weight * innovation.value,
-            innovation.gradient,
-        );
-        add_square(&mut self.information, weight, innovation.gradient);
-    }
 }
 
 /// Sums over the innovations of a run.
@@ -84,7 +73,12 @@ pub(in super::super) struct Sums {
     /// The normal equations of each log alone.
     pub(in super::super) logs: Vec<NormalEquations>,
     before_log: NormalEquations,
+    /// Whitened derivatives that the information does not contain yet, \[innovations × unknowns\].
+    pending: Vec<f64>,
 }
+
+/// Number of innovations whose derivatives are added to the information at once.
+const PENDING: usize = 32;
 
 impl Sums {
     pub(super) fn new(unknowns: usize) -> Self {
@@ -97,6 +91,7 @@ impl Sums {
             gradients: Vec::new(),
             logs: Vec::new(),
             before_log: NormalEquations::zero(unknowns),
+            pending: Vec::with_capacity(PENDING * unknowns),
         }
     }
 
@@ -111,13 +106,30 @@ impl Sums {
         self.cost += whitened * whitened;
         self.loss += 0.5 * whitened * whitened + innovation.deviation.ln();
         self.measurements += 1;
-        self.normal.add(innovation);
+        let weight = 1.0 / innovation.deviation;
+        add(
+            &mut self.normal.gradient,
+            weight * weight * innovation.value,
+            innovation.gradient,
+        );
+        (self.pending).extend(innovation.gradient.iter().map(|own| weight * own));
+        if self.pending.len() == PENDING * self.normal.count {
+            self.complete();
+        }
+    }
+
+    /// Adds the pending derivatives to the information.
+    pub(super) fn complete(&mut self) {
+        let normal = &mut self.normal;
+        add_squares(&self.pending, normal.count, &mut normal.information);
+        self.pending.clear();
     }
 
     /// Stores a copy of the sums up to now.
     ///
     /// - `time`: end of the samples, s.
     pub(super) fn keep(&mut self, time: f64) {
+        self.complete();
         self.growing.push((time, self.normal.clone()));
     }
 
@@ -126,7 +138,7 @@ impl Sums {
         self.gradients.push(self.normal.gradient.clone());
     }
 
-    /// Adds the sums of the next segment.
+    /// Adds the complete sums of the next segment.
     pub(super) fn append(&mut self, next: Self) {
         for (time, mut normal) in next.growing {
             normal.append(&self.normal);

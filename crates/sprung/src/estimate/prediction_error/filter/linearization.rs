@@ -33,7 +33,7 @@ impl FilterRun {
 }
 
 /// Results of a filter run over one segment.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(in super::super) struct StretchRun {
     pub(super) schedule: GainSchedule,
     pub(in super::super) trajectory: Trajectory,
@@ -41,18 +41,26 @@ pub(in super::super) struct StretchRun {
 }
 
 impl StretchRun {
+    /// Drops the linearization.
+    pub(in super::super) fn drop_linearization(&mut self) {
+        self.linearization = Linearization {
+            corner: self.linearization.corner,
+            ..Linearization::default()
+        };
+    }
+
     /// Returns gains and innovation of each measurement.
     ///
     /// - `states`: number of states, \[3 rows\].
     pub(in super::super) fn corrections(
         &self,
         states: usize,
-    ) -> impl Iterator<Item = (&[f64], f64)> {
+    ) -> impl Iterator<Item = (&[f32], f64)> {
         (self.schedule.gains.chunks(states)).zip(self.trajectory.innovations.iter().copied())
     }
 
     /// Returns K and 1/S of a measurement.
-    pub(in super::super) fn gain(&self, index: usize, states: usize) -> (&[f64], f64) {
+    pub(in super::super) fn gain(&self, index: usize, states: usize) -> (&[f32], f64) {
         let gains = &self.schedule.gains[index * states..(index + 1) * states];
         (gains, self.schedule.whitening[index].powi(2))
     }
@@ -61,8 +69,8 @@ impl StretchRun {
 /// Quantities that a replay holds.
 #[derive(Clone, Debug, Default)]
 pub(super) struct GainSchedule {
-    /// K of each measurement, \[measurements × 3 rows\].
-    pub(super) gains: Vec<f64>,
+    /// K of each measurement, \[measurements × 3 rows\], in single precision to save memory.
+    pub(super) gains: Vec<f32>,
     /// One over the square root of S of each measurement.
     pub(super) whitening: Vec<f64>,
     /// Steps of the integration in each period.

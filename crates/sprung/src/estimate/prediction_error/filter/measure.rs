@@ -2,7 +2,7 @@
 
 use super::state::Filter;
 use crate::estimate::prediction_error::covariance::measurement_update;
-use crate::estimate::prediction_error::matrix::add_outer;
+use crate::estimate::prediction_error::matrix::add_product;
 use crate::estimate::prediction_error::measurements::{Measurement, Sensor, observe};
 use crate::estimate::prediction_error::vector::add;
 
@@ -19,6 +19,15 @@ pub(super) struct Innovation<'f> {
     pub(super) gains: &'f [f64],
 }
 
+/// The measurements of a sample whose gains have not yet moved ∂x/∂z.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Taken {
+    /// K of each measurement, \[measurements × 3 rows\].
+    gains: Vec<f64>,
+    /// ∂e/∂z of each measurement, \[measurements × unknowns\].
+    gradients: Vec<f64>,
+}
+
 impl Filter<'_> {
     /// Updates the state by a measurement y of a sensor with the offset b.
     ///
@@ -28,7 +37,9 @@ impl Filter<'_> {
     /// ∂e/∂z = −H ∂x/∂z − ∂b/∂z − ∂(H x)/∂z         ∂x/∂z ← ∂x/∂z + K ∂e/∂z
     /// ```
     ///
-    /// H depends on z if z contains delays.
+    /// H depends on z if z contains delays. [`Filter::correct_derivatives`] updates ∂x/∂z by all
+    /// measurements of a sample. A replay holds the gains in single precision, so those of the
+    /// filter have single precision too.
     pub(super) fn measure(&mut self, sensor: &Sensor, measurement: &Measurement) -> Innovation<'_> {
         let rows = self.dynamics.rows();
         let observation = sensor.observation(measurement, rows);
@@ -40,37 +51,52 @@ impl Filter<'_> {
             self.levels.measurement_variance(measurement),
             &mut self.cross_covariance,
         );
-        for (gain, cross) in self.gains.iter_mut().zip(&self.cross_covariance) {
-            *gain = cross / variance;
-        }
         self.differentiate(sensor, measurement, observation);
-        add(&mut self.x, value, &self.gains);
+        let (states, count) = (3 * rows, self.unknowns.columns());
+        let (gains, gradients) = (&mut self.taken.gains, &self.taken.gradients);
+        let own = gains.len();
+        let single = |cross: &f64| f64::from((cross / variance) as f32);
+        gains.extend(self.cross_covariance.iter().map(single));
+        add(&mut self.x, value, &gains[own..]);
         Innovation {
             value,
             deviation: variance.sqrt(),
-            gradient: &self.innovation_gradient,
-            gains: &self.gains,
+            gradient: &gradients[gradients.len() - count..],
+            gains: &gains[gains.len() - states..],
         }
     }
 
-    /// Writes ∂e/∂z and updates ∂x/∂z.
+    /// Updates ∂x/∂z by the measurements since the last call.
+    pub(super) fn correct_derivatives(&mut self) {
+        let count = self.unknowns.columns();
+        let Taken { gains, gradients } = &mut self.taken;
+        add_product(gains, gradients, count, &mut self.tangent.sensitivity);
+        gains.clear();
+        gradients.clear();
+    }
+
+    /// Appends ∂e/∂z of a measurement. The measurements before it have moved ∂x/∂z by their gains.
     fn differentiate(
         &mut self,
         sensor: &Sensor,
         measurement: &Measurement,
-        observation: impl Iterator<Item = (usize, f64)>,
+        observation: impl Iterator<Item = (usize, f64)> + Clone,
     ) {
         let (rows, count) = (self.dynamics.rows(), self.unknowns.columns());
-        let gradient = &mut self.innovation_gradient;
-        gradient.fill(0.0);
-        for (state, weight) in observation {
+        let Taken { gains, gradients } = &mut self.taken;
+        let before = gradients.len();
+        gradients.resize(before + count, 0.0);
+        let (earlier, gradient) = gradients.split_at_mut(before);
+        for (state, weight) in observation.clone() {
             let own = &self.tangent.sensitivity[state * count..(state + 1) * count];
             add(gradient, -weight, own);
+        }
+        for (gains, earlier) in gains.chunks(3 * rows).zip(earlier.chunks(count.max(1))) {
+            add(gradient, -observe(gains, observation.clone()), earlier);
         }
         let velocity = &self.x[rows..2 * rows];
         let coordinates = &sensor.coordinates;
         (self.unknowns).innovation(gradient, measurement.sensor, coordinates, velocity);
-        add_outer(&mut self.tangent.sensitivity, 1.0, &self.gains, gradient);
     }
 }
 

@@ -29,41 +29,50 @@ pub(in super::super) struct Keep {
 ///
 /// - `dynamics`: of the model; its parameters are replaced.
 /// - `z`: values of the unknowns.
+/// - `each`: is called with the index and the run of each segment, from several threads. It may
+///   drop what is not needed later.
 ///
-/// Returns `None` if a number is not finite.
-pub(in super::super) fn run(
+/// Returns the run, and the results of `each` in the order of the segments; `None` if a number is
+/// not finite.
+pub(in super::super) fn run<T: Send>(
     measurements: &Measurements,
     dynamics: &Dynamics,
     unknowns: &Unknowns,
-    z: &[f64],
-    levels: &Levels,
+    (z, levels): (&[f64], &Levels),
     keep: Keep,
-) -> Option<FilterRun> {
+    each: impl Fn(usize, &mut StretchRun) -> T + Sync,
+) -> Option<(FilterRun, Vec<T>)> {
     let mut dynamics = dynamics.clone();
     dynamics.set(&unknowns.theta(z), unknowns.stribeck_velocities(z));
     let starts = measurements.starts();
-    let each: Option<Vec<(Sums, StretchRun)>> = (measurements.segments.par_iter().zip(&starts))
+    let found: Option<Vec<(Sums, StretchRun, T)>> = (measurements.segments.par_iter())
+        .zip(&starts)
+        .enumerate()
         .with_max_len(1)
-        .map(|(segment, start)| {
+        .map(|(index, (segment, start))| {
             let mut dynamics = dynamics.clone();
             let filter = Filter::new(&mut dynamics, unknowns, z, levels, &measurements.reversals);
-            run_segment(measurements, filter, segment, *start, keep)
+            let (sums, mut run) = run_segment(measurements, filter, segment, *start, keep)?;
+            let own = each(index, &mut run);
+            Some((sums, run, own))
         })
         .collect();
+    let mut results = Vec::with_capacity(measurements.segments.len());
     let mut run = FilterRun {
         sums: Sums::new(unknowns.columns()),
         stretches: Vec::new(),
     };
-    for (index, (sums, stretch)) in each?.into_iter().enumerate() {
+    for (index, (sums, stretch, own)) in found?.into_iter().enumerate() {
         run.sums.append(sums);
         run.stretches.push(stretch);
+        results.push(own);
         let next = measurements.segments.get(index + 1);
         let log = measurements.segments[index].log;
         if measurements.logs() > 1 && next.is_none_or(|next| next.log != log) {
             run.sums.end_log();
         }
     }
-    Some(run)
+    Some((run, results))
 }
 
 /// Runs the filter over one segment. Returns `None` if a number is not finite.
@@ -78,7 +87,8 @@ fn run_segment(
     keep: Keep,
 ) -> Option<(Sums, StretchRun)> {
     let mut sums = Sums::new(filter.unknowns.columns());
-    let mut run = StretchRun::new(filter.levels.corner);
+    let rows = filter.torque.len();
+    let mut run = StretchRun::with_room(segment, rows, filter.levels.corner, keep.linearization);
     filter.start(segment);
     for k in 0..segment.samples() {
         for measurement in segment.at(k) {
@@ -87,10 +97,12 @@ fn run_segment(
             if segment.counts(k) {
                 sums.accumulate(&innovation);
             }
-            run.schedule.gains.extend_from_slice(innovation.gains);
+            let single = innovation.gains.iter().map(|gain| *gain as f32);
+            run.schedule.gains.extend(single);
             run.schedule.whitening.push(1.0 / innovation.deviation);
             run.trajectory.innovations.push(innovation.value);
         }
+        filter.correct_derivatives();
         if !filter.is_finite() || !sums.loss.is_finite() {
             return None;
         }
@@ -113,20 +125,33 @@ fn run_segment(
             }
         }
     }
+    sums.complete();
     Some((sums, run))
 }
 
 impl StretchRun {
-    fn new(corner: f64) -> Self {
+    /// Returns an empty run of a segment.
+    ///
+    /// - `linearized`: whether it will contain the linearization.
+    fn with_room(segment: &Segment, rows: usize, corner: f64, linearized: bool) -> Self {
+        let (samples, count) = (segment.samples(), segment.measurements.len());
+        let kept = if linearized { samples } else { 0 };
         Self {
             schedule: GainSchedule {
+                gains: Vec::with_capacity(3 * rows * count),
+                whitening: Vec::with_capacity(count),
+                steps: Vec::with_capacity(samples),
                 corner,
-                ..GainSchedule::default()
             },
-            trajectory: Trajectory::default(),
+            trajectory: Trajectory {
+                innovations: Vec::with_capacity(count),
+                disturbances: Vec::with_capacity(kept * rows),
+            },
             linearization: Linearization {
                 corner,
-                ..Linearization::default()
+                transitions: Vec::with_capacity(6 * rows * rows * kept),
+                middles: Vec::with_capacity(2 * rows * kept),
+                reversals: Vec::with_capacity(rows * kept),
             },
         }
     }

@@ -1,5 +1,6 @@
 //! State and covariance of the filter.
 
+use super::measure::Taken;
 use crate::estimate::prediction_error::covariance::{Propagation, start_covariance};
 use crate::estimate::prediction_error::dynamics::{Dynamics, Tangent};
 use crate::estimate::prediction_error::levels::Levels;
@@ -18,11 +19,9 @@ pub(super) struct Filter<'a> {
     pub(super) x: Vec<f64>,
     /// P, \[3 rows × 3 rows\], symmetric.
     pub(super) covariance: Vec<f64>,
-    /// P Hᵀ and K of the last measurement, \[3 rows\].
+    /// P Hᵀ of the last measurement, \[3 rows\].
     pub(super) cross_covariance: Vec<f64>,
-    pub(super) gains: Vec<f64>,
-    /// ∂e/∂z of the last measurement, \[unknowns\].
-    pub(super) innovation_gradient: Vec<f64>,
+    pub(super) taken: Taken,
     pub(super) propagation: Propagation,
     /// How near each row's friction was to a reversal in the last period, \[rows\].
     pub(super) reversals: Vec<f64>,
@@ -30,7 +29,7 @@ pub(super) struct Filter<'a> {
     /// Velocities at the beginning of a period, \[rows\].
     pub(super) velocities: Vec<f64>,
     pub(super) torque: Vec<f64>,
-    /// ∂x/∂z with the gains held, and F of the last period.
+    /// ∂x/∂z with the gains held, without the effect of `taken`, and F of the last period.
     pub(super) tangent: Tangent,
 }
 
@@ -53,8 +52,7 @@ impl<'a> Filter<'a> {
             x: vec![0.0; states],
             covariance: vec![0.0; states * states],
             cross_covariance: vec![0.0; states],
-            gains: vec![0.0; states],
-            innovation_gradient: vec![0.0; count],
+            taken: Taken::default(),
             propagation: Propagation::new(rows),
             reversals: vec![0.0; rows],
             friction,

@@ -401,13 +401,13 @@ fn sums_are_those_of_the_textbook_and_its_differences() {
     let (unknowns, z) = (case.unknowns(), case.z());
     let dynamics = Dynamics::new(&case.model, &TRUTH);
     let keep = Keep::default();
-    let run = run(
+    let (run, _) = run(
         &case.measurements,
         &dynamics,
         &unknowns,
-        &z,
-        &case.levels,
+        (&z, &case.levels),
         keep,
+        |_, _| (),
     )
     .unwrap();
     let steps = &run.stretches[0].schedule.steps;

@@ -6,7 +6,7 @@ use crate::estimate::prediction_error::covariance::{
 };
 use crate::estimate::prediction_error::levels::Decay;
 use crate::estimate::prediction_error::measurements::observe;
-use crate::estimate::prediction_error::vector::add;
+use crate::estimate::prediction_error::vector::{add, add_single};
 
 /// Results of the forward pass.
 #[derive(Default)]
@@ -55,7 +55,7 @@ pub(super) fn forward(linear: &LinearRun<'_>) -> Option<Forward> {
             forward.variance.push(variance);
             forward.scaled_innovation.push(scaled);
             add(&mut deviation, scaled, &cross_covariance);
-            add(&mut deviation, -before, gains);
+            add_single(&mut deviation, -before, gains);
         }
         let disturbance = disturbances.next()?;
         (forward.covariance).extend_from_slice(&covariance[2 * rows * states..]);

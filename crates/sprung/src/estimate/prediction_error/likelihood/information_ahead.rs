@@ -34,7 +34,7 @@ pub(in super::super) fn information_ahead(
     let states = linear.states;
     let mut information = vec![0.0; states * states];
     let mut product = vec![0.0; states * states];
-    let mut moved = vec![0.0; states];
+    let (mut gains, mut moved) = (Vec::with_capacity(states), vec![0.0; states]);
     let mut memory = AdjointMemory::new(linear.rows);
     for k in (0..segment.samples()).rev() {
         visit(k, &information);
@@ -45,7 +45,10 @@ pub(in super::super) fn information_ahead(
         let own = segment.first[k]..segment.first[k + 1];
         for (index, measurement) in own.clone().zip(&segment.measurements[own]).rev() {
             let counts = segment.counts(k);
-            let gain = run.gain(index, states);
+            let (single, inverse_variance) = run.gain(index, states);
+            gains.clear();
+            gains.extend(single.iter().copied().map(f64::from));
+            let gain = (gains.as_slice(), inverse_variance);
             linear.back(&mut information, &mut moved, (measurement, counts), gain);
         }
     }

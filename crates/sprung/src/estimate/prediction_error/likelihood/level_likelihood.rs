@@ -17,8 +17,23 @@ use crate::estimate::prediction_error::vector::add;
 pub(in super::super) struct LevelLikelihood<'a> {
     pub(in super::super) measurements: &'a Measurements,
     pub(in super::super) run: &'a FilterRun,
-    /// Indices of the segments that are used.
-    segments: Vec<usize>,
+    searched: &'a Searched,
+}
+
+/// Indices of the segments about which levels are searched.
+#[derive(Clone, Debug)]
+pub(in super::super) struct Searched(Vec<usize>);
+
+impl Searched {
+    /// - `samples`: maximum number of samples, spread evenly over the segments.
+    pub(in super::super) fn new(measurements: &Measurements, samples: usize) -> Self {
+        let stride = measurements.samples().div_ceil(samples.max(1)).max(1);
+        Self((0..measurements.segments.len()).step_by(stride).collect())
+    }
+
+    pub(in super::super) fn contains(&self, segment: usize) -> bool {
+        self.0.contains(&segment)
+    }
 }
 
 /// Likelihood at some levels, with derivatives by the logarithms of the levels.
@@ -50,17 +65,16 @@ impl Score {
 }
 
 impl<'a> LevelLikelihood<'a> {
-    /// - `samples`: maximum number of samples to be used, spread evenly over the segments.
+    /// - `run`: with the linearizations of the searched segments.
     pub(in super::super) fn new(
         measurements: &'a Measurements,
         run: &'a FilterRun,
-        samples: usize,
+        searched: &'a Searched,
     ) -> Self {
-        let stride = measurements.samples().div_ceil(samples.max(1)).max(1);
         Self {
             measurements,
             run,
-            segments: (0..measurements.segments.len()).step_by(stride).collect(),
+            searched,
         }
     }
 
@@ -71,7 +85,7 @@ impl<'a> LevelLikelihood<'a> {
         unknown: &UnknownLevels,
         levels: &Levels,
     ) -> Option<Score> {
-        let each: Option<Vec<Score>> = (self.segments.par_iter())
+        let each: Option<Vec<Score>> = (self.searched.0.par_iter())
             .with_max_len(1)
             .map(|&segment| self.score_of(segment, unknown, levels))
             .collect();

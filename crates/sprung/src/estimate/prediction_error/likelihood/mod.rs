@@ -19,4 +19,4 @@ mod level_likelihood;
 mod linear_run;
 
 pub(super) use information_ahead::information_ahead;
-pub(super) use level_likelihood::{LevelLikelihood, Score};
+pub(super) use level_likelihood::{LevelLikelihood, Score, Searched};

@@ -1,6 +1,10 @@
-//! The beginning of the logs, in memory.
+//! Samples of the logs, in memory.
 
+use std::mem::size_of;
+
+use super::measurement::Measurement;
 use crate::log::{Channels, LogBlock, LogError, LogSource};
+use crate::model::Model;
 
 /// Consecutive samples of one log: one vector per channel, in SI units.
 #[derive(Clone, Debug)]
@@ -10,16 +14,107 @@ pub(in super::super) struct RawSegment {
     pub(super) values: Vec<Vec<f64>>,
 }
 
-/// Maximum work of the filter: samples times rows times rows. More samples would take minutes and
-/// add little information.
-const MAX_FILTER_WORK: usize = 2_400_000;
+/// Maximum work of the filter in a search that is repeated: samples times rows times rows.
+const MAX_SEARCH_WORK: usize = 2_400_000;
 
-/// Returns the maximum number of samples that the filter processes.
+/// Maximum memory of the linearizations about which levels are searched, and of the segments in
+/// work, bytes.
+const LINEARIZATIONS: usize = 80 << 20;
+
+/// Length of a piece of the logs if not all of them are used, s. It is a stretch of the filter.
+const PIECE_S: f64 = 5.0;
+
+/// Returns the maximum number of samples that the filter processes in a search that is repeated.
 pub(in super::super) fn max_samples(rows: usize) -> usize {
-    MAX_FILTER_WORK / (rows * rows).max(1)
+    MAX_SEARCH_WORK / (rows * rows).max(1)
 }
 
-/// Reads the beginning of the logs and splits it at gaps.
+/// Returns the maximum number of samples that a refinement keeps in some memory.
+///
+/// - `mib`: the memory, MiB.
+pub(in super::super) fn samples_in(mib: usize, model: &Model, channels: &Channels) -> usize {
+    let rows = model.rows();
+    let all = channels.all.len();
+    let sensors = (channels.all.iter())
+        .filter(|channel| channel.quantity.is_position())
+        .count();
+    // Gains in single precision; the measurements, twice while they are sorted; whitening, and
+    // innovations before and after a step.
+    let of_sensor =
+        3 * rows * size_of::<f32>() + 2 * size_of::<Measurement>() + 4 * size_of::<f64>();
+    // Torques, their rates and the disturbances before and after a step, of each row.
+    let of_row = 4 * size_of::<f64>();
+    let of_sample = sensors * of_sensor + rows * of_row + all * size_of::<f64>();
+    (mib << 20).saturating_sub(LINEARIZATIONS) / of_sample
+}
+
+/// Consecutive samples of one log, as long as a stretch of the filter.
+struct Piece {
+    /// Index among all pieces of all logs.
+    index: usize,
+    log: usize,
+    period: f64,
+    /// Whether it continues the piece before.
+    continues: bool,
+    values: Vec<Vec<f64>>,
+}
+
+/// The pieces of the logs that are kept: every one, every second, every fourth and so on, as many as
+/// the limit allows.
+struct Kept {
+    pieces: Vec<Piece>,
+    /// Distance between the indices of kept pieces.
+    stride: usize,
+    samples: usize,
+    limit: usize,
+    /// Number of pieces read.
+    read: usize,
+}
+
+impl Kept {
+    /// Adds the next piece of the logs.
+    fn push(&mut self, piece: Piece) {
+        self.read = piece.index + 1;
+        if !piece.index.is_multiple_of(self.stride) {
+            return;
+        }
+        self.samples += length(&piece);
+        self.pieces.push(piece);
+        while self.samples > self.limit && self.pieces.len() > 1 {
+            self.stride *= 2;
+            self.pieces
+                .retain(|piece| piece.index.is_multiple_of(self.stride));
+            self.samples = self.pieces.iter().map(length).sum();
+        }
+    }
+
+    /// Joins the pieces without a gap between them.
+    fn segments(self) -> Vec<RawSegment> {
+        let mut segments: Vec<RawSegment> = Vec::new();
+        for piece in self.pieces {
+            match segments.last_mut() {
+                Some(last) if self.stride == 1 && piece.continues => {
+                    for (own, values) in last.values.iter_mut().zip(piece.values) {
+                        own.extend(values);
+                    }
+                }
+                _ => segments.push(RawSegment {
+                    log: piece.log,
+                    period: piece.period,
+                    values: piece.values,
+                }),
+            }
+        }
+        segments
+    }
+}
+
+fn length(piece: &Piece) -> usize {
+    piece.values.first().map_or(0, Vec::len)
+}
+
+/// Reads the logs and splits them at gaps. If they have more samples than the limit, reads pieces
+/// that are spread evenly over the logs.
 ///
 /// - `limit`: maximum number of samples of all logs together.
 ///
@@ -33,56 +128,104 @@ pub(in super::super) fn read(
     sources: &mut [LogSource<'_>],
     limit: usize,
 ) -> Result<(Vec<RawSegment>, bool), LogError> {
-    let mut segments = Vec::new();
-    let mut more = false;
-    let share = limit / sources.len().max(1);
+    let mut kept = Kept {
+        pieces: Vec::new(),
+        stride: 1,
+        samples: 0,
+        limit,
+        read: 0,
+    };
     for (log, source) in sources.iter_mut().enumerate() {
-        more |= read_log(channels, (log, source), share, &mut segments)?;
+        read_log(channels, (log, source), &mut kept)?;
     }
-    Ok((segments, more))
+    let more = kept.stride > 1;
+    Ok((kept.segments(), more))
 }
 
-/// Reads the beginning of one log. Returns whether it contains more than `limit` samples.
+/// Reads the pieces of one log.
 fn read_log(
     channels: &Channels,
     (log_index, source): (usize, &mut LogSource<'_>),
-    limit: usize,
-    segments: &mut Vec<RawSegment>,
-) -> Result<bool, LogError> {
+    kept: &mut Kept,
+) -> Result<(), LogError> {
     let count = channels.all.len();
     let mut log = source.open(channels)?;
     let mut block = LogBlock::new(count);
-    let mut values = vec![Vec::new(); count];
-    let mut taken = 0;
-    let mut more = false;
     let mut going = log.read(&mut block)?;
     let period = log.timing().period;
-    let segment = |values| RawSegment {
+    let samples = ((PIECE_S / period).ceil() as usize).clamp(1, kept.limit.max(1));
+    let new = |index: usize, continues: bool| Piece {
+        index,
         log: log_index,
         period,
-        values,
+        continues,
+        values: vec![Vec::with_capacity(samples); count],
     };
+    let mut piece = new(kept.read, false);
     while going {
-        let left = (limit - taken).min(block.len());
-        more |= left < block.len();
-        for k in 0..left {
-            if block.gaps.contains(&k) {
-                segments.push(segment(std::mem::replace(
-                    &mut values,
-                    vec![Vec::new(); count],
-                )));
+        for k in 0..block.len() {
+            let is_gap = block.gaps.contains(&k);
+            if is_gap || length(&piece) == samples {
+                let next = new(piece.index + 1, !is_gap);
+                kept.push(std::mem::replace(&mut piece, next));
             }
-            for (own, column) in values.iter_mut().zip(&block.values) {
+            for (own, column) in piece.values.iter_mut().zip(&block.values) {
                 own.push(column[k]);
             }
         }
-        taken += left;
         going = log.read(&mut block)?;
-        if taken == limit {
-            more |= going && !block.is_empty();
-            break;
+    }
+    kept.push(piece);
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Pieces of ten samples with the given flags, and their numbers as values.
+    fn kept(limit: usize, continues: &[bool]) -> Kept {
+        let mut kept = Kept {
+            pieces: Vec::new(),
+            stride: 1,
+            samples: 0,
+            limit,
+            read: 0,
+        };
+        for (index, &continues) in continues.iter().enumerate() {
+            kept.push(Piece {
+                index,
+                log: 0,
+                period: 1e-3,
+                continues,
+                values: vec![vec![index as f64; 10]],
+            });
+        }
+        kept
+    }
+
+    #[test]
+    fn short_logs_are_used_up_to_their_gaps() {
+        let segments = kept(50, &[false, true, true, false, true]).segments();
+        let lengths: Vec<usize> = segments.iter().map(|own| own.values[0].len()).collect();
+        assert_eq!(lengths, [30, 20]);
+    }
+
+    #[test]
+    fn pieces_of_long_logs_are_spread_evenly() {
+        for (count, stride) in [(5, 1), (6, 2), (10, 2), (11, 4), (40, 8)] {
+            let kept = kept(50, &vec![true; count]);
+            assert_eq!(kept.stride, stride, "{count} pieces");
+            assert!(kept.samples <= 50);
+            let segments = kept.segments();
+            let first: Vec<f64> = segments.iter().map(|own| own.values[0][0]).collect();
+            let joined = if stride == 1 {
+                1
+            } else {
+                count.div_ceil(stride)
+            };
+            let expected: Vec<f64> = (0..joined).map(|i| (i * stride) as f64).collect();
+            assert_eq!(first, expected);
         }
     }
-    segments.push(segment(values));
-    Ok(more)
 }

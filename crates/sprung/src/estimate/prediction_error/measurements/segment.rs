@@ -52,6 +52,23 @@ impl Segment {
         &self.measurements[self.first[sample]..self.first[sample + 1]]
     }
 
+    /// Returns the first samples, all of which count.
+    pub(in super::super) fn beginning(&self, samples: usize) -> Self {
+        let samples = samples.min(self.samples());
+        let rows = self.torque.len() / self.samples().max(1);
+        Self {
+            burn_in: 0,
+            torque: self.torque[..samples * rows].to_vec(),
+            torque_rate: self.torque_rate[..samples * rows].to_vec(),
+            measurements: self.measurements[..self.first[samples]].to_vec(),
+            first: self.first[..=samples].to_vec(),
+            start: self.start.clone(),
+            start_deviation: self.start_deviation.clone(),
+            speeds: self.speeds.clone(),
+            ..*self
+        }
+    }
+
     /// Writes the torque that acts during a period: the logged torque plus the disturbance,
     /// \[rows\].
     pub(in super::super) fn write_torque(
@@ -85,6 +102,18 @@ pub(in super::super) struct Measurements {
 }
 
 impl Measurements {
+    /// Returns the same sensors and scales without samples.
+    pub(in super::super) fn without_segments(&self) -> Self {
+        Self {
+            sensors: self.sensors.clone(),
+            segments: Vec::new(),
+            torque_scale: self.torque_scale.clone(),
+            reversals: self.reversals.clone(),
+            fast_noise: self.fast_noise.clone(),
+            left_out: self.left_out,
+        }
+    }
+
     /// Returns the number of samples whose measurements count.
     pub(in super::super) fn samples(&self) -> usize {
         self.segments.iter().map(Segment::counted).sum()

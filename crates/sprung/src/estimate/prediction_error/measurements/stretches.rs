@@ -1,7 +1,7 @@
 //! Division of a segment into stretches that the filter processes in parallel.
 
 /// Shortest stretch whose measurements count, s.
-const MIN_STRETCH_S: f64 = 4.0;
+const MIN_STRETCH_S: f64 = 3.5;
 
 /// Samples before a stretch that bring the filter to its state, s. They are five times the time
 /// constant of disturbances with the expected corner of 1.5 Hz, the slowest states of the filter.
@@ -17,11 +17,12 @@ pub(super) struct Stretch {
     pub(super) burn_in: usize,
 }
 
-/// Returns stretches of nearly equal length. They depend only on the log, not on the number of
-/// threads.
+/// Returns stretches of nearly equal length, an even number so that two threads have the same work.
+/// They depend only on the log, not on the number of threads.
 pub(super) fn stretches(samples: usize, period: f64) -> Vec<Stretch> {
     let duration = samples as f64 * period;
-    let count = ((duration / MIN_STRETCH_S) as usize).clamp(1, samples.max(1));
+    let most = ((duration / MIN_STRETCH_S) as usize).clamp(1, samples.max(1));
+    let count = most - if most > 1 { most % 2 } else { 0 };
     let burn_in = (BURN_IN_S / period).ceil() as usize;
     (0..count)
         .map(|i| {
@@ -42,7 +43,12 @@ mod tests {
 
     #[test]
     fn each_sample_counts_once() {
-        for (samples, period, count) in [(10_000, 1e-3, 2), (3, 1e-3, 1), (900, 0.1, 22)] {
+        for (samples, period, count) in [
+            (10_000, 1e-3, 2),
+            (3, 1e-3, 1),
+            (11_000, 1e-3, 2),
+            (900, 0.1, 24),
+        ] {
             let found = stretches(samples, period);
             assert_eq!(found.len(), count);
             let mut next = 0;
