@@ -6,7 +6,7 @@
 //! disturbance is only multiplied by `a`.
 
 use super::levels::{Decay, Levels};
-use super::matrix::{add_outer, multiply, transpose};
+use super::matrix::{add_product, multiply, transpose};
 use super::measurements::{Segment, observe};
 use super::vector::{add, dot, scale};
 
@@ -21,30 +21,51 @@ pub(super) fn start_covariance(rows: usize, segment: &Segment, levels: &Levels) 
     covariance
 }
 
-/// Updates a covariance by a measurement: `P ← P − K S Kᵀ`. Writes `P Hᵀ`, the covariance of the
-/// state with the measurement, and returns `S = H P Hᵀ + R`.
-///
-/// - `observation`: entries of H; `variance`: R.
-pub(super) fn measurement_update(
-    covariance: &mut [f64],
-    observation: impl Iterator<Item = (usize, f64)> + Clone,
-    variance: f64,
-    cross_covariance: &mut [f64],
-) -> f64 {
-    let states = cross_covariance.len();
-    cross_covariance.fill(0.0);
-    for (state, weight) in observation.clone() {
-        let own = &covariance[state * states..(state + 1) * states];
-        add(cross_covariance, weight, own);
+/// Updates of a covariance by the measurements of a sample, one after the other:
+/// `P ← P − K S Kᵀ`. The covariance itself is updated once, by all measurements together.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Correction {
+    /// `P Hᵀ` of each measurement with the P before it, \[measurements × 3 rows\].
+    cross: Vec<f64>,
+    /// −K of each measurement, \[measurements × 3 rows\].
+    gains: Vec<f64>,
+}
+
+impl Correction {
+    /// Adds a measurement. Returns `P Hᵀ`, the covariance of the state with the measurement, and
+    /// `S = H P Hᵀ + R`.
+    ///
+    /// - `covariance`: before the first measurement of the sample, \[states × states\].
+    /// - `observation`: entries of H; `variance`: R.
+    pub(super) fn measure(
+        &mut self,
+        covariance: &[f64],
+        observation: impl Iterator<Item = (usize, f64)> + Clone,
+        variance: f64,
+    ) -> (&[f64], f64) {
+        let states = covariance.len().isqrt();
+        let before = self.cross.len();
+        self.cross.resize(before + states, 0.0);
+        let (earlier, cross) = self.cross.split_at_mut(before);
+        for (state, weight) in observation.clone() {
+            let own = &covariance[state * states..(state + 1) * states];
+            add(cross, weight, own);
+        }
+        for (gain, earlier) in self.gains.chunks(states).zip(earlier.chunks(states)) {
+            add(cross, observe(gain, observation.clone()), earlier);
+        }
+        let variance = variance + observe(cross, observation);
+        self.gains.extend(cross.iter().map(|c| -c / variance));
+        (cross, variance)
     }
-    let variance = variance + observe(cross_covariance, observation);
-    add_outer(
-        covariance,
-        -1.0 / variance,
-        cross_covariance,
-        cross_covariance,
-    );
-    variance
+
+    /// Updates the covariance by the measurements since the last call.
+    pub(super) fn apply(&mut self, covariance: &mut [f64]) {
+        let states = covariance.len().isqrt();
+        add_product(&self.gains, &self.cross, states, covariance);
+        self.cross.clear();
+        self.gains.clear();
+    }
 }
 
 /// Work memory of [`propagate`].

@@ -63,7 +63,12 @@ const MAX_DAMPING_TRIES: usize = 8;
 
 /// Maximum number of entries of the transitions about which levels are searched. They stay in
 /// memory.
-const MAX_TRANSITION_NUMBERS: usize = 6_000_000;
+const MAX_TRANSITION_NUMBERS: usize = 4_500_000;
+
+/// While a search for levels gains more log-likelihood than this value, the levels are far off, and
+/// every fourth of the searched segments is enough.
+const FAR_GAIN: f64 = 100.0;
+const FAR_STRIDE: usize = 4;
 
 /// Reason why a descent ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -136,6 +141,7 @@ pub(super) fn descend(
     let dynamics = Dynamics::new(problem.model, &unknowns.theta(&z));
     let samples = MAX_TRANSITION_NUMBERS / (6 * rows * rows);
     let searched = Searched::new(measurements, samples);
+    let few = searched.every(FAR_STRIDE);
     let keep = Keep {
         linearization: true,
         ..Keep::default()
@@ -195,7 +201,7 @@ pub(super) fn descend(
         if runs > LAST_LEVEL_SEARCH {
             search.settled = true;
         } else {
-            levels = search.levels(problem, &ran, &searched, &levels);
+            levels = search.levels(problem, &ran, [&few, &searched], &levels);
         }
     }
     Ok(None)
@@ -204,6 +210,8 @@ pub(super) fn descend(
 /// State of the search for levels.
 #[derive(Clone, Copy, Debug, Default)]
 struct LevelSearch {
+    /// Whether a search gained less than `FAR_GAIN`.
+    near: bool,
     /// Whether the last search gained less than `SETTLED_GAIN`.
     settled: bool,
     /// Number of successive searches with a disturbance at its upper bound.
@@ -231,17 +239,26 @@ impl LevelSearch {
         }
     }
 
-    /// Searches the levels about the trajectory of a run.
+    /// Searches the levels about the trajectory of a run, at first about few segments.
     fn levels(
         &mut self,
         problem: &Problem<'_>,
         run: &FilterRun,
-        searched: &Searched,
+        [few, all]: [&Searched; 2],
         levels: &Levels,
     ) -> Levels {
-        let likelihood = LevelLikelihood::new(problem.measurements, run, searched);
-        let (levels, gain) = search_levels(&likelihood, problem.levels, levels);
-        self.settled = gain < SETTLED_GAIN;
+        let about = |segments| LevelLikelihood::new(problem.measurements, run, segments);
+        let mut levels = levels.clone();
+        if !self.near {
+            let found = search_levels(&about(few), problem.levels, &levels);
+            self.near = found.1 < FAR_GAIN;
+            levels = found.0;
+        }
+        if self.near {
+            let found = search_levels(&about(all), problem.levels, &levels);
+            self.settled = found.1 < SETTLED_GAIN;
+            levels = found.0;
+        }
         let mut rows = 0..problem.model.rows();
         let bound = rows.any(|row| problem.levels.disturbance_at_bound(&levels, row));
         self.at_bound = if bound { self.at_bound + 1 } else { 0 };

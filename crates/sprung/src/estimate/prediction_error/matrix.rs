@@ -101,6 +101,12 @@ impl WithSimd for Product<'_> {
     #[expect(clippy::inline_always, reason = "only inlined code uses wide vectors")]
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, simd: S) {
+        if self.factors.inner == 0 {
+            if self.kind == Kind::Write {
+                self.out.fill(0.0);
+            }
+            return;
+        }
         let rows = self.out.len() / self.columns.max(1);
         let mut row = 0;
         while row + TALL <= rows {
@@ -252,7 +258,7 @@ mod tests {
 
     #[test]
     fn products_of_transposes_are_added() {
-        for (inner, rows, columns) in [(1, 1, 1), (3, 21, 40), (5, 7, 7), (33, 13, 13)] {
+        for (inner, rows, columns) in [(1, 1, 1), (3, 21, 40), (5, 7, 7), (33, 13, 13), (0, 9, 4)] {
             let (a, b) = (numbers(inner * rows), numbers(inner * columns));
             let before = numbers(rows * columns);
             let mut out = before.clone();

@@ -23,7 +23,9 @@ use super::problem::Problem;
 use super::solve::largest_relative_eigenvalue;
 use super::vector::{add, scale};
 
-/// Number of samples per sample whose information by noise is computed. It varies slowly.
+/// Number of samples per sample whose gradient and information by noise are computed. Both vary
+/// slowly.
+const GRADIENT_STRIDE: usize = 2;
 const INFORMATION_STRIDE: usize = 4;
 
 /// Maximum fraction of the information, in any direction, that is subtracted.
@@ -122,8 +124,8 @@ impl<'a> NoiseSource<'a> {
         sum
     }
 
-    /// Visits the bias that each sample of a segment adds, the last sample first. The information of
-    /// most samples is empty, because every fourth one counts for four.
+    /// Visits the bias that the samples of a segment add, the last sample first. Every second sample
+    /// counts for two, and the information of every fourth one for four; that of others is empty.
     ///
     /// ```text
     /// g_n = −Σ_k Σ_p σ_p² F_τpᵀ N_k F_τ T_p        A_n = Σ_k Σ_p σ_p² T_pᵀ F_τᵀ N_k F_τ T_p
@@ -188,7 +190,7 @@ impl<'a> NoiseSource<'a> {
             bias.gradient.fill(0.0);
             bias.information.clear();
             for &(pushed, row, place, torque) in &changes {
-                let variance = logged_noise[pushed].powi(2);
+                let variance = logged_noise[pushed].powi(2) * GRADIENT_STRIDE as f64;
                 bias.gradient[place] -= variance * torque * about_torques[pushed * rows + row];
             }
             if sample.is_multiple_of(INFORMATION_STRIDE) {

@@ -1,7 +1,6 @@
 //! The measurement update: an innovation corrects the state by its gain.
 
 use super::state::Filter;
-use crate::estimate::prediction_error::covariance::measurement_update;
 use crate::estimate::prediction_error::matrix::add_product;
 use crate::estimate::prediction_error::measurements::{Measurement, Sensor, observe};
 use crate::estimate::prediction_error::vector::add;
@@ -37,7 +36,7 @@ impl Filter<'_> {
     /// ∂e/∂z = −H ∂x/∂z − ∂b/∂z − ∂(H x)/∂z         ∂x/∂z ← ∂x/∂z + K ∂e/∂z
     /// ```
     ///
-    /// H depends on z if z contains delays. [`Filter::correct_derivatives`] updates ∂x/∂z by all
+    /// H depends on z if z contains delays. [`Filter::correct`] updates P and ∂x/∂z by all
     /// measurements of a sample. A replay holds the gains in single precision, so those of the
     /// filter have single precision too.
     pub(super) fn measure(&mut self, sensor: &Sensor, measurement: &Measurement) -> Innovation<'_> {
@@ -45,18 +44,15 @@ impl Filter<'_> {
         let observation = sensor.observation(measurement, rows);
         let offset = self.unknowns.offset(self.z, measurement.sensor);
         let value = innovation(&self.x, measurement, offset, observation.clone());
-        let variance = measurement_update(
-            &mut self.covariance,
-            observation.clone(),
-            self.levels.measurement_variance(measurement),
-            &mut self.cross_covariance,
-        );
-        self.differentiate(sensor, measurement, observation);
+        self.differentiate(sensor, measurement, observation.clone());
+        let noise = self.levels.measurement_variance(measurement);
+        let correction = &mut self.correction;
+        let (cross, variance) = correction.measure(&self.covariance, observation, noise);
         let (states, count) = (3 * rows, self.unknowns.columns());
         let (gains, gradients) = (&mut self.taken.gains, &self.taken.gradients);
         let own = gains.len();
         let single = |cross: &f64| f64::from((cross / variance) as f32);
-        gains.extend(self.cross_covariance.iter().map(single));
+        gains.extend(cross.iter().map(single));
         add(&mut self.x, value, &gains[own..]);
         Innovation {
             value,
@@ -66,8 +62,9 @@ impl Filter<'_> {
         }
     }
 
-    /// Updates ∂x/∂z by the measurements since the last call.
-    pub(super) fn correct_derivatives(&mut self) {
+    /// Updates P and ∂x/∂z by the measurements since the last call.
+    pub(super) fn correct(&mut self) {
+        self.correction.apply(&mut self.covariance);
         let count = self.unknowns.columns();
         let Taken { gains, gradients } = &mut self.taken;
         add_product(gains, gradients, count, &mut self.tangent.sensitivity);

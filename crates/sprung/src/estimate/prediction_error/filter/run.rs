@@ -102,7 +102,7 @@ fn run_segment(
             run.schedule.whitening.push(1.0 / innovation.deviation);
             run.trajectory.innovations.push(innovation.value);
         }
-        filter.correct_derivatives();
+        filter.correct();
         if !filter.is_finite() || !sums.loss.is_finite() {
             return None;
         }

@@ -1,7 +1,7 @@
 //! State and covariance of the filter.
 
 use super::measure::Taken;
-use crate::estimate::prediction_error::covariance::{Propagation, start_covariance};
+use crate::estimate::prediction_error::covariance::{Correction, Propagation, start_covariance};
 use crate::estimate::prediction_error::dynamics::{Dynamics, Tangent};
 use crate::estimate::prediction_error::levels::Levels;
 use crate::estimate::prediction_error::measurements::Segment;
@@ -19,8 +19,8 @@ pub(super) struct Filter<'a> {
     pub(super) x: Vec<f64>,
     /// P, \[3 rows × 3 rows\], symmetric.
     pub(super) covariance: Vec<f64>,
-    /// P Hᵀ of the last measurement, \[3 rows\].
-    pub(super) cross_covariance: Vec<f64>,
+    /// Measurements of the present sample that have not yet changed P and ∂x/∂z.
+    pub(super) correction: Correction,
     pub(super) taken: Taken,
     pub(super) propagation: Propagation,
     /// How near each row's friction was to a reversal in the last period, \[rows\].
@@ -29,7 +29,7 @@ pub(super) struct Filter<'a> {
     /// Velocities at the beginning of a period, \[rows\].
     pub(super) velocities: Vec<f64>,
     pub(super) torque: Vec<f64>,
-    /// ∂x/∂z with the gains held, without the effect of `taken`, and F of the last period.
+    /// ∂x/∂z with the gains held, and F of the last period.
     pub(super) tangent: Tangent,
 }
 
@@ -51,7 +51,7 @@ impl<'a> Filter<'a> {
             levels,
             x: vec![0.0; states],
             covariance: vec![0.0; states * states],
-            cross_covariance: vec![0.0; states],
+            correction: Correction::default(),
             taken: Taken::default(),
             propagation: Propagation::new(rows),
             reversals: vec![0.0; rows],

@@ -2,14 +2,13 @@
 
 use super::linear_run::LinearRun;
 use crate::estimate::prediction_error::covariance::{
-    Propagation, measurement_update, propagate, propagate_state, start_covariance,
+    Correction, Propagation, propagate, propagate_state, start_covariance,
 };
 use crate::estimate::prediction_error::levels::Decay;
 use crate::estimate::prediction_error::measurements::observe;
 use crate::estimate::prediction_error::vector::{add, add_single};
 
 /// Results of the forward pass.
-#[derive(Default)]
 pub(super) struct Forward {
     /// L, minus the logarithm of the likelihood, without its constant.
     pub(super) loss: f64,
@@ -31,11 +30,20 @@ pub(super) fn forward(linear: &LinearRun<'_>) -> Option<Forward> {
     let (rows, states) = (linear.rows, linear.states);
     let run = linear.run;
     let mut propagation = Propagation::new(rows);
-    let mut cross_covariance = vec![0.0; states];
+    let mut correction = Correction::default();
+    let mut memory = vec![0.0; states];
     let mut corrections = run.corrections(states);
     let mut disturbances = run.trajectory.disturbances.chunks(rows);
-    let mut forward = Forward::default();
     let (segment, decay) = (linear.segment, linear.decay);
+    let (samples, count) = (segment.samples(), segment.measurements.len());
+    let mut forward = Forward {
+        loss: 0.0,
+        gains: Vec::with_capacity(count * states),
+        variance: Vec::with_capacity(count),
+        scaled_innovation: Vec::with_capacity(count),
+        covariance: Vec::with_capacity(samples * rows * states),
+        disturbances: Vec::with_capacity(samples * rows),
+    };
     let change = decay.factor - Decay::new(run.linearization.corner, segment.period).factor;
     let mut covariance = start_covariance(rows, segment, linear.levels);
     let mut deviation = vec![0.0; states];
@@ -45,18 +53,18 @@ pub(super) fn forward(linear: &LinearRun<'_>) -> Option<Forward> {
             let observation = linear.observation(measurement);
             let innovation = before - observe(&deviation, observation.clone());
             let noise = linear.levels.measurement_variance(measurement);
-            let cross = &mut cross_covariance;
-            let variance = measurement_update(&mut covariance, observation, noise, cross);
+            let (cross, variance) = correction.measure(&covariance, observation, noise);
             let scaled = innovation / variance;
             if segment.counts(k) {
                 forward.loss += 0.5 * (innovation * scaled + variance.ln());
             }
-            (forward.gains).extend(cross_covariance.iter().map(|c| c / variance));
+            (forward.gains).extend(cross.iter().map(|c| c / variance));
             forward.variance.push(variance);
             forward.scaled_innovation.push(scaled);
-            add(&mut deviation, scaled, &cross_covariance);
+            add(&mut deviation, scaled, cross);
             add_single(&mut deviation, -before, gains);
         }
+        correction.apply(&mut covariance);
         let disturbance = disturbances.next()?;
         (forward.covariance).extend_from_slice(&covariance[2 * rows * states..]);
         let own = deviation[2 * rows..].iter().zip(disturbance);
@@ -70,8 +78,7 @@ pub(super) fn forward(linear: &LinearRun<'_>) -> Option<Forward> {
             decay,
             &mut propagation,
         );
-        let memory = &mut cross_covariance;
-        propagate_state(&mut deviation, period.transition, decay.factor, memory);
+        propagate_state(&mut deviation, period.transition, decay.factor, &mut memory);
         add(&mut deviation[2 * rows..], change, disturbance);
     }
     Some(forward)

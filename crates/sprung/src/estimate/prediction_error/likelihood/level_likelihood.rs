@@ -31,6 +31,11 @@ impl Searched {
         Self((0..measurements.segments.len()).step_by(stride).collect())
     }
 
+    /// Returns every nth of the segments, the first one included.
+    pub(in super::super) fn every(&self, n: usize) -> Self {
+        Self(self.0.iter().copied().step_by(n).collect())
+    }
+
     pub(in super::super) fn contains(&self, segment: usize) -> bool {
         self.0.contains(&segment)
     }
