@@ -63,7 +63,7 @@ const MAX_DAMPING_TRIES: usize = 8;
 
 /// Maximum number of entries of the transitions about which levels are searched. They stay in
 /// memory.
-const MAX_TRANSITION_NUMBERS: usize = 4_500_000;
+const MAX_TRANSITION_NUMBERS: usize = 9_000_000;
 
 /// While a search for levels gains more log-likelihood than this value, the levels are far off, and
 /// every fourth of the searched segments is enough.

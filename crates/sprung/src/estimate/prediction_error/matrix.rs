@@ -12,15 +12,14 @@ const SHORT: usize = 2;
 /// - `a`: \[m × k\]; `b`: \[k × columns\], further rows are ignored; `out`: \[m × columns\].
 pub(super) fn multiply(a: &[f64], b: &[f64], columns: usize, out: &mut [f64]) {
     let rows = out.len() / columns.max(1);
-    let factors = Factors {
-        a,
-        b,
-        inner: a.len() / rows.max(1),
-        between_rows: a.len() / rows.max(1),
-        between_terms: 1,
-    };
+    let terms = a.len() / rows.max(1);
+    if terms == 0 {
+        out.fill(0.0);
+        return;
+    }
     Arch::new().dispatch(Product {
-        factors,
+        a,
+        b: &b[..terms * columns],
         columns,
         out,
         kind: Kind::Write,
@@ -31,14 +30,7 @@ pub(super) fn multiply(a: &[f64], b: &[f64], columns: usize, out: &mut [f64]) {
 ///
 /// - `a`: \[k × m\]; `b`: \[k × columns\]; `out`: \[m × columns\].
 pub(super) fn add_product(a: &[f64], b: &[f64], columns: usize, out: &mut [f64]) {
-    let rows = out.len() / columns.max(1);
-    let factors = Factors::transposed(a, b, rows);
-    Arch::new().dispatch(Product {
-        factors,
-        columns,
-        out,
-        kind: Kind::Add,
-    });
+    add(a, b, columns, out, Kind::Add);
 }
 
 /// Adds the squares of some rows to the lower triangle of a symmetric matrix: `out ← out + aᵀ a`.
@@ -46,50 +38,37 @@ pub(super) fn add_product(a: &[f64], b: &[f64], columns: usize, out: &mut [f64])
 ///
 /// - `a`: \[k × columns\]; `out`: \[columns × columns\].
 pub(super) fn add_squares(a: &[f64], columns: usize, out: &mut [f64]) {
+    add(a, a, columns, out, Kind::AddLower);
+}
+
+fn add(a: &[f64], b: &[f64], columns: usize, out: &mut [f64], kind: Kind) {
+    if a.is_empty() || b.is_empty() {
+        return;
+    }
     Arch::new().dispatch(Product {
-        factors: Factors::transposed(a, a, columns),
+        a,
+        b,
         columns,
         out,
-        kind: Kind::AddLower,
+        kind,
     });
 }
 
-/// The factors of a product. The entry of the first factor for row i and term k is
-/// `a[i · between_rows + k · between_terms]`.
-#[derive(Clone, Copy)]
-struct Factors<'a> {
-    a: &'a [f64],
-    b: &'a [f64],
-    /// Number of terms of each sum.
-    inner: usize,
-    between_rows: usize,
-    between_terms: usize,
-}
-
-impl<'a> Factors<'a> {
-    fn transposed(a: &'a [f64], b: &'a [f64], rows: usize) -> Self {
-        Self {
-            a,
-            b,
-            inner: a.len() / rows.max(1),
-            between_rows: 1,
-            between_terms: rows,
-        }
-    }
-}
-
-/// Which entries a product changes.
+/// What a product does with its entries.
 #[derive(Clone, Copy, PartialEq)]
 enum Kind {
+    /// Writes those of `a b`.
     Write,
+    /// Adds those of `aᵀ b`.
     Add,
-    /// Adds to the lower triangle.
+    /// Adds the lower triangle of `aᵀ b`.
     AddLower,
 }
 
-/// A product.
+/// A product. No factor is empty.
 struct Product<'a> {
-    factors: Factors<'a>,
+    a: &'a [f64],
+    b: &'a [f64],
     columns: usize,
     out: &'a mut [f64],
     kind: Kind,
@@ -101,24 +80,18 @@ impl WithSimd for Product<'_> {
     #[expect(clippy::inline_always, reason = "only inlined code uses wide vectors")]
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, simd: S) {
-        if self.factors.inner == 0 {
-            if self.kind == Kind::Write {
-                self.out.fill(0.0);
-            }
-            return;
-        }
-        let rows = self.out.len() / self.columns.max(1);
+        let rows = self.out.len() / self.columns;
         let mut row = 0;
         while row + TALL <= rows {
-            self.tile::<S, TALL>(simd, row);
+            self.rows::<S, TALL>(simd, row);
             row += TALL;
         }
         while row + SHORT <= rows {
-            self.tile::<S, SHORT>(simd, row);
+            self.rows::<S, SHORT>(simd, row);
             row += SHORT;
         }
         if row < rows {
-            self.tile::<S, 1>(simd, row);
+            self.rows::<S, 1>(simd, row);
         }
     }
 }
@@ -127,45 +100,94 @@ impl Product<'_> {
     /// Computes R rows.
     #[expect(clippy::inline_always, reason = "only inlined code uses wide vectors")]
     #[inline(always)]
-    fn tile<S: Simd, const R: usize>(&mut self, simd: S, row: usize) {
-        let (columns, factors) = (self.columns, self.factors);
-        let out = &mut self.out[row * columns..(row + R) * columns];
-        let a = &factors.a[row * factors.between_rows..];
+    fn rows<S: Simd, const R: usize>(&mut self, simd: S, row: usize) {
         let end = match self.kind {
-            Kind::Write | Kind::Add => columns,
+            Kind::Write | Kind::Add => self.columns,
             Kind::AddLower => row + R,
         };
         let mut from = 0;
-        while from < end {
-            let to = (from + S::F64_LANES).min(columns);
-            let mut sums = [simd.splat_f64s(0.0); R];
-            if self.kind != Kind::Write {
-                for r in 0..R {
-                    sums[r] = load(simd, &out[r * columns + from..r * columns + to]);
-                }
+        while from + 2 * S::F64_LANES <= self.columns && from < end {
+            self.tile::<S, R, 2, false>(simd, row, from);
+            from += 2 * S::F64_LANES;
+        }
+        while from + S::F64_LANES <= self.columns && from < end {
+            self.tile::<S, R, 1, false>(simd, row, from);
+            from += S::F64_LANES;
+        }
+        if from < end {
+            self.tile::<S, R, 1, true>(simd, row, from);
+        }
+    }
+
+    /// Computes R rows of V vectors; the columns behind the last whole vector if `EDGE`.
+    #[expect(clippy::inline_always, reason = "only inlined code uses wide vectors")]
+    #[inline(always)]
+    fn tile<S: Simd, const R: usize, const V: usize, const EDGE: bool>(
+        &mut self,
+        simd: S,
+        row: usize,
+        from: usize,
+    ) {
+        let columns = self.columns;
+        let out = &mut self.out[row * columns..(row + R) * columns];
+        let mut sums = [[simd.splat_f64s(0.0); V]; R];
+        let terms = self.b.len() / columns;
+        let b = self.b.chunks_exact(columns);
+        if self.kind == Kind::Write {
+            let a: [&[f64]; R] =
+                std::array::from_fn(|r| &self.a[(row + r) * terms..(row + r + 1) * terms]);
+            for (k, b) in b.enumerate().take(terms) {
+                let b = load::<S, V, EDGE>(simd, &b[from..]);
+                add_terms(simd, &mut sums, b, |r| a[r][k]);
             }
-            for k in 0..factors.inner {
-                let b = load(simd, &factors.b[k * columns + from..k * columns + to]);
-                for r in 0..R {
-                    let factor = a[r * factors.between_rows + k * factors.between_terms];
-                    sums[r] = simd.mul_add_e_f64s(simd.splat_f64s(factor), b, sums[r]);
-                }
+        } else {
+            for (sums, out) in sums.iter_mut().zip(out.chunks_exact(columns)) {
+                *sums = load::<S, V, EDGE>(simd, &out[from..]);
             }
-            for r in 0..R {
-                simd.partial_store_f64s(&mut out[r * columns + from..r * columns + to], sums[r]);
+            for (a, b) in self.a.chunks_exact(self.a.len() / terms).zip(b) {
+                let b = load::<S, V, EDGE>(simd, &b[from..]);
+                let a = &a[row..row + R];
+                add_terms(simd, &mut sums, b, |r| a[r]);
             }
-            from = to;
+        }
+        for (sums, out) in sums.iter().zip(out.chunks_exact_mut(columns)) {
+            let out = &mut out[from..];
+            if EDGE {
+                simd.partial_store_f64s(out, sums[0]);
+            } else {
+                let (own, _) = S::as_mut_simd_f64s(&mut out[..V * S::F64_LANES]);
+                own.copy_from_slice(sums);
+            }
         }
     }
 }
 
-/// Loads at most as many numbers as a vector has.
+/// Adds the products of the factors of each row and a part of a row.
 #[expect(clippy::inline_always, reason = "only inlined code uses wide vectors")]
 #[inline(always)]
-fn load<S: Simd>(simd: S, row: &[f64]) -> S::f64s {
-    match S::as_simd_f64s(row).0 {
-        [whole] => *whole,
-        _ => simd.partial_load_f64s(row),
+fn add_terms<S: Simd, const R: usize, const V: usize>(
+    simd: S,
+    sums: &mut [[S::f64s; V]; R],
+    row: [S::f64s; V],
+    factor: impl Fn(usize) -> f64,
+) {
+    for (r, sums) in sums.iter_mut().enumerate() {
+        let factor = simd.splat_f64s(factor(r));
+        for (sum, own) in sums.iter_mut().zip(row) {
+            *sum = simd.mul_add_e_f64s(factor, own, *sum);
+        }
+    }
+}
+
+/// Loads V vectors, or the rest of a row if `EDGE`.
+#[expect(clippy::inline_always, reason = "only inlined code uses wide vectors")]
+#[inline(always)]
+fn load<S: Simd, const V: usize, const EDGE: bool>(simd: S, row: &[f64]) -> [S::f64s; V] {
+    if EDGE {
+        [simd.partial_load_f64s(row); V]
+    } else {
+        let (own, _) = S::as_simd_f64s(&row[..V * S::F64_LANES]);
+        std::array::from_fn(|v| own[v])
     }
 }
 

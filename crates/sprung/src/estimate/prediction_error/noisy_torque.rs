@@ -19,6 +19,7 @@ use super::dynamics::{Dynamics, Pulse};
 use super::filter::{NormalEquations, StretchRun};
 use super::levels::Levels;
 use super::likelihood::information_ahead;
+use super::matrix::{multiply, transpose};
 use super::problem::Problem;
 use super::solve::largest_relative_eigenvalue;
 use super::vector::{add, scale};
@@ -142,7 +143,7 @@ impl<'a> NoiseSource<'a> {
     ) {
         let (problem, mut dynamics) = (self.problem, self.dynamics.clone());
         let rows = dynamics.rows();
-        let (moving, states) = (2 * rows, 3 * rows);
+        let moving = 2 * rows;
         let logged_noise = problem.logged_noise(self.levels);
         let noisy: Vec<usize> = (0..rows).filter(|&row| logged_noise[row] > 0.0).collect();
         let values = problem.unknowns.values();
@@ -153,63 +154,97 @@ impl<'a> NoiseSource<'a> {
         let linearization = &run.linearization;
         let measurements = problem.measurements;
         let period = measurements.segments[segment].period;
-        // F_τᵀ N_k F_τ, \[rows × rows\].
-        let mut about_torques = vec![0.0; rows * rows];
-        let mut weighted = vec![0.0; moving];
+        let mut about = AboutTorques::new(rows);
         let mut changes: Vec<(usize, usize, usize, f64)> = Vec::new();
         let mut bias = NoiseBias::zero(values);
         let (segment, sensors) = (&measurements.segments[segment], &measurements.sensors);
-        information_ahead(sensors, segment, run, self.levels, |sample, information| {
-            let transition =
-                &linearization.transitions[sample * moving * states..][..moving * states];
-            let by_torque = |row: usize| transition[moving + row..].iter().step_by(states);
-            for row in 0..rows {
-                let own = information.chunks(states).take(moving);
-                for (weighted, own) in weighted.iter_mut().zip(own) {
-                    *weighted = own.iter().zip(by_torque(row)).map(|(n, b)| n * b).sum();
+        information_ahead(
+            sensors,
+            segment,
+            run,
+            self.levels,
+            |sample, information, transition| {
+                if !sample.is_multiple_of(GRADIENT_STRIDE) {
+                    return;
                 }
-                for (other, entry) in about_torques[row * rows..][..rows].iter_mut().enumerate() {
-                    *entry = weighted
-                        .iter()
-                        .zip(by_torque(other))
-                        .map(|(n, b)| n * b)
-                        .sum();
+                about.write(information, transition);
+                let about_torques = &about.entries;
+                let pulse = Pulse {
+                    state: &linearization.middles[sample * moving..(sample + 1) * moving],
+                    transition,
+                    period,
+                };
+                changes.clear();
+                dynamics.visit_pulse_torques(pulse, &noisy, |pushed, row, column, torque| {
+                    if let Some(place) = places[column] {
+                        changes.push((pushed, row, place, torque));
+                    }
+                });
+                bias.gradient.fill(0.0);
+                bias.information.clear();
+                for &(pushed, row, place, torque) in &changes {
+                    let variance = logged_noise[pushed].powi(2) * GRADIENT_STRIDE as f64;
+                    bias.gradient[place] -= variance * torque * about_torques[pushed * rows + row];
                 }
-            }
-            let pulse = Pulse {
-                state: &linearization.middles[sample * moving..(sample + 1) * moving],
-                transition,
-                period,
-            };
-            changes.clear();
-            dynamics.visit_pulse_torques(pulse, &noisy, |pushed, row, column, torque| {
-                if let Some(place) = places[column] {
-                    changes.push((pushed, row, place, torque));
-                }
-            });
-            bias.gradient.fill(0.0);
-            bias.information.clear();
-            for &(pushed, row, place, torque) in &changes {
-                let variance = logged_noise[pushed].powi(2) * GRADIENT_STRIDE as f64;
-                bias.gradient[place] -= variance * torque * about_torques[pushed * rows + row];
-            }
-            if sample.is_multiple_of(INFORMATION_STRIDE) {
-                bias.information.resize(values * values, 0.0);
-                for own in changes.chunk_by(|a, b| a.0 == b.0) {
-                    let variance = logged_noise[own[0].0].powi(2) * INFORMATION_STRIDE as f64;
-                    for &(_, row, place, torque) in own {
-                        let about = &about_torques[row * rows..][..rows];
-                        let entries = &mut bias.information[place * values..][..=place];
-                        for &(_, other, at, change) in own {
-                            if at <= place {
-                                entries[at] += variance * torque * change * about[other];
+                if sample.is_multiple_of(INFORMATION_STRIDE) {
+                    bias.information.resize(values * values, 0.0);
+                    for own in changes.chunk_by(|a, b| a.0 == b.0) {
+                        let variance = logged_noise[own[0].0].powi(2) * INFORMATION_STRIDE as f64;
+                        for &(_, row, place, torque) in own {
+                            let about = &about_torques[row * rows..][..rows];
+                            let entries = &mut bias.information[place * values..][..=place];
+                            for &(_, other, at, change) in own {
+                                if at <= place {
+                                    entries[at] += variance * torque * change * about[other];
+                                }
                             }
                         }
                     }
                 }
-            }
-            visit(sample, &bias);
-        });
+                visit(sample, &bias);
+            },
+        );
+    }
+}
+
+/// Information of later measurements about the torques of a period, with its work memory.
+struct AboutTorques {
+    rows: usize,
+    /// `F_τᵀ N F_τ`, \[rows × rows\].
+    entries: Vec<f64>,
+    /// F_τ, \[2 rows × rows\], and its transpose.
+    by_torque: Vec<f64>,
+    transposed: Vec<f64>,
+    /// `F_τᵀ N`, \[rows × 3 rows\], and its first columns, \[rows × 2 rows\].
+    product: Vec<f64>,
+    moving: Vec<f64>,
+}
+
+impl AboutTorques {
+    fn new(rows: usize) -> Self {
+        let zeros = |columns: usize| vec![0.0; rows * columns];
+        Self {
+            rows,
+            entries: zeros(rows),
+            by_torque: zeros(2 * rows),
+            transposed: zeros(2 * rows),
+            product: zeros(3 * rows),
+            moving: zeros(2 * rows),
+        }
+    }
+
+    /// - `information`: N, \[3 rows × 3 rows\]; `transition`: F, \[2 rows × 3 rows\].
+    fn write(&mut self, information: &[f64], transition: &[f64]) {
+        let (rows, moving, states) = (self.rows, 2 * self.rows, 3 * self.rows);
+        for (own, row) in (self.by_torque.chunks_mut(rows)).zip(transition.chunks(states)) {
+            own.copy_from_slice(&row[moving..]);
+        }
+        transpose(&self.by_torque, rows, &mut self.transposed);
+        multiply(&self.transposed, information, states, &mut self.product);
+        for (own, row) in (self.moving.chunks_mut(moving)).zip(self.product.chunks(states)) {
+            own.copy_from_slice(&row[..moving]);
+        }
+        multiply(&self.moving, &self.by_torque, rows, &mut self.entries);
     }
 }
 

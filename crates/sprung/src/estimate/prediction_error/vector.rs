@@ -15,6 +15,17 @@ pub(super) fn add_single(sum: &mut [f64], factor: f64, row: &[f32]) {
     }
 }
 
+/// Replaces a row by numbers in single precision.
+pub(super) fn widen(row: &mut Vec<f64>, single: &[f32]) {
+    row.clear();
+    row.extend(single.iter().copied().map(f64::from));
+}
+
+/// Appends a row in single precision.
+pub(super) fn extend_single(single: &mut Vec<f32>, row: impl IntoIterator<Item = f64>) {
+    single.extend(row.into_iter().map(|x| x as f32));
+}
+
 /// Multiplies a row by a factor.
 pub(super) fn scale(row: &mut [f64], factor: f64) {
     for x in row {

@@ -41,12 +41,10 @@ pub(in super::super) struct StretchRun {
 }
 
 impl StretchRun {
-    /// Drops the linearization.
+    /// Drops linearization and trajectory; cost and gains stay.
     pub(in super::super) fn drop_linearization(&mut self) {
-        self.linearization = Linearization {
-            corner: self.linearization.corner,
-            ..Linearization::default()
-        };
+        self.linearization = Linearization::default();
+        self.trajectory = Trajectory::default();
     }
 
     /// Returns gains and innovation of each measurement.
@@ -94,8 +92,8 @@ pub(in super::super) struct Linearization {
     /// Corner frequency of the disturbances in the run, Hz.
     pub(in super::super) corner: f64,
     /// F over the period after each sample, without the rows of the disturbances, \[samples × 2
-    /// rows × 3 rows\].
-    pub(in super::super) transitions: Vec<f64>,
+    /// rows × 3 rows\], in single precision to save memory.
+    pub(in super::super) transitions: Vec<f32>,
     /// Coordinates and their velocities in the middle of the period after each sample, \[samples ×
     /// 2 rows\].
     pub(in super::super) middles: Vec<f64>,

@@ -67,7 +67,7 @@ impl Replay<'_> {
         let mut cost = 0.0;
         let mut torque = vec![0.0; rows];
         let mut trajectory = Trajectory::default();
-        let keeps = !run.trajectory.disturbances.is_empty();
+        let keeps = !run.trajectory.innovations.is_empty();
         let x = &mut self.x;
         for (k, &steps) in schedule.steps.iter().enumerate() {
             for measurement in segment.at(k) {
@@ -79,7 +79,9 @@ impl Replay<'_> {
                 if segment.counts(k) {
                     cost += whitened(innovation * whitening).powi(2);
                 }
-                trajectory.innovations.push(innovation);
+                if keeps {
+                    trajectory.innovations.push(innovation);
+                }
                 add_single(x, innovation, gains);
             }
             if !cost.is_finite() || !x.iter().all(|x| x.is_finite()) {

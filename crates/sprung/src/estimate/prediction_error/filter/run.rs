@@ -9,6 +9,7 @@ use crate::estimate::prediction_error::dynamics::Dynamics;
 use crate::estimate::prediction_error::levels::Levels;
 use crate::estimate::prediction_error::measurements::{Measurements, Segment};
 use crate::estimate::prediction_error::unknowns::Unknowns;
+use crate::estimate::prediction_error::vector::extend_single;
 
 /// Optional results of a run.
 #[derive(Clone, Copy, Debug, Default)]
@@ -97,8 +98,8 @@ fn run_segment(
             if segment.counts(k) {
                 sums.accumulate(&innovation);
             }
-            let single = innovation.gains.iter().map(|gain| *gain as f32);
-            run.schedule.gains.extend(single);
+            let gains = innovation.gains.iter().copied();
+            extend_single(&mut run.schedule.gains, gains);
             run.schedule.whitening.push(1.0 / innovation.deviation);
             run.trajectory.innovations.push(innovation.value);
         }
@@ -167,7 +168,8 @@ impl StretchRun {
     fn keep_period(&mut self, filter: &Filter<'_>) {
         let moving = 2 * filter.torque.len();
         let linearization = &mut self.linearization;
-        (linearization.transitions).extend_from_slice(&filter.tangent.transition);
+        let transition = filter.tangent.transition.iter().copied();
+        extend_single(&mut linearization.transitions, transition);
         (linearization.reversals).extend_from_slice(&filter.reversals);
         let begin = linearization.middles.len() - moving;
         for (middle, end) in linearization.middles[begin..].iter_mut().zip(&filter.x) {

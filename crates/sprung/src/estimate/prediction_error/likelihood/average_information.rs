@@ -6,7 +6,7 @@ use super::linear_run::{LinearRun, Period};
 use crate::estimate::prediction_error::levels::Level;
 use crate::estimate::prediction_error::matrix::{add_outer, add_square, multiply};
 use crate::estimate::prediction_error::measurements::Measurement;
-use crate::estimate::prediction_error::vector::{add, scale};
+use crate::estimate::prediction_error::vector::{add, scale, widen};
 
 /// Contribution of each level's change to the state, filtered.
 struct Added<'a> {
@@ -19,6 +19,8 @@ struct Added<'a> {
     /// Contribution of each level to the present innovation, \[levels\].
     found: Vec<f64>,
     memory: Vec<f64>,
+    gains: Vec<f64>,
+    transition: Vec<f64>,
 }
 
 /// Returns the average information, \[levels × levels\]; only the lower triangle is filled. Its
@@ -39,6 +41,8 @@ pub(super) fn average_information(
         states: vec![0.0; linear.states * count],
         found: vec![0.0; count],
         memory: vec![0.0; 2 * linear.rows * count],
+        gains: Vec::new(),
+        transition: Vec::new(),
     };
     added.start(&backward.start);
     let segment = linear.segment;
@@ -89,7 +93,8 @@ impl Added<'_> {
     /// Writes the contribution of each level to an innovation, and corrects the states by the gain.
     fn measure(&mut self, (measurement, index): (&Measurement, usize)) {
         let (states, count) = (self.linear.states, self.levels.len());
-        let gains = &self.forward.gains[index * states..(index + 1) * states];
+        let own = index * states..(index + 1) * states;
+        widen(&mut self.gains, &self.forward.gains[own]);
         self.found.fill(0.0);
         for (state, weight) in self.linear.observation(measurement) {
             let own = &self.states[state * count..(state + 1) * count];
@@ -103,7 +108,7 @@ impl Added<'_> {
                     * self.backward.smoothing_error[index];
             }
         }
-        add_outer(&mut self.states, -1.0, gains, &self.found);
+        add_outer(&mut self.states, -1.0, &self.gains, &self.found);
     }
 
     /// Propagates the contributions over a period.
@@ -114,7 +119,7 @@ impl Added<'_> {
             transition,
             reversals,
             decay,
-        } = self.linear.period(sample);
+        } = self.linear.period(sample, &mut self.transition);
         let adjoint = &self.backward.state_adjoint[sample * states..(sample + 1) * states];
         multiply(transition, &self.states, count, &mut self.memory);
         let (moving, disturbances) = self.states.split_at_mut(2 * rows * count);

@@ -2,13 +2,13 @@
 
 use super::forward::Forward;
 use super::level_gradient::LevelGradient;
-use super::linear_run::LinearRun;
+use super::linear_run::{LinearRun, Period};
 use crate::estimate::prediction_error::covariance::{
     AdjointMemory, adjoint_covariance, adjoint_product, adjoint_state,
 };
 use crate::estimate::prediction_error::matrix::add_rows;
 use crate::estimate::prediction_error::measurements::Measurement;
-use crate::estimate::prediction_error::vector::dot;
+use crate::estimate::prediction_error::vector::{dot, widen};
 
 /// Results of the backward pass.
 #[derive(Default)]
@@ -36,6 +36,7 @@ struct Adjoint {
     corner: Vec<f64>,
     product: Vec<f64>,
     memory: Vec<f64>,
+    gains: Vec<f64>,
     of_covariance: AdjointMemory,
 }
 
@@ -47,6 +48,7 @@ impl Adjoint {
             corner: vec![0.0; rows],
             product: vec![0.0; states * states],
             memory: vec![0.0; states],
+            gains: Vec::with_capacity(states),
             of_covariance: AdjointMemory::new(rows),
         }
     }
@@ -78,14 +80,19 @@ pub(super) fn backward(
         start: Default::default(),
     };
     let mut adjoint = Adjoint::new(rows, states);
+    let (mut covariance, mut transition) = (Vec::new(), Vec::new());
     for k in (0..segment.samples()).rev() {
         let own = k * states..(k + 1) * states;
         backward.state_adjoint[own].copy_from_slice(&adjoint.state);
         let own = k * rows..(k + 1) * rows;
         backward.corner_adjoint[own.clone()].copy_from_slice(&adjoint.corner);
-        adjoint.back_over_period(linear, k, forward, gradient);
+        let of_disturbances = &forward.covariance[own.start * states..own.end * states];
+        widen(&mut covariance, of_disturbances);
+        let period = linear.period(k, &mut transition);
+        let before = (covariance.as_slice(), &forward.disturbances[own.clone()]);
+        adjoint.back_over_period(linear, &period, before, gradient);
         // The smoothed disturbance is the filtered one plus P r.
-        let covariance = forward.covariance[own.start * states..].chunks(states);
+        let covariance = covariance.chunks(states);
         for (smoothed, covariance) in backward.smoothed[own].iter_mut().zip(covariance) {
             *smoothed += dot(covariance, &adjoint.state);
         }
@@ -102,21 +109,22 @@ pub(super) fn backward(
 }
 
 impl Adjoint {
-    /// Propagates the derivatives back over the period after a sample.
+    /// Propagates the derivatives back over a period.
+    ///
+    /// - `covariance`, `disturbances`: rows of P for the disturbances, and the disturbances, before
+    ///   the period.
     fn back_over_period(
         &mut self,
         linear: &LinearRun<'_>,
-        sample: usize,
-        forward: &Forward,
+        period: &Period<'_>,
+        (covariance, disturbances): (&[f64], &[f64]),
         gradient: &mut LevelGradient,
     ) {
-        let (rows, states, levels) = (linear.rows, linear.states, linear.levels);
-        let period = linear.period(sample);
+        let (rows, levels) = (linear.rows, linear.levels);
         let (transition, decay) = (period.transition, period.decay);
         for (corner, own) in self.corner.iter_mut().zip(&self.state[2 * rows..]) {
             *corner = decay.factor * *corner + decay.by_log_corner * own;
         }
-        let disturbances = &forward.disturbances[sample * rows..(sample + 1) * rows];
         gradient.add_disturbance(&self.covariance, &self.state, levels, decay, disturbances);
         adjoint_product(
             &self.covariance,
@@ -125,15 +133,7 @@ impl Adjoint {
             &mut self.product,
             &mut self.of_covariance,
         );
-        gradient.add_torque_noise(
-            &self.product,
-            &self.covariance,
-            &self.state,
-            levels,
-            &period,
-        );
-        let size = rows * states;
-        let covariance = &forward.covariance[sample * size..(sample + 1) * size];
+        gradient.add_torque_noise(&self.product, &self.covariance, &self.state, levels, period);
         gradient.add_decay(&self.product, covariance, decay);
         adjoint_covariance(
             &self.product,
@@ -157,7 +157,8 @@ impl Adjoint {
         gradient: &mut LevelGradient,
     ) -> f64 {
         let states = linear.states;
-        let gains = &forward.gains[index * states..(index + 1) * states];
+        let gains = &mut self.gains;
+        widen(gains, &forward.gains[index * states..(index + 1) * states]);
         let (scaled, variance) = (forward.scaled_innovation[index], forward.variance[index]);
         let observation = linear.observation(measurement);
         // D K.

@@ -6,19 +6,20 @@ use crate::estimate::prediction_error::covariance::{
 };
 use crate::estimate::prediction_error::levels::Decay;
 use crate::estimate::prediction_error::measurements::observe;
-use crate::estimate::prediction_error::vector::{add, add_single};
+use crate::estimate::prediction_error::vector::{add, add_single, extend_single};
 
 /// Results of the forward pass.
 pub(super) struct Forward {
     /// L, minus the logarithm of the likelihood, without its constant.
     pub(super) loss: f64,
-    /// K of each measurement, \[measurements × states\], S, and e/S.
-    pub(super) gains: Vec<f64>,
+    /// K of each measurement, \[measurements × states\], in single precision to save memory; S; and
+    /// e/S.
+    pub(super) gains: Vec<f32>,
     pub(super) variance: Vec<f64>,
     pub(super) scaled_innovation: Vec<f64>,
     /// Rows of P for the disturbances after the measurements of each sample, \[samples × rows ×
-    /// states\], and the disturbances, \[samples × rows\].
-    pub(super) covariance: Vec<f64>,
+    /// states\], in single precision; and the disturbances, \[samples × rows\].
+    pub(super) covariance: Vec<f32>,
     pub(super) disturbances: Vec<f64>,
 }
 
@@ -31,7 +32,7 @@ pub(super) fn forward(linear: &LinearRun<'_>) -> Option<Forward> {
     let run = linear.run;
     let mut propagation = Propagation::new(rows);
     let mut correction = Correction::default();
-    let mut memory = vec![0.0; states];
+    let (mut memory, mut transition) = (vec![0.0; states], Vec::new());
     let mut corrections = run.corrections(states);
     let mut disturbances = run.trajectory.disturbances.chunks(rows);
     let (segment, decay) = (linear.segment, linear.decay);
@@ -58,7 +59,7 @@ pub(super) fn forward(linear: &LinearRun<'_>) -> Option<Forward> {
             if segment.counts(k) {
                 forward.loss += 0.5 * (innovation * scaled + variance.ln());
             }
-            (forward.gains).extend(cross.iter().map(|c| c / variance));
+            extend_single(&mut forward.gains, cross.iter().map(|c| c / variance));
             forward.variance.push(variance);
             forward.scaled_innovation.push(scaled);
             add(&mut deviation, scaled, cross);
@@ -66,10 +67,11 @@ pub(super) fn forward(linear: &LinearRun<'_>) -> Option<Forward> {
         }
         correction.apply(&mut covariance);
         let disturbance = disturbances.next()?;
-        (forward.covariance).extend_from_slice(&covariance[2 * rows * states..]);
+        let of_disturbances = covariance[2 * rows * states..].iter().copied();
+        extend_single(&mut forward.covariance, of_disturbances);
         let own = deviation[2 * rows..].iter().zip(disturbance);
         forward.disturbances.extend(own.map(|(a, b)| a + b));
-        let period = linear.period(k);
+        let period = linear.period(k, &mut transition);
         propagate(
             &mut covariance,
             period.transition,

@@ -8,10 +8,11 @@ use crate::estimate::prediction_error::filter::StretchRun;
 use crate::estimate::prediction_error::levels::Levels;
 use crate::estimate::prediction_error::matrix::add_rows;
 use crate::estimate::prediction_error::measurements::{Measurement, Segment, Sensor};
-use crate::estimate::prediction_error::vector::dot;
+use crate::estimate::prediction_error::vector::{dot, widen};
 
-/// Visits the samples of a segment, the last one first, with the information N of later measurements
-/// about the state at the end of the period after the sample, \[states × states\].
+/// Visits the samples of a segment, the last one first. The arguments are the sample's index, the
+/// information N of later measurements about the state at the end of the period after the sample,
+/// \[states × states\], and F over this period.
 ///
 /// ```text
 /// over a period        N ← Fᵀ N F
@@ -28,26 +29,26 @@ pub(in super::super) fn information_ahead(
     segment: &Segment,
     run: &StretchRun,
     levels: &Levels,
-    mut visit: impl FnMut(usize, &[f64]),
+    mut visit: impl FnMut(usize, &[f64], &[f64]),
 ) {
     let linear = LinearRun::new(sensors, segment, run, levels);
     let states = linear.states;
     let mut information = vec![0.0; states * states];
     let mut product = vec![0.0; states * states];
-    let (mut gains, mut moved) = (Vec::with_capacity(states), vec![0.0; states]);
+    let (mut gains, mut transition) = (Vec::new(), Vec::new());
+    let mut moved = vec![0.0; states];
     let mut memory = AdjointMemory::new(linear.rows);
     for k in (0..segment.samples()).rev() {
-        visit(k, &information);
-        let period = linear.period(k);
+        let period = linear.period(k, &mut transition);
         let (transition, decay) = (period.transition, period.decay.factor);
+        visit(k, &information, transition);
         adjoint_product(&information, transition, decay, &mut product, &mut memory);
         adjoint_covariance(&product, transition, decay, &mut information, &mut memory);
         let own = segment.first[k]..segment.first[k + 1];
         for (index, measurement) in own.clone().zip(&segment.measurements[own]).rev() {
             let counts = segment.counts(k);
             let (single, inverse_variance) = run.gain(index, states);
-            gains.clear();
-            gains.extend(single.iter().copied().map(f64::from));
+            widen(&mut gains, single);
             let gain = (gains.as_slice(), inverse_variance);
             linear.back(&mut information, &mut moved, (measurement, counts), gain);
         }

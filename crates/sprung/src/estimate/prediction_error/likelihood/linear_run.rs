@@ -3,6 +3,7 @@
 use crate::estimate::prediction_error::filter::StretchRun;
 use crate::estimate::prediction_error::levels::{Decay, Levels};
 use crate::estimate::prediction_error::measurements::{Measurement, Segment, Sensor};
+use crate::estimate::prediction_error::vector::widen;
 
 /// The filter over a segment, linearised about the trajectory of a run.
 pub(super) struct LinearRun<'a> {
@@ -44,11 +45,15 @@ impl<'a> LinearRun<'a> {
     }
 
     /// Returns the period after a sample.
-    pub(super) fn period(&self, sample: usize) -> Period<'a> {
+    ///
+    /// - `memory`: for its transition.
+    pub(super) fn period<'p>(&'p self, sample: usize, memory: &'p mut Vec<f64>) -> Period<'p> {
         let (rows, size) = (self.rows, 6 * self.rows * self.rows);
         let linearization = &self.run.linearization;
+        let single = &linearization.transitions[sample * size..(sample + 1) * size];
+        widen(memory, single);
         Period {
-            transition: &linearization.transitions[sample * size..(sample + 1) * size],
+            transition: memory,
             reversals: &linearization.reversals[sample * rows..(sample + 1) * rows],
             decay: self.decay,
         }

@@ -38,12 +38,10 @@ pub(in super::super) fn samples_in(mib: usize, model: &Model, channels: &Channel
     let sensors = (channels.all.iter())
         .filter(|channel| channel.quantity.is_position())
         .count();
-    // Gains in single precision; the measurements, twice while they are sorted; whitening, and
-    // innovations before and after a step.
-    let of_sensor =
-        3 * rows * size_of::<f32>() + 2 * size_of::<Measurement>() + 4 * size_of::<f64>();
-    // Torques, their rates and the disturbances before and after a step, of each row.
-    let of_row = 4 * size_of::<f64>();
+    // Gains in single precision, the measurements, and their whitening.
+    let of_sensor = 3 * rows * size_of::<f32>() + size_of::<Measurement>() + size_of::<f64>();
+    // Torques and their rates.
+    let of_row = 2 * size_of::<f64>();
     let of_sample = sensors * of_sensor + rows * of_row + all * size_of::<f64>();
     (mib << 20).saturating_sub(LINEARIZATIONS) / of_sample
 }
