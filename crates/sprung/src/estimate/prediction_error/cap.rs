@@ -104,7 +104,6 @@ mod tests {
     fn information_is_carried_over_by_the_chain_rule() {
         let case = Case::new();
         let (_, search) = search_of(&case, Disturbances::Capped(3.0));
-        let searched = Searched::new(&case.measurements, 500);
         let count = search.all.len();
         let (row, from) = (2, search.index(Level::Disturbance(2)).unwrap());
         let entry = |i: usize, j: usize| 1.0 / (1.0 + (i + j) as f64) + f64::from(u8::from(i == j));

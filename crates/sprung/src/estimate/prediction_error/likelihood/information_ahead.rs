@@ -85,3 +85,70 @@ impl LinearRun<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimate::prediction_error::covariance::propagate_state;
+    use crate::estimate::prediction_error::levels::Disturbances;
+    use crate::estimate::prediction_error::measurements::observe;
+    use crate::estimate::prediction_error::tests::{Case, search_of};
+
+    /// Returns the sum of squares of the whitened innovations that a deviation of the state at the
+    /// end of the period after a sample causes.
+    fn squares(linear: &LinearRun<'_>, sample: usize, deviation: &[f64]) -> f64 {
+        let (segment, states) = (linear.segment, linear.states);
+        let (mut x, mut memory) = (deviation.to_vec(), vec![0.0; states]);
+        let (mut transition, mut gains) = (Vec::new(), Vec::new());
+        let mut sum = 0.0;
+        for k in sample + 1..segment.samples() {
+            for index in segment.first[k]..segment.first[k + 1] {
+                let measurement = &segment.measurements[index];
+                let moved = observe(&x, linear.observation(measurement));
+                let (single, inverse_variance) = linear.run.gain(index, states);
+                widen(&mut gains, single);
+                sum += moved * moved * inverse_variance;
+                for (x, gain) in x.iter_mut().zip(&gains) {
+                    *x -= moved * gain;
+                }
+            }
+            let period = linear.period(k, &mut transition);
+            propagate_state(&mut x, period.transition, period.decay.factor, &mut memory);
+        }
+        sum
+    }
+
+    #[test]
+    fn information_is_the_sum_of_squares_of_later_innovations() {
+        let case = Case::new();
+        let (run, _) = search_of(&case, Disturbances::Free);
+        let (sensors, segment) = (&case.measurements.sensors, &case.measurements.segments[0]);
+        let linear = LinearRun::new(sensors, segment, &run.stretches[0], &case.levels);
+        let states = linear.states;
+        let sample = segment.samples() / 2;
+        let mut compared = 0;
+        information_ahead(
+            sensors,
+            segment,
+            &run.stretches[0],
+            &case.levels,
+            |k, information, _| {
+                if k != sample {
+                    return;
+                }
+                for i in 0..states {
+                    let mut deviation = vec![0.0; states];
+                    deviation[i] = 1.0;
+                    let expected = squares(&linear, k, &deviation);
+                    let found = information[i * (states + 1)];
+                    assert!(
+                        (found - expected).abs() < 1e-9 * expected,
+                        "state {i}: {found} instead of {expected}"
+                    );
+                    compared += 1;
+                }
+            },
+        );
+        assert_eq!(compared, states);
+    }
+}
