@@ -1,6 +1,7 @@
 //! Results of a filter run for a replay and for the likelihood of the levels.
 
 use super::accumulate::Sums;
+use crate::estimate::prediction_error::vector::Short;
 #[cfg(test)]
 use crate::estimate::prediction_error::vector::scale;
 
@@ -53,12 +54,12 @@ impl StretchRun {
     pub(in super::super) fn corrections(
         &self,
         states: usize,
-    ) -> impl Iterator<Item = (&[f32], f64)> {
+    ) -> impl Iterator<Item = (&[Short], f64)> {
         (self.schedule.gains.chunks(states)).zip(self.trajectory.innovations.iter().copied())
     }
 
     /// Returns K and 1/S of a measurement.
-    pub(in super::super) fn gain(&self, index: usize, states: usize) -> (&[f32], f64) {
+    pub(in super::super) fn gain(&self, index: usize, states: usize) -> (&[Short], f64) {
         let gains = &self.schedule.gains[index * states..(index + 1) * states];
         (gains, self.schedule.whitening[index].powi(2))
     }
@@ -67,8 +68,8 @@ impl StretchRun {
 /// Quantities that a replay holds.
 #[derive(Clone, Debug, Default)]
 pub(super) struct GainSchedule {
-    /// K of each measurement, \[measurements × 3 rows\], in single precision to save memory.
-    pub(super) gains: Vec<f32>,
+    /// K of each measurement, \[measurements × 3 rows\].
+    pub(super) gains: Vec<Short>,
     /// One over the square root of S of each measurement.
     pub(super) whitening: Vec<f64>,
     /// Steps of the integration in each period.

@@ -3,7 +3,7 @@
 use super::state::Filter;
 use crate::estimate::prediction_error::matrix::add_product;
 use crate::estimate::prediction_error::measurements::{Measurement, Sensor, observe};
-use crate::estimate::prediction_error::vector::add;
+use crate::estimate::prediction_error::vector::{Short, add};
 
 /// Innovation of a measurement: the measured minus the expected position.
 #[derive(Clone, Copy, Debug)]
@@ -37,8 +37,8 @@ impl Filter<'_> {
     /// ```
     ///
     /// H depends on z if z contains delays. [`Filter::correct`] updates P and ∂x/∂z by all
-    /// measurements of a sample. A replay holds the gains in single precision, so those of the
-    /// filter have single precision too.
+    /// measurements of a sample. A replay holds the gains as short numbers, so those of the
+    /// filter are short too.
     pub(super) fn measure(&mut self, sensor: &Sensor, measurement: &Measurement) -> Innovation<'_> {
         let rows = self.dynamics.rows();
         let observation = sensor.observation(measurement, rows);
@@ -51,8 +51,8 @@ impl Filter<'_> {
         let (states, count) = (3 * rows, self.unknowns.columns());
         let (gains, gradients) = (&mut self.taken.gains, &self.taken.gradients);
         let own = gains.len();
-        let single = |cross: &f64| f64::from((cross / variance) as f32);
-        gains.extend(cross.iter().map(single));
+        let short = |cross: &f64| f64::from(Short::new(cross / variance));
+        gains.extend(cross.iter().map(short));
         add(&mut self.x, value, &gains[own..]);
         Innovation {
             value,

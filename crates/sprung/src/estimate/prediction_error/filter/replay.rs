@@ -10,7 +10,7 @@ use crate::estimate::prediction_error::dynamics::Dynamics;
 use crate::estimate::prediction_error::levels::Decay;
 use crate::estimate::prediction_error::measurements::{Measurements, Segment};
 use crate::estimate::prediction_error::unknowns::Unknowns;
-use crate::estimate::prediction_error::vector::{add_single, scale};
+use crate::estimate::prediction_error::vector::{add_short, scale};
 
 /// Returns cost and trajectories at other values of the unknowns, with the gains, whitening and
 /// integration steps of a run. Returns `None` if a number is not finite.
@@ -82,7 +82,7 @@ impl Replay<'_> {
                 if keeps {
                     trajectory.innovations.push(innovation);
                 }
-                add_single(x, innovation, gains);
+                add_short(x, innovation, gains);
             }
             if !cost.is_finite() || !x.iter().all(|x| x.is_finite()) {
                 return None;

@@ -9,7 +9,7 @@ use crate::estimate::prediction_error::dynamics::Dynamics;
 use crate::estimate::prediction_error::levels::Levels;
 use crate::estimate::prediction_error::measurements::{Measurements, Segment};
 use crate::estimate::prediction_error::unknowns::Unknowns;
-use crate::estimate::prediction_error::vector::extend_single;
+use crate::estimate::prediction_error::vector::{Short, extend_single};
 
 /// Optional results of a run.
 #[derive(Clone, Copy, Debug, Default)]
@@ -98,8 +98,8 @@ fn run_segment(
             if segment.counts(k) {
                 sums.accumulate(&innovation);
             }
-            let gains = innovation.gains.iter().copied();
-            extend_single(&mut run.schedule.gains, gains);
+            let gains = innovation.gains.iter().map(|gain| Short::new(*gain));
+            run.schedule.gains.extend(gains);
             run.schedule.whitening.push(1.0 / innovation.deviation);
             run.trajectory.innovations.push(innovation.value);
         }

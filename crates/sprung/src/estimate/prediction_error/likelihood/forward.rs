@@ -6,7 +6,7 @@ use crate::estimate::prediction_error::covariance::{
 };
 use crate::estimate::prediction_error::levels::Decay;
 use crate::estimate::prediction_error::measurements::observe;
-use crate::estimate::prediction_error::vector::{add, add_single, extend_single};
+use crate::estimate::prediction_error::vector::{add, add_short, extend_single};
 
 /// Results of the forward pass.
 pub(super) struct Forward {
@@ -63,7 +63,7 @@ pub(super) fn forward(linear: &LinearRun<'_>) -> Option<Forward> {
             forward.variance.push(variance);
             forward.scaled_innovation.push(scaled);
             add(&mut deviation, scaled, cross);
-            add_single(&mut deviation, -before, gains);
+            add_short(&mut deviation, -before, gains);
         }
         correction.apply(&mut covariance);
         let disturbance = disturbances.next()?;

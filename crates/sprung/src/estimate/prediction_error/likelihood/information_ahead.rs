@@ -47,8 +47,8 @@ pub(in super::super) fn information_ahead(
         let own = segment.first[k]..segment.first[k + 1];
         for (index, measurement) in own.clone().zip(&segment.measurements[own]).rev() {
             let counts = segment.counts(k);
-            let (single, inverse_variance) = run.gain(index, states);
-            widen(&mut gains, single);
+            let (short, inverse_variance) = run.gain(index, states);
+            widen(&mut gains, short);
             let gain = (gains.as_slice(), inverse_variance);
             linear.back(&mut information, &mut moved, (measurement, counts), gain);
         }
@@ -105,8 +105,8 @@ mod tests {
             for index in segment.first[k]..segment.first[k + 1] {
                 let measurement = &segment.measurements[index];
                 let moved = observe(&x, linear.observation(measurement));
-                let (single, inverse_variance) = linear.run.gain(index, states);
-                widen(&mut gains, single);
+                let (short, inverse_variance) = linear.run.gain(index, states);
+                widen(&mut gains, short);
                 sum += moved * moved * inverse_variance;
                 for (x, gain) in x.iter_mut().zip(&gains) {
                     *x -= moved * gain;

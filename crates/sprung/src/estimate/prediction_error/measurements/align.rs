@@ -91,7 +91,8 @@ pub(super) fn align(
     let (period, rows) = (raw.period, model.rows());
     let window = Window::new(raw.values.first()?.len(), delays, period)?;
     let stretches = stretches(window.samples, period);
-    let mut found: Vec<(usize, Measurement)> = Vec::new();
+    // An encoder gives at most one position per sample.
+    let mut found: Vec<(usize, Measurement)> = Vec::with_capacity(sensors.len() * window.samples);
     // Position and velocity of each sensor at the beginning of each stretch.
     let mut begins = vec![Vec::with_capacity(sensors.len()); stretches.len()];
     let mut speeds = Vec::with_capacity(sensors.len());

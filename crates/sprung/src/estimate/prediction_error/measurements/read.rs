@@ -3,6 +3,7 @@
 use std::mem::size_of;
 
 use super::measurement::Measurement;
+use crate::estimate::prediction_error::vector::Short;
 use crate::log::{Channels, LogBlock, LogError, LogSource};
 use crate::model::Model;
 
@@ -38,8 +39,8 @@ pub(in super::super) fn samples_in(mib: usize, model: &Model, channels: &Channel
     let sensors = (channels.all.iter())
         .filter(|channel| channel.quantity.is_position())
         .count();
-    // Gains in single precision, the measurements, and their whitening.
-    let of_sensor = 3 * rows * size_of::<f32>() + size_of::<Measurement>() + size_of::<f64>();
+    // Gains, the measurements, and their whitening.
+    let of_sensor = 3 * rows * size_of::<Short>() + size_of::<Measurement>() + size_of::<f64>();
     // Torques and their rates.
     let of_row = 2 * size_of::<f64>();
     let of_sample = sensors * of_sensor + rows * of_row + all * size_of::<f64>();
@@ -87,28 +88,38 @@ impl Kept {
     }
 
     /// Joins the pieces without a gap between them.
-    fn segments(self) -> Vec<RawSegment> {
-        let mut segments: Vec<RawSegment> = Vec::new();
-        for piece in self.pieces {
-            match segments.last_mut() {
-                Some(last) if self.stride == 1 && piece.continues => {
-                    for (own, values) in last.values.iter_mut().zip(piece.values) {
-                        own.extend(values);
-                    }
+    fn segments(mut self) -> Vec<RawSegment> {
+        let mut segments = Vec::new();
+        let mut rest = self.pieces.as_mut_slice();
+        while let Some(first) = rest.first() {
+            let (log, period) = (first.log, first.period);
+            let further = rest[1..].iter().take_while(|piece| piece.continues);
+            let count = 1 + if self.stride == 1 { further.count() } else { 0 };
+            let (own, next) = rest.split_at_mut(count);
+            rest = next;
+            let samples = own.iter().map(length).sum();
+            let channels = own[0].values.len();
+            // One channel after the other, so that little is in memory twice.
+            let values = (0..channels).map(|channel| {
+                let mut all = Vec::with_capacity(samples);
+                for piece in own.iter_mut() {
+                    all.extend(std::mem::take(&mut piece.values[channel]));
                 }
-                _ => segments.push(RawSegment {
-                    log: piece.log,
-                    period: piece.period,
-                    values: piece.values,
-                }),
-            }
+                all
+            });
+            segments.push(RawSegment {
+                log,
+                period,
+                values: values.collect(),
+            });
         }
         segments
     }
 }
 
 fn length(piece: &Piece) -> usize {
-    piece.values.first().map_or(0, Vec::len)
+    // The last channel is joined last.
+    piece.values.last().map_or(0, Vec::len)
 }
 
 /// Reads the logs and splits them at gaps. If they have more samples than the limit, reads pieces
