@@ -3,7 +3,7 @@
 use super::dynamics::Dynamics;
 use super::filter::{Keep, run};
 use super::levels::Levels;
-use super::measurements::Measurements;
+use super::measurements::{Measurements, Segment};
 use super::problem::Problem;
 use crate::stopwatch::Stopwatch;
 
@@ -26,9 +26,7 @@ pub(super) fn expected_seconds(
     (z, levels): (&[f64], &Levels),
 ) -> Option<f64> {
     let measurements = problem.measurements;
-    let samples: usize = (measurements.segments.iter())
-        .map(|segment| segment.samples())
-        .sum();
+    let samples: usize = (measurements.segments.iter()).map(Segment::samples).sum();
     if samples * problem.model.rows().pow(2) < SHORT_WORK {
         return None;
     }

@@ -212,7 +212,7 @@ struct AboutTorques {
     rows: usize,
     /// `F_τᵀ N F_τ`, \[rows × rows\].
     entries: Vec<f64>,
-    /// F_τ, \[2 rows × rows\], and its transpose.
+    /// `F_τ`, \[2 rows × rows\], and its transpose.
     by_torque: Vec<f64>,
     transposed: Vec<f64>,
     /// `F_τᵀ N`, \[rows × 3 rows\], and its first columns, \[rows × 2 rows\].

@@ -165,10 +165,11 @@ impl<'a> Refinery<'a> {
                 // No lower rung follows the last one.
                 guard: self.guard.as_ref().filter(|_| rung != Rung::Flat),
             };
-            if round == 1 && before.is_none() {
-                if let Some(seconds) = expected_seconds(&problem, (&z, &levels)) {
-                    progress.tell_expected(self.phase, seconds)?;
-                }
+            if round == 1
+                && before.is_none()
+                && let Some(seconds) = expected_seconds(&problem, (&z, &levels))
+            {
+                progress.tell_expected(self.phase, seconds)?;
             }
             let every_sensor = &searches.every_sensor;
             let found =

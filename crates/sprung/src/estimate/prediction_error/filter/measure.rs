@@ -44,7 +44,7 @@ impl Filter<'_> {
         let observation = sensor.observation(measurement, rows);
         let offset = self.unknowns.offset(self.z, measurement.sensor);
         let value = innovation(&self.x, measurement, offset, observation.clone());
-        self.differentiate(sensor, measurement, observation.clone());
+        self.differentiate(sensor, measurement);
         let noise = self.levels.measurement_variance(measurement);
         let correction = &mut self.correction;
         let (cross, variance) = correction.measure(&self.covariance, observation, noise);
@@ -73,13 +73,9 @@ impl Filter<'_> {
     }
 
     /// Appends ∂e/∂z of a measurement. The measurements before it have moved ∂x/∂z by their gains.
-    fn differentiate(
-        &mut self,
-        sensor: &Sensor,
-        measurement: &Measurement,
-        observation: impl Iterator<Item = (usize, f64)> + Clone,
-    ) {
+    fn differentiate(&mut self, sensor: &Sensor, measurement: &Measurement) {
         let (rows, count) = (self.dynamics.rows(), self.unknowns.columns());
+        let observation = sensor.observation(measurement, rows);
         let Taken { gains, gradients } = &mut self.taken;
         let before = gradients.len();
         gradients.resize(before + count, 0.0);
