@@ -264,3 +264,44 @@ fn a_linear_torque_does_not_saturate() {
         );
     }
 }
+
+/// Returns a log with a torque that saturates: the logged torque exceeds the acting one by a part
+/// that grows with the square of the torque.
+///
+/// - `share`: this part at the standard deviation of the torque.
+fn saturated(log: &[u8], share: f64, column: usize) -> Vec<u8> {
+    let text = std::str::from_utf8(log).unwrap();
+    let (header, rows) = text.split_once('\n').unwrap();
+    let mut rows: Vec<Vec<f64>> = (rows.lines())
+        .map(|row| row.split(',').map(|word| word.parse().unwrap()).collect())
+        .collect();
+    let count = rows.len() as f64;
+    let mean = rows.iter().map(|row| row[column]).sum::<f64>() / count;
+    let squares: f64 = rows.iter().map(|row| (row[column] - mean).powi(2)).sum();
+    let deviation = (squares / count).sqrt();
+    let mut text = header.to_owned();
+    for row in &mut rows {
+        row[column] *= 1.0 + share * (row[column] / deviation).powi(2);
+        let words: Vec<String> = row.iter().map(f64::to_string).collect();
+        text.push('\n');
+        text.push_str(&words.join(","));
+    }
+    text.push('\n');
+    text.into_bytes()
+}
+
+#[test]
+fn torques_that_saturate_together_are_named() {
+    let twin = twin();
+    let log = twin.log(&settings(16384, CASES[0], 3));
+    let log = saturated(&saturated(&log, 0.05, 5), 0.05, 6);
+    let result = refined(&twin, &log).unwrap();
+    let found = (result.warnings.iter()).find(|finding| finding.code == "torque-saturates");
+    let found = found.unwrap_or_else(|| panic!("{:#?}", result.warnings));
+    assert_eq!(found.severity, Severity::Warning);
+    assert!(found.text.contains("\"tau1_nm\"") && found.text.contains("\"tau2_nm\""));
+    // Measured 0.021 and 0.025; the law of sprung is a polynomial of the logged torque.
+    for own in &result.refined().unwrap().saturations {
+        assert!((0.01..0.05).contains(&own.share), "{own:?}");
+    }
+}
