@@ -66,9 +66,9 @@ const MAX_DAMPING_TRIES: usize = 8;
 const MAX_TRANSITION_NUMBERS: usize = 9_000_000;
 
 /// While a search for levels gains more log-likelihood than this value, the levels are far off, and
-/// every fourth of the searched segments is enough.
+/// this fraction of each searched segment is enough.
 const FAR_GAIN: f64 = 100.0;
-const FAR_STRIDE: usize = 4;
+const FAR_SHARE: f64 = 0.4;
 
 /// Reason why a descent ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -141,7 +141,7 @@ pub(super) fn descend(
     let dynamics = Dynamics::new(problem.model, &unknowns.theta(&z));
     let samples = MAX_TRANSITION_NUMBERS / (6 * rows * rows);
     let searched = Searched::new(measurements, samples);
-    let few = searched.every(FAR_STRIDE);
+    let few = searched.beginnings(FAR_SHARE);
     let keep = Keep {
         linearization: true,
         ..Keep::default()
@@ -239,7 +239,7 @@ impl LevelSearch {
         }
     }
 
-    /// Searches the levels about the trajectory of a run, at first about few segments.
+    /// Searches the levels about the trajectory of a run, at first about the beginnings of segments.
     fn levels(
         &mut self,
         problem: &Problem<'_>,

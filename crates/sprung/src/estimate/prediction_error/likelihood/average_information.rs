@@ -47,7 +47,7 @@ pub(super) fn average_information(
     added.start(&backward.start);
     let segment = linear.segment;
     let mut index = 0;
-    for k in 0..segment.samples() {
+    for k in 0..linear.samples {
         for measurement in segment.at(k) {
             added.measure((measurement, index));
             if segment.counts(k) {

@@ -73,15 +73,15 @@ pub(super) fn backward(
     let segment = linear.segment;
     let mut measurement = forward.variance.len();
     let mut backward = Backward {
-        state_adjoint: vec![0.0; segment.samples() * states],
+        state_adjoint: vec![0.0; linear.samples * states],
         smoothing_error: vec![0.0; measurement],
-        corner_adjoint: vec![0.0; segment.samples() * rows],
+        corner_adjoint: vec![0.0; linear.samples * rows],
         smoothed: forward.disturbances.clone(),
         start: Default::default(),
     };
     let mut adjoint = Adjoint::new(rows, states);
     let (mut covariance, mut transition) = (Vec::new(), Vec::new());
-    for k in (0..segment.samples()).rev() {
+    for k in (0..linear.samples).rev() {
         let own = k * states..(k + 1) * states;
         backward.state_adjoint[own].copy_from_slice(&adjoint.state);
         let own = k * rows..(k + 1) * rows;

@@ -36,7 +36,7 @@ pub(super) fn forward(linear: &LinearRun<'_>) -> Option<Forward> {
     let mut corrections = run.corrections(states);
     let mut disturbances = run.trajectory.disturbances.chunks(rows);
     let (segment, decay) = (linear.segment, linear.decay);
-    let (samples, count) = (segment.samples(), segment.measurements.len());
+    let (samples, count) = (linear.samples, segment.measurements.len());
     let mut forward = Forward {
         loss: 0.0,
         gains: Vec::with_capacity(count * states),
@@ -48,7 +48,7 @@ pub(super) fn forward(linear: &LinearRun<'_>) -> Option<Forward> {
     let change = decay.factor - Decay::new(run.linearization.corner, segment.period).factor;
     let mut covariance = start_covariance(rows, segment, linear.levels);
     let mut deviation = vec![0.0; states];
-    for k in 0..segment.samples() {
+    for k in 0..linear.samples {
         for measurement in segment.at(k) {
             let (gains, before) = corrections.next()?;
             let observation = linear.observation(measurement);

@@ -20,24 +20,35 @@ pub(in super::super) struct LevelLikelihood<'a> {
     searched: &'a Searched,
 }
 
-/// Indices of the segments about which levels are searched.
+/// Parts of the segments about which levels are searched.
 #[derive(Clone, Debug)]
-pub(in super::super) struct Searched(Vec<usize>);
+pub(in super::super) struct Searched {
+    /// Indices of the segments.
+    segments: Vec<usize>,
+    /// Fraction of the samples of each segment, from the first one.
+    share: f64,
+}
 
 impl Searched {
     /// - `samples`: maximum number of samples, spread evenly over the segments.
     pub(in super::super) fn new(measurements: &Measurements, samples: usize) -> Self {
         let stride = measurements.samples().div_ceil(samples.max(1)).max(1);
-        Self((0..measurements.segments.len()).step_by(stride).collect())
+        Self {
+            segments: (0..measurements.segments.len()).step_by(stride).collect(),
+            share: 1.0,
+        }
     }
 
-    /// Returns every nth of the segments, the first one included.
-    pub(in super::super) fn every(&self, n: usize) -> Self {
-        Self(self.0.iter().copied().step_by(n).collect())
+    /// Returns the same segments with a fraction of their samples.
+    pub(in super::super) fn beginnings(&self, share: f64) -> Self {
+        Self {
+            segments: self.segments.clone(),
+            share,
+        }
     }
 
     pub(in super::super) fn contains(&self, segment: usize) -> bool {
-        self.0.contains(&segment)
+        self.segments.contains(&segment)
     }
 }
 
@@ -90,7 +101,7 @@ impl<'a> LevelLikelihood<'a> {
         unknown: &UnknownLevels,
         levels: &Levels,
     ) -> Option<Score> {
-        let each: Option<Vec<Score>> = (self.searched.0.par_iter())
+        let each: Option<Vec<Score>> = (self.searched.segments.par_iter())
             .with_max_len(1)
             .map(|&segment| self.score_of(segment, unknown, levels))
             .collect();
@@ -104,6 +115,7 @@ impl<'a> LevelLikelihood<'a> {
     /// Returns the likelihood of the measurements of a segment.
     fn score_of(&self, segment: usize, unknown: &UnknownLevels, levels: &Levels) -> Option<Score> {
         let linear = linear_run(self.measurements, self.run, segment, levels);
+        let linear = linear.beginning(self.searched.share);
         let forward = forward(&linear)?;
         let mut all = LevelGradient::new(levels);
         let backward = backward(&linear, &forward, &mut all);

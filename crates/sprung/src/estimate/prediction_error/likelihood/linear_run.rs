@@ -10,6 +10,8 @@ pub(super) struct LinearRun<'a> {
     pub(super) run: &'a StretchRun,
     pub(super) levels: &'a Levels,
     pub(super) segment: &'a Segment,
+    /// Number of samples that are used, from the first one.
+    pub(super) samples: usize,
     sensors: &'a [Sensor],
     pub(super) decay: Decay,
     /// Number of rows of the regressor, and number of states of the filter, \[3 rows\].
@@ -29,10 +31,21 @@ impl<'a> LinearRun<'a> {
             run,
             levels,
             segment,
+            samples: segment.samples(),
             sensors,
             decay: levels.decay(segment.period),
             rows,
             states: 3 * rows,
+        }
+    }
+
+    /// Leaves out the end of the segment.
+    ///
+    /// - `share`: fraction of the samples that are used.
+    pub(super) fn beginning(self, share: f64) -> Self {
+        Self {
+            samples: (share * self.segment.samples() as f64).ceil() as usize,
+            ..self
         }
     }
 
