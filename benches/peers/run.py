@@ -102,7 +102,8 @@ def two_joints(it, demo):
     for name, log in (("10 s", demo.parent / "identification.csv"),
                       ("1000 s", it.simulate(demo, "long", 1000))):
         print(f"\nlog of {name}, two joints")
-        say("sprung, least squares with its default settings", it.identify(demo, log, *LEAST_SQUARES))
+        usual = it.identify(demo, log, *LEAST_SQUARES)
+        say("sprung, least squares with its default settings", usual)
         equal = [*LEAST_SQUARES, *OF_NUMPY]
         ours = it.identify(demo, log, *equal)
         say("sprung, settings of the NumPy script", ours)
@@ -120,6 +121,7 @@ def two_joints(it, demo):
         far = max(abs(other / own - 1.0) for own, other in zip(parameters, others, strict=True))
         print(f"parameters differ by {far:.1e} with equal settings")
         it.summary.require(far <= SAME_PARAMETERS, f"{name}: parameters differ by {far:.1e}")
+        it.summary.ratio(f"{name}: NumPy, time, defaults", theirs.processor, usual.processor)
         it.summary.ratio(f"{name}: NumPy, time", theirs.processor, ours.processor)
         it.summary.ratio(f"{name}: NumPy, memory", theirs.mebibytes, ours.mebibytes)
 
@@ -152,7 +154,8 @@ def seven_joints(it):
     print("\nleast squares of seven flexible joints")
     log = it.simulate(SEVEN, "seven")
     options = [*LEAST_SQUARES, *OF_PINOCCHIO]
-    say("sprung, 15 s, default settings", it.identify(SEVEN, log, *LEAST_SQUARES))
+    usual = it.identify(SEVEN, log, *LEAST_SQUARES)
+    say("sprung, 15 s, default settings", usual)
     say("sprung, 15 s, no weights, 40 Hz", it.identify(SEVEN, log, *options))
     extrapolated = None
     if it.has("pinocchio"):
@@ -160,18 +163,21 @@ def seven_joints(it):
         say("Pinocchio and NumPy, 15 s, 40 Hz (twice differentiated)", other)
         extrapolated = other.output.splitlines()[-1]
         print(extrapolated)
+        it.summary.ratio("15 s: Pinocchio, time, defaults", other.processor, usual.processor)
     if not it.has("hour"):
         return
     hour = it.simulate(SEVEN, "hour", 3600)
-    say("sprung, an hour, default settings", it.identify(SEVEN, hour, *LEAST_SQUARES, runs=1))
-    one, two = (it.identify(SEVEN, hour, *options, runs=1, threads=threads) for threads in (1, 2))
-    say("sprung, an hour, no weights, 40 Hz, one thread", one)
-    say("sprung, an hour, no weights, 40 Hz, two threads", two)
+    equal = it.identify(SEVEN, hour, *options, runs=1)
+    say("sprung, an hour, no weights, 40 Hz", equal)
+    one, two = (it.identify(SEVEN, hour, *LEAST_SQUARES, runs=1, threads=threads) for threads in (1, 2))
+    say("sprung, an hour, default settings, one thread", one)
+    say("sprung, an hour, default settings, two threads", two)
     it.summary.ratio("hour: two threads", one.seconds, two.seconds)
     if extrapolated is not None:
         words = extrapolated.replace(",", "").split()
         of = {unit: float(words[words.index(unit) + 1]) for unit in ("seconds", "GiB")}
-        it.summary.ratio("hour: Pinocchio, time", of["seconds"], one.processor)
+        it.summary.ratio("hour: Pinocchio, time, defaults", of["seconds"], one.processor)
+        it.summary.ratio("hour: Pinocchio, time", of["seconds"], equal.processor)
         it.summary.ratio("hour: Pinocchio, memory", 1024.0 * of["GiB"], one.mebibytes)
 
 
@@ -182,9 +188,10 @@ def refinements(it, demo):
     say("sprung, 10 s of two joints", it.identify(demo, log, *REFINED))
     for name, duration in (("seven", None), ("seven-60", 60)):
         log = it.simulate(SEVEN, name, duration)
-        for threads in (1, 2):
-            run = it.identify(SEVEN, log, *REFINED, runs=1, threads=threads)
-            say(f"sprung, {duration or 15} s of seven joints, threads: {threads}", run)
+        one, two = (it.identify(SEVEN, log, *REFINED, runs=1, threads=threads) for threads in (1, 2))
+        say(f"sprung, {duration or 15} s of seven joints, one thread", one)
+        say(f"sprung, {duration or 15} s of seven joints, two threads", two)
+        it.summary.ratio(f"refined {duration or 15} s: two threads", one.seconds, two.seconds)
 
 
 def checks(it):
