@@ -1,6 +1,6 @@
 //! The measurement update: an innovation corrects the state by its gain.
 
-use super::state::Filter;
+use super::state::{Filter, Taken};
 use crate::estimate::prediction_error::matrix::add_product;
 use crate::estimate::prediction_error::measurements::{Measurement, Sensor, observe};
 use crate::estimate::prediction_error::vector::{Short, add};
@@ -16,15 +16,6 @@ pub(super) struct Innovation<'f> {
     pub(super) gradient: &'f [f64],
     /// K, \[3 rows\].
     pub(super) gains: &'f [f64],
-}
-
-/// The measurements of a sample whose gains have not yet moved ∂x/∂z.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Taken {
-    /// K of each measurement, \[measurements × 3 rows\].
-    gains: Vec<f64>,
-    /// ∂e/∂z of each measurement, \[measurements × unknowns\].
-    gradients: Vec<f64>,
 }
 
 impl Filter<'_> {

@@ -1,6 +1,5 @@
 //! State and covariance of the filter.
 
-use super::measure::Taken;
 use crate::estimate::prediction_error::covariance::{Correction, Propagation, start_covariance};
 use crate::estimate::prediction_error::dynamics::{Dynamics, Tangent};
 use crate::estimate::prediction_error::levels::Levels;
@@ -31,6 +30,15 @@ pub(super) struct Filter<'a> {
     pub(super) torque: Vec<f64>,
     /// ∂x/∂z with the gains held, and F of the last period.
     pub(super) tangent: Tangent,
+}
+
+/// The measurements of a sample whose gains have not yet moved ∂x/∂z.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Taken {
+    /// K of each measurement, \[measurements × 3 rows\].
+    pub(super) gains: Vec<f64>,
+    /// ∂e/∂z of each measurement, \[measurements × unknowns\].
+    pub(super) gradients: Vec<f64>,
 }
 
 impl<'a> Filter<'a> {
