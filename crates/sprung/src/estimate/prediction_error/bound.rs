@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::dynamics::Dynamics;
 use super::filter::{Keep, run};
 use super::levels::Levels;
-use super::measurements::{build, max_samples, read};
+use super::measurements::{Extent, build, max_samples, read};
 use super::problem::add_prior;
 use super::solve;
 use super::unknowns::Unknowns;
@@ -93,7 +93,8 @@ pub fn information_bound(
         .filter(|&i| channels.all[i].delay == Some(Delay::Estimate))
         .collect();
     let limit = max_samples(model.rows());
-    let (raw, left_out) = read(&channels, &mut sources, limit).map_err(failed)?;
+    let (raw, left_out) =
+        read(&channels, &mut sources, Extent::Beginning(limit)).map_err(failed)?;
     let Some(measurements) = build(&reading, &excerpt, &raw, left_out)? else {
         return Ok(None);
     };

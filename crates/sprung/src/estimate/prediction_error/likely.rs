@@ -1,6 +1,6 @@
 //! Delays and Stribeck velocities to be estimated, by likelihood from several starts.
 
-use super::measurements::max_samples;
+use super::measurements::{Extent, max_samples};
 use super::refine::{Refinery, Start};
 use super::refined::Refined;
 use super::rung::Rung;
@@ -203,7 +203,8 @@ impl Search<'_, '_, '_> {
             torque_noise: TorqueNoise::of(reading.channels()),
             delays: self.estimated.to_vec(),
         };
-        let extent = (Phase::FindingDelays, max_samples(reading.model().rows()));
+        let beginning = Extent::Beginning(max_samples(reading.model().rows()));
+        let extent = (Phase::FindingDelays, beginning);
         let refinery = Refinery::new(&reading, self.sources, self.excerpt, &start, extent)?;
         let Some(refinery) = refinery else {
             return Ok(None);

@@ -57,7 +57,7 @@ use findings::{about, laws_by_likelihood};
 use guard::Guard;
 use ladder::{Tried, choose, climb, nearest};
 pub(super) use likely::likely;
-use measurements::samples_in;
+use measurements::{Extent, samples_in};
 use missing_laws::MissingLaw;
 use refine::{Refinery, Start};
 use refined::Refined;
@@ -104,7 +104,7 @@ pub(super) fn prediction_error(
     if wrong.is_none() {
         let memory = reading.settings().refinement_memory_mib;
         let limit = samples_in(memory, model, reading.channels());
-        let extent = (Phase::Refining, limit);
+        let extent = (Phase::Refining, Extent::Spread(limit));
         if let Some(refinery) = Refinery::new(reading, sources, excerpt, &start, extent)? {
             // A search from nominal values passes through worse ones.
             let guard = match before.nominal {

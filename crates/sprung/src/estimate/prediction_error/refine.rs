@@ -14,7 +14,7 @@ use super::expected_time::expected_seconds;
 use super::finish::finish;
 use super::guard::Guard;
 use super::levels::{Levels, UnknownLevels};
-use super::measurements::{Measurements, RawSegment, build, read};
+use super::measurements::{Extent, Measurements, RawSegment, build, read};
 use super::problem::Problem;
 use super::refined::Refined;
 use super::residual_levels::ResidualLevel;
@@ -81,7 +81,7 @@ pub(super) struct End {
 impl<'a> Refinery<'a> {
     /// Reads the logs.
     ///
-    /// - `limit`: maximum number of samples.
+    /// - `extent`: samples that are used.
     ///
     /// Returns `None` if no robot has parameters near the start.
     ///
@@ -93,13 +93,13 @@ impl<'a> Refinery<'a> {
         sources: &mut [LogSource<'_>],
         excerpt: &'a Excerpt,
         start: &'a Start<'a>,
-        (phase, limit): (Phase, usize),
+        (phase, extent): (Phase, Extent),
     ) -> Result<Option<Self>, PassError> {
         let (model, channels) = (reading.model(), reading.channels());
         let Ok((theta, _)) = feasible(model, start.theta) else {
             return Ok(None);
         };
-        let (raw, left_out) = read(channels, sources, limit)?;
+        let (raw, left_out) = read(channels, sources, extent)?;
         Ok(Some(Self {
             reading,
             excerpt,

@@ -15,6 +15,15 @@ pub(in super::super) struct RawSegment {
     pub(super) values: Vec<Vec<f64>>,
 }
 
+/// Which samples of the logs are read.
+#[derive(Clone, Copy, Debug)]
+pub(in super::super) enum Extent {
+    /// The beginning of each log, about this number of samples of all logs together.
+    Beginning(usize),
+    /// At most this number of samples, spread evenly over the logs.
+    Spread(usize),
+}
+
 /// Maximum work of the filter in a search that is repeated: samples times rows times rows.
 const MAX_SEARCH_WORK: usize = 2_400_000;
 
@@ -122,10 +131,7 @@ fn length(piece: &Piece) -> usize {
     piece.values.last().map_or(0, Vec::len)
 }
 
-/// Reads the logs and splits them at gaps. If they have more samples than the limit, reads pieces
-/// that are spread evenly over the logs.
-///
-/// - `limit`: maximum number of samples of all logs together.
+/// Reads the logs and splits them at gaps.
 ///
 /// Returns the segments, and whether the logs contain more samples.
 ///
@@ -135,8 +141,13 @@ fn length(piece: &Piece) -> usize {
 pub(in super::super) fn read(
     channels: &Channels,
     sources: &mut [LogSource<'_>],
-    limit: usize,
+    extent: Extent,
 ) -> Result<(Vec<RawSegment>, bool), LogError> {
+    let (limit, stop) = match extent {
+        Extent::Beginning(samples) => (usize::MAX, samples / sources.len().max(1)),
+        Extent::Spread(samples) => (samples, usize::MAX),
+    };
+    let mut more = false;
     let mut kept = Kept {
         pieces: Vec::new(),
         stride: 1,
@@ -145,18 +156,20 @@ pub(in super::super) fn read(
         read: 0,
     };
     for (log, source) in sources.iter_mut().enumerate() {
-        read_log(channels, (log, source), &mut kept)?;
+        more |= read_log(channels, (log, source), stop, &mut kept)?;
     }
-    let more = kept.stride > 1;
+    more |= kept.stride > 1;
     Ok((kept.segments(), more))
 }
 
-/// Reads the pieces of one log.
+/// Reads the pieces of one log, until the block with the sample `stop`. Returns whether the log has
+/// more blocks.
 fn read_log(
     channels: &Channels,
     (log_index, source): (usize, &mut LogSource<'_>),
+    stop: usize,
     kept: &mut Kept,
-) -> Result<(), LogError> {
+) -> Result<bool, LogError> {
     let count = channels.all.len();
     let mut log = source.open(channels)?;
     let mut block = LogBlock::new(count);
@@ -171,7 +184,8 @@ fn read_log(
         values: vec![Vec::with_capacity(samples); count],
     };
     let mut piece = new(kept.read, false);
-    while going {
+    let mut taken = 0;
+    while going && taken < stop {
         for k in 0..block.len() {
             let is_gap = block.gaps.contains(&k);
             if is_gap || length(&piece) == samples {
@@ -182,10 +196,11 @@ fn read_log(
                 own.push(column[k]);
             }
         }
+        taken += block.len();
         going = log.read(&mut block)?;
     }
     kept.push(piece);
-    Ok(())
+    Ok(going && !block.is_empty())
 }
 
 #[cfg(test)]
