@@ -80,6 +80,17 @@ struct Kept {
 }
 
 impl Kept {
+    /// - `limit`: maximum number of samples.
+    fn new(limit: usize) -> Self {
+        Self {
+            pieces: Vec::new(),
+            stride: 1,
+            samples: 0,
+            limit,
+            read: 0,
+        }
+    }
+
     /// Adds the next piece of the logs.
     fn push(&mut self, piece: Piece) {
         self.read = piece.index + 1;
@@ -127,8 +138,7 @@ impl Kept {
 }
 
 fn length(piece: &Piece) -> usize {
-    // The last channel is joined last.
-    piece.values.last().map_or(0, Vec::len)
+    piece.values.first().map_or(0, Vec::len)
 }
 
 /// Reads the logs and splits them at gaps.
@@ -148,13 +158,7 @@ pub(in super::super) fn read(
         Extent::Spread(samples) => (samples, usize::MAX),
     };
     let mut more = false;
-    let mut kept = Kept {
-        pieces: Vec::new(),
-        stride: 1,
-        samples: 0,
-        limit,
-        read: 0,
-    };
+    let mut kept = Kept::new(limit);
     for (log, source) in sources.iter_mut().enumerate() {
         more |= read_log(channels, (log, source), stop, &mut kept)?;
     }
@@ -181,7 +185,7 @@ fn read_log(
         log: log_index,
         period,
         continues,
-        values: vec![Vec::with_capacity(samples); count],
+        values: vec![Vec::new(); count],
     };
     let mut piece = new(kept.read, false);
     let mut taken = 0;
@@ -209,13 +213,7 @@ mod tests {
 
     /// Pieces of ten samples with the given flags, and their numbers as values.
     fn kept(limit: usize, continues: &[bool]) -> Kept {
-        let mut kept = Kept {
-            pieces: Vec::new(),
-            stride: 1,
-            samples: 0,
-            limit,
-            read: 0,
-        };
+        let mut kept = Kept::new(limit);
         for (index, &continues) in continues.iter().enumerate() {
             kept.push(Piece {
                 index,
