@@ -53,7 +53,8 @@ pub(crate) enum Verb {
 
 #[derive(Debug, Args)]
 pub(crate) struct Common {
-    /// Folder for results [default: sprung-out beside the experiment file].
+    /// Folder for results [default: sprung-out beside experiment.toml, sprung-out-NAME beside
+    /// NAME.toml; simulate: the folder in which the experiment names its log].
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Override one key of the experiment, for example log.file=run7.csv; can be repeated.

@@ -1,9 +1,10 @@
 //! Writes the results of a run completely or not at all.
 
+use std::fs::TryLockError;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use sprung::session::{Session, Switch, finish};
+use sprung::session::{Session, Switch, TEMPORARY_NAME, finish};
 use tempfile::NamedTempFile;
 
 use crate::args::Common;
@@ -11,55 +12,123 @@ use crate::exit_code::{ExitCode, Failure};
 use crate::halt;
 use crate::switch::decide;
 
-/// Prefix and suffix of temporary files.
-const TEMPORARY: (&str, &str) = (".sprung-", ".part");
-
 /// Returns the folder for results of a command.
 pub(crate) fn results_folder(session: &Session, common: &Common) -> PathBuf {
     (common.out.clone()).unwrap_or_else(|| session.results_folder())
 }
 
-/// Files of one run. They are written under temporary names in the same folder and then renamed
-/// together, so earlier results stay complete if a step fails. If the program is killed between the
-/// renames, the list of renames remains, and the next command completes it.
-pub(crate) struct Output {
-    folder: PathBuf,
+/// A folder for results. It exists and can be written, so no result is computed in vain.
+pub(crate) struct Folder {
+    path: PathBuf,
     // Input files, which must not be overwritten.
     inputs: Vec<PathBuf>,
-    files: Vec<(PathBuf, NamedTempFile)>,
-    // Files of earlier runs that are removed when the new files take their places.
-    outdated: Vec<PathBuf>,
+    // Folders that did not exist, the innermost first. They are removed if they remain empty.
+    created: Vec<PathBuf>,
 }
 
-impl Output {
-    /// Creates the folder if it does not exist, completes the renames of a killed run, and removes
-    /// its temporary files.
-    pub(crate) fn new(folder: &Path) -> Result<Self, Failure> {
-        std::fs::create_dir_all(folder).map_err(|error| {
-            let folder = folder.display();
+impl Folder {
+    /// Creates the folder if it does not exist, completes the renames of a killed run, and tests that the results can
+    /// be written.
+    ///
+    /// - `inputs`: files that are not overwritten.
+    /// - `names`: names of the files that the command will write.
+    pub(crate) fn new(
+        path: &Path,
+        inputs: impl IntoIterator<Item = PathBuf>,
+        names: &[impl AsRef<Path>],
+    ) -> Result<Self, Failure> {
+        let missing = path
+            .ancestors()
+            .take_while(|folder| !folder.as_os_str().is_empty() && !folder.exists());
+        let created = missing.map(Path::to_owned).collect();
+        let folder = Self {
+            path: path.to_owned(),
+            inputs: (inputs.into_iter())
+                .filter_map(|path| path.canonicalize().ok())
+                .collect(),
+            created,
+        };
+        folder.create()?;
+        for name in names {
+            folder.destination(name.as_ref())?;
+        }
+        temporary(path).map_err(|error| {
+            let path = path.display();
             Failure::new(
                 ExitCode::File,
-                format!("cannot create the folder {folder}: {error}; choose another with --out"),
+                format!("cannot write into the folder {path}: {error}; choose another folder"),
             )
         })?;
-        finish(folder)?;
-        clear(folder);
+        Ok(folder)
+    }
+
+    /// Begins a set of files.
+    pub(crate) fn output(&self) -> Result<Output<'_>, Failure> {
+        // Another run may have been killed, or the folder removed, since `new`.
+        self.create()?;
         halt::at("nothing written");
-        Ok(Self {
-            folder: folder.to_owned(),
-            inputs: Vec::new(),
+        Ok(Output {
+            folder: self,
             files: Vec::new(),
             outdated: Vec::new(),
         })
     }
 
-    /// Protects input files from being overwritten.
-    pub(crate) fn keeping(mut self, inputs: impl IntoIterator<Item = PathBuf>) -> Self {
-        let found = inputs
-            .into_iter()
-            .filter_map(|path| path.canonicalize().ok());
-        self.inputs.extend(found);
-        self
+    fn create(&self) -> Result<(), Failure> {
+        std::fs::create_dir_all(&self.path).map_err(|error| {
+            let folder = self.path.display();
+            Failure::new(
+                ExitCode::File,
+                format!("cannot create the folder {folder}: {error}; choose another folder"),
+            )
+        })?;
+        finish(&self.path)?;
+        Ok(())
+    }
+
+    /// Returns the path of a file to be written.
+    fn destination(&self, name: &Path) -> Result<PathBuf, Failure> {
+        let path = self.path.join(name);
+        if (path.canonicalize()).is_ok_and(|path| self.inputs.contains(&path)) {
+            let path = path.display();
+            return Err(Failure::new(
+                ExitCode::Usage,
+                format!("{path} is an input and would be overwritten; choose a folder with --out"),
+            ));
+        }
+        if path.is_dir() {
+            let error = std::io::Error::from(std::io::ErrorKind::IsADirectory);
+            return Err(cannot_write(&path, &error));
+        }
+        Ok(path)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        for folder in &self.created {
+            // A folder with files stays.
+            if std::fs::remove_dir(folder).is_err() {
+                break;
+            }
+        }
+    }
+}
+
+/// Files of one run. They are written under temporary names in the same folder and then renamed
+/// together, so earlier results stay complete if a step fails. If the program is killed between the
+/// renames, the list of renames remains, and the next command completes it.
+pub(crate) struct Output<'a> {
+    folder: &'a Folder,
+    files: Vec<(PathBuf, NamedTempFile)>,
+    // Files of earlier runs that are removed when the new files take their places.
+    outdated: Vec<PathBuf>,
+}
+
+impl Output<'_> {
+    /// Returns the path of the folder.
+    pub(crate) fn folder(&self) -> &Path {
+        &self.folder.path
     }
 
     /// Writes a file with the function `fill`.
@@ -68,14 +137,7 @@ impl Output {
         name: impl AsRef<Path>,
         fill: impl FnOnce(&mut dyn Write) -> Result<(), E>,
     ) -> Result<PathBuf, Failure> {
-        let path = self.folder.join(name);
-        if (path.canonicalize()).is_ok_and(|path| self.inputs.contains(&path)) {
-            let path = path.display();
-            return Err(Failure::new(
-                ExitCode::Usage,
-                format!("{path} is an input and would be overwritten; choose a folder with --out"),
-            ));
-        }
+        let path = self.folder.destination(name.as_ref())?;
         let failed = |error: &dyn std::fmt::Display| {
             Failure::new(
                 ExitCode::File,
@@ -85,7 +147,7 @@ impl Output {
                 ),
             )
         };
-        let mut file = temporary(&self.folder).map_err(|error| failed(&error))?;
+        let mut file = temporary(&self.folder.path).map_err(|error| failed(&error))?;
         let mut writer = std::io::BufWriter::with_capacity(1 << 16, file.as_file_mut());
         fill(&mut writer).map_err(|error| failed(&error))?;
         writer.flush().map_err(|error| failed(&error))?;
@@ -103,8 +165,8 @@ impl Output {
     /// Marks a file of an earlier run for removal if it exists and is not an input. Returns whether
     /// it is marked.
     pub(crate) fn outdates(&mut self, name: &str) -> bool {
-        let path = self.folder.join(name);
-        let goes = (path.canonicalize()).is_ok_and(|path| !self.inputs.contains(&path));
+        let path = self.folder.path.join(name);
+        let goes = (path.canonicalize()).is_ok_and(|path| !self.folder.inputs.contains(&path));
         if goes {
             self.outdated.push(path);
         }
@@ -116,10 +178,6 @@ impl Output {
         for (path, file) in &self.files {
             let synced = file.as_file().sync_all();
             synced.map_err(|error| cannot_write(path, &error))?;
-            if path.is_dir() {
-                let error = std::io::Error::from(std::io::ErrorKind::IsADirectory);
-                return Err(cannot_write(path, &error));
-            }
         }
         halt::at("all written");
         if self.files.len() > 1 || !self.outdated.is_empty() {
@@ -148,15 +206,16 @@ impl Output {
             renames: renames.collect::<Result<_, Failure>>()?,
             outdated: (self.outdated.iter().map(|path| name(path))).collect::<Result<_, _>>()?,
         };
-        let list = temporary(&self.folder).map_err(|error| cannot_write(&self.folder, &error))?;
-        let list = decide(&switch, &self.folder, list)?;
+        let folder = &self.folder.path;
+        let list = temporary(folder).map_err(|error| cannot_write(folder, &error))?;
+        let list = decide(&switch, folder, list)?;
         halt::at("list in place");
         // The temporary files stay open and locked until they are renamed.
         let mut files = Vec::new();
         for (path, file) in self.files {
             files.push((file.keep()).map_err(|error| cannot_write(&path, &error.error))?);
         }
-        switch.carry_out(&self.folder, &list, halt::at)?;
+        switch.carry_out(folder, &list, halt::at)?;
         halt::at("list removed");
         Ok(())
     }
@@ -169,37 +228,25 @@ fn cannot_write(path: &Path, error: &dyn std::fmt::Display) -> Failure {
     )
 }
 
-/// Removes the temporary files of killed runs. Files of running processes are locked, so they stay.
-fn clear(folder: &Path) {
-    let Ok(entries) = std::fs::read_dir(folder) else {
-        return;
-    };
-    for entry in entries.filter_map(Result::ok) {
-        let name = entry.file_name();
-        let is_temporary = (name.to_str())
-            .is_some_and(|name| name.starts_with(TEMPORARY.0) && name.ends_with(TEMPORARY.1));
-        if !is_temporary {
-            continue;
-        }
-        let is_left = std::fs::File::open(entry.path()).is_ok_and(|file| file.try_lock().is_ok());
-        if is_left {
-            // A file that cannot be removed does no harm.
-            let _ = std::fs::remove_file(entry.path());
-        }
-    }
-}
-
+/// Creates a locked temporary file.
 fn temporary(folder: &Path) -> std::io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(TEMPORARY.0).suffix(TEMPORARY.1);
+    let (prefix, suffix) = TEMPORARY_NAME;
+    builder.prefix(prefix).suffix(suffix);
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
         // A temporary file is private by default; a result gets the user's usual permissions.
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
-    let file = builder.tempfile_in(folder)?;
-    // Network file systems may not support locks. The results are complete without them.
-    let _ = file.as_file().try_lock();
-    Ok(file)
+    loop {
+        let file = builder.tempfile_in(folder)?;
+        // Network file systems may not support locks. The results are complete without them.
+        let locked = file.as_file().try_lock();
+        // Before the lock, another run may take the file for that of a killed run and remove it.
+        let is_taken = matches!(locked, Err(TryLockError::WouldBlock)) || !file.path().exists();
+        if !is_taken {
+            return Ok(file);
+        }
+    }
 }

@@ -12,7 +12,7 @@ use crate::terminal::Terminal;
 /// Writes the log of a twin and returns its future path.
 pub(crate) fn write_log(
     twin: &Recording<'_>,
-    output: &mut Output,
+    output: &mut Output<'_>,
     terminal: Terminal,
 ) -> Result<PathBuf, Failure> {
     let mut failure = None;

@@ -12,7 +12,8 @@ use sprung::validate::{Validated, Validation};
 use crate::exit_code::{ExitCode, Failure};
 use crate::output::Output;
 
-/// Names of the files with the curves of an identification.
+/// Names of the other files of an identification.
+const PARAMETERS_FILE: &str = "parameters.csv";
 const TRACE_FILE: &str = "trace.csv";
 const FIT_FILE: &str = "fit.csv";
 
@@ -20,12 +21,27 @@ const FIT_FILE: &str = "fit.csv";
 const VALIDATION_FILE: &str = "validation.json";
 const SIGNALS_FILE: &str = "signals.csv";
 
+/// Name of the report of an identification, of a validation and of a comparison.
+pub(crate) const REPORT_FILE: &str = "report.html";
+
+/// Files that an identification writes.
+pub(crate) const IDENTIFIED_FILES: [&str; 5] = [
+    IDENTIFICATION_FILE,
+    PARAMETERS_FILE,
+    TRACE_FILE,
+    FIT_FILE,
+    REPORT_FILE,
+];
+
+/// Files that a validation writes.
+pub(crate) const VALIDATED_FILES: [&str; 3] = [VALIDATION_FILE, SIGNALS_FILE, REPORT_FILE];
+
 /// Heading of the first column of the signals.
 const SIGNALS_LABEL: &str = "run/parameters";
 
 /// Writes a value as JSON.
 pub(crate) fn write_json(
-    output: &mut Output,
+    output: &mut Output<'_>,
     name: &str,
     value: &impl Serialize,
 ) -> Result<(), Failure> {
@@ -37,16 +53,16 @@ pub(crate) fn write_json(
 }
 
 /// Writes all files of an identification except the report.
-pub(crate) fn write_identified(output: &mut Output, found: &Identified) -> Result<(), Failure> {
+pub(crate) fn write_identified(output: &mut Output<'_>, found: &Identified) -> Result<(), Failure> {
     write_json(output, IDENTIFICATION_FILE, &found.identification)?;
-    output.text("parameters.csv", &parameters_csv(&found.identification))?;
+    output.text(PARAMETERS_FILE, &parameters_csv(&found.identification))?;
     output.text(TRACE_FILE, &found.trace.to_csv("estimator"))?;
     output.text(FIT_FILE, &found.fit.to_csv("source"))?;
     Ok(())
 }
 
 /// Writes all files of a validation except the report.
-pub(crate) fn write_validated(output: &mut Output, found: &Validated) -> Result<(), Failure> {
+pub(crate) fn write_validated(output: &mut Output<'_>, found: &Validated) -> Result<(), Failure> {
     write_json(output, VALIDATION_FILE, &found.validation)?;
     output.text(SIGNALS_FILE, &found.curves.to_csv(SIGNALS_LABEL))?;
     Ok(())
@@ -54,15 +70,15 @@ pub(crate) fn write_validated(output: &mut Output, found: &Validated) -> Result<
 
 /// Writes the report and returns its future path.
 pub(crate) fn write_report(
-    output: &mut Output,
+    output: &mut Output<'_>,
     contents: &Contents<'_>,
 ) -> Result<PathBuf, Failure> {
-    write_html(output, "report.html", &compose(contents))
+    write_html(output, REPORT_FILE, &compose(contents))
 }
 
 /// Writes a document and returns its future path.
 pub(crate) fn write_html(
-    output: &mut Output,
+    output: &mut Output<'_>,
     name: &str,
     document: &Document,
 ) -> Result<PathBuf, Failure> {
@@ -73,7 +89,8 @@ pub(crate) fn write_html(
 }
 
 /// Marks the files of an earlier validation for removal. Returns whether they exist.
-pub(crate) fn outdate_validation(output: &mut Output, folder: &Path) -> bool {
+pub(crate) fn outdate_validation(output: &mut Output<'_>) -> bool {
+    let folder = output.folder().to_owned();
     let text = |name: &str| std::fs::read_to_string(folder.join(name)).ok();
     // A file with this name is removed only if a validation of sprung wrote it.
     let is_ours =

@@ -59,6 +59,7 @@ mod fit;
 pub mod log;
 pub mod model;
 pub mod named;
+mod numbers;
 #[doc(hidden)]
 pub mod prepare;
 #[doc(hidden)]

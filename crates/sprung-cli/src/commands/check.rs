@@ -9,9 +9,13 @@ use sprung::session::{Depth, Session, Usability};
 use crate::args::Check;
 use crate::command_line::command_line;
 use crate::exit_code::{ExitCode, Failure};
-use crate::output::{Output, results_folder};
+use crate::output::{Folder, results_folder};
 use crate::results::{write_html, write_json};
 use crate::terminal::{Terminal, dash, plain};
+
+/// Names of the files that a check writes.
+const CHECK_FILE: &str = "check.json";
+const CHECK_REPORT_FILE: &str = "check.html";
 
 pub(crate) fn run(args: &Check) -> Result<ExitCode, Failure> {
     let common = &args.common;
@@ -22,13 +26,17 @@ pub(crate) fn run(args: &Check) -> Result<ExitCode, Failure> {
     } else {
         Depth::OnePass
     };
+    let folder = Folder::new(
+        &results_folder(&session, common),
+        session.inputs(),
+        &[CHECK_FILE, CHECK_REPORT_FILE],
+    )?;
     let checked = terminal.follow("checking", |progress| session.check(depth, progress))?;
 
-    let folder = results_folder(&session, common);
-    let mut output = Output::new(&folder)?.keeping(session.inputs());
-    write_json(&mut output, "check.json", &checked.report)?;
+    let mut output = folder.output()?;
+    write_json(&mut output, CHECK_FILE, &checked.report)?;
     let document = compose_check(&checked, &command_line(), session.text());
-    let report = write_html(&mut output, "check.html", &document)?;
+    let report = write_html(&mut output, CHECK_REPORT_FILE, &document)?;
     output.commit()?;
 
     terminal.json(&checked.report);

@@ -11,19 +11,23 @@ use sprung::validate::QuantityProof;
 use crate::args::Compare;
 use crate::command_line::command_line;
 use crate::exit_code::{ExitCode, Failure};
-use crate::output::Output;
-use crate::results::{write_html, write_json};
+use crate::output::Folder;
+use crate::results::{REPORT_FILE, write_html, write_json};
 use crate::terminal::{Terminal, dash, plain};
+
+/// Name of the file of a comparison.
+const COMPARISON_FILE: &str = "comparison.json";
 
 pub(crate) fn run(args: &Compare) -> Result<ExitCode, Failure> {
     let terminal = Terminal::new(args.voice, args.json);
     let found = compare_files(&args.files, &mut Unheard)?;
     let comparison = found.comparison;
 
-    let mut output = Output::new(&args.out)?.keeping(found.files);
-    write_json(&mut output, "comparison.json", &comparison)?;
+    let folder = Folder::new(&args.out, found.files, &[COMPARISON_FILE, REPORT_FILE])?;
+    let mut output = folder.output()?;
+    write_json(&mut output, COMPARISON_FILE, &comparison)?;
     let document = compose_comparison(&comparison, &command_line());
-    let report = write_html(&mut output, "report.html", &document)?;
+    let report = write_html(&mut output, REPORT_FILE, &document)?;
     output.commit()?;
 
     terminal.json(&comparison);

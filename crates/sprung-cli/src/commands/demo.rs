@@ -2,20 +2,22 @@
 
 use sprung::demo;
 use sprung::report::Contents;
-use sprung::session::{Parameters, Session};
+use sprung::session::{EXPERIMENT_FILE, Parameters, Session};
 
 use crate::args::Demo;
 use crate::command_line::command_line;
 use crate::exit_code::{ExitCode, Failure};
-use crate::output::Output;
+use crate::output::Folder;
 use crate::record::write_log;
-use crate::results::{write_identified, write_report, write_validated};
+use crate::results::{
+    IDENTIFIED_FILES, VALIDATED_FILES, write_identified, write_report, write_validated,
+};
 use crate::terminal::Terminal;
 
 pub(crate) fn run(args: &Demo) -> Result<ExitCode, Failure> {
     let terminal = Terminal::new(args.voice, false);
     let text = with_seed(args.seed);
-    let present = std::fs::read_to_string(args.out.join("experiment.toml")).ok();
+    let present = std::fs::read_to_string(args.out.join(EXPERIMENT_FILE)).ok();
     if present.is_some_and(|present| without_seed(&present) != without_seed(&text)) {
         return Err(Failure::new(
             ExitCode::Usage,
@@ -26,17 +28,20 @@ pub(crate) fn run(args: &Demo) -> Result<ExitCode, Failure> {
             ),
         ));
     }
-    let mut output = Output::new(&args.out)?;
-    let file = output.text("experiment.toml", &text)?;
+    let folder = Folder::new(&args.out, [], &[EXPERIMENT_FILE])?;
+    let mut output = folder.output()?;
+    let file = output.text(EXPERIMENT_FILE, &text)?;
     output.text("truth.toml", demo::TRUTH)?;
     output.commit()?;
 
     let session = Session::open(&file, &[])?;
+    let names = [&IDENTIFIED_FILES[..], &VALIDATED_FILES].concat();
+    let results = Folder::new(&session.results_folder(), session.inputs(), &names)?;
     let prediction = session.experiment().validate.last();
     let identified = session.twin(None, None)?;
     let predicted = session.twin(prediction.map(|run| run.name.as_str()), None)?;
     let seed = identified.seed().wrapping_add(1);
-    let mut output = Output::new(&args.out)?;
+    let mut output = folder.output()?;
     write_log(&identified, &mut output, terminal)?;
     write_log(&predicted.with_seed(seed), &mut output, terminal)?;
     output.commit()?;
@@ -48,7 +53,7 @@ pub(crate) fn run(args: &Demo) -> Result<ExitCode, Failure> {
     })?;
 
     let truth = identified.truth();
-    let mut output = Output::new(&session.results_folder())?;
+    let mut output = results.output()?;
     write_identified(&mut output, &found)?;
     write_validated(&mut output, &validated)?;
     let contents = Contents {

@@ -1,6 +1,6 @@
 //! `sprung identify`: identifies the parameters from a log.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use sprung::estimate::Identified;
 use sprung::report::Contents;
@@ -9,15 +9,19 @@ use sprung::session::{Session, Usability};
 use crate::args::Identify;
 use crate::command_line::command_line;
 use crate::exit_code::{ExitCode, Failure};
-use crate::output::{Output, results_folder};
-use crate::results::{outdate_validation, write_identified, write_report};
+use crate::output::{Folder, results_folder};
+use crate::results::{IDENTIFIED_FILES, outdate_validation, write_identified, write_report};
 use crate::terminal::Terminal;
 
 pub(crate) fn run(args: &Identify) -> Result<ExitCode, Failure> {
     let common = &args.common;
     let terminal = Terminal::new(common.voice, common.json);
     let session = Session::open(&args.experiment, &common.overrides)?;
-    let folder = results_folder(&session, common);
+    let folder = Folder::new(
+        &results_folder(&session, common),
+        session.inputs(),
+        &IDENTIFIED_FILES,
+    )?;
     // A refinement may take minutes. If the program is killed then, the folder holds the result of
     // least squares. If it cannot be written, the result of the refinement cannot either.
     let mut outdated = false;
@@ -47,10 +51,14 @@ pub(crate) fn run(args: &Identify) -> Result<ExitCode, Failure> {
 
 /// Writes all files of an identification. Returns the path of the report, and whether an outdated
 /// validation was removed.
-fn write(folder: &Path, session: &Session, found: &Identified) -> Result<(PathBuf, bool), Failure> {
-    let mut output = Output::new(folder)?.keeping(session.inputs());
+fn write(
+    folder: &Folder,
+    session: &Session,
+    found: &Identified,
+) -> Result<(PathBuf, bool), Failure> {
+    let mut output = folder.output()?;
     write_identified(&mut output, found)?;
-    let outdated = outdate_validation(&mut output, folder);
+    let outdated = outdate_validation(&mut output);
     let contents = Contents {
         identification: Some(&found.identification),
         trace: Some(&found.trace),

@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use sprung::description::{Start, template};
-use sprung::session::{SessionError, start_from_urdf};
+use sprung::session::{EXPERIMENT_FILE, SessionError, start_from_urdf};
 
 use crate::args::New;
 use crate::command_line::quoted;
 use crate::exit_code::{ExitCode, Failure};
-use crate::output::Output;
+use crate::output::Folder;
 use crate::terminal::Terminal;
 
 /// Number of joints without `--joints`.
@@ -26,15 +26,9 @@ pub(crate) fn run(args: &New) -> Result<ExitCode, Failure> {
         ),
     };
 
-    std::fs::create_dir_all(folder).map_err(|error| {
-        let folder = folder.display();
-        Failure::new(
-            ExitCode::File,
-            format!("cannot create the folder {folder}: {error}"),
-        )
-    })?;
-    let mut output = Output::new(folder)?;
-    let path = output.text("experiment.toml", &template(&start))?;
+    let place = Folder::new(folder, [], &[EXPERIMENT_FILE])?;
+    let mut output = place.output()?;
+    let path = output.text(EXPERIMENT_FILE, &template(&start))?;
     output.commit()?;
 
     terminal.say(format!(
@@ -56,7 +50,7 @@ fn refuse_what_is_there(folder: &Path) -> Result<(), Failure> {
             folder.display()
         ));
     }
-    let file = folder.join("experiment.toml");
+    let file = folder.join(EXPERIMENT_FILE);
     // A link without target also counts as an existing file.
     if file.symlink_metadata().is_ok() {
         return refuse(format!(

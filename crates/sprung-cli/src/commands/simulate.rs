@@ -1,10 +1,13 @@
 //! `sprung simulate`: simulates a log with the digital twin.
 
-use sprung::session::{Parameters, Session};
+use std::path::{Path, PathBuf};
+
+use sprung::session::{Parameters, Recording, Session};
 
 use crate::args::Simulate;
+use crate::command_line::quoted;
 use crate::exit_code::{ExitCode, Failure};
-use crate::output::{Output, results_folder};
+use crate::output::Folder;
 use crate::record::write_log;
 use crate::terminal::Terminal;
 
@@ -17,10 +20,40 @@ pub(crate) fn run(args: &Simulate) -> Result<ExitCode, Failure> {
         .transpose()?;
     let twin = session.twin(args.run.as_deref(), parameters.as_ref())?;
 
-    let mut output = Output::new(&results_folder(&session, common))?.keeping(session.inputs());
+    let path = folder_of(&twin, common.out.as_deref())?;
+    let folder = Folder::new(&path, session.inputs(), &[twin.name()])?;
+    let mut output = folder.output()?;
     let path = write_log(&twin, &mut output, terminal)?;
     output.commit()?;
     terminal.json(&serde_json::json!({ "log": path }));
     terminal.say(format!("log: {}", path.display()));
+    if args.run.is_none() && path != twin.named() {
+        let log = std::path::absolute(&path).unwrap_or(path);
+        terminal.say(format!(
+            "identify it with: sprung identify {} --set {}",
+            quoted(&args.experiment.to_string_lossy()),
+            quoted(&format!("log.file={}", log.display())),
+        ));
+    }
     Ok(ExitCode::Done)
+}
+
+/// Returns the folder for the log: that of `--out`, or else the folder in which the experiment names the log. There, no
+/// file is overwritten, because it may be a measured log.
+fn folder_of(twin: &Recording<'_>, out: Option<&Path>) -> Result<PathBuf, Failure> {
+    if let Some(out) = out {
+        return Ok(out.to_owned());
+    }
+    let file = twin.named().with_file_name(twin.name());
+    if file.symlink_metadata().is_ok() {
+        return Err(Failure::new(
+            ExitCode::Usage,
+            format!(
+                "{} exists and is not overwritten; give another folder with --out, or another file with \
+                 --set log.file=FILE",
+                file.display()
+            ),
+        ));
+    }
+    Ok(file.parent().map_or_else(PathBuf::new, Path::to_owned))
 }

@@ -6,27 +6,27 @@ use sprung::session::{Parameters, Session, Usability, find_identification};
 use crate::args::Validate;
 use crate::command_line::command_line;
 use crate::exit_code::{ExitCode, Failure};
-use crate::output::{Output, results_folder};
-use crate::results::{curves_beside, write_report, write_validated};
+use crate::output::{Folder, results_folder};
+use crate::results::{VALIDATED_FILES, curves_beside, write_report, write_validated};
 use crate::terminal::Terminal;
 
 pub(crate) fn run(args: &Validate) -> Result<ExitCode, Failure> {
     let common = &args.common;
     let terminal = Terminal::new(common.voice, common.json);
     let session = Session::open(&args.experiment, &common.overrides)?;
-    let folder = results_folder(&session, common);
+    let path = results_folder(&session, common);
     let file = match &args.parameters {
         Some(file) => file.clone(),
-        None => find_identification(&folder, &session.results_folder())?,
+        None => find_identification(&path, &session.results_folder())?,
     };
     let parameters = Parameters::open(&file)?;
+    let inputs = session.inputs().into_iter().chain([file.clone()]);
+    let folder = Folder::new(&path, inputs, &VALIDATED_FILES)?;
     let found = terminal.follow("validating", |progress| {
         session.validate(&parameters, progress)
     })?;
 
-    let mut output = Output::new(&folder)?
-        .keeping(session.inputs())
-        .keeping([file.clone()]);
+    let mut output = folder.output()?;
     write_validated(&mut output, &found)?;
     // The curves of the identification are in the same folder, unless they were removed.
     let (trace, fit) = match parameters.identification {

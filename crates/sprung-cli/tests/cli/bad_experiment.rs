@@ -8,7 +8,7 @@ fn missing_file() {
     assert_eq!(output.status.code(), Some(4));
     let message = stderr(&output);
     assert!(
-        message.contains("cannot read /nonexistent/experiment.toml"),
+        message.contains("there is no experiment file /nonexistent/experiment.toml"),
         "{message}"
     );
 }

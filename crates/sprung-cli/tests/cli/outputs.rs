@@ -372,7 +372,7 @@ fn folder_that_cannot_be_written() {
     assert_eq!(output.status.code(), Some(4));
     let message = stderr(&output);
     assert!(
-        message.contains("cannot create the folder") && message.contains("--out"),
+        message.contains("cannot create the folder") && message.contains("choose another folder"),
         "{message}"
     );
 }

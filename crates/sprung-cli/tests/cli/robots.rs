@@ -73,6 +73,53 @@ nominal = {{ rotor_inertia = 0.2, motor_viscous = 1.0, motor_coulomb = 0.5, moto
 }
 
 #[test]
+fn a_zero_that_is_a_right_angle_off_is_named() {
+    let finding_of = |json: &serde_json::Value, code: &str| {
+        let findings = json["findings"].as_array().unwrap();
+        let found = findings.iter().find(|finding| finding["code"] == code);
+        found
+            .unwrap_or_else(|| panic!("no {code} in {findings:#?}"))
+            .clone()
+    };
+    let off = [
+        "--set",
+        "robot.joint.shoulder.position_offset_deg=90.0",
+        "--set",
+        "identify.on_check_error=go-on",
+    ];
+    // The pan turns the arm about the vertical, so no direction of gravity explains the torques.
+    let (_, json) = turret().results(&off);
+    assert_eq!(finding(&json, "gravity-tilted"), None);
+    let found = finding_of(&json, "zero-off");
+    let text = found["text"].as_str().unwrap();
+    assert!(
+        text.contains("-90° added to the positions of shoulder"),
+        "{text}"
+    );
+    assert_eq!(
+        found["remedy"],
+        "set position_offset_deg = 0 in the block of shoulder"
+    );
+
+    // Without the pan, both explanations are the same motion of the robot.
+    let (_, json) = recorded().results(&off);
+    assert_eq!(finding(&json, "zero-off"), None);
+    let found = finding_of(&json, "gravity-tilted");
+    let (text, remedy) = (
+        found["text"].as_str().unwrap(),
+        found["remedy"].as_str().unwrap(),
+    );
+    assert!(
+        text.contains("or the zero of shoulder differs from that of the model by 90°"),
+        "{text}"
+    );
+    assert!(
+        remedy.contains("set position_offset_deg = 0 in the block of shoulder"),
+        "{remedy}"
+    );
+}
+
+#[test]
 fn gravity_in_a_wrong_frame_is_found_and_named() {
     let case = turret();
     let (_, json) = case.results(&[]);

@@ -346,7 +346,7 @@ fn files_that_are_something_else() {
         case.path("identification.csv").to_str().unwrap(),
     ]);
     assert_eq!(output.status.code(), Some(2));
-    assert!(stderr(&output).contains("is a log; give the experiment file"));
+    assert!(stderr(&output).contains("is a log, not an experiment file; give the experiment file"));
     let text = std::fs::read_to_string(case.path("identification.csv")).unwrap();
     let glued = text.replace(',', "/");
     std::fs::write(case.path("identification.csv"), glued).unwrap();

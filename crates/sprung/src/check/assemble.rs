@@ -90,6 +90,7 @@ fn log(
         interpolated: figures.timing.interpolated,
         dropped: figures.timing.dropped.count,
         repeated: figures.timing.repeated.count,
+        without_value: figures.timing.lacking.count,
         frozen: figures.timing.frozen.count,
         gaps: figures.timing.gaps.count,
         gap_duration_s: figures.timing.gaps.duration,

@@ -103,6 +103,8 @@ pub struct CheckedLog {
     pub dropped: u64,
     /// Number of duplicate samples.
     pub repeated: u64,
+    /// Number of samples left out because a column has no value.
+    pub without_value: u64,
     /// Number of samples that repeat all values of the previous one although a joint moves.
     pub frozen: u64,
     /// Number of gaps.

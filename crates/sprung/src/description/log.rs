@@ -43,6 +43,10 @@ pub struct Log {
     /// Sampling times of the log: `"auto"` (the default) determines them from the positions, `"even"`
     /// takes one sample each period, `"as-stamped"` takes the time stamps.
     pub sampling: Option<SamplingTimes>,
+    /// Treatment of samples in which a column has no value (`NaN`, a null, an empty cell of CSV):
+    /// `"refuse"` (the default) refuses the log, `"gap"` leaves these samples out, as if they had not
+    /// been recorded.
+    pub nan: Option<MissingValues>,
     /// Columns of the link positions, rad.
     pub link_position_rad: Option<Columns>,
     /// Columns of the link positions, degrees.
@@ -148,6 +152,27 @@ impl TryFrom<String> for SamplingTimes {
     fn try_from(word: String) -> Result<Self, String> {
         let index = choose("sampling", &word, &["auto", "even", "as-stamped"])?;
         Ok([Self::Auto, Self::Even, Self::AsStamped][index])
+    }
+}
+
+/// Treatment of samples without a value.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(try_from = "String")]
+#[schemars(extend("enum" = ["refuse", "gap"]))]
+pub enum MissingValues {
+    /// The log is refused.
+    #[default]
+    Refuse,
+    /// The samples are left out.
+    Gap,
+}
+
+impl TryFrom<String> for MissingValues {
+    type Error = String;
+
+    fn try_from(word: String) -> Result<Self, String> {
+        let index = choose("nan", &word, &["refuse", "gap"])?;
+        Ok([Self::Refuse, Self::Gap][index])
     }
 }
 

@@ -32,7 +32,7 @@ pub use identify::{
     Cutoff, DiscretizationName, EncoderOffset, Estimator, Identify, InitialMomentum, Instruments,
     Laws, OnCheckError, StartName, Weights,
 };
-pub use log::{CsvForm, Log, SamplingTimes};
+pub use log::{CsvForm, Log, MissingValues, SamplingTimes};
 pub use nominal::Nominal;
 pub(crate) use quantities::Quantity;
 pub(crate) use quantities::{Joints, Key, KeyUnit, Scaling};

@@ -92,6 +92,7 @@ impl Log {
         replace!(time_s, time_ms, time_us, time_ns, time, period_s, sampling);
         log.file = over.file.clone().or(log.file);
         log.csv = over.csv.clone().or(log.csv);
+        log.nan = over.nan.or(log.nan);
         log.motor_position_side = over.motor_position_side.or(log.motor_position_side);
         log.motor_torque_side = over.motor_torque_side.or(log.motor_torque_side);
         log.motor_torque_exact |= over.motor_torque_exact;

@@ -7,6 +7,8 @@ use schemars::JsonSchema;
 use serde::de::value::MapAccessDeserializer;
 use serde::{Deserialize, Deserializer, Serialize};
 
+use crate::numbers::Shown;
+
 /// A window of a log; an absent bound is that of the log.
 ///
 /// A sample at time t with index i belongs to it if `from_s` ≤ t < `to_s` and
@@ -76,9 +78,9 @@ impl Window {
 impl fmt::Display for Window {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (mut words, mut between) = (Vec::new(), "");
-        words.extend(self.from_s.map(|time| format!("from {time} s")));
+        words.extend(self.from_s.map(|time| format!("from {} s", Shown(time))));
         words.extend(self.from_index.map(|index| format!("from sample {index}")));
-        words.extend(self.to_s.map(|time| format!("to {time} s")));
+        words.extend(self.to_s.map(|time| format!("to {} s", Shown(time))));
         words.extend(self.to_index.map(|index| format!("to sample {index}")));
         for word in words {
             write!(f, "{between}{word}")?;

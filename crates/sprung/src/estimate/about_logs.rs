@@ -46,6 +46,9 @@ pub struct LogInfo {
     /// Number of samples left out because they repeat the time of the previous sample.
     #[serde(default)]
     pub repeated: u64,
+    /// Number of samples left out because a column has no value.
+    #[serde(default)]
+    pub without_value: u64,
     /// Number of samples that repeat all values of the previous sample although a joint moves.
     #[serde(default)]
     pub frozen: u64,
@@ -164,6 +167,7 @@ fn log_info(file: &str, figures: &LogFigures, prepared: &Prepared) -> LogInfo {
         interpolated: timing.interpolated,
         dropped: timing.dropped.count,
         repeated: timing.repeated.count,
+        without_value: timing.lacking.count,
         frozen: timing.frozen.count,
         gaps: timing.gaps.count,
         delay_s,

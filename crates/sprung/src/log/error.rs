@@ -4,6 +4,7 @@ use std::fmt;
 
 use super::miss::Miss;
 use crate::description::Window;
+use crate::numbers::Shown;
 
 /// A position in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -95,7 +96,8 @@ pub enum LogError {
     /// A cell is NaN or infinite.
     #[error(
         "{place} of {file}, column \"{column}\": the value is {value}; every sample must be a \
-         finite number"
+         finite number{}",
+        if value.is_nan() { "; nan = \"gap\" in [log] leaves samples without a value out" } else { "" }
     )]
     NotFinite {
         /// Name of the file.
@@ -134,8 +136,9 @@ pub enum LogError {
     },
     /// The time does not increase.
     #[error(
-        "{place} of {file}: time goes from {before} s to {after} s; samples must be in order, \
-         each with its own time{remedy}"
+        "{place} of {file}: time goes from {} s to {} s; samples must be in order, \
+         each with its own time{remedy}",
+        Shown(*before), Shown(*after)
     )]
     TimeNotIncreasing {
         /// Name of the file.

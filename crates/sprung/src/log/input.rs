@@ -168,6 +168,15 @@ pub(super) fn kind_of(start: &[u8]) -> Kind {
     Kind::Text
 }
 
+/// Returns the name of the format of a file with these first bytes; `None` for text and for an empty file.
+pub(crate) fn format_of(start: &[u8]) -> Option<&'static str> {
+    match kind_of(start) {
+        Kind::Text | Kind::Empty => None,
+        Kind::Other(_) => Some("a binary file"),
+        kind => Some(kind.name()),
+    }
+}
+
 /// A reader whose first bytes were read and put in front again.
 pub(super) type Peeked<R> = Chain<Cursor<Vec<u8>>, R>;
 

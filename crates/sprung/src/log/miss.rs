@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::numbers::Shown;
+
 /// Position of a log relative to a window that contains no sample of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
@@ -31,11 +33,16 @@ impl fmt::Display for Miss {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::LogEnds { time, samples } => {
-                write!(f, "its {samples} samples end at {time} s")
+                write!(f, "its {samples} samples end at {} s", Shown(*time))
             }
-            Self::LogBegins { time } => write!(f, "its first sample is at {time} s"),
+            Self::LogBegins { time } => write!(f, "its first sample is at {} s", Shown(*time)),
             Self::Between { before, after } => {
-                write!(f, "it has no sample between {before} s and {after} s")
+                write!(
+                    f,
+                    "it has no sample between {} s and {} s",
+                    Shown(*before),
+                    Shown(*after)
+                )
             }
         }
     }

@@ -37,6 +37,7 @@ pub(crate) use figures::{Figures, Overview, Summary};
 pub(crate) use figures::{LOOKS_LIKE_DEGREES, rounded, slope_remedy};
 pub use figures::{Sizes, check};
 pub use formats::panics_are_caught;
+pub(crate) use input::format_of;
 pub use input::{Input, LogFile};
 pub use miss::Miss;
 pub(crate) use reader::LogReader;

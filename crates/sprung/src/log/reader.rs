@@ -137,9 +137,9 @@ impl LogReader {
         timing.gaps.count += self.left_out.gaps.count;
         timing.gaps.duration += self.left_out.gaps.duration;
         for follower in &self.followers {
-            timing
-                .repeated
-                .add(follower.repeated.count, follower.repeated.first);
+            let (repeated, lacking) = (follower.repeated, follower.lacking);
+            timing.repeated.add(repeated.count, repeated.first);
+            timing.lacking.add(lacking.count, lacking.first);
         }
         timing
     }
@@ -152,7 +152,8 @@ impl LogReader {
         for (name, beside, _) in &mut self.beside {
             let own = beside.read(count.max(1))?;
             if own != count && (rows.end > own || !self.window.ended()) {
-                let before = self.grid.timing().recorded;
+                let timing = self.grid.timing();
+                let before = timing.recorded + timing.lacking.count;
                 return Err(match beside.later() {
                     Some(error) => error,
                     None => unequal(&self.file, name, before, (count, own)),
@@ -164,6 +165,10 @@ impl LogReader {
         let beside = self.beside.iter().flat_map(|(_, rows, _)| &rows.values);
         let columns = self.first.values.iter().chain(beside);
         for i in rows {
+            if self.first.lacks(i) || self.beside.iter().any(|(_, rows, _)| rows.lacks(i)) {
+                self.grid.leave_out(self.first.place(i));
+                continue;
+            }
             let values = columns.clone().map(|column| column[i]);
             let (place, time) = (self.first.place(i), self.first.times[i]);
             self.grid.take(place, time, values)?;
@@ -328,6 +333,7 @@ fn rows(
         dates: channels.dates && matches!(time, Time::Column(..)),
         topic: stream.topic.as_deref(),
         csv: &channels.csv,
+        nan: channels.nan,
     };
     let opened = open_stream(stream.file.as_deref(), &request)?;
     let time = match time {
@@ -336,7 +342,14 @@ fn rows(
         Time::Period(period) => TimeOfRows::Period(period),
         Time::None => TimeOfRows::None,
     };
-    Ok(Rows::new(name, opened, time, &own, &starts, tolerance))
+    Ok(Rows::new(
+        name,
+        opened,
+        time,
+        &own,
+        &starts,
+        (tolerance, channels.nan),
+    ))
 }
 
 #[cold]

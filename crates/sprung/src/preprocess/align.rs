@@ -260,6 +260,7 @@ mod tests {
             sampling: None,
             dates: false,
             csv: crate::description::CsvForm::default(),
+            nan: crate::description::MissingValues::Refuse,
             all,
             exact_torque: false,
             rigid: vec![false; JOINTS],

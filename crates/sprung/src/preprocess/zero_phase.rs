@@ -5,6 +5,8 @@
 
 use std::f64::consts::PI;
 
+use crate::numbers::Shown;
+
 /// Relative size below which transients of the backward pass are neglected.
 const NEGLIGIBLE_TRANSIENT: f64 = 1e-16;
 
@@ -17,8 +19,9 @@ const PADDING_PERIODS: f64 = 3.0;
 pub enum FilterDesignError {
     /// The cut-off is not between zero and half the sampling rate.
     #[error(
-        "a cut-off of {cutoff_hz} Hz needs more than {} samples per second, the log has \
-         {rate_hz:.6}; choose position_cutoff_hz below {:.6} Hz{}", 2.0 * cutoff_hz, rate_hz / 2.0,
+        "a cut-off of {} Hz needs more than {} samples per second, the log has \
+         {rate_hz:.6}; choose position_cutoff_hz below {:.6} Hz{}",
+        Shown(*cutoff_hz), Shown(2.0 * cutoff_hz), rate_hz / 2.0,
         if *rate_hz < 10.0 { ", or name the column under time_ms if it holds milliseconds" } else { "" }
     )]
     AboveNyquist {

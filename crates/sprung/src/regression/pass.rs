@@ -5,9 +5,10 @@ use sprung_core::filter::FilterError;
 use super::reading::Reading;
 use super::reduction::Reduction;
 use super::system::System;
-use crate::description::Identify;
-use crate::log::{LogBlock, LogError, LogReader, LogSource, Summary, Timing};
+use crate::description::{Cutoff, Identify};
+use crate::log::{LogBlock, LogError, LogReader, LogSource, Summary, Timing, rounded};
 use crate::model::Model;
+use crate::numbers::Shown;
 use crate::preprocess::{Aligner, Butterworth, FilterDesignError, RawBlock, SignalBlock, Smoother};
 use crate::progress::{Listener, Phase, Stopped};
 
@@ -20,8 +21,9 @@ pub enum PassError {
     FilterDesign(#[from] FilterDesignError),
     /// The filter pair is too fast for the log.
     #[error(
-        "filter_cutoff_rad_per_s = {cutoff} is too fast for {rate:.6} samples per second; choose it \
+        "filter_cutoff_rad_per_s = {} is too fast for {rate:.6} samples per second; choose it \
          below the rate, 5 to 100 suits most robots{}",
+        Shown(*cutoff),
         if *rate < 10.0 { ", or name the column under time_ms if it holds milliseconds" } else { "" }
     )]
     TooFast {
@@ -418,15 +420,26 @@ fn too_short(
         0 => "",
         _ => ", between two gaps",
     };
+    let delay = longest_delay(reading.delays());
+    let delays = if delay > 0.0 {
+        format!(", and delays take {} s", rounded(delay))
+    } else {
+        String::new()
+    };
+    let chosen = match reading.settings().position_cutoff_hz {
+        Cutoff::Fixed(_) => "",
+        Cutoff::Auto => {
+            ". sprung chose this cut-off from these samples and may choose another for a longer log; record \
+             several periods of the motion"
+        }
+    };
     LogError::TooShort {
         file: source.label(),
         found: log.timing().recorded,
         needed: preparation.needed as u64,
         why: format!(
-            "three periods of position_cutoff_hz = {} pad each end of the zero-phase filter, and \
-             delays take {:.3} s{gaps}",
-            reading.position_cutoff_hz(),
-            longest_delay(reading.delays())
+            "three periods of position_cutoff_hz = {} pad each end of the zero-phase filter{delays}{gaps}{chosen}",
+            rounded(reading.position_cutoff_hz()),
         ),
     }
 }

@@ -338,6 +338,7 @@ fn samples(log: &LogInfo) -> String {
         (log.interpolated, "interpolated"),
         (log.dropped, "missing, at most three in a row"),
         (log.repeated, "written twice"),
+        (log.without_value, "without a value, left out"),
         (log.frozen, "that repeat the preceding sample"),
         (log.gaps, "gaps"),
     ];

@@ -30,11 +30,35 @@ pub enum ErrorKind {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SessionError {
-    /// A log was given instead of an experiment file.
-    #[error("{file} is a log; give the experiment file that names it, or its folder")]
-    IsALog {
+    /// Another file was given instead of an experiment file.
+    #[error("{file} is {what}, not an experiment file; {remedy}")]
+    NotAnExperiment {
         /// Name of the file.
         file: String,
+        /// Kind of the file.
+        what: &'static str,
+        /// Remedy.
+        remedy: String,
+    },
+    /// There is no experiment file.
+    #[error("there is no experiment file {file}; {remedy}")]
+    NoExperiment {
+        /// Name of the file.
+        file: String,
+        /// Remedy.
+        remedy: String,
+    },
+    /// Several folders of results belong to one folder of experiments.
+    #[error(
+        "{} has several folders of results; give one of them: {}",
+        .folder.display(),
+        .found.join(", ")
+    )]
+    SeveralResults {
+        /// The folder.
+        folder: PathBuf,
+        /// Folders of results.
+        found: Vec<String>,
     },
     /// A text file cannot be read.
     #[error("cannot read {file}: {source}")]
@@ -229,13 +253,15 @@ impl SessionError {
                 _ => ErrorKind::Usage,
             },
             Self::Unreadable { .. }
+            | Self::NoExperiment { .. }
             | Self::NoIdentification { .. }
             | Self::NothingIdentified { .. }
             | Self::NoFolder { .. }
             | Self::Unfinished { .. }
             | Self::NoSwitch { .. } => ErrorKind::File,
             Self::Stopped(_) => ErrorKind::Stopped,
-            Self::IsALog { .. }
+            Self::NotAnExperiment { .. }
+            | Self::SeveralResults { .. }
             | Self::Robot { .. }
             | Self::NoLog
             | Self::NoLogFile

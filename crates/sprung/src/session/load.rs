@@ -4,19 +4,15 @@ use std::path::{Path, PathBuf};
 
 use super::error::SessionError;
 use super::files::{Disk, Files, read_text};
+use super::mistaken::experiment_file;
 use crate::description::{self, Experiment, Log};
 use crate::model::Model;
 
 /// Name of the experiment file in its folder.
-const EXPERIMENT_FILE: &str = "experiment.toml";
+pub const EXPERIMENT_FILE: &str = "experiment.toml";
 
-/// Folder of results beside the experiment file.
+/// Folder of results beside `experiment.toml`; that of another file has a longer name.
 pub(super) const RESULTS_FOLDER: &str = "sprung-out";
-
-/// File extensions of logs.
-const LOG_EXTENSIONS: [&str; 10] = [
-    "csv", "gz", "zst", "parquet", "arrow", "npy", "npz", "mat", "mcap", "db3",
-];
 
 /// An experiment, its robot's equations, and access to its files.
 pub struct Session {
@@ -40,17 +36,8 @@ impl Session {
     ///
     /// [`SessionError`] if the experiment file or a file that it names is wrong or cannot be read.
     pub fn open(path: &Path, overrides: &[String]) -> Result<Self, SessionError> {
-        let file = if path.is_dir() {
-            path.join(EXPERIMENT_FILE)
-        } else {
-            path.to_owned()
-        };
+        let file = experiment_file(path)?;
         let name = file.display().to_string();
-        let is_log =
-            |extension: &std::ffi::OsStr| LOG_EXTENSIONS.iter().any(|known| extension == *known);
-        if file.extension().is_some_and(is_log) {
-            return Err(SessionError::IsALog { file: name });
-        }
         let text = read_text(&Disk, &file)?;
         let folder = file.parent().map_or_else(PathBuf::new, Path::to_owned);
         let session = Self::with_folder(&name, &text, overrides, folder, Box::new(Disk))?;
@@ -118,10 +105,25 @@ impl Session {
         &self.text
     }
 
-    /// Returns the default folder for the results of this experiment.
+    /// Returns the default folder for the results of this experiment: `sprung-out` beside
+    /// `experiment.toml`, `sprung-out-NAME` beside `NAME.toml`.
     #[must_use]
     pub fn results_folder(&self) -> PathBuf {
-        self.folder.join(RESULTS_FOLDER)
+        let own = (self.file.as_ref())
+            .filter(|file| !file.ends_with(EXPERIMENT_FILE))
+            .and_then(|file| file.file_stem());
+        let mut name = std::ffi::OsString::from(RESULTS_FOLDER);
+        if let Some(own) = own {
+            name.push("-");
+            name.push(own);
+        }
+        self.folder.join(name)
+    }
+
+    /// Returns the folder to which the paths in the experiment are relative.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        &self.folder
     }
 
     /// Returns all files that the experiment names, and the experiment file itself.

@@ -18,6 +18,7 @@ mod files;
 mod identify;
 mod load;
 mod logs;
+mod mistaken;
 mod parameters;
 mod results;
 mod simulate;
@@ -30,7 +31,7 @@ pub use check::Depth;
 pub use compare::{ComparedFiles, compare_files};
 pub use error::{ErrorKind, SessionError};
 pub use files::{Disk, Files};
-pub use load::Session;
+pub use load::{EXPERIMENT_FILE, Session};
 pub use parameters::Parameters;
 pub use results::{
     IDENTIFICATION_FILE, ReadIdentification, ReadValidation, find_identification,
@@ -38,5 +39,5 @@ pub use results::{
 };
 pub use simulate::Recording;
 pub use start::start_from_urdf;
-pub use switch::{SWITCH_FILE, Switch, finish};
+pub use switch::{SWITCH_FILE, Switch, TEMPORARY_NAME, finish};
 pub use usability::Usability;

@@ -177,14 +177,45 @@ fn validation(path: PathBuf, json: Value) -> Result<ReadValidation, SessionError
     Ok(ReadValidation { path, validation })
 }
 
-/// Returns the file in a folder of results or of an experiment, if it exists.
+/// Returns the file in a folder of results, or in the only folder of results of the experiments in a folder, if it
+/// exists.
 fn in_folder(path: &Path, name: &str) -> Result<Option<PathBuf>, SessionError> {
-    let folders = [path.to_owned(), path.join(RESULTS_FOLDER)];
-    for folder in &folders {
-        finish(folder)?;
+    finish(path)?;
+    let own = path.join(name);
+    if own.exists() {
+        return Ok(Some(own));
     }
-    let mut files = folders.iter().map(|folder| folder.join(name));
-    Ok(files.find(|file| file.exists()))
+    let mut files = Vec::new();
+    for folder in results_of_experiments(path) {
+        finish(&folder)?;
+        files.push(folder.join(name));
+    }
+    files.retain(|file| file.exists());
+    match &files[..] {
+        [] | [_] => Ok(files.pop()),
+        several => Err(SessionError::SeveralResults {
+            folder: path.to_owned(),
+            found: (several.iter().filter_map(|file| file.parent()))
+                .map(|folder| folder.display().to_string())
+                .collect(),
+        }),
+    }
+}
+
+/// Returns the folders of results in the folder of one or several experiments.
+fn results_of_experiments(folder: &Path) -> Vec<PathBuf> {
+    let of_results = |name: &std::ffi::OsStr| {
+        (name
+            .to_str()
+            .and_then(|name| name.strip_prefix(RESULTS_FOLDER)))
+        .is_some_and(|rest| rest.is_empty() || rest.starts_with('-'))
+    };
+    let mut folders: Vec<PathBuf> = (std::fs::read_dir(folder).into_iter().flatten())
+        .filter_map(|entry| Some(entry.ok()?.path()))
+        .filter(|path| path.is_dir() && path.file_name().is_some_and(of_results))
+        .collect();
+    folders.sort();
+    folders
 }
 
 /// Returns the path of the identification that `path` means.

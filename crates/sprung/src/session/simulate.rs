@@ -21,7 +21,7 @@ pub struct Recording<'a> {
     settings: Simulate,
     theta: Theta,
     channels: Channels,
-    name: PathBuf,
+    named: PathBuf,
 }
 
 impl Session {
@@ -53,7 +53,7 @@ impl Session {
             controller,
             settings: settings.clone(),
             theta,
-            name: self.recorded_name(overlay)?,
+            named: self.named_log(overlay)?,
             channels: Channels::new(&experiment.robot, &self.log(overlay)?)?,
         })
     }
@@ -92,14 +92,13 @@ impl Session {
         })
     }
 
-    /// Returns the file name of the simulated log: that of the first log, with extension `csv`.
-    fn recorded_name(&self, overlay: Option<&Log>) -> Result<PathBuf, SessionError> {
-        let files = self.log_files(overlay)?;
-        let name = files.first().and_then(|file| file.path.file_name());
-        Ok(name.map_or_else(
-            || PathBuf::from("simulated.csv"),
-            |name| PathBuf::from(name).with_extension("csv"),
-        ))
+    /// Returns the path of the first log.
+    fn named_log(&self, overlay: Option<&Log>) -> Result<PathBuf, SessionError> {
+        let mut files = self.log_files(overlay)?.into_iter();
+        files
+            .next()
+            .map(|file| file.path)
+            .ok_or(SessionError::NoLogFile)
     }
 }
 
@@ -117,10 +116,24 @@ impl Recording<'_> {
         self.settings.seed
     }
 
-    /// Returns the file name of the log, without folder.
+    /// Returns the path at which the experiment names the log.
     #[must_use]
-    pub fn name(&self) -> &Path {
-        &self.name
+    pub fn named(&self) -> &Path {
+        &self.named
+    }
+
+    /// Returns the file name of the simulated log, without folder: the name of the experiment's log with the extension
+    /// `csv`.
+    #[must_use]
+    pub fn name(&self) -> PathBuf {
+        let mut name = PathBuf::from(self.named.file_name().unwrap_or("simulated".as_ref()));
+        if name
+            .extension()
+            .is_some_and(|end| end == "gz" || end == "zst")
+        {
+            name.set_extension("");
+        }
+        name.with_extension("csv")
     }
 
     /// Returns the true parameters by name.

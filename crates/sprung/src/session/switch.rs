@@ -14,6 +14,9 @@ use super::error::SessionError;
 /// File name of the list, in the folder of the results.
 pub const SWITCH_FILE: &str = ".sprung-switch";
 
+/// Beginning and end of the names of temporary files.
+pub const TEMPORARY_NAME: (&str, &str) = (".sprung-", ".part");
+
 /// Pending changes in a folder.
 #[derive(Debug, Deserialize, Serialize)]
 pub struct Switch {
@@ -68,13 +71,43 @@ impl Switch {
     }
 }
 
-/// Completes the renames of a killed run if its list exists. Every command calls this before it
-/// reads or writes results in a folder.
+/// Completes the renames of a killed run if its list exists, and removes the temporary files of killed runs. Every
+/// command calls this before it reads or writes results in a folder.
 ///
 /// # Errors
 ///
 /// [`SessionError`] if a file cannot be moved or the list is damaged.
 pub fn finish(folder: &Path) -> Result<(), SessionError> {
+    complete(folder)?;
+    clear(folder);
+    Ok(())
+}
+
+/// Removes the temporary files of killed runs. Files of running processes are locked, so they stay.
+fn clear(folder: &Path) {
+    let folder = if folder.as_os_str().is_empty() {
+        Path::new(".")
+    } else {
+        folder
+    };
+    let Ok(entries) = std::fs::read_dir(folder) else {
+        return;
+    };
+    for entry in entries.filter_map(Result::ok) {
+        let name = entry.file_name();
+        let is_temporary = (name.to_str()).is_some_and(|name| {
+            name.starts_with(TEMPORARY_NAME.0) && name.ends_with(TEMPORARY_NAME.1)
+        });
+        let is_left = || File::open(entry.path()).is_ok_and(|file| file.try_lock().is_ok());
+        if is_temporary && is_left() {
+            // A file that cannot be removed does no harm.
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// Completes the renames of a killed run if its list exists.
+fn complete(folder: &Path) -> Result<(), SessionError> {
     let mut list = match (File::options().read(true).write(true)).open(folder.join(SWITCH_FILE)) {
         Ok(list) => list,
         Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => {

@@ -10,10 +10,11 @@ use std::path::{Path, PathBuf};
 use files::Files;
 
 /// Modules of `sprung` in order. A module uses only modules before it.
-const ORDER: [&str; 19] = [
+const ORDER: [&str; 20] = [
     "finding",
     "curves",
     "named",
+    "numbers",
     "progress",
     "stopwatch",
     "description",

@@ -14,7 +14,7 @@ use crate::twin::{Demo, Table};
 use crate::{faults, going_on, report};
 
 /// Codes of findings about results, which only `identify` has.
-const OF_RESULTS: [&str; 2] = ["gravity-tilted", "laws-missing"];
+const OF_RESULTS: [&str; 3] = ["gravity-tilted", "zero-off", "laws-missing"];
 
 /// Ends of texts by which `identify` turns a warning of the check into a note.
 const ENDS: [&str; 2] = [

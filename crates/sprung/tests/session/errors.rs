@@ -32,7 +32,7 @@ fn files_that_are_missing_are_the_files_fault() {
     says(
         missing,
         ErrorKind::File,
-        "cannot read nowhere/experiment.toml",
+        "there is no experiment file nowhere/experiment.toml; check the path; sprung new FOLDER",
     );
 }
 
@@ -73,7 +73,7 @@ fn experiments_that_lack_something_are_the_users_fault() {
     says(
         Session::open(Path::new("run7.csv"), &[]),
         usage,
-        "run7.csv is a log; give the experiment file",
+        "run7.csv is a log, not an experiment file; give the experiment file that names it",
     );
 }
 

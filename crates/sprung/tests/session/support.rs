@@ -29,7 +29,7 @@ pub(crate) fn files() -> &'static Memory {
         let session = of_memory(files.clone(), &[]);
         let mut record = |name: &'static str, run: Option<&str>, seed: u64| {
             let twin = session.twin(run, None).unwrap().with_seed(seed);
-            assert_eq!(twin.name(), Path::new(name));
+            assert_eq!(twin.named(), Path::new(name));
             let mut log = Vec::new();
             twin.write(&mut log, &mut Unheard).unwrap();
             files.insert(name, log);

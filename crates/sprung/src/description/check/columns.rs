@@ -8,6 +8,7 @@ use crate::description::columns::{Column, Columns, PerJoint};
 use crate::description::quantities::{KEYS, Key, KeyUnit};
 use crate::description::robot::Robot;
 use crate::description::units::Unit;
+use crate::numbers::Shown;
 
 /// Checks the entries of a quantity's columns.
 ///
@@ -202,7 +203,7 @@ fn check_numbers(key: &Key, column: &Column, path: &[&str]) -> Result<(), Fault>
         if let Some(value) = values.iter().find(|value| !is_allowed(**value)) {
             return Err(fault(
                 path,
-                format!("{inner} of {key} is {value}; it {must}"),
+                format!("{inner} of {key} is {}; it {must}", Shown(*value)),
             ));
         }
     }

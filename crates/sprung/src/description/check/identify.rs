@@ -4,6 +4,7 @@ use super::fault::{Fault, fault};
 use super::window::check_window;
 use crate::description::identify::Cutoff;
 use crate::description::types::ExperimentFile;
+use crate::numbers::Shown;
 
 /// Limits of the memory of the refinement, MiB.
 const MEMORY_MIB: std::ops::RangeInclusive<usize> = 128..=1_048_576;
@@ -39,7 +40,7 @@ pub(super) fn identify(file: &ExperimentFile) -> Result<(), Fault> {
         if !(value.is_finite() && value > 0.0) {
             return Err(fault(
                 &["identify", key],
-                format!("{key} = {value} must be positive"),
+                format!("{key} = {} must be positive", Shown(value)),
             ));
         }
     }

@@ -14,6 +14,7 @@ use crate::description::log::Log;
 use crate::description::quantities::{Joints, Key, Quantity, Scaling, Signal};
 use crate::description::robot::{Joint, Robot};
 use crate::description::window::FilePart;
+use crate::numbers::Shown;
 
 /// Longest delay of a channel, s.
 const MAX_DELAY_S: f64 = 60.0;
@@ -181,7 +182,10 @@ fn check_by_column(log: &Log, path: &[&str], labels: &[String]) -> Result<(), Fa
         {
             return Err(fault(
                 &[path, &["delay_s", name]].concat(),
-                format!("the delay of \"{name}\" is {value} s; it must be within ±{MAX_DELAY_S} s"),
+                format!(
+                    "the delay of \"{name}\" is {} s; it must be within ±{MAX_DELAY_S} s",
+                    Shown(*value)
+                ),
             ));
         }
     }
@@ -191,7 +195,10 @@ fn check_by_column(log: &Log, path: &[&str], labels: &[String]) -> Result<(), Fa
         {
             return Err(fault(
                 &[path, &["sign", name]].concat(),
-                format!("the sign of \"{name}\" is {sign}; it must be 1 or -1, or \"estimate\""),
+                format!(
+                    "the sign of \"{name}\" is {}; it must be 1 or -1, or \"estimate\"",
+                    Shown(*sign)
+                ),
             ));
         }
     }

@@ -9,6 +9,7 @@ use super::name::check_name;
 use crate::description::choice::nearest;
 use crate::description::robot::{Joint, Robot, Side};
 use crate::description::types::ExperimentFile;
+use crate::numbers::Shown;
 
 /// Largest length in a Denavit-Hartenberg table, m; larger numbers are probably millimetres.
 const MAX_LINK_LENGTH_M: f64 = 100.0;
@@ -61,8 +62,9 @@ pub(in crate::description) fn robot(file: &ExperimentFile) -> Result<(), Fault> 
                 return Err(Fault {
                     path: path(key),
                     message: format!(
-                        "{}: {key} = {value} must be finite and not zero",
-                        joint.name
+                        "{}: {key} = {} must be finite and not zero",
+                        joint.name,
+                        Shown(value)
                     ),
                 });
             }
@@ -121,7 +123,7 @@ fn positive(joint: &Joint, at: &str) -> Result<(), Fault> {
         if let Some(value) = value.filter(|v| !(v.is_finite() && *v > 0.0)) {
             return Err(Fault {
                 path: ["robot", "joint", at, key].map(str::to_owned).to_vec(),
-                message: format!("{}: {key} = {value} must be positive", joint.name),
+                message: format!("{}: {key} = {} must be positive", joint.name, Shown(value)),
             });
         }
     }
@@ -226,7 +228,10 @@ fn zeros(robot: &Robot) -> Result<(), Fault> {
         if let Some(value) = robot.fixed.get(name) {
             return Err(fault(
                 &["robot", "fixed", name],
-                format!("{name} is fixed to {value} and assumed zero; keep one"),
+                format!(
+                    "{name} is fixed to {} and assumed zero; keep one",
+                    Shown(*value)
+                ),
             ));
         }
     }

@@ -7,6 +7,7 @@ use super::window::check_window;
 use crate::description::choice::{nearest, quoted};
 use crate::description::robot::Robot;
 use crate::description::run::{Controller, ControllerKind, Reference, Simulate};
+use crate::numbers::Shown;
 
 pub(super) fn check_controller(
     controller: &Controller,
@@ -140,7 +141,7 @@ pub(super) fn check_twin(twin: &Simulate, joints: &[&str]) -> Result<(), Fault> 
         if !(value.is_finite() && value > 0.0) {
             return Err(fault(
                 &["simulate", key],
-                format!("{key} = {value} must be positive"),
+                format!("{key} = {} must be positive", Shown(value)),
             ));
         }
     }
@@ -184,7 +185,10 @@ pub(super) fn check_twin(twin: &Simulate, joints: &[&str]) -> Result<(), Fault> 
     if let Some(value) = (twin.motor_encoder_offset_rad.iter()).find(|v| !v.is_finite()) {
         return Err(fault(
             &["simulate", "motor_encoder_offset_rad"],
-            format!("motor_encoder_offset_rad contains {value}; every number must be finite"),
+            format!(
+                "motor_encoder_offset_rad contains {}; every number must be finite",
+                Shown(*value)
+            ),
         ));
     }
     for (key, list) in [
@@ -198,7 +202,10 @@ pub(super) fn check_twin(twin: &Simulate, joints: &[&str]) -> Result<(), Fault> 
         if let Some(value) = list.iter().find(|v| !(v.is_finite() && **v >= 0.0)) {
             return Err(fault(
                 &["simulate", key],
-                format!("{key} contains {value}; a standard deviation must be zero or positive"),
+                format!(
+                    "{key} contains {}; a standard deviation must be zero or positive",
+                    Shown(*value)
+                ),
             ));
         }
     }

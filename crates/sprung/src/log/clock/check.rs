@@ -55,6 +55,18 @@ pub(crate) fn check_timing(file: &str, channels: &Channels, timing: &Timing) -> 
         "check that the recorder writes each sample once; the log needs no change",
     ));
     findings.extend(counted(
+        (file, "samples-without-value", &timing.lacking, timing),
+        format!(
+            "in {file} {} no value in some column{}; sprung left them out, as nan = \"gap\" asks",
+            match timing.lacking.count {
+                1 => "1 sample has".to_owned(),
+                count => format!("{count} of {} samples have", count + timing.recorded),
+            },
+            first(&timing.lacking)
+        ),
+        "check why the recorder writes no value; a few such samples need no action",
+    ));
+    findings.extend(counted(
         (file, "frozen-samples", &timing.frozen, timing),
         format!(
             "in {file} {} all values of the preceding sample although a joint moves{}: the \

@@ -7,6 +7,7 @@ use super::timing::{Sampling, Timing};
 use super::watch::Watch;
 use crate::log::block::LogBlock;
 use crate::log::error::{LogError, Place};
+use crate::numbers::Shown;
 
 /// Number of samples from which the period is found.
 const LEARNING_SAMPLES: usize = 257;
@@ -130,6 +131,11 @@ impl Grid {
         }
     }
 
+    /// Leaves out a sample that lacks a value.
+    pub(in crate::log) fn leave_out(&mut self, place: Place) {
+        self.timing.lacking.add(1, place);
+    }
+
     /// Takes the next sample.
     ///
     /// - `values`: one value per channel.
@@ -197,7 +203,13 @@ impl Grid {
                 file: self.file.clone(),
                 found: self.timing.recorded,
                 needed: 2,
-                why: "a sampling period is the time between two samples".to_owned(),
+                why: match self.timing.lacking.count {
+                    0 => "a sampling period is the time between two samples".to_owned(),
+                    count => format!(
+                        "{count} more samples have no value in some column, and nan = \"gap\" leaves them out; \
+                         put columns with a clock of their own into a file with their own time"
+                    ),
+                },
             });
         }
         if matches!(self.stage, Stage::Learning) {
@@ -249,9 +261,10 @@ impl Grid {
                 return Err(LogError::format(
                     &self.file,
                     format!(
-                        " has samples {:.4} ms apart, but period_s = {cycle} is longer; samples must be \
+                        " has samples {:.4} ms apart, but period_s = {} is longer; samples must be \
                          whole multiples of period_s apart",
-                        1e3 * step
+                        1e3 * step,
+                        Shown(cycle)
                     ),
                 ));
             }

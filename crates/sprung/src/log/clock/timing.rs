@@ -109,6 +109,8 @@ pub struct Timing {
     pub evidence: Option<Evidence>,
     /// Samples left out because they repeat the time and the values of the preceding one.
     pub repeated: Count,
+    /// Samples left out because a column has no value.
+    pub lacking: Count,
     /// Samples that repeat all values of the preceding one although a joint moves.
     pub frozen: Count,
     /// Missing samples that were interpolated, at most three in a row.

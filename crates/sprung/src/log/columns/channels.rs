@@ -7,7 +7,9 @@ use super::from_keys::channels;
 use super::mix::Mix;
 use super::origin::{Stream, TimeOrigin};
 use super::time::{sampling, time};
-use crate::description::{CsvForm, Key, Log, Quantity, Robot, Scaling, Side, Signal, Unit};
+use crate::description::{
+    CsvForm, Key, Log, MissingValues, Quantity, Robot, Scaling, Side, Signal, Unit,
+};
 use crate::log::clock::timing::Sampling;
 
 /// The channels of a log: link positions, motor positions and motor torques, joint by joint.
@@ -25,6 +27,8 @@ pub struct Channels {
     pub dates: bool,
     /// Form of CSV files, as far as the description declares it.
     pub csv: CsvForm,
+    /// Treatment of samples without a value.
+    pub nan: MissingValues,
     /// Link, motor and torque channels.
     pub all: Vec<Channel>,
     /// Whether the torques acted exactly as logged, for example commands without noise.
@@ -72,6 +76,7 @@ impl Channels {
             sampling: sampling(log),
             dates: (log.time.as_ref()).is_some_and(|time| time.unit.is_some_and(Unit::is_date)),
             csv: log.csv.clone().unwrap_or_default(),
+            nan: log.nan.unwrap_or_default(),
             all,
             exact_torque: log.motor_torque_exact,
             rigid: robot

@@ -32,6 +32,8 @@ pub(in crate::log) struct Follower {
     name: String,
     /// Rows that repeat the time and the values of the preceding row.
     pub(in crate::log) repeated: Count,
+    /// Rows that were left out because they lack a value.
+    pub(in crate::log) lacking: Count,
 }
 
 impl Follower {
@@ -55,6 +57,7 @@ impl Follower {
             ended: false,
             name,
             repeated: Count::default(),
+            lacking: Count::default(),
         }
     }
 
@@ -128,6 +131,10 @@ impl Follower {
             self.usual = steps.get(steps.len() / 2).copied().unwrap_or(0.0);
         }
         for i in 0..count {
+            if self.rows.lacks(i) {
+                self.lacking.add(1, self.rows.place(i));
+                continue;
+            }
             let time = self.rows.times[i] + self.shift;
             if self.tolerance == Tolerance::OfWindow {
                 let is_before = time.is_nan() || time < wanted;

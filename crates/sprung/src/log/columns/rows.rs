@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::channel::Channel;
 use super::origin::Start;
+use crate::description::MissingValues;
 use crate::log::error::{LogError, Place};
 use crate::log::formats::table::{Opened, Readings, Table};
 
@@ -66,6 +67,7 @@ pub(in crate::log) struct Rows {
     // Number of rows before those in memory.
     before: u64,
     tolerance: Tolerance,
+    nan: MissingValues,
     // A row in memory that could not be read, and its error.
     fault: Option<(usize, LogError)>,
     // Error of the part that follows the rows in memory.
@@ -80,13 +82,14 @@ impl Rows {
     /// - `time`: source of the time; a time column is the first column.
     /// - `channels`: the channels of the columns that follow.
     /// - `starts`: indices of the columns with first values, which come last.
+    /// - `tolerance`, `nan`: rows whose faults are errors, and treatment of rows without a value.
     pub(in crate::log) fn new(
         file: &str,
         opened: Opened,
         time: TimeOfRows,
         channels: &[&Channel],
         starts: &[Option<usize>],
-        tolerance: Tolerance,
+        (tolerance, nan): (Tolerance, MissingValues),
     ) -> Self {
         let time = match (time, opened.time_unit) {
             (TimeOfRows::Column(_), Some(unit)) => TimeOfRows::Column(unit),
@@ -119,6 +122,7 @@ impl Rows {
             conversions,
             before: 0,
             tolerance,
+            nan,
             fault: None,
             later: None,
             times: Vec::new(),
@@ -224,7 +228,13 @@ impl Rows {
         self.later.take()
     }
 
-    /// Checks that rows in memory contain finite numbers.
+    /// Returns whether the `i`th row in memory lacks a value and is to be left out.
+    pub(in crate::log) fn lacks(&self, i: usize) -> bool {
+        self.nan == MissingValues::Gap
+            && (self.readings.iter()).any(|readings| readings.values[i].is_nan())
+    }
+
+    /// Checks that rows in memory contain finite numbers, or no value if such rows are left out.
     ///
     /// # Errors
     ///
@@ -235,7 +245,7 @@ impl Rows {
         let readable = rows.start..fault.unwrap_or(rows.end);
         for (readings, name) in self.readings.iter().zip(&self.names) {
             let values = &readings.values[readable.clone()];
-            if let Some(i) = values.iter().position(|value| !value.is_finite()) {
+            if let Some(i) = values.iter().position(|value| !self.may_be(*value)) {
                 return Err(LogError::NotFinite {
                     file: self.file.clone(),
                     place: self.place(readable.start + i),
@@ -248,6 +258,10 @@ impl Rows {
             Some((_, error)) => Err(error),
             None => Ok(()),
         }
+    }
+
+    fn may_be(&self, value: f64) -> bool {
+        value.is_finite() || self.nan == MissingValues::Gap && value.is_nan()
     }
 
     fn convert(&mut self, i: usize) {

@@ -1,6 +1,7 @@
 //! The lines of the experiment file that correct the ratio of two encoders of one joint.
 
 use crate::log::columns::channel::Channel;
+use crate::numbers::Shown;
 
 /// A slope that differs from the given gear ratio by less than this fraction is the gear ratio.
 const SAME_RATIO: f64 = 0.1;
@@ -69,10 +70,13 @@ pub(crate) fn slope_remedy(motor: &Channel, link: &Channel, slope: f64) -> Slope
     SlopeRemedy { table, line, words }
 }
 
+/// Larger numbers are written with an exponent.
+const LARGEST_PLAIN: f64 = 1e15;
+
 /// Formats a positive number with four significant digits, without trailing zeros.
 pub(crate) fn rounded(value: f64) -> String {
-    if !(value.is_finite() && value > 0.0) {
-        return format!("{value}");
+    if !(value.is_finite() && value > 0.0 && value < LARGEST_PLAIN) {
+        return Shown(value).to_string();
     }
     let decimals = 3 - value.log10().floor() as i32;
     if decimals <= 0 {

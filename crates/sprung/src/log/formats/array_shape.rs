@@ -71,7 +71,7 @@ pub(super) fn no_topics(request: &Request<'_>) -> Result<(), LogError> {
     match request.topic {
         None => Ok(()),
         Some(topic) => Err(LogError::format(
-            request.file,
+            request.whole_file(),
             format!(" holds arrays and no topics, so there is no \"{topic}\"; name columns"),
         )),
     }

@@ -66,7 +66,7 @@ pub(super) fn open(
     let file = request.file;
     if let Some(topic) = request.topic {
         return Err(LogError::format(
-            file,
+            request.whole_file(),
             format!(" is a table and has no topics, so there is no \"{topic}\"; name columns"),
         ));
     }

@@ -6,6 +6,7 @@ use csv::{ByteRecord, Position, Reader, ReaderBuilder};
 
 use super::delimited::{Delimiter, Form, date, number};
 use super::table::{Opened, Readings, Request, Table};
+use crate::description::MissingValues;
 use crate::log::columns::names::Names;
 use crate::log::error::{LogError, Place};
 
@@ -25,6 +26,7 @@ struct CsvTable {
     form: Form,
     time: Option<usize>,
     dates: bool,
+    nan: MissingValues,
     // Lines before the first line of the reader.
     skipped: u64,
     // Line of each row of the last block.
@@ -48,7 +50,7 @@ pub(super) fn open(
     let file = request.file;
     if let Some(topic) = request.topic {
         return Err(LogError::format(
-            file,
+            request.whole_file(),
             format!(" is text and has no topics, so there is no \"{topic}\"; name columns"),
         ));
     }
@@ -132,6 +134,7 @@ pub(super) fn open(
         form,
         time: request.time,
         dates: request.dates,
+        nan: request.nan,
         skipped,
         lines: Vec::new(),
     };
@@ -159,6 +162,10 @@ impl Table for CsvTable {
             self.lines.push(line);
             for (i, readings) in out.iter_mut().enumerate() {
                 let cell = self.record.get(self.places[i]).unwrap_or_default();
+                if self.nan == MissingValues::Gap && is_missing(cell) {
+                    readings.push_missing();
+                    continue;
+                }
                 if self.time == Some(i) {
                     push_time(readings, cell, self.dates, self.form.decimal_comma)
                 } else {
@@ -195,7 +202,9 @@ impl CsvTable {
         let text = decoded(cell).trim().to_owned();
         let is_time = self.time == Some(i);
         let hint = if text.is_empty() {
-            "; the cell is empty"
+            "; the cell is empty: nan = \"gap\" in [log] leaves samples with empty cells out"
+        } else if is_missing(cell) {
+            "; nan = \"gap\" in [log] leaves samples without a value out"
         } else if is_time && self.dates {
             "; a date is written 2024-05-01T12:00:00.123"
         } else if is_time && date(cell).is_some() {
@@ -214,6 +223,17 @@ impl CsvTable {
             hint,
         }
     }
+}
+
+/// Words for a missing value, in lower case, as programs write them.
+const MISSING_WORDS: [&[u8]; 6] = [b"", b"na", b"n/a", b"<na>", b"null", b"none"];
+
+/// Returns whether a cell is empty or contains a word for a missing value. `NaN` is a number.
+fn is_missing(cell: &[u8]) -> bool {
+    let cell = cell.trim_ascii();
+    MISSING_WORDS
+        .iter()
+        .any(|word| cell.eq_ignore_ascii_case(word))
 }
 
 /// Shortens a cell for an error; an unclosed quote may make one cell of the whole file.

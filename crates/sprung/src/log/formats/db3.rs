@@ -57,7 +57,7 @@ pub(super) fn open(
     };
     let mut of_topic = topics.iter().filter(|[name, ..]| name == topic);
     let Some([_, kind, encoding]) = of_topic.next() else {
-        return Err(absent(file, topic, &known));
+        return Err(absent(request.whole_file(), topic, &known));
     };
     if encoding != "cdr" {
         return Err(LogError::format(

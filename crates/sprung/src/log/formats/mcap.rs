@@ -58,7 +58,7 @@ pub(super) fn open(request: &Request<'_>, read: Source) -> Result<Opened, LogErr
         let topics: Vec<&str> = mcap.topics.iter().map(String::as_str).collect();
         return Err(match request.topic {
             None => no_topic(file, &topics),
-            Some(topic) => absent(file, topic, &topics),
+            Some(topic) => absent(request.whole_file(), topic, &topics),
         });
     };
     let topic = Topic {

@@ -1,7 +1,7 @@
 //! Rows of numbers, the output of every format.
 
 use super::number::Reading;
-use crate::description::CsvForm;
+use crate::description::{CsvForm, MissingValues};
 use crate::log::columns::origin::Pick;
 use crate::log::error::{LogError, Place};
 use crate::log::input::Input;
@@ -24,6 +24,11 @@ impl Readings {
     pub(in crate::log) fn push(&mut self, value: f64) {
         self.started = true;
         self.values.push(value - self.origin as f64);
+    }
+
+    /// Appends a missing value.
+    pub(in crate::log) fn push_missing(&mut self) {
+        self.values.push(f64::NAN);
     }
 
     /// Appends a number in the format of the file.
@@ -62,6 +67,15 @@ pub(in crate::log) trait Table: Send {
     fn place(&self, i: usize) -> Place;
 }
 
+impl Request<'_> {
+    /// Returns the name of the file without the topic, for errors about the whole file.
+    pub(super) fn whole_file(&self) -> &str {
+        let topic = self.topic.and_then(|topic| self.file.strip_prefix(topic));
+        let alone = topic.and_then(|rest| rest.strip_prefix(" in "));
+        alone.unwrap_or(self.file)
+    }
+}
+
 /// What to read from a file.
 pub(in crate::log) struct Request<'a> {
     /// Name of the file in errors.
@@ -76,6 +90,8 @@ pub(in crate::log) struct Request<'a> {
     pub(in crate::log) topic: Option<&'a str>,
     /// Form of a text, as far as the experiment gives it.
     pub(in crate::log) csv: &'a CsvForm,
+    /// Treatment of rows without a value.
+    pub(in crate::log) nan: MissingValues,
 }
 
 /// An open file.
