@@ -7,6 +7,7 @@
 )]
 
 mod binaries;
+mod dist;
 mod docs;
 mod fuzz;
 mod install;
@@ -30,6 +31,8 @@ const USAGE: &str = "usage: cargo xtask TASK
   test outside [STEP…]
                 comparisons with foreign programs, installed with pip into target/outside; all or some of
                 these steps: STEPS
+  dist [BINARY] builds a release in target/dist: an archive and a Debian package, each installed into an empty
+                folder and run; with BINARY, packages this program instead of building one
   docs          writes the pages of the documentation that come from the program
   browser       installs the browser that the report is tested in
   fuzz [SECONDS [TARGET…]]
@@ -44,6 +47,8 @@ fn main() -> ExitCode {
         ["test"] => test::everything(),
         ["test", "quick"] => test::quick(),
         ["test", "outside", steps @ ..] => outside::run(steps),
+        ["dist"] => dist::run(None),
+        ["dist", binary] => dist::run(Some(binary)),
         ["docs"] => docs::write(),
         ["browser"] if install::browser() => ExitCode::SUCCESS,
         ["browser"] => ExitCode::FAILURE,

@@ -49,6 +49,44 @@ pub(crate) enum Verb {
     /// Print the JSON schema of experiment.toml, for editors.
     #[command(before_help = "Example: sprung schema > experiment.schema.json")]
     Schema,
+    /// Print completions of the command line, for a shell.
+    #[command(
+        before_help = "Example: sprung completions bash > ~/.local/share/bash-completion/completions/sprung"
+    )]
+    Completions(Completions),
+    /// Print the manual page of sprung or of a verb, for man.
+    #[command(before_help = "Example: sprung man identify | man -l -")]
+    Man(ManPage),
+}
+
+impl Verb {
+    /// Returns whether results and errors are printed as JSON.
+    pub(crate) fn wants_json(&self) -> bool {
+        match self {
+            Self::Check(Check { common, .. })
+            | Self::Identify(Identify { common, .. })
+            | Self::Validate(Validate { common, .. })
+            | Self::Simulate(Simulate { common, .. }) => common.json,
+            Self::Compare(args) => args.json,
+            Self::Demo(_) | Self::New(_) | Self::Schema | Self::Completions(_) | Self::Man(_) => {
+                false
+            }
+        }
+    }
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Completions {
+    /// Shell: bash, zsh, fish, powershell or elvish.
+    #[arg(value_name = "SHELL")]
+    pub(crate) shell: clap_complete::Shell,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ManPage {
+    /// Verb of the page [default: the page of sprung].
+    #[arg(value_name = "VERB")]
+    pub(crate) verb: Option<String>,
 }
 
 #[derive(Debug, Args)]
@@ -60,7 +98,7 @@ pub(crate) struct Common {
     /// Override one key of the experiment, for example log.file=run7.csv; can be repeated.
     #[arg(long = "set", value_name = "KEY.PATH=VALUE")]
     pub(crate) overrides: Vec<String>,
-    /// Print only the results on stdout, as JSON.
+    /// Print only the results on stdout, and errors on stderr, as JSON.
     #[arg(long)]
     pub(crate) json: bool,
     #[command(flatten)]
@@ -169,7 +207,7 @@ pub(crate) struct Compare {
     /// Folder for comparison.json and report.html.
     #[arg(long, value_name = "DIR", default_value = "sprung-comparison")]
     pub(crate) out: PathBuf,
-    /// Print only the comparison on stdout, as JSON.
+    /// Print only the comparison on stdout, and errors on stderr, as JSON.
     #[arg(long)]
     pub(crate) json: bool,
     #[command(flatten)]

@@ -1,5 +1,7 @@
 //! Exit codes of the program.
 
+use serde::Serialize;
+use sprung::finding::Finding;
 use sprung::session::{ErrorKind, SessionError, Usability};
 
 /// Exit codes, which `docs/reference/commands.md` and `--help` document.
@@ -44,11 +46,39 @@ impl From<ErrorKind> for ExitCode {
     }
 }
 
+impl ExitCode {
+    /// Returns the name of an error with this code, for scripts.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Done => "done",
+            Self::Unusable => "unusable",
+            Self::Usage => "usage",
+            Self::Log => "log",
+            Self::File => "file",
+        }
+    }
+}
+
 /// Error that ends a command.
 #[derive(Debug)]
 pub(crate) struct Failure {
     pub(crate) code: ExitCode,
     pub(crate) message: String,
+    // Findings for which a log was refused.
+    findings: Vec<Finding>,
+}
+
+/// An error for scripts.
+#[derive(Debug, Serialize)]
+pub(crate) struct Described<'a> {
+    /// Code of the first finding, or the kind of the error: `usage`, `log` or `file`.
+    code: &'a str,
+    exit_code: u8,
+    text: &'a str,
+    /// What to do; absent if the text does not say it.
+    remedy: Option<&'a str>,
+    #[serde(skip_serializing_if = "<[Finding]>::is_empty")]
+    findings: &'a [Finding],
 }
 
 impl Failure {
@@ -56,12 +86,41 @@ impl Failure {
         Self {
             code,
             message: format!("{message}"),
+            findings: Vec::new(),
+        }
+    }
+
+    /// Returns the error in parts. Messages give the cause first and the remedy behind the first semicolon.
+    pub(crate) fn described(&self) -> Described<'_> {
+        let exit_code = self.code as u8;
+        if let Some(first) = self.findings.first() {
+            return Described {
+                code: &first.code,
+                exit_code,
+                text: &first.text,
+                remedy: Some(&first.remedy),
+                findings: &self.findings,
+            };
+        }
+        let (text, remedy) = match self.message.split_once("; ") {
+            Some((text, remedy)) => (text, Some(remedy)),
+            None => (&*self.message, None),
+        };
+        Described {
+            code: self.code.name(),
+            exit_code,
+            text,
+            remedy,
+            findings: &[],
         }
     }
 }
 
 impl From<SessionError> for Failure {
     fn from(error: SessionError) -> Self {
-        Self::new(error.kind().into(), error)
+        Self {
+            findings: error.findings().to_vec(),
+            ..Self::new(error.kind().into(), error)
+        }
     }
 }

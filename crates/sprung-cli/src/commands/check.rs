@@ -1,6 +1,5 @@
 //! `sprung check`: findings about a log before any fit.
 
-use comfy_table::Table;
 use sprung::check::{CheckReport, CheckedLog};
 use sprung::finding::Severity;
 use sprung::report::{compose_check, significant};
@@ -11,7 +10,7 @@ use crate::command_line::command_line;
 use crate::exit_code::{ExitCode, Failure};
 use crate::output::{Folder, results_folder};
 use crate::results::{write_html, write_json};
-use crate::terminal::{Terminal, dash, plain};
+use crate::terminal::{Grid, Terminal, dash};
 
 /// Names of the files that a check writes.
 const CHECK_FILE: &str = "check.json";
@@ -64,9 +63,9 @@ fn say(terminal: Terminal, report: &CheckReport) {
         ));
     }
     if let Some(log) = report.logs.first() {
-        terminal.say(column_table(log));
+        terminal.table(&column_table(log));
     }
-    terminal.say(joint_table(report));
+    terminal.table(&joint_table(report));
     let of = |severity: Severity| report.counts.get(severity.word()).copied().unwrap_or(0);
     terminal.say(format!(
         "errors {}, serious {}, warnings {}, notes {}",
@@ -80,9 +79,11 @@ fn say(terminal: Terminal, report: &CheckReport) {
     }
 }
 
-fn column_table(log: &CheckedLog) -> Table {
+fn column_table(log: &CheckedLog) -> Grid {
     let header = ["column", "unit", "from", "to", "noise", "step", "bits"];
-    let mut table = plain(header.map(str::to_owned).to_vec(), 2);
+    let mut table = Grid::new(header.map(str::to_owned).to_vec(), 2)
+        .divided(2, 1)
+        .without(&[6, 5, 1]);
     for column in &log.columns {
         table.add_row([
             column.column.clone(),
@@ -97,7 +98,7 @@ fn column_table(log: &CheckedLog) -> Table {
     table
 }
 
-fn joint_table(report: &CheckReport) -> Table {
+fn joint_table(report: &CheckReport) -> Grid {
     let header = [
         "joint",
         "torque explained %",
@@ -106,7 +107,7 @@ fn joint_table(report: &CheckReport) -> Table {
         "by ms",
         "± s.e.",
     ];
-    let mut table = plain(header.map(str::to_owned).to_vec(), 1);
+    let mut table = Grid::new(header.map(str::to_owned).to_vec(), 1).divided(1, 5);
     for joint in &report.joints {
         let delay = joint.delay.as_ref();
         table.add_row([

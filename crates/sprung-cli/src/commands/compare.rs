@@ -1,6 +1,5 @@
 //! `sprung compare`: compares results.
 
-use comfy_table::Table;
 use sprung::compare::{ComparedParameter, Comparison};
 use sprung::model::short;
 use sprung::progress::Unheard;
@@ -13,7 +12,7 @@ use crate::command_line::command_line;
 use crate::exit_code::{ExitCode, Failure};
 use crate::output::Folder;
 use crate::results::{REPORT_FILE, write_html, write_json};
-use crate::terminal::{Terminal, dash, plain};
+use crate::terminal::{Grid, Terminal, dash};
 
 /// Name of the file of a comparison.
 const COMPARISON_FILE: &str = "comparison.json";
@@ -36,19 +35,22 @@ pub(crate) fn run(args: &Compare) -> Result<ExitCode, Failure> {
     if let Some(sentence) = &comparison.promises_kept {
         terminal.say(sentence);
     }
+    if let Some(sentence) = comparison.conclusion() {
+        terminal.say(sentence);
+    }
     Ok(ExitCode::Done)
 }
 
 fn say(terminal: Terminal, comparison: &Comparison) {
     if !comparison.compared.is_empty() {
-        terminal.say(header_table(comparison));
+        terminal.table(&header_table(comparison));
         terminal.say("");
-        terminal.say(residual_table(comparison));
+        terminal.table(&residual_table(comparison));
         terminal.say("");
-        terminal.say(parameter_table(comparison));
+        terminal.table(&parameter_table(comparison));
     }
     if !comparison.promises.is_empty() {
-        terminal.say(promise_table(comparison));
+        terminal.table(&promise_table(comparison));
     }
     for finding in &comparison.findings {
         terminal.finding("comparison", finding);
@@ -57,7 +59,7 @@ fn say(terminal: Terminal, comparison: &Comparison) {
 
 /// Returns a table with one row per run and parameter set: the largest error in proportion to its
 /// promise.
-fn promise_table(comparison: &Comparison) -> Table {
+fn promise_table(comparison: &Comparison) -> Grid {
     let header = [
         "run",
         "parameters",
@@ -69,7 +71,9 @@ fn promise_table(comparison: &Comparison) -> Table {
         "log",
         "file",
     ];
-    let mut table = plain(header.map(str::to_owned).to_vec(), 4);
+    let mut table = Grid::new(header.map(str::to_owned).to_vec(), 4)
+        .divided(1, 8)
+        .without(&[8, 7, 5, 4]);
     for promise in &comparison.promises {
         let worst = promise.worst();
         let number =
@@ -97,9 +101,11 @@ fn promise_table(comparison: &Comparison) -> Table {
     table
 }
 
-fn header_table(comparison: &Comparison) -> Table {
+fn header_table(comparison: &Comparison) -> Grid {
     let header = ["result", "verdict", "estimator", "settings", "log", "file"];
-    let mut table = plain(header.map(str::to_owned).to_vec(), header.len());
+    let mut table = Grid::new(header.map(str::to_owned).to_vec(), header.len())
+        .divided(1, 5)
+        .without(&[3, 5]);
     for result in &comparison.compared {
         let settings = &result.settings;
         table.add_row([
@@ -120,7 +126,7 @@ fn header_table(comparison: &Comparison) -> Table {
 }
 
 /// Returns a table of the root mean square residuals, absolute and relative to the torque.
-fn residual_table(comparison: &Comparison) -> Table {
+fn residual_table(comparison: &Comparison) -> Grid {
     let compared = &comparison.compared;
     let mut names: Vec<&str> = Vec::new();
     for (name, _) in compared
@@ -136,7 +142,7 @@ fn residual_table(comparison: &Comparison) -> Table {
         header.push(result.label.clone());
         header.push("% of torque".to_owned());
     }
-    let mut table = plain(header, 1);
+    let mut table = Grid::new(header, 1).divided(1, 2);
     for name in names {
         let mut row = vec![name.to_owned()];
         for result in compared {
@@ -149,7 +155,7 @@ fn residual_table(comparison: &Comparison) -> Table {
     table
 }
 
-fn parameter_table(comparison: &Comparison) -> Table {
+fn parameter_table(comparison: &Comparison) -> Grid {
     let mut header = vec!["parameter".to_owned(), "unit".to_owned()];
     for (i, result) in comparison.compared.iter().enumerate() {
         header.push(result.label.clone());
@@ -159,7 +165,8 @@ fn parameter_table(comparison: &Comparison) -> Table {
             header.push("in s.e.".to_owned());
         }
     }
-    let mut table = plain(header, 2);
+    // All parts repeat the first result, to which the differences refer.
+    let mut table = Grid::new(header, 2).divided(4, 4).without(&[1, 3]);
     for parameter in &comparison.parameters {
         table.add_row(parameter_row(parameter));
     }

@@ -1,6 +1,10 @@
 //! `sprung demo`: runs the paper's experiment on a digital twin.
 
+use std::collections::BTreeMap;
+
 use sprung::demo;
+use sprung::estimate::Identification;
+use sprung::model::short;
 use sprung::report::Contents;
 use sprung::session::{EXPERIMENT_FILE, Parameters, Session};
 
@@ -70,14 +74,38 @@ pub(crate) fn run(args: &Demo) -> Result<ExitCode, Failure> {
 
     terminal.parameters(&found.identification, Some(&truth));
     terminal.validation(&validated.validation);
+    if let Some(sentence) = against_truth(&found.identification, &truth) {
+        terminal.say(format!("\n{sentence}"));
+    }
     terminal.say(format!(
-        "\nexperiment: {}\nreport: {}",
+        "experiment: {}\nreport: {}",
         file.display(),
         report.display()
     ));
     terminal.say(validated.validation.sentence());
     terminal.decision(&found.identification);
     Ok(ExitCode::Done)
+}
+
+/// Returns how far the first result is from the true parameters.
+fn against_truth(identification: &Identification, truth: &BTreeMap<String, f64>) -> Option<String> {
+    let result = identification.results.first()?;
+    let all = result.parameters.len();
+    let errors: Vec<(&str, f64)> = (result.parameters.iter())
+        .filter(|parameter| parameter.identifiable)
+        .filter_map(|parameter| {
+            let truth = truth.get(&parameter.name).filter(|truth| **truth != 0.0)?;
+            Some((&*parameter.name, parameter.value? / truth - 1.0))
+        })
+        .collect();
+    let (name, largest) = (errors.iter()).max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
+    Some(format!(
+        "{} found {} of {all} parameters; the largest error is {:+.1} % ({}).",
+        result.estimator,
+        errors.len(),
+        100.0 * largest,
+        short(name)
+    ))
 }
 
 /// Returns the experiment with another seed.

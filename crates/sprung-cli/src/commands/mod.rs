@@ -3,6 +3,7 @@
 mod check;
 mod compare;
 mod demo;
+mod generated;
 mod identify;
 mod new;
 mod simulate;
@@ -13,21 +14,15 @@ use clap::error::ErrorKind;
 
 use crate::args::{Cli, Verb, Work};
 use crate::exit_code::{ExitCode, Failure};
-use crate::terminal::{self, complain};
+use crate::terminal::{self, complain, complain_json};
 
 /// Runs the command that was typed.
 pub(crate) fn run() -> std::process::ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
-        Err(error) => {
-            let _ = error.print();
-            return match error.kind() {
-                ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => ExitCode::Done,
-                _ => ExitCode::Usage,
-            }
-            .into();
-        }
+        Err(error) => return refused(&error),
     };
+    let json = cli.verb.wants_json();
     let outcome = match cli.verb {
         Verb::Demo(args) => with_threads(args.work, || demo::run(&args)),
         Verb::New(args) => new::run(&args),
@@ -36,6 +31,8 @@ pub(crate) fn run() -> std::process::ExitCode {
         Verb::Validate(args) => with_threads(args.common.work, || validate::run(&args)),
         Verb::Compare(args) => compare::run(&args),
         Verb::Simulate(args) => with_threads(args.common.work, || simulate::run(&args)),
+        Verb::Completions(args) => Ok(generated::completions(&args)),
+        Verb::Man(args) => generated::man(&args),
         Verb::Schema => {
             terminal::print_json(&sprung::description::schema());
             Ok(ExitCode::Done)
@@ -44,11 +41,38 @@ pub(crate) fn run() -> std::process::ExitCode {
     match outcome {
         Ok(_) if terminal::output_lost() => ExitCode::File.into(),
         Ok(code) => code.into(),
+        Err(failure) if json => {
+            complain_json(&failure.described());
+            failure.code.into()
+        }
         Err(failure) => {
             complain(&format!("error: {}", failure.message));
             failure.code.into()
         }
     }
+}
+
+/// Prints help or the error of a command line.
+fn refused(error: &clap::Error) -> std::process::ExitCode {
+    let is_help = matches!(
+        error.kind(),
+        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion
+    );
+    if !is_help && std::env::args_os().any(|arg| arg == "--json") {
+        let message = error.to_string();
+        let cause = message.split("\n\n").next().unwrap_or_default();
+        let cause = cause.trim_start_matches("error: ").replace('\n', " ");
+        let message = format!("{}; try sprung --help", cause.trim());
+        complain_json(&Failure::new(ExitCode::Usage, message).described());
+    } else {
+        let _ = error.print();
+    }
+    if is_help {
+        ExitCode::Done
+    } else {
+        ExitCode::Usage
+    }
+    .into()
 }
 
 /// Runs a command with the requested number of threads.

@@ -41,7 +41,10 @@ fn unknown_key_names_the_nearest() {
 fn wrong_type() {
     Case::new()
         .replace("period_s   = 0.001", "period_s = \"fast\"")
-        .fails(2, &["line", "invalid type: string \"fast\", expected f64"]);
+        .fails(
+            2,
+            &["line", "invalid type: string \"fast\", expected a number"],
+        );
     Case::new()
         .replace("[\"least-squares\", \"lsff\"]", "3")
         .fails(2, &["line", "the name of an estimator"]);

@@ -12,20 +12,21 @@ pub(super) fn read_all(
     progress: &mut dyn Listener,
 ) -> Result<Vec<LogFigures>, PrepareError> {
     let mut figures: Vec<LogFigures> = Vec::new();
-    for source in sources {
+    let count = sources.len();
+    for (source, number) in sources.iter_mut().zip(1..) {
         let before = figures.iter().map(|log| log.summary.samples()).sum();
-        figures.push(read(reading, source, before, progress)?);
+        figures.push(read(reading, source, (before, count - number), progress)?);
     }
     Ok(figures)
 }
 
 /// Reads one log.
 ///
-/// - `before`: number of samples in the previous logs.
+/// - `before`, `later`: number of samples in the previous logs, and number of later logs.
 fn read(
     reading: &Reading,
     source: &mut LogSource<'_>,
-    before: u64,
+    (before, later): (u64, usize),
     progress: &mut dyn Listener,
 ) -> Result<LogFigures, PrepareError> {
     let channels = reading.channels();
@@ -37,7 +38,8 @@ fn read(
     while more {
         summary.take(&block);
         segments.take(&block);
-        progress.tell(Phase::Reading, before + log.timing().recorded, None)?;
+        let done = before + log.timing().recorded;
+        progress.tell(Phase::Reading, done, log.expected_of_all(before, later))?;
         more = log.read(&mut block)?;
     }
     Ok(LogFigures {

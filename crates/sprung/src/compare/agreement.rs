@@ -1,6 +1,6 @@
 //! Tests whether repeated estimates differ by more than their intervals allow.
 
-use super::result::{ComparedParameter, ComparedResult, ComparedValue};
+use super::result::{ComparedParameter, ComparedResult, ComparedValue, RUNS_DISAGREE};
 use crate::estimate::{NORMAL_95, upper_tail};
 use crate::finding::{Finding, Severity};
 use crate::model::short;
@@ -8,9 +8,6 @@ use crate::model::short;
 /// Significance of a disagreement: the probability of a false alarm for all parameters of one
 /// estimator together, if the errors are independent and normal with the given intervals.
 pub(crate) const SIGNIFICANCE: f64 = 0.01;
-
-/// Code of the finding about disagreeing results.
-pub(crate) const RUNS_DISAGREE: &str = "runs-disagree";
 
 /// Limit of the parameters that a finding names.
 const PARAMETERS_IN_TEXT: usize = 5;

@@ -6,7 +6,8 @@ mod promises;
 mod result;
 mod table;
 
-pub(crate) use agreement::{RUNS_DISAGREE, SIGNIFICANCE};
+pub(crate) use agreement::SIGNIFICANCE;
 pub use promises::ComparedPromise;
+pub(crate) use result::RUNS_DISAGREE;
 pub use result::{ComparedParameter, ComparedResult, ComparedValue, Comparison};
 pub use table::{CompareError, Compared, ComparedValidation, compare};

@@ -1,10 +1,13 @@
 //! The contents of `comparison.json`.
 
+use std::borrow::Cow;
+
 use serde::Serialize;
 
 use super::promises::ComparedPromise;
 use crate::estimate::{SettingsUsed, Verdict};
 use crate::finding::Finding;
+use crate::model::short;
 use crate::named::Named;
 
 /// The compared results; format 1.
@@ -28,6 +31,44 @@ pub struct Comparison {
     /// How often promises were kept, in words; absent without validations.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub promises_kept: Option<String>,
+}
+
+/// Code of the finding about disagreeing results.
+pub(crate) const RUNS_DISAGREE: &str = "runs-disagree";
+
+impl Comparison {
+    /// Returns whether the results agree, in one sentence; `None` without two results.
+    #[must_use]
+    pub fn conclusion(&self) -> Option<String> {
+        let results = self.compared.len();
+        if results < 2 {
+            return None;
+        }
+        let tested = self.tested;
+        let apart: Vec<Cow<'_, str>> = (self.findings.iter())
+            .filter(|finding| finding.code == RUNS_DISAGREE)
+            .flat_map(|finding| &finding.parameters)
+            .map(|name| short(name))
+            .collect();
+        Some(if tested == 0 {
+            format!(
+                "No estimator has two of the {results} results with intervals, so sprung shows the differences and \
+                 does not test them."
+            )
+        } else if apart.is_empty() {
+            format!(
+                "The results agree: in no of {tested} tests of repeated results does a parameter differ by more than \
+                 its intervals allow."
+            )
+        } else {
+            format!(
+                "The results disagree: {} of {tested} tests of repeated results find a parameter that differs by more \
+                 than its intervals allow ({}).",
+                apart.len(),
+                apart.join(", ")
+            )
+        })
+    }
 }
 
 /// Origin of the values in one column.

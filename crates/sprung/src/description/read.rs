@@ -268,10 +268,23 @@ fn element(array: &DeArray<'_>, key: &str) -> Result<usize, String> {
     })
 }
 
+/// Words of the TOML reader, and words for people.
+const WORDS: [(&str, &str); 5] = [
+    ("expected f64", "expected a number"),
+    ("expected usize", "expected a whole number from 0"),
+    ("expected u64", "expected a whole number from 0"),
+    ("expected u32", "expected a whole number from 0"),
+    (
+        "missing field `format`",
+        "missing field `format`; an experiment file begins with format = 1, and sprung new FOLDER writes one",
+    ),
+];
+
 fn at(file: &str, text: &str, error: &toml::de::Error) -> DescriptionError {
+    let message = error.message().trim().replace('\n', ", ");
     let misfit = Misfit {
         span: error.span(),
-        message: error.message().trim().replace('\n', ", "),
+        message: (WORDS.iter()).fold(message, |message, (from, to)| message.replace(from, to)),
     };
     locate(file, text, misfit)
 }

@@ -18,6 +18,7 @@ mod error;
 mod figures;
 mod formats;
 mod input;
+mod meter;
 mod miss;
 mod reader;
 mod select;

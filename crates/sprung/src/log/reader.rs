@@ -5,6 +5,7 @@ use std::path::Path;
 use super::block::{BLOCK, LogBlock};
 use super::error::LogError;
 use super::formats::table::{Opened, Request};
+use super::meter::Meter;
 use super::select::Selector;
 use crate::description::{ColumnName, Window};
 use crate::log::clock::grid::Grid;
@@ -29,6 +30,7 @@ pub struct LogReader {
     window: Selector,
     // Samples left out because a follower lacks them, and the resulting gaps.
     left_out: LeftOut,
+    meter: Meter,
     file: String,
 }
 
@@ -43,6 +45,7 @@ impl LogReader {
     /// Opens all files and topics that the channels name.
     ///
     /// - `file`: name of the log, for messages, and the window of it that is read.
+    /// - `meter`: counts the bytes of the first stream.
     ///
     /// # Errors
     ///
@@ -50,6 +53,7 @@ impl LogReader {
     pub(super) fn new(
         (file, window): (&str, Window),
         channels: &Channels,
+        meter: Meter,
         open_stream: OpenStream<'_>,
     ) -> Result<Self, LogError> {
         let tolerance = if window.is_whole() {
@@ -101,6 +105,7 @@ impl LogReader {
             ended: false,
             window: Selector::new(window),
             left_out: LeftOut::default(),
+            meter,
             file: file.to_owned(),
         })
     }
@@ -142,6 +147,20 @@ impl LogReader {
             timing.lacking.add(lacking.count, lacking.first);
         }
         timing
+    }
+
+    /// Returns the expected number of samples of all logs, from the part of this file that was read; `None` if it is not
+    /// known.
+    ///
+    /// - `before`, `later`: number of samples in earlier logs, and number of later logs, which are assumed to be as
+    ///   long as this one.
+    #[must_use]
+    pub(crate) fn expected_of_all(&self, before: u64, later: usize) -> Option<u64> {
+        let whole = self.window.window().is_whole();
+        let part = self.meter.part().filter(|_| whole)?;
+        let samples = self.grid.timing().recorded;
+        let own = ((samples as f64 / part).round() as u64).max(samples);
+        Some(before + own * (1 + later as u64))
     }
 
     /// Reads at most `limit` rows, or records the end of the log.

@@ -8,6 +8,7 @@ use super::error::LogError;
 use super::formats::table::{Opened, Request};
 use super::formats::{memory, open};
 use super::input::Input;
+use super::meter::Meter;
 use super::reader::LogReader;
 use crate::description::Window;
 
@@ -101,11 +102,14 @@ impl<'a> LogSource<'a> {
     /// [`LogError`] if the log cannot be opened or lacks a column.
     pub fn open(&mut self, channels: &Channels) -> Result<LogReader, LogError> {
         let (name, holds, window) = (&self.name, &mut self.holds, self.window);
+        // The first stream gives the time; the others are read along with it.
+        let meter = Meter::default();
+        let mut unmetered = Some(&meter);
         let mut open_stream = |path: Option<&Path>, request: &Request<'_>| match holds {
-            Holds::Files(opener) => open_file(name, opener, path, request),
+            Holds::Files(opener) => open_file(name, opener, path, request, unmetered.take()),
             Holds::Memory(arrays) => open_arrays(name, arrays, path, request),
         };
-        LogReader::new((name, window), channels, &mut open_stream)
+        LogReader::new((name, window), channels, meter.clone(), &mut open_stream)
     }
 }
 
@@ -114,9 +118,14 @@ fn open_file(
     opener: &mut Opener<'_>,
     path: Option<&Path>,
     request: &Request<'_>,
+    meter: Option<&Meter>,
 ) -> Result<Opened, LogError> {
     open::open(request, &mut || {
-        opener(path).map_err(|source| LogError::Io {
+        let input = match meter {
+            Some(meter) => opener(path).and_then(|input| meter.on(input)),
+            None => opener(path),
+        };
+        input.map_err(|source| LogError::Io {
             file: path.map_or_else(|| name.to_owned(), |path| path.display().to_string()),
             source,
         })

@@ -357,7 +357,9 @@ pub(crate) fn read_through(
     let mut before = 0;
     let mut ready: Vec<Piece> = Vec::new();
     let mut ended: Option<f64> = None;
-    for source in sources {
+    let count = sources.len();
+    for (source, number) in sources.iter_mut().zip(1..) {
+        let later_logs = count - number;
         let mut log = source.open(reading.channels())?;
         let mut block = LogBlock::new(reading.channels().all.len());
         let mut begin = || log.read(&mut block);
@@ -378,7 +380,8 @@ pub(crate) fn read_through(
             let mut prepare = || -> Result<(), PassError> {
                 summary.take(&block);
                 preparation.push(&block, observer, &mut next);
-                progress.tell(phase, before + log.timing().recorded, None)?;
+                let done = before + log.timing().recorded;
+                progress.tell(phase, done, log.expected_of_all(before, later_logs))?;
                 log.read(&mut block)?;
                 Ok(())
             };

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use crate::compare::CompareError;
 use crate::description::{DescriptionError, StartError, UrdfError};
 use crate::estimate::IdentifyError;
+use crate::finding::Finding;
 use crate::log::{ChannelError, LogError};
 use crate::model::ModelError;
 use crate::prepare::PrepareError;
@@ -97,7 +98,10 @@ pub enum SessionError {
     #[error(transparent)]
     Validate(#[from] ValidateError),
     /// A file contains no parameters.
-    #[error("{file} is not a file of parameters: {why}")]
+    #[error(
+        "{file} is not a file of parameters: {why}; give an identification.json, or a TOML file with lines such \
+         as \"joint1.stiffness\" = 9.4"
+    )]
     NotParameters {
         /// Name of the file.
         file: String,
@@ -232,6 +236,15 @@ pub enum SessionError {
 }
 
 impl SessionError {
+    /// Returns the findings for which a log was refused; empty for other errors.
+    #[must_use]
+    pub fn findings(&self) -> &[Finding] {
+        match self {
+            Self::Identify(IdentifyError::Refused(refusal)) => &refusal.0,
+            _ => &[],
+        }
+    }
+
     /// Returns the kind of the error.
     #[must_use]
     pub fn kind(&self) -> ErrorKind {

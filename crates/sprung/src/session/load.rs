@@ -4,12 +4,9 @@ use std::path::{Path, PathBuf};
 
 use super::error::SessionError;
 use super::files::{Disk, Files, read_text};
-use super::mistaken::experiment_file;
+use super::mistaken::{EXPERIMENT_FILE, experiment_file};
 use crate::description::{self, Experiment, Log};
 use crate::model::Model;
-
-/// Name of the experiment file in its folder.
-pub const EXPERIMENT_FILE: &str = "experiment.toml";
 
 /// Folder of results beside `experiment.toml`; that of another file has a longer name.
 pub(super) const RESULTS_FOLDER: &str = "sprung-out";

@@ -5,8 +5,10 @@ use std::path::{Path, PathBuf};
 
 use super::bag::of_bag;
 use super::error::SessionError;
-use super::load::EXPERIMENT_FILE;
 use crate::log::format_of;
+
+/// Name of the experiment file in its folder.
+pub const EXPERIMENT_FILE: &str = "experiment.toml";
 
 /// Number of bytes that are read to recognise a file.
 const PEEKED_BYTES: u64 = 1 << 16;

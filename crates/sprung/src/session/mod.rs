@@ -31,7 +31,8 @@ pub use check::Depth;
 pub use compare::{ComparedFiles, compare_files};
 pub use error::{ErrorKind, SessionError};
 pub use files::{Disk, Files};
-pub use load::{EXPERIMENT_FILE, Session};
+pub use load::Session;
+pub use mistaken::EXPERIMENT_FILE;
 pub use parameters::Parameters;
 pub use results::{
     IDENTIFICATION_FILE, ReadIdentification, ReadValidation, find_identification,

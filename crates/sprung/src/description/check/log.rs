@@ -267,6 +267,10 @@ fn check_files(log: &Log, path: &[&str]) -> Result<(), Fault> {
     let at = [path, &["file"]].concat();
     let files = log.file.as_deref().unwrap_or_default();
     for (i, file) in files.iter().enumerate() {
+        if file.path.as_os_str().is_empty() {
+            let message = "file in [log] is an empty name; give the path of the log";
+            return Err(fault(&at, message.to_owned()));
+        }
         check_file(file, &at)?;
         let again =
             |other: &&FilePart| other.path == file.path && other.window.overlaps(&file.window);

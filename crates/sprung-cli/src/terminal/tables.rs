@@ -1,0 +1,160 @@
+//! Tables of parameters and of prediction errors.
+
+use std::collections::BTreeMap;
+
+use sprung::estimate::{EstimateResult, Identification};
+use sprung::model::short;
+use sprung::report::significant;
+use sprung::validate::JointProof;
+
+use super::layout::Grid;
+
+pub(crate) fn dash(value: Option<f64>, digits: usize) -> String {
+    value.map_or_else(|| "-".to_owned(), |value| significant(value, digits))
+}
+
+pub(super) fn parameter_table(
+    identification: &Identification,
+    truth: Option<&BTreeMap<String, f64>>,
+) -> Grid {
+    let reference = if truth.is_some() { "true" } else { "nominal" };
+    // The shares, the reference and the units are the least important columns.
+    let shares = (0..identification.results.len()).map(|i| 5 + 3 * i);
+    let optional: Vec<usize> = shares.chain([2, 1]).collect();
+    let mut header = vec![
+        "parameter".to_owned(),
+        "unit".to_owned(),
+        reference.to_owned(),
+    ];
+    for result in &identification.results {
+        header.push(result.estimator.clone());
+        header.push("± s.e.".to_owned());
+        header.push(
+            if truth.is_some() {
+                "error %"
+            } else {
+                "% of nominal"
+            }
+            .to_owned(),
+        );
+    }
+    let mut table = Grid::new(header, 2).divided(3, 3).without(&optional);
+    let of = |result: &EstimateResult, i: usize, reference: Option<f64>| {
+        let estimate = &result.parameters[i];
+        let share = estimate.value.zip(reference).filter(|(_, r)| *r != 0.0);
+        let share = share.map_or_else(
+            || "-".to_owned(),
+            |(value, reference)| match truth {
+                Some(_) => format!("{:+.1}", 100.0 * (value / reference - 1.0)),
+                None => format!("{:.1}", 100.0 * value / reference),
+            },
+        );
+        [
+            dash(estimate.value, 5),
+            dash(estimate.standard_error, 2),
+            share,
+        ]
+    };
+    for (i, parameter) in (identification.results.first())
+        .map(|result| result.parameters.iter().enumerate())
+        .into_iter()
+        .flatten()
+    {
+        let reference = match truth {
+            Some(truth) => truth.get(&parameter.name).copied(),
+            None => parameter.nominal,
+        };
+        let mut row = vec![
+            short(&parameter.name).into_owned(),
+            parameter.unit.clone(),
+            dash(reference, 5),
+        ];
+        for result in &identification.results {
+            row.extend(of(result, i, reference));
+        }
+        table.add_row(row);
+    }
+    table
+}
+
+/// Maximum number of joints that share a row.
+const MAX_JOINTS_PER_ROW: usize = 3;
+
+/// Returns a table with one row per parameter set and joint.
+fn error_table_by_joint(run: &sprung::validate::RunResult) -> Grid {
+    let names = ["parameters", "joint", "tau", "q", "phi", "fit %", "promise"];
+    let shown = |i: &usize| run.simulated || !(2..5).contains(i);
+    let columns = || (0..names.len()).filter(shown);
+    let mut table = Grid::new(columns().map(|i| names[i].to_owned()).collect(), 2).divided(2, 1);
+    for set in &run.sets {
+        for joint in run.joints() {
+            let e = set.e_rms.as_ref();
+            let error = |values: Option<&sprung::named::Named>| match values {
+                Some(values) => dash(values.get(joint), 3),
+                None => set.outcome.words().to_owned(),
+            };
+            let share = set.torque_relative_residual.get(joint);
+            let cells = [
+                set.parameters.clone(),
+                joint.to_owned(),
+                error(e.map(|e| &e.tau_nm)),
+                error(e.map(|e| &e.q_rad)),
+                error(e.map(|e| &e.phi_rad)),
+                share.map_or_else(|| "-".to_owned(), |share| format!("{:.1}", 100.0 * share)),
+                promise((set.predictions.iter()).filter(|own| own.joint == joint)),
+            ];
+            table.add_row(columns().map(|i| cells[i].clone()));
+        }
+    }
+    table
+}
+
+pub(super) fn error_table(run: &sprung::validate::RunResult) -> Grid {
+    let joints = run.joints();
+    if joints.len() > MAX_JOINTS_PER_ROW {
+        return error_table_by_joint(run);
+    }
+    let simulated: &[&str] = if run.simulated {
+        &["tau", "q", "phi"]
+    } else {
+        &[]
+    };
+    let mut header = vec!["parameters".to_owned()];
+    for symbol in simulated {
+        header.extend(joints.iter().map(|joint| format!("{symbol} {joint}")));
+    }
+    header.extend(joints.iter().map(|joint| format!("{joint} fit %")));
+    header.push("promise".to_owned());
+    let mut table = Grid::new(header, 1).divided(1, joints.len());
+    for set in &run.sets {
+        let mut row = vec![set.parameters.clone()];
+        for group in 0..simulated.len() {
+            row.extend(joints.iter().map(|joint| match &set.e_rms {
+                Some(e) => {
+                    let values = [&e.tau_nm, &e.q_rad, &e.phi_rad][group];
+                    dash(values.get(joint), 3)
+                }
+                None => set.outcome.words().to_owned(),
+            }));
+        }
+        row.extend(joints.iter().map(|joint| {
+            let share = set.torque_relative_residual.get(joint);
+            share.map_or_else(|| "-".to_owned(), |share| format!("{:.1}", 100.0 * share))
+        }));
+        row.push(promise(set.predictions.iter()));
+        table.add_row(row);
+    }
+    table
+}
+
+/// Returns whether errors keep their promise, with the largest ratio of error to promised error.
+fn promise<'a>(proofs: impl Iterator<Item = &'a JointProof>) -> String {
+    let largest = (proofs.flat_map(JointProof::quantities))
+        .filter_map(|quantity| Some((quantity.ratio?, quantity.is_broken())))
+        .max_by(|a, b| a.0.total_cmp(&b.0));
+    match largest {
+        None => "-".to_owned(),
+        Some((ratio, true)) => format!("broken, {ratio:.1} times"),
+        Some((ratio, false)) => format!("kept, {ratio:.1} times"),
+    }
+}
