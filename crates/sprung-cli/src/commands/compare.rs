@@ -32,10 +32,8 @@ pub(crate) fn run(args: &Compare) -> Result<ExitCode, Failure> {
     terminal.json(&comparison);
     say(terminal, &comparison);
     terminal.say(format!("\nreport: {}", report.display()));
-    if let Some(sentence) = &comparison.promises_kept {
-        terminal.say(sentence);
-    }
-    if let Some(sentence) = comparison.conclusion() {
+    let promises = comparison.promises_kept.as_ref();
+    for sentence in comparison.conclusion().iter().chain(promises) {
         terminal.say(sentence);
     }
     Ok(ExitCode::Done)

@@ -124,7 +124,7 @@ fn keys_of_the_log() {
         ("log.file=truth.toml", &["has no column \"t_s\""]),
         (
             "log.link_position_rad=[\"q1\",\"q2\"]",
-            &["no column \"q1\"", "did you mean"],
+            &["no column \"q1\"", "its columns are t_s, q1_rad"],
         ),
     ] {
         assignment(&case, 3, text, fragments);

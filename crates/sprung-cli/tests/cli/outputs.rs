@@ -357,7 +357,7 @@ fn parameters_can_be_given_as_toml() {
     let output = validate(&truth);
     assert_eq!(output.status.code(), Some(2));
     assert!(
-        stderr(&output).contains("did you mean \"joint1.stiffness\"?"),
+        stderr(&output).contains("did you mean \\\"joint1.stiffness\\\"?"),
         "{}",
         stderr(&output)
     );

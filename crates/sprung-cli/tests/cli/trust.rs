@@ -140,7 +140,7 @@ fn columns_of_a_validation_log_are_checked() {
     let (code, _, message) = validate(&Case::new().column(Q1, |_| 0.1), "truth.toml", &[]);
     assert_eq!(code, Some(3), "{message}");
     assert!(
-        message.contains("column \"q1_rad\" never changes"),
+        message.contains("column \\\"q1_rad\\\" never changes"),
         "{message}"
     );
     let case = [1, 2, 3, 4].into_iter().fold(Case::new(), |case, column| {

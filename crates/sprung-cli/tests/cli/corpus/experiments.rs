@@ -41,7 +41,11 @@ pub(super) fn all() -> Vec<Faulty> {
             &log[..log.len() - 30],
             &["experiment.toml"],
         ),
-        of("an experiment in Latin-1", latin, &["experiment.toml"]).code(4),
+        of(
+            "an experiment in Latin-1",
+            latin,
+            &["experiment.toml", "save it as UTF-8"],
+        ),
         of(
             "an experiment of arrays in arrays",
             deep,
