@@ -87,20 +87,17 @@ pub(super) fn debian(release: &Release) -> Done<PathBuf> {
     let doc = share.join("doc/sprung");
     let mut copyright = Vec::new();
     for (name, bytes) in files::texts()? {
-        match name.to_str() {
-            Some("README.md" | "CHANGELOG.md") => {
-                let lower = if name.starts_with("README.md") {
-                    "README.md"
-                } else {
-                    "changelog"
-                };
-                files::write(&doc, &[(PathBuf::from(lower), bytes)])?;
-            }
+        // Debian expects these names.
+        let place = match name.to_str() {
+            Some("README.md") => "README.md",
+            Some("CHANGELOG.md") => "changelog",
             _ => {
                 copyright.extend_from_slice(&bytes);
                 copyright.push(b'\n');
+                continue;
             }
-        }
+        };
+        files::write(&doc, &[(PathBuf::from(place), bytes)])?;
     }
     files::write(&doc, &[(PathBuf::from("copyright"), copyright)])?;
     for (shell, place) in [
