@@ -25,7 +25,7 @@ pub(crate) enum Verb {
     #[command(before_help = "Example: sprung demo --out my-demo")]
     Demo(Demo),
     /// Write a commented experiment.toml to start from, for your own robot.
-    #[command(before_help = "Example: sprung new my-arm --urdf arm.urdf")]
+    #[command(before_help = "Example: sprung new my-arm --urdf arm.urdf --log run.mcap")]
     New(New),
     /// Check a log before any fit: rate, units, signs, delays, faults.
     #[command(before_help = "Example: sprung check experiment.toml --set log.file=run7.csv")]
@@ -162,6 +162,10 @@ pub(crate) struct New {
     /// Number of joints, 1 to 32, of a robot whose Denavit-Hartenberg table you fill in [default: 2].
     #[arg(long, value_name = "N")]
     pub(crate) joints: Option<usize>,
+    /// Log of the robot; its names and values decide the columns, units and sides. Can be repeated
+    /// for several logs with the same columns.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) log: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) voice: Voice,
 }

@@ -4,6 +4,7 @@
 
 mod formats;
 mod mujoco;
+mod new;
 mod python;
 mod vectors;
 
@@ -28,7 +29,7 @@ struct Step {
 }
 
 /// All steps, the quick ones first. A new comparison is a line here and a file beside this one.
-const STEPS: [Step; 4] = [
+const STEPS: [Step; 5] = [
     Step {
         name: "scipy",
         what: "the zero-phase filter of SciPy",
@@ -62,6 +63,19 @@ const STEPS: [Step; 4] = [
         what: "an arm simulated by MuJoCo, identified",
         packages: &["numpy==2.4.6", "mujoco==4.0.0"],
         run: mujoco::check,
+    },
+    Step {
+        name: "new",
+        what: "forty logs of ten known arms, begun by sprung new",
+        packages: &[
+            "numpy==2.4.6",
+            "scipy==1.17.1",
+            "pyarrow==26.0.1",
+            "mcap==1.6.0",
+            "mcap-ros2-support==0.6.0",
+            "example-robot-data==6.0.0",
+        ],
+        run: new::check,
     },
 ];
 

@@ -55,7 +55,7 @@ pub(super) fn check(python: &Python) -> Option<()> {
 }
 
 /// Builds the program as the tests do, so that nothing is compiled twice.
-fn build() -> Option<()> {
+pub(super) fn build() -> Option<()> {
     let build = ["build", "--quiet", "--workspace", "--bin", "sprung"];
     succeeds(
         Command::new(env!("CARGO"))

@@ -86,7 +86,7 @@ fn column_table(log: &CheckedLog) -> Grid {
         .without(&[6, 5, 1]);
     for column in &log.columns {
         table.add_row([
-            column.column.clone(),
+            column.label(),
             column.unit.clone(),
             significant(column.min, 4),
             significant(column.max, 4),

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use sprung::description::{Start, template};
-use sprung::session::{EXPERIMENT_FILE, SessionError, start_from_urdf};
+use sprung::description::Start;
+use sprung::session::{EXPERIMENT_FILE, NewExperiment, SessionError, start_from_urdf};
 
 use crate::args::New;
 use crate::command_line::quoted;
@@ -18,26 +18,59 @@ pub(crate) fn run(args: &New) -> Result<ExitCode, Failure> {
     let terminal = Terminal::new(args.voice, false);
     let folder = &args.folder;
     refuse_what_is_there(folder)?;
-    let (start, table) = match &args.urdf {
-        Some(file) => (start_from_urdf(file, folder)?, ""),
-        None => (
-            Start::table(args.joints.unwrap_or(DEFAULT_JOINTS)).map_err(SessionError::from)?,
-            "the table, ",
-        ),
+    let start = match &args.urdf {
+        Some(file) => start_from_urdf(file, folder)?,
+        None => Start::table(args.joints.unwrap_or(DEFAULT_JOINTS)).map_err(SessionError::from)?,
+    };
+    let new = if args.log.is_empty() {
+        NewExperiment::without_log(&start)
+    } else {
+        terminal.follow("reading the log", |progress| {
+            NewExperiment::from_logs(&start, &args.log, folder, progress)
+        })?
     };
 
     let place = Folder::new(folder, [], &[EXPERIMENT_FILE])?;
     let mut output = place.output()?;
-    let path = output.text(EXPERIMENT_FILE, &template(&start))?;
+    let path = output.text(EXPERIMENT_FILE, &new.text)?;
     output.commit()?;
 
-    terminal.say(format!(
-        "experiment: {}\n\nnext:\n  fill in what is marked FILL IN: {table}the log and its columns\n  \
-         sprung identify {}",
-        path.display(),
-        quoted(&folder.to_string_lossy()),
-    ));
+    terminal.say(format!("experiment: {}", path.display()));
+    say(terminal, &new);
+    let folder = quoted(&folder.to_string_lossy());
+    let next = if new.open.is_empty() {
+        ""
+    } else {
+        "  fill in these lines\n"
+    };
+    terminal.say(format!("\nnext:\n{next}  sprung identify {folder}"));
     Ok(ExitCode::Done)
+}
+
+/// Prints what the log decided, what the user must fill in, and what the check found.
+fn say(terminal: Terminal, new: &NewExperiment) {
+    if !new.lines.is_empty() {
+        let left_out = match new.left_out {
+            0 => String::new(),
+            count => format!(" ({count} more are not in the log)"),
+        };
+        terminal.say(format!("joints: {}{left_out}", new.joints.join(", ")));
+        for line in &new.lines {
+            terminal.say(format!("  {line}"));
+        }
+    }
+    if !new.open.is_empty() {
+        terminal.say("\nFILL IN, because only you know it:");
+        for (line, key) in &new.open {
+            terminal.say(format!("  line {line}: {key}"));
+        }
+    }
+    if let Some(why) = &new.unchecked {
+        terminal.say(format!("\nthe log could not be checked: {why}"));
+    }
+    for finding in &new.findings {
+        terminal.finding_with_line(finding);
+    }
 }
 
 /// Returns an error if a file would be overwritten.

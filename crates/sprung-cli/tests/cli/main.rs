@@ -16,9 +16,12 @@ mod corpus;
 mod folders;
 mod formats;
 mod killed;
+#[path = "../../../sprung/tests/formats/mcap_bytes.rs"]
+mod mcap_bytes;
 mod meanings;
 mod missing_values;
 mod new;
+mod new_log;
 mod output_error;
 mod outputs;
 mod pages;

@@ -8,7 +8,7 @@ use tempfile::TempDir;
 
 use crate::common::{sprung, stderr, stdout};
 
-const ARM: &str = r#"<robot name="two joints">
+pub(crate) const ARM: &str = r#"<robot name="two joints">
 <link name="base"/>
 <link name="upper"><inertial><origin xyz="0.15 0 0"/><mass value="1.5"/>
   <inertia ixx="0.001" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.02"/></inertial></link>
@@ -32,33 +32,33 @@ fn gantry() -> String {
 }
 
 /// A working folder for commands.
-struct Desk {
+pub(crate) struct Desk {
     folder: TempDir,
 }
 
 impl Desk {
-    fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self {
             folder: TempDir::new().unwrap(),
         }
     }
 
-    fn path(&self, file: &str) -> PathBuf {
+    pub(crate) fn path(&self, file: &str) -> PathBuf {
         self.folder.path().join(file)
     }
 
-    fn write(&self, file: &str, text: &str) {
+    pub(crate) fn write(&self, file: &str, text: &str) {
         let path = self.path(file);
         std::fs::create_dir_all(path.parent().unwrap()).unwrap();
         std::fs::write(path, text).unwrap();
     }
 
-    fn read(&self, file: &str) -> String {
+    pub(crate) fn read(&self, file: &str) -> String {
         std::fs::read_to_string(self.path(file)).unwrap()
     }
 
     /// Runs the program in the folder.
-    fn run(&self, args: &[&str]) -> Output {
+    pub(crate) fn run(&self, args: &[&str]) -> Output {
         Command::new(env!("CARGO_BIN_EXE_sprung"))
             .args(args)
             .current_dir(self.folder.path())
@@ -66,14 +66,14 @@ impl Desk {
             .unwrap()
     }
 
-    fn succeeds(&self, args: &[&str]) -> String {
+    pub(crate) fn succeeds(&self, args: &[&str]) -> String {
         let output = self.run(args);
         assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
         stdout(&output)
     }
 
     /// Checks that a command fails with a code and a message and does not create a folder `new`.
-    fn fails(&self, args: &[&str], code: i32, fragments: &[&str]) {
+    pub(crate) fn fails(&self, args: &[&str], code: i32, fragments: &[&str]) {
         let output = self.run(args);
         let message = stderr(&output);
         println!("{message}");
@@ -85,11 +85,40 @@ impl Desk {
         assert!(!self.path("new").exists(), "a failed run left a folder");
     }
 
-    /// Checks that nothing but the log of an experiment is missing.
+    /// Checks that nothing but the file of its log is missing in an experiment.
     fn lacks_only_its_log(&self, folder: &str) {
+        self.fails(
+            &["identify", folder],
+            2,
+            &["line ", "FILL IN file: only you know"],
+        );
         let log = Path::new(folder).join("log.csv");
         let missing = format!("cannot read {}", log.display());
-        self.fails(&["identify", folder], 4, &[&missing]);
+        self.fails(
+            &["identify", folder, "--set", "log.file=log.csv"],
+            4,
+            &[&missing],
+        );
+    }
+
+    /// Fills in the table of an experiment by its example, and checks that nothing else but the log is
+    /// missing.
+    fn lacks_only_table_and_log(&self, folder: &str) {
+        self.fails(
+            &["identify", folder],
+            2,
+            &["FILL IN dh_modified: only you know"],
+        );
+        let file = format!("{folder}/experiment.toml");
+        let text = self.read(&file);
+        let (head, table) = text.split_once("dh_modified = \"FILL IN\"\n").unwrap();
+        let (table, rest) = table.split_once("#]\n").unwrap();
+        let table: String = table
+            .lines()
+            .map(|line| format!("{}\n", &line[1..]))
+            .collect();
+        self.write(&file, &format!("{head}{table}]\n{rest}"));
+        self.lacks_only_its_log(folder);
     }
 }
 
@@ -103,12 +132,16 @@ fn tables_are_read_as_they_stand() {
             said.contains(&format!("{folder}/experiment.toml")),
             "{said}"
         );
-        assert!(said.contains("FILL IN: the table, the log"), "{said}");
+        assert!(said.contains("FILL IN, because only you know it"), "{said}");
+        assert!(
+            said.contains(": dh_modified\n") && said.contains(": file\n"),
+            "{said}"
+        );
         assert!(
             said.contains(&format!("sprung identify {folder}")),
             "{said}"
         );
-        desk.lacks_only_its_log(&folder);
+        desk.lacks_only_table_and_log(&folder);
         let text = desk.read(&format!("{folder}/experiment.toml"));
         assert_eq!(
             text.matches("[[robot.joint]]").count().to_string(),
@@ -126,7 +159,7 @@ fn two_joints_if_nobody_says_how_many_and_quiet_is_quiet() {
         desk.read("a/b/my arm/experiment.toml")
             .contains("# joint2\n")
     );
-    desk.lacks_only_its_log("a/b/my arm");
+    desk.lacks_only_table_and_log("a/b/my arm");
     let said = desk.succeeds(&["new", "my arm"]);
     assert!(said.ends_with("sprung identify 'my arm'\n"), "{said}");
 }
@@ -198,6 +231,8 @@ fn a_log_with_the_columns_of_the_file_is_identified() {
         desk.write("arm.urdf", &urdf);
         desk.succeeds(&["new", "new-arm", "--urdf", "arm.urdf"]);
         let written = desk.read("new-arm/experiment.toml");
+        let written = written.replace("file = \"FILL IN\"", "file = \"log.csv\"");
+        desk.write("new-arm/experiment.toml", &written);
         desk.write("twin/experiment.toml", &with_a_twin(&written));
         desk.succeeds(&["simulate", "twin", "--out", "new-arm"]);
         let log = desk.read("new-arm/log.csv");
@@ -208,7 +243,8 @@ fn a_log_with_the_columns_of_the_file_is_identified() {
         };
         assert_eq!(log.lines().next(), Some(header));
         // The experiment is unchanged; only its log was added.
-        let output = desk.run(&["identify", "new-arm"]);
+        let least = "identify.estimator=[\"least-squares\"]";
+        let output = desk.run(&["identify", "new-arm", "--set", least]);
         let code = output.status.code();
         println!("{}{}", stdout(&output), stderr(&output));
         assert!(matches!(code, Some(0 | 1)), "{}", stderr(&output));

@@ -59,6 +59,7 @@ fn log(
         let level = noise.map(|(level, _)| level).filter(|level| *level > 0.0);
         Some(ColumnFigures {
             column: channel.column.clone(),
+            matched: (channel.origin.pick.is_pattern()).then(|| figures.names[i].clone()),
             quantity: channel.quantity.key().to_owned(),
             joint: experiment.robot.joint[channel.joint].name.clone(),
             unit: channel

@@ -45,6 +45,7 @@ fn read(
     Ok(LogFigures {
         timing: log.timing(),
         lost: segments.lost(),
+        names: log.names().to_vec(),
         summary,
     })
 }

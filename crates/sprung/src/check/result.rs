@@ -123,11 +123,25 @@ impl CheckedLog {
     }
 }
 
+impl ColumnFigures {
+    /// Returns the name of the column, and the name in the file that a pattern matched.
+    #[must_use]
+    pub fn label(&self) -> String {
+        match &self.matched {
+            None => self.column.clone(),
+            Some(matched) => format!("{} = {matched}", self.column),
+        }
+    }
+}
+
 /// Figures of one column.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ColumnFigures {
     /// Name of the column.
     pub column: String,
+    /// Name of the column in the file, if a pattern matched it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub matched: Option<String>,
     /// Quantity, as a key of `[log]`.
     pub quantity: String,
     /// Name of the joint.

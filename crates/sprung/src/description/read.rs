@@ -13,6 +13,7 @@ use super::robot::Robot;
 use super::run::{Controller, Simulate, Validate};
 use super::tree::{Open, TreeError, tree};
 use super::types::ExperimentFile;
+use super::unfilled;
 
 /// An experiment: the robot, the log, and the settings of identification and validation.
 ///
@@ -126,6 +127,7 @@ pub fn read(
             }
         })?;
     }
+    unfilled::check(table.get_ref()).map_err(|misfit| locate(file, text, misfit))?;
     interpret(file, text, table.clone(), open).map_err(|error| {
         let elsewhere = matches!(
             error,

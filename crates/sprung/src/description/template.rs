@@ -1,5 +1,6 @@
 //! Writes a commented `experiment.toml` for a new robot.
 
+mod chosen;
 mod write;
 
 #[cfg(test)]
@@ -11,6 +12,8 @@ use super::check::check_name;
 use super::quantities::Key;
 use super::urdf::{Urdf, UrdfJoint};
 
+pub(crate) use chosen::{Chosen, ChosenJoint, ChosenLine};
+pub(crate) use write::quoted;
 pub use write::template;
 
 /// Largest number of rows of a Denavit-Hartenberg table.
@@ -22,6 +25,21 @@ pub struct Start {
     name: String,
     kinematics: Kinematics,
     joints: Vec<Joint>,
+    /// Whether a file describes its bodies.
+    has_bodies: bool,
+    /// Decisions about its log, if there is a log.
+    chosen: Option<Chosen>,
+}
+
+/// A joint of a robot, for the search of its columns in a log.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct JointOfStart {
+    /// Its name.
+    pub(crate) name: String,
+    /// Revolute or prismatic.
+    pub(crate) kind: JointKind,
+    /// Limits of its position, rad or m, if the description has them.
+    pub(crate) range: Option<(f64, f64)>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -39,6 +57,8 @@ struct Joint {
     kind: JointKind,
     /// Limits of position, velocity and torque, in words.
     limits: Option<String>,
+    /// Limits of its position, rad or m.
+    range: Option<(f64, f64)>,
 }
 
 /// Why sprung cannot write an experiment for a robot.
@@ -81,12 +101,15 @@ impl Start {
                 link: joint.child.clone(),
                 kind: joint.kind,
                 limits: limits(joint),
+                range: (joint.lower.zip(joint.upper)).filter(|(lower, upper)| lower < upper),
             })
         };
         Ok(Self {
             name: urdf.name().to_owned(),
             kinematics: Kinematics::Urdf(file.to_owned()),
             joints: urdf.movable().iter().map(joint).collect::<Result<_, _>>()?,
+            has_bodies: urdf.has_bodies(),
+            chosen: None,
         })
     }
 
@@ -106,12 +129,48 @@ impl Start {
             link: format!("link{i}"),
             kind: Revolute,
             limits: None,
+            range: None,
         };
         Ok(Self {
             name: "my robot".to_owned(),
             kinematics: Kinematics::Table,
             joints: (1..=joints).map(joint).collect(),
+            has_bodies: false,
+            chosen: None,
         })
+    }
+
+    /// Returns its joints.
+    pub(crate) fn joints(&self) -> Vec<JointOfStart> {
+        let joint = |joint: &Joint| JointOfStart {
+            name: joint.name.clone(),
+            kind: joint.kind,
+            range: joint.range,
+        };
+        self.joints.iter().map(joint).collect()
+    }
+
+    /// Returns whether a file describes its bodies, so that the scale of torques can be told.
+    pub(crate) fn has_bodies(&self) -> bool {
+        self.has_bodies
+    }
+
+    /// Returns the robot with decisions about its log.
+    pub(crate) fn with(&self, chosen: Chosen) -> Self {
+        Self {
+            chosen: Some(chosen),
+            ..self.clone()
+        }
+    }
+
+    /// Returns the joints for which the experiment has a block, with the decisions about them.
+    fn blocks(&self) -> Vec<(&Joint, Option<&ChosenJoint>)> {
+        match &self.chosen {
+            None => self.joints.iter().map(|joint| (joint, None)).collect(),
+            Some(chosen) => (chosen.joints.iter())
+                .filter_map(|own| Some((self.joints.get(own.joint)?, Some(own))))
+                .collect(),
+        }
     }
 
     /// Returns a list of column names for a key, one for each of its joints; `None` if it has no
@@ -130,7 +189,8 @@ impl Start {
     ///
     /// - `turning`, `sliding`: the number for revolute and for prismatic joints.
     fn list(&self, turning: &str, sliding: &str) -> String {
-        let numbers = self.joints.iter().map(|joint| match joint.kind {
+        let blocks = self.blocks();
+        let numbers = blocks.iter().map(|(joint, _)| match joint.kind {
             Revolute => turning,
             Prismatic => sliding,
         });

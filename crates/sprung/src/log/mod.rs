@@ -7,6 +7,7 @@
 //! - `clock`: finds when samples were taken, and resamples uneven samples onto an even grid;
 //! - `select`: selects the samples of a window;
 //! - `reader`: combines the modules above in `LogReader`;
+//! - `survey`: finds the columns of a log of which nothing is known;
 //! - `figures`: gathers statistics of each channel in `Summary`, from which [`check`] makes
 //!   findings.
 
@@ -23,6 +24,7 @@ mod miss;
 mod reader;
 mod select;
 mod source;
+mod survey;
 mod write;
 
 pub use arrays::{Array, Arrays, ArraysError};
@@ -44,6 +46,8 @@ pub use miss::Miss;
 pub(crate) use reader::LogReader;
 pub use select::Beyond;
 pub use source::{LogSource, Opener};
+pub use survey::ChooseError;
+pub(crate) use survey::{Survey, choose};
 pub use write::LogWriter;
 
 pub(crate) use crate::description::Quantity;

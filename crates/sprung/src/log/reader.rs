@@ -32,6 +32,8 @@ pub struct LogReader {
     left_out: LeftOut,
     meter: Meter,
     file: String,
+    // Name in the file of the column of each channel.
+    names: Vec<String>,
 }
 
 /// A stream whose rows match those of the first one by one: its name, its rows, and the indices of
@@ -63,6 +65,7 @@ impl LogReader {
         };
         let streams = streams(channels);
         let mut opened = Vec::new();
+        let mut names = vec![String::new(); channels.all.len()];
         for (i, stream) in streams.iter().enumerate() {
             let time = time_of(channels, stream, i == 0);
             let of: Vec<usize> = (channels.all.iter().enumerate())
@@ -77,6 +80,9 @@ impl LogReader {
                 (time, &of),
                 open_stream,
             )?;
+            for (k, &place) in of.iter().enumerate() {
+                rows.name(k).clone_into(&mut names[place]);
+            }
             opened.push((name, rows, of, time));
         }
         let mut opened = opened.into_iter();
@@ -107,7 +113,14 @@ impl LogReader {
             left_out: LeftOut::default(),
             meter,
             file: file.to_owned(),
+            names,
         })
+    }
+
+    /// Returns the name in the file of the column of each channel, \[channels\].
+    #[must_use]
+    pub fn names(&self) -> &[String] {
+        &self.names
     }
 
     /// Reads the next block; returns false when the log has ended.

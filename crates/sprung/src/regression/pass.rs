@@ -329,6 +329,8 @@ pub struct LogFigures {
     pub timing: Timing,
     /// Samples in segments that are too short for the filters.
     pub lost: u64,
+    /// Name in the file of the column of each channel, \[channels\].
+    pub names: Vec<String>,
 }
 
 /// Reads the logs of one robot once, block by block, and reduces them together.
@@ -402,6 +404,7 @@ pub(crate) fn read_through(
             summary,
             timing: log.timing(),
             lost: preparation.lost,
+            names: log.names().to_vec(),
         });
         spans.push(span);
     }

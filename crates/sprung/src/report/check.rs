@@ -176,7 +176,7 @@ fn joints(report: &CheckReport) -> Table {
 fn columns(log: &CheckedLog) -> Table {
     let rows = log.columns.iter().map(|column| Row {
         cells: vec![
-            column.column.clone(),
+            column.label(),
             column.joint.clone(),
             column.quantity.replace('_', " "),
             column.unit.clone(),

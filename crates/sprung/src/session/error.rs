@@ -6,7 +6,7 @@ use crate::compare::CompareError;
 use crate::description::{DescriptionError, StartError, UrdfError};
 use crate::estimate::IdentifyError;
 use crate::finding::Finding;
-use crate::log::{ChannelError, LogError};
+use crate::log::{ChannelError, ChooseError, LogError};
 use crate::model::ModelError;
 use crate::prepare::PrepareError;
 use crate::progress::Stopped;
@@ -203,6 +203,24 @@ pub enum SessionError {
         /// The path.
         path: PathBuf,
     },
+    /// The columns of a log cannot be assigned to joints.
+    #[error(transparent)]
+    Choose(#[from] ChooseError),
+    /// A log cannot be read.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// Two logs of one experiment have different columns.
+    #[error(
+        "{file} has no \"{column}\", which {first} has; the logs of one experiment must have the same columns"
+    )]
+    OtherColumns {
+        /// Name of the log.
+        file: String,
+        /// Name of the column.
+        column: String,
+        /// Name of the first log.
+        first: String,
+    },
     /// No experiment file can be made for a robot.
     #[error(transparent)]
     Start(#[from] StartError),
@@ -290,7 +308,10 @@ impl SessionError {
             | Self::Parameters(_)
             | Self::Urdf(_)
             | Self::NotUnicode { .. }
+            | Self::OtherColumns { .. }
+            | Self::Choose(_)
             | Self::Start(_) => ErrorKind::Usage,
+            Self::Log(error) => of_log(error),
         }
     }
 }

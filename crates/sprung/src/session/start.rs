@@ -28,7 +28,7 @@ pub fn start_from_urdf(file: &Path, folder: &Path) -> Result<Start, SessionError
 
 /// Returns the path of a file for an experiment in `folder`: relative if the file lies below the
 /// folder or its parent, otherwise absolute.
-fn reference(file: &Path, folder: &Path) -> std::io::Result<PathBuf> {
+pub(super) fn reference(file: &Path, folder: &Path) -> std::io::Result<PathBuf> {
     // A symbolic link keeps its own name.
     let file = std::path::absolute(file)?;
     let (Some(parent), Some(name)) = (file.parent(), file.file_name()) else {
@@ -43,7 +43,7 @@ fn reference(file: &Path, folder: &Path) -> std::io::Result<PathBuf> {
 }
 
 /// Returns the absolute path of a folder, which need not exist.
-fn resolved(folder: &Path) -> Option<PathBuf> {
+pub(super) fn resolved(folder: &Path) -> Option<PathBuf> {
     let folder = std::path::absolute(folder).ok()?;
     folder.ancestors().find_map(|known| {
         let rest = folder.strip_prefix(known).ok()?;

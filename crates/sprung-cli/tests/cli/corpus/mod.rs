@@ -8,8 +8,6 @@ mod binary;
 mod experiments;
 #[path = "../../../../sprung/tests/formats/keys.rs"]
 mod keys;
-#[path = "../../../../sprung/tests/formats/mcap_bytes.rs"]
-mod mcap_bytes;
 mod motions;
 mod seeds;
 mod text;
@@ -19,6 +17,8 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
+
+use crate::mcap_bytes;
 
 /// A run that takes longer counts as hanging: all of them end within a few seconds.
 const PATIENCE: Duration = Duration::from_secs(120);

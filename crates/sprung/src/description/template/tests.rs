@@ -21,7 +21,21 @@ fn mixed() -> Start {
     Start::urdf(&urdf, "../a folder/gantry.urdf").unwrap()
 }
 
+/// Returns a template with a log, and with the example of the table in place of the table.
+fn filled(text: &str) -> String {
+    let text = text.replace("file = \"FILL IN\"", "file = \"log.csv\"");
+    let Some((head, table)) = text.split_once("dh_modified = \"FILL IN\"\n") else {
+        return text;
+    };
+    let (table, rest) = table.split_once("#]\n").unwrap();
+    let table: String = (table.lines())
+        .map(|line| format!("{}\n", &line[1..]))
+        .collect();
+    format!("{head}{table}]\n{rest}")
+}
+
 fn accept(text: &str) -> Result<Experiment, DescriptionError> {
+    let text = &filled(text);
     read("experiment.toml", text, &[], &mut |path| {
         assert_eq!(path, Path::new("../a folder/gantry.urdf"));
         Ok(MIXED.to_owned())
@@ -68,7 +82,30 @@ fn replaces(line: &str) -> bool {
 }
 
 #[test]
-fn tables_are_accepted_as_they_stand() {
+fn an_unfilled_place_is_an_error_with_its_line() {
+    let text = template(&mixed());
+    let line = 1 + text
+        .lines()
+        .position(|line| line.starts_with("file = "))
+        .unwrap();
+    let read = |text: &str| read("experiment.toml", text, &[], &mut |_| Ok(MIXED.to_owned()));
+    let error = read(&text).unwrap_err().to_string();
+    assert!(
+        error.starts_with(&format!(
+            "line {line} of experiment.toml: FILL IN file: only you know"
+        )),
+        "{error}"
+    );
+    let table = template(&Start::table(2).unwrap());
+    let error = read(&table).unwrap_err().to_string();
+    assert!(
+        error.contains("FILL IN dh_modified: only you know"),
+        "{error}"
+    );
+}
+
+#[test]
+fn tables_are_accepted_with_their_example() {
     for joints in [1, 2, 7, MAX_TABLE_ROWS] {
         let experiment = accept(&template(&Start::table(joints).unwrap())).unwrap();
         let robot = &experiment.robot;
@@ -118,7 +155,7 @@ fn limits_in_the_urdf_become_comments() {
 #[test]
 fn all_examples_are_accepted_together() {
     for start in [Start::table(1), Start::table(2), Ok(mixed())] {
-        let text = template(&start.unwrap());
+        let text = filled(&template(&start.unwrap()));
         let all = with(&text, |line| !replaces(line));
         let experiment = accept(&all).unwrap_or_else(|error| panic!("{error} in\n{all}"));
         assert!(experiment.controller.is_some() && experiment.simulate.is_some());
@@ -135,7 +172,7 @@ fn all_examples_are_accepted_together() {
 
 #[test]
 fn examples_of_other_columns_take_the_place_of_a_line() {
-    let text = template(&Start::table(2).unwrap());
+    let text = filled(&template(&Start::table(2).unwrap()));
     for (instead, replaced) in ALTERNATIVES {
         let all = with(&text, |line| !replaces(line) || key(line) == instead);
         let kept = all.lines().filter(|line| !replaced.contains(&key(line)));

@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use sprung_core::chain::JointKind::{Prismatic, Revolute};
 
+use super::chosen::{Chosen, ChosenJoint, ChosenLine};
 use super::{Joint, Kinematics, Start};
 use crate::description::quantities::{InTemplate, KEYS};
 
@@ -30,11 +31,14 @@ const HEADER: &str = "\
 format = 1
 ";
 
+/// Largest width of a line, in characters.
+const WIDTH: usize = 100;
+
 const IDENTIFY: &str = "
 [identify]
-estimator = \"least-squares\"                 # or several: [\"least-squares\", \"lsff\"]
-filter_cutoff_rad_per_s = 30.0              # lambda: above the motion, below the noise
-position_cutoff_hz = \"auto\"                 # zero-phase, for positions; or a number
+#estimator = \"least-squares\"                # faster, without refinement; or a list of several
+#filter_cutoff_rad_per_s = 30.0             # lambda: above the motion, below the noise
+#position_cutoff_hz = 40.0                  # zero-phase, for positions; \"auto\" if absent
 #weights = \"none\"                           # all samples have weight 1, as in the paper
 #encoder_offset = \"none\"                    # no offset between encoders; \"estimate\" if absent
 #initial_momentum = \"estimate\"              # if the first velocity of the log is wrong
@@ -74,14 +78,15 @@ gravity_m_per_s2 = [0.0, 0.0, -9.81]
 # Inertial parameters that are zero by symmetry, and known values. sprung does not estimate them.
 ",
     );
-    if let Some(joint) = robot.joints.last() {
+    let blocks = robot.blocks();
+    if let Some((joint, _)) = blocks.last() {
         let zero = quoted(&format!("{}.my", joint.link));
         let known = quoted(&format!("{}.stiffness", joint.name));
         let value = joint.example().stiffness;
         line(text, &format!("#assume_zero = [{zero}]"), "");
         line(text, &format!("#fixed = {{ {known} = {value} }}"), "");
     }
-    if robot.joints.len() > 1 {
+    if blocks.len() > 1 {
         text.push_str(
             "
 # A coupled transmission, instead of gear_ratio: motor turns per joint turn, a row per motor and a
@@ -96,24 +101,32 @@ fn table(text: &mut String, joints: usize) {
     text.push_str(
         "
 # FILL IN the modified Denavit-Hartenberg table (Craig): row i contains twist and length of the link
-# before joint i, then offset and angle of joint i. These values are an arm in a horizontal plane. A
-# prismatic joint has prismatic = true; its columns are link_position_m, motor_position_m and
-# motor_force_n. Instead of this table, dh_classic or urdf = \"FILE\" describe the robot.
-dh_modified = [
+# before joint i, then offset and angle of joint i. The values of the example are an arm in a
+# horizontal plane. A prismatic joint has prismatic = true; its columns are link_position_m,
+# motor_position_m and motor_force_n. Instead of this table, dh_classic or urdf = \"FILE\" describe
+# the robot.
+dh_modified = \"FILL IN\"
+#dh_modified = [
 ",
     );
     for i in 1..=joints {
         let length = if i == 1 { "0.0" } else { "0.3" };
         let row = format!(
-            "  {{ alpha_deg = 0.0, a_m = {length}, d_m = 0.0, theta_deg = 0.0 }},   # joint{i}\n"
+            "#  {{ alpha_deg = 0.0, a_m = {length}, d_m = 0.0, theta_deg = 0.0 }},   # joint{i}\n"
         );
         text.push_str(&row);
     }
-    text.push_str("]\n");
+    text.push_str("#]\n");
 }
 
 fn joints(text: &mut String, robot: &Start) {
     text.push_str(match robot.kinematics {
+        Kinematics::Urdf(_) if robot.chosen.is_some() => {
+            "
+# A block for each joint that is in the log, after the joint that carries it. A joint without a
+# block is fixed at zero, and so is a joint that mimics another.
+"
+        }
         Kinematics::Urdf(_) => {
             "
 # A block for each joint that moves in the log, after the joint that carries it. Remove the other
@@ -130,13 +143,29 @@ fn joints(text: &mut String, robot: &Start) {
 # \"offset\" for the motor.
 ",
     );
-    for (i, joint) in robot.joints.iter().enumerate() {
+    let left_out = robot.chosen.iter().flat_map(|chosen| &chosen.left_out);
+    let left_out: Vec<&str> = left_out.map(String::as_str).collect();
+    if !left_out.is_empty() {
+        let shown = left_out[..left_out.len().min(MAX_LEFT_OUT)].join(", ");
+        let more = match left_out.len().saturating_sub(MAX_LEFT_OUT) {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
+        wrapped(
+            text,
+            &format!("Not in the log, so fixed at zero: {shown}{more}"),
+        );
+    }
+    for (i, (joint, chosen)) in robot.blocks().into_iter().enumerate() {
         if i > 0 {
             text.push('\n');
         }
-        joint.write(text, &robot.kinematics);
+        joint.write(text, &robot.kinematics, chosen);
     }
 }
+
+/// Most joints without a block that a comment names.
+const MAX_LEFT_OUT: usize = 20;
 
 /// Comments and example values for a kind of joint.
 struct Example {
@@ -172,7 +201,7 @@ impl Joint {
         }
     }
 
-    fn write(&self, text: &mut String, kinematics: &Kinematics) {
+    fn write(&self, text: &mut String, kinematics: &Kinematics, chosen: Option<&ChosenJoint>) {
         let Example {
             gear,
             constant,
@@ -190,19 +219,23 @@ impl Joint {
         if let Some(limits) = &self.limits {
             line(text, &format!("# The URDF allows {limits}."), "");
         }
-        line(
-            text,
-            "transmission = \"flexible\"",
-            "a spring; \"rigid\": no spring",
-        );
-        line(text, &format!("#gear_ratio = {}", gear.0), gear.1);
-        let key = format!("#torque_constant_nm_per_a = {}", constant.0);
-        line(text, &key, constant.1);
-        line(
-            text,
-            "#torque_constant_side = \"motor\"",
-            "\"output\" if absent: includes gear_ratio",
-        );
+        let spring = "a spring; \"rigid\": no spring";
+        let constant_key = format!("#torque_constant_nm_per_a = {}", constant.0);
+        for (example, comment) in [
+            ("transmission = \"flexible\"", spring),
+            (&*format!("#gear_ratio = {}", gear.0), gear.1),
+            (&*constant_key, constant.1),
+            (
+                "#torque_constant_side = \"motor\"",
+                "\"output\" if absent: includes gear_ratio",
+            ),
+        ] {
+            let key = example.trim_start_matches('#').split(' ').next();
+            match key.and_then(|key| chosen?.line(key)) {
+                Some(chosen) => chosen_line(text, chosen),
+                None => line(text, example, comment),
+            }
+        }
         let key = format!("#coulomb_sharpness_s_per_rad = {}", sharpness.0);
         line(text, &key, sharpness.1);
         line(
@@ -225,7 +258,57 @@ impl Joint {
     }
 }
 
+/// Writes the lines of `[log]` that were chosen by the log itself.
+fn chosen_log(text: &mut String, chosen: &Chosen) {
+    text.push_str(
+        "
+# `sprung new` chose these columns by their names and by what they hold. The comments say why.
+# docs/logs.md describes all forms. A part of a log: file = { path = \"log.csv\", from_s = 12.0,
+# to_s = 60.0 }.
+[log]
+",
+    );
+    for line in &chosen.lines {
+        chosen_line(text, line);
+    }
+    for remark in &chosen.remarks {
+        text.push('\n');
+        wrapped(text, remark);
+    }
+}
+
+fn chosen_line(text: &mut String, chosen: &ChosenLine) {
+    if !chosen.why.is_empty() {
+        wrapped(text, &chosen.why);
+    }
+    line(text, &format!("{} = {}", chosen.key, chosen.value), "");
+}
+
+/// Writes sentences as comments that fit a terminal.
+///
+/// - `sentences`: without the last full stop.
+fn wrapped(text: &mut String, sentences: &str) {
+    let mut width = WIDTH;
+    for word in format!("{sentences}.").split_whitespace() {
+        let own = word.chars().count();
+        if width + 1 + own > WIDTH {
+            if !text.is_empty() && !text.ends_with('\n') {
+                text.push('\n');
+            }
+            text.push('#');
+            width = 1;
+        }
+        text.push(' ');
+        text.push_str(word);
+        width += 1 + own;
+    }
+    text.push('\n');
+}
+
 fn log(text: &mut String, robot: &Start) {
+    if let Some(chosen) = &robot.chosen {
+        return chosen_log(text, chosen);
+    }
     text.push_str(
         "
 # FILL IN the log and its column names: in each list one per joint, in the order of the blocks. Link
@@ -233,11 +316,12 @@ fn log(text: &mut String, robot: &Start) {
 # Motor positions and torques are those after the gearbox. docs/logs.md describes Parquet,
 # Arrow, .npz, .mat, MCAP and .db3, other units, counts, and columns in several files. A part of a
 # log: file = { path = \"log.csv\", from_s = 12.0, to_s = 60.0 }, or from_index and to_index.
+# `sprung new` with --log LOG fills in these lines by itself.
 [log]
 ",
     );
     let file = "relative to this file; or several: [\"1.csv\", \"2.csv\"]";
-    line(text, "file = \"log.csv\"", file);
+    line(text, "file = \"FILL IN\"", file);
     line(text, "time_s = \"t_s\"", "or time_ms, time_us, time_ns");
     for key in &KEYS {
         if let InTemplate::FillIn(stem) = key.template
@@ -293,7 +377,7 @@ fn twin(text: &mut String, robot: &Start) {
     }
     line(text, "#[controller.reference]", "of the motors");
     line(text, "#sines = [", "");
-    for (i, joint) in robot.joints.iter().enumerate() {
+    for (i, (joint, _)) in robot.blocks().into_iter().enumerate() {
         let name = quoted(&joint.name);
         let (key, slow, fast) = match joint.kind {
             Revolute => ("amplitude_deg", "20.0", "5.0"),
@@ -344,7 +428,7 @@ fn line(text: &mut String, content: &str, comment: &str) {
 }
 
 /// Returns a string in quotes, as TOML on one line.
-fn quoted(text: &str) -> String {
+pub(crate) fn quoted(text: &str) -> String {
     let mut quoted = String::from('"');
     for c in text.chars() {
         match c {

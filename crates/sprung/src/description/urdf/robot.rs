@@ -110,6 +110,13 @@ impl Urdf {
         &self.name
     }
 
+    /// Returns whether the file describes the mass of a link that moves.
+    pub(crate) fn has_bodies(&self) -> bool {
+        (self.joints.iter())
+            .filter(|joint| !matches!(joint.mobility, Mobility::Fixed))
+            .any(|joint| self.links[joint.child].body.is_some())
+    }
+
     /// Returns the revolute, continuous and prismatic joints, at least one: parents before children,
     /// otherwise in the order of the file.
     ///

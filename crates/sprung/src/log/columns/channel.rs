@@ -70,6 +70,18 @@ pub enum ChannelError {
         /// The keys that name its columns.
         keys: &'static str,
     },
+    /// A flexible joint has no link position.
+    #[error(
+        "[log] has no link position of {joint}; without link encoder write transmission = \"rigid\" in the \
+         [[robot.joint]] block of {joint}, otherwise add {line} to [log], or link_deflection for a sensor of the \
+         deflection"
+    )]
+    NoLink {
+        /// Name of the joint.
+        joint: String,
+        /// A line for its position, in the form of the other lines of the log.
+        line: String,
+    },
     /// A constant for the conversion of currents or voltages to torques is missing.
     #[error("{joint}: {key} is needed to turn the log's {unit} into motor torque")]
     NoConstant {

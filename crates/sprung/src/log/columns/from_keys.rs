@@ -25,7 +25,7 @@ pub(super) fn channels(robot: &Robot, log: &Log) -> Result<Vec<Channel>, Channel
         if signal == Signal::Motor && own.is_empty() {
             own = lone_positions(robot, log)?;
         }
-        complete(robot, signal, &own)?;
+        complete((robot, log), signal, &own)?;
         all.extend(own);
     }
     Ok(all)
@@ -181,15 +181,43 @@ fn channel(
 }
 
 /// Checks that every joint that needs a signal has it.
-fn complete(robot: &Robot, signal: Signal, all: &[Channel]) -> Result<(), ChannelError> {
+fn complete(
+    (robot, log): (&Robot, &Log),
+    signal: Signal,
+    all: &[Channel],
+) -> Result<(), ChannelError> {
     let missing = (robot.joint.iter().enumerate())
         .filter(|(_, joint)| signal.is_needed_by(joint))
         .find(|(i, _)| !all.iter().any(|channel| channel.joint == *i));
     match missing {
         None => Ok(()),
+        Some((_, joint)) if signal == Signal::Link => Err(ChannelError::NoLink {
+            joint: joint.name.clone(),
+            line: link_line(log),
+        }),
         Some((i, _)) => Err(ChannelError::NotSaid {
             what: signal.words(),
             keys: signal.usual_keys(robot.kind(i)),
         }),
+    }
+}
+
+/// Returns a line for link positions in the form of the line for the motor positions.
+fn link_line(log: &Log) -> String {
+    let motor = log.given().find(|(key, _)| key.signal() == Signal::Motor);
+    let Some((key, columns)) = motor else {
+        return "link_position_rad = [\"…\"]".to_owned();
+    };
+    let name = key.name.replace("motor_position", "link_position");
+    let first = columns.0.first();
+    match first.map(|column| (&column.topic, column.unit)) {
+        Some((Some(_), unit)) => {
+            let unit = unit.map_or("rad", Unit::name);
+            format!("{name} = {{ topic = \"…\", unit = \"{unit}\" }}")
+        }
+        Some((None, Some(unit))) => {
+            format!("{name} = {{ column = \"…\", unit = \"{}\" }}", unit.name())
+        }
+        _ => format!("{name} = [\"…\"]"),
     }
 }

@@ -76,6 +76,11 @@ impl Pick {
         }
     }
 
+    /// Returns whether it is a pattern.
+    pub(crate) fn is_pattern(&self) -> bool {
+        matches!(self, Self::Matching { .. })
+    }
+
     /// Returns the name of a column that this selection matches.
     #[must_use]
     pub fn example(&self) -> String {

@@ -130,6 +130,11 @@ impl Rows {
         }
     }
 
+    /// Returns the name in the file of the column of channel `i` of this stream.
+    pub(in crate::log) fn name(&self, i: usize) -> &str {
+        &self.names[self.conversions[i].column]
+    }
+
     /// Replaces the rows in memory by the next ones, at most `limit`. Returns their number, 0 at
     /// the end.
     ///

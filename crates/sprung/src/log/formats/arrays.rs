@@ -189,9 +189,12 @@ fn open(
             big_endian: column.big_endian,
         });
     }
+    let has_names = names.given;
     Ok(Opened {
         table: Box::new(StripTable::new(file, strips, rows)),
         names: places.iter().map(|&place| all[place].clone()).collect(),
         time_unit: (request.time).and_then(|time| columns[places[time]].1.time_unit),
+        all,
+        has_names,
     })
 }

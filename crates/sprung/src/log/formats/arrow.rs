@@ -1,7 +1,6 @@
 //! Parquet and Arrow IPC.
 
-use std::io::{BufReader, Read, Seek, SeekFrom};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::io::BufReader;
 
 use arrow_array::cast::AsArray;
 use arrow_array::types::{
@@ -12,13 +11,13 @@ use arrow_array::types::{
 };
 use arrow_array::{Array, ArrowNativeTypeOp, ArrowPrimitiveType, RecordBatch};
 use arrow_schema::{ArrowError, DataType, Schema, TimeUnit};
-use bytes::Bytes;
 use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use parquet::errors::ParquetError;
-use parquet::file::reader::{ChunkReader, Length};
 
 use super::arrow_claims::refuse_absurd;
+use super::arrow_lists::{Lists, Step, place_of};
+use super::arrow_shared::Shared;
 use super::damaged::{damaged, guarded};
 use super::table::{Opened, Readings, Reopen, Request, Table};
 use crate::description::ColumnName;
@@ -26,7 +25,7 @@ use crate::log::block::BLOCK;
 use crate::log::columns::names::Names;
 use crate::log::columns::origin::Pick;
 use crate::log::error::{LogError, Place};
-use crate::log::input::{Input, Kind};
+use crate::log::input::Kind;
 
 type Batches = Box<dyn Iterator<Item = Result<RecordBatch, ArrowError>> + Send>;
 
@@ -38,13 +37,6 @@ struct Wanted {
     name: String,
 }
 
-/// A step into a structure or a list.
-#[derive(Clone, Debug, PartialEq)]
-enum Step {
-    Field(usize),
-    Element(usize),
-}
-
 struct BatchTable {
     file: String,
     batches: Batches,
@@ -52,6 +44,8 @@ struct BatchTable {
     batch: Option<RecordBatch>,
     // Rows of the batch that were read.
     done: usize,
+    // Index of the column that names the elements of lists, if names are wanted.
+    names: Option<usize>,
     // Rows of the file before the last block, and rows of the last block.
     before: u64,
     read: u64,
@@ -75,52 +69,57 @@ pub(super) fn open(
     if kind != Kind::Parquet {
         guarded(file, || refuse_absurd(file, kind, reopen()?))?;
     }
+    let lists = guarded(file, || Lists::of(file, kind, reopen))?;
     let input = reopen()?;
-    let (schema, batches, wanted) = guarded(file, || match kind {
+    let (schema, batches, wanted, names) = guarded(file, || match kind {
         Kind::Parquet => {
             let shared = Shared::new(input).map_err(|error| LogError::read(file, "it", error))?;
             let builder = ParquetRecordBatchReaderBuilder::try_new(shared).map_err(of_parquet)?;
             let schema = builder.schema().clone();
-            let mut wanted = find(request, &schema)?;
+            let mut wanted = find(request, &schema, &lists)?;
+            let names = lists.names_for(wanted.iter().map(|one| &one.steps[..]));
             // The reader returns only these columns, in the order of the file.
-            let mut roots: Vec<usize> = wanted.iter().map(|one| one.column).collect();
+            let mut roots: Vec<usize> = wanted.iter().map(|one| one.column).chain(names).collect();
             roots.sort_unstable();
             roots.dedup();
+            let among_roots =
+                |column: usize| roots.iter().position(|&r| r == column).unwrap_or_default();
             for one in &mut wanted {
-                one.column = roots
-                    .iter()
-                    .position(|&r| r == one.column)
-                    .unwrap_or_default();
+                one.column = among_roots(one.column);
             }
+            let names = names.map(among_roots);
             let mask = ProjectionMask::roots(builder.parquet_schema(), roots);
             let reader = builder.with_projection(mask).with_batch_size(BLOCK).build();
             let batches: Batches = Box::new(reader.map_err(of_parquet)?);
-            Ok((schema, batches, wanted))
+            Ok((schema, batches, wanted, names))
         }
         Kind::ArrowFile => {
             let read = BufReader::new(input);
             let reader = arrow_ipc::reader::FileReader::try_new(read, None).map_err(failed)?;
             let schema = reader.schema();
-            let wanted = find(request, &schema)?;
-            Ok((schema, Box::new(reader), wanted))
+            let wanted = find(request, &schema, &lists)?;
+            let names = lists.names_for(wanted.iter().map(|one| &one.steps[..]));
+            Ok((schema, Box::new(reader), wanted, names))
         }
         _ => {
             let read = BufReader::new(input);
             let reader = arrow_ipc::reader::StreamReader::try_new(read, None).map_err(failed)?;
             let schema = reader.schema();
-            let wanted = find(request, &schema)?;
-            Ok((schema, Box::new(reader), wanted))
+            let wanted = find(request, &schema, &lists)?;
+            let names = lists.names_for(wanted.iter().map(|one| &one.steps[..]));
+            Ok((schema, Box::new(reader), wanted, names))
         }
     })?;
     let time = request.time.map(|time| &wanted[time]);
     let time_unit = time
         .and_then(|time| schema.field_with_name(&time.name).ok())
         .and_then(|field| unit_of(field.data_type()));
-    let names = wanted.iter().map(|one| one.name.clone()).collect();
+    let of_wanted = wanted.iter().map(|one| one.name.clone()).collect();
     let table = BatchTable {
         file: file.to_owned(),
         batches,
         wanted,
+        names,
         batch: None,
         done: 0,
         before: 0,
@@ -128,25 +127,26 @@ pub(super) fn open(
     };
     Ok(Opened {
         table: Box::new(table),
-        names,
+        names: of_wanted,
         time_unit,
+        all: columns(&schema, &lists).0,
+        has_names: true,
     })
 }
 
-/// Finds the wanted columns.
-fn find(request: &Request<'_>, schema: &Schema) -> Result<Vec<Wanted>, LogError> {
+/// Returns the names of all columns, and the steps to those that are within another column; these
+/// come last.
+fn columns(schema: &Schema, lists: &Lists) -> (Vec<String>, Vec<(usize, Vec<Step>)>) {
     let mut all: Vec<String> = (schema.fields().iter())
         .map(|field| field.name().clone())
         .collect();
-    let plain = all.len();
-    // Elements of lists of fixed length and fields of structures are columns too.
     let mut inner: Vec<(usize, Vec<Step>)> = Vec::new();
     for (column, field) in schema.fields().iter().enumerate() {
         match field.data_type() {
-            DataType::FixedSizeList(_, count) => {
-                for k in 0..usize::try_from(*count).unwrap_or(0) {
-                    all.push(format!("{}[{k}]", field.name()));
-                    inner.push((column, vec![Step::Element(k)]));
+            DataType::FixedSizeList(..) | DataType::List(_) | DataType::LargeList(_) => {
+                for (name, step) in lists.elements(column) {
+                    all.push(format!("{}[{name}]", field.name()));
+                    inner.push((column, vec![step]));
                 }
             }
             DataType::Struct(fields) => {
@@ -158,6 +158,13 @@ fn find(request: &Request<'_>, schema: &Schema) -> Result<Vec<Wanted>, LogError>
             _ => {}
         }
     }
+    (all, inner)
+}
+
+/// Finds the wanted columns.
+fn find(request: &Request<'_>, schema: &Schema, lists: &Lists) -> Result<Vec<Wanted>, LogError> {
+    let (all, inner) = columns(schema, lists);
+    let plain = all.len() - inner.len();
     let names = Names {
         file: request.file,
         all: &all,
@@ -193,7 +200,7 @@ fn element(schema: &Schema, pick: &Pick) -> Option<Wanted> {
     let column = schema.index_of(list).ok()?;
     let is_list = matches!(
         schema.field(column).data_type(),
-        DataType::List(_) | DataType::LargeList(_)
+        DataType::List(_) | DataType::LargeList(_) | DataType::FixedSizeList(..)
     );
     let index = index.parse().ok().filter(|_| is_list)?;
     Some(Wanted {
@@ -235,10 +242,17 @@ impl Table for BatchTable {
             }
         };
         let count = limit.min(batch.num_rows() - self.done);
+        let names = self.names.map(|names| batch.column(names));
         for (wanted, out) in self.wanted.iter().zip(out) {
             let column = batch.column(wanted.column);
             for row in self.done..self.done + count {
-                push(&**column, &wanted.steps, row, out).ok_or_else(|| {
+                let found = match &wanted.steps[..] {
+                    [Step::Named(name)] => names
+                        .and_then(|names| place_of(&**names, row, name))
+                        .and_then(|k| push(&**column, &[Step::Element(k)], row, out)),
+                    steps => push(&**column, steps, row, out),
+                };
+                found.ok_or_else(|| {
                     let place = Place::Row(self.before + (row - self.done) as u64 + 1);
                     unreadable(&self.file, place, &wanted.name, column.data_type())
                 })?;
@@ -334,71 +348,4 @@ where
     T::Native: Into<i64> + ArrowNativeTypeOp,
 {
     out.push_integer(array.as_primitive::<T>().value(row).into());
-}
-
-/// A file that several readers share, each with its own position.
-struct Shared {
-    input: Arc<Mutex<Box<dyn Input>>>,
-    length: u64,
-}
-
-impl Shared {
-    fn new(mut input: Box<dyn Input>) -> std::io::Result<Self> {
-        let length = input.seek(SeekFrom::End(0))?;
-        Ok(Self {
-            input: Arc::new(Mutex::new(input)),
-            length,
-        })
-    }
-}
-
-fn locked(input: &Mutex<Box<dyn Input>>) -> MutexGuard<'_, Box<dyn Input>> {
-    input.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// A reader with its own position in a shared file.
-struct Part {
-    input: Arc<Mutex<Box<dyn Input>>>,
-    at: u64,
-}
-
-impl Read for Part {
-    fn read(&mut self, out: &mut [u8]) -> std::io::Result<usize> {
-        let mut input = locked(&self.input);
-        input.seek(SeekFrom::Start(self.at))?;
-        let count = input.read(out)?;
-        self.at += count as u64;
-        Ok(count)
-    }
-}
-
-impl Length for Shared {
-    fn len(&self) -> u64 {
-        self.length
-    }
-}
-
-impl ChunkReader for Shared {
-    type T = BufReader<Part>;
-
-    fn get_read(&self, start: u64) -> Result<Self::T, ParquetError> {
-        Ok(BufReader::new(Part {
-            input: self.input.clone(),
-            at: start,
-        }))
-    }
-
-    fn get_bytes(&self, start: u64, length: usize) -> Result<Bytes, ParquetError> {
-        let end = start.checked_add(length as u64);
-        if end.is_none_or(|end| end > self.length) {
-            return Err(ParquetError::EOF(format!(
-                "{length} bytes at {start} are missing"
-            )));
-        }
-        let mut bytes = vec![0; length];
-        let mut input = locked(&self.input);
-        input.seek(SeekFrom::Start(start))?;
-        input.read_exact(&mut bytes)?;
-        Ok(bytes.into())
-    }
 }

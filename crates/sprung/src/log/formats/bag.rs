@@ -3,9 +3,9 @@
 use std::collections::VecDeque;
 
 use super::cdr::{Found, Step, decode};
-use super::definition::{Base, Count, Definition, NAMES};
+use super::definition::{Base, Count, Definition};
 use super::number::Reading;
-use super::table::{Opened, Readings, Request, Table};
+use super::table::{Element, ElementPlace, NAMES, Opened, Readings, Request, Table};
 use crate::log::columns::names::listed;
 use crate::log::columns::origin::Pick;
 use crate::log::error::{LogError, Place};
@@ -124,6 +124,8 @@ pub(super) fn table(request: &Request<'_>, topic: Topic) -> Result<Opened, LogEr
         table: Box::new(table),
         names,
         time_unit: Some(1e-9),
+        all: Vec::new(),
+        has_names: true,
     })
 }
 
@@ -208,6 +210,74 @@ fn path_of(definition: &Definition, pick: &Pick) -> Result<(Vec<Step>, String), 
     }
     path.push(Step::Index(*index));
     Ok((path, format!("{text}[{index}]")))
+}
+
+/// Most elements of a list that a survey counts.
+const MAX_ELEMENTS: usize = 64;
+
+/// Returns the numbers in the first message of a topic, except times; none if it has no message.
+///
+/// # Errors
+///
+/// [`LogError`] if the message is damaged.
+pub(super) fn elements(file: &str, mut topic: Topic) -> Result<Vec<Element>, LogError> {
+    let Some(message) = topic.messages.next()? else {
+        return Ok(Vec::new());
+    };
+    let definition = &topic.definition;
+    let mut found = Vec::new();
+    let mut decoded = |paths: &[Vec<Step>]| {
+        found.resize(paths.len(), None);
+        let names = decode(definition, &message.data, paths, &mut found).map_err(|what| {
+            LogError::format(file, format!(": message 1 ({}) {what}", topic.kind))
+        })?;
+        let there: Vec<bool> = found.iter().map(Option::is_some).collect();
+        Ok((names, there))
+    };
+    let mut all = Vec::new();
+    for leaf in definition.leaves() {
+        let Some(path) = steps(&leaf) else { continue };
+        let Some((Base::Number(_), count)) = end_of(definition, &path) else {
+            continue;
+        };
+        let list = |index: Step| [&path[..], &[index]].concat();
+        if count != Count::One && has_names(definition, &path) {
+            let (names, _) = decoded(&[])?;
+            let paths: Vec<Vec<Step>> = (names.iter())
+                .map(|name| list(Step::Named(name.clone())))
+                .collect();
+            let (_, there) = decoded(&paths)?;
+            let own = names.into_iter().zip(there).filter(|(_, there)| *there);
+            all.extend(own.map(|(name, _)| Element {
+                field: leaf.clone(),
+                place: ElementPlace::Named(name),
+            }));
+        } else if count != Count::One {
+            let paths: Vec<Vec<Step>> = (0..MAX_ELEMENTS).map(|k| list(Step::Index(k))).collect();
+            let (_, there) = decoded(&paths)?;
+            let own = (0..MAX_ELEMENTS).take_while(|&k| there[k]);
+            all.extend(own.map(|k| Element {
+                field: leaf.clone(),
+                place: ElementPlace::Index(k),
+            }));
+        } else if path.contains(&Step::Index(0)) {
+            let field = leaf.replacen("[0]", "[*]", 1);
+            let at = |k: usize| field.replacen('*', &k.to_string(), 1);
+            let paths: Vec<Vec<Step>> = (0..MAX_ELEMENTS).filter_map(|k| steps(&at(k))).collect();
+            let (_, there) = decoded(&paths)?;
+            let own = there.iter().take_while(|there| **there).enumerate();
+            all.extend(own.map(|(k, _)| Element {
+                field: field.clone(),
+                place: ElementPlace::Index(k),
+            }));
+        } else {
+            all.push(Element {
+                field: leaf,
+                place: ElementPlace::Alone,
+            });
+        }
+    }
+    Ok(all)
 }
 
 /// Splits a path such as `motors[0].position[elbow]` into steps.

@@ -2,8 +2,9 @@
 //!
 //! Only the wanted numbers are decoded; other fields are skipped.
 
-use super::definition::{Base, Count, Definition, NAMES};
+use super::definition::{Base, Count, Definition};
 use super::number::{Number, Reading};
+use super::table::NAMES;
 
 /// One step of the path from a message to a number.
 #[derive(Clone, Debug, PartialEq)]

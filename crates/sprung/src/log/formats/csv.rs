@@ -142,6 +142,8 @@ pub(super) fn open(
         table: Box::new(table),
         names,
         time_unit: request.dates.then_some(1e-9),
+        all,
+        has_names: given,
     })
 }
 

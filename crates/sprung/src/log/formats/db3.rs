@@ -7,7 +7,7 @@ use rusqlite::{Connection, OptionalExtension, Result, params};
 use super::bag::{Message, Messages, Topic, absent, no_topic, table};
 use super::definition::Definition;
 use super::sqlite::{self, failed};
-use super::table::{Opened, Request};
+use super::table::{Opened, Request, whole_file};
 use crate::log::error::LogError;
 use crate::log::input::Input;
 
@@ -31,33 +31,62 @@ struct Db3 {
     last_row: i64,
 }
 
-/// Opens a topic of a bag.
+/// Opens a topic of a bag as a table.
 pub(super) fn open(
     request: &Request<'_>,
     input: Box<dyn Input>,
 ) -> std::result::Result<Opened, LogError> {
-    let file = request.file;
-    let wrong = |error| failed(file, &error);
+    let topic = topic(request.file, request.topic, input)?;
+    table(request, topic)
+}
+
+/// Lists the topics of a bag.
+pub(super) fn topics(
+    file: &str,
+    input: Box<dyn Input>,
+) -> std::result::Result<Vec<String>, LogError> {
+    let base = opened(file, input)?;
+    let topics = listed(&base).map_err(|error| failed(file, &error))?;
+    Ok(topics.into_iter().map(|[name, ..]| name).collect())
+}
+
+/// Opens a database that holds a bag.
+fn opened(file: &str, input: Box<dyn Input>) -> std::result::Result<Connection, LogError> {
     let base = sqlite::open(file, input)?;
-    let tables = tables(&base).map_err(wrong)?;
+    let tables = tables(&base).map_err(|error| failed(file, &error))?;
     let has = |name: &str| tables.iter().any(|table| table == name);
-    if !has("topics") || !has("messages") {
-        return Err(LogError::format(
-            file,
-            format!(
-                " is an SQLite database and no bag of ROS 2; it has the tables {}",
-                tables.join(", ")
-            ),
-        ));
+    if has("topics") && has("messages") {
+        return Ok(base);
     }
-    let topics = topics(&base).map_err(wrong)?;
+    Err(LogError::format(
+        file,
+        format!(
+            " is an SQLite database and no bag of ROS 2; it has the tables {}",
+            tables.join(", ")
+        ),
+    ))
+}
+
+/// Opens a topic of a bag.
+///
+/// # Errors
+///
+/// [`LogError`] if the file is damaged or has no such topic.
+pub(super) fn topic(
+    file: &str,
+    wanted: Option<&str>,
+    input: Box<dyn Input>,
+) -> std::result::Result<Topic, LogError> {
+    let wrong = |error| failed(file, &error);
+    let base = opened(file, input)?;
+    let topics = listed(&base).map_err(wrong)?;
     let known: Vec<&str> = topics.iter().map(|[name, ..]| name.as_str()).collect();
-    let Some(topic) = request.topic else {
+    let Some(topic) = wanted else {
         return Err(no_topic(file, &known));
     };
     let mut of_topic = topics.iter().filter(|[name, ..]| name == topic);
     let Some([_, kind, encoding]) = of_topic.next() else {
-        return Err(absent(request.whole_file(), topic, &known));
+        return Err(absent(whole_file(file, wanted), topic, &known));
     };
     if encoding != "cdr" {
         return Err(LogError::format(
@@ -71,12 +100,16 @@ pub(super) fn open(
             format!(" carries two types of messages, {kind} and {other}"),
         ));
     }
-    let own = if has("message_definitions") {
+    let has_definitions = tables(&base)
+        .map_err(wrong)?
+        .iter()
+        .any(|table| table == "message_definitions");
+    let own = if has_definitions {
         own_definition(&base, kind).map_err(wrong)?
     } else {
         None
     };
-    let topic = Topic {
+    Ok(Topic {
         kind: kind.clone(),
         definition: definition(file, kind, own)?,
         messages: Box::new(Db3 {
@@ -86,8 +119,7 @@ pub(super) fn open(
             batch: VecDeque::new(),
             last_row: i64::MIN,
         }),
-    };
-    table(request, topic)
+    })
 }
 
 /// Lists the tables; views and virtual tables have no root page, and are left out.
@@ -98,7 +130,7 @@ fn tables(base: &Connection) -> Result<Vec<String>> {
 }
 
 /// Lists name, type and encoding of the topics.
-fn topics(base: &Connection) -> Result<Vec<[String; 3]>> {
+fn listed(base: &Connection) -> Result<Vec<[String; 3]>> {
     base.prepare("SELECT name, type, serialization_format FROM topics LIMIT ?1")?
         .query_map([MAX_TOPICS], |row| {
             Ok([row.get(0)?, row.get(1)?, row.get(2)?])

@@ -38,9 +38,6 @@ pub(super) struct Definition {
     pub(super) types: Vec<Vec<Field>>,
 }
 
-/// Fields whose texts name the elements of the arrays in the same message.
-pub(super) const NAMES: [&str; 3] = ["name", "joint_names", "names"];
-
 /// Largest accepted depth of nested messages.
 const MAX_NESTING: usize = 24;
 

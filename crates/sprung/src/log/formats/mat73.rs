@@ -89,6 +89,8 @@ pub(super) fn open(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Opened, 
         }),
         names: places.iter().map(|&place| all[place].clone()).collect(),
         time_unit: None,
+        all,
+        has_names: true,
     })
 }
 

@@ -84,6 +84,8 @@ pub(super) fn open(request: &Request<'_>, reopen: Reopen<'_>) -> Result<Opened, 
         table: Box::new(StripTable::new(file, strips, rows)),
         names: places.iter().map(|&place| all[place].clone()).collect(),
         time_unit: None,
+        all,
+        has_names: true,
     })
 }
 

@@ -10,7 +10,7 @@ use mcap::{McapError, parse_record};
 use super::bag::{Message, Messages, Topic, absent, no_topic, table};
 use super::damaged::guarded;
 use super::definition::Definition;
-use super::table::{Opened, Request};
+use super::table::{Opened, Request, whole_file};
 use crate::log::error::LogError;
 
 type Source = Box<dyn Read + Send>;
@@ -35,38 +35,47 @@ struct Mcap {
     ended: bool,
 }
 
-/// Opens a topic of a file.
+/// Most records that a search for topics reads.
+const MAX_SEARCHED_RECORDS: usize = 1 << 18;
+
+/// Opens a topic of a file as a table.
 pub(super) fn open(request: &Request<'_>, read: Source) -> Result<Opened, LogError> {
-    let file = request.file;
-    let options = LinearReaderOptions::default()
-        .with_record_length_limit(MAX_RECORD_BYTES)
-        .with_validate_chunk_crcs(true);
-    let mut mcap = Mcap {
-        file: file.to_owned(),
-        read,
-        records: LinearReader::new_with_options(options),
-        channels: Vec::new(),
-        schemas: BTreeMap::new(),
-        topic: request.topic.unwrap_or_default().to_owned(),
-        found: None,
-        topics: Vec::new(),
-        ended: false,
-    };
+    let topic = topic(request.file, request.topic, read)?;
+    table(request, topic)
+}
+
+/// Lists the topics at the beginning of a file.
+pub(super) fn topics(file: &str, read: Source) -> Result<Vec<String>, LogError> {
+    let mut mcap = Mcap::new(file, None, read);
+    for _ in 0..MAX_SEARCHED_RECORDS {
+        if mcap.step()? == Step::Ended {
+            break;
+        }
+    }
+    Ok(mcap.topics)
+}
+
+/// Opens a topic of a file.
+///
+/// # Errors
+///
+/// [`LogError`] if the file is damaged or has no such topic.
+pub(super) fn topic(file: &str, wanted: Option<&str>, read: Source) -> Result<Topic, LogError> {
+    let mut mcap = Mcap::new(file, wanted, read);
     // The channel of a topic precedes its first message.
     while mcap.found.is_none() && mcap.step()? != Step::Ended {}
     let Some((kind, definition)) = mcap.found.clone() else {
         let topics: Vec<&str> = mcap.topics.iter().map(String::as_str).collect();
-        return Err(match request.topic {
+        return Err(match wanted {
             None => no_topic(file, &topics),
-            Some(topic) => absent(request.whole_file(), topic, &topics),
+            Some(topic) => absent(whole_file(file, wanted), topic, &topics),
         });
     };
-    let topic = Topic {
+    Ok(Topic {
         kind,
         definition,
         messages: Box::new(mcap),
-    };
-    table(request, topic)
+    })
 }
 
 #[derive(Debug, PartialEq)]
@@ -89,6 +98,24 @@ impl Messages for Mcap {
 }
 
 impl Mcap {
+    /// - `wanted`: the topic whose messages are returned.
+    fn new(file: &str, wanted: Option<&str>, read: Source) -> Self {
+        let options = LinearReaderOptions::default()
+            .with_record_length_limit(MAX_RECORD_BYTES)
+            .with_validate_chunk_crcs(true);
+        Self {
+            file: file.to_owned(),
+            read,
+            records: LinearReader::new_with_options(options),
+            channels: Vec::new(),
+            schemas: BTreeMap::new(),
+            topic: wanted.unwrap_or_default().to_owned(),
+            found: None,
+            topics: Vec::new(),
+            ended: false,
+        }
+    }
+
     fn step(&mut self) -> Result<Step, LogError> {
         let file = self.file.clone();
         guarded(&file, || self.record())

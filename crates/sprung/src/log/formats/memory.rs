@@ -44,6 +44,8 @@ pub(in crate::log) fn open(request: &Request<'_>, arrays: &Arrays) -> Result<Ope
         }),
         names: found,
         time_unit: None,
+        all: arrays.names().to_vec(),
+        has_names: true,
     })
 }
 

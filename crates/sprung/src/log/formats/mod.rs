@@ -9,10 +9,15 @@ mod arrays;
 mod arrow;
 #[cfg(feature = "arrow")]
 mod arrow_claims;
+#[cfg(feature = "arrow")]
+mod arrow_lists;
+#[cfg(feature = "arrow")]
+mod arrow_shared;
 #[cfg(any(feature = "db3", feature = "mcap"))]
 mod bag;
 #[cfg(any(feature = "db3", feature = "mcap"))]
 mod cdr;
+pub(super) mod contents;
 mod csv;
 mod damaged;
 #[cfg(feature = "db3")]

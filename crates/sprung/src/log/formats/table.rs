@@ -9,6 +9,10 @@ use crate::log::input::Input;
 /// Larger integers are stored relative to the first one, because `f64` does not represent all of them.
 const MAX_EXACT_INTEGER: u64 = 1 << 53;
 
+/// Fields and columns whose texts name the elements of the lists in the same message or row.
+#[cfg(any(feature = "arrow", feature = "db3", feature = "mcap"))]
+pub(super) const NAMES: [&str; 3] = ["name", "joint_names", "names"];
+
 /// Readings of one column, relative to a common origin.
 #[derive(Clone, Debug, Default)]
 pub(in crate::log) struct Readings {
@@ -70,10 +74,15 @@ pub(in crate::log) trait Table: Send {
 impl Request<'_> {
     /// Returns the name of the file without the topic, for errors about the whole file.
     pub(super) fn whole_file(&self) -> &str {
-        let topic = self.topic.and_then(|topic| self.file.strip_prefix(topic));
-        let alone = topic.and_then(|rest| rest.strip_prefix(" in "));
-        alone.unwrap_or(self.file)
+        whole_file(self.file, self.topic)
     }
+}
+
+/// Returns the name of a file without the topic.
+pub(super) fn whole_file<'a>(file: &'a str, topic: Option<&str>) -> &'a str {
+    let topic = topic.and_then(|topic| file.strip_prefix(topic));
+    let alone = topic.and_then(|rest| rest.strip_prefix(" in "));
+    alone.unwrap_or(file)
 }
 
 /// What to read from a file.
@@ -102,7 +111,30 @@ pub(in crate::log) struct Opened {
     pub(in crate::log) names: Vec<String>,
     /// Unit of the time column in s, if the file defines it.
     pub(in crate::log) time_unit: Option<f64>,
+    /// Names of all columns of the file; empty for a topic.
+    pub(in crate::log) all: Vec<String>,
+    /// Whether the file names its columns; otherwise they only have numbers.
+    pub(in crate::log) has_names: bool,
 }
 
 /// Opens a file at its beginning; may be called several times.
 pub(in crate::log) type Reopen<'a> = &'a mut dyn FnMut() -> Result<Box<dyn Input>, LogError>;
+
+/// A number in the messages of a topic.
+#[derive(Clone, Debug, PartialEq)]
+pub(in crate::log) struct Element {
+    /// Path of its field; `*` stands for the index of an element of a list of messages.
+    pub(in crate::log) field: String,
+    pub(in crate::log) place: ElementPlace,
+}
+
+/// Place of a number in its field.
+#[derive(Clone, Debug, PartialEq)]
+pub(in crate::log) enum ElementPlace {
+    /// The field is one number.
+    Alone,
+    /// Index in a list, from 0.
+    Index(usize),
+    /// Name in a list whose elements have names.
+    Named(String),
+}

@@ -1,0 +1,540 @@
+//! `sprung new --log` chooses columns, units and sides by names and values, and asks what the log does not tell.
+
+use std::fmt::Write as _;
+use std::fs::File;
+use std::sync::Arc;
+
+use arrow_array::builder::{Float64Builder, ListBuilder, StringBuilder};
+use arrow_array::{ArrayRef, Float64Array, RecordBatch};
+use parquet::arrow::ArrowWriter;
+
+use crate::common::stderr;
+use crate::mcap_bytes::{file_of, joint_state, record, text};
+use crate::new::{ARM, Desk};
+
+const LEAST_SQUARES: &str = "identify.estimator=[\"least-squares\"]";
+
+/// Motion of the arm, with exact encoders.
+const TWIN: &str = r#"format = 1
+[robot]
+urdf = "arm.urdf"
+[[robot.joint]]
+name = "shoulder"
+nominal = { stiffness = 900.0, rotor_inertia = 0.12, motor_viscous = 2.5, motor_coulomb = 1.4, link_viscous = 0.2, link_coulomb = 0.15 }
+[[robot.joint]]
+name = "elbow"
+nominal = { stiffness = 250.0, rotor_inertia = 0.03, motor_viscous = 0.8, motor_coulomb = 0.5, link_viscous = 0.06, link_coulomb = 0.05 }
+[log]
+file = "run.csv"
+time_s = "t"
+link_position_rad = ["q1", "q2"]
+motor_position_rad = ["phi1", "phi2"]
+motor_torque_nm = ["tau1", "tau2"]
+[controller]
+kind = "pd"
+kp_nm_per_rad = [400.0, 100.0]
+kd_nms_per_rad = [10.0, 2.5]
+[controller.reference]
+sines = [
+  { joint = "shoulder", amplitude_deg = 25.0, frequency_hz = 0.2 },
+  { joint = "shoulder", amplitude_deg = 8.0, frequency_hz = 0.7 },
+  { joint = "shoulder", amplitude_deg = 2.0, frequency_hz = 2.3 },
+  { joint = "elbow", amplitude_deg = 30.0, frequency_hz = 0.3 },
+  { joint = "elbow", amplitude_deg = 8.0, frequency_hz = 0.9 },
+  { joint = "elbow", amplitude_deg = 2.0, frequency_hz = 3.1 },
+]
+[simulate]
+duration_s = 6.0
+period_s = 0.002
+link_encoder_counts_per_turn = [262144, 262144]
+motor_encoder_counts_per_turn = [262144, 262144]
+torque_noise_nm = [0.05, 0.02]
+"#;
+
+/// Columns by name.
+type Columns = Vec<(String, Vec<f64>)>;
+
+/// A desk with the arm, and the log of its twin: t, q1, q2, phi1, phi2, tau1, tau2.
+fn recorded() -> (Desk, Vec<Vec<f64>>) {
+    let desk = Desk::new();
+    desk.write("arm.urdf", ARM);
+    desk.write("twin.toml", TWIN);
+    desk.succeeds(&["simulate", "twin.toml", "--out", "twin"]);
+    let log = desk.read("twin/run.csv");
+    let mut columns = vec![Vec::new(); 7];
+    for line in log.lines().skip(1) {
+        for (column, cell) in columns.iter_mut().zip(line.split(',')) {
+            column.push(cell.parse().unwrap());
+        }
+    }
+    (desk, columns)
+}
+
+/// Returns columns of the twin under other names, multiplied by factors.
+fn named(log: &[Vec<f64>], names: &[(&str, usize, f64)]) -> Columns {
+    (names.iter())
+        .map(|(name, column, factor)| {
+            let values = log[*column].iter().map(|value| value * factor).collect();
+            ((*name).to_owned(), values)
+        })
+        .collect()
+}
+
+fn csv(columns: &Columns) -> String {
+    let names: Vec<&str> = columns.iter().map(|(name, _)| name.as_str()).collect();
+    let mut text = names.join(",") + "\n";
+    for k in 0..columns[0].1.len() {
+        let cells: Vec<String> = columns
+            .iter()
+            .map(|(_, values)| values[k].to_string())
+            .collect();
+        writeln!(text, "{}", cells.join(",")).unwrap();
+    }
+    text
+}
+
+/// Runs `new` on a log; returns its file.
+fn begun(desk: &Desk, log: &str) -> String {
+    let said = desk.succeeds(&["new", "exp", "--urdf", "arm.urdf", "--log", log]);
+    println!("{said}");
+    let text = desk.read("exp/experiment.toml");
+    assert!(!text.contains("\nestimator ="), "{text}");
+    text
+}
+
+/// Checks that an experiment runs without an edit, and that a stiffness of the shoulder is near 900.
+fn is_identified(desk: &Desk) {
+    let output = desk.run(&["identify", "exp", "--set", LEAST_SQUARES]);
+    let code = output.status.code();
+    assert!(matches!(code, Some(0 | 1)), "{}", stderr(&output));
+    let text = desk.read("exp/sprung-out/parameters.csv");
+    let row = text
+        .lines()
+        .find(|line| line.contains("shoulder.stiffness"));
+    let near = row
+        .unwrap()
+        .split(',')
+        .filter_map(|cell| cell.parse::<f64>().ok());
+    assert!(
+        near.into_iter().any(|x| (x / 900.0 - 1.0).abs() < 0.05),
+        "{row:?}"
+    );
+}
+
+#[test]
+fn names_decide_and_nothing_is_left_to_fill_in() {
+    let (desk, log) = recorded();
+    let names = [
+        ("time_ms", 0, 1e3),
+        ("shoulder_pos", 1, 1.0),
+        ("elbow_pos", 2, 1.0),
+        ("shoulder_motor_pos", 3, 1.0),
+        ("elbow_motor_pos", 4, 1.0),
+        ("shoulder_torque", 5, 1.0),
+        ("elbow_torque", 6, 1.0),
+        ("shoulder_cmd", 3, 1.0),
+        ("elbow_cmd", 4, 1.0),
+        ("shoulder_vel", 2, 1.0),
+        ("elbow_vel", 1, 1.0),
+    ];
+    desk.write("log.csv", &csv(&named(&log, &names)));
+    let text = begun(&desk, "log.csv");
+    for line in [
+        "file = \"../log.csv\"",
+        "time_ms = \"time_ms\"",
+        "link_position_rad = [\"shoulder_pos\", \"elbow_pos\"]",
+        "motor_position_rad = [\"shoulder_motor_pos\", \"elbow_motor_pos\"]",
+        "motor_torque_nm = [\"shoulder_torque\", \"elbow_torque\"]",
+    ] {
+        assert!(text.contains(&format!("\n{line}\n")), "{line}: {text}");
+    }
+    assert!(
+        text.contains("# Not used: shoulder_cmd, elbow_cmd,"),
+        "{text}"
+    );
+    is_identified(&desk);
+    // Two logs with the same columns; a third with others.
+    desk.write("second.csv", &csv(&named(&log, &names)));
+    let logs = ["--log", "log.csv", "--log", "second.csv"];
+    desk.succeeds(&[&["new", "two", "--urdf", "arm.urdf"][..], &logs].concat());
+    let text = desk.read("two/experiment.toml");
+    assert!(
+        text.contains("file = [\"../log.csv\", \"../second.csv\"]"),
+        "{text}"
+    );
+    desk.write("third.csv", &csv(&named(&log, &names[..6])));
+    let logs = ["--log", "log.csv", "--log", "third.csv"];
+    desk.fails(
+        &[&["new", "new", "--urdf", "arm.urdf"][..], &logs].concat(),
+        2,
+        &["third.csv has no \"elbow_torque\", which log.csv has"],
+    );
+}
+
+#[test]
+fn values_tell_the_side_of_the_gearbox_and_degrees() {
+    let (desk, log) = recorded();
+    let degree = 180.0 / std::f64::consts::PI;
+    let names = [
+        ("t", 0, 1.0),
+        ("enc_a_1", 1, degree),
+        ("enc_a_2", 2, degree),
+        ("enc_b_1", 3, 100.0),
+        ("enc_b_2", 4, -120.5),
+        ("torque_1", 5, 0.01),
+        ("torque_2", 6, -1.0 / 120.5),
+    ];
+    desk.write("log.csv", &csv(&named(&log, &names)));
+    let text = begun(&desk, "log.csv");
+    for line in [
+        "link_position_deg = [\"enc_a_1\", \"enc_a_2\"]",
+        "motor_position = { column = [\"enc_b_1\", \"enc_b_2\"], unit = \"rad\", sign = [1, -1] }",
+        "motor_position_side = \"motor\"",
+        "motor_torque_side = \"motor\"",
+        "gear_ratio = 100.0",
+        "gear_ratio = 120.5",
+    ] {
+        assert!(text.contains(&format!("\n{line}\n")), "{line}: {text}");
+    }
+    let flat = text.replace("\n# ", " ");
+    assert!(flat.contains("In degrees by their values"), "{text}");
+    assert!(flat.contains("By the equations of the robot"), "{text}");
+    is_identified(&desk);
+}
+
+#[test]
+fn joints_without_link_encoder_are_rigid() {
+    let (desk, log) = recorded();
+    let names = [
+        ("t", 0, 1.0),
+        ("q1", 3, 1.0),
+        ("q2", 4, 1.0),
+        ("tau1", 5, 1.0),
+        ("tau2", 6, 1.0),
+    ];
+    desk.write("log.csv", &csv(&named(&log, &names)));
+    let text = begun(&desk, "log.csv");
+    assert_eq!(
+        text.matches("\ntransmission = \"rigid\"\n").count(),
+        2,
+        "{text}"
+    );
+    assert!(
+        text.contains("\nmotor_position_rad = [\"q1\", \"q2\"]\n"),
+        "{text}"
+    );
+    let output = desk.run(&["identify", "exp", "--set", LEAST_SQUARES]);
+    assert!(
+        matches!(output.status.code(), Some(0 | 1)),
+        "{}",
+        stderr(&output)
+    );
+    // A flexible joint without link position names the way out.
+    desk.write(
+        "exp/experiment.toml",
+        &text.replace("\"rigid\"", "\"flexible\""),
+    );
+    desk.fails(
+        &["identify", "exp"],
+        2,
+        &[
+            "[log] has no link position of shoulder",
+            "transmission = \"rigid\" in the [[robot.joint]] block of shoulder",
+            "link_position_rad = [\"…\"]",
+        ],
+    );
+}
+
+#[test]
+fn what_only_the_user_knows_is_named_with_its_line() {
+    let (desk, log) = recorded();
+    let names = [
+        ("t", 0, 1.0),
+        ("q1", 3, 1.0),
+        ("q2", 4, 1.0),
+        ("i1_A", 5, 0.1),
+        ("i2_A", 6, 0.1),
+    ];
+    desk.write("log.csv", &csv(&named(&log, &names)));
+    let text = begun(&desk, "log.csv");
+    assert!(
+        text.contains("\nmotor_current_a = [\"i1_A\", \"i2_A\"]\n"),
+        "{text}"
+    );
+    let open = "torque_constant_nm_per_a = \"FILL IN\"";
+    let line = 1 + text.lines().position(|line| line == open).unwrap();
+    desk.fails(
+        &["identify", "exp"],
+        2,
+        &[
+            &format!("line {line} of"),
+            "FILL IN torque_constant_nm_per_a: only you know",
+        ],
+    );
+}
+
+#[test]
+fn joints_that_match_nothing_name_the_nearest() {
+    let (desk, log) = recorded();
+    let names = [
+        ("t", 0, 1.0),
+        ("sholder pos", 3, 1.0),
+        ("elbw pos", 4, 1.0),
+        ("torque a", 5, 1.0),
+    ];
+    desk.write("log.csv", &csv(&named(&log, &names)));
+    desk.fails(
+        &["new", "new", "--urdf", "arm.urdf", "--log", "log.csv"],
+        2,
+        &[
+            "no column of log.csv belongs to a joint",
+            "Joints: shoulder, elbow",
+            "the nearest names are \"sholder pos\" and shoulder",
+        ],
+    );
+    desk.fails(
+        &["new", "new", "--urdf", "arm.urdf", "--log", "none.csv"],
+        4,
+        &["cannot read none.csv"],
+    );
+}
+
+#[test]
+fn two_joints_that_match_one_column_are_named() {
+    let (desk, log) = recorded();
+    desk.write(
+        "arm.urdf",
+        &ARM.replace("name=\"elbow\"", "name=\"Shoulder\""),
+    );
+    let names = [
+        ("t", 0, 1.0),
+        ("shoulder_pos", 3, 1.0),
+        ("shoulder_torque", 5, 1.0),
+        ("other_pos", 4, 1.0),
+    ];
+    desk.write("log.csv", &csv(&named(&log, &names)));
+    let text = begun(&desk, "log.csv");
+    let flat = text.replace("\n# ", " ");
+    assert!(
+        flat.contains("one column matches 2 joints, shoulder and Shoulder"),
+        "{text}"
+    );
+    desk.fails(&["identify", "exp"], 2, &["FILL IN"]);
+}
+
+/// A bag with the topics of some robots: positions and efforts of two joints.
+fn bag(topics: &[&str], log: &[Vec<f64>]) -> Vec<u8> {
+    let one = 1_u16.to_le_bytes();
+    let definition = crate::mcap_bytes::JOINT_STATE;
+    let schema = [
+        &one[..],
+        &text("sensor_msgs/msg/JointState"),
+        &text("ros2msg"),
+        &text(definition),
+    ];
+    let mut records = record(3, &schema);
+    for (k, topic) in topics.iter().enumerate() {
+        let id = u16::try_from(k + 1).unwrap().to_le_bytes();
+        records.extend(record(4, &[&id, &one, &text(topic), &text("cdr"), &[0; 4]]));
+    }
+    for (row, time) in log[0].iter().enumerate() {
+        let stamp = (time * 1e9).round() as u64;
+        for (k, _) in topics.iter().enumerate() {
+            let id = u16::try_from(k + 1).unwrap().to_le_bytes();
+            let (q, tau) = match k {
+                0 => ([log[1][row], log[2][row]], vec![]),
+                _ => (
+                    [log[3][row] + 0.1 * k as f64, log[4][row]],
+                    vec![log[5][row], log[6][row]],
+                ),
+            };
+            let rest = u32::try_from(stamp % 1_000_000_000).unwrap();
+            let data = joint_state(rest, &["shoulder", "elbow"], &q, &tau);
+            let data = with_seconds(data, u32::try_from(stamp / 1_000_000_000).unwrap());
+            let time = stamp.to_le_bytes();
+            records.extend(record(5, &[&id, &[0; 4], &time, &time, &data]));
+        }
+    }
+    file_of(&records)
+}
+
+/// Writes the seconds of the stamp of a message.
+fn with_seconds(mut data: Vec<u8>, seconds: u32) -> Vec<u8> {
+    data[4..8].copy_from_slice(&seconds.to_le_bytes());
+    data
+}
+
+#[test]
+fn topics_are_told_apart_by_their_names_or_asked_for() {
+    let (desk, log) = recorded();
+    std::fs::write(
+        desk.path("two.mcap"),
+        bag(&["/joint_states", "/motor_states"], &log),
+    )
+    .unwrap();
+    let text = begun(&desk, "two.mcap");
+    for line in [
+        "link_position = { topic = \"/joint_states\", field = \"position\", unit = \"rad\" }",
+        "motor_position = { topic = \"/motor_states\", field = \"position\", unit = \"rad\" }",
+        "motor_torque = { topic = \"/motor_states\", field = \"effort\", unit = \"N·m\" }",
+    ] {
+        assert!(text.contains(&format!("\n{line}\n")), "{line}: {text}");
+    }
+    is_identified(&desk);
+
+    std::fs::remove_dir_all(desk.path("exp")).unwrap();
+    let topics = [
+        "/left/joint_states",
+        "/right/joint_states",
+        "/base/joint_states",
+    ];
+    std::fs::write(desk.path("three.mcap"), bag(&topics, &log)).unwrap();
+    let text = begun(&desk, "three.mcap");
+    let flat = text.replace("\n# ", " ");
+    for topic in topics {
+        assert!(
+            flat.contains(&format!("\"{topic}.position\"")),
+            "{topic}: {text}"
+        );
+    }
+    assert!(
+        flat.contains("FILL IN which positions are the motors"),
+        "{text}"
+    );
+    desk.fails(&["identify", "exp"], 2, &["FILL IN motor_position_rad"]);
+}
+
+/// A chain of joints with bodies.
+fn chain(joints: usize) -> String {
+    let mut urdf = String::from("<robot name=\"chain\"><link name=\"l0\"/>\n");
+    for k in 1..=joints {
+        writeln!(
+            urdf,
+            "<link name=\"l{k}\"><inertial><origin xyz=\"0.1 0 0\"/><mass value=\"1\"/><inertia ixx=\"0.01\" \
+             ixy=\"0\" ixz=\"0\" iyy=\"0.01\" iyz=\"0\" izz=\"0.01\"/></inertial></link>\n\
+             <joint name=\"part_{k}\" type=\"revolute\"><parent link=\"l{}\"/><child link=\"l{k}\"/>\
+             <origin xyz=\"0.05 0 0\"/><axis xyz=\"0 1 0\"/><limit lower=\"-3\" upper=\"3\" effort=\"9\" \
+             velocity=\"2\"/></joint>",
+            k - 1
+        )
+        .unwrap();
+    }
+    urdf + "</robot>"
+}
+
+#[test]
+fn six_logged_joints_of_sixty_have_blocks() {
+    let desk = Desk::new();
+    desk.write("arm.urdf", &chain(60));
+    let logged = [3, 10, 20, 30, 40, 60];
+    let mut columns: Columns = vec![(
+        "t".to_owned(),
+        (0..2000).map(|k| 0.002 * f64::from(k)).collect(),
+    )];
+    for (i, k) in logged.iter().enumerate() {
+        let wave = |scale: f64, shift: f64| -> Vec<f64> {
+            let rate = 0.003 + 0.001 * i as f64;
+            (0..2000)
+                .map(|n| scale * (rate * f64::from(n) + shift).sin())
+                .collect()
+        };
+        columns.push((format!("part_{k}_pos"), wave(0.5, 0.0)));
+        columns.push((format!("part_{k}_torque"), wave(5.0, 0.4)));
+    }
+    desk.write("log.csv", &csv(&columns));
+    let text = begun(&desk, "log.csv");
+    assert_eq!(text.matches("\n[[robot.joint]]\n").count(), 6, "{text}");
+    for k in logged {
+        assert!(
+            text.contains(&format!("\nname = \"part_{k}\"")),
+            "{k}: {text}"
+        );
+    }
+    assert!(
+        text.contains("# Not in the log, so fixed at zero: part_1, part_2, part_4,"),
+        "{text}"
+    );
+    assert!(!text.contains("= \"FILL IN\""), "{text}");
+    // The numbers are invented, so the check may refuse them, but the file is complete.
+    let output = desk.run(&["check", "exp"]);
+    assert_ne!(output.status.code(), Some(2), "{}", stderr(&output));
+}
+
+/// Writes positions and torques as lists, as a table of `JointState` messages has them.
+fn lists(path: &std::path::Path, log: &[Vec<f64>], names: Option<[&str; 2]>) {
+    let list = |columns: [&Vec<f64>; 2]| -> ArrayRef {
+        let mut builder = ListBuilder::new(Float64Builder::new());
+        for (k, value) in columns[0].iter().enumerate() {
+            // With names the order may change from row to row.
+            let swapped = names.is_some() && k % 2 == 1;
+            let own = [*value, columns[1][k]];
+            let own = if swapped { [own[1], own[0]] } else { own };
+            builder.values().append_slice(&own);
+            builder.append(true);
+        }
+        Arc::new(builder.finish())
+    };
+    let mut columns: Vec<(&str, ArrayRef)> = vec![
+        ("stamp_s", Arc::new(Float64Array::from(log[0].clone()))),
+        ("position", list([&log[1], &log[2]])),
+        ("motor_position", list([&log[3], &log[4]])),
+        ("effort", list([&log[5], &log[6]])),
+    ];
+    if let Some(names) = names {
+        let mut builder = ListBuilder::new(StringBuilder::new());
+        for k in 0..log[0].len() {
+            let own = if k % 2 == 1 {
+                [names[1], names[0]]
+            } else {
+                names
+            };
+            for name in own {
+                builder.values().append_value(name);
+            }
+            builder.append(true);
+        }
+        columns.push(("name", Arc::new(builder.finish())));
+    }
+    let batch = RecordBatch::try_from_iter(columns).unwrap();
+    let mut writer =
+        ArrowWriter::try_new(File::create(path).unwrap(), batch.schema(), None).unwrap();
+    writer.write(&batch).unwrap();
+    writer.close().unwrap();
+}
+
+#[test]
+fn lists_of_parquet_are_columns() {
+    let (desk, log) = recorded();
+    lists(&desk.path("plain.parquet"), &log, None);
+    lists(
+        &desk.path("named.parquet"),
+        &log,
+        Some(["shoulder", "elbow"]),
+    );
+    for file in ["plain.parquet", "named.parquet"] {
+        let text = begun(&desk, file);
+        assert!(!text.contains("= \"FILL IN\""), "{text}");
+        is_identified(&desk);
+        // One pattern stands for the elements of a list.
+        desk.write(
+            "exp/experiment.toml",
+            &format!(
+                "format = 1\n[robot]\nurdf = \"../arm.urdf\"\n[[robot.joint]]\nname = \"shoulder\"\n\
+                 [[robot.joint]]\nname = \"elbow\"\n[log]\nfile = \"../{file}\"\ntime_s = \"stamp_s\"\n\
+                 link_position_rad = \"position[*]\"\nmotor_position_rad = \"motor_position[*]\"\n\
+                 motor_torque_nm = \"effort[*]\"\n"
+            ),
+        );
+        is_identified(&desk);
+        // The check shows which element it took.
+        let said = desk.succeeds(&["check", "exp"]);
+        let element = if file == "plain.parquet" {
+            "1"
+        } else {
+            "elbow"
+        };
+        let shown = format!("effort[*][elbow] = effort[{element}]");
+        assert!(said.contains(&shown), "{said}");
+        std::fs::remove_dir_all(desk.path("exp")).unwrap();
+    }
+}

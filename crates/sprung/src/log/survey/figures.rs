@@ -1,0 +1,83 @@
+//! Figures of a column without a description.
+
+/// Smallest number of different values of a column of counts.
+const MIN_COUNTS: f64 = 50.0;
+
+/// Largest deviation of an even clock from its median step, as a part of the step.
+const EVEN: f64 = 0.5;
+
+/// Figures of a column.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Figures {
+    /// Number of finite samples.
+    pub(super) count: usize,
+    pub(super) min: f64,
+    pub(super) max: f64,
+    /// Whether all samples are integers.
+    pub(super) integers: bool,
+    /// Whether each sample is above the one before it.
+    pub(super) rises: bool,
+    /// Median of the steps between samples.
+    pub(super) step: f64,
+    /// Whether most steps equal the median step.
+    pub(super) even: bool,
+}
+
+impl Figures {
+    pub(super) fn of(values: &[f64]) -> Self {
+        let finite: Vec<f64> = values.iter().copied().filter(|x| x.is_finite()).collect();
+        let mut steps: Vec<f64> = finite.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        steps.sort_by(f64::total_cmp);
+        let step = steps.get(steps.len() / 2).copied().unwrap_or(0.0);
+        let near = |x: &&f64| (*x - step).abs() <= EVEN * step.abs();
+        let even = 10 * steps.iter().filter(near).count() > 9 * steps.len();
+        Self {
+            count: finite.len(),
+            min: finite.iter().copied().fold(f64::INFINITY, f64::min),
+            max: finite.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+            integers: !finite.is_empty() && finite.iter().all(|x| x.fract().abs() < 1e-9),
+            rises: finite.len() == values.len() && steps.first().is_some_and(|least| *least > 0.0),
+            step,
+            even,
+        }
+    }
+
+    /// Returns the distance from the smallest to the largest sample.
+    pub(super) fn range(&self) -> f64 {
+        if self.count == 0 {
+            0.0
+        } else {
+            self.max - self.min
+        }
+    }
+
+    /// Returns whether the column never changes.
+    pub(super) fn is_constant(&self) -> bool {
+        self.range() <= 1e-12 * self.max.abs().max(self.min.abs()) || self.count == 0
+    }
+
+    /// Returns whether the samples look like counts of an encoder.
+    pub(super) fn are_counts(&self) -> bool {
+        self.integers && self.range() >= MIN_COUNTS
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_clocks_and_constants_differ() {
+        let counts: Vec<f64> = (0..100)
+            .map(|k| (300.0 * f64::from(k).sin()).round())
+            .collect();
+        assert!(Figures::of(&counts).are_counts());
+        let clock: Vec<f64> = (0..100).map(|k| 0.001 * f64::from(k)).collect();
+        let figures = Figures::of(&clock);
+        assert!(figures.rises && figures.even && !figures.are_counts());
+        assert!(Figures::of(&[2.0; 9]).is_constant());
+        assert!(Figures::of(&[]).is_constant());
+        let gap = Figures::of(&[0.0, f64::NAN, 1.0]);
+        assert!(!gap.rises && gap.count == 2);
+    }
+}

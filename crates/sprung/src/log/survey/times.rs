@@ -1,0 +1,90 @@
+//! The column of the time, and its unit.
+
+use super::read::{Column, Survey};
+use super::words::{Meaning, Sort, tokens};
+use super::write::name_of;
+use crate::description::{ChosenLine, Unit};
+
+/// Units of times, with the rates of samples that a log of a robot has.
+const UNITS: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
+
+/// Usual rate of a log, Hz; the unit whose rate is nearest to it is the likeliest.
+const USUAL_RATE: f64 = 500.0;
+
+/// Returns the line of the time; `None` for a bag, whose messages have times.
+pub(super) fn time(survey: &Survey) -> Option<ChosenLine> {
+    let [source] = &survey.sources[..] else {
+        return None;
+    };
+    if source.topic.is_some() {
+        return None;
+    }
+    let meaning = |column: &Column| Meaning::of(&tokens(&column.name), &[]);
+    let named: Vec<&Column> = (source.columns.iter())
+        .filter(|column| meaning(column).sort == Some(Sort::Time) || column.time_unit.is_some())
+        .filter(|column| column.figures.rises)
+        .collect();
+    let rising = || {
+        let rises = |column: &&Column| column.figures.rises && column.figures.even;
+        source.columns.iter().filter(rises).collect::<Vec<_>>()
+    };
+    let (candidates, how) = if named.is_empty() {
+        (rising(), "because it rises evenly")
+    } else {
+        (named, "by its name")
+    };
+    // A recorder may write several clocks; the one with an even step is that of the samples.
+    let best =
+        (candidates.iter()).max_by_key(|column| (column.figures.even, -(column.number as i64)));
+    let Some(column) = best else {
+        return Some(date(survey).unwrap_or_else(|| {
+            ChosenLine::open(
+                "period_s",
+                "FILL IN the sampling period: the log has no column of rising times",
+            )
+        }));
+    };
+    let name = name_of(survey, column);
+    let unit = meaning(column).unit;
+    let said = unit.filter(|unit| UNITS.iter().any(|(known, _)| known == unit));
+    let (unit, why) = match (column.time_unit, said) {
+        (Some(_), _) => ("s", format!("The time {how}; the file defines its unit")),
+        (None, Some(unit)) => (unit, String::new()),
+        (None, None) => {
+            let unit = likeliest(column);
+            let size = Unit::try_from(unit.to_owned()).map_or(1.0, Unit::size);
+            let rate = 1.0 / (size * column.figures.step);
+            let why = format!(
+                "The time {how}, in {unit} by its step: {:.4} Hz",
+                super::write::Short(rate)
+            );
+            (unit, why)
+        }
+    };
+    Some(ChosenLine::new(&format!("time_{unit}"), name, why))
+}
+
+/// Returns the unit that gives a usual rate of samples.
+fn likeliest(column: &Column) -> &'static str {
+    let off = |size: f64| (1.0 / (size * column.figures.step) / USUAL_RATE).ln().abs();
+    (UNITS.iter())
+        .min_by(|a, b| off(a.1).total_cmp(&off(b.1)))
+        .map_or("s", |(unit, _)| unit)
+}
+
+/// Returns the line of a column of dates, which holds texts.
+fn date(survey: &Survey) -> Option<ChosenLine> {
+    let is_time = |name: &&String| {
+        let found = Meaning::of(&tokens(name), &[]).sort;
+        found == Some(Sort::Time) || name.to_lowercase().contains("date")
+    };
+    let name = survey.others.iter().find(is_time)?;
+    Some(ChosenLine::new(
+        "time",
+        format!(
+            "{{ column = {}, unit = \"date\" }}",
+            crate::description::quoted(name)
+        ),
+        "Dates and times as text",
+    ))
+}

@@ -1,0 +1,338 @@
+//! Units of positions, and the side of the gearbox on which they were taken.
+
+use std::f64::consts::TAU;
+
+use sprung_core::chain::JointKind;
+
+use super::families::Family;
+use super::figures::Figures;
+use super::positions::size;
+use super::read::Survey;
+use super::slopes::Slope;
+use super::write::{Conversion, Short, si};
+use crate::description::JointOfStart;
+
+/// Part by which a position may lie beyond the limits of its joint, rad.
+const BEYOND_LIMITS: f64 = 0.2;
+
+/// Largest range of a joint without limits, rad and m.
+const WIDEST: f64 = 2.0 * TAU;
+const LONGEST: f64 = 5.0;
+
+/// Largest difference of a slope from 1 for positions in one unit, and from the slope that degrees
+/// and turns make, which a gear ratio may have as well.
+const SAME: f64 = 0.1;
+const SAME_UNIT: f64 = 0.005;
+
+/// Smallest slope of a position before the gearbox.
+const MIN_GEAR: f64 = 1.5;
+
+/// Standard errors, and part of the slope, within which a gear ratio is a multiple of 0.5; and the
+/// largest error of a slope that tells such multiples apart.
+const SIGMAS: f64 = 3.0;
+const BIAS: f64 = 2e-4;
+const MAX_ERROR: f64 = 0.1;
+
+/// Unit and side of the positions of a family.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Reading {
+    pub(super) conversion: Conversion,
+    /// Gear ratio of each joint, if the positions were taken before the gearbox; `None` within is to
+    /// be filled in.
+    pub(super) gears: Option<Vec<Option<f64>>>,
+    /// Reasons, as sentences without the last full stop.
+    pub(super) why: String,
+    /// What the user must fill in, if the unit is not clear.
+    pub(super) open: Option<String>,
+}
+
+/// The joints of a log and their figures in one family.
+struct Own<'a> {
+    robot: &'a [JointOfStart],
+    joints: &'a [usize],
+    figures: Vec<Figures>,
+}
+
+impl<'a> Own<'a> {
+    fn of(
+        survey: &Survey,
+        family: &Family,
+        (robot, joints): (&'a [JointOfStart], &'a [usize]),
+    ) -> Self {
+        let figures = |&joint: &usize| match family.of[joint] {
+            Some((source, column)) => survey.sources[source].columns[column].figures,
+            None => Figures::default(),
+        };
+        Self {
+            robot,
+            joints,
+            figures: joints.iter().map(figures).collect(),
+        }
+    }
+
+    fn joints(&self) -> impl Iterator<Item = (&JointOfStart, &Figures)> {
+        let joints = self.joints.iter().map(|&joint| &self.robot[joint]);
+        joints.zip(&self.figures)
+    }
+
+    /// Returns whether all positions are possible in units of this size.
+    ///
+    /// - `kind`: the kind of joints that are tested.
+    fn fit(&self, kind: JointKind, size: f64) -> bool {
+        self.joints()
+            .filter(|(joint, _)| joint.kind == kind)
+            .all(|(joint, figures)| {
+                let (min, max) = (size * figures.min, size * figures.max);
+                match joint.range {
+                    Some((lower, upper)) => {
+                        min > lower - BEYOND_LIMITS && max < upper + BEYOND_LIMITS
+                    }
+                    None if kind == JointKind::Revolute => size * figures.range() <= WIDEST,
+                    None => size * figures.range() <= LONGEST,
+                }
+            })
+    }
+
+    /// Returns the units for each joint: one for the revolute and one for the prismatic joints.
+    fn units(&self, turning: &'static str, sliding: &'static str) -> Conversion {
+        let unit = |(joint, _): (&JointOfStart, &Figures)| match joint.kind {
+            JointKind::Revolute => turning,
+            JointKind::Prismatic => sliding,
+        };
+        Conversion {
+            units: self.joints().map(unit).collect(),
+            counts: vec![None; self.joints.len()],
+            signs: vec![1.0; self.joints.len()],
+        }
+    }
+
+    /// Returns the widest range of the readings, in words.
+    fn widest(&self) -> String {
+        let widest = (self.joints()).max_by(|(_, a), (_, b)| a.range().total_cmp(&b.range()));
+        widest.map_or_else(String::new, |(joint, figures)| {
+            format!(
+                "{} reads {:.4} to {:.4}",
+                joint.name,
+                Short(figures.min),
+                Short(figures.max)
+            )
+        })
+    }
+
+    fn has_limits(&self) -> bool {
+        self.joints().any(|(joint, _)| joint.range.is_some())
+    }
+}
+
+/// Returns the unit of positions by their names or their values.
+///
+/// - `is_motor`: whether the names say that they are those of motors, perhaps before a gearbox.
+pub(super) fn absolute(
+    survey: &Survey,
+    family: &Family,
+    of: (&[JointOfStart], &[usize]),
+    is_motor: bool,
+) -> Reading {
+    let own = Own::of(survey, family, of);
+    let reading = |conversion: Conversion, why: String| Reading {
+        conversion,
+        why,
+        ..Reading::default()
+    };
+    if let Some(unit) = family.meaning.unit {
+        let mut named = reading(in_unit(&own, unit), format!("In {unit} by their names"));
+        if unit == "counts" {
+            named.open = Some(counts_open());
+        } else if !(own.fit(JointKind::Revolute, size(Some(unit)))
+            && own.fit(JointKind::Prismatic, size(Some(unit))))
+            && (is_motor || own.has_limits())
+        {
+            named.gears = Some(vec![None; own.joints.len()]);
+            named.why = format!(
+                "In {unit} by their names; {}, which is beyond the limits of the joint, so they are taken \
+                 before the gearbox",
+                own.widest()
+            );
+        }
+        return named;
+    }
+    let sliding = if own.fit(JointKind::Prismatic, 1.0) {
+        "m"
+    } else {
+        "mm"
+    };
+    let limits = if own.has_limits() {
+        "within the limits of the joints"
+    } else {
+        "a plausible range"
+    };
+    if own.fit(JointKind::Revolute, 1.0) {
+        let why = format!("In rad by their values: {}, {limits}", own.widest());
+        return reading(own.units("rad", sliding), why);
+    }
+    let counts = own.figures.iter().all(Figures::are_counts);
+    if counts {
+        return Reading {
+            open: Some(counts_open()),
+            ..reading(
+                own.units("counts", sliding),
+                format!(
+                    "Counts of encoders by their values, integers: {}",
+                    own.widest()
+                ),
+            )
+        };
+    }
+    let beyond = own.widest();
+    if own.fit(JointKind::Revolute, TAU / 360.0) && own.has_limits() && !is_motor {
+        let why = format!(
+            "In degrees by their values: {beyond}, which is beyond the limits of the joint in rad and \
+             {limits} in degrees"
+        );
+        return reading(own.units("deg", sliding), why);
+    }
+    Reading {
+        open: Some(format!(
+            "FILL IN the unit, \"rad\", \"deg\", \"turns\" or \"counts\", and if they were taken before the \
+             gearbox side = \"motor\" with gear_ratio of each joint: {beyond}"
+        )),
+        ..reading(own.units("rad", sliding), String::new())
+    }
+}
+
+fn counts_open() -> String {
+    "FILL IN the counts per turn of the encoders, after quadrature".to_owned()
+}
+
+fn in_unit(own: &Own<'_>, unit: &'static str) -> Conversion {
+    match unit {
+        "m" | "mm" | "um" => own.units("rad", unit),
+        _ => own.units(unit, "m"),
+    }
+}
+
+/// Returns the unit of positions by their slopes over others of known unit.
+///
+/// - `slopes`: slope of the readings over the others in SI units, of each joint.
+pub(super) fn by_slope(
+    survey: &Survey,
+    family: &Family,
+    (robot, joints): (&[JointOfStart], &[usize]),
+    slopes: &[Option<Slope>],
+) -> Option<Reading> {
+    let own = Own::of(survey, family, (robot, joints));
+    let slopes: Vec<Slope> = joints
+        .iter()
+        .map(|&joint| slopes[joint])
+        .collect::<Option<_>>()?;
+    let signs: Vec<f64> = slopes.iter().map(|slope| slope.value.signum()).collect();
+    let all = |is: &dyn Fn(f64) -> bool, unit: f64| {
+        slopes.iter().all(|slope| is(slope.value.abs() * unit))
+    };
+    let one = |ratio: f64| (ratio - 1.0).abs() < SAME_UNIT;
+    let same = |ratio: f64| (ratio - 1.0).abs() < SAME;
+    let geared = |ratio: f64| ratio > MIN_GEAR;
+    let mut reading = Reading::default();
+    let shown = || -> String {
+        let words: Vec<String> = (joints.iter().zip(&slopes))
+            .map(|(&joint, slope)| format!("{} {:.5}", robot[joint].name, Short(slope.value.abs())))
+            .collect();
+        words.join(", ")
+    };
+    let named = family.meaning.unit;
+    let counts = named == Some("counts")
+        || (named.is_none() && own.figures.iter().all(Figures::are_counts) && all(&geared, 1.0));
+    if counts {
+        reading.conversion = own.units("counts", "m");
+        reading.conversion.counts = (slopes.iter())
+            .map(|slope| Some(rounded(slope.value.abs() * TAU)))
+            .collect();
+        reading.why = format!(
+            "Counts; counts per turn of the joint by the slope over the other position, so they contain the \
+             gear ratio: {}",
+            shown()
+        );
+    } else if let Some(unit) = named {
+        reading.conversion = in_unit(&own, unit);
+        reading.why = format!("In {unit} by their names");
+        if all(&geared, size(named)) {
+            reading.gears = Some(gears(&slopes, size(named)));
+        }
+    } else if all(&same, 1.0) {
+        reading.conversion = own.units("rad", "m");
+        reading.why = String::from("In the unit of the other position: the two have a slope of 1");
+    } else if all(&one, size(Some("deg"))) {
+        reading.conversion = own.units("deg", "m");
+        reading.why = format!(
+            "In degrees by their slope over the other position: {}",
+            shown()
+        );
+    } else if all(&one, TAU) {
+        reading.conversion = own.units("turns", "m");
+        reading.why = format!(
+            "In turns by their slope over the other position: {}",
+            shown()
+        );
+    } else if all(&geared, 1.0) {
+        reading.conversion = own.units("rad", "m");
+        reading.gears = Some(gears(&slopes, 1.0));
+    } else {
+        return None;
+    }
+    if reading.gears.is_some() {
+        reading.why = format!(
+            "{}{}before the gearbox by their slope over the other position: {}",
+            reading.why,
+            if reading.why.is_empty() {
+                "In rad, "
+            } else {
+                ", "
+            },
+            shown()
+        );
+    }
+    if signs.iter().any(|sign| *sign < 0.0) {
+        reading
+            .why
+            .push_str(". The sign is -1 where they count against the other position");
+    }
+    reading.conversion.signs = signs;
+    Some(reading)
+}
+
+/// Returns gear ratios by slopes: multiples of 0.5 if the slopes are such multiples within their
+/// errors.
+fn gears(slopes: &[Slope], unit: f64) -> Vec<Option<f64>> {
+    (slopes.iter())
+        .map(|slope| {
+            let value = slope.value.abs() * unit;
+            let error = SIGMAS * slope.error * unit + BIAS * value;
+            let near = (2.0 * value).round() / 2.0;
+            let is_near = (value - near).abs() <= error && error < MAX_ERROR;
+            Some(if is_near { near } else { rounded(value) })
+        })
+        .collect()
+}
+
+fn rounded(value: f64) -> f64 {
+    let scale = 10f64.powi(6 - value.abs().log10().floor() as i32);
+    (value * scale).round() / scale
+}
+
+/// Returns the units of torques.
+pub(super) fn of_torques(
+    family: &Family,
+    robot: &[JointOfStart],
+    joints: &[usize],
+    usual: Option<&'static str>,
+) -> Conversion {
+    let unit = |&joint: &usize| {
+        let kind = robot[joint].kind;
+        family.meaning.unit.or(usual).unwrap_or(si(kind, false))
+    };
+    Conversion {
+        units: joints.iter().map(unit).collect(),
+        counts: vec![None; joints.len()],
+        signs: vec![1.0; joints.len()],
+    }
+}

@@ -1,0 +1,475 @@
+//! Words of a column's name, and what they say about it.
+
+use crate::description::Unit;
+
+/// A word or a number of a name.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Token {
+    /// Lower-case letters.
+    Word(String),
+    Number(u64),
+}
+
+/// What a column holds, by the words of its name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Sort {
+    Time,
+    Position,
+    Deflection,
+    Velocity,
+    Torque,
+    Current,
+    Voltage,
+    /// A quantity that identification does not use.
+    Other,
+}
+
+/// What the words of a name say.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Meaning {
+    pub(super) sort: Option<Sort>,
+    /// How clearly it belongs to the motor: 2 by a word such as `motor`, 1 by a usual letter.
+    pub(super) motor: u8,
+    /// How clearly it belongs to the link.
+    pub(super) link: u8,
+    /// Whether it is commanded, computed or filtered, and not measured.
+    pub(super) is_reference: bool,
+    /// Its unit, if the name has one; with the word of the name.
+    pub(super) unit: Option<&'static str>,
+}
+
+const TIME: &[&str] = &[
+    "t",
+    "time",
+    "timestamp",
+    "stamp",
+    "ts",
+    "clock",
+    "zeit",
+    "secs",
+    "sec",
+    "nsec",
+];
+const POSITION: &[&str] = &[
+    "q",
+    "pos",
+    "position",
+    "positions",
+    "angle",
+    "angles",
+    "ang",
+    "theta",
+    "th",
+    "phi",
+    "enc",
+    "encoder",
+    "count",
+    "counts",
+    "ticks",
+    "qm",
+    "ql",
+    "jointangle",
+    "winkel",
+    "resolver",
+];
+const VELOCITY: &[&str] = &[
+    "vel",
+    "velocity",
+    "velocities",
+    "speed",
+    "speeds",
+    "omega",
+    "rate",
+    "dq",
+    "qd",
+    "qdot",
+    "dphi",
+    "dtheta",
+    "dot",
+    "rpm",
+    "velo",
+];
+const TORQUE: &[&str] = &[
+    "tau",
+    "torque",
+    "torques",
+    "effort",
+    "efforts",
+    "trq",
+    "tq",
+    "moment",
+    "moments",
+    "force",
+    "forces",
+    "frc",
+    "drehmoment",
+];
+const CURRENT: &[&str] = &[
+    "i", "cur", "curr", "current", "currents", "amp", "amps", "iq", "ampere", "strom",
+];
+const VOLTAGE: &[&str] = &["u", "volt", "volts", "voltage", "voltages"];
+const DEFLECTION: &[&str] = &["defl", "deflection", "deflections", "torsion", "windup"];
+const OTHER: &[&str] = &[
+    "temp",
+    "temperature",
+    "temperatures",
+    "status",
+    "mode",
+    "error",
+    "err",
+    "flag",
+    "flags",
+    "fault",
+    "warning",
+    "seq",
+    "sequence",
+    "idx",
+    "sample",
+    "cycle",
+    "pwm",
+    "duty",
+    "power",
+    "energy",
+    "acc",
+    "accel",
+    "acceleration",
+    "accelerations",
+    "ddq",
+    "qdd",
+    "jerk",
+    "imu",
+    "gyro",
+    "tcp",
+    "load%",
+    "humidity",
+    "pressure",
+    "stiffness",
+    "damping",
+    "gain",
+];
+const REFERENCE: &[&str] = &[
+    "ref",
+    "reference",
+    "references",
+    "cmd",
+    "command",
+    "commands",
+    "commanded",
+    "des",
+    "desired",
+    "target",
+    "targets",
+    "goal",
+    "set",
+    "setpoint",
+    "setpoints",
+    "planned",
+    "sp",
+    "ff",
+    "soll",
+    "ext",
+    "external",
+    "contact",
+    "grav",
+    "gravity",
+    "coriolis",
+    "model",
+    "est",
+    "estimate",
+    "estimated",
+    "filt",
+    "filtered",
+    "d",
+    "residual",
+    "limit",
+];
+const MOTOR: &[&str] = &[
+    "motor",
+    "motors",
+    "mot",
+    "rotor",
+    "rotors",
+    "drive",
+    "drives",
+    "m",
+    "qm",
+    "servo",
+    "actuator",
+    "actuators",
+    "thetam",
+];
+const USUALLY_MOTOR: &[&str] = &["phi", "theta", "th"];
+const LINK: &[&str] = &[
+    "link",
+    "links",
+    "load",
+    "out",
+    "output",
+    "ql",
+    "l",
+    "secondary",
+    "absolute",
+    "abs",
+    "arm",
+];
+const USUALLY_LINK: &[&str] = &["q"];
+
+/// Words of units and the names that `experiment.toml` has for them.
+const UNITS: &[(&str, &str)] = &[
+    ("rad", "rad"),
+    ("radian", "rad"),
+    ("radians", "rad"),
+    ("mrad", "mrad"),
+    ("deg", "deg"),
+    ("degs", "deg"),
+    ("degree", "deg"),
+    ("degrees", "deg"),
+    ("grad", "deg"),
+    ("turn", "turns"),
+    ("turns", "turns"),
+    ("rev", "turns"),
+    ("revs", "turns"),
+    ("rot", "turns"),
+    ("count", "counts"),
+    ("counts", "counts"),
+    ("cnt", "counts"),
+    ("cnts", "counts"),
+    ("tick", "counts"),
+    ("ticks", "counts"),
+    ("inc", "counts"),
+    ("incr", "counts"),
+    ("incs", "counts"),
+    ("pulses", "counts"),
+    ("lsb", "counts"),
+    ("raw", "counts"),
+    ("m", "m"),
+    ("mm", "mm"),
+    ("um", "um"),
+    ("nm", "N·m"),
+    ("mnm", "mN·m"),
+    ("n", "N"),
+    ("kn", "kN"),
+    ("a", "A"),
+    ("amp", "A"),
+    ("amps", "A"),
+    ("ma", "mA"),
+    ("v", "V"),
+    ("mv", "mV"),
+    ("s", "s"),
+    ("sec", "s"),
+    ("secs", "s"),
+    ("seconds", "s"),
+    ("ms", "ms"),
+    ("msec", "ms"),
+    ("us", "us"),
+    ("usec", "us"),
+    ("ns", "ns"),
+    ("nsec", "ns"),
+    ("min", "min"),
+];
+
+/// Splits a name at signs, between letters and digits, and before capitals behind small letters.
+pub(super) fn tokens(name: &str) -> Vec<Token> {
+    let mut all = Vec::new();
+    let mut word = String::new();
+    let mut end = |word: &mut String| {
+        if word.is_empty() {
+            return;
+        }
+        let lower = word.to_lowercase();
+        word.clear();
+        all.push(match lower.parse() {
+            Ok(number) => Token::Number(number),
+            Err(_) => Token::Word(lower),
+        });
+    };
+    let mut before = ' ';
+    for c in name.chars() {
+        let is_split = c.is_ascii_digit() != before.is_ascii_digit()
+            || (c.is_uppercase() && before.is_lowercase());
+        if is_split || !c.is_alphanumeric() {
+            end(&mut word);
+        }
+        match c {
+            '°' => {
+                word.push_str("deg");
+                end(&mut word);
+            }
+            '%' => word.push(c),
+            _ if c.is_alphanumeric() => word.push(c),
+            _ => {}
+        }
+        before = c;
+    }
+    end(&mut word);
+    all
+}
+
+/// Returns the words of a name, without numbers.
+pub(super) fn words(tokens: &[Token]) -> Vec<&str> {
+    (tokens.iter())
+        .filter_map(|token| match token {
+            Token::Word(word) => Some(word.as_str()),
+            Token::Number(_) => None,
+        })
+        .collect()
+}
+
+impl Meaning {
+    /// Returns what the words of a column's name say.
+    ///
+    /// - `name`: tokens of the name without those of the joint; `topic`: words of the topic.
+    pub(super) fn of(name: &[Token], topic: &[&str]) -> Self {
+        let own = words(name);
+        let (rest, unit) = unit(&own);
+        let is = |list: &[&str], words: &[&str]| words.iter().any(|word| list.contains(word));
+        let rate = rest.len() < own.len() && unit.is_none();
+        let sort = sort_of(&rest, rate).or_else(|| unit.and_then(sort_of_unit));
+        let torque = matches!(sort, Some(Sort::Torque | Sort::Current | Sort::Voltage));
+        let both = [&rest[..], topic].concat();
+        let side = |clear: &[&str], usual: &[&str]| {
+            if is(clear, &both) {
+                2
+            } else {
+                u8::from(is(usual, &rest))
+            }
+        };
+        Self {
+            sort,
+            motor: side(MOTOR, USUALLY_MOTOR),
+            link: side(LINK, USUALLY_LINK),
+            is_reference: is(REFERENCE, &both),
+            unit: unit.filter(|unit| fits(unit, sort, torque)),
+        }
+    }
+}
+
+/// Separates the unit at the end of a name. A unit per time is removed as well, without unit.
+fn unit<'a>(own: &[&'a str]) -> (Vec<&'a str>, Option<&'static str>) {
+    let known = |word: &str| {
+        UNITS
+            .iter()
+            .find(|(own, _)| *own == word)
+            .map(|(_, unit)| *unit)
+    };
+    let without = |count: usize| own[..own.len() - count].to_vec();
+    match own {
+        [.., "n", "m"] => (without(2), Some("N·m")),
+        [.., "mn", "m"] => (without(2), Some("mN·m")),
+        [.., length, "per", "s" | "sec" | "min"] if known(length).is_some() => (without(3), None),
+        [.., length, "s" | "sec" | "min"] if known(length).is_some() => (without(2), None),
+        [.., "rads" | "degs" | "rpm"] => (own.to_vec(), None),
+        [.., last] => match known(last) {
+            Some(unit) => (without(1), Some(unit)),
+            None => (own.to_vec(), None),
+        },
+        [] => (Vec::new(), None),
+    }
+}
+
+/// - `rate`: whether the unit is one per time.
+fn sort_of(rest: &[&str], rate: bool) -> Option<Sort> {
+    let is = |list: &[&str]| rest.iter().any(|word| list.contains(word));
+    let found = [
+        (OTHER, Sort::Other),
+        (DEFLECTION, Sort::Deflection),
+        (VELOCITY, Sort::Velocity),
+        (TORQUE, Sort::Torque),
+        (CURRENT, Sort::Current),
+        (VOLTAGE, Sort::Voltage),
+        (POSITION, Sort::Position),
+        (TIME, Sort::Time),
+    ]
+    .into_iter()
+    .find(|(list, _)| is(list))
+    .map(|(_, sort)| sort);
+    match found {
+        None | Some(Sort::Position) if rate => Some(Sort::Velocity),
+        // A lone v or w is a velocity.
+        None if matches!(rest, ["v" | "w"]) => Some(Sort::Velocity),
+        found => found,
+    }
+}
+
+fn sort_of_unit(unit: &'static str) -> Option<Sort> {
+    Some(match unit {
+        "rad" | "mrad" | "deg" | "turns" | "counts" | "mm" | "um" => Sort::Position,
+        "N·m" | "mN·m" | "N" | "kN" => Sort::Torque,
+        "A" | "mA" => Sort::Current,
+        "V" | "mV" => Sort::Voltage,
+        "s" | "ms" | "us" | "ns" => Sort::Time,
+        _ => return None,
+    })
+}
+
+/// Returns whether a unit is one of a quantity.
+fn fits(unit: &&'static str, sort: Option<Sort>, torque: bool) -> bool {
+    use crate::description::Dimension::{Angle, Current, Force, Length, Time, Torque, Voltage};
+    let Ok(unit) = Unit::try_from((*unit).to_owned()) else {
+        return false;
+    };
+    match (unit.dimension(), sort) {
+        (Angle | Length, Some(Sort::Position | Sort::Deflection))
+        | (Current, Some(Sort::Current))
+        | (Voltage, Some(Sort::Voltage))
+        | (Time, Some(Sort::Time)) => true,
+        (Torque | Force, Some(Sort::Torque)) => torque,
+        _ => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn meaning(name: &str) -> Meaning {
+        Meaning::of(&tokens(name), &[])
+    }
+
+    #[test]
+    fn names_of_usual_recorders_are_understood() {
+        use Sort::{Current, Other, Position, Time, Torque, Velocity};
+        for (name, sort, unit) in [
+            ("t_s", Some(Time), Some("s")),
+            ("timestamp", Some(Time), None),
+            ("time [ms]", Some(Time), Some("ms")),
+            ("q1_rad", Some(Position), Some("rad")),
+            ("actual_q_0", Some(Position), None),
+            ("actual_qd_0", Some(Velocity), None),
+            ("actual_current_0", Some(Current), None),
+            ("joint_1_temperature", Some(Other), None),
+            ("tau_J_0", Some(Torque), None),
+            ("axis3 torque (N·m)", Some(Torque), Some("N·m")),
+            ("motor2_counts", Some(Position), Some("counts")),
+            ("motorPos1", Some(Position), None),
+            ("J1_vel_deg_s", Some(Velocity), None),
+            ("axis1_deg_per_s", Some(Velocity), None),
+            ("axis2_deg", Some(Position), Some("deg")),
+            ("j4_A", Some(Current), Some("A")),
+            ("elbow_pos_°", Some(Position), Some("deg")),
+            ("weather", None, None),
+        ] {
+            let found = meaning(name);
+            assert_eq!((found.sort, found.unit), (sort, unit), "{name}");
+        }
+    }
+
+    #[test]
+    fn sides_and_commands_are_understood() {
+        for (name, motor, link, is_reference) in [
+            ("motor_pos_1", 2, 0, false),
+            ("phi1", 1, 0, false),
+            ("q1", 0, 1, false),
+            ("link_q_1", 0, 2, false),
+            ("q_d_1", 0, 1, true),
+            ("target_q_0", 0, 1, true),
+            ("tau_ext_2", 0, 0, true),
+        ] {
+            let found = meaning(name);
+            let sides = (found.motor, found.link, found.is_reference);
+            assert_eq!(sides, (motor, link, is_reference), "{name}");
+        }
+        let of_topic = Meaning::of(&tokens("position"), &["motor", "states"]);
+        assert_eq!((of_topic.motor, of_topic.sort), (2, Some(Sort::Position)));
+    }
+}

@@ -1,0 +1,266 @@
+//! Starts a new experiment from a log: chooses its columns, and checks the choice.
+
+use std::io::Result as IoResult;
+use std::path::{Component, Path, PathBuf};
+
+use super::check::Depth;
+use super::error::SessionError;
+use super::files::{Disk, Files};
+use super::load::Session;
+use super::start::{reference, resolved};
+use crate::description::{Chosen, ChosenLine, FILL_IN, Start, template};
+use crate::finding::{Finding, Severity};
+use crate::log::{Input, LOOKS_LIKE_DEGREES, Survey, choose};
+use crate::progress::Listener;
+
+/// Most corrections of the choice by the check.
+const MAX_CORRECTIONS: usize = 4;
+
+/// Lines of `[log]` that the check may add to a choice. The check proposes them for other mistakes as
+/// well, but these do not depend on the names of columns.
+const ADDED: [&str; 2] = ["motor_torque_side", "sign"];
+
+/// A new experiment.
+#[derive(Clone, Debug, Default)]
+pub struct NewExperiment {
+    /// Text of its file.
+    pub text: String,
+    /// Places that the user must fill in: line, from 1, and key.
+    pub open: Vec<(usize, String)>,
+    /// Errors and serious findings of the check, if the check could run.
+    pub findings: Vec<Finding>,
+    /// Why the check could not run, if it could not.
+    pub unchecked: Option<String>,
+    /// Names of the joints of the log.
+    pub joints: Vec<String>,
+    /// Number of the robot's joints that are not in the log.
+    pub left_out: usize,
+    /// Lines of `[log]` that were chosen.
+    pub lines: Vec<String>,
+}
+
+impl NewExperiment {
+    /// Returns the experiment of a robot without a log.
+    #[must_use]
+    pub fn without_log(start: &Start) -> Self {
+        Self::of(start)
+    }
+
+    fn of(start: &Start) -> Self {
+        let text = template(start);
+        Self {
+            open: open_places(&text),
+            text,
+            ..Self::default()
+        }
+    }
+
+    /// Returns the experiment of a robot and its logs: chooses the columns by their names and by what
+    /// they hold, then checks the choice.
+    ///
+    /// - `logs`: the logs, at least one; `folder`: future folder of the experiment, which need not
+    ///   exist.
+    ///
+    /// # Errors
+    ///
+    /// [`SessionError`] if a log cannot be read or has no columns of the robot's joints, if the logs
+    /// have different columns, or if the caller stops the check.
+    pub fn from_logs(
+        start: &Start,
+        logs: &[PathBuf],
+        folder: &Path,
+        progress: &mut dyn Listener,
+    ) -> Result<Self, SessionError> {
+        let mut paths = Vec::new();
+        let mut first: Option<Survey> = None;
+        for log in logs {
+            let path = reference(log, folder).map_err(|source| SessionError::NoFolder {
+                file: log.clone(),
+                source,
+            })?;
+            let Some(path) = path.to_str() else {
+                return Err(SessionError::NotUnicode { path });
+            };
+            paths.push(path.to_owned());
+            let name = log.display().to_string();
+            let survey = Survey::read(&name, &mut |_| Disk.open(log))?;
+            match &first {
+                None => first = Some(survey),
+                Some(first) => {
+                    if let Some(column) = survey.lacks_of(first) {
+                        return Err(SessionError::OtherColumns {
+                            file: name,
+                            column,
+                            first: logs[0].display().to_string(),
+                        });
+                    }
+                }
+            }
+        }
+        let survey = first.unwrap_or_default();
+        let robot = start.joints();
+        let mut chosen = choose(&survey, &robot, &paths)?;
+        if !start.has_bodies() && has_open_torque_side(&chosen) {
+            let why = "FILL IN \"motor\" or \"output\", the side of the gearbox of the torques: without the \
+                       masses of the links the log does not tell";
+            let line = ChosenLine::open("motor_torque_side", why);
+            chosen.lines.push(line);
+        }
+        let mut new = checked(start, chosen, folder, progress)?;
+        new.left_out = robot.len() - new.joints.len();
+        Ok(new)
+    }
+}
+
+/// Returns whether torques may have been taken before the gearbox: the positions were.
+fn has_open_torque_side(chosen: &Chosen) -> bool {
+    let torques = ["motor_torque_nm", "motor_force_n", "motor_torque"];
+    let is_geared = chosen.line("motor_position_side").is_some();
+    is_geared && torques.iter().any(|key| chosen.line(key).is_some())
+}
+
+/// Checks a choice and corrects it by the findings of the check.
+fn checked(
+    start: &Start,
+    mut chosen: Chosen,
+    folder: &Path,
+    progress: &mut dyn Listener,
+) -> Result<NewExperiment, SessionError> {
+    let written = |chosen: &Chosen| {
+        let robot = start.joints();
+        NewExperiment {
+            joints: (chosen.joints.iter())
+                .map(|own| robot[own.joint].name.clone())
+                .collect(),
+            lines: (chosen.lines.iter())
+                .map(|line| format!("{} = {}", line.key, line.value))
+                .collect(),
+            ..NewExperiment::of(&start.with(chosen.clone()))
+        }
+    };
+    let mut new = written(&chosen);
+    if !new.open.is_empty() {
+        return Ok(new);
+    }
+    let mut look = |new: &mut NewExperiment| check(new, folder, progress);
+    look(&mut new)?;
+    for _ in 0..MAX_CORRECTIONS {
+        let better = (new.findings.iter())
+            .filter_map(|finding| mended(&chosen, finding))
+            .find_map(|other| {
+                let mut now = written(&other);
+                match look(&mut now) {
+                    Ok(()) if now.badness() < new.badness() => Some(Ok((other, now))),
+                    Ok(()) => None,
+                    Err(error) => Some(Err(error)),
+                }
+            });
+        match better {
+            Some(Ok((other, now))) => (chosen, new) = (other, now),
+            Some(Err(error)) => return Err(error),
+            None => break,
+        }
+    }
+    Ok(new)
+}
+
+impl NewExperiment {
+    /// Number of errors and of serious findings; a check that could not run is worst.
+    fn badness(&self) -> (bool, usize, usize) {
+        let of = |severity: Severity| {
+            let same = |finding: &&Finding| finding.severity == severity;
+            self.findings.iter().filter(same).count()
+        };
+        (
+            self.unchecked.is_some(),
+            of(Severity::Error),
+            of(Severity::Serious),
+        )
+    }
+}
+
+/// Checks an experiment, and adds errors and serious findings to it.
+///
+/// # Errors
+///
+/// [`SessionError::Stopped`] if the caller stops the check. Another error is a result.
+fn check(
+    new: &mut NewExperiment,
+    folder: &Path,
+    progress: &mut dyn Listener,
+) -> Result<(), SessionError> {
+    let folder = resolved(folder).unwrap_or_else(|| folder.to_owned());
+    let open = move |path: &Path| -> IoResult<Box<dyn Input>> {
+        Disk.open(&without_parents(&folder.join(path)))
+    };
+    let session = Session::read("experiment.toml", &new.text, &[], open);
+    match session.and_then(|session| session.check(Depth::OnePass, progress)) {
+        Ok(checked) => {
+            new.findings = (checked.report.findings.into_iter())
+                .filter(|finding| finding.severity >= Severity::Serious)
+                .collect();
+            Ok(())
+        }
+        Err(error) if error.kind() == super::error::ErrorKind::Stopped => Err(error),
+        Err(error) => {
+            new.unchecked = Some(error.to_string());
+            Ok(())
+        }
+    }
+}
+
+/// Resolves `..` in a path by its words: its folder need not exist.
+fn without_parents(path: &Path) -> PathBuf {
+    let mut resolved = PathBuf::new();
+    for part in path.components() {
+        if part == Component::ParentDir {
+            resolved.pop();
+        } else {
+            resolved.push(part);
+        }
+    }
+    resolved
+}
+
+/// Returns the choice without the mistake that a finding names; `None` if the finding does not tell
+/// how to correct it.
+fn mended(chosen: &Chosen, finding: &Finding) -> Option<Chosen> {
+    let mut other = chosen.clone();
+    let why = format!("By the equations of the robot: {}", finding.text);
+    if finding.code == LOOKS_LIKE_DEGREES {
+        let mut why = Some(why);
+        for line in &mut other.lines {
+            if !(line.key.starts_with("motor_position") || line.key.starts_with("link_position")) {
+                continue;
+            }
+            if line.key.ends_with("_rad") {
+                line.key = line.key.replace("_rad", "_deg");
+            } else {
+                line.value = line.value.replace("unit = \"rad\"", "unit = \"deg\"");
+            }
+            line.why = why.take().unwrap_or_default();
+        }
+        return (other != *chosen).then_some(other);
+    }
+    let (key, value) = finding
+        .setting
+        .as_ref()?
+        .strip_prefix("[log] ")?
+        .split_once(" = ")?;
+    if !ADDED.contains(&key) || chosen.line(key).is_some() || value.contains('…') {
+        return None;
+    }
+    other.lines.push(ChosenLine::new(key, value, why));
+    Some(other)
+}
+
+/// Returns lines and keys of the places that are not filled in.
+fn open_places(text: &str) -> Vec<(usize, String)> {
+    (text.lines().zip(1..))
+        .filter(|(line, _)| !line.starts_with('#') && line.contains(&format!("\"{FILL_IN}\"")))
+        .map(|(line, number)| {
+            let key = line.split(" =").next().unwrap_or(line);
+            (number, key.trim().to_owned())
+        })
+        .collect()
+}
