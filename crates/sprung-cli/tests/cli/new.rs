@@ -113,11 +113,9 @@ impl Desk {
         let text = self.read(&file);
         let (head, table) = text.split_once("dh_modified = \"FILL IN\"\n").unwrap();
         let (table, rest) = table.split_once("#]\n").unwrap();
-        let table: String = table
-            .lines()
-            .map(|line| format!("{}\n", &line[1..]))
-            .collect();
-        self.write(&file, &format!("{head}{table}]\n{rest}"));
+        let table: Vec<&str> = table.lines().map(|line| &line[1..]).collect();
+        let table = table.join("\n");
+        self.write(&file, &format!("{head}{table}\n]\n{rest}"));
         self.lacks_only_its_log(folder);
     }
 }

@@ -28,10 +28,8 @@ fn filled(text: &str) -> String {
         return text;
     };
     let (table, rest) = table.split_once("#]\n").unwrap();
-    let table: String = (table.lines())
-        .map(|line| format!("{}\n", &line[1..]))
-        .collect();
-    format!("{head}{table}]\n{rest}")
+    let table: Vec<&str> = table.lines().map(|line| &line[1..]).collect();
+    format!("{head}{}\n]\n{rest}", table.join("\n"))
 }
 
 fn accept(text: &str) -> Result<Experiment, DescriptionError> {

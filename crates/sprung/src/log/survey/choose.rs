@@ -212,9 +212,15 @@ impl Decided<'_> {
 
     /// Returns whether a column of the joints has samples without a value.
     fn lacks_values(&self, own: &[usize]) -> bool {
-        let used = [self.positions.motor, self.positions.link, self.torque.family];
-        let columns = (used.into_iter().flatten())
-            .flat_map(|family| own.iter().filter_map(move |&joint| self.all[family].of[joint]));
+        let used = [
+            self.positions.motor,
+            self.positions.link,
+            self.torque.family,
+        ];
+        let columns = (used.into_iter().flatten()).flat_map(|family| {
+            own.iter()
+                .filter_map(move |&joint| self.all[family].of[joint])
+        });
         columns
             .map(|(source, column)| &self.survey.sources[source].columns[column])
             .any(|column| column.figures.count < column.values.len())
