@@ -1,10 +1,11 @@
 //! Composes the report of a check: the findings about a log and their evidence.
 
 use super::document::{
-    Badge, Block, Column, Document, Figure, Layout, Panel, Row, Series, Style, Table, Tone,
+    Badge, Block, Column, Document, Figure, Fold, Layout, Panel, Row, Series, Style, Table, Tone,
 };
 use super::numbers::{or_dash, significant};
-use super::section::{section, shown};
+use super::section::{folded, section, shown};
+use super::verdict::{as_sentence, first_sentence};
 use crate::check::{CheckReport, Checked, CheckedLog, Place};
 use crate::curves::Curves;
 use crate::finding::{Finding, Severity};
@@ -36,7 +37,8 @@ pub fn compose_check(checked: &Checked, command: &str, experiment: &str) -> Docu
         ),
     ];
     for (k, log) in report.logs.iter().enumerate() {
-        sections.push(section(
+        sections.push(folded(
+            Fold::Screen,
             &format!("log-{k}"),
             &log.name(),
             &format!(
@@ -58,7 +60,8 @@ pub fn compose_check(checked: &Checked, command: &str, experiment: &str) -> Docu
         "Smallest and largest value of each part of the log.",
         vec![Block::Figure(overview(report, &checked.overview))],
     ));
-    sections.push(section(
+    sections.push(folded(
+        Fold::Detail,
         "settings",
         "Settings",
         "The command that made this report, and the experiment file.",
@@ -67,6 +70,8 @@ pub fn compose_check(checked: &Checked, command: &str, experiment: &str) -> Docu
             Block::Code(experiment.to_owned()),
         ],
     ));
+    let above_notes = |finding: &&Finding| finding.severity > Severity::Info;
+    let worst = (report.findings.iter().filter(above_notes)).max_by_key(|one| one.severity);
     Document {
         title: report.robot.clone(),
         subtitle: format!(
@@ -77,9 +82,30 @@ pub fn compose_check(checked: &Checked, command: &str, experiment: &str) -> Docu
         ),
         generator: report.generator.clone(),
         verdict: Some(badge(report)),
-        summary: String::new(),
+        summary: summary(report),
+        reason: worst.map_or_else(String::new, |finding| first_sentence(&finding.text)),
+        what_to_do: worst.map_or_else(
+            || "Run sprung identify.".to_owned(),
+            |finding| as_sentence(&finding.remedy),
+        ),
         sections,
     }
+}
+
+/// Returns what the check means for an identification, in a sentence.
+fn summary(report: &CheckReport) -> String {
+    match report.worst() {
+        None | Some(Severity::Info) => {
+            "The log agrees with the experiment file: it is ready for an identification."
+        }
+        Some(Severity::Warning | Severity::Serious) => {
+            "An identification is possible, but the findings reduce the trust in its results."
+        }
+        Some(Severity::Error) => {
+            "The log contradicts the experiment file, so sprung identify refuses it."
+        }
+    }
+    .to_owned()
 }
 
 fn badge(report: &CheckReport) -> Badge {
@@ -126,7 +152,9 @@ fn of_place(finding: &Finding, place: &Place) -> Figure {
                 name: place.column.clone(),
                 values: place.values.iter().map(|value| Some(*value)).collect(),
                 style: Style::Measured,
+                clipped: false,
             }],
+            ..Panel::default()
         }],
     }
 }
@@ -170,6 +198,7 @@ fn joints(report: &CheckReport) -> Table {
             ("encoder offset [rad]", true),
         ]),
         rows: rows.collect(),
+        ..Table::default()
     }
 }
 
@@ -206,6 +235,7 @@ fn columns(log: &CheckedLog) -> Table {
             ("longest standstill [s]", true),
         ]),
         rows: rows.collect(),
+        ..Table::default()
     }
 }
 
@@ -222,6 +252,7 @@ fn overview(report: &CheckReport, curves: &Curves) -> Figure {
                 name: set.label.clone(),
                 values: set.values[i].clone(),
                 style,
+                clipped: false,
             });
         Panel {
             y_label: format!("{column} [{}]", unit(column)),
@@ -230,6 +261,7 @@ fn overview(report: &CheckReport, curves: &Curves) -> Figure {
                 .first()
                 .map_or_else(Vec::new, |set| set.time.clone()),
             series: series.collect(),
+            ..Panel::default()
         }
     });
     Figure {

@@ -1,17 +1,19 @@
 //! Composes the report of a comparison.
 
-use super::document::{Badge, Block, Document, IntervalRow, Intervals, Row, Section, Table, Tone};
+use super::document::{
+    Badge, Block, Document, Fold, IntervalRow, Intervals, Row, Section, Table, Tone,
+};
+use super::groups::Joints;
 use super::intervals::{self, Ranged};
 use super::numbers::{or_dash, significant};
-use super::section::{section, shown};
+use super::section::{folded, section, shown};
 use super::tables::{number, text};
+use super::verdict;
 use crate::compare::{
     ComparedParameter, ComparedPromise, ComparedResult, ComparedValue, Comparison, RUNS_DISAGREE,
     SIGNIFICANCE,
 };
-use crate::estimate::Verdict;
-use crate::finding::Severity;
-use crate::model::short;
+use crate::finding::{Finding, Severity};
 use crate::validate::{JointProof, QuantityProof};
 
 /// Composes the report of a comparison.
@@ -51,19 +53,23 @@ pub fn compose_comparison(comparison: &Comparison, command: &str) -> Document {
         );
     }
     if !compared.is_empty() {
-        sections.push(section(
+        sections.push(folded(
+            Fold::Screen,
             "residuals",
             "Residuals",
             "The part of its own log that each result does not explain.",
             vec![Block::Table(residuals(compared))],
         ));
     }
-    sections.push(section(
+    sections.push(folded(
+        Fold::Screen,
         "settings",
         "Settings",
         "The command that made this report.",
         vec![Block::Code(command.to_owned())],
     ));
+    let above_notes = |finding: &&Finding| finding.severity > Severity::Info;
+    let deciding = comparison.findings.iter().find(above_notes);
     Document {
         title: if robots.is_empty() {
             "Validations".to_owned()
@@ -80,6 +86,11 @@ pub fn compose_comparison(comparison: &Comparison, command: &str) -> Document {
         generator: comparison.generator.clone(),
         verdict: badge(comparison),
         summary: comparison.promises_kept.clone().unwrap_or_default(),
+        reason: deciding.map_or_else(String::new, |finding| {
+            verdict::first_sentence(&finding.text)
+        }),
+        what_to_do: deciding
+            .map_or_else(String::new, |finding| verdict::as_sentence(&finding.remedy)),
         sections,
     }
 }
@@ -156,6 +167,7 @@ fn promises(promises: &[ComparedPromise]) -> Table {
             text("Log"),
             text("File"),
         ],
+        ..Table::default()
     }
 }
 
@@ -199,11 +211,7 @@ fn headers(compared: &[ComparedResult]) -> Table {
                     result.findings.join(", ")
                 },
             ],
-            tone: match result.verdict {
-                Verdict::Good => Tone::Good,
-                Verdict::Doubtful => Tone::Doubtful,
-                Verdict::Unusable => Tone::Bad,
-            },
+            tone: verdict::tone(result.verdict),
         }
     };
     Table {
@@ -219,6 +227,7 @@ fn headers(compared: &[ComparedResult]) -> Table {
             text("Warnings"),
         ],
         rows: compared.iter().map(row).collect(),
+        ..Table::default()
     }
 }
 
@@ -250,7 +259,7 @@ fn parameters(comparison: &Comparison) -> Table {
     let rows = comparison.parameters.iter().map(|parameter| {
         let symbol = parameter.symbol.replace("theta", "θ");
         let mut cells = vec![
-            format!("{symbol}\u{a0}{}", short(&parameter.name)),
+            format!("{symbol}\u{a0}{}", parameter.name),
             parameter.unit.clone(),
         ];
         for (i, value) in parameter.values.iter().enumerate() {
@@ -277,13 +286,21 @@ fn parameters(comparison: &Comparison) -> Table {
         caption: "Marked rows disagree.".to_owned(),
         rows: rows.collect(),
         columns,
+        ..Table::default()
     }
 }
 
 /// Returns the values of each parameter relative to the first value, scaled by the largest
 /// distance.
 fn intervals(comparison: &Comparison) -> Intervals {
-    let rows = comparison.parameters.iter().filter_map(row).collect();
+    let first = comparison.compared.first();
+    let joints = first.map_or_else(Joints::default, |first| {
+        Joints::of_rows(&first.residual_rms)
+    });
+    let sorted = joints.sorted(&comparison.parameters, |parameter| &parameter.name);
+    let rows = sorted
+        .into_iter()
+        .filter_map(|parameter| row(parameter, &joints));
     Intervals {
         caption: "Differences from the first result that has a value. The number at the right is \
                   half the width of the row."
@@ -293,11 +310,12 @@ fn intervals(comparison: &Comparison) -> Intervals {
             .iter()
             .map(|result| result.label.clone())
             .collect(),
-        rows,
+        ticks: Vec::new(),
+        rows: rows.collect(),
     }
 }
 
-fn row(parameter: &ComparedParameter) -> Option<IntervalRow> {
+fn row(parameter: &ComparedParameter, joints: &Joints) -> Option<IntervalRow> {
     let centre = (parameter.values.iter().flatten()).find_map(|value| value.value)?;
     let values: Vec<Option<Ranged>> = (parameter.values.iter())
         .map(|value| {
@@ -305,8 +323,11 @@ fn row(parameter: &ComparedParameter) -> Option<IntervalRow> {
             Some((value.value?, value.ci95))
         })
         .collect();
-    let named = (parameter.name.as_str(), parameter.unit.as_str());
-    Some(intervals::of_parameter(named, centre, &values))
+    let named = (joints.within(&parameter.name), parameter.unit.as_str());
+    Some(IntervalRow {
+        group: joints.group(&parameter.name).to_owned(),
+        ..intervals::of_parameter(named, centre, &values)
+    })
 }
 
 fn residuals(compared: &[ComparedResult]) -> Table {
@@ -339,5 +360,6 @@ fn residuals(compared: &[ComparedResult]) -> Table {
         caption: "Root mean square residuals of the filtered regression.".to_owned(),
         rows: rows.collect(),
         columns,
+        ..Table::default()
     }
 }

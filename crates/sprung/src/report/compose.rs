@@ -2,13 +2,18 @@
 
 use std::collections::BTreeMap;
 
-use super::document::{Badge, Block, Document, Section, Tone};
+use super::document::{Block, Document, Fold, Section};
 use super::numbers::{or_dash, significant};
-use super::section::{section, shown};
-use super::{laws, plots, refinement, robot_tables, stability, tables, validation_tables};
+use super::overview::overview;
+use super::section::{folded, section, shown};
+use super::verdict::Head;
+use super::{
+    glossary, laws, plots, refinement, robot_tables, settings, stability, tables, validation_tables,
+};
 use crate::curves::Curves;
-use crate::estimate::{EstimateResult, Identification, LogInfo, Verdict};
-use crate::validate::{RunResult, Validation};
+use crate::estimate::Identification;
+use crate::finding::{Finding, Severity};
+use crate::validate::Validation;
 
 /// Contents of a report.
 #[derive(Clone, Copy, Debug, Default)]
@@ -32,8 +37,15 @@ pub struct Contents<'a> {
 /// Composes a report.
 #[must_use]
 pub fn compose(contents: &Contents<'_>) -> Document {
-    let mut sections = Vec::new();
-    let mut document = Document::default();
+    let validation = contents.validation.map(|(validation, _)| validation);
+    let head = Head::of(contents.identification, validation);
+    let mut document = Document {
+        verdict: head.badge,
+        summary: head.summary,
+        reason: head.reason,
+        what_to_do: head.what_to_do,
+        ..Document::default()
+    };
     if let Some(identification) = contents.identification {
         document.generator.clone_from(&identification.generator);
         document.title.clone_from(&identification.robot);
@@ -44,69 +56,75 @@ pub fn compose(contents: &Contents<'_>) -> Document {
             logs().map(|log| log.samples).sum::<u64>(),
             significant(logs().map(|log| log.duration_s).sum(), 4)
         );
-        if let Some(first) = identification.results.first() {
-            document.verdict = Some(badge(first));
-            document.summary.clone_from(&first.decision.sentence);
-        }
-        sections.push(parameters(identification, contents));
+    } else if let Some(validation) = validation {
+        document.generator.clone_from(&validation.generator);
+        document.title.clone_from(&validation.robot);
+        "Validation of given parameters".clone_into(&mut document.subtitle);
+    }
+    let sections = &mut document.sections;
+    sections.extend(overview(contents));
+    if let Some(identification) = contents.identification {
+        sections.extend(parameters(identification, contents));
         sections.push(warnings(identification));
+    }
+    if let Some((validation, curves)) = contents.validation {
+        let fold = match contents.identification {
+            Some(_) => Fold::Screen,
+            None => Fold::Open,
+        };
+        sections.push(validation_section(validation, fold));
+        sections.extend(signals(validation, curves));
+    }
+    if let Some(identification) = contents.identification {
+        sections.extend(estimators(identification, contents));
+        sections.extend(links(identification));
+        sections.extend(stability::parts(identification));
         sections.extend(
             contents
                 .trace
                 .map(|trace| traces(identification, trace, contents)),
         );
-    }
-    if let Some((validation, curves)) = contents.validation {
-        if document.title.is_empty() {
-            document.title.clone_from(&validation.robot);
-            document.generator.clone_from(&validation.generator);
-            "Validation of given parameters".clone_into(&mut document.subtitle);
-        }
-        let sentence = validation.sentence();
-        document.summary = match document.summary.as_str() {
-            "" => sentence,
-            decision => format!("{decision} {sentence}"),
-        };
-        let is_broken =
-            |run: &RunResult| (run.sets.first()).is_some_and(|set| set.promise_kept == Some(false));
-        if let Some(badge) = &mut document.verdict
-            && validation.runs.iter().any(is_broken)
-        {
-            badge.text.push_str(", promise broken");
-            if badge.tone == Tone::Good {
-                badge.tone = Tone::Doubtful;
-            }
-        }
-        sections.push(validation_section(validation, curves));
-    }
-    if let Some(identification) = contents.identification {
         sections.extend(contents.fit.map(|fit| fit_section(identification, fit)));
+        sections.extend(cross_checks(identification));
         sections.extend(laws::laws(identification));
         sections.extend(refinement::refinement(identification));
         sections.push(conditioning(identification));
         sections.extend(cutoff(identification));
-        sections.extend(stability::parts(identification));
-        sections.extend(links(identification));
+        sections.extend(glossary::glossary(identification));
     }
-    sections.push(settings(contents));
-    document.sections = sections;
+    sections.extend(settings::settings(contents));
     document
 }
 
-fn badge(result: &EstimateResult) -> Badge {
-    Badge {
-        tone: match result.verdict {
-            Verdict::Good => Tone::Good,
-            Verdict::Doubtful => Tone::Doubtful,
-            Verdict::Unusable => Tone::Bad,
-        },
-        text: format!("{}: {}", result.estimator, result.verdict.word()),
-    }
+fn parameters(identification: &Identification, contents: &Contents<'_>) -> Option<Section> {
+    let mut blocks = vec![Block::Table(tables::parameters(
+        identification,
+        contents.truth,
+    )?)];
+    blocks.extend(robot_tables::encoder_offsets(identification).map(Block::Table));
+    Some(section(
+        "parameters",
+        "Parameters",
+        "Each value with its standard error (s.e.), the typical size of its error.",
+        blocks,
+    ))
 }
 
-fn parameters(identification: &Identification, contents: &Contents<'_>) -> Section {
-    let table = tables::parameters(identification, contents.truth);
-    let mut blocks = vec![Block::Table(table)];
+fn estimators(identification: &Identification, contents: &Contents<'_>) -> Option<Section> {
+    let table = tables::estimators(identification, contents.truth)?;
+    Some(folded(
+        Fold::Detail,
+        "estimators",
+        "All estimators",
+        "Other methods computed the same parameters from the same log. The report above is about \
+         the first one.",
+        vec![Block::Table(table)],
+    ))
+}
+
+/// Composes the section that compares the result with the same parameters by other routes.
+fn cross_checks(identification: &Identification) -> Option<Section> {
+    let mut blocks = Vec::new();
     if let Some(table) = tables::motor_rows(identification) {
         blocks.push(Block::Paragraph(
             "The motor row of a joint contains the measured torque, which fixes the scale of its \
@@ -127,14 +145,16 @@ fn parameters(identification: &Identification, contents: &Contents<'_>) -> Secti
         ));
         blocks.push(Block::Table(table));
     }
-    blocks.extend(robot_tables::encoder_offsets(identification).map(Block::Table));
-    section(
-        "parameters",
-        "Parameters",
-        "Each value with its standard error. A dash means that the log does not determine the \
-         value, or that the value was not given.",
-        blocks,
-    )
+    (!blocks.is_empty()).then(|| {
+        folded(
+            Fold::Detail,
+            "cross-checks",
+            "Cross-checks",
+            "The same parameters by other routes through the equations. Values that agree do not \
+             depend on the route.",
+            blocks,
+        )
+    })
 }
 
 fn warnings(identification: &Identification) -> Section {
@@ -166,17 +186,74 @@ fn warnings(identification: &Identification) -> Section {
     if blocks.is_empty() {
         blocks.push(Block::Paragraph("There are no findings.".to_owned()));
     }
-    section(
-        "warnings",
-        "Findings and verdicts",
-        "A serious finding about the log or about a result makes the result unusable, a warning \
-         makes it doubtful. Notes do not change the verdict.",
-        blocks,
-    )
+    let first = identification.results.first().into_iter();
+    let deciding = first
+        .flat_map(|result| &result.warnings)
+        .chain(&identification.findings);
+    let counts = Counts::of(deciding);
+    Section {
+        fold: if counts.above_notes() == 0 {
+            Fold::Detail
+        } else {
+            Fold::Open
+        },
+        ..section(
+            "warnings",
+            "Findings",
+            &format!(
+                "About the log and the first result: {counts}. A serious finding makes the result \
+                 unusable, a warning makes it doubtful. Notes do not change the verdict.",
+            ),
+            blocks,
+        )
+    }
+}
+
+/// Numbers of findings by severity.
+#[derive(Clone, Copy, Debug, Default)]
+struct Counts {
+    serious: usize,
+    warnings: usize,
+    notes: usize,
+}
+
+impl Counts {
+    fn of<'a>(findings: impl IntoIterator<Item = &'a Finding>) -> Self {
+        let mut counts = Self::default();
+        for finding in findings {
+            match finding.severity {
+                Severity::Info => counts.notes += 1,
+                Severity::Warning => counts.warnings += 1,
+                Severity::Serious | Severity::Error => counts.serious += 1,
+            }
+        }
+        counts
+    }
+
+    fn above_notes(self) -> usize {
+        self.serious + self.warnings
+    }
+}
+
+impl std::fmt::Display for Counts {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let plural = |count: usize| if count == 1 { "" } else { "s" };
+        write!(
+            f,
+            "{} serious finding{}, {} warning{}, {} note{}",
+            self.serious,
+            plural(self.serious),
+            self.warnings,
+            plural(self.warnings),
+            self.notes,
+            plural(self.notes)
+        )
+    }
 }
 
 fn traces(identification: &Identification, trace: &Curves, contents: &Contents<'_>) -> Section {
-    section(
+    folded(
+        Fold::Detail,
         "traces",
         "Parameters over time",
         "The estimate from the log up to each time. A settled value no longer depends on the length \
@@ -189,7 +266,7 @@ fn traces(identification: &Identification, trace: &Curves, contents: &Contents<'
     )
 }
 
-fn validation_section(validation: &Validation, curves: &Curves) -> Section {
+fn validation_section(validation: &Validation, fold: Fold) -> Section {
     let mut blocks = Vec::new();
     for run in &validation.runs {
         blocks.push(Block::Table(validation_tables::predictions(run)));
@@ -201,30 +278,41 @@ fn validation_section(validation: &Validation, curves: &Curves) -> Section {
         if !findings.is_empty() {
             blocks.push(Block::Findings(findings));
         }
-        if run.simulated {
-            blocks.extend(
-                plots::validation(run, curves)
-                    .into_iter()
-                    .map(Block::Figure),
-            );
-        }
     }
-    section(
+    folded(
+        fold,
         "validation",
         "Validation",
-        "For each parameter set, sprung computes torques and deflections from the measured motion, \
-         and compares their errors with those that the identification promises. With a controller it \
-         also simulates the closed loop from rest, and compares the simulated signals with the log.",
+        "The model predicts logs that were not used to fit it. sprung computes torques and \
+         deflections from the measured motion and compares their errors with the promised ones. With \
+         a controller it also simulates the closed loop from rest.",
         blocks,
     )
 }
 
+/// Composes the section with the signals of simulated loops; `None` without simulations.
+fn signals(validation: &Validation, curves: &Curves) -> Option<Section> {
+    let runs = validation.runs.iter().filter(|run| run.simulated);
+    let figures = runs.flat_map(|run| plots::validation(run, curves));
+    let blocks: Vec<Block> = figures.map(Block::Figure).collect();
+    (!blocks.is_empty()).then(|| {
+        folded(
+            Fold::Detail,
+            "signals",
+            "Measured and simulated signals",
+            "Each signal of the simulated closed loop beside the measured one, and their difference.",
+            blocks,
+        )
+    })
+}
+
 fn fit_section(identification: &Identification, fit: &Curves) -> Section {
-    section(
+    folded(
+        Fold::Detail,
         "fit",
         "Fit of the regression",
-        "Filtered motor torque: as measured, and as the model computes it from the measured motion. \
-         The difference shows effects that the model lacks.",
+        "Filtered torque and deflection: as measured, and as the model computes them from the \
+         measured motion. The difference shows effects that the model lacks.",
         vec![Block::Figure(plots::fit(identification, fit))],
     )
 }
@@ -269,7 +357,8 @@ fn conditioning(identification: &Identification) -> Section {
         Block::Table(tables::residuals(identification)),
     ];
     blocks.extend(tables::excitation(identification).map(Block::Table));
-    section(
+    folded(
+        Fold::Detail,
         "conditioning",
         "Excitation and conditioning",
         "These figures show how well the motion distinguishes the parameters. A scaled condition \
@@ -289,10 +378,11 @@ fn cutoff(identification: &Identification) -> Option<Section> {
     ))];
     blocks.extend(stability::held_out(choice).map(Block::Bars));
     blocks.extend(robot_tables::cutoffs(identification, choice).map(Block::Table));
-    Some(section(
+    Some(folded(
+        Fold::Detail,
         "cutoff",
         "Cut-off of the positions",
-        "A low cut-off smears reversals of direction, so the fit confuses inertia with friction. A \
+        "Before the fit, a low-pass filter removes the noise of the encoders. A low cut-off smears reversals of direction, so the fit confuses inertia with friction. A \
          high cut-off passes the noise of the encoders. If estimates change much with the cut-off, \
          one of these errors is near.",
         blocks,
@@ -314,112 +404,12 @@ fn links(identification: &Identification) -> Option<Section> {
         blocks.push(Block::KeyValues(lumped));
     }
     blocks.push(Block::Table(standard));
-    Some(section(
+    Some(folded(
+        Fold::Screen,
         "links",
         "Links",
-        "Masses [m], first moments [mx, my, mz] and inertias about the origin of each joint's frame, \
-         in its axes.",
+        "Parameters of each link for a simulator or a controller: masses [m], first moments [mx, my, \
+         mz] and inertias about the origin of each joint's frame, in its axes.",
         blocks,
     ))
-}
-
-/// Returns the number of samples and the treatment of their times, as text.
-fn samples(log: &LogInfo) -> String {
-    let taken = match (log.sampling.as_str(), log.cycle_s) {
-        ("on-cycle", Some(cycle)) => format!(
-            "{}, taken at multiples of {} s",
-            log.samples,
-            significant(cycle, 4)
-        ),
-        ("as-stamped", _) => format!("{}, taken when stamped", log.samples),
-        _ => format!("{}, even", log.samples),
-    };
-    let counts = [
-        (log.interpolated, "interpolated"),
-        (log.dropped, "missing, at most three in a row"),
-        (log.repeated, "written twice"),
-        (log.without_value, "without a value, left out"),
-        (log.frozen, "that repeat the preceding sample"),
-        (log.gaps, "gaps"),
-    ];
-    let counted = (counts.into_iter())
-        .filter(|(count, _)| *count > 0)
-        .map(|(count, what)| format!("{count} {what}"));
-    let all: Vec<String> = std::iter::once(taken).chain(counted).collect();
-    all.join("; ")
-}
-
-fn settings(contents: &Contents<'_>) -> Section {
-    let mut pairs = Vec::new();
-    if let Some(identification) = contents.identification {
-        let used = &identification.settings;
-        let log = &identification.log;
-        pairs.extend([
-            ("Sampling period".to_owned(), format!("{} s", log.period_s)),
-            (
-                "Largest jitter".to_owned(),
-                format!("{} % of the period", significant(log.jitter_percent, 2)),
-            ),
-            ("Samples".to_owned(), samples(log)),
-            (
-                "Filter pair".to_owned(),
-                format!(
-                    "λ = {} rad/s, {}",
-                    used.filter_cutoff_rad_per_s, used.discretization
-                ),
-            ),
-            (
-                "Zero-phase position filter".to_owned(),
-                format!(
-                    "Butterworth, order {}, {} Hz",
-                    used.position_filter_order, used.position_cutoff_hz
-                ),
-            ),
-        ]);
-        for (column, delay) in &log.delay_s {
-            let error = delay
-                .standard_error
-                .map_or_else(String::new, |error| format!(" ± {}", significant(error, 2)));
-            pairs.push((
-                format!("Delay of {column}"),
-                format!("{}{error} s", significant(delay.value, 4)),
-            ));
-        }
-        for (column, sign) in &log.sign {
-            pairs.push((
-                format!("Sign of {column}"),
-                format!(
-                    "{}, log-likelihood +{} against the other",
-                    sign.value,
-                    significant(sign.log_likelihood, 3)
-                ),
-            ));
-        }
-        for (column, gain) in &log.gain {
-            pairs.push((
-                format!("Gain of {column}"),
-                format!(
-                    "{} ± {}",
-                    significant(gain.value, 5),
-                    significant(gain.standard_error, 2)
-                ),
-            ));
-        }
-        for result in &identification.results {
-            pairs.push((
-                format!("Time for {}", result.estimator),
-                format!("{} s", significant(result.elapsed_s, 2)),
-            ));
-        }
-    }
-    section(
-        "settings",
-        "Settings",
-        "The command and the experiment file that made this report.",
-        vec![
-            Block::KeyValues(pairs),
-            Block::Code(contents.command.to_owned()),
-            Block::Code(contents.experiment.to_owned()),
-        ],
-    )
 }

@@ -15,6 +15,10 @@ pub struct Document {
     pub verdict: Option<Badge>,
     /// The verdict in words, above the first section; may be empty.
     pub summary: String,
+    /// The reason for the verdict in a sentence; may be empty.
+    pub reason: String,
+    /// What the reader should do; may be empty.
+    pub what_to_do: String,
     /// The sections in reading order.
     pub sections: Vec<Section>,
 }
@@ -50,10 +54,25 @@ pub struct Section {
     pub id: String,
     /// The heading of the section.
     pub heading: String,
-    /// One or two opening sentences; may be empty.
+    /// One or two opening sentences, which a folded section shows too; may be empty.
     pub lead: String,
+    /// Whether the section is folded.
+    pub fold: Fold,
     /// The content in reading order.
     pub blocks: Vec<Block>,
+}
+
+/// Whether a section shows its content before the reader opens it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Fold {
+    /// The content is always shown.
+    #[default]
+    Open,
+    /// The content is folded on the screen and shown on paper.
+    Screen,
+    /// The content is folded, and absent on paper unless the reader opened the section.
+    Detail,
 }
 
 /// A piece of content.
@@ -76,6 +95,17 @@ pub enum Block {
     Findings(Vec<Finding>),
     /// Text shown as it was typed.
     Code(String),
+    /// A fixed drawing beside the blocks that follow.
+    Drawing(Drawing),
+}
+
+/// A drawing of the program itself.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]
+pub struct Drawing {
+    /// The drawing as an `svg` element. It becomes markup, so it contains no text of a user.
+    pub svg: &'static str,
+    /// Description of the drawing.
+    pub caption: String,
 }
 
 /// A table with a caption.
@@ -87,6 +117,8 @@ pub struct Table {
     pub columns: Vec<Column>,
     /// The rows from top to bottom.
     pub rows: Vec<Row>,
+    /// Headings above rows, each with the index of the row that follows it, in ascending order.
+    pub headings: Vec<(usize, String)>,
 }
 
 /// A column of a table.
@@ -122,13 +154,16 @@ pub struct Finding {
     pub remedy: String,
 }
 
-/// Values with their intervals: one row per quantity with its own scale, one colour per source.
+/// Values with their intervals: one row per quantity, one colour per source. Without ticks each row
+/// has its own scale.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Intervals {
     /// Description of the values.
     pub caption: String,
     /// Sources of the values, one name per mark of a row.
     pub names: Vec<String>,
+    /// Positions on the common scale of all rows, from -1 to 1, with their labels.
+    pub ticks: Vec<(f64, String)>,
     /// The rows from top to bottom.
     pub rows: Vec<IntervalRow>,
 }
@@ -136,15 +171,21 @@ pub struct Intervals {
 /// One quantity from several sources.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct IntervalRow {
+    /// Heading that the row shares with its neighbours, for example a joint; may be empty.
+    pub group: String,
     /// Name of the quantity.
     pub label: String,
-    /// Value that half the width of the row represents.
+    /// Text at the right: the value that half the width of the row represents, or the size of the
+    /// interval on a common scale.
     pub scale: String,
     /// One mark per source; `None` if the source has no value.
     pub marks: Vec<Option<Mark>>,
+    /// Rating of the row.
+    pub tone: Tone,
 }
 
-/// A value and its interval; -1 is the left end of a row and 1 is its right end.
+/// A value and its interval; -1 is the left end of a row and 1 is its right end. Arrows mark what
+/// lies outside.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Mark {
     /// The value.
@@ -210,6 +251,8 @@ pub enum Layout {
     Stack,
     /// Small panels next to each other.
     Grid,
+    /// Low panels next to each other, for an overview.
+    Overview,
 }
 
 /// One coordinate system of a figure.
@@ -217,10 +260,15 @@ pub enum Layout {
 pub struct Panel {
     /// The quantity and unit of the vertical axis.
     pub y_label: String,
+    /// A short result beside the label; may be empty.
+    pub note: String,
     /// Horizontal coordinates of the points: finite and not decreasing.
     pub x: Vec<f64>,
     /// The curves; later ones are drawn on top.
     pub series: Vec<Series>,
+    /// Label of a second coordinate system below, which shows the differences of the first curve
+    /// from the others; `None` without one.
+    pub errors: Option<String>,
 }
 
 /// A curve.
@@ -232,6 +280,9 @@ pub struct Series {
     pub values: Vec<Option<f64>>,
     /// The role of the curve, which decides its colour and dashes.
     pub style: Style,
+    /// Whether the scale of the panel ignores the curve. Marks at the edge show where it lies
+    /// outside.
+    pub clipped: bool,
 }
 
 /// The role of a curve in its panel.

@@ -1,5 +1,6 @@
 //! Renders a document as one self-contained HTML file.
 
+mod base64;
 pub(super) mod error;
 mod figures;
 mod view;
@@ -12,7 +13,11 @@ use super::document::Document;
 
 const TEMPLATE: &str = include_str!("assets/report.html.jinja");
 const STYLE: &str = include_str!("assets/report.css");
-const SCRIPT: &str = include_str!("assets/report.js");
+const SCRIPTS: [&str; 3] = [
+    include_str!("assets/plots.js"),
+    include_str!("assets/downloads.js"),
+    include_str!("assets/report.js"),
+];
 const PLOT_STYLE: &str = include_str!("assets/uplot/uPlot.min.css");
 const PLOT_SCRIPT: &str = include_str!("assets/uplot/uPlot.iife.min.js");
 const PLOT_LICENSE: &str = include_str!("assets/uplot/LICENSE");
@@ -46,10 +51,12 @@ pub fn render(document: &Document) -> Result<String, ReportError> {
             generator => document.generator.as_str(),
             verdict,
             summary => document.summary.as_str(),
+            reason => document.reason.as_str(),
+            what_to_do => document.what_to_do.as_str(),
             sections => view::sections(document),
             figures => Value::from_safe_string(figures),
             style => Value::from_safe_string(STYLE.to_owned()),
-            script => Value::from_safe_string(SCRIPT.to_owned()),
+            script => Value::from_safe_string(SCRIPTS.join("\n")),
             plot_style => Value::from_safe_string(PLOT_STYLE.to_owned()),
             plot_script => Value::from_safe_string(PLOT_SCRIPT.to_owned()),
             plot_license => Value::from_safe_string(PLOT_LICENSE.to_owned()),
@@ -62,8 +69,8 @@ pub fn render(document: &Document) -> Result<String, ReportError> {
 mod tests {
     use super::*;
     use crate::report::document::{
-        Badge, Block, Column, Figure, Finding, IntervalRow, Intervals, Mark, Panel, Row, Section,
-        Series, Style, Table, Tone,
+        Badge, Block, Column, Figure, Finding, Fold, IntervalRow, Intervals, Mark, Panel, Row,
+        Section, Series, Style, Table, Tone,
     };
 
     const HOSTILE: &str = "<b>x</b></script><script>alert(1)</script>";
@@ -81,6 +88,7 @@ mod tests {
                 cells: vec![text()],
                 tone: Tone::Bad,
             }],
+            ..Table::default()
         };
         let figure = Figure {
             id: text(),
@@ -93,17 +101,23 @@ mod tests {
                     name: text(),
                     values: vec![Some(1.0), None],
                     style: Style::Measured,
+                    clipped: false,
                 }],
+                errors: Some(text()),
+                note: text(),
             }],
             ..Figure::default()
         };
         let intervals = Intervals {
             caption: text(),
             names: vec![text()],
+            ticks: vec![(0.0, text())],
             rows: vec![IntervalRow {
+                group: text(),
                 label: text(),
                 scale: text(),
                 marks: vec![None],
+                tone: Tone::Doubtful,
             }],
         };
         let finding = Finding {
@@ -122,10 +136,13 @@ mod tests {
                 text: text(),
             }),
             summary: text(),
+            reason: text(),
+            what_to_do: text(),
             sections: vec![Section {
                 id: text(),
                 heading: text(),
                 lead: text(),
+                fold: Fold::Detail,
                 blocks: vec![
                     Block::Paragraph(text()),
                     Block::Code(text()),
@@ -199,7 +216,7 @@ mod tests {
     fn an_empty_document_is_a_page() {
         let page = render(&Document::default()).unwrap();
         assert!(page.starts_with("<!DOCTYPE html>"));
-        assert!(page.contains("id=\"figure-data\">[]</script>"));
+        assert!(page.contains("\"figures\":[]}</script>"));
         assert!(!page.contains("class=\"toc\""));
     }
 
@@ -216,6 +233,7 @@ mod tests {
                 numeric: true,
             }],
             rows: ["1.25", "3", "fixed"].map(cell).into(),
+            ..Table::default()
         };
         let document = Document {
             sections: vec![Section {

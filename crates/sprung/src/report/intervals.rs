@@ -1,8 +1,21 @@
-//! Rows of values with their intervals, each row with its own scale.
+//! Rows of values with their intervals: each row with its own scale, or all parameters of a result on
+//! one scale relative to their values.
 
-use super::document::{IntervalRow, Mark};
+use std::collections::BTreeMap;
+
+use super::document::{IntervalRow, Intervals, Mark, Tone};
+use super::groups::Joints;
 use super::numbers::significant;
-use crate::model::short;
+use crate::estimate::{Identification, ParameterEstimate};
+
+/// The common scale shows at least this fraction of the intervals whole.
+const SHOWN_WHOLE: f64 = 0.8;
+
+/// The common scale grows up to this factor if that shows all intervals whole.
+const GROWTH_FOR_ALL: f64 = 2.5;
+
+/// An interval above this multiple of its value has no number.
+const MAX_RELATIVE: f64 = 10.0;
 
 /// A value, and the ends of its interval if it has one.
 pub(super) type Ranged = (f64, Option<[f64; 2]>);
@@ -43,6 +56,7 @@ pub(super) fn row(
                 })
             })
             .collect(),
+        ..IntervalRow::default()
     }
 }
 
@@ -52,7 +66,7 @@ pub(super) fn of_parameter(
     centre: f64,
     values: &[Option<Ranged>],
 ) -> IntervalRow {
-    row(short(name), centre, values, percent_of(centre, unit))
+    row(name, centre, values, percent_of(centre, unit))
 }
 
 /// Returns a text for half the width: in percent of the centre, or in the unit if the centre is
@@ -67,9 +81,138 @@ fn percent_of(centre: f64, unit: &str) -> impl FnOnce(f64) -> String {
     }
 }
 
+/// Returns the intervals of all parameters of the first result, relative to their values, on one
+/// scale and grouped by joint; `None` without a result.
+///
+/// - `truth`: true values of a simulated robot, by name.
+pub(super) fn relative(
+    identification: &Identification,
+    truth: Option<&BTreeMap<String, f64>>,
+) -> Option<Intervals> {
+    let result = identification.results.first()?;
+    let joints = Joints::of(identification);
+    let half_widths = result.parameters.iter().filter_map(half_width);
+    let half = common_scale(half_widths.collect());
+    let row = |parameter: &ParameterEstimate| IntervalRow {
+        group: joints.group(&parameter.name).to_owned(),
+        label: joints.within(&parameter.name).to_owned(),
+        scale: size(parameter),
+        marks: {
+            let own = relative_mark(parameter, half);
+            let known = truth.map(|truth| {
+                let value = parameter.value.filter(|value| *value != 0.0)?;
+                let at = (truth.get(&parameter.name)? / value - 1.0) / half;
+                Some(Mark { at, interval: None })
+            });
+            std::iter::once(own).chain(known).collect()
+        },
+        tone: if result.decision.parameters.contains(&parameter.name) {
+            Tone::Doubtful
+        } else {
+            Tone::Neutral
+        },
+    };
+    let sorted = joints.sorted(&result.parameters, |parameter| &parameter.name);
+    let mut names = vec![format!("{} with its 95 % interval", result.estimator)];
+    names.extend(truth.map(|_| "true value".to_owned()));
+    let percent = significant(100.0 * half, 1);
+    Some(Intervals {
+        caption: format!(
+            "Each interval relative to its value, on one scale; the number is half its width. Arrows \
+             mark what lies outside the scale.{}",
+            if result.decision.parameters.is_empty() {
+                ""
+            } else {
+                " The verdict has reservations about the marked parameters."
+            }
+        ),
+        names,
+        ticks: vec![
+            (-1.0, format!("−{percent} %")),
+            (0.0, "0".to_owned()),
+            (1.0, format!("+{percent} %")),
+        ],
+        rows: sorted.into_iter().map(row).collect(),
+    })
+}
+
+/// Returns half the width of a parameter's interval, relative to its value.
+pub(super) fn half_width(parameter: &ParameterEstimate) -> Option<f64> {
+    let [low, high] = parameter.ci95?;
+    let half = 0.5 * (high - low) / parameter.value?.abs();
+    half.is_finite().then_some(half)
+}
+
+/// Returns the value that half the width of a common scale represents: one, two or five times a
+/// power of ten, at most 1.
+fn common_scale(mut half_widths: Vec<f64>) -> f64 {
+    half_widths.retain(|half| *half > 0.0);
+    half_widths.sort_by(f64::total_cmp);
+    let Some(largest) = half_widths.last().copied() else {
+        return 1.0;
+    };
+    let enough = (SHOWN_WHOLE * half_widths.len() as f64).ceil() as usize;
+    let most = round_up(half_widths[enough.saturating_sub(1).min(half_widths.len() - 1)]);
+    let all = round_up(largest);
+    let scale = if all <= GROWTH_FOR_ALL * most {
+        all
+    } else {
+        most
+    };
+    scale.min(1.0)
+}
+
+/// Returns the next number that is one, two or five times a power of ten.
+fn round_up(value: f64) -> f64 {
+    let power = 10_f64.powf(value.log10().floor());
+    let steps = [1.0, 2.0, 5.0].map(|step| step * power);
+    let reached = steps.into_iter().find(|step| *step >= value);
+    reached.unwrap_or(10.0 * power)
+}
+
+fn relative_mark(parameter: &ParameterEstimate, half: f64) -> Option<Mark> {
+    let value = parameter.value.filter(|value| *value != 0.0)?;
+    let place = |x: f64| (x / value - 1.0) / half;
+    let interval = parameter.ci95.map(|ends| {
+        let [one, other] = ends.map(place);
+        [one.min(other), one.max(other)]
+    });
+    Some(Mark { at: 0.0, interval })
+}
+
+/// Returns half the width of a parameter's interval in words.
+fn size(parameter: &ParameterEstimate) -> String {
+    if parameter.fixed {
+        return "given".to_owned();
+    }
+    let (Some(_), Some([low, high])) = (parameter.value, parameter.ci95) else {
+        return "not determined".to_owned();
+    };
+    match half_width(parameter) {
+        Some(half) if half <= MAX_RELATIVE => format!("± {} %", significant(100.0 * half, 2)),
+        Some(_) => format!("> {} %", significant(100.0 * MAX_RELATIVE, 1)),
+        None => format!(
+            "± {} {}",
+            significant(0.5 * (high - low), 2),
+            parameter.unit
+        ),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_common_scale_shows_most_intervals_and_cuts_the_rest() {
+        let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} {b}");
+        near(common_scale(vec![0.011, 0.012, 0.013, 0.015, 0.9]), 0.02);
+        // All intervals are shown if that costs little.
+        near(common_scale(vec![0.011, 0.012, 0.013, 0.015, 0.04]), 0.05);
+        near(common_scale(vec![7.0, f64::NAN]), 1.0);
+        near(common_scale(Vec::new()), 1.0);
+        near(round_up(0.002), 0.002);
+    }
 
     #[test]
     fn the_farthest_end_is_at_the_end_of_the_row() {

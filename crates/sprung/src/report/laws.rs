@@ -1,8 +1,8 @@
 //! Composes the section about laws by hold-out.
 
-use super::document::{Block, Row, Section, Table, Tone};
+use super::document::{Block, Fold, Row, Section, Table, Tone};
 use super::numbers::significant;
-use super::section::section;
+use super::section::folded;
 use super::tables::{number, text};
 use crate::estimate::{EstimateResult, Identification, LawRung, LawsByHoldOut, ModelDependence};
 
@@ -12,10 +12,11 @@ pub(super) fn laws(identification: &Identification) -> Option<Section> {
     let mut blocks: Vec<Block> = ladder.map(of_ladder).into_iter().flatten().collect();
     blocks.extend((identification.results.iter()).filter_map(of_residual_laws));
     (!blocks.is_empty()).then(|| {
-        section(
+        folded(
+            Fold::Detail,
             "laws",
             "Laws by hold-out",
-            "Eighths of the beginning of the first log are left out in turn and predicted by a fit of \
+            "Would another friction law predict the log better? Eighths of the beginning of the first log are left out in turn and predicted by a fit of \
              the other eighths. A law counts if it decreases the residual of these predictions by at \
              least 1 % and by more than 3 times the scatter of the decrease over the eighths. laws = \
              \"auto\" adds such laws to the model.",
@@ -70,6 +71,7 @@ fn of_residual_laws(result: &EstimateResult) -> Option<Block> {
                 number("difference"),
             ],
             rows: result.dependence.iter().map(row).collect(),
+            ..Table::default()
         })
     })
 }
@@ -130,6 +132,7 @@ fn of_ladder(laws: &LawsByHoldOut) -> Vec<Block> {
             text("explains the same"),
         ],
         rows: laws.rungs.iter().map(row).collect(),
+        ..Table::default()
     };
     vec![
         Block::Table(table),

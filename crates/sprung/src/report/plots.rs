@@ -10,6 +10,9 @@ use crate::validate::RunResult;
 
 const STYLES: [Style; 3] = [Style::First, Style::Second, Style::Third];
 
+/// Curves whose largest error exceeds this multiple of the best curve's do not widen the scale.
+const CLIPPED_ABOVE: f64 = 3.0;
+
 /// Returns a figure of every parameter over time, one panel per parameter.
 pub(super) fn traces(
     identification: &Identification,
@@ -38,6 +41,7 @@ pub(super) fn traces(
                     name: set.label.clone(),
                     values: sampled(set, i, &time),
                     style,
+                    clipped: false,
                 })
                 .collect();
             let reference = match truth {
@@ -49,6 +53,7 @@ pub(super) fn traces(
                     name: name.to_owned(),
                     values: vec![Some(value); time.len()],
                     style: Style::Reference,
+                    clipped: false,
                 });
             }
             drop_start(&mut series);
@@ -56,6 +61,7 @@ pub(super) fn traces(
                 y_label: format!("{} [{}]", short(&parameter.name), parameter.unit),
                 x: time.clone(),
                 series,
+                ..Panel::default()
             }
         })
         .collect();
@@ -123,7 +129,7 @@ pub(super) fn validation(run: &RunResult, curves: &Curves) -> Vec<Figure> {
             .iter()
             .enumerate()
             .filter(|(_, column)| wanted.iter().any(|suffix| column.ends_with(suffix)))
-            .flat_map(|(i, column)| with_error(measured, simulated, i, column, &prefix))
+            .map(|(i, column)| with_errors(measured, simulated, i, column, &prefix))
             .collect();
         Figure {
             id: format!("{id}-{}", slug(&run.name)),
@@ -137,7 +143,7 @@ pub(super) fn validation(run: &RunResult, curves: &Curves) -> Vec<Figure> {
         figure(
             "positions",
             format!(
-                "{}: measured and simulated positions, and their errors.",
+                "{}: measured and simulated positions, and their differences. {SCALE}",
                 run.name
             ),
             &[
@@ -150,7 +156,7 @@ pub(super) fn validation(run: &RunResult, curves: &Curves) -> Vec<Figure> {
         figure(
             "torques",
             format!(
-                "{}: measured and simulated motor torques, and their errors.",
+                "{}: measured and simulated motor torques, and their differences. {SCALE}",
                 run.name
             ),
             &["motor_torque_nm", "motor_force_n"],
@@ -165,71 +171,102 @@ pub(super) fn fit(identification: &Identification, fit: &Curves) -> Figure {
         Some((measured, fitted)) => {
             let fitted: Vec<&CurveSet> = fitted.iter().collect();
             (fit.columns.iter().enumerate())
-                .filter(|(_, column)| column.ends_with("motor_nm") || column.ends_with("motor_n"))
-                .flat_map(|(i, column)| with_error(measured, &fitted, i, column, ""))
+                .filter(|(_, column)| is_torque(column) || is_deflection(column))
+                .map(|(i, column)| with_errors(measured, &fitted, i, column, ""))
                 .collect()
         }
     };
     Figure {
         id: "fit".to_owned(),
-        caption: format!("Filtered motor torques of {}.", identification.files()),
+        caption: format!(
+            "Filtered motor torques and deflections of {}, and their differences. {SCALE}",
+            identification.files()
+        ),
         x_label: "time [s]".to_owned(),
         layout: Layout::Stack,
         panels,
     }
 }
 
-/// Returns a panel with all curves, and a panel with their differences from the measured curve.
-fn with_error(
-    measured: &CurveSet,
-    others: &[&CurveSet],
-    column: usize,
-    name: &str,
-    prefix: &str,
-) -> [Panel; 2] {
-    let label = |set: &CurveSet| set.label.trim_start_matches(prefix).to_owned();
-    let (what, unit) = name.rsplit_once('_').unwrap_or((name, ""));
-    let what = what.replace('_', " ");
+/// Explanation of the scale of panels with errors.
+const SCALE: &str = "The scale is that of the best curve; triangles at the edge mark where another \
+                     curve lies outside.";
+
+/// Returns whether a column of the fit is a motor torque (force).
+pub(super) fn is_torque(column: &str) -> bool {
+    column.ends_with("motor_nm") || column.ends_with("motor_n")
+}
+
+/// Returns whether a column of the fit is a deflection.
+pub(super) fn is_deflection(column: &str) -> bool {
+    column.ends_with("deflection_rad") || column.ends_with("deflection_m")
+}
+
+/// Returns the quantity of a column and its unit, as text.
+pub(super) fn quantity(column: &str) -> (String, &str) {
+    let (what, unit) = column.rsplit_once('_').unwrap_or((column, ""));
     let unit = match unit {
         "nm" => "N·m",
         "n" => "N",
         other => other,
     };
+    let Some((joint, what)) = what.rsplit_once('.') else {
+        return (what.replace('_', " "), unit);
+    };
+    let what = match what {
+        "motor" if unit == "N" => "motor force".to_owned(),
+        "motor" => "motor torque".to_owned(),
+        other => other.replace('_', " "),
+    };
+    (format!("{joint} {what}"), unit)
+}
+
+/// Returns a panel with all curves and their differences from the measured curve.
+fn with_errors(
+    measured: &CurveSet,
+    others: &[&CurveSet],
+    column: usize,
+    name: &str,
+    prefix: &str,
+) -> Panel {
+    let (what, unit) = quantity(name);
     let truth = &measured.values[column];
-    let mut curves = vec![Series {
-        name: "measured".to_owned(),
-        values: truth.clone(),
-        style: Style::Measured,
-    }];
-    let mut errors = Vec::new();
     // If the file was edited, its sets may have different times. Such sets are left out.
-    let fitting = others.iter().filter(|set| set.time == measured.time);
-    for (set, style) in fitting.zip(STYLES) {
-        curves.push(Series {
-            name: label(set),
-            values: set.values[column].clone(),
-            style,
-        });
-        errors.push(Series {
-            name: label(set),
-            values: (truth.iter().zip(&set.values[column]))
-                .map(|(a, b)| Some((*a)? - (*b)?))
-                .collect(),
-            style,
-        });
+    let fitting = || others.iter().filter(|set| set.time == measured.time);
+    let largest_error = |set: &&&CurveSet| {
+        let pairs = truth.iter().zip(&set.values[column]);
+        let errors = pairs.filter_map(|(a, b)| Some(((*a)? - (*b)?).abs()));
+        errors.fold(0.0, f64::max)
+    };
+    let has_value = |set: &&&CurveSet| set.values[column].iter().any(Option::is_some);
+    let best = (fitting().filter(has_value))
+        .map(|set| largest_error(&set))
+        .fold(f64::INFINITY, f64::min);
+    let model = |(set, style): (&&CurveSet, Style)| Series {
+        name: set.label.trim_start_matches(prefix).to_owned(),
+        values: set.values[column].clone(),
+        style,
+        clipped: largest_error(&set) > CLIPPED_ABOVE * best,
+    };
+    Panel {
+        y_label: format!("{what} [{unit}]"),
+        x: measured.time.clone(),
+        series: std::iter::once(measured_series(truth))
+            .chain(fitting().zip(STYLES).map(model))
+            .collect(),
+        errors: Some(format!("difference [{unit}]")),
+        ..Panel::default()
     }
-    [
-        Panel {
-            y_label: format!("{what} [{unit}]"),
-            x: measured.time.clone(),
-            series: curves,
-        },
-        Panel {
-            y_label: format!("error [{unit}]"),
-            x: measured.time.clone(),
-            series: errors,
-        },
-    ]
+}
+
+/// Returns the series of measured values.
+pub(super) fn measured_series(values: &[Option<f64>]) -> Series {
+    Series {
+        name: "measured".to_owned(),
+        values: values.to_vec(),
+        style: Style::Measured,
+        clipped: false,
+    }
 }
 
 /// Replaces all characters except letters and digits by hyphens, for use as an anchor.
@@ -243,4 +280,47 @@ fn slug(name: &str) -> String {
             }
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn set(label: &str, values: [f64; 3]) -> CurveSet {
+        CurveSet {
+            label: label.to_owned(),
+            time: vec![0.0, 1.0, 2.0],
+            values: vec![values.map(Some).to_vec()],
+        }
+    }
+
+    #[test]
+    fn the_best_curve_decides_the_scale() {
+        let measured = set("run/measured", [0.0, 1.0, 0.0]);
+        let (good, fair, bad) = (
+            set("run/good", [0.1, 1.0, 0.0]),
+            set("run/fair", [0.0, 1.0, 0.25]),
+            set("run/bad", [0.0, 1.4, 0.0]),
+        );
+        let late = CurveSet {
+            time: vec![0.0, 1.0, 3.0],
+            ..set("run/late", [0.0; 3])
+        };
+        let others = [&bad, &late, &fair, &good];
+        let panel = with_errors(&measured, &others, 0, "a.motor_torque_nm", "run/");
+        let shown: Vec<(&str, bool)> = (panel.series.iter())
+            .map(|series| (series.name.as_str(), series.clipped))
+            .collect();
+        assert_eq!(
+            shown,
+            [
+                ("measured", false),
+                ("bad", true),
+                ("fair", false),
+                ("good", false)
+            ]
+        );
+        assert_eq!(panel.y_label, "a motor torque [N·m]");
+        assert_eq!(panel.errors.as_deref(), Some("difference [N·m]"));
+    }
 }

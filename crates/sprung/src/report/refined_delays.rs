@@ -39,6 +39,7 @@ pub(super) fn delay_intervals(delays: &[RefinedDelay]) -> Option<Intervals> {
                   at the right is half the width of the row."
             .to_owned(),
         names: vec!["delay by likelihood".to_owned()],
+        ticks: Vec::new(),
         rows,
     })
 }
@@ -90,6 +91,7 @@ pub(super) fn delay_table(delays: &[RefinedDelay]) -> Option<Table> {
             number("Increase of log-likelihood"),
         ],
         rows: delays.iter().map(row).collect(),
+        ..Table::default()
     })
 }
 

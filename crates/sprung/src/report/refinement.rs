@@ -1,10 +1,10 @@
 //! Composes the section about a prediction-error refinement.
 
-use super::document::{Bar, BarRow, Bars, Block, Intervals, Row, Section, Table, Tone};
+use super::document::{Bar, BarRow, Bars, Block, Fold, Intervals, Row, Section, Table, Tone};
 use super::intervals::{self, Ranged};
 use super::numbers::significant;
 use super::refined_delays::{as_exact, delay_intervals, delay_table};
-use super::section::section;
+use super::section::folded;
 use super::tables::{number, text};
 use crate::estimate::{
     EstimateResult, Identification, LogInfo, NORMAL_95, Refinement, RowDisturbance, RungResult,
@@ -39,7 +39,8 @@ pub(super) fn refinement(identification: &Identification) -> Option<Section> {
     blocks.extend(delay_table(&refinement.delays).map(Block::Table));
     blocks.extend(offsets(refinement).map(Block::Table));
     blocks.extend(pairs(refinement));
-    Some(section(
+    Some(folded(
+        Fold::Detail,
         "refinement",
         "Noise, disturbances, delays",
         "Besides the parameters, the refinement estimates noise, disturbances and delays by maximum \
@@ -80,6 +81,7 @@ fn rungs(refinement: &Refinement) -> Option<Table> {
             text("Outcome"),
         ],
         rows: refinement.rungs.iter().map(row).collect(),
+        ..Table::default()
     })
 }
 
@@ -111,6 +113,7 @@ fn unused_values(result: &EstimateResult, refinement: &Refinement) -> Option<Tab
             text("Unit"),
         ],
         rows: rows.collect(),
+        ..Table::default()
     })
 }
 
@@ -267,6 +270,7 @@ fn logs(
              overlap indicate an effect that the model lacks, or another robot."
                 .to_owned(),
         names,
+        ticks: Vec::new(),
         rows: rows.collect(),
     })
 }
@@ -304,6 +308,7 @@ fn offsets(refinement: &Refinement) -> Option<Table> {
             text("Unit"),
         ],
         rows,
+        ..Table::default()
     })
 }
 

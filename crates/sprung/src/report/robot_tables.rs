@@ -38,6 +38,7 @@ pub(super) fn encoder_offsets(identification: &Identification) -> Option<Table> 
             number("[°]"),
         ],
         rows,
+        ..Table::default()
     })
 }
 
@@ -63,7 +64,7 @@ pub(super) fn cutoffs(identification: &Identification, choice: &CutoffChoice) ->
             let changes: Vec<f64> = (choice.sweep.iter())
                 .map(|point| point.values[i] / middle.values[i] - 1.0)
                 .collect();
-            let mut cells = vec![short(&parameter.name).into_owned()];
+            let mut cells = vec![parameter.name.clone()];
             cells.extend(
                 changes
                     .iter()
@@ -89,6 +90,7 @@ pub(super) fn cutoffs(identification: &Identification, choice: &CutoffChoice) ->
         ),
         columns,
         rows,
+        ..Table::default()
     })
 }
 
@@ -142,5 +144,6 @@ pub(super) fn standard(result: &EstimateResult) -> Option<Table> {
             text("Determined"),
         ],
         rows,
+        ..Table::default()
     })
 }

@@ -1,6 +1,6 @@
 //! Makes sections and findings in the form that all reports share.
 
-use super::document::{Block, Finding as Shown, Section, Tone};
+use super::document::{Block, Finding as Shown, Fold, Section, Tone};
 use crate::finding::{Finding, Severity};
 
 /// Returns a section of a report.
@@ -9,7 +9,22 @@ pub(super) fn section(id: &str, heading: &str, lead: &str, blocks: Vec<Block>) -
         id: id.to_owned(),
         heading: heading.to_owned(),
         lead: lead.to_owned(),
+        fold: Fold::Open,
         blocks,
+    }
+}
+
+/// Returns a section that is folded.
+pub(super) fn folded(
+    fold: Fold,
+    id: &str,
+    heading: &str,
+    lead: &str,
+    blocks: Vec<Block>,
+) -> Section {
+    Section {
+        fold,
+        ..section(id, heading, lead, blocks)
     }
 }
 

@@ -1,10 +1,10 @@
 //! Composes the figures of stability: residuals over the cut-offs, and estimates from parts of the
 //! logs.
 
-use super::document::{Bar, BarRow, Bars, Block, Intervals, Section, Tone};
+use super::document::{Bar, BarRow, Bars, Block, Fold, Intervals, Section, Tone};
 use super::intervals::{self, Ranged};
 use super::numbers::significant;
-use super::section::section;
+use super::section::folded;
 use crate::estimate::{CutoffChoice, EstimateResult, Identification, LogInfo, NORMAL_95};
 
 /// Codes of findings about parts of the logs.
@@ -75,9 +75,11 @@ pub(super) fn parts(identification: &Identification) -> Option<Section> {
                   the result. The number at the right is half the width of the row."
                 .to_owned(),
         names: names(identification, result),
+        ticks: Vec::new(),
         rows: rows.collect(),
     };
-    Some(section(
+    Some(folded(
+        Fold::Screen,
         "parts",
         "Parts of the logs",
         "These parameters change between parts of the logs by more than their standard errors \

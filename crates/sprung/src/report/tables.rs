@@ -3,9 +3,11 @@
 use std::collections::BTreeMap;
 
 use super::document::{Column, Row, Table, Tone};
+use super::groups::Joints;
+use super::intervals::half_width;
 use super::numbers::{deviation, given, or_dash, significant};
-use crate::estimate::{CrossCheckResult, Identification, ParameterEstimate};
-use crate::model::short;
+use crate::estimate::{CrossCheckResult, EstimateResult, Identification, ParameterEstimate};
+use crate::finding::Finding;
 
 pub(super) fn text(heading: &str) -> Column {
     Column {
@@ -29,13 +31,76 @@ fn with_error(estimate: &ParameterEstimate) -> String {
     }
 }
 
-/// Returns a table of the parameters: the estimates, then true and nominal values.
+/// Returns a table of the parameters of the first result, joint by joint, with true and nominal
+/// values.
 pub(super) fn parameters(
     identification: &Identification,
     truth: Option<&BTreeMap<String, f64>>,
-) -> Table {
+) -> Option<Table> {
+    let result = identification.results.first()?;
+    let joints = Joints::of(identification);
+    let has_nominal = result.parameters.iter().any(|p| p.nominal.is_some());
+    let mut columns = vec![
+        text("Parameter"),
+        number(format!("{} ± s.e.", result.estimator)),
+        text("Unit"),
+        number("± % (95 %)"),
+    ];
+    if truth.is_some() {
+        columns.extend([number("True"), number("error %")]);
+    }
+    if has_nominal {
+        columns.extend([number("Nominal"), number("from nominal %")]);
+    }
+    let row = |parameter: &&ParameterEstimate| {
+        let mut cells = vec![
+            symbol_and_name(parameter),
+            with_error(parameter),
+            parameter.unit.clone(),
+            relative_interval(parameter),
+        ];
+        if let Some(truth) = truth {
+            let known = truth.get(&parameter.name).copied();
+            cells.extend([given(known), deviation(parameter.value, known)]);
+        }
+        if has_nominal {
+            let nominal = parameter.nominal;
+            cells.extend([given(nominal), deviation(parameter.value, nominal)]);
+        }
+        Row {
+            cells,
+            tone: tone(result, &parameter.name),
+        }
+    };
+    let sorted = joints.sorted(&result.parameters, |parameter| &parameter.name);
+    let mut headings: Vec<(usize, String)> = Vec::new();
+    for (i, parameter) in sorted.iter().enumerate() {
+        let group = joints.group(&parameter.name);
+        if headings.last().is_none_or(|(_, last)| last != group) {
+            headings.push((i, group.to_owned()));
+        }
+    }
+    Some(Table {
+        caption: format!(
+            "Parameters by {}. Notes or warnings concern the marked rows. A dash means that the log \
+             does not determine the value, or that the value was not given.",
+            result.estimator
+        ),
+        columns,
+        rows: sorted.iter().map(row).collect(),
+        headings,
+    })
+}
+
+/// Returns a table of the values of all estimators with their deviations from the true or nominal
+/// values; `None` for a single estimator.
+pub(super) fn estimators(
+    identification: &Identification,
+    truth: Option<&BTreeMap<String, f64>>,
+) -> Option<Table> {
     let results = &identification.results;
-    let mut columns = vec![text("Parameter")];
+    let first = results.first().filter(|_| results.len() > 1)?;
+    let mut columns = vec![text("Parameter"), text("Unit")];
     for result in results {
         columns.push(number(format!("{} ± s.e.", result.estimator)));
         columns.push(number(if truth.is_some() {
@@ -44,50 +109,48 @@ pub(super) fn parameters(
             "from nominal %"
         }));
     }
-    if truth.is_some() {
-        columns.push(number("True"));
-    }
-    columns.push(number("Nominal"));
-    columns.push(text("Unit"));
     let row = |parameter: &ParameterEstimate| {
-        let symbol = parameter.symbol.replace("theta", "θ");
-        let mut cells = vec![format!("{symbol}\u{a0}{}", short(&parameter.name))];
-        let known = truth.map(|truth| truth.get(&parameter.name).copied());
+        let mut cells = vec![symbol_and_name(parameter), parameter.unit.clone()];
+        let known = match truth {
+            Some(truth) => truth.get(&parameter.name).copied(),
+            None => parameter.nominal,
+        };
         for result in results {
             let estimate = result.parameter(&parameter.name);
             cells.push(estimate.map_or_else(|| "–".to_owned(), with_error));
-            cells.push(deviation(
-                estimate.and_then(|estimate| estimate.value),
-                known.unwrap_or(parameter.nominal),
-            ));
+            let value = estimate.and_then(|estimate| estimate.value);
+            cells.push(deviation(value, known));
         }
-        cells.extend(known.map(given));
-        cells.push(given(parameter.nominal));
-        cells.push(parameter.unit.clone());
-        let mut warnings = results
-            .first()
-            .into_iter()
-            .flat_map(|result| &result.warnings);
         Row {
             cells,
-            tone: if warnings.any(|w| w.parameters.contains(&parameter.name)) {
-                Tone::Doubtful
-            } else {
-                Tone::Neutral
-            },
+            tone: Tone::Neutral,
         }
     };
-    let first = results.first();
-    Table {
-        caption: format!(
-            "Identified parameters. Notes or warnings of {} concern the marked rows.",
-            first.map_or("the first estimator", |result| &result.estimator)
-        ),
+    Some(Table {
+        caption: "Values of all estimators.".to_owned(),
         columns,
-        rows: (first.into_iter())
-            .flat_map(|result| &result.parameters)
-            .map(row)
-            .collect(),
+        rows: first.parameters.iter().map(row).collect(),
+        ..Table::default()
+    })
+}
+
+fn symbol_and_name(parameter: &ParameterEstimate) -> String {
+    let symbol = parameter.symbol.replace("theta", "θ");
+    format!("{symbol}\u{a0}{}", parameter.name)
+}
+
+/// Returns half the width of the 95 % interval in percent of the value.
+fn relative_interval(parameter: &ParameterEstimate) -> String {
+    let half = half_width(parameter).map(|half| 100.0 * half);
+    half.map_or_else(|| "–".to_owned(), |half| significant(half, 2))
+}
+
+fn tone(result: &EstimateResult, parameter: &String) -> Tone {
+    let is_named = |finding: &Finding| finding.parameters.contains(parameter);
+    if result.warnings.iter().any(is_named) {
+        Tone::Doubtful
+    } else {
+        Tone::Neutral
     }
 }
 
@@ -105,7 +168,7 @@ pub(super) fn motor_rows(identification: &Identification) -> Option<Table> {
             let stacked = result.parameter(&alone.name);
             Row {
                 cells: vec![
-                    short(&alone.name).into_owned(),
+                    alone.name.clone(),
                     alone.unit.clone(),
                     stacked.map_or_else(String::new, with_error),
                     with_error(alone),
@@ -126,6 +189,7 @@ pub(super) fn motor_rows(identification: &Identification) -> Option<Table> {
             number("Motor row alone ± s.e."),
         ],
         rows,
+        ..Table::default()
     })
 }
 
@@ -143,7 +207,7 @@ pub(super) fn cross_checks(identification: &Identification) -> Option<Table> {
     columns.extend((result.cross_checks.iter()).map(|check| number(check.method.clone())));
     let row = |parameter: &ParameterEstimate| {
         let mut cells = vec![
-            short(&parameter.name).into_owned(),
+            parameter.name.clone(),
             parameter.unit.clone(),
             with_error(parameter),
         ];
@@ -161,6 +225,7 @@ pub(super) fn cross_checks(identification: &Identification) -> Option<Table> {
         ),
         columns,
         rows: result.parameters.iter().map(row).collect(),
+        ..Table::default()
     })
 }
 
@@ -217,6 +282,7 @@ pub(super) fn residuals(identification: &Identification) -> Table {
         caption: "Residuals of the filtered regression.".to_owned(),
         columns,
         rows,
+        ..Table::default()
     }
 }
 
@@ -226,7 +292,7 @@ pub(super) fn excitation(identification: &Identification) -> Option<Table> {
     let rows = (result.parameters.iter())
         .map(|parameter| Row {
             cells: vec![
-                short(&parameter.name).into_owned(),
+                parameter.name.clone(),
                 or_dash(parameter.torque_rms_nm, 3),
                 parameter
                     .torque_share
@@ -251,6 +317,7 @@ pub(super) fn excitation(identification: &Identification) -> Option<Table> {
             number("% of the largest"),
         ],
         rows,
+        ..Table::default()
     })
 }
 

@@ -55,6 +55,7 @@ pub(super) fn errors(run: &RunResult) -> Table {
         ),
         columns,
         rows,
+        ..Table::default()
     }
 }
 
@@ -114,6 +115,7 @@ pub(super) fn predictions(run: &RunResult) -> Table {
         caption: caption_of_predictions(run),
         rows: rows.collect(),
         columns,
+        ..Table::default()
     }
 }
 
@@ -169,5 +171,6 @@ fn errors_by_joint(run: &RunResult) -> Table {
                 .to_vec(),
             None => vec![set.outcome.words().to_owned(); 3],
         }),
+        ..Table::default()
     }
 }

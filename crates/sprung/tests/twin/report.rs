@@ -51,7 +51,7 @@ fn every_row_has_a_cell_for_every_heading() {
         }
     }
     // Two of the tables, delays and offsets, belong to the refinement.
-    assert_eq!(tables, 10);
+    assert_eq!(tables, 11);
 }
 
 #[test]
@@ -71,8 +71,16 @@ fn values_stand_under_their_headings() {
             .position(|column| column.heading.starts_with(heading))
             .unwrap()
     };
-    let stiffness = &table.rows[9].cells;
-    assert!(stiffness[column("Parameter")].ends_with("joint1.stiffness"));
+    let name = column("Parameter");
+    let row = |end: &str| (table.rows.iter()).position(|row| row.cells[name].ends_with(end));
+    let at = row("joint1.stiffness").unwrap();
+    let stiffness = &table.rows[at].cells;
+    // Each joint has a heading above its parameters.
+    let [(0, first), (second, other)] = &table.headings[..] else {
+        panic!("{:?}", table.headings)
+    };
+    assert_eq!((first.as_str(), other.as_str()), ("joint1", "joint2"));
+    assert!(at < *second && row("link2.coupling") == Some(*second));
     assert_eq!(stiffness[column("Unit")], "N·m/rad");
     assert_eq!(stiffness[column("Nominal")], "9");
     assert_eq!(stiffness[column("True")], "9.35873");
@@ -85,6 +93,81 @@ fn values_stand_under_their_headings() {
         .parse()
         .unwrap();
     assert!((shown / value - 1.0).abs() < 1e-4);
+}
+
+#[test]
+fn the_first_screen_shows_motion_and_intervals() {
+    let (document, found) = report("robot");
+    let labels = |document: &Document| -> Vec<String> {
+        let Block::Figure(figure) = &document.sections[0].blocks[0] else {
+            panic!("no figure")
+        };
+        figure
+            .panels
+            .iter()
+            .map(|panel| panel.y_label.clone())
+            .collect()
+    };
+    let of_joints = |quantities: [&str; 2]| {
+        let joints = ["joint1", "joint2"].iter();
+        joints
+            .flat_map(|joint| quantities.map(|quantity| format!("{joint} {quantity}")))
+            .collect::<Vec<_>>()
+    };
+    // With a simulated loop its motion is shown, without one the fit.
+    let simulated = of_joints(["link position [rad]", "torque [N·m]"]);
+    assert_eq!(labels(&document), simulated);
+    let truth = toml::from_str(demo::TRUTH).unwrap();
+    let document = compose(&Contents {
+        identification: Some(&found.identification),
+        fit: Some(&found.fit),
+        truth: Some(&truth),
+        ..Contents::default()
+    });
+    let fitted = of_joints(["torque [N·m]", "deflection [rad]"]);
+    assert_eq!(labels(&document), fitted);
+    let [Block::Figure(figure), Block::Intervals(intervals)] = &document.sections[0].blocks[..]
+    else {
+        panic!("not a figure and intervals")
+    };
+    let result = &found.identification.results[0];
+    for (panel, joint) in figure.panels.iter().zip([0, 0, 1, 1]) {
+        let [measured, predicted] = &panel.series[..] else {
+            panic!("two curves")
+        };
+        let rms = |values: &[f64]| {
+            let squares: f64 = values.iter().map(|x| x * x).sum();
+            (squares / values.len() as f64).sqrt()
+        };
+        let pairs = measured.values.iter().zip(&predicted.values);
+        let errors: Vec<f64> = pairs.map(|(a, b)| a.unwrap() - b.unwrap()).collect();
+        // The fit is closer than the promise for another log.
+        let promise = &result.promise[joint];
+        let promised = if panel.y_label.contains("torque") {
+            promise.torque_error_nm
+        } else {
+            promise.deflection_error_rad.unwrap()
+        };
+        assert!(rms(&errors) < 1.5 * promised, "{}", panel.y_label);
+        let measured: Vec<f64> = measured.values.iter().flatten().copied().collect();
+        assert!(rms(&errors) < 0.2 * rms(&measured), "{}", panel.y_label);
+        assert!(panel.note.ends_with(" % explained"), "{}", panel.note);
+    }
+    assert_eq!(intervals.rows.len(), result.parameters.len());
+    assert_eq!(intervals.names.len(), 2);
+    let stiffness = intervals
+        .rows
+        .iter()
+        .find(|row| row.label == "stiffness")
+        .unwrap();
+    assert_eq!(stiffness.group, "joint1");
+    let [low, high] = result.parameter("joint1.stiffness").unwrap().ci95.unwrap();
+    let value = result.parameter("joint1.stiffness").unwrap().value.unwrap();
+    let ends = stiffness.marks[0].unwrap().interval.unwrap();
+    // Both ends have the same scale as the true value.
+    let truth = stiffness.marks[1].unwrap().at;
+    let scale = (high - low) / value / (ends[1] - ends[0]);
+    assert!((value * (1.0 + truth * scale) / 9.35873 - 1.0).abs() < 1e-9);
 }
 
 #[test]

@@ -1,325 +1,97 @@
-"use strict";
-(() => {
-  const root = document.documentElement;
-  const STYLES = {
-    measured: { width: 1.8, dash: [] },
-    first: { width: 1.3, dash: [] },
-    second: { width: 1.4, dash: [7, 4] },
-    third: { width: 1.4, dash: [8, 3, 2, 3] },
-    error: { width: 1.1, dash: [] },
-    reference: { width: 1.2, dash: [2, 3] },
-  };
-  // Paper shows far more detail than a screen, so plots are drawn larger and then reduced.
-  const PRINT_SCALE = 3;
+// Sections that fold, tables that become cards, printing, and the start of the page.
 
-  const HINT = matchMedia("(pointer: coarse)").matches
-    ? "draw sideways to zoom, tap twice to reset"
-    : "drag to zoom, double-click to reset";
+// A longer text takes two places of a card.
+const LONG_CELL = 11;
 
-  const figures = [];
-  let scale = 1;
-  let expected = 0;
-
-  const color = (name) => getComputedStyle(root).getPropertyValue(`--${name}`).trim();
-
-  function element(tag, attributes = {}, ...children) {
-    const made = document.createElement(tag);
-    for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
-    made.append(...children);
-    return made;
-  }
-
-  function swatch(style) {
-    const { width, dash } = STYLES[style];
-    const box = document.createElement("template");
-    box.innerHTML = `<svg aria-hidden="true"><line x2="26" y1="4" y2="4" stroke-width="${width + 0.4}"
-      stroke-dasharray="${dash.join(" ")}" style="stroke: var(--${style})"/></svg>`;
-    return box.content.firstChild;
-  }
-
-  const minus = (text) => text.replaceAll("-", "\u2212");
-  const readout = (value) => (value == null ? "\u2013" : minus(String(Number(value.toPrecision(5)))));
-
-  // All tick labels of an axis share their number of decimals or their exponent.
-  function tickLabels(splits, step) {
-    const largest = Math.max(...splits.map(Math.abs));
-    const far = largest >= 1e6 || (largest > 0 && largest < 1e-3);
-    const power = far ? Math.floor(Math.log10(largest)) : 0;
-    const unit = step / 10 ** power;
-    let decimals = 0;
-    while (decimals < 9 && Math.abs(unit * 10 ** decimals - Math.round(unit * 10 ** decimals)) > 1e-6) decimals++;
-    return splits.map((value) => {
-      if (value === 0) return "0";
-      const text = (value / 10 ** power).toFixed(decimals);
-      return minus(far ? `${text}e${power}` : text);
-    });
-  }
-
-  function yRange(_plot, low, high) {
-    if (low == null || high == null) return [0, 1];
-    if (low === high) return [low - (0.1 * Math.abs(low) || 1), high + (0.1 * Math.abs(high) || 1)];
-    // Tick labels cannot show smaller differences.
-    const room = 0.07 * Math.max(high - low, 1e-4 * Math.max(Math.abs(low), Math.abs(high)));
-    return [low - room, high + room];
-  }
-
-  function wholeRange({ axes }) {
-    const low = Math.min(...axes.filter((x) => x.length).map((x) => x[0]));
-    const high = Math.max(...axes.filter((x) => x.length).map((x) => x[x.length - 1]));
-    if (!(low <= high)) return [0, 1];
-    return low < high ? [low, high] : [low - 0.5, high + 0.5];
-  }
-
-  function zoom(figure, range) {
-    figure.range = range;
-    figure.reset.hidden = range === null;
-    figure.hint.hidden = range !== null;
-    const [min, max] = range ?? figure.whole;
-    for (const { plot } of figure.panels) plot.setScale("x", { min, max });
-  }
-
-  function showValues(figure, panel) {
-    const index = panel.plot.cursor.idx;
-    panel.outputs.forEach((output, i) => {
-      output.textContent = index == null ? "" : readout(panel.plot.data[i + 1][index]);
-    });
-    const x = index == null ? null : panel.plot.data[0][index];
-    if (x != null) figure.position.textContent = `${figure.data.x_label}: ${readout(x)}`;
-    else if (figure.panels[0] === panel) figure.position.textContent = "";
-  }
-
-  // A sideways touch acts like the mouse; a vertical touch scrolls.
-  function listenToTouch(figure, over) {
-    let start = null;
-    let lastTap = 0;
-    const pass = (type, event) => {
-      const { clientX, clientY } = event;
-      over.dispatchEvent(new MouseEvent(type, { bubbles: true, clientX, clientY, movementX: 1 }));
-    };
-    over.addEventListener("pointerdown", (event) => {
-      if (event.pointerType !== "touch" || !event.isPrimary) return;
-      start = event;
-      pass("mousemove", event);
-      pass("mousedown", event);
-    });
-    over.addEventListener("pointermove", (event) => {
-      if (start && event.pointerId === start.pointerId) pass("mousemove", event);
-    });
-    over.addEventListener("pointerup", (event) => {
-      if (!start || event.pointerId !== start.pointerId) return;
-      const tapped = Math.abs(event.clientX - start.clientX) < 8;
-      pass("mouseup", tapped ? start : event);
-      start = null;
-      if (tapped && event.timeStamp - lastTap < 350) zoom(figure, null);
-      lastTap = tapped ? event.timeStamp : 0;
-    });
-    over.addEventListener("pointercancel", () => {
-      if (start) {
-        pass("mousemove", start);
-        pass("mouseup", start);
-      }
-      start = null;
-    });
-  }
-
-  function axisOptions(grid, last) {
-    const common = {
-      stroke: color("axis"),
-      font: `${Math.round(11 * scale)}px ${getComputedStyle(document.body).fontFamily}`,
-      grid: { stroke: color("grid"), width: scale },
-      ticks: { stroke: color("grid"), width: scale, size: 4 * scale },
-      gap: 4 * scale,
-    };
-    const named = grid || last;
-    return [
-      {
-        ...common,
-        space: (grid ? 40 : 64) * scale,
-        size: (named ? 24 : 6) * scale,
-        values: (_plot, splits, _axis, _space, step) => (named ? tickLabels(splits, step) : splits.map(() => "")),
-      },
-      {
-        ...common,
-        space: 26 * scale,
-        size: (_plot, labels) => {
-          const longest = Math.max(0, ...(labels ?? []).map((label) => label.length));
-          return Math.max(grid ? 54 : 66, 7 * longest + 12) * scale;
-        },
-        values: (_plot, splits, _axis, _space, step) => tickLabels(splits, step),
-      },
-    ];
-  }
-
-  function plotOptions(figure, panel, size, last) {
-    const [min, max] = figure.range ?? figure.whole;
-    const lines = panel.data.series.map(({ name, style }) => ({
-      label: name,
-      stroke: color(style),
-      width: STYLES[style].width * scale,
-      dash: STYLES[style].dash.map((length) => length * scale),
-      points: { size: 4 * scale, width: scale },
-    }));
-    return {
-      ...size,
-      padding: [8 * scale, 10 * scale, 0, 0],
-      legend: { show: false },
-      scales: { x: { time: false, min, max, range: () => figure.range ?? figure.whole }, y: { range: yRange } },
-      axes: axisOptions(figure.data.layout === "grid", last),
-      series: [{}, ...lines],
-      cursor: {
-        y: false,
-        drag: { x: true, y: false, setScale: false },
-        sync: { key: figure.key, filters: { pub: (type) => type === "mousemove" || type === "mouseleave" } },
-        bind: { dblclick: () => () => zoom(figure, null) },
-      },
-      hooks: {
-        draw: [() => figure.drawn.add(panel.data)],
-        setCursor: [() => showValues(figure, panel)],
-        setSelect: [
-          (plot) => {
-            const { left, width } = plot.select;
-            plot.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
-            if (width > 3) zoom(figure, [plot.posToVal(left, "x"), plot.posToVal(left + width, "x")]);
-          },
-        ],
-      },
-    };
-  }
-
-  function legend(panel, named) {
-    const box = element("div", { class: named ? "legend" : "legend bare" });
-    panel.data.series.forEach(({ name, style }, i) => {
-      const output = element("output");
-      const button = element("button", { type: "button", "aria-pressed": "true", title: name }, swatch(style));
-      if (named) button.append(element("span", {}, name));
-      button.append(output);
-      button.addEventListener("click", () => {
-        const show = !panel.plot.series[i + 1].show;
-        panel.plot.setSeries(i + 1, { show });
-        button.setAttribute("aria-pressed", String(show));
+// A table that is wider than its place becomes one card per row.
+function fitTable(scroll) {
+  const table = scroll.querySelector("table");
+  if (!table || scroll.clientWidth === 0) return;
+  if (!("labelled" in table.dataset)) {
+    const headings = [...table.querySelectorAll("thead th")].map((th) => th.textContent);
+    for (const row of table.tBodies[0].rows) {
+      [...row.cells].forEach((cell, i) => {
+        if (cell.tagName !== "TD") return;
+        cell.dataset.label = headings[i];
+        cell.classList.toggle("long", cell.textContent.length > LONG_CELL);
       });
-      panel.outputs.push(output);
-      box.append(button);
-    });
-    return box;
-  }
-
-  function panelSize(figure, panel, last) {
-    const grid = figure.data.layout === "grid";
-    const height = (grid ? 130 : 165) + (grid || last ? 18 : 0);
-    panel.box.style.setProperty("--height", `${height}px`);
-    return { width: Math.max(panel.box.clientWidth, 120) * scale, height: height * scale };
-  }
-
-  function addPanel(figure, parent, data, named) {
-    const last = data === figure.data.panels.at(-1);
-    const panel = { data, outputs: [], last };
-    const head = element("div", { class: "panel-head" }, element("h3", {}, data.y_label), legend(panel, named));
-    const label = `${data.y_label} over ${figure.data.x_label}: ${data.series.map((s) => s.name).join(", ")}`;
-    panel.box = element("div", { role: "img", "aria-label": label });
-    parent.append(element("div", { class: "panel" }, head, panel.box));
-    figure.panels.push(panel);
-    const values = [figure.data.axes[data.axis], ...data.series.map((s) => s.values)];
-    panel.plot = new uPlot(plotOptions(figure, panel, panelSize(figure, panel, last), last), values, panel.box);
-    listenToTouch(figure, panel.plot.over);
-  }
-
-  function drawFigure(figure) {
-    for (const { plot } of figure.panels) plot?.destroy();
-    figure.panels = [];
-    figure.drawn = new Set();
-    figure.position = element("span");
-    figure.hint = element("span", { class: "hint" }, HINT);
-    figure.reset = element("button", { type: "button", class: "reset" }, "show all");
-    figure.reset.addEventListener("click", () => zoom(figure, null));
-    figure.reset.hidden = figure.range === null;
-    figure.hint.hidden = figure.range !== null;
-    const bar = element("div", { class: "plot-bar" }, figure.position, figure.hint, figure.reset);
-    const panels = element("div", { class: "panels" });
-    figure.host.replaceChildren(bar);
-    // Small panels that all show the same curves share one legend.
-    const names = figure.data.panels.map((p) => JSON.stringify(p.series.map((s) => [s.name, s.style])));
-    const shared = figure.data.layout === "grid" && names.length > 1 && new Set(names).size === 1;
-    if (shared) {
-      const keys = figure.data.panels[0].series.map((s) => element("span", { class: "key" }, swatch(s.style), s.name));
-      figure.host.append(element("div", { class: "legend keys" }, ...keys));
     }
-    figure.host.append(panels, element("p", { class: "x-label" }, figure.data.x_label));
-    for (const data of figure.data.panels) addPanel(figure, panels, data, !shared);
+    table.dataset.labelled = "";
   }
+  table.classList.remove("cards", "small");
+  const isTooWide = () => table.offsetWidth > scroll.clientWidth + 1;
+  if (isTooWide()) table.classList.add("small");
+  if (isTooWide()) table.classList.add("cards");
+}
 
-  function complain(host, error) {
-    host.dataset.failed = "";
-    host.replaceChildren(element("p", { class: "notice", role: "alert" }, `This figure cannot be drawn: ${error.message}`));
-  }
-
-  function drawAll() {
-    for (const figure of figures) {
-      try {
-        drawFigure(figure);
-      } catch (error) {
-        complain(figure.host, error);
-      }
+function startTables() {
+  const scrolls = [...document.querySelectorAll(".scroll")].filter((box) => box.querySelector("table"));
+  const widths = new Map();
+  const fit = (some) => {
+    for (const scroll of some) {
+      // Only another width matters: cards change the height.
+      if (widths.get(scroll) === scroll.clientWidth) continue;
+      widths.set(scroll, scroll.clientWidth);
+      fitTable(scroll);
     }
-    // uPlot draws after the running script has ended.
-    setTimeout(() => {
-      const good = figures.filter(({ host }) => !("failed" in host.dataset));
-      const drawn = good.reduce((sum, figure) => sum + figure.drawn.size, 0);
-      root.dataset.plotsDrawn = `${drawn}/${expected}`;
-    }, 0);
-  }
-
-  function resize(figure) {
-    if (scale !== 1) return;
-    for (const panel of figure.panels) {
-      const size = panelSize(figure, panel, panel.last);
-      if (panel.plot && size.width !== panel.plot.width) panel.plot.setSize(size);
-    }
-  }
-
-  function print(on) {
-    if (on === "printing" in root.dataset) return;
-    if (on) root.dataset.printing = "";
-    else delete root.dataset.printing;
-    scale = on ? PRINT_SCALE : 1;
-    drawAll();
-  }
-
-  function start() {
-    const hosts = [...document.querySelectorAll("[data-figure]")];
-    expected = hosts.length;
-    let all;
-    try {
-      all = JSON.parse(document.getElementById("figure-data").textContent);
-    } catch (error) {
-      for (const host of hosts) complain(host, error);
-      root.dataset.plotsDrawn = `0/${expected}`;
-      return;
-    }
-    expected = all.reduce((sum, data) => sum + data.panels.length, 0);
-    for (const host of hosts) {
-      const data = all[Number(host.dataset.figure)];
-      const key = `figure-${host.dataset.figure}`;
-      figures.push({ host, data, key, whole: wholeRange(data), range: null, panels: [], drawn: new Set() });
-    }
-    drawAll();
-    const observer = new ResizeObserver((entries) => {
-      for (const { target } of entries) resize(figures.find(({ host }) => host === target));
-    });
-    for (const { host } of figures) observer.observe(host);
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", drawAll);
-    addEventListener("beforeprint", () => print(true));
-    addEventListener("afterprint", () => print(false));
-  }
-
-  addEventListener("error", ({ message }) => {
-    const notice = document.getElementById("script-error");
-    notice.textContent = `A script of this page failed, some plots may be missing: ${message}`;
-    notice.hidden = false;
+  };
+  // A change of the page inside the observer would call it again.
+  const observer = new ResizeObserver((entries) => {
+    setTimeout(() => fit(entries.map(({ target }) => target)));
   });
-  const wide = matchMedia("(min-width: 76rem)");
-  const fold = () => document.querySelector(".toc details")?.toggleAttribute("open", wide.matches);
-  wide.addEventListener("change", fold);
-  fold();
-  start();
-})();
+  fit(scrolls);
+  for (const scroll of scrolls) observer.observe(scroll);
+}
+
+const folds = () => [...document.querySelectorAll("details.fold")];
+
+// Opens the section that the address names, or all sections.
+function openNamed() {
+  const name = decodeURIComponent(location.hash.slice(1));
+  if (name === "all") {
+    for (const fold of folds()) fold.open = true;
+    drawOpen();
+    return;
+  }
+  const target = name && document.getElementById(name);
+  const fold = target && target.closest("details.fold");
+  if (!fold) return;
+  fold.open = true;
+  target.scrollIntoView();
+}
+
+let openedForPaper = [];
+
+// Paper shows the sections that matter, and those that the reader has opened.
+function print(on) {
+  if (on === "printing" in root.dataset) return;
+  if (on) {
+    openedForPaper = folds().filter((fold) => !fold.open && fold.classList.contains("screen"));
+    for (const fold of openedForPaper) fold.open = true;
+    root.dataset.printing = "";
+  } else {
+    for (const fold of openedForPaper) fold.open = false;
+    delete root.dataset.printing;
+  }
+  for (const scroll of document.querySelectorAll(".scroll")) fitTable(scroll);
+  scale = on ? PRINT_SCALE : 1;
+  drawAgain();
+  if (on) drawOpen();
+}
+
+addEventListener("error", ({ message }) => {
+  const notice = document.getElementById("script-error");
+  notice.textContent = `A script of this page failed, some plots may be missing: ${message}`;
+  notice.hidden = false;
+});
+const wide = matchMedia("(min-width: 90rem)");
+const foldContents = () => document.querySelector(".toc details")?.toggleAttribute("open", wide.matches);
+wide.addEventListener("change", foldContents);
+foldContents();
+startPlots();
+startTables();
+startDownloads();
+addEventListener("hashchange", openNamed);
+openNamed();
+addEventListener("beforeprint", () => print(true));
+addEventListener("afterprint", () => print(false));

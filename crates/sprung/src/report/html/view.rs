@@ -3,7 +3,8 @@
 use minijinja::{Value, context};
 
 use super::super::document::{
-    BarRow, Block, Document, Finding, IntervalRow, Layout, Row, Section, Table, Tone,
+    BarRow, Block, Document, Finding, Fold, IntervalRow, Intervals, Layout, Row, Section, Table,
+    Tone,
 };
 
 /// Returns the template values of all sections; the data of figures are separate.
@@ -32,7 +33,18 @@ fn section_view(section: &Section, figures: &mut usize) -> Value {
         .iter()
         .map(|block| block_view(block, figures))
         .collect();
-    context! { id => section.id.as_str(), heading => section.heading.as_str(), lead => section.lead.as_str(), blocks }
+    let fold = match section.fold {
+        Fold::Open => "open",
+        Fold::Screen => "screen",
+        Fold::Detail => "detail",
+    };
+    context! {
+        id => section.id.as_str(),
+        heading => section.heading.as_str(),
+        lead => section.lead.as_str(),
+        fold,
+        blocks,
+    }
 }
 
 fn block_view(block: &Block, figures: &mut usize) -> Value {
@@ -53,13 +65,18 @@ fn block_view(block: &Block, figures: &mut usize) -> Value {
             let layout = match figure.layout {
                 Layout::Stack => "stack",
                 Layout::Grid => "grid",
+                Layout::Overview => "overview",
             };
             context! { kind => "figure", id => figure.id.as_str(), caption => figure.caption.as_str(), layout, index }
         }
-        Block::Intervals(shown) => {
-            let rows: Value = shown.rows.iter().map(interval_row_view).collect();
-            context! { kind => "intervals", caption => shown.caption.as_str(), names => &shown.names, rows }
+        Block::Drawing(drawing) => {
+            context! {
+                kind => "drawing",
+                svg => Value::from_safe_string(drawing.svg.to_owned()),
+                caption => drawing.caption.as_str(),
+            }
         }
+        Block::Intervals(shown) => intervals_view(shown),
         Block::Bars(shown) => {
             let rows: Value = shown.rows.iter().map(bar_row_view).collect();
             let ticks: Value = (shown.ticks.iter())
@@ -74,23 +91,60 @@ fn block_view(block: &Block, figures: &mut usize) -> Value {
     }
 }
 
+/// Returns intervals, with neighbouring rows of one group together.
+fn intervals_view(shown: &Intervals) -> Value {
+    let groups: Value = (shown.rows.chunk_by(|a, b| a.group == b.group))
+        .map(|rows| {
+            let heading = rows.first().map_or("", |row| row.group.as_str());
+            let rows: Value = rows.iter().map(interval_row_view).collect();
+            context! { heading, rows }
+        })
+        .collect();
+    let ticks: Value = (shown.ticks.iter())
+        .map(|(at, text)| context! { at => half(*at), text })
+        .collect();
+    context! {
+        kind => "intervals",
+        caption => shown.caption.as_str(),
+        names => &shown.names,
+        ticks,
+        groups,
+    }
+}
+
+/// Returns a position between -1 and 1 in percent of the width.
+fn half(at: f64) -> String {
+    format!("{:.2}", 50.0 + 50.0 * at.clamp(-1.0, 1.0))
+}
+
 /// Returns a row of intervals, with positions in percent of the row's width.
 fn interval_row_view(row: &IntervalRow) -> Value {
-    let percent = |x: f64| format!("{:.2}", 50.0 + 50.0 * x.clamp(-1.0, 1.0));
     let marks: Value = (row.marks.iter().enumerate())
         .map(|(lane, mark)| {
-            let at = mark.map(|mark| percent(mark.at));
+            let at = mark.filter(|mark| mark.at.abs() <= OUTSIDE);
             let ends = mark.and_then(|mark| mark.interval);
+            let lowest = mark.map(|mark| ends.map_or(mark.at, |ends| ends[0].min(mark.at)));
+            let highest = mark.map(|mark| ends.map_or(mark.at, |ends| ends[1].max(mark.at)));
             context! {
                 color => lane % COLORS,
                 shape => lane % SHAPES,
-                at,
-                low => ends.map(|ends| percent(ends[0])),
-                high => ends.map(|ends| percent(-ends[1])),
+                at => at.map(|mark| half(mark.at)),
+                low => ends.map(|ends| half(ends[0])),
+                high => ends.map(|ends| half(-ends[1])),
+                cut_low => lowest.is_some_and(|lowest| lowest < -OUTSIDE),
+                cut_high => highest.is_some_and(|highest| highest > OUTSIDE),
             }
         })
         .collect();
-    context! { label => row.label.as_str(), scale => row.scale.as_str(), marks }
+    let label = shortened(&row.label);
+    context! {
+        // A narrow place may cut a label that is short enough elsewhere.
+        title => (row.label.chars().count() > CUT_LABEL).then_some(row.label.as_str()),
+        label => label.as_deref().unwrap_or(&row.label),
+        scale => row.scale.as_str(),
+        tone => tone(row.tone),
+        marks,
+    }
 }
 
 /// Returns a position between 0 and 1 in percent.
@@ -110,6 +164,12 @@ fn bar_row_view(row: &BarRow) -> Value {
         .collect();
     context! { label => row.label.as_str(), tone => tone(row.tone), bars }
 }
+
+/// Position beyond which a mark or the end of an interval lies outside a row.
+const OUTSIDE: f64 = 1.0 + 1e-9;
+
+/// A longer label of a row has a tooltip.
+const CUT_LABEL: usize = 18;
 
 /// Numbers of colours and of shapes of marks in the style sheet.
 const COLORS: usize = 7;
@@ -141,10 +201,12 @@ fn table_view(table: &Table) -> Value {
         .iter()
         .map(|column| context! { heading => column.heading.as_str(), numeric => column.numeric })
         .collect();
-    let rows: Value = table
-        .rows
-        .iter()
-        .map(|row| row_view(row, table, &places))
+    let rows: Value = (table.rows.iter().enumerate())
+        .map(|(i, row)| {
+            let heading = table.headings.iter().find(|(before, _)| *before == i);
+            let row = row_view(row, table, &places);
+            context! { heading => heading.map(|(_, text)| text), ..row }
+        })
         .collect();
     context! { kind => "table", caption => table.caption.as_str(), columns, rows }
 }
@@ -161,10 +223,30 @@ fn row_view(row: &Row, table: &Table, places: &[Option<usize>]) -> Value {
             let pad = most.zip(own).map_or(0, |(most, own)| most - own);
             // A number without decimal point also needs space for the point.
             let whole = pad > 0 && own == Some(0);
-            context! { text => text, numeric, pad, whole }
+            let short = shortened(text).filter(|_| column == 0);
+            context! {
+                title => short.as_ref().map(|_| text),
+                text => short.as_ref().unwrap_or(text),
+                numeric,
+                pad,
+                whole,
+            }
         })
         .collect();
     context! { tone => tone(row.tone), cells }
+}
+
+/// Returns the beginning of a long name; `None` for a name that is short enough. The full name is a
+/// tooltip and the content of exported tables.
+fn shortened(name: &str) -> Option<String> {
+    const LONGEST: usize = 34;
+    (name.chars().count() > LONGEST).then(|| {
+        let start: String = name.chars().take(LONGEST - 2).collect();
+        let words = start
+            .rsplit_once(' ')
+            .map_or(start.as_str(), |(words, _)| words);
+        format!("{words} …")
+    })
 }
 
 /// Returns the largest number of decimals in a numeric column of plain numbers.
@@ -192,6 +274,14 @@ fn decimals(text: &str) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn long_names_end_between_words() {
+        assert_eq!(shortened("joint1.stiffness"), None);
+        let long = "link1.izz + link2.iyy + 0.0998*link3.m + link4.m";
+        assert_eq!(shortened(long).unwrap(), "link1.izz + link2.iyy + …");
+        assert_eq!(shortened(&"x".repeat(50)).unwrap().chars().count(), 34);
+    }
 
     #[test]
     fn only_plain_numbers_have_decimals() {
