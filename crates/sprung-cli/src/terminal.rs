@@ -150,19 +150,15 @@ impl Terminal {
             findings.for_each(|finding| self.finding(about, finding));
             return;
         }
-        let codes: Vec<&str> = findings
+        let mut codes: Vec<&str> = findings
             .filter(|finding| finding.severity != Severity::Info)
             .map(|finding| finding.code.as_str())
             .collect();
+        codes.dedup();
         if !codes.is_empty() && !self.voice.quiet {
             complain(&format!(
-                "note ({about}): {}; the verdict does not depend on it, -v prints the {}",
-                codes.join(", "),
-                if codes.len() == 1 {
-                    "finding"
-                } else {
-                    "findings"
-                }
+                "note ({about}): {}; the verdict does not depend on this result, -v prints its findings",
+                codes.join(", ")
             ));
         }
     }

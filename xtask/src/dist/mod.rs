@@ -32,7 +32,10 @@ struct Release {
 /// - `binary`: a program to be packaged; without it, a release is built.
 pub(crate) fn run(binary: Option<&str>) -> ExitCode {
     let mut steps = Steps::default();
-    let out = root().join("target/dist");
+    let Some(out) = said(canonical(&root())) else {
+        return ExitCode::FAILURE;
+    };
+    let out = out.join("target/dist");
     let ready = steps.step("folder", "target/dist", || said(packages::emptied(&out)));
     let built = ready.and_then(|()| {
         steps.step("release", "the stripped program", || {

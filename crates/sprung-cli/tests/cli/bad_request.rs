@@ -343,3 +343,28 @@ fn verbs_flags_and_their_files() {
     }
     assert!(!case.path("arm").exists());
 }
+
+#[test]
+fn a_wrong_unit_of_time_is_named_although_the_filters_do_not_fit() {
+    let case = Case::new().column(0, |time| 1e-9 * time);
+    case.fails(
+        3,
+        &[
+            "samples per second, which is unusual",
+            "(time-unit)",
+            "in the experiment file",
+        ],
+    );
+    let constant = Case::new().column(4, |_| 1e308);
+    constant.fails(
+        3,
+        &["\"phi2_rad\" never changes (1e308 rad in all 10000 samples)"],
+    );
+    std::fs::write(case.path("results.json"), "{\n  \"format\": 1\n}\n").unwrap();
+    assignment(
+        &case,
+        3,
+        "log.file=results.json",
+        &["is JSON", "give the log as CSV"],
+    );
+}

@@ -84,7 +84,7 @@ fn the_demo_ends_with_what_was_found() {
     // LSFF does not decide: its findings take one line per table.
     let about = notes.lines().filter(|line| line.contains("lsff")).count();
     assert!((1..=3).contains(&about), "{notes}");
-    assert!(notes.contains("-v prints the findings"), "{notes}");
+    assert!(notes.contains("-v prints its findings"), "{notes}");
     assert!(!notes.contains("remedy: excite the joint"), "{notes}");
 }
 

@@ -6,7 +6,8 @@ use super::reading::Reading;
 use super::reduction::Reduction;
 use super::system::System;
 use crate::description::{Cutoff, Identify};
-use crate::log::{LogBlock, LogError, LogReader, LogSource, Summary, Timing, rounded};
+use crate::finding::Severity;
+use crate::log::{LogBlock, LogError, LogReader, LogSource, Summary, Timing, rounded, time_unit};
 use crate::model::Model;
 use crate::numbers::Shown;
 use crate::preprocess::{Aligner, Butterworth, FilterDesignError, RawBlock, SignalBlock, Smoother};
@@ -426,6 +427,18 @@ fn too_short(
         0 => "",
         _ => ", between two gaps",
     };
+    let label = source.label();
+    // If the unit of the time is wrong, the filters seem to need billions of samples.
+    let unit = time_unit(&label, reading.channels(), log.timing().period);
+    if let Some(finding) = unit.filter(|finding| finding.severity == Severity::Error) {
+        let line = finding.setting.unwrap_or(finding.remedy);
+        return LogError::Implausible {
+            message: format!(
+                "{} ({}); in the experiment file: {line}",
+                finding.text, finding.code
+            ),
+        };
+    }
     let delay = longest_delay(reading.delays());
     let delays = if delay > 0.0 {
         format!(", and delays take {} s", rounded(delay))
@@ -440,7 +453,7 @@ fn too_short(
         }
     };
     LogError::TooShort {
-        file: source.label(),
+        file: label,
         found: log.timing().recorded,
         needed: preparation.needed as u64,
         why: format!(

@@ -289,7 +289,7 @@ fn whole_files() -> Vec<Faulty> {
         usual(
             "a page of the web",
             b"<!DOCTYPE html>\n<html><body>Sign in</body></html>\n".to_vec(),
-            &["has no column \"t_s\""],
+            &["is a page of HTML or XML", "give the log"],
         ),
         usual(
             "a pointer to a large file",

@@ -8,6 +8,7 @@ use crate::description::Quantity;
 use crate::finding::{Finding, Severity};
 use crate::log::columns::channel::Channel;
 use crate::log::columns::channels::Channels;
+use crate::numbers::Shown;
 
 /// Code of the finding that positions look like degrees.
 pub(crate) const LOOKS_LIKE_DEGREES: &str = "looks-like-degrees";
@@ -114,9 +115,9 @@ impl ColumnCheck<'_> {
                 Severity::Error,
                 "constant-column",
                 format!(
-                    "{name}: column \"{column}\" never changes ({:.4} {unit} in all {} samples) in \
+                    "{name}: column \"{column}\" never changes ({} {unit} in all {} samples) in \
                      {file}; {likely}, or is the column name wrong?",
-                    extent.first,
+                    constant(extent.first),
                     summary.samples()
                 ),
                 "name the column that holds the quantity, or record it",
@@ -303,5 +304,13 @@ impl ColumnCheck<'_> {
             )
             .seen(self.file, &channel.column, range, unit)
         })
+    }
+}
+/// Returns the value of a constant column.
+fn constant(value: f64) -> String {
+    if value.abs() < 1e9 {
+        format!("{value:.4}")
+    } else {
+        Shown(value).to_string()
     }
 }

@@ -54,6 +54,9 @@ pub(super) fn open(
             format!(" is text and has no topics, so there is no \"{topic}\"; name columns"),
         ));
     }
+    if let Some(other) = other_text(start) {
+        return Err(LogError::format(file, other));
+    }
     let bom = start.starts_with(b"\xef\xbb\xbf");
     let (mut drop, mut skipped) = (if bom { 3 } else { 0 }, 0);
     for _ in 0..request.csv.skip_lines {
@@ -145,6 +148,21 @@ pub(super) fn open(
         all,
         has_names: given,
     })
+}
+
+/// Recognises a text that is no table by its first characters; returns the rest of the error.
+fn other_text(start: &[u8]) -> Option<&'static str> {
+    const MARKUP: [&[u8]; 4] = [b"<!doctype", b"<?xml", b"<html", b"<robot"];
+    let start = start.trim_ascii_start();
+    let begins =
+        |with: &&[u8]| (start.get(..with.len())).is_some_and(|own| own.eq_ignore_ascii_case(with));
+    if MARKUP.iter().any(begins) {
+        return Some(" is a page of HTML or XML, not a table of numbers; give the log");
+    }
+    let inside = start.strip_prefix(b"{")?.trim_ascii_start();
+    inside
+        .starts_with(b"\"")
+        .then_some(" is JSON, which sprung does not read; give the log as CSV or in another format")
 }
 
 impl Table for CsvTable {
