@@ -345,16 +345,8 @@ fn verbs_flags_and_their_files() {
 }
 
 #[test]
-fn a_wrong_unit_of_time_is_named_although_the_filters_do_not_fit() {
-    let case = Case::new().column(0, |time| 1e-9 * time);
-    case.fails(
-        3,
-        &[
-            "samples per second, which is unusual",
-            "(time-unit)",
-            "in the experiment file",
-        ],
-    );
+fn huge_constants_and_results_given_as_logs() {
+    let case = Case::new();
     let constant = Case::new().column(4, |_| 1e308);
     constant.fails(
         3,
