@@ -159,7 +159,8 @@ pub(crate) struct New {
     /// URDF file of the robot; the file is not copied.
     #[arg(long, value_name = "FILE", conflicts_with = "joints")]
     pub(crate) urdf: Option<PathBuf>,
-    /// Number of joints, 1 to 32, of a robot whose Denavit-Hartenberg table you fill in [default: 2].
+    /// Number of joints, 1 to 32, of a robot whose Denavit-Hartenberg table you fill in [default:
+    /// that of the log, otherwise 2].
     #[arg(long, value_name = "N")]
     pub(crate) joints: Option<usize>,
     /// Log of the robot; its names and values decide the columns, units and sides. Can be repeated

@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use sprung::description::Start;
-use sprung::session::{EXPERIMENT_FILE, NewExperiment, SessionError, start_from_urdf};
+use sprung::session::{
+    EXPERIMENT_FILE, NewExperiment, SessionError, joints_of_log, start_from_urdf,
+};
 
 use crate::args::New;
 use crate::command_line::quoted;
@@ -18,9 +20,14 @@ pub(crate) fn run(args: &New) -> Result<ExitCode, Failure> {
     let terminal = Terminal::new(args.voice, false);
     let folder = &args.folder;
     refuse_what_is_there(folder)?;
-    let start = match &args.urdf {
-        Some(file) => start_from_urdf(file, folder)?,
-        None => Start::table(args.joints.unwrap_or(DEFAULT_JOINTS)).map_err(SessionError::from)?,
+    let start = if let Some(file) = &args.urdf {
+        start_from_urdf(file, folder)?
+    } else {
+        let joints = match (args.joints, args.log.first()) {
+            (None, Some(log)) => joints_of_log(log)?,
+            (joints, _) => joints,
+        };
+        Start::table(joints.unwrap_or(DEFAULT_JOINTS)).map_err(SessionError::from)?
     };
     let new = if args.log.is_empty() {
         NewExperiment::without_log(&start)

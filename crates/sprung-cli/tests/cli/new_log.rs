@@ -274,6 +274,31 @@ fn what_only_the_user_knows_is_named_with_its_line() {
 }
 
 #[test]
+fn a_table_has_as_many_joints_as_the_log() {
+    let (desk, log) = recorded();
+    for joints in [1, 3] {
+        let mut names = vec![("t".to_owned(), 0, 1.0)];
+        for k in 1..=joints {
+            names.push((format!("q{k}"), 3, 1.0));
+            names.push((format!("tau{k}"), 5, 1.0));
+        }
+        let names: Vec<(&str, usize, f64)> = (names.iter())
+            .map(|(name, column, factor)| (name.as_str(), *column, *factor))
+            .collect();
+        desk.write("log.csv", &csv(&named(&log, &names)));
+        let folder = format!("table-{joints}");
+        desk.succeeds(&["new", &folder, "--log", "log.csv"]);
+        let text = desk.read(&format!("{folder}/experiment.toml"));
+        assert_eq!(
+            text.matches("\n[[robot.joint]]\n").count(),
+            joints,
+            "{text}"
+        );
+        desk.fails(&["identify", &folder], 2, &["FILL IN dh_modified"]);
+    }
+}
+
+#[test]
 fn joints_that_match_nothing_name_the_nearest() {
     let (desk, log) = recorded();
     let names = [

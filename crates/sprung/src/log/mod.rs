@@ -47,7 +47,7 @@ pub(crate) use reader::LogReader;
 pub use select::Beyond;
 pub use source::{LogSource, Opener};
 pub use survey::ChooseError;
-pub(crate) use survey::{Survey, choose};
+pub(crate) use survey::{Survey, choose, joint_count};
 pub use write::LogWriter;
 
 pub(crate) use crate::description::Quantity;

@@ -10,7 +10,7 @@ use super::load::Session;
 use super::start::{reference, resolved};
 use crate::description::{Chosen, ChosenLine, FILL_IN, Start, template};
 use crate::finding::{Finding, Severity};
-use crate::log::{Input, LOOKS_LIKE_DEGREES, Survey, choose};
+use crate::log::{Input, LOOKS_LIKE_DEGREES, Survey, choose, joint_count};
 use crate::progress::Listener;
 
 /// Most corrections of the choice by the check.
@@ -110,6 +110,18 @@ impl NewExperiment {
         new.left_out = robot.len() - new.joints.len();
         Ok(new)
     }
+}
+
+/// Returns the number of joints whose positions a log holds; `None` if the names of its columns do not
+/// tell.
+///
+/// # Errors
+///
+/// [`SessionError`] if the log cannot be read.
+pub fn joints_of_log(log: &Path) -> Result<Option<usize>, SessionError> {
+    let name = log.display().to_string();
+    let survey = Survey::read(&name, &mut |_| Disk.open(log))?;
+    Ok(joint_count(&survey))
 }
 
 /// Returns whether torques may have been taken before the gearbox: the positions were.

@@ -32,7 +32,7 @@ pub use check::Depth;
 pub use compare::{ComparedFiles, compare_files};
 pub use error::{ErrorKind, SessionError};
 pub use files::{Disk, Files};
-pub use from_log::NewExperiment;
+pub use from_log::{NewExperiment, joints_of_log};
 pub use load::Session;
 pub use mistaken::EXPERIMENT_FILE;
 pub use parameters::Parameters;

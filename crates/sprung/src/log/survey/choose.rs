@@ -88,6 +88,22 @@ pub(crate) fn choose(
     Ok(decided.chosen(&own, files, &problems))
 }
 
+/// Returns the number of joints by the positions of a log: their largest family; `None` if the names
+/// of the columns have no numbers.
+pub(crate) fn joint_count(survey: &Survey) -> Option<usize> {
+    let all = families(survey, &[]);
+    let sizes = || {
+        let is_position = |family: &&Family| family.meaning.sort == Some(Sort::Position);
+        all.iter()
+            .filter(is_position)
+            .map(|family| family.columns.len())
+    };
+    match sizes().max() {
+        Some(1) if sizes().count() > 1 => None,
+        largest => largest,
+    }
+}
+
 /// Returns whether a column is left out because its name matches several joints.
 fn joint_is_unclear(family: &Family) -> bool {
     (family.problem.as_ref()).is_some_and(|problem| problem.starts_with("one column matches"))

@@ -17,5 +17,5 @@ mod words;
 mod write;
 
 pub use choose::ChooseError;
-pub(crate) use choose::choose;
+pub(crate) use choose::{choose, joint_count};
 pub(crate) use read::Survey;
