@@ -12,6 +12,7 @@
 //! - `--kinds matched,misfit`: only kinds whose names contain one of these words.
 //! - `--faults Saturation`: only cases whose fault contains one of these words.
 //! - `--each`: one line per case.
+//! - `--parameters`: besides, the errors of each parameter in its standard errors, one per log.
 //! - `--keep FOLDER`: writes the identification and the true parameters of each case into this folder.
 #![expect(clippy::print_stdout, reason = "a benchmark says what it measured")]
 
@@ -44,6 +45,7 @@ struct Arguments {
     kinds: Vec<String>,
     faults: Vec<String>,
     each: bool,
+    parameters: bool,
     keep: Option<PathBuf>,
 }
 
@@ -61,6 +63,7 @@ impl Arguments {
             kinds: vec![String::new()],
             faults: vec![String::new()],
             each: false,
+            parameters: false,
             keep: None,
         };
         let mut bench = false;
@@ -79,6 +82,7 @@ impl Arguments {
                 "--kinds" => found.kinds = value().split(',').map(str::to_owned).collect(),
                 "--faults" => found.faults = value().split(',').map(str::to_owned).collect(),
                 "--each" => found.each = true,
+                "--parameters" => found.parameters = true,
                 "--keep" => found.keep = Some(value().into()),
                 other => panic!("no argument {other}"),
             }
@@ -110,6 +114,9 @@ fn main() {
             if arguments.each {
                 for outcome in &found {
                     println!("{}", outcome.line());
+                    if arguments.parameters {
+                        println!("{}", outcome.parameters().join("\n"));
+                    }
                 }
             }
             found

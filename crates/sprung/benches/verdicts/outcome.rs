@@ -42,6 +42,8 @@ pub(crate) struct Outcome {
     over_promise: f64,
     /// Held-out error of the torques over that of the true robot, root mean square over the joints.
     over_truth: f64,
+    /// Errors of each parameter in its standard errors, one per log.
+    errors: Vec<(String, Vec<f64>)>,
 }
 
 impl Outcome {
@@ -53,6 +55,15 @@ impl Outcome {
     /// Returns whether *good* is the only right verdict.
     pub(crate) fn is_truly_good(&self) -> bool {
         self.over_truth <= MAX_OVER_TRUTH && self.coverage >= TRUE_COVERAGE
+    }
+
+    /// Returns a line per parameter: its errors in standard errors, one per log.
+    pub(crate) fn parameters(&self) -> Vec<String> {
+        let line = |(name, errors): &(String, Vec<f64>)| {
+            let each: Vec<String> = errors.iter().map(|error| format!("{error:.1}")).collect();
+            format!("    {name}: {}", each.join(" "))
+        };
+        self.errors.iter().map(line).collect()
     }
 
     /// Returns the outcome as a line.
@@ -101,6 +112,7 @@ pub(crate) fn outcomes(case: &Case, estimators: &[Estimator], keep: Option<&Path
         coverage: 0.0,
         over_promise: f64::INFINITY,
         over_truth: f64::INFINITY,
+        errors: Vec::new(),
     };
     let first = match &identified[0] {
         Ok(first) => first,
@@ -136,7 +148,8 @@ pub(crate) fn outcomes(case: &Case, estimators: &[Estimator], keep: Option<&Path
                 .iter()
                 .flatten()
                 .map(|found| &found.results[index]);
-            outcome.coverage = coverage(case, all);
+            outcome.coverage = coverage(case, all.clone());
+            outcome.errors = errors(case, all);
             if let Some((promise, truth)) = held_out.as_ref().and_then(|all| all.get(index)) {
                 outcome.over_promise = *promise;
                 outcome.over_truth = *truth;
@@ -171,6 +184,28 @@ fn coverage<'r>(case: &Case, results: impl Iterator<Item = &'r EstimateResult>) 
         }
     }
     hit / f64::max(all, 1.0)
+}
+
+/// Returns the errors of each parameter in its standard errors.
+fn errors<'r>(
+    case: &Case,
+    results: impl Iterator<Item = &'r EstimateResult>,
+) -> Vec<(String, Vec<f64>)> {
+    let Some(truth) = &case.truth else {
+        return Vec::new();
+    };
+    let mut errors: Vec<(String, Vec<f64>)> = Vec::new();
+    for result in results {
+        for (index, (parameter, truth)) in result.parameters.iter().zip(truth).enumerate() {
+            if errors.len() <= index {
+                errors.push((parameter.name.clone(), Vec::new()));
+            }
+            let standard = parameter.standard_error.unwrap_or(f64::NAN);
+            let value = parameter.value.unwrap_or(f64::NAN);
+            errors[index].1.push((value - truth) / standard);
+        }
+    }
+    errors
 }
 
 /// Predicts another log. Returns the largest error over its promise for each result, and the error of
