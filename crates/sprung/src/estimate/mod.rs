@@ -44,8 +44,8 @@ pub use prediction_error::{KnownNoise, KnownTruth, information_bound};
 pub use promise::JointPrediction;
 pub(crate) use promise::{percent, predictions};
 pub use refinement_result::{
-    HeldOutResidual, RefinedDelay, RefinedOffset, RefinedSaturation, RefinedVelocity, Refinement,
-    ResidualPrior, RowDisturbance, RungResult, SensorNoise,
+    HeldOutResidual, RefinedDelay, RefinedEccentricity, RefinedOffset, RefinedSaturation,
+    RefinedVelocity, Refinement, ResidualPrior, RowDisturbance, RungResult, SensorNoise,
 };
 pub(crate) use result::GENERATOR;
 pub use result::{

@@ -53,6 +53,9 @@ pub struct Refinement {
     /// Saturations of the torques by likelihood.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub saturations: Vec<RefinedSaturation>,
+    /// Eccentricities of the link encoders by likelihood.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub eccentricities: Vec<RefinedEccentricity>,
     /// Prior levels of the residual laws.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub residual_levels: Vec<ResidualPrior>,
@@ -160,6 +163,20 @@ pub struct RefinedSaturation {
     /// Largest move of a parameter with this saturation, in standard errors of the parameter; absent
     /// without a finite one.
     pub largest_move: Option<f64>,
+}
+
+/// Eccentricity of a link encoder, by likelihood: its reading deviates with the sine or the cosine of
+/// the angle.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RefinedEccentricity {
+    /// The column.
+    pub column: String,
+    /// `sine` or `cosine`.
+    pub shape: String,
+    /// Amplitude of the deviation, rad.
+    pub amplitude_rad: f64,
+    /// Its standard error, rad; absent if the log does not determine the amplitude.
+    pub standard_error_rad: Option<f64>,
 }
 
 /// Stribeck velocity of a joint, by likelihood.

@@ -252,11 +252,12 @@ fn a_law_that_the_model_lacks_is_named_and_no_other() {
 }
 
 #[test]
-fn a_linear_torque_does_not_saturate() {
+fn linear_sensors_are_not_reported() {
     let twin = twin();
     let result = refined(&twin, &twin.log(&settings(16384, CASES[0], 3))).unwrap();
     let codes: Vec<&str> = result.warnings.iter().map(|f| f.code.as_str()).collect();
     assert!(!codes.contains(&"torque-saturates"), "{codes:?}");
+    assert!(!codes.contains(&"eccentric-encoder"), "{codes:?}");
     for own in &result.refined().unwrap().saturations {
         assert!(
             own.share.abs() < 5.0 * own.standard_error.unwrap(),
@@ -265,29 +266,38 @@ fn a_linear_torque_does_not_saturate() {
     }
 }
 
-/// Returns a log with a torque that saturates: the logged torque exceeds the acting one by a part
-/// that grows with the square of the torque.
-///
-/// - `share`: this part at the standard deviation of the torque.
-fn saturated(log: &[u8], share: f64, column: usize) -> Vec<u8> {
+/// Returns a log with other values.
+fn changed(log: &[u8], change: impl FnOnce(&mut [Vec<f64>])) -> Vec<u8> {
     let text = std::str::from_utf8(log).unwrap();
     let (header, rows) = text.split_once('\n').unwrap();
     let mut rows: Vec<Vec<f64>> = (rows.lines())
         .map(|row| row.split(',').map(|word| word.parse().unwrap()).collect())
         .collect();
-    let count = rows.len() as f64;
-    let mean = rows.iter().map(|row| row[column]).sum::<f64>() / count;
-    let squares: f64 = rows.iter().map(|row| (row[column] - mean).powi(2)).sum();
-    let deviation = (squares / count).sqrt();
+    change(&mut rows);
     let mut text = header.to_owned();
-    for row in &mut rows {
-        row[column] *= 1.0 + share * (row[column] / deviation).powi(2);
+    for row in &rows {
         let words: Vec<String> = row.iter().map(f64::to_string).collect();
         text.push('\n');
         text.push_str(&words.join(","));
     }
     text.push('\n');
     text.into_bytes()
+}
+
+/// Returns a log with a torque that saturates: the logged torque exceeds the acting one by a part
+/// that grows with the square of the torque.
+///
+/// - `share`: this part at the standard deviation of the torque.
+fn saturated(log: &[u8], share: f64, column: usize) -> Vec<u8> {
+    changed(log, |rows| {
+        let count = rows.len() as f64;
+        let mean = rows.iter().map(|row| row[column]).sum::<f64>() / count;
+        let squares: f64 = rows.iter().map(|row| (row[column] - mean).powi(2)).sum();
+        let deviation = (squares / count).sqrt();
+        for row in rows {
+            row[column] *= 1.0 + share * (row[column] / deviation).powi(2);
+        }
+    })
 }
 
 #[test]
@@ -304,4 +314,22 @@ fn torques_that_saturate_together_are_named() {
     for own in &result.refined().unwrap().saturations {
         assert!((0.01..0.05).contains(&own.share), "{own:?}");
     }
+}
+
+#[test]
+fn an_eccentric_encoder_is_named() {
+    let twin = twin();
+    let log = twin.log(&settings(16384, CASES[0], 3));
+    let log = changed(&log, |rows| {
+        for row in rows {
+            row[1] += 1e-3 * row[1].sin();
+        }
+    });
+    let result = refined(&twin, &log).unwrap();
+    let found = (result.warnings.iter()).find(|finding| finding.code == "eccentric-encoder");
+    println!("{found:#?} {:#?}", result.refined().unwrap().eccentricities);
+    let found = found.unwrap_or_else(|| panic!("{:#?}", result.warnings));
+    assert!(found.text.contains("\"q1_rad\""), "{}", found.text);
+    let own = &result.refined().unwrap().eccentricities[0];
+    assert!((0.7e-3..1.3e-3).contains(&own.amplitude_rad), "{own:?}");
 }

@@ -1,4 +1,4 @@
-//! Estimates of delays and saturations of channels from the normal equations.
+//! Estimates of delays, saturations and eccentricities of channels from the normal equations.
 
 use super::filter::NormalEquations;
 use super::sandwich::{Influence, widening};
@@ -7,8 +7,8 @@ use super::unknowns::{Effect, Unknowns};
 use super::vector::dot;
 use crate::estimate::between_parts::between_parts;
 
-/// Estimate of an effect of a channel: of its delay relative to the other channels, s, or of the
-/// saturation of its torque.
+/// Estimate of an effect of a channel: of its delay relative to the other channels, s, of the
+/// saturation of its torque, or of the eccentricity of its encoder, rad.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct ChannelUpdate {
     /// Index in [`Channels::all`](crate::log::Channels::all).
@@ -87,7 +87,7 @@ pub(super) fn channel_updates(
                 effect,
                 assumed: match effect {
                     Effect::SensorDelay(_) | Effect::TorqueDelay(_) => assumed[channel],
-                    Effect::Saturation { .. } => 0.0,
+                    Effect::Saturation { .. } | Effect::Eccentricity { .. } => 0.0,
                 },
                 correction: step.correction,
                 standard_error: widened(step).hypot(between),

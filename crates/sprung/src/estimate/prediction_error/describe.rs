@@ -4,10 +4,11 @@ use super::findings::{correlations, largest_move};
 use super::hold_out::HeldOut;
 use super::ladder::Tried;
 use super::refined::Refined;
+use super::unknowns::Effect;
 use super::status::{Outcome, Status};
 use crate::estimate::refinement_result::{
-    HeldOutResidual, RefinedDelay, RefinedOffset, RefinedSaturation, RefinedVelocity, Refinement,
-    ResidualPrior, RowDisturbance, RungResult, SensorNoise,
+    HeldOutResidual, RefinedDelay, RefinedEccentricity, RefinedOffset, RefinedSaturation,
+    RefinedVelocity, Refinement, ResidualPrior, RowDisturbance, RungResult, SensorNoise,
 };
 use crate::log::Channels;
 use crate::model::Model;
@@ -80,6 +81,19 @@ pub(super) fn describe(
                 largest_move: (largest_move(refined, &own.moves))
                     .map(|(_, moved)| moved)
                     .filter(|moved| moved.is_finite()),
+            })
+            .collect(),
+        eccentricities: (refined.eccentricities.iter())
+            .map(|own| RefinedEccentricity {
+                column: column(own.channel),
+                shape: match own.effect {
+                    Effect::Eccentricity {
+                        is_cosine: true, ..
+                    } => "cosine".to_owned(),
+                    _ => "sine".to_owned(),
+                },
+                amplitude_rad: own.value(),
+                standard_error_rad: Some(own.standard_error).filter(|e| e.is_finite()),
             })
             .collect(),
         residual_levels: (refined.residual.iter())

@@ -3,6 +3,7 @@
 use super::channel_updates::ChannelUpdate;
 use super::missing_laws::MissingLaw;
 use super::refined::Refined;
+use super::unknowns::Effect;
 use crate::estimate::between_parts::between_parts;
 use crate::estimate::chi_square::upper_tail;
 use crate::estimate::delay_test::DELAY_SIGNIFICANCE_SIGMAS;
@@ -111,6 +112,7 @@ pub(super) fn about(reading: &Reading, period: f64, refined: &Refined) -> Vec<Fi
     }
     findings.extend(late(reading.channels(), period, refined));
     findings.extend(saturating(reading.channels(), refined));
+    findings.extend(eccentric(reading.channels(), refined));
     findings.extend(together(model, refined));
     findings.extend(disagree(model, refined));
     let unexplained: Vec<String> = (refined.levels.iter().enumerate())
@@ -278,6 +280,41 @@ fn all_saturating(channels: &Channels, refined: &Refined) -> Option<Finding> {
         ),
         "measure the torque constants at several currents, or record a motion with smaller torques",
     ))
+}
+
+/// Reports link encoders whose readings deviate with the period of one turn.
+fn eccentric(channels: &Channels, refined: &Refined) -> Vec<Finding> {
+    let clear = |own: &&ChannelUpdate| own.significance() > LAW_SIGNIFICANCE_SIGMAS;
+    let of_encoder = |pair: &[ChannelUpdate]| {
+        let own = (pair.iter().filter(clear))
+            .max_by(|a, b| a.significance().total_cmp(&b.significance()))?;
+        let (_, moved) = largest_move(refined, &own.moves)?;
+        let column = &channels.all[own.channel].column;
+        let shape = match own.effect {
+            Effect::Eccentricity {
+                is_cosine: true, ..
+            } => "cos",
+            _ => "sin",
+        };
+        let finding = Finding::new(
+            if moved > MOVE_THAT_MATTERS_SIGMAS {
+                Severity::Warning
+            } else {
+                Severity::Info
+            },
+            "eccentric-encoder",
+            format!(
+                "by likelihood, \"{column}\" deviates from the angle of the link by {:.3} mrad · {shape} q \
+                 (standard error {:.3} mrad), as an encoder does whose disc is not centred. With it \
+                 parameters would move by up to {moved:.1} of their standard errors",
+                1e3 * own.value(),
+                1e3 * own.standard_error,
+            ),
+            "calibrate the encoder over a turn and correct its readings, or use two reading heads",
+        );
+        Some(finding.seen("", column, own.value(), "rad"))
+    };
+    (refined.eccentricities.chunks(2).filter_map(of_encoder)).collect()
 }
 
 /// Returns the delay in words.

@@ -53,6 +53,9 @@ pub(super) fn finish(
         })
         .collect();
     let widening = widening(&rows.iter().collect::<Vec<_>>(), &sums.gradients, duration);
+    let by_noise: Vec<f64> = (influence.chunks(count).take(unknowns.free.len()))
+        .map(|row| dot(&row[..bias.gradient.len()], &bias.gradient))
+        .collect();
     let blocks = blocks(problem, &sums);
     // The factors contain the scatter between the logs, so they would hide it here.
     let logs = each_log(problem, descent, &sums);
@@ -85,8 +88,14 @@ pub(super) fn finish(
         duration,
         reading.delays(),
     );
-    let (saturations, delays) =
-        (updates.into_iter()).partition(|own| matches!(own.effect, Effect::Saturation { .. }));
+    let (mut delays, mut saturations, mut eccentricities) = (Vec::new(), Vec::new(), Vec::new());
+    for own in updates {
+        match own.effect {
+            Effect::SensorDelay(_) | Effect::TorqueDelay(_) => delays.push(own),
+            Effect::Saturation { .. } => saturations.push(own),
+            Effect::Eccentricity { .. } => eccentricities.push(own),
+        }
+    }
     Some(Refined {
         covariance: (0..width * width)
             .map(|at| covariance[at / width * count + at % width])
@@ -127,6 +136,8 @@ pub(super) fn finish(
             .collect(),
         delays,
         saturations,
+        eccentricities,
+        by_noise,
         trace: trace(problem, descent, &sums),
         without: (without.into_iter())
             .map(|(end, z)| (end, unknowns.theta(&z)))

@@ -55,6 +55,10 @@ pub(super) struct Refined {
     pub(super) delays: Vec<ChannelUpdate>,
     /// Estimates of the saturations, one per torque.
     pub(super) saturations: Vec<ChannelUpdate>,
+    /// Estimates of the eccentricities, two per link encoder.
+    pub(super) eccentricities: Vec<ChannelUpdate>,
+    /// Moves of the refined parameters by the correction for noise of the logged torques, \[free\].
+    pub(super) by_noise: Vec<f64>,
     /// Parameter vectors for growing parts of the log, with the end of each part, s.
     pub(super) trace: Vec<(f64, Theta)>,
     /// Parameter vectors without each of the blocks in turn, with the end of each block as a

@@ -68,10 +68,10 @@ impl Case {
                 let tau = [0.0, 0.0, 3.0 * (9.0 * t).sin(), 0.2 * (14.0 * t).cos()];
                 for row in 0..4 {
                     if (k + row) % 3 == 0 {
-                        let wrong = 1e-4 * f64::from((7 * k + 3 * row) % 5 - 2);
+                        let (k, row) = (k as usize, row as usize);
                         taken.push(Measurement {
-                            sensor: row as usize,
-                            value: x[row as usize] + wrong,
+                            sensor: row,
+                            value: x[row] + Self::error(k, row),
                             variance: 1e-8,
                             age: 0.0,
                         });
@@ -116,6 +116,11 @@ impl Case {
                 sensor_noise: vec![0.0, 3e-5, 1e-5, 2e-5],
             },
         }
+    }
+
+    /// Returns the error of a measurement, rad.
+    pub(super) fn error(sample: usize, sensor: usize) -> f64 {
+        1e-4 * (((7 * sample + 3 * sensor) % 5) as f64 - 2.0)
     }
 
     pub(super) fn unknowns(&self) -> Unknowns {

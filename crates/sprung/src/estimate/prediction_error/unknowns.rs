@@ -52,6 +52,8 @@ pub(super) enum Effect {
     /// Saturation of the torque on a row: `τ − s τ (τ/scale)²` acts instead of τ. The scale is the
     /// standard deviation of the torque, N·m (N).
     Saturation { row: usize, scale: f64 },
+    /// Eccentricity of the encoder of a revolute link: it reads `q + a sin q` or `q + a cos q`.
+    Eccentricity { sensor: usize, is_cosine: bool },
 }
 
 /// The unknowns: parameters that are not fixed, offsets, Stribeck velocities, and effects of
@@ -140,8 +142,8 @@ impl Unknowns {
         }
     }
 
-    /// Returns the same unknowns with columns for the delay of each channel and the saturation of
-    /// each torque. The columns of the delays to be estimated come first.
+    /// Returns the same unknowns with columns for the delay of each channel, the saturation of each
+    /// torque and the eccentricity of each link encoder. The columns of the delays to be estimated come first.
     pub(super) fn with_effects(
         mut self,
         model: &Model,
@@ -165,7 +167,23 @@ impl Unknowns {
                 let scale = measurements.torque_scale[row];
                 (i, Effect::Saturation { row, scale })
             });
-        self.effects = delays.chain(torques).collect();
+        let encoders = (measurements.sensors.iter().enumerate())
+            .filter(|(_, sensor)| {
+                let channel = &channels.all[sensor.channel];
+                let turns = channels.turns[channel.joint];
+                let is_link = channel.quantity.signal() == Signal::Link;
+                is_link && turns && sensor.coordinates == [(channel.joint, 1.0)]
+            })
+            .flat_map(|(i, sensor)| {
+                [false, true].map(|is_cosine| {
+                    let sensor_effect = Effect::Eccentricity {
+                        sensor: i,
+                        is_cosine,
+                    };
+                    (sensor.channel, sensor_effect)
+                })
+            });
+        self.effects = delays.chain(torques).chain(encoders).collect();
         self
     }
 
@@ -284,27 +302,35 @@ impl Unknowns {
         derivatives
     }
 
-    /// Adds the derivatives of an innovation by the offset and the delay of its sensor.
+    /// Adds the derivatives of an innovation by offset, delay and eccentricity of its sensor.
     ///
-    /// - `coordinates`: coordinates that the sensor measures; `velocity`: velocities of all rows.
+    /// - `coordinates`: coordinates that the sensor measures; `x`: positions and velocities of all
+    ///   rows.
     pub(super) fn innovation(
         &self,
         row: &mut [f64],
         sensor: usize,
         coordinates: &[(usize, f64)],
-        velocity: &[f64],
+        x: &[f64],
     ) {
+        let (position, velocity) = x.split_at(x.len() / 2);
+        let sum =
+            |of: &[f64]| -> f64 { coordinates.iter().map(|&(c, weight)| weight * of[c]).sum() };
         if let Some(i) = self.offsets.iter().position(|o| o.sensor == sensor) {
             row[self.free.len() + i] -= 1.0;
         }
         for (i, (_, effect)) in self.effects.iter().enumerate() {
-            if *effect == Effect::SensorDelay(sensor) {
-                let speed: f64 = coordinates
-                    .iter()
-                    .map(|&(c, weight)| weight * velocity[c])
-                    .sum();
-                row[self.values() + i] += speed;
-            }
+            row[self.values() + i] += match *effect {
+                Effect::SensorDelay(own) if own == sensor => sum(velocity),
+                Effect::Eccentricity {
+                    sensor: own,
+                    is_cosine,
+                } if own == sensor => {
+                    let (sine, cosine) = sum(position).sin_cos();
+                    -if is_cosine { cosine } else { sine }
+                }
+                _ => 0.0,
+            };
         }
     }
 

@@ -1,6 +1,7 @@
 //! Change of the parameters' torques by an additional torque that acts for one period.
 
 use super::motion::Dynamics;
+use crate::estimate::prediction_error::vector::{dot, scale};
 
 /// Change of a velocity, rad/s (m/s), over which the regressor is differentiated. It is far below
 /// the velocity at which friction reverses.
@@ -101,6 +102,53 @@ impl Dynamics {
                 let change = (after - before) / torque;
                 if change.abs() > 0.0 {
                     visit(push, row, column, change);
+                }
+            }
+        }
+    }
+
+    /// Visits the changes of the parameters' torques when the state deviates, each row for its own
+    /// deviation. The arguments of `visit` are row and column of theta of the changed torque, and its
+    /// mean change over the period.
+    ///
+    /// - `begin`: deviation of coordinates, velocities and disturbances at the beginning of the
+    ///   period for each row, \[rows × 3 rows\]; the torque of a disturbance is not counted.
+    pub(in crate::estimate::prediction_error) fn visit_deviation_torques(
+        &mut self,
+        pulse: Pulse<'_>,
+        begin: &[f64],
+        mut visit: impl FnMut(usize, usize, f64),
+    ) {
+        let rows = self.rows;
+        self.unpack(pulse.state);
+        self.rate.fill(0.0);
+        self.write_entries();
+        let before = self.entries.clone();
+        for (row, begin) in begin.chunks(3 * rows).enumerate() {
+            // The motion changes by its mean over the period: positions, velocities, accelerations.
+            let mut moved: Vec<f64> = begin[..2 * rows].to_vec();
+            for i in 0..rows {
+                let end = |i: usize| dot(&pulse.transition[i * 3 * rows..][..3 * rows], begin);
+                let (position, velocity) = (end(i), end(rows + i));
+                self.rate[i] = (velocity - begin[rows + i]) / pulse.period;
+                moved[rows + i] = (position - begin[i]) / pulse.period;
+                moved[i] = 0.5 * (begin[i] + position);
+            }
+            let largest = moved.iter().fold(0.0, |most, x| f64::max(most, x.abs()));
+            if largest <= 0.0 {
+                continue;
+            }
+            let part = VELOCITY_STEP / largest;
+            for (moved, state) in moved.iter_mut().zip(pulse.state) {
+                *moved = state + part * *moved;
+            }
+            scale(&mut self.rate, part);
+            self.unpack(&moved);
+            self.write_entries();
+            for entry in self.model.row_entries(row) {
+                let change = (self.entries[entry] - before[entry]) / part;
+                if change.abs() > 0.0 {
+                    visit(row, self.entry_columns[entry], change);
                 }
             }
         }

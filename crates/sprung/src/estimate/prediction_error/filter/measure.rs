@@ -78,9 +78,8 @@ impl Filter<'_> {
         for (gains, earlier) in gains.chunks(3 * rows).zip(earlier.chunks(count.max(1))) {
             add(gradient, -observe(gains, observation.clone()), earlier);
         }
-        let velocity = &self.x[rows..2 * rows];
-        let coordinates = &sensor.coordinates;
-        (self.unknowns).innovation(gradient, measurement.sensor, coordinates, velocity);
+        let (moving, coordinates) = (&self.x[..2 * rows], &sensor.coordinates);
+        (self.unknowns).innovation(gradient, measurement.sensor, coordinates, moving);
     }
 }
 

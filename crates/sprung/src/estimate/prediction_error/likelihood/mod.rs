@@ -17,6 +17,8 @@ mod information_ahead;
 mod level_gradient;
 mod level_likelihood;
 mod linear_run;
+mod noise_behind;
 
 pub(super) use information_ahead::information_ahead;
 pub(super) use level_likelihood::{LevelLikelihood, Score, Searched};
+pub(super) use noise_behind::noise_behind;
