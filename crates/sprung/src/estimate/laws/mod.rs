@@ -29,8 +29,9 @@ use crate::regression::Reduction;
 /// Code of the finding that laws would predict the log better.
 pub(super) const LAWS_MISSING: &str = "laws-missing";
 
-/// Missing laws are a warning if they decrease the held-out residual of the torque, or one of them that
-/// of its joint's rows, by at least this fraction.
+/// Missing laws are a warning if they decrease the held-out residual of the torque by at least the first
+/// fraction. They also are if one of them decreases that of its joint's rows by the second one and the
+/// torque is not predicted worse.
 const LARGE_GAIN: f64 = 0.1;
 const LARGE_GAIN_OF_JOINT: f64 = 0.08;
 
@@ -179,7 +180,7 @@ fn finding(result: &LawsByHoldOut) -> Option<Finding> {
         })
         .collect();
     let large = last.held_out < (1.0 - LARGE_GAIN) * before
-        || missing.iter().any(|rung| rung.gain > LARGE_GAIN_OF_JOINT);
+        || last.held_out <= before && missing.iter().any(|rung| rung.gain > LARGE_GAIN_OF_JOINT);
     let severity = if large {
         Severity::Warning
     } else {
@@ -191,8 +192,8 @@ fn finding(result: &LawsByHoldOut) -> Option<Finding> {
             LAWS_MISSING,
             format!(
                 "parts of the log that the fit has not seen are predicted better with laws that the \
-                 description lacks: {}; together they decrease the held-out residual of the torque \
-                 from {:.2} % to {:.2} %",
+                 description lacks: {}; together they change the held-out residual of the torque from \
+                 {:.2} % to {:.2} %",
                 all.join("; "),
                 100.0 * before,
                 100.0 * last.held_out
@@ -293,6 +294,12 @@ mod tests {
         };
         let missing = finding(&found(vec![rung("spring", "cubic", true), large])).unwrap();
         assert_eq!(missing.severity, Severity::Warning);
+        let no_torque = LawRung {
+            held_out: 0.081,
+            ..rung("link_friction", "offset", false)
+        };
+        let missing = finding(&found(vec![no_torque])).unwrap();
+        assert_eq!(missing.severity, Severity::Info);
         let all = finding(&found(vec![rung("spring", "cubic", false)])).unwrap();
         assert_eq!(all.severity, Severity::Warning);
     }

@@ -4,8 +4,8 @@ use super::findings::{correlations, largest_move};
 use super::hold_out::HeldOut;
 use super::ladder::Tried;
 use super::refined::Refined;
-use super::unknowns::Effect;
 use super::status::{Outcome, Status};
+use super::unknowns::Effect;
 use crate::estimate::refinement_result::{
     HeldOutResidual, RefinedDelay, RefinedEccentricity, RefinedOffset, RefinedSaturation,
     RefinedVelocity, Refinement, ResidualPrior, RowDisturbance, RungResult, SensorNoise,
