@@ -1,7 +1,6 @@
 //! Composes the report of an identification, of a validation, or of both, section by section.
 
-use std::collections::BTreeMap;
-
+use super::contents::Contents;
 use super::document::{Block, Document, Fold, Section};
 use super::numbers::{or_dash, significant};
 use super::overview::overview;
@@ -14,25 +13,6 @@ use crate::curves::Curves;
 use crate::estimate::Identification;
 use crate::finding::{Finding, Severity};
 use crate::validate::Validation;
-
-/// Contents of a report.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Contents<'a> {
-    /// The identification.
-    pub identification: Option<&'a Identification>,
-    /// Every parameter over time.
-    pub trace: Option<&'a Curves>,
-    /// Filtered right-hand sides over time.
-    pub fit: Option<&'a Curves>,
-    /// The validation and its signals.
-    pub validation: Option<(&'a Validation, &'a Curves)>,
-    /// True parameters of a simulated robot, by name.
-    pub truth: Option<&'a BTreeMap<String, f64>>,
-    /// The command that made the report.
-    pub command: &'a str,
-    /// The experiment file.
-    pub experiment: &'a str,
-}
 
 /// Composes a report.
 #[must_use]

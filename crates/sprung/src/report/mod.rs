@@ -5,6 +5,7 @@
 mod check;
 mod comparison;
 mod compose;
+mod contents;
 mod document;
 mod glossary;
 mod groups;
@@ -26,7 +27,8 @@ mod verdict;
 
 pub use check::compose_check;
 pub use comparison::compose_comparison;
-pub use compose::{Contents, compose};
+pub use compose::compose;
+pub use contents::Contents;
 pub use document::*;
 pub use html::error::ReportError;
 pub use html::render;

@@ -1,7 +1,7 @@
 //! Composes the first screen: measured and predicted motion and torque, and the intervals of all
 //! parameters.
 
-use super::compose::Contents;
+use super::contents::Contents;
 use super::document::{Block, Figure, Layout, Panel, Section, Series, Style};
 use super::intervals;
 use super::plots::{is_deflection, is_torque, measured_series, quantity};

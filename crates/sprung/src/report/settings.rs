@@ -1,6 +1,6 @@
 //! Composes the sections about settings: figures of the log, the command and the experiment file.
 
-use super::compose::Contents;
+use super::contents::Contents;
 use super::document::{Block, Fold, Section};
 use super::numbers::significant;
 use super::section::folded;

@@ -20,7 +20,7 @@ const LOG_EXTENSIONS: [&str; 14] = [
 ];
 
 const NAMES_IT: &str = "give the experiment file that names it in [log], or the folder of that file; \
-    sprung new FOLDER writes an experiment file";
+    sprung new FOLDER --log FILE writes an experiment file";
 
 /// Returns the experiment file that a path means: the file, or `experiment.toml` in the folder.
 ///

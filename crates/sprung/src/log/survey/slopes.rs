@@ -20,6 +20,9 @@ const TERMS: usize = 6;
 /// Smallest part of the variance that the slope must explain.
 const MIN_EXPLAINED: f64 = 0.9;
 
+/// Minimum part of the squares of the readings that the position explains.
+const MIN_BY_POSITION: f64 = 0.3;
+
 /// Slope of one position over another.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Slope {
@@ -153,8 +156,8 @@ fn rate(values: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Fits the samples by least squares; returns the factor of the position, `None` if the regressors
-/// explain little.
+/// Fits the samples by least squares; returns the factor of the position, `None` if the regressors, or
+/// the position among them, explain little.
 fn fit(samples: &[Sample]) -> Option<f64> {
     let count = samples.len() as f64;
     let mean = |k: usize| samples.iter().map(|(row, _)| row[k]).sum::<f64>() / count;
@@ -193,7 +196,10 @@ fn fit(samples: &[Sample]) -> Option<f64> {
     }
     linear::solve(&matrix, &mut right);
     let explained: f64 = normal.iter().zip(&right).map(|(b, x)| b * x).sum();
-    (explained > MIN_EXPLAINED * total).then(|| right[0] / sizes[0])
+    // A sine explains itself by its acceleration.
+    let by_position = count * right[0].powi(2);
+    (explained > MIN_EXPLAINED * total && by_position > MIN_BY_POSITION * total)
+        .then(|| right[0] / sizes[0])
 }
 
 #[cfg(test)]
