@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::channel_updates::channel_updates;
+use super::channel_updates::{ChannelUpdate, channel_updates};
 use super::descent::Descent;
 use super::dynamics::Dynamics;
 use super::filter::{Keep, StretchRun, Sums, run};
@@ -53,9 +53,6 @@ pub(super) fn finish(
         })
         .collect();
     let widening = widening(&rows.iter().collect::<Vec<_>>(), &sums.gradients, duration);
-    let by_noise: Vec<f64> = (influence.chunks(count).take(unknowns.free.len()))
-        .map(|row| dot(&row[..bias.gradient.len()], &bias.gradient))
-        .collect();
     let blocks = blocks(problem, &sums);
     // The factors contain the scatter between the logs, so they would hide it here.
     let logs = each_log(problem, descent, &sums);
@@ -88,14 +85,7 @@ pub(super) fn finish(
         duration,
         reading.delays(),
     );
-    let (mut delays, mut saturations, mut eccentricities) = (Vec::new(), Vec::new(), Vec::new());
-    for own in updates {
-        match own.effect {
-            Effect::SensorDelay(_) | Effect::TorqueDelay(_) => delays.push(own),
-            Effect::Saturation { .. } => saturations.push(own),
-            Effect::Eccentricity { .. } => eccentricities.push(own),
-        }
-    }
+    let [delays, saturations, eccentricities] = by_kind(updates);
     Some(Refined {
         covariance: (0..width * width)
             .map(|at| covariance[at / width * count + at % width])
@@ -137,7 +127,7 @@ pub(super) fn finish(
         delays,
         saturations,
         eccentricities,
-        by_noise,
+        by_noise: moves_by_noise(&influence, count, &bias, width),
         trace: trace(problem, descent, &sums),
         without: (without.into_iter())
             .map(|(end, z)| (end, unknowns.theta(&z)))
@@ -280,6 +270,27 @@ fn with_noise_of_score(influence: &[f64], count: usize, bias: &NoiseBias) -> Vec
         }
     }
     covariance
+}
+
+/// Returns the moves of the refined parameters by the correction for noise, \[free\].
+fn moves_by_noise(influence: &[f64], count: usize, bias: &NoiseBias, free: usize) -> Vec<f64> {
+    let rows = influence.chunks(count).take(free);
+    rows.map(|row| dot(&row[..bias.gradient.len()], &bias.gradient))
+        .collect()
+}
+
+/// Returns the estimates of delays, saturations and eccentricities.
+fn by_kind(updates: Vec<ChannelUpdate>) -> [Vec<ChannelUpdate>; 3] {
+    let mut kinds = [const { Vec::new() }; 3];
+    for own in updates {
+        let kind = match own.effect {
+            Effect::SensorDelay(_) | Effect::TorqueDelay(_) => 0,
+            Effect::Saturation { .. } => 1,
+            Effect::Eccentricity { .. } => 2,
+        };
+        kinds[kind].push(own);
+    }
+    kinds
 }
 
 /// Returns the standard error of each parameter, \[p\].
