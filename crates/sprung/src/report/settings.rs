@@ -2,7 +2,7 @@
 
 use super::contents::Contents;
 use super::document::{Block, Fold, Section};
-use super::numbers::significant;
+use super::numbers::{given, significant};
 use super::section::folded;
 use crate::estimate::LogInfo;
 
@@ -39,7 +39,10 @@ pub(super) fn settings(contents: &Contents<'_>) -> [Section; 2] {
         let used = &identification.settings;
         let log = &identification.log;
         pairs.extend([
-            ("Sampling period".to_owned(), format!("{} s", log.period_s)),
+            (
+                "Sampling period".to_owned(),
+                format!("{} s", given(Some(log.period_s))),
+            ),
             (
                 "Largest jitter".to_owned(),
                 format!("{} % of the period", significant(log.jitter_percent, 2)),
@@ -49,14 +52,16 @@ pub(super) fn settings(contents: &Contents<'_>) -> [Section; 2] {
                 "Filter pair".to_owned(),
                 format!(
                     "λ = {} rad/s, {}",
-                    used.filter_cutoff_rad_per_s, used.discretization
+                    given(Some(used.filter_cutoff_rad_per_s)),
+                    used.discretization
                 ),
             ),
             (
                 "Zero-phase position filter".to_owned(),
                 format!(
                     "Butterworth, order {}, {} Hz",
-                    used.position_filter_order, used.position_cutoff_hz
+                    used.position_filter_order,
+                    given(Some(used.position_cutoff_hz))
                 ),
             ),
         ]);
