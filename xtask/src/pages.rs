@@ -10,12 +10,15 @@ use crate::root;
 const NO_PAGES: [&str; 3] = ["target", ".git", "fuzz"];
 
 /// Words in the library with the form of a code that are no codes.
-const OTHER_WORDS: [&str; 13] = [
+const OTHER_WORDS: [&str; 16] = [
     "as-stamped",
+    "at-a-glance",
+    "cross-checks",
     "go-on",
     "instrumental-variables",
     "kebab-case",
     "least-squares",
+    "measured-and-predicted",
     "my-arm",
     "on-cycle",
     "output-error",

@@ -200,7 +200,7 @@ fn no_part_of_other_reports_is_cut_off() {
                 "compare",
                 "-q",
                 results,
-                results,
+                folder.to_str().unwrap(),
                 "--out",
                 comparison.to_str().unwrap(),
             ],
