@@ -27,6 +27,10 @@ pub(in crate::log) enum Contents {
         has_names: bool,
     },
     /// Topics with numbers, and the names of all other topics.
+    #[cfg_attr(
+        not(any(feature = "db3", feature = "mcap")),
+        expect(dead_code, reason = "only bags have topics")
+    )]
     Topics {
         numeric: Vec<TopicContents>,
         others: Vec<String>,

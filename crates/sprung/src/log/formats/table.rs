@@ -134,7 +134,15 @@ pub(in crate::log) enum ElementPlace {
     /// The field is one number.
     Alone,
     /// Index in a list, from 0.
+    #[cfg_attr(
+        not(any(feature = "arrow", feature = "db3", feature = "mcap")),
+        expect(dead_code, reason = "other formats have no lists")
+    )]
     Index(usize),
     /// Name in a list whose elements have names.
+    #[cfg_attr(
+        not(any(feature = "arrow", feature = "db3", feature = "mcap")),
+        expect(dead_code, reason = "other formats have no lists")
+    )]
     Named(String),
 }
