@@ -135,14 +135,14 @@ pub(in crate::log) enum ElementPlace {
     Alone,
     /// Index in a list, from 0.
     #[cfg_attr(
-        not(any(feature = "arrow", feature = "db3", feature = "mcap")),
-        expect(dead_code, reason = "other formats have no lists")
+        not(any(feature = "db3", feature = "mcap")),
+        expect(dead_code, reason = "only messages of bags have such places")
     )]
     Index(usize),
     /// Name in a list whose elements have names.
     #[cfg_attr(
-        not(any(feature = "arrow", feature = "db3", feature = "mcap")),
-        expect(dead_code, reason = "other formats have no lists")
+        not(any(feature = "db3", feature = "mcap")),
+        expect(dead_code, reason = "only messages of bags have such places")
     )]
     Named(String),
 }
