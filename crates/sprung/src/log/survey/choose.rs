@@ -11,7 +11,7 @@ use super::torques::{Torques, torques};
 use super::units::{Reading, absolute, by_slope, of_torques};
 use super::words::{Sort, tokens, words};
 use super::write::{Conversion, lines, number};
-use crate::description::{Chosen, ChosenJoint, ChosenLine, JointOfStart, quoted};
+use crate::description::{Chosen, ChosenJoint, ChosenLine, FILL_IN, JointOfStart, quoted};
 
 /// Why no columns of a log can be chosen.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -65,7 +65,10 @@ pub(crate) fn choose(
     let is_clock = |family: &&Family| family.meaning.sort == Some(Sort::Time);
     let problems: Vec<&Family> = (all.iter())
         .filter(|family| family.problem.is_some() && !is_clock(family))
-        .filter(|family| family.columns.len() > 1 || joint_is_unclear(family))
+        .filter(|family| {
+            let is_ambiguous = family.problem.as_ref().is_some_and(|own| own.is_ambiguous);
+            family.columns.len() > 1 || is_ambiguous
+        })
         .collect();
     if of_joints.is_empty() && problems.iter().all(|family| family.meaning.sort.is_none()) {
         return Err(no_joint(survey, joints));
@@ -102,11 +105,6 @@ pub(crate) fn joint_count(survey: &Survey) -> Option<usize> {
         Some(1) if sizes().count() > 1 => None,
         largest => largest,
     }
-}
-
-/// Returns whether a column is left out because its name matches several joints.
-fn joint_is_unclear(family: &Family) -> bool {
-    (family.problem.as_ref()).is_some_and(|problem| problem.starts_with("one column matches"))
 }
 
 fn no_joint(survey: &Survey, joints: &[JointOfStart]) -> ChooseError {
@@ -148,6 +146,12 @@ fn own_words(name: &str) -> Vec<String> {
         .into_iter()
         .map(str::to_owned)
         .collect()
+}
+
+/// Returns the joints of a family among some joints.
+fn joints_in(family: &Family, joints: &[usize]) -> Vec<usize> {
+    let all = joints.iter().copied();
+    all.filter(|&joint| family.of[joint].is_some()).collect()
 }
 
 /// The chosen families of a log.
@@ -259,9 +263,7 @@ impl Decided<'_> {
                 link: None,
             };
         };
-        let both: Vec<usize> = (own.iter().copied())
-            .filter(|&joint| link.of[joint].is_some())
-            .collect();
+        let both = joints_in(link, own);
         let of_both = (self.robot, &both[..]);
         let torque = self.family(self.torque.family);
         let of_link = absolute(self.survey, link, of_both, false);
@@ -329,24 +331,20 @@ impl Decided<'_> {
             };
             let why = &format!("{why}{}", self.problem_of(&[Sort::Position]));
             chosen.lines.push(ChosenLine::open(motor, why.clone()));
-            if why.contains("links") {
+            if self.positions.are_links_open {
                 chosen.lines.push(ChosenLine::open(link, ""));
             }
             return;
         }
         if let (Some(index), Some(reading)) = (self.positions.link, &readings.link) {
             let family = &self.all[index];
-            let both: Vec<usize> = (own.iter().copied())
-                .filter(|&joint| family.of[joint].is_some())
-                .collect();
+            let both = joints_in(family, own);
             let part = ("link_position", family, &both[..]);
             self.quantity(part, reading, why, chosen);
         }
         if let (Some(index), None) = (self.positions.deflection, self.positions.link) {
             let family = &self.all[index];
-            let both: Vec<usize> = (own.iter().copied())
-                .filter(|&joint| family.of[joint].is_some())
-                .collect();
+            let both = joints_in(family, own);
             let of = (self.robot, &both[..]);
             let reading = absolute(self.survey, family, of, false);
             let part = ("link_deflection", family, &both[..]);
@@ -389,30 +387,13 @@ impl Decided<'_> {
         .collect();
         let why = reasons.join(". ");
         let is_counts = reading.conversion.units.contains(&"counts");
+        let mut conversion = reading.conversion.clone();
         if reading.open.is_some() && !is_counts {
-            let names = lines(
-                self.survey,
-                (stem, family),
-                (self.robot, joints),
-                &reading.conversion,
-                "",
-            );
-            let columns = names.first().map_or("", |line| line.value.as_str());
-            let columns = columns.split(", unit").next().unwrap_or_default();
-            let source = columns
-                .strip_prefix("{ ")
-                .map_or_else(|| format!("column = {columns}"), str::to_owned);
-            let value = format!("{{ {source}, unit = \"{}\" }}", crate::description::FILL_IN);
-            chosen.lines.push(ChosenLine::new(stem, value, why));
-            return;
+            conversion.units.fill(FILL_IN);
         }
-        chosen.lines.extend(lines(
-            self.survey,
-            (stem, family),
-            (self.robot, joints),
-            &reading.conversion,
-            &why,
-        ));
+        let part = (stem, family);
+        let own_lines = lines(self.survey, part, (self.robot, joints), &conversion, &why);
+        chosen.lines.extend(own_lines);
     }
 
     fn gears(reading: &Reading, chosen: &mut Chosen) {
@@ -492,7 +473,10 @@ impl Decided<'_> {
         };
         let told = (self.all.iter().filter(is_own)).find_map(|family| {
             let problem = family.problem.as_ref()?;
-            Some(format!(". \"{}\" cannot be used: {problem}", family.name))
+            Some(format!(
+                ". \"{}\" cannot be used: {}",
+                family.name, problem.text
+            ))
         });
         told.unwrap_or_default()
     }
@@ -515,7 +499,7 @@ impl Decided<'_> {
             all.push(format!("Not used: {}", shortened(&names)));
         }
         for family in problems {
-            let problem = family.problem.as_deref().unwrap_or_default();
+            let problem = family.problem.as_ref().map_or("", |problem| &problem.text);
             all.push(format!("Not used: \"{}\": {problem}", family.name));
         }
         all

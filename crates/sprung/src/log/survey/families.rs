@@ -26,9 +26,27 @@ pub(super) struct Family {
     pub(super) meaning: Meaning,
     /// Column of each joint of the robot, if it has one.
     pub(super) of: Vec<Option<Place>>,
-    /// Reason why its columns do not belong to joints; the columns are then in `columns`.
-    pub(super) problem: Option<String>,
+    /// Why its columns do not belong to joints; the columns are then in `columns`.
+    pub(super) problem: Option<Problem>,
     pub(super) columns: Vec<Place>,
+}
+
+/// Why columns do not belong to joints.
+#[derive(Clone, Debug)]
+pub(super) struct Problem {
+    /// A sentence without its end.
+    pub(super) text: String,
+    /// Whether a name matches several joints.
+    pub(super) is_ambiguous: bool,
+}
+
+impl From<String> for Problem {
+    fn from(text: String) -> Self {
+        Self {
+            text,
+            is_ambiguous: false,
+        }
+    }
 }
 
 /// The part of a name that tells the joint.
@@ -254,38 +272,42 @@ impl Names {
     ///
     /// # Errors
     ///
-    /// Why this is not possible, as a sentence without its end.
+    /// Why this is not possible.
     fn assign(
         &self,
         members: &[(Key, Place)],
         joints: usize,
-    ) -> Result<Vec<Option<Place>>, String> {
+    ) -> Result<Vec<Option<Place>>, Problem> {
         let mut of = vec![None; joints];
         let mut numbers: Vec<(u64, Place)> = Vec::new();
         for (key, place) in members {
             match key {
                 Key::Joint(own) if own.len() > 1 => {
                     let names: Vec<&str> = own.iter().map(|&i| &*self.written[i]).collect();
-                    return Err(format!(
-                        "one column matches {} joints, {}",
-                        own.len(),
-                        names.join(" and ")
-                    ));
+                    return Err(Problem {
+                        text: format!(
+                            "one column matches {} joints, {}",
+                            own.len(),
+                            names.join(" and ")
+                        ),
+                        is_ambiguous: true,
+                    });
                 }
                 Key::Joint(own) => {
                     let joint = own[0];
                     if of[joint].replace(*place).is_some() {
-                        return Err(format!(
-                            "two columns match the joint {}",
-                            self.written[joint]
-                        ));
+                        return Err(
+                            format!("two columns match the joint {}", self.written[joint]).into(),
+                        );
                     }
                 }
                 Key::Number(number) => numbers.push((*number, *place)),
                 // A recorder may name more joints than those of the robot.
                 Key::Stranger(_) => {}
                 Key::Alone if joints == 1 => of[0] = Some(*place),
-                Key::Alone => return Err("its name has neither joint nor number".to_owned()),
+                Key::Alone => {
+                    return Err("its name has neither joint nor number".to_owned().into());
+                }
             }
         }
         if numbers.is_empty() {
@@ -298,7 +320,8 @@ impl Names {
                 return Err(format!(
                     "the joints of the log, {}, are not those of the robot",
                     names.join(", ")
-                ));
+                )
+                .into());
             }
             return Ok(of);
         }
@@ -315,8 +338,8 @@ impl Names {
     ///
     /// # Errors
     ///
-    /// Why this is not clear, as a sentence without its end.
-    fn numbered(&self, numbers: &[u64]) -> Result<Vec<usize>, String> {
+    /// Why this is not clear.
+    fn numbered(&self, numbers: &[u64]) -> Result<Vec<usize>, Problem> {
         let count = numbers.len();
         let mut stems: BTreeMap<Vec<Token>, Numbered> = BTreeMap::new();
         for (i, (own, _)) in self.all.iter().enumerate() {
@@ -370,7 +393,8 @@ impl Names {
             "it has {count} columns, and the robot has {} joints ({})",
             self.all.len(),
             shortened(&self.written)
-        ))
+        )
+        .into())
     }
 }
 

@@ -22,6 +22,8 @@ pub(super) struct Positions {
     /// Why these; or why the choice is not clear, with the candidates.
     pub(super) why: String,
     pub(super) is_open: bool,
+    /// Whether the user must also fill in the link positions: the log has several positions.
+    pub(super) are_links_open: bool,
 }
 
 /// Chooses the families of positions.
@@ -177,6 +179,7 @@ fn of_two(
             one.name, two.name
         ),
         is_open: true,
+        are_links_open: true,
         ..Positions::default()
     }
 }
@@ -215,6 +218,7 @@ fn of_many(families: &[Family], candidates: &[usize]) -> Positions {
             names.join(", ")
         ),
         is_open: true,
+        are_links_open: true,
         ..Positions::default()
     }
 }
