@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::choice::choose;
+use super::physical::Physical;
 
 /// Settings of the identification.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -49,6 +50,8 @@ pub struct Identify {
     pub laws: Laws,
     /// Memory that the refinement may use, MiB. Of longer logs it uses pieces that are spread evenly.
     pub refinement_memory_mib: usize,
+    /// How sprung finds inertial parameters of single links that bodies can have.
+    pub physical: Physical,
     /// Forgetting rate δ of LSFF, 1/s.
     pub lsff_forgetting_per_s: f64,
     /// Diagonal of the initial gain matrix of LSFF.
@@ -73,6 +76,7 @@ impl Default for Identify {
             on_check_error: OnCheckError::Refuse,
             laws: Laws::Declared,
             refinement_memory_mib: 256,
+            physical: Physical::default(),
             lsff_forgetting_per_s: 1.0,
             lsff_initial_gain: 10.0,
             lsff_velocity_window: [4, 4],

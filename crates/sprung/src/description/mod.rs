@@ -14,6 +14,7 @@ mod keys;
 mod log;
 mod nominal;
 mod overlay;
+mod physical;
 mod quantities;
 mod read;
 mod robot;
@@ -35,6 +36,7 @@ pub use identify::{
 };
 pub use log::{CsvForm, Log, MissingValues, SamplingTimes};
 pub use nominal::Nominal;
+pub use physical::{Distance, Physical, Prior};
 pub(crate) use quantities::Quantity;
 pub(crate) use quantities::{Joints, Key, KeyUnit, Scaling};
 pub(crate) use quantities::{Measures, Row, Signal};

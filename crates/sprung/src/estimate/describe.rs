@@ -7,14 +7,14 @@ use sprung_core::parameters::{JointParameter, Side};
 use super::found::{Criterion, Numbers};
 use super::laws::dependence;
 use super::least_squares::{Parts, Route};
+use super::physical::physical;
 use super::promise::{HeldOutRatio, promise};
 use super::result::{
     CrossCheckResult, EncoderOffsetResult, EstimateResult, MotorRowResult, ParameterEstimate,
 };
-use super::standard::standard_parameters;
 use super::verdict::{Decision, Verdict};
 use crate::curves::{CurveSet, Curves};
-use crate::description::Estimator;
+use crate::description::{Estimator, Physical};
 use crate::fit::{Fitted, MotorRow, residual, torques, trace, unweighted};
 use crate::model::{Model, Parameter, Theta};
 use crate::named::Named;
@@ -35,12 +35,13 @@ pub(super) struct Linear {
 /// Returns the result of an estimator, without findings.
 pub(super) fn describe(
     model: &Model,
-    estimator: Estimator,
+    (estimator, settings): (Estimator, &Physical),
     found: &Numbers,
     linear: &Linear,
     system: &System,
 ) -> EstimateResult {
     let fitted = &linear.fitted;
+    let bodies = physical(model, settings, found, system);
     let Numbers {
         theta,
         errors,
@@ -65,6 +66,7 @@ pub(super) fn describe(
                 estimate.torque_rms_nm = finite(torque.rms);
                 estimate.torque_share = finite(torque.share);
                 estimate.torque_over_residual = finite(torque.over_residual);
+                estimate.physical = bodies.theta.as_ref().map(|theta| theta[i]);
             }
             if estimate.standard_error.is_some() {
                 estimate.error_parts = found.error_parts.get(i).copied();
@@ -97,7 +99,8 @@ pub(super) fn describe(
         stribeck_velocity: stribeck_velocities(model, &found.criterion),
         residual_velocity: residual_velocities(model),
         dependence: dependence(model, system, theta),
-        standard_parameters: standard_parameters(model, theta, identifiable),
+        physical: bodies.result,
+        standard_parameters: bodies.standard,
         motor_rows,
         simulation: found.criterion.simulation().cloned(),
         refinement: found.criterion.refinement().cloned(),
@@ -124,7 +127,7 @@ pub(super) fn describe(
         resolution_share: (rows.iter().enumerate())
             .filter_map(|(i, _)| Some((named(i), system.kept().transition_share(i)?)))
             .collect(),
-        warnings: Vec::new(),
+        warnings: bodies.findings,
         elapsed_s: found.elapsed,
     }
 }
@@ -235,6 +238,7 @@ fn estimate(
         standard_error,
         error_parts: None,
         ci95: value.zip(half).map(|(v, h)| [v - h, v + h]),
+        physical: None,
         nominal: parameter.nominal,
         identifiable: value.is_some(),
         fixed: parameter.fixed.is_some(),

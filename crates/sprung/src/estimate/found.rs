@@ -23,6 +23,8 @@ pub(super) struct Numbers {
     pub(super) errors: Vec<f64>,
     /// Contributions to the standard errors, \[p\]; empty if the estimator gives none.
     pub(super) error_parts: Vec<ErrorParts>,
+    /// Covariance by the estimator; `None` if the equations give it.
+    pub(super) covariance: Option<Covariance>,
     /// Whether each parameter is determined, \[p\].
     pub(super) identifiable: Vec<bool>,
     /// Half width of a 95 % interval in standard errors; infinite if the standard errors give no
@@ -34,6 +36,15 @@ pub(super) struct Numbers {
     pub(super) criterion: Criterion,
     /// Computing time, s.
     pub(super) elapsed: f64,
+}
+
+/// Covariance of some parameters.
+#[derive(Clone, Debug)]
+pub(super) struct Covariance {
+    /// Their indices in theta.
+    pub(super) free: Vec<usize>,
+    /// \[free × free\].
+    pub(super) values: Vec<f64>,
 }
 
 /// Criterion that an estimator minimises.
@@ -88,6 +99,7 @@ impl Numbers {
                     bias: fitted.bias[i],
                 })
                 .collect(),
+            covariance: None,
             identifiable: fitted.identifiable.clone(),
             interval: fitted.interval,
             points: Vec::new(),

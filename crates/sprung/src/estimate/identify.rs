@@ -379,8 +379,10 @@ fn assemble(
 fn judged(basis: &Basis<'_>, estimator: Estimator, found: &Found) -> EstimateResult {
     let (reading, linear) = (basis.prepared.reading(), basis.linear);
     let (model, channels) = (reading.model(), reading.channels());
-    let mut result = describe(model, estimator, &found.numbers, linear, basis.system);
-    result.warnings = judge(model, &result, linear, basis.prepared.sweep(), channels);
+    let choice = (estimator, &reading.settings().physical);
+    let mut result = describe(model, choice, &found.numbers, linear, basis.system);
+    let judged = judge(model, &result, linear, basis.prepared.sweep(), channels);
+    result.warnings.extend(judged);
     let findings = found.findings.iter().cloned();
     result
         .warnings

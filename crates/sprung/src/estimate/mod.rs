@@ -23,11 +23,11 @@ mod least_squares;
 mod lsff;
 mod on_line;
 mod output_error;
+mod physical;
 mod prediction_error;
 mod promise;
 mod refinement_result;
 mod result;
-mod standard;
 mod start;
 mod verdict;
 
@@ -40,6 +40,7 @@ pub use late_channels::late_channels;
 pub(crate) use laws::with_found_laws;
 pub use laws::{LawDelay, LawRung, LawsByHoldOut};
 pub use lsff::{Lsff, LsffError};
+pub use physical::{Decided, PhysicalResult, StandardParameter};
 pub use prediction_error::{KnownNoise, KnownTruth, information_bound};
 pub use promise::JointPrediction;
 pub(crate) use promise::{percent, predictions};
@@ -49,11 +50,10 @@ pub use refinement_result::{
 };
 pub(crate) use result::GENERATOR;
 pub use result::{
-    CrossCheckResult, CutoffChoice, CutoffPoint, Determined, EncoderOffsetResult, EstimateResult,
+    CrossCheckResult, CutoffChoice, CutoffPoint, EncoderOffsetResult, EstimateResult,
     Identification, ModelDependence, MotorRowResult, ParameterEstimate, SettingsUsed,
-    SimulationFit, StandardParameter, parameters_csv,
+    SimulationFit, parameters_csv,
 };
-pub use standard::standard_parameters;
 pub use verdict::{Decision, Verdict};
 
 pub use crate::fit::{fit, residual, torques, trace};

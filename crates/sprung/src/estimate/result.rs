@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::about_logs::LogInfo;
 use super::laws::LawsByHoldOut;
+use super::physical::{PhysicalResult, StandardParameter};
 use super::promise::JointPrediction;
 use super::refinement_result::Refinement;
 use super::verdict::{Decision, Verdict};
@@ -118,35 +119,6 @@ pub struct EncoderOffsetResult {
     pub standard_error_rad: Option<f64>,
 }
 
-/// One inertial parameter of a single link.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct StandardParameter {
-    /// Name, as in `link1.izz`.
-    pub name: String,
-    /// Unit.
-    pub unit: String,
-    /// Value: the nominal one with the smallest change that agrees with the estimate.
-    pub value: f64,
-    /// Nominal value.
-    pub nominal: Option<f64>,
-    /// Degree to which the log determines the parameter.
-    pub determined: Determined,
-}
-
-/// Degree to which a log determines a standard parameter.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Determined {
-    /// The log determines the parameter alone.
-    Alone,
-    /// The log determines only a combination with other parameters.
-    InCombination,
-    /// No motion depends on the parameter, or the log does not determine it.
-    Not,
-    /// The experiment gives the value.
-    Known,
-}
-
 /// Result of one estimator.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EstimateResult {
@@ -184,8 +156,11 @@ pub struct EstimateResult {
     /// Friction parameters beside residual laws: raw, projected, and their difference.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub dependence: Vec<ModelDependence>,
-    /// Inertial parameters of single links, as near to the nominal ones as the estimate allows;
-    /// trees only.
+    /// The program that found possible bodies; absent if it found none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub physical: Option<PhysicalResult>,
+    /// Inertial parameters of single links and inertias of rotors, of possible bodies near the estimate
+    /// and the nominal values; trees only.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub standard_parameters: Vec<StandardParameter>,
     /// Fits of the motor rows alone; least squares and prediction error only.
@@ -299,6 +274,9 @@ pub struct ParameterEstimate {
     pub error_parts: Option<ErrorParts>,
     /// 95 % confidence interval.
     pub ci95: Option<[f64; 2]>,
+    /// Value with possible bodies and possible drives, which simulators and controllers can use.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub physical: Option<f64>,
     /// Nominal value from the description.
     pub nominal: Option<f64>,
     /// Whether the data determine it.

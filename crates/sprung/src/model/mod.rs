@@ -1,6 +1,7 @@
 //! Turns the description of a robot into its parameters and equations.
 
 mod base_parameters;
+mod convex;
 mod inertial;
 mod initial_shape;
 mod layout;
@@ -9,6 +10,7 @@ mod nearest_bodies;
 mod parameter;
 mod right_hand_side;
 mod scratch;
+mod second_moments;
 mod shapes;
 mod values;
 
@@ -25,10 +27,12 @@ use inertial::{Inertial, PLANAR_2R_NAMES};
 use initial_shape::initial_shape;
 use layout::Layout;
 
+pub(crate) use convex::{Block, NoSolution, Program};
 pub(crate) use links::TreeLinks;
 pub use parameter::{ModelError, Parameter, short};
 pub(crate) use right_hand_side::RightHandSide;
 pub use scratch::Scratch;
+pub(crate) use second_moments::{is_possible, second_moments};
 pub(crate) use shapes::residual_name;
 pub use shapes::stribeck_name;
 
@@ -167,7 +171,19 @@ impl Model {
             }),
         };
         model.check_robot(robot)?;
+        model.check_masses(experiment.identify.physical.mass_kg.keys())?;
         Ok(model)
+    }
+
+    /// Checks that limits of masses belong to links.
+    fn check_masses<'a>(&self, names: impl Iterator<Item = &'a String>) -> Result<(), ModelError> {
+        let links = self.tree().map_or(&[][..], |tree| &tree.links);
+        for name in names {
+            if !links.contains(name) {
+                return Err(ModelError::unknown(name, links.iter()));
+            }
+        }
+        Ok(())
     }
 
     /// Checks that nominal and fixed values belong to parameters.

@@ -4,7 +4,7 @@
 use super::document::{Row, Table, Tone};
 use super::numbers::{given, or_dash, significant};
 use super::tables::{number, text};
-use crate::estimate::{CutoffChoice, Determined, EstimateResult, Identification};
+use crate::estimate::{CutoffChoice, Decided, EstimateResult, Identification};
 use crate::model::short;
 
 /// Relative change over the cut-offs above which a row is marked.
@@ -113,35 +113,40 @@ pub(super) fn standard(result: &EstimateResult) -> Option<Table> {
         .map(|p| Row {
             cells: vec![
                 p.name.clone(),
-                significant(p.value, 5),
+                match p.standard_error {
+                    Some(error) => {
+                        format!("{} ± {}", significant(p.value, 5), significant(error, 2))
+                    }
+                    None => significant(p.value, 5),
+                },
                 given(p.nominal),
                 p.unit.clone(),
-                match p.determined {
-                    Determined::Alone => "by itself",
-                    Determined::InCombination => "in combination",
-                    Determined::Not => "not at all",
-                    Determined::Known => "given",
+                match p.decided {
+                    Decided::Log => "log",
+                    Decided::Both => "log and nominal value",
+                    Decided::Nominal => "nominal value",
+                    Decided::Nothing => "nothing",
+                    Decided::Given => "given",
                 }
                 .to_owned(),
             ],
-            tone: match p.determined {
-                Determined::Not => Tone::Doubtful,
+            tone: match p.decided {
+                Decided::Nothing => Tone::Doubtful,
                 _ => Tone::Neutral,
             },
         })
         .collect();
     (!rows.is_empty()).then(|| Table {
-        caption:
-            "Parameters of single links that give these combinations, as close as possible to \
-                  the nominal values. Other values would give the same motion. Marked parameters \
-                  have no effect on any motion."
-                .to_owned(),
+        caption: "Parameters of single links and rotors, of bodies that can exist, near the estimate. \
+                  The log decides combinations; nominal values decide the rest. Nothing decides the \
+                  marked parameters: they have no nominal value, and other values give the same motion."
+            .to_owned(),
         columns: vec![
             text("Parameter"),
-            number("Value"),
+            number("Value ± s.e."),
             number("Nominal"),
             text("Unit"),
-            text("Determined"),
+            text("Decided by"),
         ],
         rows,
         ..Table::default()

@@ -31,6 +31,22 @@ fn with_error(estimate: &ParameterEstimate) -> String {
     }
 }
 
+/// Distance between an estimate and its possible value, in standard errors, above which the table
+/// shows both.
+const SHOWN_MOVE: f64 = 0.5;
+
+/// Returns whether the possible value of a parameter differs from the estimate.
+fn has_moved(parameter: &ParameterEstimate) -> bool {
+    let moved = parameter
+        .physical
+        .zip(parameter.value)
+        .map(|(a, b)| (a - b).abs());
+    let error = parameter.standard_error;
+    moved
+        .zip(error)
+        .is_some_and(|(moved, error)| moved > SHOWN_MOVE * error)
+}
+
 /// Returns a table of the parameters of the first result, joint by joint, with true and nominal
 /// values.
 pub(super) fn parameters(
@@ -52,6 +68,10 @@ pub(super) fn parameters(
     if has_nominal {
         columns.extend([number("Nominal"), number("from nominal %")]);
     }
+    let has_moved = result.parameters.iter().any(has_moved);
+    if has_moved {
+        columns.push(number("Possible"));
+    }
     let row = |parameter: &&ParameterEstimate| {
         let mut cells = vec![
             symbol_and_name(parameter),
@@ -67,6 +87,9 @@ pub(super) fn parameters(
             let nominal = parameter.nominal;
             cells.extend([given(nominal), deviation(parameter.value, nominal)]);
         }
+        if has_moved {
+            cells.push(given(parameter.physical));
+        }
         Row {
             cells,
             tone: tone(result, &parameter.name),
@@ -80,10 +103,15 @@ pub(super) fn parameters(
             headings.push((i, group.to_owned()));
         }
     }
+    let possible = if has_moved {
+        " The possible values are those of bodies and drives that can exist, nearest to the estimate."
+    } else {
+        ""
+    };
     Some(Table {
         caption: format!(
             "Parameters by {}. Notes or warnings concern the marked rows. A dash means that the log \
-             does not determine the value, or that the value was not given.",
+             does not determine the value, or that the value was not given.{possible}",
             result.estimator
         ),
         columns,

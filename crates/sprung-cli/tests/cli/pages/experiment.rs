@@ -30,7 +30,7 @@ The robot is described by one of `urdf`, `dh_modified`, `dh_classic` and `kinema
 ";
 
 /// Headings of the page and the definitions of the schema below them.
-const SECTIONS: [(&str, &str); 15] = [
+const SECTIONS: [(&str, &str); 16] = [
     ("robot", "Robot"),
     ("robot.joint", "Joint"),
     ("robot.joint.nominal", "Nominal"),
@@ -40,6 +40,7 @@ const SECTIONS: [(&str, &str); 15] = [
     ("Window of a file", "Part"),
     ("log.csv", "CsvForm"),
     ("identify", "Identify"),
+    ("identify.physical", "Physical"),
     ("controller", "Controller"),
     ("controller.reference", "Reference"),
     ("Sine of a reference", "Sine"),

@@ -3,6 +3,7 @@
 use super::fault::{Fault, fault};
 use super::window::check_window;
 use crate::description::identify::Cutoff;
+use crate::description::physical::Physical;
 use crate::description::types::ExperimentFile;
 use crate::numbers::Shown;
 
@@ -64,8 +65,38 @@ pub(super) fn identify(file: &ExperimentFile) -> Result<(), Fault> {
             ),
         ));
     }
+    physical(&settings.physical)?;
     check_window(
         settings.lsff_velocity_window,
         &["identify", "lsff_velocity_window"],
     )
+}
+
+fn physical(settings: &Physical) -> Result<(), Fault> {
+    if !(settings.prior_error.is_finite() && settings.prior_error > 0.0) {
+        return Err(fault(
+            &["identify", "physical", "prior_error"],
+            format!(
+                "prior_error = {} must be positive; 0.3 means 30 %",
+                Shown(settings.prior_error)
+            ),
+        ));
+    }
+    let total = settings.total_mass_kg.iter();
+    let total = total.map(|limit| (vec!["total_mass_kg"], limit));
+    let single = settings.mass_kg.iter();
+    for (keys, [least, largest]) in total.chain(single.map(|(k, v)| (vec!["mass_kg", &**k], v))) {
+        if !(0.0 <= *least && least < largest && largest.is_finite()) {
+            let key = keys.join(".");
+            return Err(fault(
+                &[&["identify", "physical"], &keys[..]].concat(),
+                format!(
+                    "{key} = [{}, {}] must be two masses, the least one first",
+                    Shown(*least),
+                    Shown(*largest)
+                ),
+            ));
+        }
+    }
+    Ok(())
 }

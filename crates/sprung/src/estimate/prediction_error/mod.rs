@@ -40,7 +40,7 @@ mod undeclared;
 mod unknowns;
 mod vector;
 
-use super::found::{Criterion, Found, NORMAL_95, Numbers};
+use super::found::{Covariance, Criterion, Found, NORMAL_95, Numbers};
 use super::laws::with_tested_laws;
 use super::result::ErrorParts;
 use crate::description::{Delay, Experiment};
@@ -239,6 +239,10 @@ fn refined_numbers(refined: Refined, rung: Rung, fitted: &Fitted, undeclared: &[
             .map(|parts| parts.sampling.hypot(parts.between_parts).hypot(parts.bias))
             .collect(),
         error_parts,
+        covariance: Some(Covariance {
+            free: refined.free,
+            values: refined.covariance,
+        }),
         theta: refined.theta,
         interval: NORMAL_95,
         points: (refined.trace.into_iter())

@@ -1,0 +1,188 @@
+//! Errors of the base parameters of the twin with seven joints: by least squares, and by possible bodies
+//! with nominal values that are wrong by 30 %.
+//!
+//! `cargo bench -p sprung --bench physical [-- --seeds 20]`
+#![expect(clippy::print_stdout, reason = "a benchmark says what it measured")]
+
+#[path = "../../tests/twin/in_memory.rs"]
+mod in_memory;
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+use sprung::description::{self, Distance, Estimator, Experiment, no_files};
+use sprung::estimate::identify;
+use sprung::log::Channels;
+use sprung::model::Model;
+use sprung::progress::Unheard;
+use sprung::simulate::{TwinSetup, record};
+use sprung_core::spatial::BODY_NAMES;
+
+use in_memory::with_source;
+
+const EXPERIMENT: &str = include_str!("../../../../examples/seven-joint-twin/experiment.toml");
+const TRUTH: &str = include_str!("../../../../examples/seven-joint-twin/truth.toml");
+
+const DURATION_S: f64 = 6.0;
+const JOINTS: u32 = 7;
+
+/// Standard deviation of the nominal masses and lengths, relative.
+const NOMINAL_ERROR: f64 = 0.3;
+
+/// Results of one log.
+struct Draw {
+    /// Errors of the base parameters, %: least squares, possible bodies.
+    errors: [f64; 2],
+    /// Largest residual of a torque row over that of least squares.
+    residual_ratio: f64,
+}
+
+fn main() {
+    let seeds = seeds();
+    println!(
+        "Twin with seven joints, {DURATION_S} s, least squares, {seeds} logs per row. Error of the base \
+         parameters of the links: length of the difference over the length of the truth.\n"
+    );
+    println!(
+        "| torque noise | distance | least squares | possible bodies | largest residual ratio |"
+    );
+    println!("|---|---|---|---|---|");
+    for noise in [0.5, 2.0] {
+        for (name, distance) in [
+            ("entropic", Distance::Entropic),
+            ("euclidean", Distance::Euclidean),
+        ] {
+            let draws: Vec<Draw> = (1..=seeds)
+                .into_par_iter()
+                .map(|seed| draw(noise, distance, seed))
+                .collect();
+            let mean = |of: &dyn Fn(&Draw) -> f64| -> f64 {
+                draws.iter().map(of).sum::<f64>() / f64::from(seeds)
+            };
+            let largest = draws
+                .iter()
+                .map(|draw| draw.residual_ratio)
+                .fold(0.0, f64::max);
+            println!(
+                "| {noise} N·m | {name} | {:.2} % | {:.2} % | {largest:.3} |",
+                mean(&|draw| draw.errors[0]),
+                mean(&|draw| draw.errors[1]),
+            );
+        }
+    }
+}
+
+/// Returns the number after `--seeds`, 20 without it.
+fn seeds() -> u32 {
+    let mut arguments = std::env::args().skip_while(|own| own != "--seeds").skip(1);
+    arguments
+        .next()
+        .and_then(|own| own.parse().ok())
+        .unwrap_or(20)
+}
+
+fn draw(noise: f64, distance: Distance, seed: u32) -> Draw {
+    let values: BTreeMap<String, f64> = toml::from_str(TRUTH).expect("the example has true values");
+    let mut experiment = description::read("arm", EXPERIMENT, &[], &mut no_files)
+        .expect("the example is an experiment");
+    experiment.robot.nominal = wrong(&values, seed);
+    experiment.identify.estimator = vec![Estimator::LeastSquares];
+    experiment.identify.physical.distance = distance;
+    let model = Model::new(&experiment).expect("the example is a robot");
+    let log = log(&experiment, &model, &values, (noise, seed));
+    let found = with_source(&log, |source| {
+        identify(&experiment, &model, &mut [source], &mut Unheard)
+            .expect("the twin's log can be identified")
+    });
+    let result = &found.identification.results[0];
+    let truth = model
+        .theta(&known(&model, &values))
+        .expect("all values are known");
+    let (mut squares, mut all) = ([0.0; 2], 0.0);
+    for ((own, truth), parameter) in result.parameters.iter().zip(&truth).zip(model.parameters()) {
+        if parameter.joint.is_none() {
+            for (sum, value) in squares.iter_mut().zip([own.value, own.physical]) {
+                *sum += (value.unwrap_or(f64::NAN) - truth).powi(2);
+            }
+            all += truth * truth;
+        }
+    }
+    let ratios = result
+        .physical
+        .iter()
+        .flat_map(|own| own.residual_ratio.iter());
+    Draw {
+        errors: squares.map(|own| 100.0 * (own / all).sqrt()),
+        residual_ratio: ratios.fold(0.0, |max, (_, own)| f64::max(max, own)),
+    }
+}
+
+fn log(
+    experiment: &Experiment,
+    model: &Model,
+    values: &BTreeMap<String, f64>,
+    (noise, seed): (f64, u32),
+) -> Vec<u8> {
+    let mut settings = experiment.simulate.clone().expect("the example has a twin");
+    settings.duration_s = DURATION_S;
+    settings.seed = u64::from(seed);
+    settings.torque_noise_nm = vec![noise; JOINTS as usize];
+    let setup = TwinSetup {
+        model,
+        theta: &model
+            .theta(&known(model, values))
+            .expect("all values are known"),
+        controller: experiment
+            .controller
+            .as_ref()
+            .expect("the example has a controller"),
+        settings: &settings,
+    };
+    let columns = experiment.log.as_ref().expect("the example has a log");
+    let channels = Channels::new(&experiment.robot, columns).expect("the columns are the robot's");
+    let mut log = Vec::new();
+    record(&setup, &channels, &mut log, &mut Unheard).expect("the twin moves");
+    log
+}
+
+/// The values of parameters that a model has.
+fn known(model: &Model, values: &BTreeMap<String, f64>) -> BTreeMap<String, f64> {
+    let mut values = values.clone();
+    values.retain(|name, _| {
+        model
+            .check_names(&BTreeMap::from([(name.clone(), 0.0)]))
+            .is_ok()
+    });
+    values
+}
+
+/// Returns the true parameters of the links with wrong masses and lengths; the bodies can exist.
+fn wrong(values: &BTreeMap<String, f64>, seed: u32) -> BTreeMap<String, f64> {
+    let mut state = u64::from(seed).wrapping_mul(0x9E37_79B9_7F4A_7C15) + 1;
+    let mut random = || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1);
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    // The sum of twelve uniform numbers minus six has the variance 1.
+    let mut factor = || {
+        let normal: f64 = (0..12).map(|_| random()).sum::<f64>() - 6.0;
+        (1.0 + NOMINAL_ERROR * normal).max(0.2)
+    };
+    let mut all = BTreeMap::new();
+    for link in 1..=JOINTS {
+        let (mass, length) = (factor(), factor());
+        for kind in BODY_NAMES {
+            let name = format!("link{link}.{kind}");
+            let power = match kind.len() {
+                1 => 0,
+                2 => 1,
+                _ => 2,
+            };
+            let true_value = values.get(&name).copied().unwrap_or(0.0);
+            all.insert(name, mass * length.powi(power) * true_value);
+        }
+    }
+    all
+}

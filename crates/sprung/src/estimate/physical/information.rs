@@ -1,0 +1,88 @@
+//! Information about theta: the metric in which possible bodies are near to an estimate.
+
+use faer::Mat;
+use faer::linalg::solvers::DenseSolveCore;
+
+use crate::estimate::found::{Covariance, Numbers};
+use crate::fit::{Free, residual};
+use crate::model::Model;
+use crate::regression::System;
+
+/// Least residual of a row relative to the largest right-hand side; a log without noise has none.
+const LEAST_RESIDUAL: f64 = 1e-9;
+
+/// Returns the information about theta, \[p × p\]; zero for known parameters and for directions that the
+/// log does not determine. It is that of the estimator, or that of the equations with the residual of
+/// each row, scaled by one factor such that the standard errors that follow from it have the median of
+/// the estimator's.
+pub(super) fn information(model: &Model, numbers: &Numbers, system: &System) -> Option<Mat<f64>> {
+    let p = numbers.theta.len();
+    let mut information = match &numbers.covariance {
+        Some(own) => of_covariance(own, p)?,
+        None => of_equations(model, numbers, system)?,
+    };
+    let known: Vec<usize> = (0..p)
+        .filter(|&i| numbers.identifiable[i] && model.parameters()[i].fixed.is_none())
+        .filter(|&i| numbers.errors[i] > 0.0 && numbers.errors[i].is_finite())
+        .collect();
+    let part = Mat::from_fn(known.len(), known.len(), |i, j| {
+        information[(known[i], known[j])]
+    });
+    let covariance = inverse(&part)?;
+    let mut ratios: Vec<f64> = (known.iter().enumerate())
+        .map(|(at, &i)| numbers.errors[i].powi(2) / covariance[(at, at)])
+        .filter(|ratio| *ratio > 0.0 && ratio.is_finite())
+        .collect();
+    ratios.sort_by(f64::total_cmp);
+    let median = ratios.get(ratios.len() / 2)?;
+    information /= faer::Scale(*median);
+    let is_finite = (0..p * p).all(|at| information[(at / p, at % p)].is_finite());
+    is_finite.then_some(information)
+}
+
+fn of_covariance(own: &Covariance, p: usize) -> Option<Mat<f64>> {
+    let width = own.free.len();
+    let inverse = inverse(&Mat::from_fn(width, width, |i, j| {
+        own.values[i * width + j]
+    }))?;
+    let mut information = Mat::zeros(p, p);
+    for (i, &row) in own.free.iter().enumerate() {
+        for (j, &column) in own.free.iter().enumerate() {
+            information[(row, column)] = inverse[(i, j)];
+        }
+    }
+    Some(information)
+}
+
+fn of_equations(model: &Model, numbers: &Numbers, system: &System) -> Option<Mat<f64>> {
+    let p = numbers.theta.len();
+    let free = Free::new(model);
+    let residuals = residual(model, system, &numbers.theta);
+    let largest = residuals.iter().map(|row| row.1).fold(0.0, f64::max);
+    let mut information = Mat::zeros(p, p);
+    let factors = free.factors(system.whole()?);
+    for ((columns, factor), (residual, _)) in free.columns.iter().zip(&factors).zip(&residuals) {
+        let by = residual.max(LEAST_RESIDUAL * largest).powi(-2);
+        for (i, &row) in columns.iter().enumerate() {
+            for (j, &column) in columns.iter().enumerate() {
+                let product: f64 = (0..=i.min(j))
+                    .map(|k| factor.entry(k, i) * factor.entry(k, j))
+                    .sum();
+                information[(free.unknowns[row], free.unknowns[column])] += by * product;
+            }
+        }
+    }
+    Some(information)
+}
+
+/// Returns the inverse of a symmetric positive definite matrix, with unknowns scaled to one size; `None`
+/// if it has none.
+pub(super) fn inverse(matrix: &Mat<f64>) -> Option<Mat<f64>> {
+    let n = matrix.nrows();
+    let scale: Vec<f64> = (0..n).map(|i| matrix[(i, i)].sqrt().recip()).collect();
+    let scaled = Mat::from_fn(n, n, |i, j| matrix[(i, j)] * scale[i] * scale[j]);
+    let inverse = scaled.llt(faer::Side::Lower).ok()?.inverse();
+    Some(Mat::from_fn(n, n, |i, j| {
+        inverse[(i, j)] * scale[i] * scale[j]
+    }))
+}

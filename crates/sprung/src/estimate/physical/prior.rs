@@ -1,0 +1,156 @@
+//! Prior of the bodies: the nominal values, and how far they may be from the truth.
+
+use sprung_core::spatial::BODY;
+
+use crate::description::{Distance, Physical, Prior};
+use crate::model::{Block, Model, Program, TreeLinks, is_possible, second_moments};
+
+/// Least eigenvalue of the second moments of a nominal body relative to their trace. Thinner bodies
+/// would make the entropic distance infinite in one direction.
+const THINNEST: f64 = 1e-4;
+
+/// Weight of the entropic distance from bodies of equal size in all directions, where no nominal body
+/// is given, and beside the Euclidean distance. It only decides where nothing else does.
+const WEAK: f64 = 1e-3;
+
+/// Prior of one link, or of one rotor.
+#[derive(Clone, Debug)]
+pub(super) struct BodyPrior {
+    /// Most likely values: the ten inertial parameters, or the rotor inertia alone.
+    pub(super) values: Vec<f64>,
+    /// Whether they are nominal values.
+    pub(super) is_nominal: bool,
+}
+
+/// Returns the prior of each link, then of each rotor.
+///
+/// - `size`: typical size of the link parameters, kg·m².
+pub(super) fn priors(
+    model: &Model,
+    links: &TreeLinks,
+    settings: &Physical,
+    size: f64,
+) -> Vec<BodyPrior> {
+    let n = model.joint_count();
+    let nominal = |index: usize| match settings.prior {
+        Prior::Nominal => links.nominal(index),
+        Prior::None => links.known.get(&index).copied(),
+    };
+    let links = (0..n).map(|link| {
+        let values: Option<Vec<f64>> = (0..BODY).map(|k| nominal(link * BODY + k)).collect();
+        let possible = values.filter(|own| {
+            let body: Result<[f64; BODY], _> = own.as_slice().try_into();
+            body.is_ok_and(|body| is_possible(&body, THINNEST))
+        });
+        match possible {
+            Some(values) => BodyPrior {
+                values,
+                is_nominal: true,
+            },
+            None => BodyPrior {
+                values: vec![
+                    size,
+                    0.0,
+                    0.0,
+                    0.0,
+                    2.0 * size,
+                    0.0,
+                    2.0 * size,
+                    0.0,
+                    0.0,
+                    2.0 * size,
+                ],
+                is_nominal: false,
+            },
+        }
+    });
+    let rotors = (0..n).map(|joint| {
+        let own = nominal(n * BODY + joint).filter(|value| *value > 0.0);
+        BodyPrior {
+            values: vec![own.unwrap_or(size)],
+            is_nominal: own.is_some(),
+        }
+    });
+    links.chain(rotors).collect()
+}
+
+/// Returns the names of links whose nominal bodies are given but cannot exist.
+pub(super) fn impossible(model: &Model, links: &TreeLinks) -> Vec<String> {
+    (0..model.joint_count())
+        .filter(|link| {
+            let values: Option<Vec<f64>> =
+                (0..BODY).map(|k| links.nominal(link * BODY + k)).collect();
+            let body: Option<[f64; BODY]> = values.and_then(|own| own.try_into().ok());
+            body.is_some_and(|body| !is_possible(&body, THINNEST))
+        })
+        .map(|link| {
+            let name = links.name(link * BODY);
+            name.strip_suffix(".m").unwrap_or(name).to_owned()
+        })
+        .collect()
+}
+
+/// Adds the prior of a body to a program.
+///
+/// - `block`: the second moments of the body in the program, or its rotor inertia.
+/// - `unknowns`: unknown of each parameter of the body; `None` for known values.
+pub(super) fn add_prior(
+    program: &mut Program,
+    block: &mut Block,
+    prior: &BodyPrior,
+    unknowns: &[Option<usize>],
+    settings: &Physical,
+) {
+    let relative = settings.prior_error;
+    let quadratic = prior.is_nominal && settings.distance == Distance::Euclidean;
+    // A body whose mass is wrong by the relative error is one standard error away.
+    let weight = if prior.is_nominal && !quadratic {
+        1.0 / (block.rows as f64 * relative * relative)
+    } else {
+        WEAK
+    };
+    block.entropy = weight;
+    let own = match prior.values.len() {
+        BODY => second_moments(|k| Err(prior.values[k])),
+        _ => Block::scalar(prior.values[0], []),
+    };
+    if let Some(inverse) = own.inverse(&[]) {
+        for (unknown, entries) in &block.terms {
+            let slope: f64 = (entries.iter())
+                .map(|&(i, j, by)| {
+                    let both = if i == j { 1.0 } else { 2.0 };
+                    both * by * inverse[i * block.rows + j]
+                })
+                .sum();
+            program.linear[*unknown] -= weight * slope;
+        }
+    }
+    if !quadratic {
+        return;
+    }
+    let n = program.linear.len();
+    let scales = scales(&prior.values);
+    for ((unknown, value), scale) in unknowns.iter().zip(&prior.values).zip(scales) {
+        let Some(unknown) = unknown else { continue };
+        let weight = (relative * scale).powi(-2);
+        program.quadratic[unknown * (n + 1)] += weight;
+        program.linear[*unknown] += weight * value;
+    }
+}
+
+/// Returns the sizes of the parameters of a body: m, m·L and m·L², with its root mean square radius L;
+/// the rotor inertia itself.
+fn scales(values: &[f64]) -> Vec<f64> {
+    if values.len() != BODY {
+        return values.to_vec();
+    }
+    let mass = values[0];
+    let length = (0.5 * (values[4] + values[6] + values[9]) / mass).sqrt();
+    (0..BODY)
+        .map(|k| match k {
+            0 => mass,
+            1..=3 => mass * length,
+            _ => mass * length * length,
+        })
+        .collect()
+}
