@@ -42,7 +42,7 @@
 //!
 //! ```text
 //! finding, curves, named, progress, stopwatch |
-//! description → model → log → simulate → preprocess → regression → fit → prepare → check → estimate → validate → compare → session → report
+//! description → model → log → simulate → preprocess → regression → fit → prepare → check → frequency → estimate → validate → compare → session → report
 //! ```
 //!
 //! Functions outside [`session`] take values and readers and return values or strings. The library
@@ -56,6 +56,7 @@ pub mod description;
 pub mod estimate;
 pub mod finding;
 mod fit;
+mod frequency;
 pub mod log;
 pub mod model;
 pub mod named;

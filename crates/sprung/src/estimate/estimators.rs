@@ -11,6 +11,7 @@ use super::output_error::output_error;
 use super::prediction_error::{Before, prediction_error};
 use crate::description::Estimator;
 use crate::finding::Finding;
+use crate::frequency::Record;
 use crate::log::LogSource;
 use crate::prepare::{PrepareError, Prepared};
 use crate::progress::Listener;
@@ -29,6 +30,8 @@ pub(super) struct Basis<'a> {
     pub(super) inputs: &'a EstimatorInputs<'a>,
     /// Findings about the logs.
     pub(super) about_logs: &'a [Finding],
+    /// Samples of the logs for spectra.
+    pub(super) record: &'a Record,
 }
 
 impl Basis<'_> {

@@ -9,6 +9,7 @@ use super::describe::{Linear, describe, fit_curves, over_time, trace_of};
 use super::error::IdentifyError;
 use super::estimators::Basis;
 use super::found::Found;
+use super::in_frequency::in_frequency;
 use super::inputs::EstimatorInputs;
 use super::judge::{judge, tilt_is_possible, tilted};
 use super::laws::{Chosen, LAWS_MISSING, choose_laws, laws_of, open_delays, with_open_delays};
@@ -25,6 +26,7 @@ use crate::curves::Curves;
 use crate::description::{Estimator, Experiment, Identify, Instruments, Laws, OnCheckError};
 use crate::finding::{Finding, Severity};
 use crate::fit::{Fitted, fit, residual};
+use crate::frequency::Record;
 use crate::log::LogSource;
 use crate::model::Model;
 use crate::prepare::{Likely, PrepareError, Prepared, prepare};
@@ -95,7 +97,7 @@ pub fn identify_and_tell(
     let (prepared, mut chosen) = with_chosen_laws(prepared, sources, progress)?;
     let described = prepared.experiment().clone();
     let inputs = EstimatorInputs::new(&described, prepared.reading().model())?;
-    let (passed, on_line) = pass(&prepared, sources, progress)?;
+    let (passed, on_line, record) = pass(&prepared, sources, progress)?;
     let mut about_logs = examine_or_refuse(&prepared, &passed)?;
     // A faulty log looks like missing laws.
     let is_faulty = (about_logs.iter()).any(|finding| finding.severity > Severity::Info);
@@ -111,6 +113,7 @@ pub fn identify_and_tell(
         lsff: on_line.lsff.as_ref().map(|lsff| (lsff, on_line.seconds)),
         inputs: &inputs,
         about_logs: &about_logs,
+        record: &record,
     };
     if (prepared.reading().settings().estimator).contains(&Estimator::PredictionError) {
         let mut early = before_refinement(&basis, &passed)?;
@@ -226,15 +229,17 @@ fn pass(
     prepared: &Prepared,
     sources: &mut [LogSource<'_>],
     progress: &mut dyn Listener,
-) -> Result<(Passed, OnLineState), IdentifyError> {
+) -> Result<(Passed, OnLineState, Record), IdentifyError> {
     let reading = prepared.reading();
-    let mut on_line = OnLine::new(reading.model(), reading.settings());
-    let passed = read_through(reading, sources, &mut on_line, Phase::Reading, progress)?;
+    let on_line = OnLine::new(reading.model(), reading.settings());
+    let mut observers = (on_line, Record::new(reading.model().joint_count()));
+    let passed = read_through(reading, sources, &mut observers, Phase::Reading, progress)?;
+    let (on_line, record) = observers;
     let left = OnLineState {
         lsff: on_line.lsff.transpose()?,
         seconds: on_line.seconds,
     };
-    Ok((passed, left))
+    Ok((passed, left, record))
 }
 
 /// Returns the findings about the logs. Refuses logs that contradict the experiment file.
@@ -311,11 +316,14 @@ fn describe_all(
     let mut findings = basis.about_logs.to_vec();
     findings.extend(look_again(basis, &mut results));
     after_estimation(&mut findings, &results);
+    let response = in_frequency(basis, &estimates, &mut results);
     for result in &mut results {
         decide(result, &findings);
     }
     progress.tell(Phase::Examining, EXAMINATION_STEPS, Some(EXAMINATION_STEPS))?;
-    assemble(basis, passed, estimates, results, findings)
+    let mut identified = assemble(basis, passed, estimates, results, findings)?;
+    identified.identification.frequency_response = response;
+    Ok(identified)
 }
 
 /// Returns the result of least squares as it is before a refinement, without the examinations that
@@ -369,6 +377,7 @@ fn assemble(
             further_logs: infos.collect(),
             settings: settings_used(reading, cutoff_choice(prepared)),
             laws: None,
+            frequency_response: None,
             findings,
             results,
         },

@@ -14,6 +14,7 @@ mod error;
 mod estimators;
 mod found;
 mod identify;
+mod in_frequency;
 mod inputs;
 mod judge;
 mod kind_of_change;
@@ -57,3 +58,6 @@ pub use result::{
 pub use verdict::{Decision, Verdict};
 
 pub use crate::fit::{fit, residual, torques, trace};
+pub use crate::frequency::{
+    Feature, FeatureKind, FrequencyResponse, JointResponse, ResponseCurves, Unseen,
+};

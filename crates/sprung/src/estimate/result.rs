@@ -11,6 +11,7 @@ use super::promise::JointPrediction;
 use super::refinement_result::Refinement;
 use super::verdict::{Decision, Verdict};
 use crate::finding::Finding;
+use crate::frequency::FrequencyResponse;
 use crate::model::{residual_name, stribeck_name};
 use crate::named::Named;
 
@@ -35,6 +36,9 @@ pub struct Identification {
     /// Laws that the held-out residual asks for; absent if the log is too short.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub laws: Option<LawsByHoldOut>,
+    /// Frequency responses of a log and of the first result; absent without a flexible joint.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frequency_response: Option<FrequencyResponse>,
     /// Findings about the logs.
     pub findings: Vec<Finding>,
     /// One result per estimator.

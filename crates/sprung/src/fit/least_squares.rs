@@ -1,5 +1,7 @@
 //! Least squares on the filtered regression.
 
+use faer::Mat;
+
 use super::free::Free;
 use super::jackknife::{influences, scatter};
 use super::motor_row::{MotorRow, Reduced, motor_row};
@@ -22,6 +24,9 @@ pub struct Fitted {
     pub standard_error: Vec<f64>,
     /// Standard error by the disagreement of stretches of the log.
     pub sampling_error: Vec<f64>,
+    /// Changes of each parameter when stretches of the log are left out, \[p\]\[stretches\]; the sum of
+    /// their squares is the square of the sampling error.
+    pub moves: Vec<Vec<f64>>,
     /// Deviation of each parameter between parts of the logs beyond their sampling errors.
     pub between_parts: Vec<f64>,
     /// Estimated size of the bias that all stretches share.
@@ -102,6 +107,7 @@ pub fn fit(model: &Model, system: &System, memory: f64) -> Option<Fitted> {
         identifiable: free.whole(&solution.identifiable, |_| true),
         standard_error: free.whole(&errors, |_| 0.0),
         sampling_error: free.whole(&errors, |_| 0.0),
+        moves: moves(&free, &stacked),
         between_parts: vec![0.0; model.parameters().len()],
         bias: vec![0.0; model.parameters().len()],
         weakest_direction: free.whole(&solution.weakest_direction, |_| 0.0),
@@ -113,6 +119,24 @@ pub fn fit(model: &Model, system: &System, memory: f64) -> Option<Fitted> {
         motor_rows,
         groups,
     })
+}
+
+/// Returns the moves of all parameters from the influences of the groups on the unknowns.
+fn moves(free: &Free, stacked: &Mat<f64>) -> Vec<Vec<f64>> {
+    let count = stacked.ncols() as f64;
+    let scale = ((count - 1.0) / count).max(0.0).sqrt();
+    let by_group: Vec<Theta> = (0..stacked.ncols())
+        .map(|g| {
+            let own: Vec<f64> = (0..stacked.nrows())
+                .map(|i| scale * stacked[(i, g)])
+                .collect();
+            free.whole(&own, |_| 0.0)
+        })
+        .collect();
+    let parameters = 0..by_group.first().map_or(0, Vec::len);
+    parameters
+        .map(|i| by_group.iter().map(|own| own[i]).collect())
+        .collect()
 }
 
 /// Returns the parameter vector alone, \[p\]; `None` if the data do not determine all parameters.

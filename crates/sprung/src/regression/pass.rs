@@ -66,6 +66,18 @@ pub(crate) trait Observer: Send {
 
 impl Observer for () {}
 
+impl<A: Observer, B: Observer> Observer for (A, B) {
+    fn restart(&mut self, why: Restart) {
+        self.0.restart(why);
+        self.1.restart(why);
+    }
+
+    fn raw(&mut self, period: f64, samples: &RawBlock) {
+        self.0.raw(period, samples);
+        self.1.raw(period, samples);
+    }
+}
+
 /// Smoothed signals of one block, ready for the regression.
 #[derive(Clone, Debug, Default)]
 struct Piece {

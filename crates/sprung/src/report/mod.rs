@@ -7,6 +7,7 @@ mod comparison;
 mod compose;
 mod contents;
 mod document;
+mod frequency;
 mod glossary;
 mod groups;
 mod html;

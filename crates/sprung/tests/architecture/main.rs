@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use files::Files;
 
 /// Modules of `sprung` in order. A module uses only modules before it.
-const ORDER: [&str; 20] = [
+const ORDER: [&str; 21] = [
     "finding",
     "curves",
     "named",
@@ -26,6 +26,7 @@ const ORDER: [&str; 20] = [
     "fit",
     "prepare",
     "check",
+    "frequency",
     "estimate",
     "validate",
     "compare",

@@ -1,0 +1,43 @@
+//! The frequency response of the log beside that of the first result.
+
+use super::estimators::Basis;
+use super::found::{Found, Numbers};
+use super::result::EstimateResult;
+use crate::description::Estimator;
+use crate::fit::Fitted;
+use crate::frequency::{FrequencyResponse, Identified, frequency_response, resonances_disagree};
+
+/// Returns the frequency responses of the log and of the first result, and adds the finding about
+/// their disagreement to this result.
+pub(super) fn in_frequency(
+    basis: &Basis<'_>,
+    estimates: &[(Estimator, Found)],
+    results: &mut [EstimateResult],
+) -> Option<FrequencyResponse> {
+    let ((_, found), result) = estimates.first().zip(results.first_mut())?;
+    let model = basis.prepared.reading().model();
+    let identified = Identified {
+        model,
+        theta: &found.numbers.theta,
+        moves: &moves(&basis.linear.fitted, &found.numbers),
+    };
+    let response = frequency_response(basis.record, &identified)?;
+    result.warnings.extend(resonances_disagree(
+        &response,
+        &basis.prepared.names().join(", "),
+    ));
+    (result.warnings).sort_by_key(|finding| std::cmp::Reverse(finding.severity));
+    Some(response)
+}
+
+/// Returns the moves of least squares, scaled to the standard errors of the result: its parameters
+/// are taken to be correlated as those of least squares.
+fn moves(fitted: &Fitted, numbers: &Numbers) -> Vec<Vec<f64>> {
+    (fitted.moves.iter().enumerate())
+        .map(|(i, own)| {
+            let scale = numbers.errors[i] / fitted.sampling_error[i];
+            let scale = if scale.is_finite() { scale } else { 0.0 };
+            own.iter().map(|x| scale * x).collect()
+        })
+        .collect()
+}

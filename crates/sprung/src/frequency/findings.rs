@@ -1,0 +1,61 @@
+//! Findings about frequency responses.
+
+use super::result::{Feature, FrequencyResponse};
+use crate::finding::{Finding, Severity};
+
+/// Difference of log and model beyond which they disagree: in standard errors of both, and relative
+/// to the frequency.
+const DISAGREEMENT_SIGMAS: f64 = 4.0;
+const DISAGREEMENT: f64 = 0.05;
+
+/// Reports the vibrations at which log and model disagree.
+pub(crate) fn resonances_disagree(response: &FrequencyResponse, file: &str) -> Option<Finding> {
+    let mut found = Vec::new();
+    let mut first = None;
+    let mut parameters = Vec::new();
+    for own in &response.joints {
+        for feature in &own.features {
+            let Some((hz, error)) = disagrees(feature) else {
+                continue;
+            };
+            found.push(format!(
+                "{} of {}: {hz:.3} ± {:.3} Hz by the log, {:.3} ± {:.3} Hz by the model",
+                feature.kind.word(),
+                own.joint,
+                2.0 * error,
+                feature.model_hz,
+                2.0 * feature.model_standard_error_hz,
+            ));
+            first.get_or_insert(hz);
+            parameters.push(format!("{}.stiffness", own.joint));
+        }
+    }
+    parameters.dedup();
+    let first = first?;
+    Some(
+        Finding::new(
+            Severity::Warning,
+            "resonance-disagrees",
+            format!(
+                "the vibrations in {file} have other frequencies than those of the identified model: \
+                 {}. Dry friction raises a resonance of small motions, and the comparison contains it \
+                 only on average",
+                found.join("; ")
+            ),
+            "compare the curves under Frequency response in the report. Look for a delay, a wrong gear \
+             ratio or gain, a payload, or a spring that is stiffer at large torques",
+        )
+        .about(parameters)
+        .seen(file, "", first, "Hz"),
+    )
+}
+
+/// Returns frequency and standard error by the log, if the model disagrees.
+fn disagrees(feature: &Feature) -> Option<(f64, f64)> {
+    let (hz, error) = (feature.log_hz?, feature.log_standard_error_hz?);
+    let both = error.hypot(feature.model_standard_error_hz);
+    let [low, high] = feature.model_over_poses_hz;
+    let outside = (hz - high).max(low - hz);
+    (outside > DISAGREEMENT_SIGMAS * both && outside > DISAGREEMENT * feature.model_hz)
+        .then_some((hz, error))
+}

@@ -1,0 +1,21 @@
+//! The frequency response from torques to positions: of the log, and of the identified model.
+
+mod compare;
+mod findings;
+mod fourier;
+mod linear;
+mod modes;
+mod period;
+mod pole;
+mod record;
+mod response;
+mod result;
+mod spectra;
+#[cfg(test)]
+mod tests;
+mod weighted;
+
+pub(crate) use compare::{Identified, frequency_response};
+pub(crate) use findings::resonances_disagree;
+pub(crate) use record::Record;
+pub use result::{Feature, FeatureKind, FrequencyResponse, JointResponse, ResponseCurves, Unseen};
