@@ -459,9 +459,10 @@ fn a_vibration_by_the_frequency_response_contains_what_least_squares_lose() {
     let own = feature(1, "antiresonance");
     let number = |key: &str| own[key].as_f64().unwrap();
     let [log, model] = ["log_hz", "model_hz"].map(number);
-    let [log_error, model_error] =
-        ["log_standard_error_hz", "model_standard_error_hz"].map(number);
-    println!("antiresonance of stage 2: log {log:.3} ± {log_error:.3}, model {model:.2} ± {model_error:.2} Hz");
+    let [log_error, model_error] = ["log_standard_error_hz", "model_standard_error_hz"].map(number);
+    println!(
+        "antiresonance of stage 2: log {log:.3} ± {log_error:.3}, model {model:.2} ± {model_error:.2} Hz"
+    );
     assert!((log - 5.4).abs() < 0.1 && log_error < 0.03, "{own}");
     // The stacked stiffness is too small, and its interval is wide enough to contain the log.
     assert!(model < log && log - model < 2.0 * model_error, "{own}");

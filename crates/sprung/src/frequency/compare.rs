@@ -26,7 +26,7 @@ const MOST_LINES: usize = 400;
 
 /// Least power of a position in a window, relative to that of its noise. The local model takes its inputs
 /// as exact.
-const LEAST_SIGNAL_TO_NOISE: f64 = 100.0;
+const LEAST_SIGNAL_TO_NOISE: f64 = 300.0;
 
 /// Largest power of dry friction relative to that of the motor torque. Feedback answers friction with
 /// torque, and the response of the log is then that of the inverse controller.
@@ -47,7 +47,7 @@ const HIGHEST_OVER_FEATURES: f64 = 2.5;
 const LARGEST_RELATIVE_ERROR: f64 = 1.0;
 
 /// Largest standard error of a frequency by the log, relative to the frequency.
-const LARGEST_FREQUENCY_ERROR: f64 = 0.03;
+const LARGEST_FREQUENCY_ERROR: f64 = 0.01;
 
 /// An identified model with the errors of its parameters.
 #[derive(Clone, Copy, Debug)]

@@ -4,9 +4,10 @@ use super::result::{Feature, FrequencyResponse};
 use crate::finding::{Finding, Severity};
 
 /// Difference of log and model beyond which they disagree: in standard errors of both, and relative
-/// to the frequency.
+/// to the frequency. Reversals of friction excite vibrations that the motion does not contain; their
+/// frequencies by the log are up to 9 % too high in arms that match their models.
 const DISAGREEMENT_SIGMAS: f64 = 4.0;
-const DISAGREEMENT: f64 = 0.05;
+const DISAGREEMENT: f64 = 0.1;
 
 /// Reports the vibrations at which log and model disagree.
 pub(crate) fn resonances_disagree(response: &FrequencyResponse, file: &str) -> Option<Finding> {
@@ -34,7 +35,7 @@ pub(crate) fn resonances_disagree(response: &FrequencyResponse, file: &str) -> O
     let first = first?;
     Some(
         Finding::new(
-            Severity::Warning,
+            Severity::Info,
             "resonance-disagrees",
             format!(
                 "the vibrations in {file} have other frequencies than those of the identified model: \

@@ -211,7 +211,7 @@ fn a_wrong_stiffness_is_found_and_the_true_one_is_not() {
         resonances_disagree(&response(&model, &theta, &record), "log"),
         None
     );
-    theta[model.index_of("joint2.stiffness").unwrap()] *= 1.25;
+    theta[model.index_of("joint2.stiffness").unwrap()] *= 1.5;
     let finding = resonances_disagree(&response(&model, &theta, &record), "log").unwrap();
     assert_eq!(finding.code, "resonance-disagrees");
     assert!(finding.parameters.contains(&"joint2.stiffness".to_owned()));
