@@ -10,7 +10,7 @@ pub(super) fn smooth_length(most: usize) -> usize {
     let is_smooth = |&length: &usize| {
         let mut rest = length;
         for factor in [2, 3, 5] {
-            while rest % factor == 0 {
+            while rest.is_multiple_of(factor) {
                 rest /= factor;
             }
         }
@@ -61,9 +61,9 @@ fn transform(x: &[c64], stride: usize, out: &mut [c64], roots: &[c64]) {
         out.copy_from_slice(&x[..length]);
         return;
     }
-    let factor = (2..)
-        .find(|factor| length % factor == 0 || factor * factor > length)
-        .filter(|factor| length % factor == 0)
+    let factor = (2..=length)
+        .find(|factor| length.is_multiple_of(*factor) || factor * factor > length)
+        .filter(|factor| length.is_multiple_of(*factor))
         .unwrap_or(length);
     let part = length / factor;
     for (j, out) in out.chunks_mut(part).enumerate() {

@@ -136,13 +136,17 @@ impl OperatingPoint {
         stretch: &Stretch,
     ) -> Vec<Vec<f64>> {
         let robot = model.robot();
-        let mut all = vec![vec![0.0; stretch.len()]; model.joint_count()];
+        let mut all = vec![Vec::with_capacity(stretch.len()); model.joint_count()];
         for k in 0..stretch.len() {
+            for torques in &mut all {
+                torques.push(0.0);
+            }
             along(model, stretch, k, &mut |index, rest, velocity| {
                 let term = &robot.terms[index];
-                if matches!(term.what, JointParameter::Friction(Side::Motor, _)) {
-                    let left = rest - self.friction[index] * velocity;
-                    all[robot.joint_of(term.row)][k] += theta[term.column] * left;
+                if matches!(term.what, JointParameter::Friction(Side::Motor, _))
+                    && let Some(torque) = all[robot.joint_of(term.row)].last_mut()
+                {
+                    *torque += theta[term.column] * (rest - self.friction[index] * velocity);
                 }
             });
         }
@@ -224,7 +228,7 @@ impl Linear {
             let torque = theta[term.column] * slope;
             match term.what {
                 JointParameter::Friction(Side::Link, _) => {
-                    damping[(term.row, term.joint)] += torque
+                    damping[(term.row, term.joint)] += torque;
                 }
                 JointParameter::Friction(Side::Motor, _) => {
                     for k in 0..n {

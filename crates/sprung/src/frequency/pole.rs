@@ -86,7 +86,7 @@ impl Window<'_> {
     ///
     /// # Source
     ///
-    /// McKelvey and Guérin, "Non-parametric frequency response estimation using a local rational
+    /// `McKelvey` and Guérin, "Non-parametric frequency response estimation using a local rational
     /// model", SYSID 2012; here by output errors instead of equation errors.
     #[must_use]
     pub(super) fn pole(&self, expected: (f64, f64)) -> Option<Pole> {

@@ -136,7 +136,7 @@ pub(super) fn imaginary(hz: f64) -> c64 {
 fn largest_factor(mut number: usize) -> usize {
     let mut factor = 2;
     while factor * factor <= number {
-        if number % factor == 0 {
+        if number.is_multiple_of(factor) {
             number /= factor;
         } else {
             factor += 1;

@@ -130,7 +130,7 @@ impl Factored<'_> {
     ///
     /// # Source
     ///
-    /// MacKinnon and White, Journal of Econometrics 1985: the estimate `HC2`, in which the square of a
+    /// `MacKinnon` and White, Journal of Econometrics 1985: the estimate `HC2`, in which the square of a
     /// row's residual is divided by one minus its leverage.
     #[must_use]
     pub(super) fn variance(&self, unknown: usize, residuals: &[c64]) -> f64 {
