@@ -444,6 +444,8 @@ fn possible_bodies_predict_held_out_thirds_of_an_industrial_arm() {
     println!("held-out torque error over that of least squares: {ratio:.3}");
     // Measured 0.93.
     assert!(ratio < 1.02, "{ratio}");
+}
+
 #[test]
 fn a_vibration_by_the_frequency_response_contains_what_least_squares_lose() {
     let Some(log) = data("quanser_2dsfl/quanser_2dsfl_ctu_lqr.csv") else {
