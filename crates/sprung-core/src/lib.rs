@@ -21,6 +21,7 @@
 //! - `regressor`: the regressor `[Y_a | Y_b]` of one sample,
 //! - `motion`: the equations of motion and the accelerations that solve them,
 //! - [`linearized`]: derivatives of the accelerations,
+//! - [`servo`]: a position servo with the friction of its gear under load,
 //! - [`filter`]: the filter pair `f_D`, `g_D`,
 //! - [`velocity`]: averaged velocity, computed on line,
 //! - [`controller`]: PD, and feedforward with state feedback,
@@ -46,6 +47,7 @@ pub mod recursive;
 mod regressor;
 pub mod robot;
 pub mod scalar;
+pub mod servo;
 mod space;
 pub mod spatial;
 pub mod velocity;

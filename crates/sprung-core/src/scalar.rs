@@ -37,6 +37,14 @@ pub trait Scalar:
     /// Returns the hyperbolic tangent.
     #[must_use]
     fn tanh(self) -> Self;
+
+    /// Returns the natural logarithm.
+    #[must_use]
+    fn ln(self) -> Self;
+
+    /// Returns the reciprocal.
+    #[must_use]
+    fn recip(self) -> Self;
 }
 
 impl Scalar for f64 {
@@ -60,6 +68,14 @@ impl Scalar for f64 {
 
     fn tanh(self) -> Self {
         libm::tanh(self)
+    }
+
+    fn ln(self) -> Self {
+        libm::log(self)
+    }
+
+    fn recip(self) -> Self {
+        1.0 / self
     }
 }
 
@@ -197,6 +213,30 @@ impl<const N: usize> Scalar for Jet<N> {
         }
         tanh
     }
+
+    fn ln(self) -> Self {
+        let x = self.coefficients;
+        let mut ln = [0.0; N];
+        ln[0] = libm::log(x[0]);
+        for k in 1..N {
+            let known: f64 = (1..k).map(|i| i as f64 * ln[i] * x[k - i]).sum();
+            ln[k] = (x[k] - known / k as f64) / x[0];
+        }
+        Self { coefficients: ln }
+    }
+
+    fn recip(self) -> Self {
+        let x = self.coefficients;
+        let mut recip = [0.0; N];
+        recip[0] = 1.0 / x[0];
+        for k in 1..N {
+            let known: f64 = (1..=k).map(|i| x[i] * recip[k - i]).sum();
+            recip[k] = -known / x[0];
+        }
+        Self {
+            coefficients: recip,
+        }
+    }
 }
 
 /// A value with its partial derivatives by `N` variables.
@@ -313,6 +353,15 @@ impl<const N: usize> Scalar for Dual<N> {
         let tanh = libm::tanh(self.value);
         self.chain(tanh, 1.0 - tanh * tanh)
     }
+
+    fn ln(self) -> Self {
+        self.chain(libm::log(self.value), 1.0 / self.value)
+    }
+
+    fn recip(self) -> Self {
+        let recip = 1.0 / self.value;
+        self.chain(recip, -recip * recip)
+    }
 }
 
 #[cfg(test)]
@@ -344,6 +393,11 @@ mod tests {
         let cut = |y: Jet<4>| Jet::from_derivatives([0, 1, 2].map(|k| y.derivative(k)));
         let rate = |y: Jet<4>| Jet::<3>::from_derivatives([1, 2, 3].map(|k| y.derivative(k)));
         let (exp, tanh) = (x.exp(), x.tanh());
+        for zero in [exp.ln() - x, x * x.recip() - Jet::constant(1.0)] {
+            for order in 0..4 {
+                assert!(zero.derivative(order).abs() < 1e-13);
+            }
+        }
         let of_tanh = cut(tanh);
         for (found, expected) in [
             (rate(exp), cut(exp) * x_rate),
