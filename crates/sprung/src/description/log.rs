@@ -91,6 +91,15 @@ pub struct Log {
     pub drive_voltage_v: Option<Columns>,
     /// Columns of the amplifiers' command voltages, each with its unit.
     pub drive_voltage: Option<Columns>,
+    /// Columns of the targets of position servos, rad.
+    pub motor_target_rad: Option<Columns>,
+    /// Columns of the targets of position servos, degrees.
+    pub motor_target_deg: Option<Columns>,
+    /// Columns of the targets of position servos, each with its unit.
+    pub motor_target: Option<Columns>,
+    /// Columns that are 1 while the drive of a position servo is on and 0 while it is off; on if
+    /// absent.
+    pub drive_on: Option<Columns>,
     /// Delay of a column against the others, s, by column: `{ column = 0.15 }`; or `"estimate"`.
     #[serde(default)]
     pub delay_s: BTreeMap<String, Delay>,

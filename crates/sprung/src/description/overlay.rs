@@ -82,7 +82,10 @@ impl Log {
                 }
             };
         }
-        for signal in Signal::ALL {
+        for signal in Signal::ALL
+            .into_iter()
+            .chain([Signal::Target, Signal::Switch])
+        {
             if Key::of(signal).any(|key| key.is_given(over)) {
                 for key in Key::of(signal) {
                     (key.columns_mut)(&mut log).clone_from((key.columns)(over));

@@ -13,6 +13,7 @@ use super::choice::choose;
 use super::friction::FrictionLaw;
 use super::identify::Laws;
 use super::nominal::Nominal;
+use super::servo::ServoDrive;
 
 /// The robot: its kinematics, joints and drives.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -198,6 +199,8 @@ pub struct Joint {
     /// Beta of the Coulomb friction `tanh(beta * velocity)`, s/rad (s/m).
     #[serde(default = "default_sharpness")]
     pub coulomb_sharpness_s_per_rad: f64,
+    /// Drive law of a position servo, for logs with targets and no torque.
+    pub servo: Option<ServoDrive>,
     /// Laws beyond the declared ones; `laws` of `[identify]` if absent.
     pub laws: Option<Laws>,
     /// Nominal values.

@@ -7,6 +7,7 @@ use schemars::JsonSchema;
 use serde::de::value::MapAccessDeserializer;
 use serde::{Deserialize, Deserializer, Serialize};
 
+use super::payload::Payload;
 use crate::numbers::Shown;
 
 /// A window of a log; an absent bound is that of the log.
@@ -97,6 +98,8 @@ pub struct FilePart {
     pub path: PathBuf,
     /// The samples that belong to the log.
     pub window: Window,
+    /// The body that the robot carried, if it is known.
+    pub payload: Option<Payload>,
 }
 
 impl From<PathBuf> for FilePart {
@@ -104,6 +107,7 @@ impl From<PathBuf> for FilePart {
         Self {
             path,
             window: Window::default(),
+            payload: None,
         }
     }
 }
@@ -128,6 +132,8 @@ pub(super) struct Part {
     from_index: Option<u64>,
     /// Index of the first sample after the window, from 0.
     to_index: Option<u64>,
+    /// Known body that the last link carried while the file was recorded; only for a servo.
+    payload: Option<Payload>,
 }
 
 #[derive(JsonSchema)]
@@ -184,6 +190,7 @@ pub(super) fn files<'de, D: Deserializer<'de>>(
                     from_index: part.from_index,
                     to_index: part.to_index,
                 },
+                payload: part.payload,
             }]))
         }
 
@@ -221,6 +228,7 @@ mod tests {
         let part = FilePart {
             path: "run.csv".into(),
             window: window(Some(12.0), Some(60.5)),
+            payload: None,
         };
         assert_eq!(part.to_string(), "run.csv (from 12 s to 60.5 s)");
         let by_index = Window {

@@ -95,7 +95,7 @@ pub(crate) fn velocity_noise(
                 from_motor[joint] |= of_motor != 0.0;
             }
             Measures::Position { .. } => motor[joint] = level(),
-            Measures::RightHandSide(_) => {}
+            Measures::RightHandSide(_) | Measures::Target | Measures::Switch => {}
         }
     }
     // Link positions that are measured relative to the motor contain the motor's noise too.

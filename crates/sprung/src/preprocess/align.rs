@@ -166,6 +166,8 @@ impl Aligner {
                 Signal::Link => &mut out.q,
                 Signal::Motor => &mut out.phi,
                 Signal::Torque => &mut out.tau,
+                // Logs of robots have no such channels.
+                Signal::Target | Signal::Switch => continue,
             };
             let at = lead.samples;
             let column = &mut column[channel.joint];

@@ -6,6 +6,7 @@ use super::log::{check_log, check_overlay};
 use super::name::check_name;
 use super::robot::robot;
 use super::run::{check_controller, check_twin};
+use super::servo::check_servo;
 use crate::description::types::ExperimentFile;
 
 /// Checks that this version of sprung reads the file format.
@@ -30,6 +31,7 @@ pub(in crate::description) fn check(file: &ExperimentFile) -> Result<(), Fault> 
     if let Some(log) = &file.log {
         check_log(log, &["log"], &file.robot)?;
     }
+    check_servo(file)?;
     for (i, run) in file.validate.iter().enumerate() {
         check_name(&run.name, &["validate", &i.to_string(), "name"])?;
         if file.validate[..i]

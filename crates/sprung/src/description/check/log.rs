@@ -108,7 +108,10 @@ pub(in crate::description) fn check_log(
 /// Checks that each signal has at most one key for revolute and one for prismatic joints, or one key
 /// for all joints.
 fn check_twice(log: &Log, path: &[&str]) -> Result<(), Fault> {
-    for signal in Signal::ALL {
+    for signal in Signal::ALL
+        .into_iter()
+        .chain([Signal::Target, Signal::Switch])
+    {
         let given: Vec<&Key> = Key::of(signal).filter(|key| key.is_given(log)).collect();
         if let [first, second, ..] = given[..]
             && overlap(first.kind, second.kind)

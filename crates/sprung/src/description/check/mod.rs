@@ -9,6 +9,7 @@ mod log;
 mod name;
 mod robot;
 mod run;
+mod servo;
 mod time;
 mod window;
 

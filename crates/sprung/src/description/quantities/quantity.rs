@@ -15,6 +15,10 @@ pub enum Quantity {
     MotorPosition,
     /// Motor torque tau after the gearbox, N·m (N).
     MotorTorque,
+    /// Target of a position servo, rad (m).
+    MotorTarget,
+    /// Whether the drive of a position servo is on, 1 or 0.
+    DriveOn,
 }
 
 /// The place of a quantity in the equations of motion of its joint.
@@ -30,6 +34,10 @@ pub enum Measures {
     },
     /// The right-hand side of a row, N·m (N).
     RightHandSide(Row),
+    /// The target of the motor position, rad (m).
+    Target,
+    /// Whether the drive is on.
+    Switch,
 }
 
 /// A row of the equations of motion of one joint.
@@ -51,6 +59,10 @@ pub enum Signal {
     Motor,
     /// The motor torque.
     Torque,
+    /// The target of the motor position; only a position servo has it.
+    Target,
+    /// Whether the drive is on; only a position servo has it.
+    Switch,
 }
 
 /// Properties of a quantity for messages and equations.
@@ -73,11 +85,13 @@ impl Row {
 
 impl Quantity {
     /// All quantities, torques first.
-    pub const ALL: [Self; 4] = [
+    pub const ALL: [Self; 6] = [
         Self::MotorTorque,
         Self::LinkPosition,
         Self::MotorPosition,
         Self::LinkDeflection,
+        Self::MotorTarget,
+        Self::DriveOn,
     ];
 
     /// Returns the quantity's row of the table.
@@ -111,6 +125,16 @@ impl Quantity {
                 key: "motor_torque",
                 measures: Measures::RightHandSide(Row::Motor),
                 suspicion: "is the current or torque recorded",
+            },
+            Self::MotorTarget => Meaning {
+                key: "motor_target",
+                measures: Measures::Target,
+                suspicion: "is the target recorded",
+            },
+            Self::DriveOn => Meaning {
+                key: "drive_on",
+                measures: Measures::Switch,
+                suspicion: "is the drive switched",
             },
         }
     }
@@ -150,6 +174,8 @@ impl Quantity {
             Measures::Position { link, .. } if link != 0.0 => Signal::Link,
             Measures::Position { .. } => Signal::Motor,
             Measures::RightHandSide(_) => Signal::Torque,
+            Measures::Target => Signal::Target,
+            Measures::Switch => Signal::Switch,
         }
     }
 
@@ -158,7 +184,11 @@ impl Quantity {
     /// - `turns`: whether the joint turns; otherwise it slides.
     #[must_use]
     pub const fn unit(self, turns: bool) -> &'static str {
-        match (self.is_position(), turns) {
+        if matches!(self.measures(), Measures::Switch) {
+            return "";
+        }
+        let is_position = !matches!(self.measures(), Measures::RightHandSide(_));
+        match (is_position, turns) {
             (true, true) => "rad",
             (true, false) => "m",
             (false, true) => "N·m",
@@ -174,14 +204,17 @@ impl Quantity {
         match self.measures() {
             Measures::Position { link, motor } => link * q + motor * phi,
             Measures::RightHandSide(Row::Motor) => tau,
-            Measures::RightHandSide(Row::Link) => 0.0,
+            Measures::RightHandSide(Row::Link) | Measures::Target | Measures::Switch => 0.0,
         }
     }
 }
 
 impl Signal {
-    /// All signals, in the order of their columns.
+    /// The signals of robots, in the order of their columns.
     pub const ALL: [Self; 3] = [Self::Link, Self::Motor, Self::Torque];
+
+    /// The signals of position servos, in the order of their columns.
+    pub const OF_SERVO: [Self; 3] = [Self::Motor, Self::Target, Self::Switch];
 
     /// Returns whether only flexible joints have it.
     #[must_use]
@@ -194,6 +227,8 @@ impl Signal {
         match self {
             Self::Link => joint.is_flexible(),
             Self::Motor | Self::Torque => true,
+            Self::Target => joint.servo.is_some(),
+            Self::Switch => false,
         }
     }
 
@@ -203,6 +238,8 @@ impl Signal {
             Self::Link => "the link positions",
             Self::Motor => "the motor positions",
             Self::Torque => "the motor torques",
+            Self::Target => "the targets",
+            Self::Switch => "the states of the drives",
         }
     }
 
@@ -217,6 +254,9 @@ impl Signal {
                 "motor_torque_nm, motor_current_a or drive_voltage_v"
             }
             (Self::Torque, JointKind::Prismatic) => "motor_force_n",
+            (Self::Target, JointKind::Revolute) => "motor_target_rad",
+            (Self::Target, JointKind::Prismatic) => "motor_target",
+            (Self::Switch, _) => "drive_on",
         }
     }
 }

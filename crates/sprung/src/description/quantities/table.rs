@@ -115,7 +115,7 @@ const fn instead(stem: &'static str) -> InTemplate {
 
 /// All keys for columns of measured quantities, grouped by signal.
 #[rustfmt::skip]
-pub(crate) static KEYS: [Key; 18] = [
+pub(crate) static KEYS: [Key; 22] = [
     //   key                  measures        joints           unit           scaled by       template
     key!(link_position_rad,   LinkPosition,   Some(Revolute),  SI,            None,           fill_in("q")),
     key!(link_position_deg,   LinkPosition,   Some(Revolute),  DEGREES,       None,           instead("q")),
@@ -135,6 +135,10 @@ pub(crate) static KEYS: [Key; 18] = [
     key!(motor_current,       MotorTorque,    None,            SAID_CURRENT,  TorqueConstant, NO),
     key!(drive_voltage_v,     MotorTorque,    None,            SI,            AmplifierGain,  NO),
     key!(drive_voltage,       MotorTorque,    None,            SAID_VOLTAGE,  AmplifierGain,  NO),
+    key!(motor_target_rad,    MotorTarget,    Some(Revolute),  SI,            PositionSide,   NO),
+    key!(motor_target_deg,    MotorTarget,    Some(Revolute),  DEGREES,       PositionSide,   NO),
+    key!(motor_target,        MotorTarget,    None,            SAID_POSITION, PositionSide,   NO),
+    key!(drive_on,            DriveOn,        None,            SI,            None,           NO),
 ];
 
 impl Key {
@@ -189,7 +193,7 @@ impl Key {
         let in_metres = self.kind == Some(Prismatic);
         match self.quantity.measures() {
             Measures::Position { link, motor } => link + motor != 0.0 && !in_metres,
-            Measures::RightHandSide(_) => false,
+            Measures::RightHandSide(_) | Measures::Target | Measures::Switch => false,
         }
     }
 }

@@ -54,7 +54,20 @@ impl Channels {
     ///
     /// [`ChannelError`] if a quantity has no column or cannot be converted.
     pub fn new(robot: &Robot, log: &Log) -> Result<Self, ChannelError> {
-        let all = channels(robot, log)?;
+        Self::of(&Signal::ALL, robot, log)
+    }
+
+    /// Returns the channels that the description of a position servo names.
+    ///
+    /// # Errors
+    ///
+    /// [`ChannelError`] if a quantity has no column or cannot be converted.
+    pub(crate) fn of_servo(robot: &Robot, log: &Log) -> Result<Self, ChannelError> {
+        Self::of(&Signal::OF_SERVO, robot, log)
+    }
+
+    fn of(signals: &[Signal], robot: &Robot, log: &Log) -> Result<Self, ChannelError> {
+        let all = channels(signals, robot, log)?;
         let timeless = |channel: &Channel| {
             let stream = &channel.origin.stream;
             stream.topic.is_none() && stream.time.is_none()

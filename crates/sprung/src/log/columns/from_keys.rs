@@ -9,14 +9,18 @@ use crate::description::{
     Signal, Unit,
 };
 
-/// Returns the channels that a description names: links, motors and torques, joint by joint.
+/// Returns the channels of some signals that a description names, signal by signal, joint by joint.
 ///
 /// # Errors
 ///
 /// [`ChannelError`] if a joint lacks a signal or a signal cannot be converted.
-pub(super) fn channels(robot: &Robot, log: &Log) -> Result<Vec<Channel>, ChannelError> {
+pub(super) fn channels(
+    signals: &[Signal],
+    robot: &Robot,
+    log: &Log,
+) -> Result<Vec<Channel>, ChannelError> {
     let mut all = Vec::new();
-    for signal in Signal::ALL {
+    for &signal in signals {
         let mut own = Vec::new();
         for (key, columns) in log.given().filter(|(key, _)| key.signal() == signal) {
             let joints = key.joints(Joints::ThatHaveIt, robot);

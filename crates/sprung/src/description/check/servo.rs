@@ -1,0 +1,317 @@
+//! Checks of a position servo: its drive law, its robot and its logs.
+
+use sprung_core::chain::JointKind;
+
+use super::fault::{Fault, fault};
+use crate::description::payload::Payload;
+use crate::description::quantities::{Key, Signal};
+use crate::description::robot::Joint;
+use crate::description::servo::ServoDrive;
+use crate::description::types::ExperimentFile;
+use crate::numbers::Shown;
+
+/// Longest period of a position loop, s.
+const MAX_LOOP_PERIOD_S: f64 = 0.1;
+
+/// Checks that targets, payloads and a drive law occur together, at a robot with one joint.
+pub(super) fn check_servo(file: &ExperimentFile) -> Result<(), Fault> {
+    let joints = &file.robot.joint;
+    let Some(at) = joints.iter().position(|joint| joint.servo.is_some()) else {
+        return without_servo(file);
+    };
+    let (joint, index) = (&joints[at], at.to_string());
+    let path = ["robot", "joint", &index, "servo"];
+    if joints.len() > 1 {
+        return Err(fault(
+            &path,
+            format!(
+                "{}: servo identifies one servo at a time, and the robot has {} joints; write an \
+                 experiment file for each servo, with a pendulum on it",
+                joint.name,
+                joints.len()
+            ),
+        ));
+    }
+    if joint.is_flexible() || file.robot.kind(at) != JointKind::Revolute {
+        return Err(fault(
+            &path,
+            format!(
+                "{}: a servo is a rigid revolute joint; add transmission = \"rigid\"",
+                joint.name
+            ),
+        ));
+    }
+    let elsewhere = [
+        ("torque_constant_nm_per_a", joint.torque_constant_nm_per_a),
+        ("amplifier_gain_a_per_v", joint.amplifier_gain_a_per_v),
+        ("winding_resistance_ohm", joint.winding_resistance_ohm),
+        ("back_emf_vs_per_rad", joint.back_emf_vs_per_rad),
+        ("amplifier_gain_v_per_v", joint.amplifier_gain_v_per_v),
+        ("amplifier_limit_v", joint.amplifier_limit_v),
+    ];
+    if let Some((key, _)) = elsewhere.iter().find(|(_, value)| value.is_some()) {
+        return Err(fault(
+            &["robot", "joint", &index, key],
+            format!(
+                "{}: {key} has no effect beside servo; its constants are torque_nm_per_v, \
+                 torque_nm_per_a and back_emf_vs_per_rad of servo",
+                joint.name
+            ),
+        ));
+    }
+    if let Some(drive) = &joint.servo {
+        drive_law(drive, joint, &path)?;
+    }
+    payloads(file)
+}
+
+/// Checks an experiment without servo: it has no targets and no payloads.
+fn without_servo(file: &ExperimentFile) -> Result<(), Fault> {
+    let logs = file.validate.iter().filter_map(|run| run.log.as_ref());
+    for log in file.log.iter().chain(logs) {
+        if let Some(key) = Key::of(Signal::Target).find(|key| key.is_given(log)) {
+            return Err(fault(
+                &["log", key.name],
+                format!(
+                    "{} needs the drive law of the servo; add [robot.joint.servo] with \
+                     gain_duty_per_rad and supply_v, or gain_a_per_rad",
+                    key.name
+                ),
+            ));
+        }
+        let loaded = (log.file.iter().flatten()).find(|file| file.payload.is_some());
+        if let Some(file) = loaded {
+            return Err(fault(
+                &["log", "file"],
+                format!(
+                    "{} has a payload, but only the logs of a servo may have one; remove payload, \
+                     or add [robot.joint.servo]",
+                    file.path.display()
+                ),
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Checks the keys of a drive law.
+fn drive_law(drive: &ServoDrive, joint: &Joint, path: &[&str; 4]) -> Result<(), Fault> {
+    let wrong = |key: &str, message: String| {
+        Err(fault(
+            &[path, &[key][..]].concat(),
+            format!("{}: {message}", joint.name),
+        ))
+    };
+    let of_voltage = [
+        ("damping_duty_s_per_rad", drive.damping_duty_s_per_rad),
+        ("supply_v", drive.supply_v),
+        ("duty_limit", drive.duty_limit),
+        ("torque_nm_per_v", drive.torque_nm_per_v),
+        ("back_emf_vs_per_rad", drive.back_emf_vs_per_rad),
+    ];
+    let of_current = [
+        ("damping_as_per_rad", drive.damping_as_per_rad),
+        ("current_limit_a", drive.current_limit_a),
+        ("torque_nm_per_a", drive.torque_nm_per_a),
+    ];
+    let (gain, foreign) = match (drive.gain_duty_per_rad, drive.gain_a_per_rad) {
+        (Some(_), Some(_)) => {
+            return wrong(
+                "gain_a_per_rad",
+                "a servo has gain_duty_per_rad if it applies a voltage, or gain_a_per_rad if it \
+                 controls the current; keep one"
+                    .to_owned(),
+            );
+        }
+        (None, None) => {
+            return wrong(
+                "gain_duty_per_rad",
+                "servo needs the gain of its position loop; add gain_duty_per_rad, or \
+                 gain_a_per_rad if it controls the current"
+                    .to_owned(),
+            );
+        }
+        (Some(_), None) => ("gain_duty_per_rad", &of_current[..]),
+        (None, Some(_)) => ("gain_a_per_rad", &of_voltage[..]),
+    };
+    if let Some((key, _)) = foreign.iter().find(|(_, value)| value.is_some()) {
+        return wrong(
+            key,
+            format!("{key} does not belong to a servo with {gain}; remove it"),
+        );
+    }
+    if drive.applies_voltage() && drive.supply_v.is_none() {
+        return wrong(
+            "gain_duty_per_rad",
+            "a duty cycle needs the supply voltage; add supply_v".to_owned(),
+        );
+    }
+    let gains = [
+        ("gain_duty_per_rad", drive.gain_duty_per_rad),
+        ("gain_a_per_rad", drive.gain_a_per_rad),
+    ];
+    let positive = (of_voltage.iter().chain(&of_current).chain(&gains))
+        .filter(|(key, _)| !key.starts_with("damping"));
+    if let Some((key, value)) = positive.clone().find_map(|(key, value)| {
+        let value = value.filter(|value| !(value.is_finite() && *value > 0.0))?;
+        Some((key, value))
+    }) {
+        return wrong(key, format!("{key} = {} must be positive", Shown(value)));
+    }
+    let damping = [of_voltage[0], of_current[0]];
+    if let Some((key, value)) = (damping.iter()).find_map(|(key, value)| {
+        let value = value.filter(|value| !(value.is_finite() && *value >= 0.0))?;
+        Some((key, value))
+    }) {
+        return wrong(
+            key,
+            format!("{key} = {} must be 0 or positive", Shown(value)),
+        );
+    }
+    if let Some(limit) = drive.duty_limit.filter(|limit| *limit > 1.0) {
+        return wrong(
+            "duty_limit",
+            format!("duty_limit = {} must be at most 1", Shown(limit)),
+        );
+    }
+    match drive.loop_period_s {
+        Some(period) if !(period > 0.0 && period <= MAX_LOOP_PERIOD_S) => wrong(
+            "loop_period_s",
+            format!(
+                "loop_period_s = {} must be positive and at most {MAX_LOOP_PERIOD_S} s",
+                Shown(period)
+            ),
+        ),
+        _ => Ok(()),
+    }
+}
+
+fn payloads(file: &ExperimentFile) -> Result<(), Fault> {
+    let files = (file.log.iter()).flat_map(|log| log.file.iter().flatten());
+    for file in files {
+        let Some(payload) = &file.payload else {
+            continue;
+        };
+        if let Err(what) = possible(payload) {
+            return Err(fault(
+                &["log", "file"],
+                format!("the payload of {}: {what}", file.path.display()),
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Checks that a body can have the parameters.
+fn possible(payload: &Payload) -> Result<(), String> {
+    let mass = payload.mass_kg;
+    if !(mass.is_finite() && mass > 0.0) {
+        return Err(format!("mass_kg = {} must be positive", Shown(mass)));
+    }
+    if let Some(value) = payload.com_m.iter().find(|value| !value.is_finite()) {
+        return Err(format!("com_m contains {value}; it must be finite"));
+    }
+    let [xx, xy, xz, yy, yz, zz] = payload.inertia_kg_m2.unwrap_or_default();
+    let trace = xx + yy + zz;
+    let minors = [
+        xx,
+        yy,
+        zz,
+        xx * yy - xy * xy,
+        xx * zz - xz * xz,
+        yy * zz - yz * yz,
+    ];
+    let triangle = [xx, yy, zz]
+        .iter()
+        .all(|one| 2.0 * one <= trace * (1.0 + 1e-9));
+    if minors.iter().all(|minor| *minor >= 0.0) && triangle {
+        Ok(())
+    } else {
+        Err("no body has inertia_kg_m2; give xx, xy, xz, yy, yz, zz about the centre of mass, in the \
+             axes of the joint"
+            .to_owned())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::description::{Experiment, no_files, read};
+
+    fn experiment(drive: &str, file: &str) -> Result<Experiment, String> {
+        let text = format!(
+            "format = 1\n[robot]\ndh_modified = [{{ alpha_deg = 90, theta_deg = -90 }}]\n\
+             [[robot.joint]]\nname = \"servo\"\ntransmission = \"rigid\"\n{drive}\n\
+             [log]\nfile = {file}\nperiod_s = 0.005\nmotor_target_rad = [\"target\"]\n\
+             motor_position_rad = [\"position\"]\n"
+        );
+        read("experiment.toml", &text, &[], &mut no_files).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn a_servo_with_a_payload_is_read() {
+        let found = experiment(
+            "servo = { gain_duty_per_rad = 5.0, supply_v = 12.0 }",
+            "[{ path = \"a.csv\", payload = { mass_kg = 0.5, com_m = [0.1, 0, 0] } }]",
+        )
+        .unwrap();
+        let log = found.log.unwrap();
+        let payload = log.file.unwrap()[0].payload.clone().unwrap();
+        assert!((payload.mass_kg - 0.5).abs() < 1e-15);
+        assert!(
+            found.robot.joint[0]
+                .servo
+                .as_ref()
+                .unwrap()
+                .applies_voltage()
+        );
+    }
+
+    #[test]
+    fn faults_name_the_key_and_the_remedy() {
+        let file = "\"a.csv\"";
+        let heavy = "[{ path = \"a.csv\", payload = { mass_kg = -1.0, com_m = [0.1, 0, 0] } }]";
+        for (drive, file, expected) in [
+            ("", file, "add [robot.joint.servo]"),
+            ("servo = { supply_v = 12.0 }", file, "add gain_duty_per_rad"),
+            ("servo = { gain_duty_per_rad = 5.0 }", file, "add supply_v"),
+            (
+                "servo = { gain_a_per_rad = 5.0, supply_v = 12.0 }",
+                file,
+                "supply_v does not belong to a servo with gain_a_per_rad",
+            ),
+            (
+                "servo = { gain_duty_per_rad = 5.0, gain_a_per_rad = 5.0 }",
+                file,
+                "keep one",
+            ),
+            (
+                "servo = { gain_duty_per_rad = -5.0, supply_v = 12.0 }",
+                file,
+                "gain_duty_per_rad = -5 must be positive",
+            ),
+            (
+                "servo = { gain_duty_per_rad = 5.0, supply_v = 12.0, duty_limit = 96.0 }",
+                file,
+                "duty_limit = 96 must be at most 1",
+            ),
+            (
+                "servo = { gain_duty_per_rad = 5.0, supply_v = 12.0, loop_period_s = 5.0 }",
+                file,
+                "loop_period_s = 5 must be positive",
+            ),
+            (
+                "servo = { gain_duty_per_rad = 5.0, supply_v = 12.0 }\ntorque_constant_nm_per_a = 1.0",
+                file,
+                "has no effect beside servo",
+            ),
+            (
+                "servo = { gain_duty_per_rad = 5.0, supply_v = 12.0 }",
+                heavy,
+                "the payload of a.csv: mass_kg = -1 must be positive",
+            ),
+        ] {
+            let error = experiment(drive, file).unwrap_err();
+            assert!(error.contains(expected), "{error} lacks {expected}");
+        }
+    }
+}
