@@ -61,7 +61,7 @@ pub fn solve(factors: &[f64], b: &mut [f64]) {
 /// Writes the inverse of a matrix from the factors of [`factor`].
 ///
 /// - `inverse`: \[n × n\], row by row.
-pub(crate) fn invert(factors: &[f64], n: usize, inverse: &mut [f64]) {
+pub fn invert(factors: &[f64], n: usize, inverse: &mut [f64]) {
     inverse.fill(0.0);
     for i in 0..n {
         inverse[i * n + i] = 1.0;

@@ -43,6 +43,7 @@
 //! ```text
 //! finding, curves, named, progress, stopwatch |
 //! description → model → log → simulate → preprocess → regression → fit → prepare → check → frequency → estimate → validate → compare → session → report
+//! description → model → log → simulate → preprocess → regression → fit → prepare → check → estimate → validate → compare → servo → session → report
 //! ```
 //!
 //! Functions outside [`session`] take values and readers and return values or strings. The library
@@ -69,6 +70,7 @@ pub mod progress;
 #[doc(hidden)]
 pub mod regression;
 pub mod report;
+pub mod servo;
 pub mod session;
 pub mod simulate;
 mod stopwatch;

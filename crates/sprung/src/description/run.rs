@@ -152,6 +152,11 @@ pub struct Simulate {
     /// Standard deviation of a disturbance torque that acts on the link, N·m (N).
     #[serde(default)]
     pub link_torque_disturbance_nm: Vec<f64>,
+    /// Target of a servo's twin.
+    pub target: Option<Reference>,
+    /// Times from and to which the drive of a servo is off, s: `[[4.0, 6.0]]`.
+    #[serde(default)]
+    pub drive_off_s: Vec<[f64; 2]>,
     /// Corner frequency of the spectrum of both disturbances, Hz.
     #[serde(default = "default_disturbance_corner")]
     pub torque_disturbance_hz: f64,

@@ -49,6 +49,7 @@ pub use source::{LogSource, Opener};
 pub use survey::ChooseError;
 pub(crate) use survey::{Survey, choose, joint_count};
 pub use write::LogWriter;
+pub(crate) use write::SampleWriter;
 
 pub(crate) use crate::description::Quantity;
 pub(crate) use crate::description::{Measures, Signal};

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::io::Write;
 
+use crate::description::Quantity;
 use crate::log::columns::channels::Channels;
 use crate::log::columns::mix::Mix;
 use crate::log::columns::origin::TimeOrigin;
@@ -85,5 +86,57 @@ impl<W: Write> LogWriter<W> {
     /// The writer's error.
     pub fn finish(mut self) -> Result<(), std::io::Error> {
         self.writer.flush()
+    }
+}
+
+/// Writes samples of any quantities of the first joint as CSV.
+pub(crate) struct SampleWriter<W: Write>(LogWriter<W>);
+
+impl<W: Write> SampleWriter<W> {
+    /// Writes the header line.
+    ///
+    /// # Errors
+    ///
+    /// The writer's error.
+    pub(crate) fn new(write: W, channels: &Channels) -> Result<Self, std::io::Error> {
+        Ok(Self(LogWriter::new(write, channels)?))
+    }
+
+    /// Writes one sample.
+    ///
+    /// - `value`: the value of a quantity in SI units on the output side.
+    ///
+    /// # Errors
+    ///
+    /// The writer's error.
+    pub(crate) fn write(
+        &mut self,
+        time: f64,
+        value: impl Fn(Quantity) -> f64,
+    ) -> Result<(), std::io::Error> {
+        let log = &mut self.0;
+        let channels = &log.channels;
+        let of_channels = channels.all.iter().map(|channel| {
+            let zero = match channel.quantity {
+                Quantity::DriveOn => 0.0,
+                _ => channels.offsets[channel.joint],
+            };
+            (value(channel.quantity) - zero) / channel.factor - channel.origin.offset
+        });
+        let values = std::iter::once(time / channels.time_factor).chain(of_channels);
+        for (cell, value) in log.cells.iter_mut().zip(values) {
+            cell.clear();
+            write!(cell, "{value}").map_err(std::io::Error::other)?;
+        }
+        Ok(log.writer.write_record(&log.cells)?)
+    }
+
+    /// Writes the buffered rows.
+    ///
+    /// # Errors
+    ///
+    /// The writer's error.
+    pub(crate) fn finish(self) -> Result<(), std::io::Error> {
+        self.0.finish()
     }
 }

@@ -45,6 +45,7 @@ impl Session {
         depth: Depth,
         progress: &mut dyn Listener,
     ) -> Result<Checked, SessionError> {
+        self.no_servo("Session::check")?;
         let (experiment, model) = (self.experiment(), self.model());
         let mut checked = check(experiment, model, sources, progress)?;
         if depth == Depth::Likelihood && !checked.report.refused {

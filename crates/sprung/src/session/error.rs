@@ -11,6 +11,7 @@ use crate::model::ModelError;
 use crate::prepare::PrepareError;
 use crate::progress::Stopped;
 use crate::regression::PassError;
+use crate::servo::ServoError;
 use crate::simulate::RecordError;
 use crate::validate::ValidateError;
 
@@ -183,6 +184,31 @@ pub enum SessionError {
     /// The log of the twin cannot be simulated or written.
     #[error(transparent)]
     Record(#[from] RecordError),
+    /// The parameters of a servo cannot be identified.
+    #[error(transparent)]
+    Servo(#[from] ServoError),
+    /// A verb does not work on servos.
+    #[error(
+        "{joint} is a servo, whose log has targets and no torque: sprung check, identify and simulate work on \
+         it (Session::check_servo, identify_servo, servo_twin); {verb} does not"
+    )]
+    NotForServos {
+        /// Name of the joint.
+        joint: String,
+        /// The verb.
+        verb: &'static str,
+    },
+    /// The experiment describes no target that moves the twin of a servo.
+    #[error(
+        "the experiment has no target in [simulate]; a servo needs one to move, as a sum of sines"
+    )]
+    NoTarget,
+    /// Parameters of a servo are missing.
+    #[error("the parameters of the servo's twin lack {}; add them to the file of parameters", .names.join(", "))]
+    LacksServoParameters {
+        /// Names of the parameters.
+        names: Vec<String>,
+    },
     /// A URDF file is wrong.
     #[error(transparent)]
     Urdf(#[from] UrdfError),
@@ -304,6 +330,9 @@ impl SessionError {
             | Self::NoTwin
             | Self::NoRun { .. }
             | Self::NoController
+            | Self::NoTarget
+            | Self::NotForServos { .. }
+            | Self::LacksServoParameters { .. }
             | Self::Channel(_)
             | Self::Parameters(_)
             | Self::Urdf(_)
@@ -312,6 +341,11 @@ impl SessionError {
             | Self::Choose(_)
             | Self::Start(_) => ErrorKind::Usage,
             Self::Log(error) => of_log(error),
+            Self::Servo(error) => match error {
+                ServoError::Log(log) => of_log(log),
+                ServoError::Stopped(_) => ErrorKind::Stopped,
+                _ => ErrorKind::Log,
+            },
         }
     }
 }

@@ -55,6 +55,7 @@ impl Session {
         progress: &mut dyn Listener,
         first: &mut dyn FnMut(&Identified),
     ) -> Result<Identified, SessionError> {
+        self.no_servo("Session::identify")?;
         let (experiment, model) = (self.experiment(), self.model());
         Ok(identify_and_tell(
             experiment, model, sources, progress, first,

@@ -22,6 +22,7 @@ mod logs;
 mod mistaken;
 mod parameters;
 mod results;
+mod servo;
 mod simulate;
 mod start;
 mod switch;
@@ -40,6 +41,7 @@ pub use results::{
     IDENTIFICATION_FILE, ReadIdentification, ReadValidation, find_identification,
     read_identification, read_results,
 };
+pub use servo::ServoRecording;
 pub use simulate::Recording;
 pub use start::start_from_urdf;
 pub use switch::{SWITCH_FILE, Switch, TEMPORARY_NAME, finish};

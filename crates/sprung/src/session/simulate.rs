@@ -40,6 +40,7 @@ impl Session {
         run: Option<&str>,
         parameters: Option<&Parameters>,
     ) -> Result<Recording<'_>, SessionError> {
+        self.no_servo("Session::twin")?;
         let experiment = self.experiment();
         let settings = experiment.simulate.as_ref().ok_or(SessionError::NoTwin)?;
         let run = run.map(|name| self.run(name)).transpose()?;

@@ -23,6 +23,7 @@ impl Session {
         parameters: &Parameters,
         progress: &mut dyn Listener,
     ) -> Result<Validated, SessionError> {
+        self.no_servo("validate")?;
         let mut logs = (self.experiment().validate.iter())
             .map(|run| self.logs(run.log.as_ref()))
             .collect::<Result<Vec<Logs<'_>>, SessionError>>()?;

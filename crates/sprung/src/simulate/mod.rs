@@ -16,5 +16,7 @@ pub use closed_loop::{ClosedLoop, Diverged, LoopError};
 pub use integrator::StepsExhausted;
 pub use plant::JointState;
 pub use record::{RecordError, record};
+pub(crate) use reference::Trajectory;
+pub(crate) use sensors::{Disturbance, Encoder};
 pub use subsystems::{Measured, Positions, subsystems};
 pub use twin::{Twin, TwinSample, TwinSetup};

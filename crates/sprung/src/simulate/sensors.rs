@@ -6,7 +6,7 @@ use rand_distr::StandardNormal;
 
 /// An incremental encoder. Its first reading is the position at the start, rounded to a count.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Encoder {
+pub(crate) struct Encoder {
     step: f64,
     phase: f64,
     zero: f64,
@@ -16,7 +16,7 @@ impl Encoder {
     /// Returns an encoder that starts at `position`, rad (m).
     ///
     /// - `counts`: counts per `turn`, rad (m); 0 for an exact sensor.
-    pub(super) fn new(counts: u32, turn: f64, position: f64, rng: &mut ChaCha8Rng) -> Self {
+    pub(crate) fn new(counts: u32, turn: f64, position: f64, rng: &mut ChaCha8Rng) -> Self {
         let phase: f64 = rng.random();
         let step = if counts == 0 {
             0.0
@@ -34,7 +34,7 @@ impl Encoder {
         encoder
     }
 
-    pub(super) fn read(&self, position: f64) -> f64 {
+    pub(crate) fn read(&self, position: f64) -> f64 {
         if self.step > 0.0 {
             self.step * (position / self.step + self.phase).floor() - self.zero
         } else {
@@ -45,7 +45,7 @@ impl Encoder {
 
 /// Gaussian noise with a first-order spectrum.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Disturbance {
+pub(crate) struct Disturbance {
     deviation: f64,
     decay: f64,
     value: f64,
@@ -53,7 +53,7 @@ pub(super) struct Disturbance {
 
 impl Disturbance {
     /// - `deviation`: standard deviation; `corner`: Hz; `period`: s.
-    pub(super) fn new(deviation: f64, corner: f64, period: f64, rng: &mut ChaCha8Rng) -> Self {
+    pub(crate) fn new(deviation: f64, corner: f64, period: f64, rng: &mut ChaCha8Rng) -> Self {
         Self {
             deviation,
             decay: (-std::f64::consts::TAU * corner * period).exp(),
@@ -61,7 +61,7 @@ impl Disturbance {
         }
     }
 
-    pub(super) fn next(&mut self, rng: &mut ChaCha8Rng) -> f64 {
+    pub(crate) fn next(&mut self, rng: &mut ChaCha8Rng) -> f64 {
         let value = self.value;
         let innovation = (1.0 - self.decay * self.decay).sqrt() * self.deviation;
         self.value = self.decay * value + innovation * rng.sample::<f64, _>(StandardNormal);

@@ -30,6 +30,7 @@ const ORDER: [&str; 21] = [
     "estimate",
     "validate",
     "compare",
+    "servo",
     "session",
     "report",
 ];

@@ -5,7 +5,7 @@ use super::identify::identify;
 use super::log::{check_log, check_overlay};
 use super::name::check_name;
 use super::robot::robot;
-use super::run::{check_controller, check_twin};
+use super::run::{check_controller, check_target, check_twin};
 use super::servo::check_servo;
 use crate::description::types::ExperimentFile;
 
@@ -68,6 +68,7 @@ pub(in crate::description) fn check(file: &ExperimentFile) -> Result<(), Fault> 
     }
     if let Some(twin) = &file.simulate {
         check_twin(twin, &joints)?;
+        check_target(twin, &file.robot)?;
     }
     Ok(())
 }

@@ -211,3 +211,20 @@ pub(super) fn check_twin(twin: &Simulate, joints: &[&str]) -> Result<(), Fault> 
     }
     Ok(())
 }
+
+/// Checks the target and the switch of a servo's twin.
+pub(super) fn check_target(twin: &Simulate, robot: &Robot) -> Result<(), Fault> {
+    if let Some(target) = &twin.target {
+        check_reference(target, &["simulate", "target"], robot)?;
+    }
+    let is_interval = |[from, to]: &[f64; 2]| from.is_finite() && to.is_finite() && from < to;
+    match (twin.drive_off_s.iter()).find(|interval| !is_interval(interval)) {
+        None => Ok(()),
+        Some([from, to]) => Err(fault(
+            &["simulate", "drive_off_s"],
+            format!(
+                "drive_off_s contains [{from}, {to}]; the first time must be before the second"
+            ),
+        )),
+    }
+}
