@@ -13,7 +13,7 @@ use crate::exit_code::{ExitCode, Failure};
 use crate::output::Output;
 
 /// Names of the other files of an identification.
-const PARAMETERS_FILE: &str = "parameters.csv";
+pub(crate) const PARAMETERS_FILE: &str = "parameters.csv";
 const TRACE_FILE: &str = "trace.csv";
 const FIT_FILE: &str = "fit.csv";
 

@@ -5,6 +5,7 @@ use sprung::finding::Severity;
 use sprung::report::{compose_check, significant};
 use sprung::session::{Depth, Session, Usability};
 
+use super::servo;
 use crate::args::Check;
 use crate::command_line::command_line;
 use crate::exit_code::{ExitCode, Failure};
@@ -20,6 +21,9 @@ pub(crate) fn run(args: &Check) -> Result<ExitCode, Failure> {
     let common = &args.common;
     let terminal = Terminal::new(common.voice, common.json);
     let session = Session::open(&args.experiment, &common.overrides)?;
+    if session.is_servo() {
+        return servo::check(&session, common);
+    }
     let depth = if args.thorough {
         Depth::Likelihood
     } else {

@@ -6,6 +6,7 @@ use sprung::estimate::Identified;
 use sprung::report::Contents;
 use sprung::session::{Session, Usability};
 
+use super::servo;
 use crate::args::Identify;
 use crate::command_line::command_line;
 use crate::exit_code::{ExitCode, Failure};
@@ -17,6 +18,9 @@ pub(crate) fn run(args: &Identify) -> Result<ExitCode, Failure> {
     let common = &args.common;
     let terminal = Terminal::new(common.voice, common.json);
     let session = Session::open(&args.experiment, &common.overrides)?;
+    if session.is_servo() {
+        return servo::identify(&session, common);
+    }
     let folder = Folder::new(
         &results_folder(&session, common),
         session.inputs(),

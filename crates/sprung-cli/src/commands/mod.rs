@@ -6,6 +6,7 @@ mod demo;
 mod generated;
 mod identify;
 mod new;
+mod servo;
 mod simulate;
 mod validate;
 

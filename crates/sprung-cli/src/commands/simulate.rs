@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use sprung::session::{Parameters, Recording, Session};
 
+use super::servo;
 use crate::args::Simulate;
 use crate::command_line::quoted;
 use crate::exit_code::{ExitCode, Failure};
@@ -15,6 +16,9 @@ pub(crate) fn run(args: &Simulate) -> Result<ExitCode, Failure> {
     let common = &args.common;
     let terminal = Terminal::new(common.voice, common.json);
     let session = Session::open(&args.experiment, &common.overrides)?;
+    if session.is_servo() {
+        return servo::simulate(&session, args);
+    }
     let parameters = (args.parameters.as_deref())
         .map(Parameters::open)
         .transpose()?;

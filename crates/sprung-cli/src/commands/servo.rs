@@ -1,0 +1,189 @@
+//! `sprung check`, `identify` and `simulate` for a position servo, whose log has targets and no torque.
+
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+use sprung::finding::Finding;
+use sprung::report::compose_servo;
+use sprung::servo::{ServoExpectation, ServoIdentification, servo_parameters_csv};
+use sprung::session::{Parameters, Session, SessionError};
+use sprung::simulate::RecordError;
+
+use crate::args::{Common, Simulate};
+use crate::command_line::command_line;
+use crate::exit_code::{ExitCode, Failure};
+use crate::output::{Folder, results_folder};
+use crate::results::{PARAMETERS_FILE, REPORT_FILE, write_html, write_json};
+use crate::terminal::{Grid, Terminal, dash};
+
+/// Names of the files that this module alone writes.
+const SERVO_FILE: &str = "servo.json";
+const CHECK_FILE: &str = "servo-check.json";
+
+/// What the logs can tell, as a file.
+#[derive(Serialize)]
+struct Expected {
+    format: u32,
+    parameters: Vec<ServoExpectation>,
+    findings: Vec<Finding>,
+}
+
+/// Tells which parameters the logs determine, before any fit.
+pub(super) fn check(session: &Session, common: &Common) -> Result<ExitCode, Failure> {
+    let terminal = Terminal::new(common.voice, common.json);
+    let folder = Folder::new(
+        &results_folder(session, common),
+        session.inputs(),
+        &[CHECK_FILE],
+    )?;
+    let (parameters, findings) =
+        terminal.follow("checking", |progress| session.check_servo(progress))?;
+    let expected = Expected {
+        format: 1,
+        parameters,
+        findings,
+    };
+    let mut output = folder.output()?;
+    write_json(&mut output, CHECK_FILE, &expected)?;
+    output.commit()?;
+    terminal.json(&expected);
+    let header = ["parameter", "unit", "first value", "least error %"];
+    let mut table = Grid::new(header.map(str::to_owned).to_vec(), 2);
+    for parameter in &expected.parameters {
+        table.add_row([
+            parameter.name.clone(),
+            parameter.unit.clone(),
+            dash(Some(parameter.first), 3),
+            match parameter.relative_error {
+                _ if parameter.fixed => "given".to_owned(),
+                Some(error) if error < 10.0 => dash(Some(100.0 * error), 2),
+                _ => "cannot be told".to_owned(),
+            },
+        ]);
+    }
+    terminal.table(&table);
+    terminal.say(
+        "least error: the smallest standard error that these logs allow, about first values; the fit \
+         gives the final ones",
+    );
+    for finding in &expected.findings {
+        terminal.finding("servo", finding);
+    }
+    Ok(ExitCode::Done)
+}
+
+/// Identifies the servo and writes all results.
+pub(super) fn identify(session: &Session, common: &Common) -> Result<ExitCode, Failure> {
+    let terminal = Terminal::new(common.voice, common.json);
+    let folder = Folder::new(
+        &results_folder(session, common),
+        session.inputs(),
+        &[SERVO_FILE, PARAMETERS_FILE, REPORT_FILE],
+    )?;
+    let found = terminal.follow("identifying", |progress| session.identify_servo(progress))?;
+    let mut output = folder.output()?;
+    write_json(&mut output, SERVO_FILE, &found)?;
+    output.text(PARAMETERS_FILE, &servo_parameters_csv(&found))?;
+    let document = compose_servo(&found, &command_line(), session.text());
+    let report = write_html(&mut output, REPORT_FILE, &document)?;
+    output.commit()?;
+
+    terminal.json(&found);
+    terminal.table(&table(&found));
+    terminal.say(format!(
+        "simulated minus logged position: {} mrad, {} times the noise of the sensor",
+        dash(Some(1e3 * found.fit.position_rms_rad), 3),
+        dash(Some(found.fit.position_rms_over_noise), 3),
+    ));
+    for finding in &found.findings {
+        terminal.finding("servo", finding);
+    }
+    terminal.say(format!("\nreport: {}", report.display()));
+    Ok(if found.is_usable() {
+        ExitCode::Done
+    } else {
+        ExitCode::Unusable
+    })
+}
+
+fn table(found: &ServoIdentification) -> Grid {
+    let header = ["parameter", "unit", "value", "± s.e."];
+    let mut table = Grid::new(header.map(str::to_owned).to_vec(), 2);
+    for parameter in found.parameters.iter().chain([&found.braking]) {
+        table.add_row([
+            parameter.name.clone(),
+            parameter.unit.clone(),
+            dash(Some(parameter.value), 5),
+            if parameter.fixed {
+                "given".to_owned()
+            } else {
+                dash(parameter.standard_error, 2)
+            },
+        ]);
+    }
+    table
+}
+
+/// Simulates the logs that the experiment names.
+pub(super) fn simulate(session: &Session, args: &Simulate) -> Result<ExitCode, Failure> {
+    let common = &args.common;
+    let terminal = Terminal::new(common.voice, common.json);
+    let parameters = (args.parameters.as_deref())
+        .map(Parameters::open)
+        .transpose()?;
+    let twin = session.servo_twin(parameters.as_ref())?;
+    let names: Vec<PathBuf> = (twin.files().iter())
+        .map(|path| {
+            Path::new(path.file_name().unwrap_or("simulated".as_ref())).with_extension("csv")
+        })
+        .collect();
+    let folder = folder_of(twin.files(), &names, common.out.as_deref())?;
+    let folder = Folder::new(&folder, session.inputs(), &names)?;
+    let mut output = folder.output()?;
+    let mut logs = Vec::new();
+    for (index, name) in names.iter().enumerate() {
+        let mut failure = None;
+        let written = terminal.follow("simulating", |progress| {
+            output.write(name, |write| match twin.write(index, write, progress) {
+                Ok(_) => Ok(()),
+                Err(SessionError::Record(RecordError::Write(error))) => Err(error),
+                Err(error) => {
+                    failure = Some(error);
+                    Err(std::io::Error::other("the twin did not run"))
+                }
+            })
+        });
+        match failure {
+            Some(error) => return Err(error.into()),
+            None => logs.push(written?),
+        }
+    }
+    output.commit()?;
+    terminal.json(&serde_json::json!({ "logs": logs }));
+    for log in logs {
+        terminal.say(format!("log: {}", log.display()));
+    }
+    Ok(ExitCode::Done)
+}
+
+/// Returns the folder for the logs: that of `--out`, or else the folder in which the experiment names its
+/// first log. There, no file is overwritten, because it may be a measured log.
+fn folder_of(files: &[PathBuf], names: &[PathBuf], out: Option<&Path>) -> Result<PathBuf, Failure> {
+    if let Some(out) = out {
+        return Ok(out.to_owned());
+    }
+    for (file, name) in files.iter().zip(names) {
+        let file = file.with_file_name(name);
+        if file.symlink_metadata().is_ok() {
+            return Err(Failure::new(
+                ExitCode::Usage,
+                format!(
+                    "{} exists and is not overwritten; give another folder with --out",
+                    file.display()
+                ),
+            ));
+        }
+    }
+    let folder = files.first().and_then(|file| file.parent());
+    Ok(folder.map_or_else(PathBuf::new, Path::to_owned))
+}
