@@ -6,6 +6,7 @@ mod formats;
 mod mujoco;
 mod new;
 mod python;
+mod servo;
 mod vectors;
 
 use std::path::PathBuf;
@@ -29,7 +30,7 @@ struct Step {
 }
 
 /// All steps, the quick ones first. A new comparison is a line here and a file beside this one.
-const STEPS: [Step; 5] = [
+const STEPS: [Step; 6] = [
     Step {
         name: "scipy",
         what: "the zero-phase filter of SciPy",
@@ -76,6 +77,19 @@ const STEPS: [Step; 5] = [
             "example-robot-data==6.0.0",
         ],
         run: new::check,
+    },
+    Step {
+        name: "servo",
+        what: "a servo without torque, beside BAM's CMA-ES",
+        // The package asks for Python 3.12, and its models run on 3.11.
+        packages: &[
+            "--ignore-requires-python",
+            "numpy==2.4.6",
+            "better-actuator-models==1.0.2",
+            "optuna==5.0.0",
+            "cmaes==0.13.1",
+        ],
+        run: servo::check,
     },
 ];
 

@@ -83,9 +83,14 @@ pub(super) fn fit(
             }
             damping *= 5.0;
         }
-        if change.is_none_or(|change| change < CONVERGED) {
-            let normals = self::normals(&values, &windows, setting);
-            return Ok(Fitted { values, normals });
+        match change {
+            // No step was found, so the derivatives still hold.
+            None => return Ok(Fitted { values, normals }),
+            Some(change) if change < CONVERGED => {
+                let normals = self::normals(&values, &windows, setting);
+                return Ok(Fitted { values, normals });
+            }
+            Some(_) => {}
         }
     }
 }

@@ -19,13 +19,13 @@ use crate::stopwatch::Stopwatch;
 const FIRST_WINDOW_S: f64 = 0.25;
 
 /// Lengths of the windows of the searches that follow, s, with the largest number of simulations.
-const WINDOWS: [(f64, usize); 4] = [(0.5, 26), (1.0, 14), (0.7, 14), (0.85, 14)];
+const WINDOWS: [(f64, usize); 4] = [(0.5, 30), (1.0, 14), (0.7, 14), (0.85, 14)];
 
 /// Number of the last searches whose results are averaged.
 const AVERAGED: usize = 3;
 
 /// Longest step of the integration, s: of the first searches, and of those that are averaged.
-const STEPS_S: [f64; 2] = [1e-3, 1e-3];
+const STEPS_S: [f64; 2] = [1e-3, 5e-4];
 
 /// Identifies the parameters of a servo.
 ///
