@@ -28,6 +28,7 @@ mod pages;
 mod real_machine;
 mod refined;
 mod robots;
+mod servo;
 mod terminal;
 mod trust;
 mod verdict;

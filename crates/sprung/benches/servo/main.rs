@@ -41,7 +41,9 @@ impl Arguments {
                     let seeds = words.next().expect("a number behind --seeds");
                     found.seeds = seeds.parse().expect("a number behind --seeds");
                 }
-                "--set" => found.set.push(words.next().expect("an assignment behind --set")),
+                "--set" => found
+                    .set
+                    .push(words.next().expect("an assignment behind --set")),
                 other => panic!("unknown argument {other}"),
             }
         }
@@ -77,7 +79,9 @@ fn main() {
         }
     }
     println!("longest time {longest:.2} s");
-    println!("parameter                        largest error %   mean error %   intervals with the truth");
+    println!(
+        "parameter                        largest error %   mean error %   intervals with the truth"
+    );
     for (name, own) in &errors {
         let largest = own.iter().map(|[error, _]| error.abs()).fold(0.0, f64::max);
         let mean = own.iter().map(|[error, _]| error).sum::<f64>() / own.len() as f64;
