@@ -239,10 +239,11 @@ impl Normal {
         if free_start {
             for i in 0..P {
                 let by_start = own.by_start([own.cross[0][i], own.cross[1][i]], 0.0);
-                for k in 0..2 {
-                    own.descent[i] -= by_start[k] * own.own_descent[k];
-                    for j in 0..P {
-                        own.information[i][j] -= by_start[k] * own.cross[k][j];
+                let of_start = by_start.iter().zip(own.own_descent).zip(own.cross);
+                for ((by_start, descent), cross) in of_start {
+                    own.descent[i] -= by_start * descent;
+                    for (entry, cross) in own.information[i].iter_mut().zip(cross) {
+                        *entry -= by_start * cross;
                     }
                 }
             }
