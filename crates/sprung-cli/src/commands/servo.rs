@@ -47,24 +47,24 @@ pub(super) fn check(session: &Session, common: &Common) -> Result<ExitCode, Fail
     write_json(&mut output, CHECK_FILE, &expected)?;
     output.commit()?;
     terminal.json(&expected);
-    let header = ["parameter", "unit", "first value", "least error %"];
+    let header = ["parameter", "unit", "first value", "least s.e."];
     let mut table = Grid::new(header.map(str::to_owned).to_vec(), 2);
     for parameter in &expected.parameters {
         table.add_row([
             parameter.name.clone(),
             parameter.unit.clone(),
             dash(Some(parameter.first), 3),
-            match parameter.relative_error {
+            match parameter.least_error {
                 _ if parameter.fixed => "given".to_owned(),
-                Some(error) if error < 10.0 => dash(Some(100.0 * error), 2),
-                _ => "cannot be told".to_owned(),
+                Some(error) => dash(Some(error), 2),
+                None => "cannot be told".to_owned(),
             },
         ]);
     }
     terminal.table(&table);
     terminal.say(
-        "least error: the smallest standard error that these logs allow, about first values; the fit \
-         gives the final ones",
+        "first value: by linear least squares, only a start; least s.e.: the smallest standard error that \
+         these logs allow about the first values",
     );
     for finding in &expected.findings {
         terminal.finding("servo", finding);

@@ -49,15 +49,16 @@ pub(crate) fn expect(
         } else {
             values[i]
         };
-        let size = if is_logarithm { 1.0 } else { values[i].abs() };
+        // The error of a logarithm is relative.
+        let size = if is_logarithm { first } else { 1.0 };
         let error = (unknown.iter().position(|own| *own == i))
             .zip(covariance.as_ref())
-            .map(|(k, covariance)| covariance[k * n + k].max(0.0).sqrt() / size);
+            .map(|(k, covariance)| size * covariance[k * n + k].max(0.0).sqrt());
         ServoExpectation {
             name: format!("{}.{name}", bench.joint),
             unit: unit.to_owned(),
             first,
-            relative_error: error.filter(|error| error.is_finite()),
+            least_error: error.filter(|error| error.is_finite()),
             fixed: bench.known(parameter).is_some(),
         }
     });

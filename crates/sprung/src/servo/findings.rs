@@ -69,8 +69,8 @@ fn of_fit(fit: &ServoFit) -> Vec<Finding> {
                  sensor ({:.2} mrad)",
                 1e3 * fit.position_rms_rad
             ),
-            "check the gain, the supply voltage, the limits and the period of the position loop, and the \
-             masses and arms of the payloads; give delay_s if the position lags the target in the log",
+            "check the gain, the supply voltage, the limits and the period of the position loop, the masses \
+             and arms of the payloads, and that target and position of a row are of the same instant",
         ));
     }
     if fit.windows_not_followed > NOT_FOLLOWED {

@@ -96,9 +96,9 @@ pub struct ServoExpectation {
     pub unit: String,
     /// First value.
     pub first: f64,
-    /// Smallest possible standard error of the logs about the first values, relative; absent if the
-    /// logs do not determine the parameter.
-    pub relative_error: Option<f64>,
+    /// Smallest standard error that the logs allow about the first values; absent if the value is
+    /// given or the logs do not determine it.
+    pub least_error: Option<f64>,
     /// Whether the experiment gives the value.
     pub fixed: bool,
 }

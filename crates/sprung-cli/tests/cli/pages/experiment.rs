@@ -31,13 +31,16 @@ The robot is described by one of `urdf`, `dh_modified`, `dh_classic` and `kinema
 
 /// Headings of the page and the definitions of the schema below them.
 const SECTIONS: [(&str, &str); 16] = [
+const SECTIONS: [(&str, &str); 17] = [
     ("robot", "Robot"),
     ("robot.joint", "Joint"),
     ("robot.joint.nominal", "Nominal"),
+    ("robot.joint.servo", "ServoDrive"),
     ("Row of a Denavit-Hartenberg table", "DhJoint"),
     ("log", "Log"),
     ("Table of a column", "Column"),
     ("Window of a file", "Part"),
+    ("Payload of a file", "Payload"),
     ("log.csv", "CsvForm"),
     ("identify", "Identify"),
     ("identify.physical", "Physical"),
@@ -199,13 +202,14 @@ impl Schema {
 }
 
 /// Pages with parts of an experiment file.
-const PAGES_WITH_PARTS: [&str; 6] = [
+const PAGES_WITH_PARTS: [&str; 7] = [
     "docs/logs.md",
     "docs/how-to/no-link-encoder.md",
     "docs/how-to/current-and-gears.md",
     "docs/how-to/raw-counts.md",
     "docs/how-to/ros2-bag.md",
     "docs/how-to/several-logs.md",
+    "docs/how-to/servos.md",
 ];
 
 /// Returns a heading as it is printed: tables of the file are code.

@@ -3,6 +3,8 @@
 use sprung_core::chain::JointKind;
 
 use super::fault::{Fault, fault};
+use crate::description::factor::Factor;
+use crate::description::log::Log;
 use crate::description::payload::Payload;
 use crate::description::quantities::{Key, Signal};
 use crate::description::robot::Joint;
@@ -62,7 +64,35 @@ pub(super) fn check_servo(file: &ExperimentFile) -> Result<(), Fault> {
     if let Some(drive) = &joint.servo {
         drive_law(drive, joint, &path)?;
     }
+    if let Some(log) = &file.log {
+        estimates(log)?;
+    }
     payloads(file)
+}
+
+/// Refuses delays and estimated signs and gains, which the estimation of a servo does not use.
+fn estimates(log: &Log) -> Result<(), Fault> {
+    let open =
+        |(name, factor): (&String, &Factor)| (*factor == Factor::Estimate).then(|| name.clone());
+    let tables = [
+        ("delay_s", log.delay_s.keys().next().cloned()),
+        ("sign", log.sign.iter().find_map(open)),
+        ("gain", log.gain.iter().find_map(open)),
+    ];
+    match tables
+        .into_iter()
+        .find_map(|(table, name)| Some((table, name?)))
+    {
+        None => Ok(()),
+        Some((table, name)) => Err(fault(
+            &["log", table, &name],
+            format!(
+                "{table} of \"{name}\": sprung estimates no signs and gains of a servo's columns, and its \
+                 logs have no delays; give a known sign or gain, and target and position of the same \
+                 instant"
+            ),
+        )),
+    }
 }
 
 /// Checks an experiment without servo: it has no targets and no payloads.
