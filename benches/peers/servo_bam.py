@@ -5,7 +5,7 @@
 SPRUNG is the program. The logs are those of examples/servo-pendulum, simulated by sprung with
 friction of the form m6. BAM (better-actuator-models) gets them in its own format: its simulator, its
 bounds for a Dynamixel MX, its score (mean absolute error of the position) and its sampler (CMA-ES of
-Optuna with restarts) are used as in `bam.fit`. TRIALS bounds its trials (its default is 100 000).
+Optuna, which no longer restarts) are used as in `bam.fit`. TRIALS bounds its trials (its default is 100 000).
 """
 
 import csv
@@ -122,7 +122,7 @@ def by_bam(logs, trials):
         return score(model)
 
     optuna.logging.set_verbosity(optuna.logging.WARNING)
-    sampler = optuna.samplers.CmaEsSampler(restart_strategy="bipop", seed=1)
+    sampler = optuna.samplers.CmaEsSampler(seed=1)
     begin = time.monotonic()
     study = optuna.create_study(sampler=sampler)
     study.optimize(objective, n_trials=trials, n_jobs=1)
