@@ -8,8 +8,8 @@ use crate::finding::{Finding, Severity};
 /// result unusable.
 const POOR_FIT: [f64; 2] = [3.0, 10.0];
 
-/// Part of the windows that the model may leave out.
-const NOT_FOLLOWED: f64 = 0.1;
+/// Part of the windows that the model may leave out, and the part that makes the result unusable.
+const NOT_FOLLOWED: [f64; 2] = [0.1, 0.5];
 
 /// Half width of a 95 % interval, relative to the value, beyond which a parameter counts as open.
 const OPEN: f64 = 0.5;
@@ -73,15 +73,21 @@ fn of_fit(fit: &ServoFit) -> Vec<Finding> {
              and arms of the payloads, and that target and position of a row are of the same instant",
         ));
     }
-    if fit.windows_not_followed > NOT_FOLLOWED {
+    if fit.windows_not_followed > NOT_FOLLOWED[0] {
+        let severity = if fit.windows_not_followed > NOT_FOLLOWED[1] {
+            Severity::Serious
+        } else {
+            Severity::Warning
+        };
         all.push(Finding::new(
-            Severity::Warning,
+            severity,
             "servo-windows-not-followed",
             format!(
                 "the simulation does not follow {:.0} % of the windows of the logs, so they count little",
                 100.0 * fit.windows_not_followed
             ),
-            "look for contacts, cables that pull, or a drive that was off while drive_on was 1",
+            "check gain, supply voltage and limits of the drive law; look for contacts, cables that pull, or a \
+             drive that was off while drive_on was 1",
         ));
     }
     all
@@ -178,5 +184,7 @@ mod tests {
         );
         let lost = ("servo-windows-not-followed".to_owned(), Severity::Warning);
         assert_eq!(codes(fit(1.0, 0.3)), [lost]);
+        let most = ("servo-windows-not-followed".to_owned(), Severity::Serious);
+        assert_eq!(codes(fit(1.0, 0.9)), [most]);
     }
 }

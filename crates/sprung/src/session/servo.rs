@@ -39,7 +39,13 @@ impl Session {
     }
 
     /// Refuses a verb that does not work on servos.
-    pub(super) fn no_servo(&self, verb: &'static str) -> Result<(), SessionError> {
+    ///
+    /// - `verb`: its name, for the message.
+    ///
+    /// # Errors
+    ///
+    /// [`SessionError::NotForServos`] if the experiment describes a servo.
+    pub fn no_servo(&self, verb: &'static str) -> Result<(), SessionError> {
         let servo = (self.experiment().robot.joint.iter()).find(|joint| joint.servo.is_some());
         match servo {
             None => Ok(()),
