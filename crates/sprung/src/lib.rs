@@ -42,8 +42,7 @@
 //!
 //! ```text
 //! finding, curves, named, progress, stopwatch |
-//! description → model → log → simulate → preprocess → regression → fit → prepare → check → frequency → estimate → validate → compare → session → report
-//! description → model → log → simulate → preprocess → regression → fit → prepare → check → estimate → validate → compare → servo → session → report
+//! description → model → log → simulate → preprocess → regression → fit → prepare → check → frequency → estimate → validate → compare → servo → session → report
 //! ```
 //!
 //! Functions outside [`session`] take values and readers and return values or strings. The library
