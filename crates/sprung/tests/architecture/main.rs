@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use files::Files;
 
 /// Modules of `sprung` in order. A module uses only modules before it.
-const ORDER: [&str; 21] = [
+const ORDER: [&str; 22] = [
     "finding",
     "curves",
     "named",
