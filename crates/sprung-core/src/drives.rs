@@ -1,7 +1,7 @@
 //! Regressor columns of a joint's drive: rotor inertia, spring, friction and back-EMF.
 //!
-//! Each [`Term`] is one parameter in one row: a link row, the motor row of a flexible joint, or the
-//! only row of a rigid joint.
+//! Each [`Term`] is one parameter in one row: a link row, the motor row of a flexible joint, the
+//! only row of a rigid joint, or the row of a torque sensor.
 
 use crate::friction::{Conditions, Shape};
 use crate::parameters::{JointParameter, Side};
@@ -120,6 +120,7 @@ impl Term {
             JointParameter::Damping => drive.deflection_rate,
             JointParameter::Preload => S::constant(-1.0),
             JointParameter::BackEmf => drive.motor_velocity,
+            JointParameter::TorqueOffset => S::constant(1.0),
             JointParameter::Friction(side, law) => law.column(&drive.conditions(side), shape),
         };
         torque * self.gain

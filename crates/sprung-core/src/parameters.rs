@@ -47,6 +47,9 @@ pub enum JointParameter {
     /// Torque that the back-EMF of a voltage drive takes from the motor, over the motor's velocity
     /// after the gear, N·m·s/rad (N·s/m). Constants of the drive give its value.
     BackEmf,
+    /// Reading of the joint torque sensor without torque of the spring, N·m (N). It belongs to the
+    /// sensor, so it has no effect on the motion.
+    TorqueOffset,
 }
 
 use JointParameter::Friction;
@@ -54,7 +57,8 @@ use Side::{Link, Motor};
 
 impl JointParameter {
     /// All kinds, in the order of the vector theta: first those of the paper, then the other
-    /// friction laws by family, then the other parameters of the spring and the back-EMF.
+    /// friction laws by family, then the other parameters of the spring, the back-EMF and the
+    /// offset of the torque sensor.
     pub const ALL: [Self; KINDS] = in_order();
 
     /// Returns the part of the name that follows the joint's: `stiffness` in `joint1.stiffness`.
@@ -67,6 +71,7 @@ impl JointParameter {
             Self::Damping => "spring_damping",
             Self::Preload => "spring_preload",
             Self::BackEmf => "back_emf",
+            Self::TorqueOffset => "joint_torque_offset",
             Friction(side, law) => law.names()[side as usize],
         }
     }
@@ -83,6 +88,9 @@ impl JointParameter {
                 "Torque of the spring on the motor at equal readings of both encoders."
             }
             Self::BackEmf => "Back-EMF: torque of the drive per velocity.",
+            Self::TorqueOffset => {
+                "Reading of the joint torque sensor without torque of the spring."
+            }
             Friction(_, law) => law.about(),
         }
     }
@@ -100,8 +108,8 @@ impl JointParameter {
             Self::CubicStiffness => "N/m³",
             Self::Damping | Self::BackEmf if turns => "N·m·s/rad",
             Self::Damping | Self::BackEmf => "N·s/m",
-            Self::Preload if turns => "N·m",
-            Self::Preload => "N",
+            Self::Preload | Self::TorqueOffset if turns => "N·m",
+            Self::Preload | Self::TorqueOffset => "N",
             Friction(_, law) => law.unit(kind),
         }
     }
@@ -114,6 +122,15 @@ impl JointParameter {
             Friction(_, law) => law.takes_energy(),
             _ => false,
         }
+    }
+
+    /// Returns whether the parameter gives a part of the spring's torque.
+    #[must_use]
+    pub const fn is_of_spring(self) -> bool {
+        matches!(
+            self,
+            Self::Stiffness | Self::CubicStiffness | Self::Damping | Self::Preload
+        )
     }
 
     /// Returns whether no robot can exist without a positive value: rotor inertia and stiffness.
@@ -133,12 +150,14 @@ const PAPER: [JointParameter; 6] = [
     Friction(Motor, Law::Coulomb),
 ];
 
-/// Parameters of the spring except the stiffness, and of the drive, which come last.
-const LAST: [JointParameter; 4] = [
+/// Parameters of the spring except the stiffness, of the drive and of the torque sensor, which come
+/// last.
+const LAST: [JointParameter; 5] = [
     JointParameter::Damping,
     JointParameter::CubicStiffness,
     JointParameter::Preload,
     JointParameter::BackEmf,
+    JointParameter::TorqueOffset,
 ];
 
 const KINDS: usize = {
@@ -223,6 +242,7 @@ mod tests {
             "cubic_stiffness",
             "spring_preload",
             "back_emf",
+            "joint_torque_offset",
         ];
         // New laws come before the parameters of the spring.
         let known = JointParameter::ALL.map(JointParameter::name);

@@ -71,6 +71,7 @@ fn whole_step(bencher: Bencher) {
             q: position.clone(),
             phi: position.clone(),
             tau: position,
+            spring: Vec::new(),
         }));
     });
 }

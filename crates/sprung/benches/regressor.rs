@@ -72,7 +72,7 @@ fn filtered_regressor_of_a_sample(bencher: Bencher, robot: &str) {
     let mut regression =
         FilteredRegression::new(&model, 30.0, 1e-3, DiscretizationName::Matched).expect("settings");
     bencher.bench_local(move || {
-        let (entries, _) = regression.process(&state(black_box(&numbers)), &numbers[0]);
+        let (entries, _) = regression.process(&state(black_box(&numbers)), &numbers[0], &[]);
         entries[0]
     });
 }

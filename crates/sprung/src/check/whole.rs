@@ -196,9 +196,7 @@ fn alone(factor: &Triangle) -> Option<Vec<f64>> {
 }
 
 fn is_of_spring(model: &Model, column: usize) -> bool {
-    use JointParameter::{CubicStiffness, Damping, Preload, Stiffness};
-    (model.parameters()[column].joint)
-        .is_some_and(|(kind, _)| matches!(kind, Stiffness | CubicStiffness | Damping | Preload))
+    (model.parameters()[column].joint).is_some_and(|(kind, _)| kind.is_of_spring())
 }
 
 fn length(v: &[f64]) -> f64 {

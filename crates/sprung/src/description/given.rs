@@ -4,14 +4,35 @@ use std::path::PathBuf;
 
 use super::columns::Columns;
 use super::log::Log;
-use super::quantities::{KEYS, Key, Scaling};
-use super::robot::Side;
+use super::quantities::{KEYS, Key, Scaling, Signal};
+use super::robot::{Robot, Side};
+
+/// The torque sensor of a joint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum TorqueSensor {
+    /// The joint has none.
+    Absent,
+    /// The log has its torque and the link position.
+    BesideLink,
+    /// The log has its torque and no link position.
+    Alone,
+}
 
 impl Log {
     /// Returns the keys of the measured quantities in the log, with their columns.
     pub(crate) fn given(&self) -> impl Iterator<Item = (&'static Key, &Columns)> {
         KEYS.iter()
             .filter_map(|key| Some((key, (key.columns)(self).as_ref()?)))
+    }
+
+    /// Returns what the log has of the torque sensor of a joint.
+    pub(crate) fn torque_sensor(&self, robot: &Robot, joint: usize) -> TorqueSensor {
+        let has = |signal| Key::gives(signal, joint, self, robot);
+        match (has(Signal::Spring), has(Signal::Link)) {
+            (false, _) => TorqueSensor::Absent,
+            (true, true) => TorqueSensor::BesideLink,
+            (true, false) => TorqueSensor::Alone,
+        }
     }
 
     /// Returns all files that the log names.

@@ -13,7 +13,7 @@ use super::window::{FilePart, OneOrManyFiles, files};
 
 /// A log and the meaning of its columns. A list has one column per joint; with `_rad` or `_deg` one
 /// per revolute joint, with `_m` or `_n` one per prismatic joint. Only flexible joints have a link
-/// position.
+/// position and a joint torque.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 pub struct Log {
     /// The log, or several logs of one robot; relative to the experiment file. The first bytes of a
@@ -100,6 +100,13 @@ pub struct Log {
     /// Columns that are 1 while the drive of a position servo is on and 0 while it is off; on if
     /// absent.
     pub drive_on: Option<Columns>,
+    /// Columns of the torque sensors of flexible joints, N·m: the torque of the spring on the link.
+    pub joint_torque_nm: Option<Columns>,
+    /// Columns of the force sensors of flexible prismatic joints, N: the force of the spring on the
+    /// link.
+    pub joint_force_n: Option<Columns>,
+    /// Columns of the torque or force sensors of flexible joints, each with its unit.
+    pub joint_torque: Option<Columns>,
     /// Delay of a column against the others, s, by column: `{ column = 0.15 }`; or `"estimate"`.
     #[serde(default)]
     pub delay_s: BTreeMap<String, Delay>,

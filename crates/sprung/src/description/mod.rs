@@ -31,6 +31,7 @@ mod window;
 
 pub use columns::{Column, ColumnName, Columns, PerJoint, StartsAt};
 pub use factor::{Delay, Factor};
+pub(crate) use given::TorqueSensor;
 pub use friction::FrictionLaw;
 pub use identify::{
     Cutoff, DiscretizationName, EncoderOffset, Estimator, Identify, InitialMomentum, Instruments,

@@ -157,6 +157,16 @@ pub struct Simulate {
     /// Times from and to which the drive of a servo is off, s: `[[4.0, 6.0]]`.
     #[serde(default)]
     pub drive_off_s: Vec<[f64; 2]>,
+    /// Standard deviation of the noise of the joint torque sensors, N·m, one per joint.
+    #[serde(default)]
+    pub joint_torque_noise_nm: Vec<f64>,
+    /// Largest torque that the joint torque sensors read, N·m, one per joint.
+    #[serde(default)]
+    pub joint_torque_limit_nm: Vec<f64>,
+    /// Readings of the joint torque sensors per torque of the springs, one row per joint: gains on
+    /// the diagonal, cross-talk beside it. The identity matrix if absent.
+    #[serde(default)]
+    pub joint_torque_matrix: Vec<Vec<f64>>,
     /// Corner frequency of the spectrum of both disturbances, Hz.
     #[serde(default = "default_disturbance_corner")]
     pub torque_disturbance_hz: f64,

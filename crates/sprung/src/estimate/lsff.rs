@@ -11,7 +11,7 @@ use sprung_core::velocity::{AveragedVelocity, VelocityError};
 use crate::description::{DiscretizationName, Identify};
 use crate::model::{Model, Theta};
 use crate::preprocess::{Decimator, RawBlock};
-use crate::regression::FilteredRegression;
+use crate::regression::{FilteredRegression, shift};
 
 /// Maximum number of points of the trace.
 const TRACE_POINTS: usize = 512;
@@ -154,7 +154,8 @@ impl Lsff {
                 phi: &phi,
                 dphi,
             };
-            let (entries, rhs) = self.regression.process(&state, &tau);
+            let spring = RawBlock::at(&samples.spring, k);
+            let (entries, [motor, of_spring]) = self.regression.process(&state, &tau, &spring);
             self.recursion.forget();
             for row in 0..self.model.rows() {
                 self.row.fill(0.0);
@@ -162,7 +163,8 @@ impl Lsff {
                 for (&column, entry) in self.model.row_columns(row).iter().zip(own) {
                     self.row[column] = *entry;
                 }
-                let mut rhs = self.model.right_hand_side(row).of(rhs);
+                let mut rhs = self.model.right_hand_side(row).of(motor, of_spring)
+                    + shift(&self.model.known_deflections(row), own);
                 for (entry, parameter) in self.row.iter_mut().zip(self.model.parameters()) {
                     if let Some(known) = parameter.fixed {
                         rhs -= *entry * known;

@@ -41,8 +41,8 @@ impl<W: Write> LogWriter<W> {
 
     /// Writes one sample.
     ///
-    /// - `q`, `phi`, `tau`: link positions, motor positions and motor torques,
-    ///   \[n\], rad and N·m on the output side.
+    /// - `q`, `phi`: link positions and motor positions, \[n\], rad on the output side.
+    /// - `tau`, `spring`: torques of motors and springs, \[n\], N·m on the output side.
     ///
     /// # Errors
     ///
@@ -50,9 +50,8 @@ impl<W: Write> LogWriter<W> {
     pub fn write(
         &mut self,
         time: f64,
-        q: &[f64],
-        phi: &[f64],
-        tau: &[f64],
+        [q, phi]: [&[f64]; 2],
+        [tau, spring]: [&[f64]; 2],
     ) -> Result<(), std::io::Error> {
         let mixed = |mix: &Option<Mix>, values: Vec<f64>| match mix {
             Some(mix) => Mix::apply(&mix.back, &values),
@@ -68,7 +67,7 @@ impl<W: Write> LogWriter<W> {
         let tau = mixed(&self.channels.torque_mix, tau.to_vec());
         let of_channels = self.channels.all.iter().map(|channel| {
             let i = channel.joint;
-            let value = channel.quantity.shown(q[i], phi[i], tau[i]);
+            let value = channel.quantity.shown([q[i], phi[i]], [tau[i], spring[i]]);
             value / channel.factor - channel.origin.offset
         });
         let values = std::iter::once(time / self.channels.time_factor).chain(of_channels);

@@ -7,7 +7,9 @@ use sprung_core::robot::Share;
 
 use super::inertial::Inertial;
 use super::links::TreeLinks;
-use crate::description::{EncoderOffset, Experiment, Joint, SpringTerm};
+use super::right_hand_side::RightHandSide;
+use super::springs::DeflectionEntry;
+use crate::description::{EncoderOffset, Experiment, Joint, Row, SpringTerm, TorqueSensor};
 
 /// Rows and entries of a robot's regressor.
 #[derive(Clone, Debug, Default)]
@@ -24,6 +26,24 @@ pub(super) struct Layout {
     pub(super) row_columns: Vec<Vec<usize>>,
     /// Index of each row's first entry, then the number of all entries.
     pub(super) row_entries: Vec<usize>,
+    /// Joint of each row.
+    pub(super) row_joints: Vec<usize>,
+    /// Right-hand side of each row.
+    pub(super) right_hand_sides: Vec<RightHandSide>,
+    /// Entries of stiffnesses in link rows.
+    pub(super) deflections: Vec<DeflectionEntry>,
+    /// Torque sensor of each joint.
+    sensors: Vec<TorqueSensor>,
+}
+
+/// Returns the torque sensors of the joints in the log of an experiment, \[n\].
+pub(super) fn torque_sensors(experiment: &Experiment) -> Vec<TorqueSensor> {
+    let robot = &experiment.robot;
+    let of_log = |joint| match &experiment.log {
+        Some(log) => log.torque_sensor(robot, joint),
+        None => TorqueSensor::Absent,
+    };
+    (0..robot.joint.len()).map(of_log).collect()
 }
 
 /// Returns the normalised ratios of a coupled transmission, motor positions after their own gear
@@ -38,6 +58,7 @@ pub(super) fn coupling(experiment: &Experiment) -> Option<Vec<f64>> {
 }
 
 impl Layout {
+    /// Returns the rows of the equations of motion.
     pub(super) fn new(
         experiment: &Experiment,
         inertial: &Inertial,
@@ -46,6 +67,7 @@ impl Layout {
     ) -> Self {
         let joints = &experiment.robot.joint;
         let n = joints.len();
+        let sensors = torque_sensors(experiment);
         let offset = match experiment.identify.encoder_offset {
             Some(choice) => choice == EncoderOffset::Estimate,
             None => links.is_some(),
@@ -54,39 +76,76 @@ impl Layout {
             JointParameter::RotorInertia => {
                 joints[i].is_flexible() || links.is_none_or(|links| links.has_rotor(i))
             }
-            _ => has(&joints[i], kind, offset),
+            JointParameter::TorqueOffset => sensors[i] != TorqueSensor::Absent,
+            _ => has(&joints[i], kind, offset && sensors[i] != TorqueSensor::Alone),
         };
+        let drives = (JointParameter::ALL.into_iter())
+            .flat_map(|kind| (0..n).map(move |i| (kind, i)))
+            .filter(|&(kind, i)| has(kind, i))
+            .collect();
+        let flexible: Vec<bool> = joints.iter().map(Joint::is_flexible).collect();
+        Self::of_drives(
+            drives,
+            (inertial, coupling),
+            &flexible,
+            vec![TorqueSensor::Absent; n],
+        )
+    }
+
+    /// Returns the rows of the regression of the same robot with torque sensors: the measured torque
+    /// of a spring is on the right-hand side of the rows of its link and its motor, and rows of the
+    /// springs follow.
+    pub(super) fn with_sensors(
+        &self,
+        inertial: &Inertial,
+        coupling: Option<&[f64]>,
+        sensors: Vec<TorqueSensor>,
+    ) -> Self {
+        let flexible: Vec<bool> = self.motor_rows.iter().map(Option::is_some).collect();
+        let drives = self.drives.clone();
+        Self::of_drives(drives, (inertial, coupling), &flexible, sensors)
+    }
+
+    fn of_drives(
+        drives: Vec<(JointParameter, usize)>,
+        (inertial, coupling): (&Inertial, Option<&[f64]>),
+        flexible: &[bool],
+        sensors: Vec<TorqueSensor>,
+    ) -> Self {
+        let n = flexible.len();
         let mut layout = Self {
-            drives: (JointParameter::ALL.into_iter())
-                .flat_map(|kind| (0..n).map(move |i| (kind, i)))
-                .filter(|&(kind, i)| has(kind, i))
-                .collect(),
+            drives,
             link_entries: vec![0; n * n],
+            sensors,
             ..Self::default()
         };
         let mut next = n;
-        for joint in joints {
-            layout.motor_rows.push(joint.is_flexible().then(|| {
+        for &flexible in flexible {
+            layout.motor_rows.push(flexible.then(|| {
                 next += 1;
                 next - 1
             }));
         }
-        for row in 0..n {
-            layout.row_entries.push(layout.entries);
-            let mut columns = layout.link_row(inertial, row);
-            layout.drive_row(row, row, inertial.len(), coupling, &mut columns);
-            layout.row_columns.push(columns);
+        for (joint, &flexible) in flexible.iter().enumerate() {
+            let columns = layout.link_row(inertial, joint);
+            let kind = if flexible { Row::Link } else { Row::Motor };
+            layout.drive_row((kind, joint), inertial.len(), coupling, columns);
+        }
+        for joint in (0..n).filter(|&joint| flexible[joint]) {
+            layout.drive_row((Row::Motor, joint), inertial.len(), coupling, Vec::new());
         }
         for joint in 0..n {
-            if let Some(row) = layout.motor_rows[joint] {
-                layout.row_entries.push(layout.entries);
-                let mut columns = Vec::new();
-                layout.drive_row(row, joint, inertial.len(), coupling, &mut columns);
-                layout.row_columns.push(columns);
+            if layout.sensors[joint] == TorqueSensor::BesideLink {
+                layout.drive_row((Row::Spring, joint), inertial.len(), coupling, Vec::new());
             }
         }
         layout.row_entries.push(layout.entries);
         layout
+    }
+
+    /// Returns the range of entries of a row.
+    pub(super) fn entries_of(&self, row: usize) -> std::ops::Range<usize> {
+        self.row_entries[row]..self.row_entries[row + 1]
     }
 
     /// Returns the joints with a friction law on either side.
@@ -122,44 +181,51 @@ impl Layout {
         columns
     }
 
-    /// Adds the terms of the drives to a row.
+    /// Adds a row: the columns of its links, and the terms of the drives.
     fn drive_row(
         &mut self,
-        row: usize,
-        joint: usize,
+        (kind, joint): (Row, usize),
         inertial: usize,
         coupling: Option<&[f64]>,
-        columns: &mut Vec<usize>,
+        mut columns: Vec<usize>,
     ) {
         let n = self.motor_rows.len();
+        let row = self.row_columns.len();
+        self.row_entries.push(self.entries - columns.len());
+        let has_sensor = self.sensors[joint] != TorqueSensor::Absent;
+        self.right_hand_sides.push(match (kind, has_sensor) {
+            (Row::Link, false) => RightHandSide::Zero,
+            (Row::Motor, false) => RightHandSide::MotorTorque(joint),
+            (Row::Link, true) | (Row::Spring, _) => RightHandSide::SpringTorque(joint),
+            (Row::Motor, true) => RightHandSide::MotorMinusSpring(joint),
+        });
         let flexible = self.motor_rows[joint].is_some();
-        let of_motor = row >= n;
         for (at, &(what, owner)) in self.drives.iter().enumerate() {
             let ratio = match coupling {
                 Some(ratios) => ratios[owner * n + joint],
                 None => f64::from(u8::from(owner == joint)),
             };
             let own = f64::from(u8::from(owner == joint));
-            let gain = match what {
-                JointParameter::RotorInertia
-                | JointParameter::BackEmf
-                | JointParameter::Friction(Side::Motor, _) => {
-                    if of_motor || !flexible {
-                        ratio
-                    } else {
-                        0.0
-                    }
-                }
-                JointParameter::Friction(Side::Link, _) => {
-                    if of_motor {
-                        0.0
-                    } else {
-                        own
-                    }
-                }
+            let gain = match (what, kind) {
+                (
+                    JointParameter::RotorInertia
+                    | JointParameter::BackEmf
+                    | JointParameter::Friction(Side::Motor, _),
+                    Row::Motor,
+                ) => ratio,
+                (JointParameter::Friction(Side::Link, _), Row::Link) => own,
+                (JointParameter::Friction(Side::Link, _), Row::Motor) if !flexible => own,
+                (JointParameter::RotorInertia, _)
+                | (JointParameter::BackEmf | JointParameter::Friction(..), _) => 0.0,
+                // The reading of the sensor is the torque of the spring plus the offset.
+                (JointParameter::TorqueOffset, _) if !has_sensor => 0.0,
+                (JointParameter::TorqueOffset, Row::Motor) => -own,
+                (JointParameter::TorqueOffset, _) => own,
                 // Terms of the spring.
-                _ if of_motor => own,
-                _ => -own,
+                (_, Row::Spring) => own,
+                _ if has_sensor => 0.0,
+                (_, Row::Motor) => own,
+                (_, Row::Link) => -own,
             };
             if gain != 0.0 {
                 self.terms.push(Term {
@@ -171,6 +237,30 @@ impl Layout {
                     gain,
                 });
                 columns.push(inertial + at);
+                self.entries += 1;
+            }
+        }
+        if row < n {
+            self.deflection_entries(row, inertial, &mut columns);
+        }
+        self.row_columns.push(columns);
+        self.row_joints.push(joint);
+    }
+}
+
+impl Layout {
+    /// Adds the stiffnesses that move the links without encoders to the row of a joint.
+    fn deflection_entries(&mut self, row: usize, inertial: usize, columns: &mut Vec<usize>) {
+        for (at, &(what, joint)) in self.drives.iter().enumerate() {
+            if what == JointParameter::Stiffness && self.sensors[joint] == TorqueSensor::Alone {
+                let column = inertial + at;
+                columns.push(column);
+                self.deflections.push(DeflectionEntry {
+                    row,
+                    entry: self.entries,
+                    joint,
+                    column,
+                });
                 self.entries += 1;
             }
         }
@@ -187,6 +277,7 @@ fn has(joint: &Joint, kind: JointParameter, offset: bool) -> bool {
         JointParameter::CubicStiffness => spring(SpringTerm::Cubic),
         JointParameter::Damping => spring(SpringTerm::Damping),
         JointParameter::Preload => flexible && offset,
+        JointParameter::TorqueOffset => false,
         JointParameter::BackEmf => joint.back_emf_vs_per_rad.is_some(),
         JointParameter::Friction(side, law) => {
             let laws = match side {

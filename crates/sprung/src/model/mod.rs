@@ -12,6 +12,7 @@ mod right_hand_side;
 mod scratch;
 mod second_moments;
 mod shapes;
+mod springs;
 mod values;
 
 use std::sync::Arc;
@@ -22,7 +23,7 @@ use sprung_core::parameters::JointParameter;
 use sprung_core::robot::{Links, Robot};
 use sprung_core::spatial::BODY;
 
-use crate::description::{self, Experiment, Quantity, Row, Tree};
+use crate::description::{self, Experiment, Row, TorqueSensor, Tree};
 use inertial::{Inertial, PLANAR_2R_NAMES};
 use initial_shape::initial_shape;
 use layout::Layout;
@@ -54,6 +55,9 @@ pub struct Model {
     shapes: Vec<Shape>,
     /// Joints whose Stribeck velocity the refinement estimates.
     open_stribeck: Vec<usize>,
+    /// Parameter vector about which the regression is linear in the stiffnesses of joints with torque
+    /// sensor and without link position; `None` before it is known.
+    springs: Option<Arc<[f64]>>,
 }
 
 /// Parts of a model that no search changes.
@@ -65,7 +69,10 @@ struct Fixed {
     inertial: Inertial,
     links: Option<TreeLinks>,
     coupling: Option<Vec<f64>>,
+    /// The equations of motion.
     layout: Layout,
+    /// The equations of the regression, if a log has torques of springs.
+    measured: Option<Layout>,
     /// Joints with an unknown Stribeck velocity, which is to be searched.
     unknown_stribeck: Vec<usize>,
     /// Joints with residual laws.
@@ -93,6 +100,9 @@ impl Model {
         };
         let inertial = inertial.map_err(ModelError::Chain)?;
         let layout = Layout::new(experiment, &inertial, links.as_ref(), coupling.as_deref());
+        let sensors = layout::torque_sensors(experiment);
+        let measured = (sensors.iter().any(|sensor| *sensor != TorqueSensor::Absent))
+            .then(|| layout.with_sensors(&inertial, coupling.as_deref(), sensors));
         let mut parameters: Vec<Parameter> = match &links {
             None => (PLANAR_2R_NAMES.iter().enumerate())
                 .map(|(i, &(name, unit))| Parameter {
@@ -146,6 +156,7 @@ impl Model {
             .filter(|&i| robot.joint[i].stribeck_velocity_rad_per_s.is_none())
             .collect();
         let model = Self {
+            springs: None,
             open_stribeck: unknown_stribeck.clone(),
             shapes: robot.joint.iter().map(initial_shape).collect(),
             fixed: Arc::new(Fixed {
@@ -168,6 +179,7 @@ impl Model {
                 links,
                 coupling,
                 layout,
+                measured,
             }),
         };
         model.check_robot(robot)?;
@@ -222,8 +234,22 @@ impl Model {
     /// Returns the equations of motion.
     #[must_use]
     pub fn robot(&self) -> Robot<'_> {
+        self.robot_of(&self.fixed.layout)
+    }
+
+    /// Returns the equations of the regression. They have other rows than [`Model::robot`] if a log
+    /// has torques of springs; rows of links and motors are the same.
+    #[must_use]
+    pub(crate) fn regressor(&self) -> Robot<'_> {
+        self.robot_of(self.rows_in_use())
+    }
+
+    fn rows_in_use(&self) -> &Layout {
+        self.fixed.measured.as_ref().unwrap_or(&self.fixed.layout)
+    }
+
+    fn robot_of<'m>(&'m self, layout: &'m Layout) -> Robot<'m> {
         let fixed = &*self.fixed;
-        let layout = &fixed.layout;
         Robot {
             links: Links {
                 chain: fixed.inertial.chain(),
@@ -296,32 +322,57 @@ impl Model {
     /// Returns the number of rows of the regressor.
     #[must_use]
     pub fn rows(&self) -> usize {
+        self.rows_in_use().row_columns.len()
+    }
+
+    /// Returns the number of equations of motion, one per coordinate. They are the first rows of the
+    /// regressor; rows of torque sensors follow.
+    #[must_use]
+    pub fn coordinates(&self) -> usize {
         self.fixed.layout.row_columns.len()
     }
 
     /// Returns the columns of theta in a row of the regressor.
     #[must_use]
     pub fn row_columns(&self, row: usize) -> &[usize] {
+        &self.rows_in_use().row_columns[row]
+    }
+
+    /// Returns the columns of theta in an equation of motion.
+    #[must_use]
+    pub(crate) fn equation_columns(&self, row: usize) -> &[usize] {
         &self.fixed.layout.row_columns[row]
     }
 
     /// Returns the range of entries of a row of the regressor.
     #[must_use]
     pub fn row_entries(&self, row: usize) -> std::ops::Range<usize> {
-        let bounds = &self.fixed.layout.row_entries;
-        bounds[row]..bounds[row + 1]
+        self.rows_in_use().entries_of(row)
+    }
+
+    /// Returns the range of entries of an equation of motion.
+    #[must_use]
+    pub(crate) fn equation_entries(&self, row: usize) -> std::ops::Range<usize> {
+        self.fixed.layout.entries_of(row)
     }
 
     /// Returns the number of entries of the regressor.
     #[must_use]
     pub fn entries(&self) -> usize {
-        self.fixed.layout.entries
+        self.rows_in_use().entries
     }
 
     /// Returns the joint of a row of the regressor.
     #[must_use]
     pub fn joint_of(&self, row: usize) -> usize {
-        self.robot().joint_of(row)
+        self.rows_in_use().row_joints[row]
+    }
+
+    /// Returns whether the logs have the torque of a joint's spring.
+    #[must_use]
+    pub(crate) fn has_torque_sensor(&self, joint: usize) -> bool {
+        let motor = self.right_hand_side(self.torque_row(joint));
+        motor == RightHandSide::MotorMinusSpring(joint)
     }
 
     /// Returns the row of a joint with the motor torque on its right-hand side: the motor row of a
@@ -334,36 +385,33 @@ impl Model {
     /// Returns the right-hand side of a row.
     #[must_use]
     pub fn right_hand_side(&self, row: usize) -> RightHandSide {
-        match self.row_of_joint(row).right_hand_side() {
-            Some(Quantity::MotorTorque) => RightHandSide::MotorTorque(self.joint_of(row)),
-            _ => RightHandSide::Zero,
-        }
+        self.rows_in_use().right_hand_sides[row]
     }
 
     /// Returns the kind of a row of the regressor.
     #[must_use]
     pub fn row_of_joint(&self, row: usize) -> Row {
-        if self.torque_row(self.joint_of(row)) == row {
-            Row::Motor
-        } else {
-            Row::Link
+        match row {
+            _ if self.torque_row(self.joint_of(row)) == row => Row::Motor,
+            _ if row < self.coordinates() => Row::Link,
+            _ => Row::Spring,
         }
     }
 
-    /// Returns whether the right-hand side of a row is a motor torque.
+    /// Returns whether the right-hand side of a row contains a motor torque.
     #[must_use]
     pub fn is_torque_row(&self, row: usize) -> bool {
-        self.right_hand_side(row) != RightHandSide::Zero
+        self.row_of_joint(row) == Row::Motor
     }
 
     /// Returns the name of a row of the regressor, as in `joint1.motor_nm`.
     #[must_use]
     pub fn row_name(&self, row: usize) -> String {
         let joint = &self.fixed.joints[self.joint_of(row)];
-        let side = if self.is_torque_row(row) {
-            "motor"
-        } else {
-            "link"
+        let side = match self.row_of_joint(row) {
+            Row::Motor => "motor",
+            Row::Link => "link",
+            Row::Spring => "spring",
         };
         let unit = match joint.kind {
             JointKind::Revolute => "nm",

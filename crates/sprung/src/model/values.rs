@@ -29,7 +29,10 @@ impl Model {
         self.check_names(values)?;
         let links = self.fixed.links.as_ref();
         self.collect(|at, parameter| {
+            let is_offset = matches!(parameter.joint, Some((JointParameter::TorqueOffset, _)));
             let own = values.get(&parameter.name).copied().or(parameter.fixed);
+            // The offset of a sensor is no property of the robot.
+            let own = own.or(is_offset.then_some(0.0));
             own.or_else(|| {
                 let links = links?;
                 let n = self.joint_count();
@@ -150,7 +153,7 @@ impl Model {
             bodies: &bodies,
         };
         let mut scratch = Scratch::new(n);
-        let rows = self.rows();
+        let rows = self.coordinates();
         let mut matrix = vec![0.0; rows * rows];
         for pose in poses(n) {
             let mut workspace = scratch.workspace();
@@ -169,7 +172,7 @@ impl Model {
     ///
     /// - `errors`: standard errors, \[p\]; infinite if unknown.
     pub(crate) fn least_inertia(&self, theta: &[f64], errors: &[f64]) -> Option<(f64, f64)> {
-        let rows = self.rows();
+        let rows = self.coordinates();
         let matrix = |theta: &[f64], pose: &[f64]| -> Option<Mat<f64>> {
             let bodies = self.bodies(theta);
             let mut scratch = Scratch::new(self.joint_count());

@@ -17,6 +17,7 @@ mod prepared;
 mod row;
 mod sign;
 mod smoothed;
+mod springs;
 mod stribeck;
 mod sweep;
 mod thinned;

@@ -98,6 +98,9 @@ pub(crate) fn velocity_noise(
             Measures::RightHandSide(_) | Measures::Target | Measures::Switch => {}
         }
     }
+    for (from_motor, by_torque) in from_motor.iter_mut().zip(&channels.link_by_torque) {
+        *from_motor |= by_torque;
+    }
     // Link positions that are measured relative to the motor contain the motor's noise too.
     for joint in (0..n).filter(|&joint| from_motor[joint]) {
         link[joint] = link[joint].hypot(motor[joint]);

@@ -5,6 +5,7 @@ use super::delays::{DelayError, Delays, Likely, VelocityByLikelihood};
 use super::excerpt::{Excerpt, excerpt};
 use super::factors::{FactorError, Factors, find_factors};
 use super::held_out::held_out;
+use super::springs::find_springs;
 use super::stribeck::{by_likelihood, find_stribeck, with_residual_velocities};
 use super::sweep::{Sweep, sweep};
 use super::weights::find_weights;
@@ -71,6 +72,7 @@ pub struct Prepared {
     excerpt: Excerpt,
     // Joints and findings about their Stribeck velocities.
     about_stribeck: Vec<(usize, Finding)>,
+    about_springs: Vec<Finding>,
     wrong_time_unit: Option<Finding>,
 }
 
@@ -113,6 +115,7 @@ pub fn prepare(
     choosing(3)?;
     let reading = reading.with_delays(&delays.values);
     let (reading, about_stribeck) = with_stribeck_velocities(reading, &excerpt);
+    let (reading, about_springs) = find_springs(&reading, &excerpt);
     Ok(Prepared {
         experiment,
         names,
@@ -124,6 +127,7 @@ pub fn prepare(
         delays,
         excerpt,
         about_stribeck,
+        about_springs,
         wrong_time_unit,
     })
 }
@@ -212,6 +216,7 @@ impl Prepared {
                 .iter()
                 .map(|(_, finding)| finding.clone()),
         );
+        findings.extend_from_slice(&self.about_springs);
         findings
     }
 

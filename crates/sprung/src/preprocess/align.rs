@@ -16,6 +16,9 @@ pub struct RawBlock {
     pub phi: Vec<Vec<f64>>,
     /// Motor torques after gear and coupling, N·m (N), \[n\] vectors.
     pub tau: Vec<Vec<f64>>,
+    /// Measured torques of the springs, N·m (N), \[n\] vectors; empty for a joint without torque
+    /// sensor.
+    pub spring: Vec<Vec<f64>>,
 }
 
 impl RawBlock {
@@ -28,6 +31,7 @@ impl RawBlock {
             q: vec![Vec::new(); joints],
             phi: vec![Vec::new(); joints],
             tau: vec![Vec::new(); joints],
+            spring: vec![Vec::new(); joints],
         }
     }
 
@@ -49,15 +53,18 @@ impl RawBlock {
         for column in (self.q.iter_mut())
             .chain(&mut self.phi)
             .chain(&mut self.tau)
+            .chain(&mut self.spring)
         {
             column.clear();
         }
     }
 
-    /// Returns one sample of a group of columns.
+    /// Returns one sample of a group of columns; zero for an empty column.
     #[must_use]
     pub fn at(columns: &[Vec<f64>], k: usize) -> Vec<f64> {
-        columns.iter().map(|column| column[k]).collect()
+        (columns.iter())
+            .map(|column| column.get(k).copied().unwrap_or_default())
+            .collect()
     }
 }
 
@@ -87,6 +94,7 @@ fn cubic(f: f64) -> [f64; 4] {
 #[derive(Clone, Debug)]
 pub(crate) struct Aligner {
     channels: Channels,
+    compliances: Vec<f64>,
     leads: Vec<Lead>,
     reach: usize,
     // Time from the first sample in the buffers to the event, s.
@@ -99,11 +107,16 @@ impl Aligner {
     /// Returns an aligner for a new segment.
     ///
     /// - `delays`: delay of each channel behind the event, s, in the order of [`Channels::all`].
-    /// - `period`: T, s.
+    /// - `compliances`: of the joints with torque sensor, \[n\], rad/(N·m) (m/N); `period`: T, s.
     ///
     /// Cubics interpolate delays that are not whole numbers of samples.
     #[must_use]
-    pub(crate) fn new(channels: &Channels, delays: &[f64], period: f64) -> Self {
+    pub(crate) fn new(
+        channels: &Channels,
+        delays: &[f64],
+        compliances: &[f64],
+        period: f64,
+    ) -> Self {
         let earliest = delays.iter().copied().fold(0.0, f64::min);
         let mut leads: Vec<Lead> = delays
             .iter()
@@ -131,6 +144,7 @@ impl Aligner {
         }
         Self {
             channels: channels.clone(),
+            compliances: compliances.to_vec(),
             reach,
             shift,
             time: Vec::new(),
@@ -168,6 +182,7 @@ impl Aligner {
                 Signal::Torque => &mut out.tau,
                 // Logs of robots have no such channels.
                 Signal::Target | Signal::Switch => continue,
+                Signal::Spring => &mut out.spring,
             };
             let at = lead.samples;
             let column = &mut column[channel.joint];
@@ -221,6 +236,13 @@ impl Aligner {
                 out.q[joint].extend_from_slice(phi);
             }
         }
+        for (joint, compliance) in self.compliances.iter().enumerate() {
+            if self.channels.link_by_torque[joint] {
+                let phi = &out.phi[joint][before..];
+                let pairs = phi.iter().zip(&out.spring[joint][before..]);
+                out.q[joint].extend(pairs.map(|(phi, spring)| phi - compliance * spring));
+            }
+        }
         self.time.drain(..ready);
         for buffer in &mut self.buffers {
             buffer.drain(..ready);
@@ -266,6 +288,7 @@ mod tests {
             all,
             exact_torque: false,
             rigid: vec![false; JOINTS],
+            link_by_torque: vec![false; JOINTS],
             turns: vec![true; JOINTS],
             offsets: vec![0.0, 0.3],
             position_mix: None,
@@ -279,7 +302,7 @@ mod tests {
 
     /// Samples of channels with delays, aligned in small blocks.
     fn aligned(link: Quantity, delays: &[f64]) -> RawBlock {
-        let mut aligner = Aligner::new(&channels(link), delays, PERIOD);
+        let mut aligner = Aligner::new(&channels(link), delays, &[0.0; JOINTS], PERIOD);
         let mut out = RawBlock::new(JOINTS);
         for start in (0..2000).step_by(77) {
             let mut block = LogBlock::new(delays.len());

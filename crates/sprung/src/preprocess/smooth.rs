@@ -20,6 +20,9 @@ pub struct SignalBlock {
     pub dphi: Vec<Vec<f64>>,
     /// Motor torques, N·m (N), held until the next sample.
     pub tau: Vec<Vec<f64>>,
+    /// Measured torques of the springs, filtered like the positions, N·m (N); empty for a joint
+    /// without torque sensor.
+    pub spring: Vec<Vec<f64>>,
 }
 
 impl SignalBlock {
@@ -34,6 +37,7 @@ impl SignalBlock {
             phi: columns(),
             dphi: columns(),
             tau: columns(),
+            spring: columns(),
         }
     }
 
@@ -77,6 +81,7 @@ impl SignalBlock {
             phi: of_joints(&self.phi),
             dphi: of_joints(&self.dphi),
             tau: self.tau.iter().map(means).collect(),
+            spring: of_joints(&self.spring),
         }
     }
 
@@ -86,7 +91,8 @@ impl SignalBlock {
             .chain(&mut self.dq)
             .chain(&mut self.phi)
             .chain(&mut self.dphi)
-            .chain(&mut self.tau);
+            .chain(&mut self.tau)
+            .chain(&mut self.spring);
         std::iter::once(&mut self.time).chain(groups)
     }
 
@@ -98,7 +104,9 @@ impl SignalBlock {
     /// Removes some samples.
     fn remove(&mut self, from: usize, count: usize) {
         self.columns().for_each(|column| {
-            column.drain(from..from + count);
+            if !column.is_empty() {
+                column.drain(from..from + count);
+            }
         });
     }
 }
@@ -111,6 +119,13 @@ struct Column {
 }
 
 impl Column {
+    /// Appends the finished values without their differences.
+    fn take(&mut self, value: &mut Vec<f64>) {
+        let ready = self.filtered.len().saturating_sub(2);
+        value.extend_from_slice(&self.filtered[self.filtered.len().min(1)..][..ready]);
+        self.filtered.drain(..ready);
+    }
+
     /// Appends the finished positions and their central differences.
     fn differentiate(&mut self, period: f64, position: &mut Vec<f64>, velocity: &mut Vec<f64>) {
         let scale = 0.5 / period;
@@ -133,10 +148,11 @@ impl Column {
 /// Section 2.3.3 and eq. (27).
 #[derive(Clone, Debug)]
 pub(crate) struct Smoother {
-    // Motor positions, then link positions of flexible joints.
+    // Motor positions, then link positions of flexible joints, then torques of springs.
     columns: Vec<Column>,
-    // Joint of each link position in `columns`.
+    // Joint of each link position in `columns`, and of each torque.
     flexible: Vec<usize>,
+    sensors: Vec<usize>,
     rigid: Vec<usize>,
     time: Vec<f64>,
     tau: Vec<Vec<f64>>,
@@ -149,10 +165,17 @@ pub(crate) struct Smoother {
 impl Smoother {
     /// Returns a smoother for a new log.
     ///
-    /// - `flexible`: whether each joint's link has a position of its own.
+    /// - `flexible`: whether each joint's link has a position of its own; `sensors`: whether each
+    ///   joint has a torque sensor.
     /// - `period`: T, s.
     #[must_use]
-    pub(crate) fn new(filter: &Butterworth, flexible: &[bool], period: f64) -> Self {
+    pub(crate) fn new(
+        filter: &Butterworth,
+        flexible: &[bool],
+        sensors: &[bool],
+        period: f64,
+    ) -> Self {
+        let sensors: Vec<usize> = (0..sensors.len()).filter(|&i| sensors[i]).collect();
         let (links, rigid): (Vec<usize>, Vec<usize>) =
             (0..flexible.len()).partition(|&joint| flexible[joint]);
         let column = Column {
@@ -160,8 +183,9 @@ impl Smoother {
             filtered: Vec::new(),
         };
         Self {
-            columns: vec![column; flexible.len() + links.len()],
+            columns: vec![column; flexible.len() + links.len() + sensors.len()],
             flexible: links,
+            sensors,
             rigid,
             time: Vec::new(),
             tau: vec![Vec::new(); flexible.len()],
@@ -185,7 +209,8 @@ impl Smoother {
             own.extend_from_slice(tau);
         }
         let links = self.flexible.iter().map(|&joint| &samples.q[joint]);
-        let inputs: Vec<&Vec<f64>> = samples.phi.iter().chain(links).collect();
+        let springs = self.sensors.iter().map(|&joint| &samples.spring[joint]);
+        let inputs: Vec<&Vec<f64>> = samples.phi.iter().chain(links).chain(springs).collect();
         (self.columns.par_iter_mut().zip(inputs)).for_each(|(column, input)| {
             column.filter.push(input, &mut column.filtered);
         });
@@ -218,12 +243,16 @@ impl Smoother {
     fn differentiate(&mut self, out: &mut SignalBlock) {
         let ready = (self.columns.first()).map_or(0, |c| c.filtered.len().saturating_sub(2));
         let n = out.phi.len();
-        let (motors, links) = self.columns.split_at_mut(n);
+        let (motors, others) = self.columns.split_at_mut(n);
+        let (links, springs) = others.split_at_mut(self.flexible.len());
         for (joint, column) in motors.iter_mut().enumerate() {
             column.differentiate(self.period, &mut out.phi[joint], &mut out.dphi[joint]);
         }
         for (column, &joint) in links.iter_mut().zip(&self.flexible) {
             column.differentiate(self.period, &mut out.q[joint], &mut out.dq[joint]);
+        }
+        for (column, &joint) in springs.iter_mut().zip(&self.sensors) {
+            column.take(&mut out.spring[joint]);
         }
         let before = out.len();
         for &joint in &self.rigid {

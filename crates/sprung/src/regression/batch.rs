@@ -27,6 +27,8 @@ pub(super) struct Batch {
     pub(super) rest: Vec<f64>,
     // Motor torques, [n × samples].
     pub(super) tau: Vec<Vec<f64>>,
+    // Torques of springs, [n × samples]; empty for a joint without torque sensor.
+    pub(super) spring: Vec<Vec<f64>>,
     pub(super) weights: Option<Arc<TransitionWeights>>,
     pub(super) rows: usize,
     // Variance that Coulomb transitions add to each row, [samples × rows]; empty without weights.
@@ -47,6 +49,7 @@ impl Batch {
             momentum: Vec::new(),
             rest: Vec::new(),
             tau: vec![Vec::new(); model.joint_count()],
+            spring: vec![Vec::new(); model.joint_count()],
             weights: None,
             rows: model.rows(),
             variance: Vec::new(),
@@ -77,6 +80,10 @@ impl Batch {
         for (own, tau) in self.tau.iter_mut().zip(&signals.tau) {
             own.clear();
             own.extend_from_slice(&tau[first..first + count]);
+        }
+        for (own, spring) in self.spring.iter_mut().zip(&signals.spring) {
+            own.clear();
+            own.extend_from_slice(spring.get(first..first + count).unwrap_or_default());
         }
         let part = THREAD_SAMPLES * self.entries;
         let momentum = self.momentum.par_chunks_mut(part);

@@ -42,6 +42,9 @@ impl Pairs {
     }
 }
 
+/// Relative step of a stiffness for its derivative. It moves a link by a hundredth of the deflection.
+const STIFFNESS_STEP: f64 = 0.01;
+
 /// Forms the regressor of one sample.
 #[derive(Clone, Debug)]
 pub(super) struct Evaluator {
@@ -49,6 +52,10 @@ pub(super) struct Evaluator {
     scratch: Scratch,
     // Whether to form the entries of the links.
     links: bool,
+    // Joints whose link position follows from the torque of the spring, and buffers for the entries of
+    // their stiffnesses.
+    without_link: Vec<usize>,
+    moved: [Vec<f64>; 4],
 }
 
 impl Evaluator {
@@ -57,6 +64,8 @@ impl Evaluator {
             model: model.clone(),
             scratch: Scratch::new(model.joint_count()),
             links: true,
+            without_link: model.joints_without_link(),
+            moved: Default::default(),
         }
     }
 
@@ -72,7 +81,7 @@ impl Evaluator {
     /// Writes the entries of `Y_a` to `momentum` and those of `Y_b` to `rest`.
     pub(super) fn entries(&mut self, state: &State<'_>, momentum: &mut [f64], rest: &mut [f64]) {
         let mut workspace = self.scratch.workspace();
-        let robot = self.model.robot();
+        let robot = self.model.regressor();
         // The buffers have the model's sizes, so no error is expected here.
         let written = if self.links {
             robot.regressor(state, &mut workspace, momentum, rest)
@@ -82,6 +91,76 @@ impl Evaluator {
         if written.is_err() {
             momentum.fill(f64::NAN);
         }
+        if self.links && !self.without_link.is_empty() {
+            self.deflections(state, momentum, rest);
+        }
+    }
+
+    /// Writes the entries of the stiffnesses that place links without encoder: the derivatives of the
+    /// rows' momenta and torques by each stiffness, as differences.
+    fn deflections(&mut self, state: &State<'_>, momentum: &mut [f64], rest: &mut [f64]) {
+        for own in self.model.deflection_entries() {
+            (momentum[own.entry], rest[own.entry]) = (0.0, 0.0);
+        }
+        let Some(theta) = self.model.springs().cloned() else {
+            return;
+        };
+        let before = self.row_sums(&theta, momentum, rest);
+        let [mut q, mut dq, mut moved, mut moved_rest] = std::mem::take(&mut self.moved);
+        moved.resize(momentum.len(), 0.0);
+        moved_rest.resize(rest.len(), 0.0);
+        for &joint in &self.without_link {
+            let Some(stiffness) = self.model.known_stiffness(joint) else {
+                continue;
+            };
+            // A stiffness that is larger by this share moves the link by the same share of the
+            // deflection towards the motor.
+            q.clear();
+            q.extend_from_slice(state.q);
+            q[joint] += STIFFNESS_STEP * (state.phi[joint] - state.q[joint]);
+            dq.clear();
+            dq.extend_from_slice(state.dq);
+            dq[joint] += STIFFNESS_STEP * (state.dphi[joint] - state.dq[joint]);
+            let state = State {
+                q: &q,
+                dq: &dq,
+                ..*state
+            };
+            let mut workspace = self.scratch.workspace();
+            let robot = self.model.regressor();
+            let written = robot.regressor(&state, &mut workspace, &mut moved, &mut moved_rest);
+            if written.is_err() {
+                moved.fill(f64::NAN);
+            }
+            let after = self.row_sums(&theta, &moved, &moved_rest);
+            let step = STIFFNESS_STEP * stiffness;
+            for own in self.model.deflection_entries() {
+                if own.joint == joint {
+                    momentum[own.entry] = (after[own.row][0] - before[own.row][0]) / step;
+                    rest[own.entry] = (after[own.row][1] - before[own.row][1]) / step;
+                }
+            }
+        }
+        self.moved = [q, dq, moved, moved_rest];
+    }
+
+    /// Returns momentum and torque of each joint's row without the entries of
+    /// [`Evaluator::deflections`].
+    fn row_sums(&self, theta: &[f64], momentum: &[f64], rest: &[f64]) -> Vec<[f64; 2]> {
+        let count = self.without_link.len();
+        (0..self.model.joint_count())
+            .map(|row| {
+                let entries = self.model.row_entries(row);
+                let own = entries.start..entries.end - count;
+                let columns = self.model.row_columns(row);
+                let product = |all: &[f64]| -> f64 {
+                    (all[own.clone()].iter().zip(columns))
+                        .map(|(entry, &column)| entry * theta[column])
+                        .sum()
+                };
+                [product(momentum), product(rest)]
+            })
+            .collect()
     }
 }
 
@@ -94,7 +173,9 @@ pub struct FilteredRegression {
     rest: Vec<f64>,
     bank: FilterBank<Vec<f64>>,
     torques: Vec<FilterState>,
-    rhs: Vec<f64>,
+    springs: Vec<FilterState>,
+    // Torques of the motors, and of the springs.
+    rhs: [Vec<f64>; 2],
 }
 
 impl FilteredRegression {
@@ -119,7 +200,8 @@ impl FilteredRegression {
             rest: vec![0.0; entries],
             bank: FilterBank::new(vec![0.0; bank_len(entries)]),
             torques: vec![FilterState::default(); model.joint_count()],
-            rhs: vec![0.0; model.joint_count()],
+            springs: vec![FilterState::default(); model.joint_count()],
+            rhs: [vec![0.0; model.joint_count()], vec![0.0; model.joint_count()]],
         })
     }
 
@@ -127,17 +209,30 @@ impl FilteredRegression {
     pub fn restart(&mut self) {
         self.bank.restart();
         self.torques.fill(FilterState::default());
+        self.springs.fill(FilterState::default());
     }
 
     /// Processes the next sample; returns the entries of `Y_f`, row after row, and the filtered
-    /// motor torques, \[n\], N·m (N).
-    pub fn process(&mut self, state: &State<'_>, tau: &[f64]) -> (&[f64], &[f64]) {
+    /// torques of motors and springs, each \[n\], N·m (N).
+    ///
+    /// - `tau`: torques of the motors, \[n\], N·m (N); `spring`: measured torques of the springs,
+    ///   \[n\], N·m (N), of any value without torque sensor.
+    pub fn process(
+        &mut self,
+        state: &State<'_>,
+        tau: &[f64],
+        spring: &[f64],
+    ) -> (&[f64], [&[f64]; 2]) {
         self.evaluator
             .entries(state, &mut self.momentum, &mut self.rest);
         let entries = (self.bank).process(&self.pairs.entries, &self.momentum, &self.rest);
-        for ((rhs, memory), tau) in self.rhs.iter_mut().zip(&mut self.torques).zip(tau) {
+        let [of_motors, of_springs] = &mut self.rhs;
+        for ((rhs, memory), tau) in of_motors.iter_mut().zip(&mut self.torques).zip(tau) {
             *rhs = self.pairs.torque.process(memory, 0.0, *tau);
         }
-        (entries, &self.rhs)
+        for ((rhs, memory), spring) in of_springs.iter_mut().zip(&mut self.springs).zip(spring) {
+            *rhs = self.pairs.entries.process(memory, 0.0, *spring);
+        }
+        (entries, [of_motors, of_springs])
     }
 }

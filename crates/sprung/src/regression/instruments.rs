@@ -8,7 +8,7 @@ use super::filtered::{FilteredRegression, Pairs};
 use super::nuisance_momentum::FORGOTTEN_TIME_CONSTANTS;
 use super::reading::Reading;
 use crate::description::InitialMomentum;
-use crate::preprocess::SignalBlock;
+use crate::preprocess::{RawBlock, SignalBlock};
 
 /// Products of one row of the measured filtered regression `Y θ = b` with the same row of the
 /// instruments `Z`, summed over all samples.
@@ -70,9 +70,10 @@ pub(crate) fn cross_products(
         let (first, first_with, count) = shared(of, with, period);
         for k in 0..count {
             let sample = Sample::of(of, first + k);
-            let (y, b) = measured.process(&sample.state(), &sample.tau);
+            let (y, [motor, spring]) =
+                measured.process(&sample.state(), &sample.tau, &sample.spring);
             let other = Sample::of(with, first_with + k);
-            let (z, _) = instrument.process(&other.state(), &other.tau);
+            let (z, _) = instrument.process(&other.state(), &other.tau, &other.spring);
             if let Some(weights) = reading.weights() {
                 weights.variances(model, &sample.state(), &mut variance);
             }
@@ -87,7 +88,8 @@ pub(crate) fn cross_products(
                     continue;
                 }
                 let own = model.row_entries(row);
-                let rhs = model.right_hand_side(row).of(b);
+                let rhs = model.right_hand_side(row).of(motor, spring)
+                    + shift(&model.known_deflections(row), &y[own.clone()]);
                 sum.add(&y[own.clone()], rhs, &z[own], weight * weight);
             }
         }
@@ -112,6 +114,13 @@ impl CrossProducts {
     }
 }
 
+/// Returns the torque of known stiffnesses in a row.
+///
+/// - `known`: places in the row, and values.
+pub(crate) fn shift(known: &[(usize, f64)], row: &[f64]) -> f64 {
+    known.iter().map(|&(place, value)| row[place] * value).sum()
+}
+
 /// Returns the index of the first shared sample in each motion and the number of shared samples.
 fn shared(of: &SignalBlock, with: &SignalBlock, period: f64) -> (usize, usize, usize) {
     let (Some(begin), Some(begin_with)) = (of.time.first(), with.time.first()) else {
@@ -132,11 +141,12 @@ struct Sample {
     // q, dq, phi, dphi.
     joints: [Vec<f64>; 4],
     tau: Vec<f64>,
+    spring: Vec<f64>,
 }
 
 impl Sample {
     fn of(signals: &SignalBlock, k: usize) -> Self {
-        let at = |columns: &[Vec<f64>]| columns.iter().map(|column| column[k]).collect();
+        let at = |columns: &[Vec<f64>]| RawBlock::at(columns, k);
         Self {
             joints: [
                 at(&signals.q),
@@ -145,6 +155,7 @@ impl Sample {
                 at(&signals.dphi),
             ],
             tau: at(&signals.tau),
+            spring: at(&signals.spring),
         }
     }
 

@@ -19,7 +19,7 @@ mod triangle;
 mod weights;
 
 pub use filtered::FilteredRegression;
-pub(crate) use instruments::{CrossProducts, cross_products};
+pub(crate) use instruments::{CrossProducts, cross_products, shift};
 pub(crate) use pass::{
     LogFigures, Observer, Passed, Restart, read_through, reduce_signals, shortest_segment,
 };

@@ -121,7 +121,7 @@ impl Preparation {
                 rate: 1.0 / period,
             });
         }
-        let aligner = Aligner::new(reading.channels(), reading.delays(), period);
+        let aligner = aligner(reading, period);
         Ok(Self {
             reading: reading.clone(),
             period,
@@ -196,7 +196,7 @@ impl Preparation {
         } else {
             self.lost += self.in_segment;
         }
-        self.aligner = Aligner::new(self.reading.channels(), self.reading.delays(), self.period);
+        self.aligner = aligner(&self.reading, self.period);
         self.begins = true;
         self.in_segment = 0;
     }
@@ -225,16 +225,24 @@ impl Preparation {
 pub(crate) fn shortest_segment(reading: &Reading, period: f64) -> Option<u64> {
     let order = reading.settings().position_filter_order;
     let filter = Butterworth::new(order, reading.position_cutoff_hz(), period).ok()?;
-    let aligner = Aligner::new(reading.channels(), reading.delays(), period);
+    let aligner = aligner(reading, period);
     // The filter's padding and one sample beyond it.
     Some((filter.padding() + aligner.lost() + 1) as u64)
+}
+
+fn aligner(reading: &Reading, period: f64) -> Aligner {
+    let (channels, delays) = (reading.channels(), reading.delays());
+    Aligner::new(channels, delays, reading.compliances(), period)
 }
 
 fn smoother(model: &Model, filter: &Butterworth, period: f64) -> Smoother {
     let flexible: Vec<bool> = (0..model.joint_count())
         .map(|joint| model.is_flexible(joint))
         .collect();
-    Smoother::new(filter, &flexible, period)
+    let sensors: Vec<bool> = (0..model.joint_count())
+        .map(|joint| model.has_torque_sensor(joint))
+        .collect();
+    Smoother::new(filter, &flexible, &sensors, period)
 }
 
 /// Folds pieces into a reduction.

@@ -2,9 +2,11 @@
 
 use std::sync::Arc;
 
+use sprung_core::parameters::JointParameter;
+
 use super::weights::TransitionWeights;
 use crate::description::Identify;
-use crate::log::Channels;
+use crate::log::{Channels, Signal};
 use crate::model::Model;
 
 /// Settings for reading a log; the `with_...` methods return variants.
@@ -17,6 +19,7 @@ pub struct Reading {
     channels: Arc<Channels>,
     position_cutoff_hz: f64,
     delays: Arc<[f64]>,
+    compliances: Arc<[f64]>,
     weights: Option<Arc<TransitionWeights>>,
 }
 
@@ -36,6 +39,7 @@ impl Reading {
             model: Arc::new(model.clone()),
             settings: Arc::new(settings.clone()),
             delays: vec![0.0; channels.all.len()].into(),
+            compliances: vec![0.0; model.joint_count()].into(),
             channels: Arc::new(channels.clone()),
             position_cutoff_hz,
             weights: None,
@@ -78,6 +82,32 @@ impl Reading {
     #[must_use]
     pub fn delays(&self) -> &[f64] {
         &self.delays
+    }
+
+    /// Returns the compliances of the joints with torque sensor, \[n\], rad/(N·m) (m/N); zero if
+    /// unknown.
+    #[must_use]
+    pub(crate) fn compliances(&self) -> &[f64] {
+        &self.compliances
+    }
+
+    /// Returns a copy in which link positions without encoder follow from motor positions, torques of
+    /// springs and the stiffnesses in `theta`, \[p\]. The regression is linear about `theta` in these
+    /// stiffnesses.
+    #[must_use]
+    pub(crate) fn with_springs(&self, theta: &[f64]) -> Self {
+        let model = &self.model;
+        let compliance = |joint| -> f64 {
+            let of_sensor = (self.channels.telling(Signal::Spring, joint))
+                .and_then(|_| model.index(JointParameter::Stiffness, joint));
+            let stiffness = of_sensor.map(|index| theta[index]);
+            stiffness.filter(|k| *k > 0.0).map_or(0.0, f64::recip)
+        };
+        Self {
+            compliances: (0..model.joint_count()).map(compliance).collect(),
+            model: Arc::new(model.with_springs(theta)),
+            ..self.clone()
+        }
     }
 
     /// Returns the weights of the samples; `None` if all weights are equal.

@@ -62,6 +62,8 @@ struct RowReduction {
     // Number of entries and probes.
     width: usize,
     rhs: RightHandSide,
+    // Places and values of stiffnesses whose torque is on the right-hand side.
+    known: Vec<(usize, f64)>,
     bank: FilterBank<Vec<f64>>,
     probe_bank: FilterBank<Vec<f64>>,
     // The row's probes at one sample; their parts under d/dt are zero.
@@ -71,6 +73,7 @@ struct RowReduction {
     torque_rate: Option<usize>,
     last_rhs: f64,
     torque_memory: FilterState,
+    spring_memory: FilterState,
     weights: Option<Arc<TransitionWeights>>,
     weight_memory: FilterState,
     bound_memory: FilterState,
@@ -105,6 +108,7 @@ impl RowReduction {
         let width = entries.len() + own.len();
         Self {
             rhs: model.right_hand_side(row),
+            known: model.known_deflections(row),
             bank: FilterBank::new(vec![0.0; bank_len(entries.len())]),
             probe_bank: FilterBank::new(vec![0.0; bank_len(own.len())]),
             probed: vec![0.0; own.len()],
@@ -114,6 +118,7 @@ impl RowReduction {
             probes: own,
             width,
             torque_memory: FilterState::default(),
+            spring_memory: FilterState::default(),
             weights: None,
             weight_memory: FilterState::default(),
             bound_memory: FilterState::default(),
@@ -145,6 +150,7 @@ impl RowReduction {
         self.probe_bank.restart();
         self.last_rhs = 0.0;
         self.torque_memory = FilterState::default();
+        self.spring_memory = FilterState::default();
         self.weight_memory = FilterState::default();
         self.bound_memory = FilterState::default();
     }
@@ -171,6 +177,24 @@ impl RowReduction {
         weights.weight(self.row, variance)
     }
 
+    /// Filters the right-hand side of the next sample. A motor torque is held, the torque of a sensor
+    /// is continuous.
+    fn right_hand_side(&mut self, pairs: &Pairs, batch: &Batch, k: usize) -> f64 {
+        let [motor, spring] = self.rhs.torques();
+        let mut rhs = 0.0;
+        if let Some(joint) = motor {
+            let memory = &mut self.torque_memory;
+            rhs += pairs.torque.process(memory, 0.0, batch.tau[joint][k]);
+        }
+        if let Some(joint) = spring {
+            let memory = &mut self.spring_memory;
+            let torque = batch.spring[joint].get(k).copied().unwrap_or(f64::NAN);
+            let spring = pairs.entries.process(memory, 0.0, torque);
+            rhs += if motor.is_some() { -spring } else { spring };
+        }
+        rhs
+    }
+
     /// Filters the samples of a batch and folds them into the factors.
     fn take(&mut self, pairs: &Pairs, batch: &Batch) {
         let (width, own_width) = (self.width, self.entries.len());
@@ -179,15 +203,12 @@ impl RowReduction {
         for (k, (momentum, rest)) in samples.enumerate() {
             let weight = self.weigh(pairs, batch, k);
             self.weight += weight * weight;
+            let mut rhs = self.right_hand_side(pairs, batch, k);
             let own = self.entries.clone();
             let filtered = (self.bank).process(&pairs.entries, &momentum[own.clone()], &rest[own]);
-            let rhs = match self.rhs {
-                RightHandSide::Zero => 0.0,
-                RightHandSide::MotorTorque(joint) => {
-                    let memory = &mut self.torque_memory;
-                    pairs.torque.process(memory, 0.0, batch.tau[joint][k])
-                }
-            };
+            rhs += (self.known.iter())
+                .map(|&(place, value)| filtered[place] * value)
+                .sum::<f64>();
             let row = &mut self.tile[self.in_tile * (width + 1)..][..=width];
             row[..own_width].copy_from_slice(filtered);
             if !self.probes.is_empty() {

@@ -78,7 +78,7 @@ impl Plant {
             flexible,
             scratch: Scratch::new(n),
             joints: vec![0.0; 4 * n],
-            torque: vec![0.0; model.rows()],
+            torque: vec![0.0; model.coordinates()],
             model: model.clone(),
         }
     }

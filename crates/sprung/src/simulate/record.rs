@@ -64,7 +64,11 @@ pub fn record(
         .max(1.0) as u64;
     for k in 1..=samples {
         let sample = twin.sample()?;
-        log.write(sample.time, &sample.q, &sample.phi, &sample.tau)?;
+        log.write(
+            sample.time,
+            [&sample.q, &sample.phi],
+            [&sample.tau, &sample.spring],
+        )?;
         if k.is_multiple_of(SAMPLES_PER_PROGRESS_CALL) {
             progress.tell(Phase::Simulating, k, Some(samples))?;
         }

@@ -1,8 +1,12 @@
-//! Encoders and disturbances of the twin.
+//! Encoders, torque sensors and disturbances of the twin.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
+use sprung_core::parameters::JointParameter;
+
+use crate::description::Simulate;
+use crate::model::Model;
 
 /// An incremental encoder. Its first reading is the position at the start, rounded to a count.
 #[derive(Clone, Copy, Debug)]
@@ -66,5 +70,52 @@ impl Disturbance {
         let innovation = (1.0 - self.decay * self.decay).sqrt() * self.deviation;
         self.value = self.decay * value + innovation * rng.sample::<f64, _>(StandardNormal);
         value
+    }
+}
+
+/// Torque sensors in the joints.
+#[derive(Clone, Debug)]
+pub(super) struct TorqueSensors {
+    /// Readings per torque of each spring, row by row; `None` for exact gains without cross-talk.
+    matrix: Option<Vec<Vec<f64>>>,
+    /// Readings without torque, N·m, \[n\].
+    offsets: Vec<f64>,
+    /// Standard deviations of the noise, N·m; no noise without entry.
+    noise: Vec<f64>,
+    /// Largest readings, N·m; no limit without entry.
+    limits: Vec<f64>,
+}
+
+impl TorqueSensors {
+    pub(super) fn new(model: &Model, theta: &[f64], settings: &Simulate) -> Self {
+        let offset = |joint| {
+            let index = model.index(JointParameter::TorqueOffset, joint);
+            index.map_or(0.0, |index| theta[index])
+        };
+        let matrix = &settings.joint_torque_matrix;
+        Self {
+            matrix: (!matrix.is_empty()).then(|| matrix.clone()),
+            offsets: (0..model.joint_count()).map(offset).collect(),
+            noise: settings.joint_torque_noise_nm.clone(),
+            limits: settings.joint_torque_limit_nm.clone(),
+        }
+    }
+
+    /// Returns the readings for torques of the springs, \[n\], N·m.
+    pub(super) fn read(&self, torques: &[f64], rng: &mut ChaCha8Rng) -> Vec<f64> {
+        let mixed = |joint: usize| match &self.matrix {
+            Some(matrix) => matrix[joint].iter().zip(torques).map(|(m, t)| m * t).sum(),
+            None => torques[joint],
+        };
+        (self.offsets.iter().enumerate())
+            .map(|(joint, offset)| {
+                let mut reading: f64 = mixed(joint) + offset;
+                if let Some(noise) = self.noise.get(joint) {
+                    reading += noise * rng.sample::<f64, _>(StandardNormal);
+                }
+                let limit = self.limits.get(joint).copied().unwrap_or(f64::INFINITY);
+                reading.clamp(-limit, limit)
+            })
+            .collect()
     }
 }

@@ -91,8 +91,8 @@ pub fn subsystems(
         scratch: Scratch::new(n),
         links: vec![0.0; 4 * n],
         motors: vec![0.0; 4 * n],
-        torque: vec![0.0; model.rows()],
-        out: vec![0.0; 2 * model.rows()],
+        torque: vec![0.0; model.coordinates()],
+        out: vec![0.0; 2 * model.coordinates()],
     };
     let mut integrator = Integrator::new(TOLERANCE, x.len());
     let (mut from, mut to) = (vec![0.0; 4 * n], vec![0.0; 4 * n]);

@@ -7,7 +7,7 @@ use sprung_core::chain::JointKind;
 use sprung_core::robot::Torques;
 
 use super::closed_loop::{ClosedLoop, Diverged, LoopError};
-use super::sensors::{Disturbance, Encoder};
+use super::sensors::{Disturbance, Encoder, TorqueSensors};
 use crate::description::{Controller, Simulate};
 use crate::model::{Model, Theta};
 
@@ -22,6 +22,8 @@ pub struct TwinSample {
     pub phi: Vec<f64>,
     /// Logged motor torques, N·m.
     pub tau: Vec<f64>,
+    /// Readings of the joint torque sensors, N·m.
+    pub spring: Vec<f64>,
 }
 
 /// Parts of a twin.
@@ -49,6 +51,9 @@ pub struct Twin {
     disturbance: Vec<Disturbance>,
     // `None` without link disturbances, so that these draw no random numbers.
     link_disturbance: Option<Vec<Disturbance>>,
+    torque_sensors: TorqueSensors,
+    model: Model,
+    theta: Theta,
 }
 
 impl Twin {
@@ -103,6 +108,9 @@ impl Twin {
             noise: levels(&settings.torque_noise_nm),
             disturbance,
             link_disturbance,
+            torque_sensors: TorqueSensors::new(setup.model, setup.theta, settings),
+            model: setup.model.clone(),
+            theta: setup.theta.clone(),
             rng,
         })
     }
@@ -137,6 +145,8 @@ impl Twin {
                 *q = phi[i];
             }
         }
+        let spring = self.model.spring_torques(&self.theta, &state.view());
+        let spring = self.torque_sensors.read(&spring, &mut self.rng);
         let tau = self.plant.command(time, &q, &phi);
         let mut applied = tau.clone();
         let mut logged = tau;
@@ -156,6 +166,7 @@ impl Twin {
             q,
             phi,
             tau: logged,
+            spring,
         })
     }
 }

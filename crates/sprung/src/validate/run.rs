@@ -213,8 +213,11 @@ impl Run<'_> {
         let Some(theta) = candidates.iter().find_map(Candidate::theta) else {
             return reading;
         };
+        let reading = reading.with_springs(theta);
+        let model = reading.model();
         let noise = velocity_noise(model, channels, beginning, reading.position_cutoff_hz());
-        reading.with_weights(TransitionWeights::unweighted(model, &noise, theta))
+        let weights = TransitionWeights::unweighted(model, &noise, theta);
+        reading.with_weights(weights)
     }
 
     /// Reads the logs once and compares all candidates with them.

@@ -170,6 +170,9 @@ pub(super) fn check_twin(twin: &Simulate, joints: &[&str]) -> Result<(), Fault> 
             "link_torque_disturbance_nm",
             twin.link_torque_disturbance_nm.len(),
         ),
+        ("joint_torque_noise_nm", twin.joint_torque_noise_nm.len()),
+        ("joint_torque_limit_nm", twin.joint_torque_limit_nm.len()),
+        ("joint_torque_matrix", twin.joint_torque_matrix.len()),
     ];
     for (key, length) in lengths {
         if length != 0 && length != joints.len() {
@@ -198,6 +201,7 @@ pub(super) fn check_twin(twin: &Simulate, joints: &[&str]) -> Result<(), Fault> 
             "link_torque_disturbance_nm",
             &twin.link_torque_disturbance_nm,
         ),
+        ("joint_torque_noise_nm", &twin.joint_torque_noise_nm),
     ] {
         if let Some(value) = list.iter().find(|v| !(v.is_finite() && **v >= 0.0)) {
             return Err(fault(
@@ -208,6 +212,31 @@ pub(super) fn check_twin(twin: &Simulate, joints: &[&str]) -> Result<(), Fault> 
                 ),
             ));
         }
+    }
+    check_torque_sensors(twin, joints)
+}
+
+fn check_torque_sensors(twin: &Simulate, joints: &[&str]) -> Result<(), Fault> {
+    let limits = &twin.joint_torque_limit_nm;
+    if let Some(value) = limits.iter().find(|v| v.is_nan() || **v <= 0.0) {
+        return Err(fault(
+            &["simulate", "joint_torque_limit_nm"],
+            format!(
+                "joint_torque_limit_nm contains {}; a limit must be positive",
+                Shown(*value)
+            ),
+        ));
+    }
+    let is_row = |row: &Vec<f64>| row.len() == joints.len() && row.iter().all(|v| v.is_finite());
+    if let Some(at) = twin.joint_torque_matrix.iter().position(|row| !is_row(row)) {
+        return Err(fault(
+            &["simulate", "joint_torque_matrix"],
+            format!(
+                "row {} of joint_torque_matrix must have {} finite numbers, one per joint",
+                at + 1,
+                joints.len()
+            ),
+        ));
     }
     Ok(())
 }

@@ -19,6 +19,8 @@ pub enum Quantity {
     MotorTarget,
     /// Whether the drive of a position servo is on, 1 or 0.
     DriveOn,
+    /// Torque of the spring on the link, measured by a sensor in the joint, N·m (N).
+    JointTorque,
 }
 
 /// The place of a quantity in the equations of motion of its joint.
@@ -48,9 +50,11 @@ pub enum Row {
     /// The row with the motor torque: the motor row of a flexible joint, the only row of a rigid
     /// joint.
     Motor,
+    /// The row of a joint torque sensor: the torque of the spring.
+    Spring,
 }
 
-/// A signal that every sample needs of a joint; one of several quantities gives it.
+/// A signal that samples have of a joint; one of several quantities gives it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Signal {
     /// The link position, of flexible joints only; that of a rigid joint is the motor position.
@@ -63,6 +67,8 @@ pub enum Signal {
     Target,
     /// Whether the drive is on; only a position servo has it.
     Switch,
+    /// The torque of the spring, of flexible joints only.
+    Spring,
 }
 
 /// Properties of a quantity for messages and equations.
@@ -74,19 +80,11 @@ struct Meaning {
     suspicion: &'static str,
 }
 
-impl Row {
-    /// Returns the quantity that measures its right-hand side; `None` for a right-hand side of zero.
-    #[must_use]
-    pub fn right_hand_side(self) -> Option<Quantity> {
-        (Quantity::ALL.into_iter())
-            .find(|quantity| quantity.measures() == Measures::RightHandSide(self))
-    }
-}
-
 impl Quantity {
     /// All quantities, torques first.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::MotorTorque,
+        Self::JointTorque,
         Self::LinkPosition,
         Self::MotorPosition,
         Self::LinkDeflection,
@@ -136,6 +134,11 @@ impl Quantity {
                 measures: Measures::Switch,
                 suspicion: "is the drive switched",
             },
+            Self::JointTorque => Meaning {
+                key: "joint_torque",
+                measures: Measures::RightHandSide(Row::Spring),
+                suspicion: "is the joint torque sensor connected",
+            },
         }
     }
 
@@ -173,6 +176,7 @@ impl Quantity {
         match self.measures() {
             Measures::Position { link, .. } if link != 0.0 => Signal::Link,
             Measures::Position { .. } => Signal::Motor,
+            Measures::RightHandSide(Row::Spring) => Signal::Spring,
             Measures::RightHandSide(_) => Signal::Torque,
             Measures::Target => Signal::Target,
             Measures::Switch => Signal::Switch,
@@ -198,12 +202,14 @@ impl Quantity {
 
     /// Returns the reading of an exact sensor, rad or N·m (m or N).
     ///
-    /// - `q`, `phi`, `tau`: link position, motor position and motor torque of the joint.
+    /// - `q`, `phi`: link position and motor position of the joint.
+    /// - `tau`, `spring`: torque of its motor, and of its spring on the link.
     #[must_use]
-    pub fn shown(self, q: f64, phi: f64, tau: f64) -> f64 {
+    pub fn shown(self, [q, phi]: [f64; 2], [tau, spring]: [f64; 2]) -> f64 {
         match self.measures() {
             Measures::Position { link, motor } => link * q + motor * phi,
             Measures::RightHandSide(Row::Motor) => tau,
+            Measures::RightHandSide(Row::Spring) => spring,
             Measures::RightHandSide(Row::Link) | Measures::Target | Measures::Switch => 0.0,
         }
     }
@@ -211,7 +217,7 @@ impl Quantity {
 
 impl Signal {
     /// The signals of robots, in the order of their columns.
-    pub const ALL: [Self; 3] = [Self::Link, Self::Motor, Self::Torque];
+    pub const ALL: [Self; 4] = [Self::Link, Self::Motor, Self::Torque, Self::Spring];
 
     /// The signals of position servos, in the order of their columns.
     pub const OF_SERVO: [Self; 3] = [Self::Motor, Self::Target, Self::Switch];
@@ -219,7 +225,7 @@ impl Signal {
     /// Returns whether only flexible joints have it.
     #[must_use]
     pub const fn is_of_flexible_joints(self) -> bool {
-        matches!(self, Self::Link)
+        matches!(self, Self::Link | Self::Spring)
     }
 
     /// Returns whether a joint cannot be identified without it.
@@ -229,6 +235,7 @@ impl Signal {
             Self::Motor | Self::Torque => true,
             Self::Target => joint.servo.is_some(),
             Self::Switch => false,
+            Self::Spring => false,
         }
     }
 
@@ -240,6 +247,7 @@ impl Signal {
             Self::Torque => "the motor torques",
             Self::Target => "the targets",
             Self::Switch => "the states of the drives",
+            Self::Spring => "the joint torques",
         }
     }
 
@@ -257,6 +265,8 @@ impl Signal {
             (Self::Target, JointKind::Revolute) => "motor_target_rad",
             (Self::Target, JointKind::Prismatic) => "motor_target",
             (Self::Switch, _) => "drive_on",
+            (Self::Spring, JointKind::Revolute) => "joint_torque_nm",
+            (Self::Spring, JointKind::Prismatic) => "joint_force_n",
         }
     }
 }
@@ -267,11 +277,12 @@ mod tests {
 
     #[test]
     fn readings_equal_the_measured_quantity_bit_for_bit() {
-        let (q, phi, tau) = (0.3, 0.1, 7.0);
-        let shown = |quantity: Quantity| quantity.shown(q, phi, tau).to_bits();
+        let (q, phi, tau, spring) = (0.3, 0.1, 7.0, 5.0);
+        let shown = |quantity: Quantity| quantity.shown([q, phi], [tau, spring]).to_bits();
         assert_eq!(shown(Quantity::LinkPosition), q.to_bits());
         assert_eq!(shown(Quantity::LinkDeflection), (q - phi).to_bits());
         assert_eq!(shown(Quantity::MotorPosition), phi.to_bits());
         assert_eq!(shown(Quantity::MotorTorque), tau.to_bits());
+        assert_eq!(shown(Quantity::JointTorque), spring.to_bits());
     }
 }

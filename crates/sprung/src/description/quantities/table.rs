@@ -115,7 +115,7 @@ const fn instead(stem: &'static str) -> InTemplate {
 
 /// All keys for columns of measured quantities, grouped by signal.
 #[rustfmt::skip]
-pub(crate) static KEYS: [Key; 22] = [
+pub(crate) static KEYS: [Key; 25] = [
     //   key                  measures        joints           unit           scaled by       template
     key!(link_position_rad,   LinkPosition,   Some(Revolute),  SI,            None,           fill_in("q")),
     key!(link_position_deg,   LinkPosition,   Some(Revolute),  DEGREES,       None,           instead("q")),
@@ -139,6 +139,9 @@ pub(crate) static KEYS: [Key; 22] = [
     key!(motor_target_deg,    MotorTarget,    Some(Revolute),  DEGREES,       PositionSide,   NO),
     key!(motor_target,        MotorTarget,    None,            SAID_POSITION, PositionSide,   NO),
     key!(drive_on,            DriveOn,        None,            SI,            None,           NO),
+    key!(joint_torque_nm,     JointTorque,    Some(Revolute),  SI,            None,           NO),
+    key!(joint_force_n,       JointTorque,    Some(Prismatic), SI,            None,           NO),
+    key!(joint_torque,        JointTorque,    None,            SAID_TORQUE,   None,           NO),
 ];
 
 impl Key {
@@ -155,6 +158,13 @@ impl Key {
     /// Returns whether a log has columns under it.
     pub(crate) fn is_given(&self, log: &Log) -> bool {
         (self.columns)(log).is_some()
+    }
+
+    /// Returns whether a log gives a signal of a joint.
+    pub(crate) fn gives(signal: Signal, joint: usize, log: &Log, robot: &Robot) -> bool {
+        Self::of(signal)
+            .filter(|key| key.is_given(log))
+            .any(|key| key.joints(Joints::ThatHaveIt, robot).contains(&joint))
     }
 
     /// Returns the indices of the joints that have a column under it.

@@ -67,7 +67,7 @@ impl<'a, 's> Stretch<'a, 's> {
     /// Returns the stretch in which the joints jerk most; `None` if gaps leave none.
     pub(super) fn new(prepared: &'a Prepared, source: &'s mut LogSource<'_>) -> Option<Self> {
         let (reading, excerpt) = (prepared.reading(), prepared.excerpt());
-        let limit = MAX_WORK / reading.model().rows().pow(2);
+        let limit = MAX_WORK / reading.model().coordinates().pow(2);
         let samples = excerpt.busiest(reading.channels(), limit)?;
         let of = |excerpt: &Excerpt| -> Option<[f64; 2]> {
             let mut blocks = excerpt.blocks().iter().filter(|block| !block.is_empty());

@@ -180,7 +180,7 @@ impl Search<'_> {
         let flexible: Vec<bool> = (0..model.joint_count())
             .map(|joint| model.is_flexible(joint))
             .collect();
-        let mut smoother = Smoother::new(&filter, &flexible, self.period);
+        let mut smoother = Smoother::new(&filter, &flexible, &[], self.period);
         let mut out = SignalBlock::new(model.joint_count());
         let raw = RawBlock {
             time: stretch.time.clone(),
@@ -188,6 +188,8 @@ impl Search<'_> {
             q,
             phi,
             tau: stretch.tau.clone(),
+            // Instruments need no right-hand side.
+            spring: Vec::new(),
         };
         smoother.push(&raw, &mut out);
         Ok(smoother.finish(&mut out).then_some(out))

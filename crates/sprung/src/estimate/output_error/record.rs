@@ -59,7 +59,7 @@ impl Record {
     pub(super) fn new(reading: &Reading, excerpt: &Excerpt) -> Option<Self> {
         let channels = reading.channels();
         let period = excerpt.period();
-        let mut aligner = Aligner::new(channels, reading.delays(), period);
+        let mut aligner = Aligner::new(channels, reading.delays(), reading.compliances(), period);
         let mut samples = RawBlock::new(reading.model().joint_count());
         let mut at_gap = false;
         for block in excerpt.blocks() {

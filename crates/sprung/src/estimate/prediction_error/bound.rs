@@ -92,7 +92,7 @@ pub fn information_bound(
     let open: Vec<usize> = (0..channels.all.len())
         .filter(|&i| channels.all[i].delay == Some(Delay::Estimate))
         .collect();
-    let limit = max_samples(model.rows());
+    let limit = max_samples(model.coordinates());
     let (raw, left_out) =
         read(&channels, &mut sources, Extent::Beginning(limit)).map_err(failed)?;
     let Some(measurements) = build(&reading, &excerpt, &raw, left_out)? else {
@@ -131,11 +131,11 @@ pub fn information_bound(
 }
 
 fn levels(model: &Model, noise: &KnownNoise, sensors: usize) -> Levels {
-    let rows = 0..model.rows();
+    let rows = 0..model.coordinates();
     let of_row = |list: &[f64], row: usize| list.get(model.joint_of(row)).copied().unwrap_or(0.0);
     Levels {
         sensor_noise: vec![0.0; sensors],
-        reversal_noise: vec![0.0; model.rows()],
+        reversal_noise: vec![0.0; model.coordinates()],
         torque_noise: (rows.clone())
             .map(|row| {
                 if model.is_torque_row(row) {

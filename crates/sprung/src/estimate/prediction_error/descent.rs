@@ -137,7 +137,7 @@ pub(super) fn descend(
     progress: &mut dyn Listener,
 ) -> Result<Option<Descent>, Stopped> {
     let (measurements, unknowns) = (problem.measurements, problem.unknowns);
-    let rows = problem.model.rows();
+    let rows = problem.model.coordinates();
     let dynamics = Dynamics::new(problem.model, &unknowns.theta(&z));
     let samples = MAX_TRANSITION_NUMBERS / (6 * rows * rows);
     let searched = Searched::new(measurements, samples);
@@ -259,7 +259,7 @@ impl LevelSearch {
             self.settled = found.1 < SETTLED_GAIN;
             levels = found.0;
         }
-        let mut rows = 0..problem.model.rows();
+        let mut rows = 0..problem.model.coordinates();
         let bound = rows.any(|row| problem.levels.disturbance_at_bound(&levels, row));
         self.at_bound = if bound { self.at_bound + 1 } else { 0 };
         levels

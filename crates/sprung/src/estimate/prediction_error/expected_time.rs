@@ -27,7 +27,7 @@ pub(super) fn expected_seconds(
 ) -> Option<f64> {
     let measurements = problem.measurements;
     let samples: usize = (measurements.segments.iter()).map(Segment::samples).sum();
-    if samples * problem.model.rows().pow(2) < SHORT_WORK {
+    if samples * problem.model.coordinates().pow(2) < SHORT_WORK {
         return None;
     }
     let beginning = Measurements {

@@ -203,7 +203,7 @@ impl Search<'_, '_, '_> {
             torque_noise: TorqueNoise::of(reading.channels()),
             delays: self.estimated.to_vec(),
         };
-        let beginning = Extent::Beginning(max_samples(reading.model().rows()));
+        let beginning = Extent::Beginning(max_samples(reading.model().coordinates()));
         let extent = (Phase::FindingDelays, beginning);
         let refinery = Refinery::new(&reading, self.sources, self.excerpt, &start, extent)?;
         let Some(refinery) = refinery else {

@@ -51,7 +51,7 @@ impl Reversals {
     pub(super) fn new(model: &Model, speeds: &[f64]) -> Self {
         let robot = model.robot();
         let joints = robot.joints();
-        let mut rows: Vec<Vec<Reversal>> = vec![Vec::new(); model.rows()];
+        let mut rows: Vec<Vec<Reversal>> = vec![Vec::new(); model.coordinates()];
         for term in robot.terms {
             let JointParameter::Friction(side, law) = term.what else {
                 continue;

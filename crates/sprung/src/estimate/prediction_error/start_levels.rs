@@ -34,7 +34,7 @@ pub(super) enum TorqueNoise {
 impl TorqueNoise {
     /// Returns the rows whose logged torque has noise.
     pub(super) fn rows(self, model: &Model) -> Vec<usize> {
-        let rows = 0..model.rows();
+        let rows = 0..model.coordinates();
         match self {
             Self::Exact => Vec::new(),
             Self::Unknown => rows.filter(|&row| model.is_torque_row(row)).collect(),
@@ -92,7 +92,7 @@ pub(super) fn start_levels(
         torque_noise: noise,
         reversal_noise,
         disturbance: match rung {
-            Rung::Flat => vec![0.0; model.rows()],
+            Rung::Flat => vec![0.0; model.coordinates()],
             Rung::Free | Rung::Cap10 | Rung::Cap3 => scaled(START_MOTOR_LEVEL, START_LINK_LEVEL),
         },
         corner: EXPECTED_CORNER_HZ,
@@ -151,7 +151,7 @@ impl Searches {
     ) -> Self {
         // Without free disturbances white noise also covers effects that the model lacks.
         let exact = torque_noise == TorqueNoise::Exact && rung == Rung::Free;
-        let torques: Vec<bool> = (0..model.rows())
+        let torques: Vec<bool> = (0..model.coordinates())
             .map(|row| !(exact && model.is_torque_row(row)))
             .collect();
         let shown: Vec<bool> = (measurements.sensors.iter().zip(&levels.sensor_noise))

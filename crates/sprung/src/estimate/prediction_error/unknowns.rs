@@ -2,7 +2,7 @@
 
 use super::measurements::{Measurements, Segment};
 use super::residual_levels::ResidualLevel;
-use crate::log::{Channels, Signal};
+use crate::log::{Channels, Quantity, Signal};
 use crate::model::{Model, Theta};
 use sprung_core::friction::Law;
 use sprung_core::parameters::{JointParameter, Side};
@@ -154,14 +154,14 @@ impl Unknowns {
         let others = (0..channels.all.len()).filter(|i| !estimated.contains(i));
         let delays = (estimated.iter().copied().chain(others)).filter_map(|i| {
             let channel = &channels.all[i];
-            if !channel.quantity.is_position() {
+            if channel.quantity == Quantity::MotorTorque {
                 return Some((i, Effect::TorqueDelay(model.torque_row(channel.joint))));
             }
             let sensor = measurements.sensors.iter().position(|s| s.channel == i)?;
             Some((i, Effect::SensorDelay(sensor)))
         });
         let torques = (channels.all.iter().enumerate())
-            .filter(|(_, channel)| !channel.quantity.is_position())
+            .filter(|(_, channel)| channel.quantity == Quantity::MotorTorque)
             .map(|(i, channel)| {
                 let row = model.torque_row(channel.joint);
                 let scale = measurements.torque_scale[row];

@@ -72,9 +72,9 @@ pub enum ChannelError {
     },
     /// A flexible joint has no link position.
     #[error(
-        "[log] has no link position of {joint}; without link encoder write transmission = \"rigid\" in the \
-         [[robot.joint]] block of {joint}, otherwise add {line} to [log], or link_deflection for a sensor of the \
-         deflection"
+        "[log] has no link position of {joint}; add {line} to [log], or link_deflection for a sensor of the \
+         deflection, or joint_torque_nm for a torque sensor in the joint; with motor encoder only write \
+         transmission = \"rigid\" in the [[robot.joint]] block of {joint}: motor and link then are one body"
     )]
     NoLink {
         /// Name of the joint.

@@ -8,7 +8,7 @@ use super::mix::Mix;
 use super::origin::{Stream, TimeOrigin};
 use super::time::{sampling, time};
 use crate::description::{
-    CsvForm, Key, Log, MissingValues, Quantity, Robot, Scaling, Side, Signal, Unit,
+    CsvForm, Key, Log, MissingValues, Quantity, Robot, Scaling, Side, Signal, TorqueSensor, Unit,
 };
 use crate::log::clock::timing::Sampling;
 
@@ -35,6 +35,9 @@ pub struct Channels {
     pub exact_torque: bool,
     /// Whether each joint is rigid, so that its motor and link positions are equal.
     pub rigid: Vec<bool>,
+    /// Whether the link position of each joint follows from its motor position and the torque of its
+    /// spring.
+    pub link_by_torque: Vec<bool>,
     /// Whether each joint is revolute; otherwise it is prismatic.
     pub turns: Vec<bool>,
     /// Offsets that are added to the positions of links and motors, rad, \[n\].
@@ -96,6 +99,9 @@ impl Channels {
                 .joint
                 .iter()
                 .map(|joint| !joint.is_flexible())
+                .collect(),
+            link_by_torque: (0..robot.joint.len())
+                .map(|i| log.torque_sensor(robot, i) == TorqueSensor::Alone)
                 .collect(),
             turns: (0..robot.joint.len())
                 .map(|i| robot.kind(i) == JointKind::Revolute)

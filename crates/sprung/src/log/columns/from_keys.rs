@@ -6,7 +6,7 @@ use super::channel::{Channel, ChannelError};
 use super::origin::{Origin, Pick, Start, Stream};
 use crate::description::{
     Columns, Factor, Joint, Joints, Key, KeyUnit, Log, PerJoint, Quantity, Robot, Scaling, Side,
-    Signal, Unit,
+    Signal, TorqueSensor, Unit,
 };
 
 /// Returns the channels of some signals that a description names, signal by signal, joint by joint.
@@ -192,6 +192,9 @@ fn complete(
 ) -> Result<(), ChannelError> {
     let missing = (robot.joint.iter().enumerate())
         .filter(|(_, joint)| signal.is_needed_by(joint))
+        .filter(|(i, _)| {
+            signal != Signal::Link || log.torque_sensor(robot, *i) != TorqueSensor::Alone
+        })
         .find(|(i, _)| !all.iter().any(|channel| channel.joint == *i));
     match missing {
         None => Ok(()),

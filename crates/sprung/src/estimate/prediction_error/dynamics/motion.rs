@@ -40,11 +40,11 @@ impl Dynamics {
     pub(in crate::estimate::prediction_error) fn new(model: &Model, theta: &[f64]) -> Self {
         let robot = model.robot();
         let (n, rows) = (robot.joints(), robot.rows());
-        let mut entry_columns = vec![0; model.entries()];
-        let mut entry_rows = vec![0; model.entries()];
+        let mut entry_columns = vec![0; model.robot().entries];
+        let mut entry_rows = vec![0; model.robot().entries];
         for row in 0..rows {
-            let columns = model.row_columns(row).iter();
-            for (entry, &column) in model.row_entries(row).zip(columns) {
+            let columns = model.equation_columns(row).iter();
+            for (entry, &column) in model.equation_entries(row).zip(columns) {
                 entry_columns[entry] = column;
                 entry_rows[entry] = row;
             }
@@ -61,7 +61,7 @@ impl Dynamics {
             inverse: vec![0.0; rows * rows],
             by_position: vec![0.0; rows * rows],
             by_velocity: vec![0.0; rows * rows],
-            entries: vec![0.0; model.entries()],
+            entries: vec![0.0; model.robot().entries],
             entry_columns,
             entry_rows,
             partials: std::array::from_fn(|_| vec![Partial::ZERO; n]),

@@ -145,7 +145,7 @@ impl Dynamics {
             scale(&mut self.rate, part);
             self.unpack(&moved);
             self.write_entries();
-            for entry in self.model.row_entries(row) {
+            for entry in self.model.equation_entries(row) {
                 let change = (self.entries[entry] - before[entry]) / part;
                 if change.abs() > 0.0 {
                     visit(row, self.entry_columns[entry], change);

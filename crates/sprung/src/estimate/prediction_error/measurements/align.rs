@@ -88,7 +88,7 @@ pub(super) fn align(
     delays: &[f64],
     filter: &Butterworth,
 ) -> Option<Vec<Segment>> {
-    let (period, rows) = (raw.period, model.rows());
+    let (period, rows) = (raw.period, model.coordinates());
     let window = Window::new(raw.values.first()?.len(), delays, period)?;
     let stretches = stretches(window.samples, period);
     // An encoder gives at most one position per sample.

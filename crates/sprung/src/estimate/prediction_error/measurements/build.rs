@@ -51,7 +51,7 @@ pub(in super::super) fn build(
     Ok(Some(Measurements {
         reversals: Reversals::new(model, &speeds),
         torque_scale: torque_scale(model, &segments),
-        fast_noise: fast_noise(model.rows(), &segments),
+        fast_noise: fast_noise(model.coordinates(), &segments),
         sensors,
         segments,
         left_out,

@@ -43,7 +43,7 @@ pub(in super::super) fn max_samples(rows: usize) -> usize {
 ///
 /// - `mib`: the memory, MiB.
 pub(in super::super) fn samples_in(mib: usize, model: &Model, channels: &Channels) -> usize {
-    let rows = model.rows();
+    let rows = model.coordinates();
     let all = channels.all.len();
     let sensors = (channels.all.iter())
         .filter(|channel| channel.quantity.is_position())

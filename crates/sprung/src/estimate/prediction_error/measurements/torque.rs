@@ -3,7 +3,7 @@
 use super::deviation::deviation;
 use super::read::RawSegment;
 use super::segment::Segment;
-use crate::log::{Channels, Mix};
+use crate::log::{Channels, Mix, Quantity};
 use crate::model::Model;
 use crate::prepare::white_noise;
 
@@ -13,7 +13,7 @@ const MIN_RELATIVE_TORQUE_SCALE: f64 = 1e-3;
 /// Returns the standard deviation of the torque of each row's joint, N·m (N). A joint with almost
 /// no torque gets a fraction of the largest value.
 pub(super) fn torque_scale(model: &Model, segments: &[Segment]) -> Vec<f64> {
-    let rows = model.rows();
+    let rows = model.coordinates();
     let of_row = |row: usize| {
         let own = segments
             .iter()
@@ -55,12 +55,12 @@ pub(super) fn torques(
     begin: usize,
     samples: usize,
 ) -> Vec<f64> {
-    let (n, rows) = (model.joint_count(), model.rows());
+    let (n, rows) = (model.joint_count(), model.coordinates());
     let mut torque = vec![0.0; samples * rows];
     let mut joints = vec![0.0; n];
     for k in 0..samples {
         for (i, channel) in channels.all.iter().enumerate() {
-            if !channel.quantity.is_position() {
+            if channel.quantity == Quantity::MotorTorque {
                 // With a delay of a fraction of a sample two logged torques act during a period.
                 // Their mean is weighted by their durations.
                 let lead = delays[i] / raw.period + begin as f64;
