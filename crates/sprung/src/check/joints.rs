@@ -76,6 +76,9 @@ pub(super) fn joints(
         .collect();
     let few = context.compared(&fits, &weak);
     let mut reported = context.exchanged(&few, &weak, &mut findings);
+    let (of_sensors, wrong) = context.torque_sensors(moving);
+    findings.extend(of_sensors);
+    reported.extend(wrong);
     let whole = if reported.is_empty() && is_sound {
         WholeRobot::new(&context, moving)
     } else {

@@ -26,6 +26,7 @@ mod result;
 mod robot;
 mod run;
 mod scale;
+mod torque_sensors;
 mod trial;
 mod whole;
 

@@ -368,13 +368,6 @@ impl Model {
         self.rows_in_use().row_joints[row]
     }
 
-    /// Returns whether the logs have the torque of a joint's spring.
-    #[must_use]
-    pub(crate) fn has_torque_sensor(&self, joint: usize) -> bool {
-        let motor = self.right_hand_side(self.torque_row(joint));
-        motor == RightHandSide::MotorMinusSpring(joint)
-    }
-
     /// Returns the row of a joint with the motor torque on its right-hand side: the motor row of a
     /// flexible joint, the only row of a rigid joint.
     #[must_use]

@@ -3,7 +3,7 @@
 use super::excerpt::Excerpt;
 use super::noise::{noise, velocity_per_position};
 use crate::description::Weights;
-use crate::log::{Channels, Quantity};
+use crate::log::Channels;
 use crate::model::Model;
 
 /// Bounds of the choice, Hz. A lower cut-off smears reversals of direction; a higher one only adds
@@ -50,7 +50,7 @@ pub(crate) fn choose_cutoff(
     let highest = HIGHEST_HZ.min(limit_by_rate(period));
     let mut best = (highest, None);
     for (i, channel) in channels.all.iter().enumerate() {
-        if channel.quantity == Quantity::MotorTorque {
+        if !channel.quantity.is_position() {
             continue;
         }
         let Some((noise, step)) = noise(excerpt, i) else {

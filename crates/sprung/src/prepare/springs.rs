@@ -8,7 +8,7 @@ use sprung_core::parameters::JointParameter;
 
 use super::excerpt::Excerpt;
 use crate::finding::{Finding, Severity};
-use crate::fit::{fit, fit_values};
+use crate::fit::{Fitted, fit, fit_values};
 use crate::log::Signal;
 use crate::model::{Model, Theta};
 use crate::numbers::Shown;
@@ -21,9 +21,11 @@ const SETTLED: f64 = 1e-3;
 /// Deflection under the largest torque at the first stiffness without nominal value, rad (m).
 const FIRST_DEFLECTION: f64 = 1e-3;
 
-/// Limits of the change of a compliance in one step.
-const MIN_RATIO: f64 = 0.2;
-const MAX_RATIO: f64 = 5.0;
+/// Limit of the change of a stiffness in one step, and of its ratio to the start with and without
+/// nominal value.
+const MAX_STEP: f64 = 5.0;
+const MAX_RATIO_TO_NOMINAL: f64 = 4.0;
+const MAX_RATIO_TO_GUESS: f64 = 1e3;
 
 /// Standard error over value from which a stiffness counts as open.
 const OPEN_STIFFNESS: f64 = 0.3;
@@ -49,6 +51,7 @@ pub(super) fn find_springs(reading: &Reading, excerpt: &Excerpt) -> (Reading, Ve
         let known = parameter.fixed.or(parameter.nominal).filter(|k| *k > 0.0);
         theta[stiffness] = known.unwrap_or((largest / FIRST_DEFLECTION).max(f64::MIN_POSITIVE));
     }
+    let first = theta.clone();
     let without_link = model.joints_without_link();
     let mut last = None;
     for estimate in 0..MAX_ESTIMATES {
@@ -71,8 +74,14 @@ pub(super) fn find_springs(reading: &Reading, excerpt: &Excerpt) -> (Reading, Ve
                 moved = f64::INFINITY;
             } else {
                 let ratio = 1.0 - (found[stiffness] - before) / before;
-                let ratio = ratio.clamp(MIN_RATIO, MAX_RATIO);
-                found[stiffness] = before / ratio;
+                let ratio = ratio.clamp(MAX_STEP.recip(), MAX_STEP);
+                let reach = match model.parameters()[stiffness].nominal {
+                    Some(_) => MAX_RATIO_TO_NOMINAL,
+                    None => MAX_RATIO_TO_GUESS,
+                };
+                let start = first[stiffness];
+                found[stiffness] = (before / ratio).clamp(start / reach, start * reach);
+                let ratio = before / found[stiffness];
                 moved = moved.max((ratio - 1.0).abs());
             }
         }
@@ -82,10 +91,20 @@ pub(super) fn find_springs(reading: &Reading, excerpt: &Excerpt) -> (Reading, Ve
             break;
         }
     }
-    let findings = match &last {
-        Some((own, system)) if !without_link.is_empty() => about(own, system, &without_link),
-        _ => Vec::new(),
-    };
+    let mut findings = Vec::new();
+    let fitted = last.filter(|_| !without_link.is_empty());
+    let fitted = fitted.and_then(|(own, system)| fit(own.model(), &system, own.memory()));
+    if let Some(fitted) = fitted {
+        for &joint in &without_link {
+            let Some((finding, is_open)) = about(model, &fitted, joint) else {
+                continue;
+            };
+            findings.push(finding);
+            if is_open && let Some(index) = model.index(JointParameter::Stiffness, joint) {
+                theta[index] = first[index];
+            }
+        }
+    }
     (reading.with_springs(&theta), findings)
 }
 
@@ -95,53 +114,46 @@ fn reduced(reading: &Reading, excerpt: &Excerpt, theta: &Theta) -> Option<(Readi
     Some((own, system))
 }
 
-/// Returns findings about joints without link encoder: the uncertainty of their stiffnesses.
-fn about(reading: &Reading, system: &System, without_link: &[usize]) -> Vec<Finding> {
-    let model: &Model = reading.model();
-    let Some(fitted) = fit(model, system, reading.memory()) else {
-        return Vec::new();
-    };
-    let open = |joint: &usize| {
-        let index = model.index(JointParameter::Stiffness, *joint)?;
-        let parameter = &model.parameters()[index];
-        let share = fitted.standard_error[index] / fitted.theta[index].abs();
-        let is_open = !fitted.identifiable[index] || share.is_nan() || share > OPEN_STIFFNESS;
-        let name = &model.joints()[*joint];
-        if parameter.fixed.is_some() {
-            return None;
-        }
-        let (severity, code, certainty, remedy) = if is_open {
-            (
-                Severity::Warning,
-                "stiffness-open",
-                "hardly determines it: the deflection has too little effect on the motion".to_owned(),
-                "record a log with higher accelerations, or give the stiffness of the maker under \
-                 [robot.fixed], or write transmission = \"rigid\": then the torque sensor is not used",
-            )
-        } else {
-            (
-                Severity::Info,
-                "link-by-torque-sensor",
-                format!(
-                    "determines it within {} % (one standard error)",
-                    Shown((1000.0 * share).round() / 10.0)
-                ),
-                "nothing; a link encoder determines the stiffness more accurately",
-            )
-        };
-        Some(
-            Finding::new(
-                severity,
-                code,
-                format!(
-                    "{name} has a torque sensor and no link encoder: its link position is the motor \
-                     position minus torque over stiffness, and the stiffness follows from the motion \
-                     of the links. The beginning of the log {certainty}"
-                ),
-                remedy,
-            )
-            .about(Some(parameter.name.clone())),
+/// Returns a finding about a joint without link encoder, the uncertainty of its stiffness, and whether
+/// the log leaves the stiffness open; `None` if it is known.
+fn about(model: &Model, fitted: &Fitted, joint: usize) -> Option<(Finding, bool)> {
+    let index = model.index(JointParameter::Stiffness, joint)?;
+    let parameter = &model.parameters()[index];
+    if parameter.fixed.is_some() {
+        return None;
+    }
+    let share = fitted.standard_error[index] / fitted.theta[index].abs();
+    let is_open = !fitted.identifiable[index] || share.is_nan() || share > OPEN_STIFFNESS;
+    let name = &model.joints()[joint];
+    let (severity, code, certainty, remedy) = if is_open {
+        (
+            Severity::Warning,
+            "stiffness-open",
+            "hardly determines it: the deflection has too little effect on the motion".to_owned(),
+            "record a log with higher accelerations, or give the stiffness of the maker under \
+             [robot.fixed], or write transmission = \"rigid\": then the torque sensor is not used",
+        )
+    } else {
+        (
+            Severity::Info,
+            "link-by-torque-sensor",
+            format!(
+                "determines it within {} % (one standard error)",
+                Shown((1000.0 * share).round() / 10.0)
+            ),
+            "nothing; a link encoder determines the stiffness more accurately",
         )
     };
-    without_link.iter().filter_map(open).collect()
+    let finding = Finding::new(
+        severity,
+        code,
+        format!(
+            "{name} has a torque sensor and no link encoder: its link position is the motor position \
+             minus torque over stiffness, and the stiffness follows from the motion of the links. The \
+             beginning of the log {certainty}"
+        ),
+        remedy,
+    )
+    .about(Some(parameter.name.clone()));
+    Some((finding, is_open))
 }

@@ -1,7 +1,7 @@
 //! Excerpts with fewer samples, for searches that try many readings of them.
 
 use super::excerpt::Excerpt;
-use crate::log::{Channels, LogBlock};
+use crate::log::{Channels, LogBlock, Quantity};
 use crate::regression::Reading;
 
 /// Smallest sampling rate, relative to the cut-off of the positions, and largest product of λ and
@@ -43,7 +43,7 @@ impl Excerpt {
                     sums.fill(0.0);
                 }
                 for (i, channel) in channels.all.iter().enumerate() {
-                    if !channel.quantity.is_position() {
+                    if channel.quantity == Quantity::MotorTorque {
                         sums[i] += block.values[i][k] / every as f64;
                     } else if taken == 0 {
                         sums[i] = block.values[i][k];

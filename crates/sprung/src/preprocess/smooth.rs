@@ -20,8 +20,8 @@ pub struct SignalBlock {
     pub dphi: Vec<Vec<f64>>,
     /// Motor torques, N·m (N), held until the next sample.
     pub tau: Vec<Vec<f64>>,
-    /// Measured torques of the springs, filtered like the positions, N·m (N); empty for a joint
-    /// without torque sensor.
+    /// Measured torques of the springs, N·m (N), not filtered; empty for a joint without torque
+    /// sensor.
     pub spring: Vec<Vec<f64>>,
 }
 
@@ -81,7 +81,7 @@ impl SignalBlock {
             phi: of_joints(&self.phi),
             dphi: of_joints(&self.dphi),
             tau: self.tau.iter().map(means).collect(),
-            spring: of_joints(&self.spring),
+            spring: self.spring.iter().map(|own| centred(own, count)).collect(),
         }
     }
 
@@ -111,6 +111,20 @@ impl SignalBlock {
     }
 }
 
+/// Returns means over `count` samples about every `count`-th sample, as many as there are whole groups
+/// of samples.
+fn centred(values: &[f64], count: usize) -> Vec<f64> {
+    let groups = values.len() / count;
+    (0..groups)
+        .map(|group| {
+            let at = group * count;
+            let reach = (count / 2).min(at).min(values.len() - 1 - at);
+            let own = &values[at - reach..=at + reach];
+            own.iter().sum::<f64>() / own.len() as f64
+        })
+        .collect()
+}
+
 /// One position with its filter.
 #[derive(Clone, Debug)]
 struct Column {
@@ -119,13 +133,6 @@ struct Column {
 }
 
 impl Column {
-    /// Appends the finished values without their differences.
-    fn take(&mut self, value: &mut Vec<f64>) {
-        let ready = self.filtered.len().saturating_sub(2);
-        value.extend_from_slice(&self.filtered[self.filtered.len().min(1)..][..ready]);
-        self.filtered.drain(..ready);
-    }
-
     /// Appends the finished positions and their central differences.
     fn differentiate(&mut self, period: f64, position: &mut Vec<f64>, velocity: &mut Vec<f64>) {
         let scale = 0.5 / period;
@@ -148,14 +155,14 @@ impl Column {
 /// Section 2.3.3 and eq. (27).
 #[derive(Clone, Debug)]
 pub(crate) struct Smoother {
-    // Motor positions, then link positions of flexible joints, then torques of springs.
+    // Motor positions, then link positions of flexible joints.
     columns: Vec<Column>,
-    // Joint of each link position in `columns`, and of each torque.
+    // Joint of each link position in `columns`.
     flexible: Vec<usize>,
-    sensors: Vec<usize>,
     rigid: Vec<usize>,
     time: Vec<f64>,
     tau: Vec<Vec<f64>>,
+    spring: Vec<Vec<f64>>,
     period: f64,
     // Samples to remove beside a gap, and how many remain to be removed after the last gap.
     edge: usize,
@@ -165,17 +172,10 @@ pub(crate) struct Smoother {
 impl Smoother {
     /// Returns a smoother for a new log.
     ///
-    /// - `flexible`: whether each joint's link has a position of its own; `sensors`: whether each
-    ///   joint has a torque sensor.
+    /// - `flexible`: whether each joint's link has a position of its own.
     /// - `period`: T, s.
     #[must_use]
-    pub(crate) fn new(
-        filter: &Butterworth,
-        flexible: &[bool],
-        sensors: &[bool],
-        period: f64,
-    ) -> Self {
-        let sensors: Vec<usize> = (0..sensors.len()).filter(|&i| sensors[i]).collect();
+    pub(crate) fn new(filter: &Butterworth, flexible: &[bool], period: f64) -> Self {
         let (links, rigid): (Vec<usize>, Vec<usize>) =
             (0..flexible.len()).partition(|&joint| flexible[joint]);
         let column = Column {
@@ -183,12 +183,12 @@ impl Smoother {
             filtered: Vec::new(),
         };
         Self {
-            columns: vec![column; flexible.len() + links.len() + sensors.len()],
+            columns: vec![column; flexible.len() + links.len()],
             flexible: links,
-            sensors,
             rigid,
             time: Vec::new(),
             tau: vec![Vec::new(); flexible.len()],
+            spring: vec![Vec::new(); flexible.len()],
             period,
             edge: filter.edge(),
             to_drop: 0,
@@ -208,9 +208,11 @@ impl Smoother {
         for (own, tau) in self.tau.iter_mut().zip(&samples.tau) {
             own.extend_from_slice(tau);
         }
+        for (own, spring) in self.spring.iter_mut().zip(&samples.spring) {
+            own.extend_from_slice(spring);
+        }
         let links = self.flexible.iter().map(|&joint| &samples.q[joint]);
-        let springs = self.sensors.iter().map(|&joint| &samples.spring[joint]);
-        let inputs: Vec<&Vec<f64>> = samples.phi.iter().chain(links).chain(springs).collect();
+        let inputs: Vec<&Vec<f64>> = samples.phi.iter().chain(links).collect();
         (self.columns.par_iter_mut().zip(inputs)).for_each(|(column, input)| {
             column.filter.push(input, &mut column.filtered);
         });
@@ -243,16 +245,12 @@ impl Smoother {
     fn differentiate(&mut self, out: &mut SignalBlock) {
         let ready = (self.columns.first()).map_or(0, |c| c.filtered.len().saturating_sub(2));
         let n = out.phi.len();
-        let (motors, others) = self.columns.split_at_mut(n);
-        let (links, springs) = others.split_at_mut(self.flexible.len());
+        let (motors, links) = self.columns.split_at_mut(n);
         for (joint, column) in motors.iter_mut().enumerate() {
             column.differentiate(self.period, &mut out.phi[joint], &mut out.dphi[joint]);
         }
         for (column, &joint) in links.iter_mut().zip(&self.flexible) {
             column.differentiate(self.period, &mut out.q[joint], &mut out.dq[joint]);
-        }
-        for (column, &joint) in springs.iter_mut().zip(&self.sensors) {
-            column.take(&mut out.spring[joint]);
         }
         let before = out.len();
         for &joint in &self.rigid {
@@ -263,8 +261,11 @@ impl Smoother {
         let kept = self.time.len().min(1);
         out.time.extend_from_slice(&self.time[kept..][..ready]);
         self.time.drain(..ready);
-        for (own, tau) in self.tau.iter_mut().zip(&mut out.tau) {
-            tau.extend_from_slice(&own[kept..][..ready]);
+        let torques = self.tau.iter_mut().zip(&mut out.tau);
+        let springs = self.spring.iter_mut().zip(&mut out.spring);
+        // Joints without torque sensor have no torques of springs.
+        for (own, out) in torques.chain(springs.filter(|(own, _)| !own.is_empty())) {
+            out.extend_from_slice(&own[kept..][..ready]);
             own.drain(..ready);
         }
         let dropped = self.to_drop.min(ready);

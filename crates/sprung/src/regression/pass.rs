@@ -239,10 +239,7 @@ fn smoother(model: &Model, filter: &Butterworth, period: f64) -> Smoother {
     let flexible: Vec<bool> = (0..model.joint_count())
         .map(|joint| model.is_flexible(joint))
         .collect();
-    let sensors: Vec<bool> = (0..model.joint_count())
-        .map(|joint| model.has_torque_sensor(joint))
-        .collect();
-    Smoother::new(filter, &flexible, &sensors, period)
+    Smoother::new(filter, &flexible, period)
 }
 
 /// Folds pieces into a reduction.

@@ -18,6 +18,13 @@ pub(crate) enum Probe {
         /// The row.
         row: usize,
     },
+    /// The measured torque of a joint's spring.
+    SpringTorque {
+        /// The row.
+        row: usize,
+        /// The joint.
+        joint: usize,
+    },
     /// The magnitude of a joint's motor torque times `tanh(beta v)`: friction of a gear that
     /// transmits a load, with the measured torque as the load.
     TorqueLoad {
@@ -35,7 +42,9 @@ impl Probe {
     pub(crate) fn row(&self) -> usize {
         match self {
             Self::Term(term, _) => term.row,
-            Self::TorqueRate { row } | Self::TorqueLoad { row, .. } => *row,
+            Self::TorqueRate { row }
+            | Self::SpringTorque { row, .. }
+            | Self::TorqueLoad { row, .. } => *row,
         }
     }
 
@@ -54,6 +63,9 @@ impl Probe {
                 term.rest(&drive, shape)
             }
             Self::TorqueRate { .. } => 0.0,
+            Self::SpringTorque { joint, .. } => {
+                signals.spring[*joint].get(k).copied().unwrap_or_default()
+            }
             Self::TorqueLoad {
                 joint, sharpness, ..
             } => {

@@ -180,7 +180,7 @@ impl Search<'_> {
         let flexible: Vec<bool> = (0..model.joint_count())
             .map(|joint| model.is_flexible(joint))
             .collect();
-        let mut smoother = Smoother::new(&filter, &flexible, &[], self.period);
+        let mut smoother = Smoother::new(&filter, &flexible, self.period);
         let mut out = SignalBlock::new(model.joint_count());
         let raw = RawBlock {
             time: stretch.time.clone(),

@@ -346,7 +346,8 @@ fn sensor_levels(problem: &Problem<'_>, levels: &Levels) -> Vec<SensorLevel> {
         .sensors
         .iter()
         .zip(&levels.sensor_noise))
-    .filter(|(_, level)| **level > 0.0)
+    // Levels of torque sensors have another unit.
+    .filter(|(sensor, level)| **level > 0.0 && sensor.spring.is_none())
     .map(|(sensor, level)| SensorLevel {
         channel: sensor.channel,
         noise: *level,

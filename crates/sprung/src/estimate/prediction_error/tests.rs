@@ -50,6 +50,7 @@ impl Case {
         let mut dynamics = Dynamics::new(&model, &theta);
         let sensors = (0..4)
             .map(|row| Sensor {
+                spring: None,
                 channel: row,
                 coordinates: vec![(row, 1.0)],
                 offset: 0.0,

@@ -1,6 +1,6 @@
 //! Unknowns of the refinement: parameters, offsets between encoders, effects of channels.
 
-use super::measurements::{Measurements, Segment};
+use super::measurements::{Measurement, Measurements, Segment, Sensor};
 use super::residual_levels::ResidualLevel;
 use crate::log::{Channels, Quantity, Signal};
 use crate::model::{Model, Theta};
@@ -277,6 +277,46 @@ impl Unknowns {
             places[index] = Some(before + place);
         }
         places
+    }
+
+    /// Returns the value of a parameter by its index in theta.
+    fn value(&self, z: &[f64], index: usize) -> f64 {
+        let place = self.free.iter().position(|free| *free == index);
+        place.map_or(self.known[index], |place| z[place])
+    }
+
+    /// Returns the expectation of a measurement at a state minus `H x`, rad (m): the offset of the
+    /// sensor, and for a torque sensor the rest of the spring's torque.
+    ///
+    /// - `x`: state; `rows`: number of coordinates.
+    pub(super) fn beyond_observation(
+        &self,
+        z: &[f64],
+        (sensor, measurement): (&Sensor, &Measurement),
+        (x, rows): (&[f64], usize),
+    ) -> f64 {
+        let spring = sensor.spring.as_ref().map_or(0.0, |own| {
+            own.beyond((x, rows, measurement.age), |index| self.value(z, index))
+        });
+        self.offset(z, measurement.sensor) + spring
+    }
+
+    /// Adds the derivatives of a torque sensor's innovation by the parameters, and returns further
+    /// entries of the derivative of its expectation by the state; `None` for a position.
+    pub(super) fn spring_innovation(
+        &self,
+        gradient: &mut [f64],
+        z: &[f64],
+        (sensor, measurement): (&Sensor, &Measurement),
+        (x, rows): (&[f64], usize),
+    ) -> Option<[(usize, f64); 4]> {
+        let own = sensor.spring.as_ref()?;
+        let value = |index| self.value(z, index);
+        Some(own.slopes((x, rows, measurement.age), value, |index, slope| {
+            if let Some(place) = self.free.iter().position(|free| *free == index) {
+                gradient[place] -= slope;
+            }
+        }))
     }
 
     /// Returns the offset of a sensor, rad (m).

@@ -2,6 +2,7 @@
 
 use super::channel::{Event, Figures};
 use crate::finding::{Finding, Severity};
+use crate::description::Quantity;
 use crate::log::columns::channel::Channel;
 
 /// A torque is saturated if more than this fraction of the samples lies at an extreme, and if the
@@ -107,8 +108,16 @@ impl SampleCheck<'_> {
                  row: the amplifier or the sensor is saturated",
                 worst.value, worst.longest.samples
             ),
-            "log the torque that acted instead of the commanded torque, or move with less \
-             acceleration, so that the torque stays below the limit",
+            match self.channel.quantity {
+                Quantity::JointTorque => {
+                    "move with less acceleration, so that the torque stays below the range of the \
+                     sensor, or leave these parts out by windows"
+                }
+                _ => {
+                    "log the torque that acted instead of the commanded torque, or move with less \
+                     acceleration, so that the torque stays below the limit"
+                }
+            },
         );
         Some(
             (finding.seen(self.file, &self.channel.column, worst.value, "N·m"))

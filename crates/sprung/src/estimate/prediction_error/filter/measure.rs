@@ -27,13 +27,15 @@ impl Filter<'_> {
     /// ∂e/∂z = −H ∂x/∂z − ∂b/∂z − ∂(H x)/∂z         ∂x/∂z ← ∂x/∂z + K ∂e/∂z
     /// ```
     ///
-    /// H depends on z if z contains delays. [`Filter::correct`] updates P and ∂x/∂z by all
+    /// H depends on z if z contains delays. For a torque sensor b contains the rest of the spring's
+    /// torque, which depends on x and z, and H is that of the start. [`Filter::correct`] updates P and ∂x/∂z by all
     /// measurements of a sample. A replay holds the gains as short numbers, so those of the
     /// filter are short too.
     pub(super) fn measure(&mut self, sensor: &Sensor, measurement: &Measurement) -> Innovation<'_> {
         let rows = self.dynamics.rows();
         let observation = sensor.observation(measurement, rows);
-        let offset = self.unknowns.offset(self.z, measurement.sensor);
+        let state = (self.x.as_slice(), rows);
+        let offset = (self.unknowns).beyond_observation(self.z, (sensor, measurement), state);
         let value = innovation(&self.x, measurement, offset, observation.clone());
         self.differentiate(sensor, measurement);
         let noise = self.levels.measurement_variance(measurement);
@@ -71,6 +73,10 @@ impl Filter<'_> {
         let before = gradients.len();
         gradients.resize(before + count, 0.0);
         let (earlier, gradient) = gradients.split_at_mut(before);
+        let state = (self.x.as_slice(), rows);
+        let own = (sensor, measurement);
+        let more = (self.unknowns).spring_innovation(gradient, self.z, own, state);
+        let observation = observation.chain(more.into_iter().flatten());
         for (state, weight) in observation.clone() {
             let own = &self.tangent.sensitivity[state * count..(state + 1) * count];
             add(gradient, -weight, own);

@@ -74,7 +74,9 @@ impl Replay<'_> {
                 let (gains, whitening) = held.next()?;
                 let sensor = &self.measurements.sensors[measurement.sensor];
                 let observation = sensor.observation(measurement, rows);
-                let offset = self.unknowns.offset(self.z, measurement.sensor);
+                let state = (x.as_slice(), rows);
+                let own = (sensor, measurement);
+                let offset = (self.unknowns).beyond_observation(self.z, own, state);
                 let innovation = innovation(x, measurement, offset, observation);
                 if segment.counts(k) {
                     cost += whitened(innovation * whitening).powi(2);

@@ -200,6 +200,7 @@ impl Case {
             let column = ["link", "motor"][row];
             let own = channels.all.iter().position(|c| c.column == column);
             Sensor {
+                spring: None,
                 channel: own.unwrap(),
                 coordinates: vec![(row, 1.0)],
                 offset: 0.0,

@@ -1,5 +1,7 @@
 //! Alignment: raw samples become torques and measurements without their delays.
 
+use std::borrow::Cow;
+
 use super::encoder_edges::{EdgePosition, encoder_edges};
 use super::measurement::Measurement;
 use super::read::RawSegment;
@@ -97,9 +99,15 @@ pub(super) fn align(
     let mut begins = vec![Vec::with_capacity(sensors.len()); stretches.len()];
     let mut speeds = Vec::with_capacity(sensors.len());
     for (index, sensor) in sensors.iter().enumerate() {
-        let values = &raw.values[sensor.channel];
-        let velocity = velocity(values, filter, period)?;
-        positions(values, &velocity, sensor.noise, period, |position| {
+        let factor = sensor.factor();
+        let values: Cow<'_, [f64]> = if sensor.spring.is_some() {
+            let raw = &raw.values[sensor.channel];
+            raw.iter().map(|value| factor * value).collect()
+        } else {
+            Cow::Borrowed(&raw.values[sensor.channel])
+        };
+        let velocity = velocity(&values, filter, period)?;
+        positions(&values, &velocity, sensor.noise, period, |position| {
             found.extend(window.place((index, sensor), position));
         });
         let first = window.begin as f64 + window.shift(sensor.channel);

@@ -35,7 +35,7 @@ pub(in super::super) fn build(
         Some((deviation, None)) => Noise::White(deviation.max(MIN_POSITION_NOISE)),
         None => Noise::White(MIN_POSITION_NOISE),
     };
-    let sensors = sensors(model, channels, raw, noise);
+    let sensors = sensors(model, channels, reading.compliances(), raw, noise);
     let order = reading.settings().position_filter_order;
     let mut segments = Vec::new();
     for raw in raw {

@@ -13,6 +13,7 @@ mod measurement;
 mod read;
 mod segment;
 mod sensor;
+mod spring;
 mod start_state;
 mod stretches;
 mod torque;

@@ -4,7 +4,7 @@ use std::mem::size_of;
 
 use super::measurement::Measurement;
 use crate::estimate::prediction_error::vector::Short;
-use crate::log::{Channels, LogBlock, LogError, LogSource};
+use crate::log::{Channels, LogBlock, LogError, LogSource, Quantity};
 use crate::model::Model;
 
 /// Consecutive samples of one log: one vector per channel, in SI units.
@@ -46,7 +46,7 @@ pub(in super::super) fn samples_in(mib: usize, model: &Model, channels: &Channel
     let rows = model.coordinates();
     let all = channels.all.len();
     let sensors = (channels.all.iter())
-        .filter(|channel| channel.quantity.is_position())
+        .filter(|channel| channel.quantity != Quantity::MotorTorque)
         .count();
     // Gains, the measurements, and their whitening.
     let of_sensor = 3 * rows * size_of::<Short>() + size_of::<Measurement>() + size_of::<f64>();

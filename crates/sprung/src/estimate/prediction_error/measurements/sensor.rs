@@ -1,9 +1,10 @@
-//! Position channels: their coordinates, offsets and noise.
+//! Position channels and torque sensors: their coordinates, offsets and noise.
 
 use super::deviation::deviation;
 use super::measurement::Measurement;
 use super::read::RawSegment;
-use crate::log::{Channels, Measures, Mix};
+use super::spring::SpringReading;
+use crate::log::{Channels, Measures, Mix, Quantity};
 use crate::model::Model;
 
 /// Noise of a channel.
@@ -25,7 +26,7 @@ impl Noise {
     }
 }
 
-/// A position channel. It measures a weighted sum of coordinates.
+/// A position channel or a torque sensor. It measures a weighted sum of coordinates.
 #[derive(Clone, Debug)]
 pub(in super::super) struct Sensor {
     /// Index in [`Channels::all`].
@@ -37,9 +38,16 @@ pub(in super::super) struct Sensor {
     pub(in super::super) noise: Noise,
     /// Standard deviation of the logged values, rad (m).
     pub(in super::super) scale: f64,
+    /// The torque of a spring; `None` for a position.
+    pub(in super::super) spring: Option<SpringReading>,
 }
 
 impl Sensor {
+    /// Returns the factor of logged values.
+    pub(super) fn factor(&self) -> f64 {
+        self.spring.as_ref().map_or(1.0, |own| own.stiffness.recip())
+    }
+
     /// Returns the entries of H for one measurement that are not zero: states and their weights.
     /// The states are the sensor's coordinates and, if the measurement is older than its sample,
     /// their velocities.
@@ -67,9 +75,11 @@ pub(in super::super) fn observe(x: &[f64], observation: impl Iterator<Item = (us
 /// Returns the sensors of all position channels.
 ///
 /// - `raw`: samples, from which the scales are computed; `noise`: noise of each channel.
+/// - `compliances`: of the joints with torque sensors, \[n\]; a sensor without is left out.
 pub(super) fn sensors(
     model: &Model,
     channels: &Channels,
+    compliances: &[f64],
     raw: &[RawSegment],
     noise: impl Fn(usize) -> Noise,
 ) -> Vec<Sensor> {
@@ -78,6 +88,19 @@ pub(super) fn sensors(
     (channels.all.iter().enumerate())
         .filter_map(|(i, channel)| {
             let joint = channel.joint;
+            let values = raw.iter().flat_map(|raw| raw.values[i].iter().copied());
+            if channel.quantity == Quantity::JointTorque && compliances[joint] > 0.0 {
+                let compliance = compliances[joint];
+                let spring = SpringReading::new(model, joint, compliance.recip());
+                return Some(Sensor {
+                    channel: i,
+                    coordinates: spring.coordinates(),
+                    offset: 0.0,
+                    noise: Noise::White(compliance * noise(i).variance().sqrt()),
+                    scale: compliance * deviation(values),
+                    spring: Some(spring),
+                });
+            }
             let Measures::Position {
                 link,
                 motor: of_motor,
@@ -99,13 +122,13 @@ pub(super) fn sensors(
                     (parts.collect(), offset)
                 }
             };
-            let values = raw.iter().flat_map(|raw| raw.values[i].iter().copied());
             Some(Sensor {
                 channel: i,
                 coordinates,
                 offset,
                 noise: noise(i),
                 scale: deviation(values),
+                spring: None,
             })
         })
         .collect()

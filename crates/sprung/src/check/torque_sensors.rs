@@ -1,0 +1,241 @@
+//! Checks of joint torque sensors by the motor rows.
+//!
+//! The motor row balances the motor torque with rotor, friction and spring torque, so it tells the gain
+//! of the sensor, its offset and the torques of other joints in its reading. The columns of the sensors
+//! are added to the row, whose right-hand side already contains the reading:
+//!
+//! ```text
+//! tau = … + tau_m + a tau_m,i + Σ c_j tau_m,j        gain 1/(1 + a), cross-talk -c_j/(1 + a)
+//! ```
+
+use sprung_core::parameters::JointParameter;
+
+use super::context::{CheckContext, SIGNIFICANT_SIGMAS};
+use crate::finding::{Finding, Severity};
+use crate::log::{Quantity, Signal};
+use crate::numbers::Shown;
+use crate::regression::{Probe, Reduction, SystemPart, solve};
+
+/// Smallest errors that are findings: of a gain, of an offset relative to the root mean square of the
+/// reading, and of a cross-talk relative to this root mean square.
+const MIN_GAIN_ERROR: f64 = 0.05;
+const MIN_OFFSET: f64 = 0.02;
+const MIN_CROSS_TALK: f64 = 0.02;
+
+/// Part of the squared residual that the sensors' columns must remove together. A missing friction law
+/// changes a gain too, but hardly the residual.
+const MIN_IMPROVEMENT: f64 = 0.15;
+
+/// The columns of sensors in the motor row of a joint.
+struct SensorFit {
+    joint: usize,
+    /// 1 + a, and its standard error.
+    inverse_gain: (f64, f64),
+    /// Offset of the reading and its standard error, N·m (N).
+    offset: Option<(f64, f64)>,
+    /// Other joints, their c_j, its standard error, and the root mean square of their torques relative
+    /// to that of the joint.
+    others: Vec<(usize, f64, f64, f64)>,
+    /// Root mean square of the reading, filtered, N·m (N).
+    size: f64,
+    /// Squared residual with the columns over that without.
+    left: f64,
+}
+
+impl CheckContext<'_> {
+    /// Returns findings about the torque sensors of moving joints, and the joints whose sensor is wrong.
+    pub(super) fn torque_sensors(&self, moving: &[usize]) -> (Vec<Finding>, Vec<usize>) {
+        let channels = self.reading.channels();
+        let joints: Vec<usize> = (moving.iter().copied())
+            .filter(|&joint| channels.telling(Signal::Spring, joint).is_some())
+            .collect();
+        let (mut findings, mut wrong) = (Vec::new(), Vec::new());
+        for fit in self.sensor_fits(&joints).unwrap_or_default() {
+            let by_scale = self.sensor_scale(&fit);
+            let of_gain = !by_scale.is_empty();
+            let faults = if of_gain { by_scale } else { self.cross_talk(&fit) };
+            if !faults.is_empty() {
+                wrong.push(fit.joint);
+            }
+            findings.extend(faults);
+            if !of_gain {
+                findings.extend(self.sensor_offset(&fit));
+            }
+        }
+        (findings, wrong)
+    }
+
+    /// Fits the motor rows with the columns of all sensors; `None` if the excerpt is too short.
+    fn sensor_fits(&self, joints: &[usize]) -> Option<Vec<SensorFit>> {
+        if joints.is_empty() {
+            return None;
+        }
+        let (model, reading) = (self.reading.model(), self.reading);
+        let rows: Vec<usize> = joints.iter().map(|&joint| model.torque_row(joint)).collect();
+        // The own sensor first.
+        let sensors = |joint: usize| {
+            let others = joints.iter().copied().filter(move |other| *other != joint);
+            std::iter::once(joint).chain(others)
+        };
+        let probes: Vec<Probe> = (joints.iter().zip(&rows))
+            .flat_map(|(&joint, &row)| {
+                sensors(joint).map(move |joint| Probe::SpringTorque { row, joint })
+            })
+            .collect();
+        let signals = self.excerpt.smoothed(reading)?.thinned(reading);
+        let empty = Reduction::with_probes(model, &rows, &probes).without_samples();
+        let system = signals.reduce_by(empty, reading)?;
+        let (whole, samples) = (system.whole()?, system.samples() as f64);
+        (joints.iter().zip(&rows).zip(&whole))
+            .map(|((&joint, &row), factor)| {
+                let own = model.row_columns(row).len();
+                let squares = |width: usize| {
+                    let columns: Vec<usize> = (0..width).collect();
+                    let known: Vec<Option<f64>> = (0..factor.unknowns())
+                        .map(|column| (column >= width).then_some(0.0))
+                        .collect();
+                    let factor = factor.with_known(&known);
+                    let part = SystemPart {
+                        columns: &columns,
+                        factor: &factor,
+                    };
+                    let solution = solve(&[part], width)?;
+                    let residual = factor.residual(&solution.x);
+                    let squares: f64 = residual.iter().map(|r| r * r).sum();
+                    Some((solution, squares))
+                };
+                let (_, before) = squares(own)?;
+                let (solution, after) = squares(own + joints.len())?;
+                let error =
+                    |at: usize| (after * solution.inverse[(at, at)] / self.independent).sqrt();
+                let size = factor.column_norm(own);
+                let offset = model.index(JointParameter::TorqueOffset, joint).and_then(|index| {
+                    let at = model.row_columns(row).iter().position(|&c| c == index)?;
+                    Some((solution.x[at], error(at)))
+                });
+                Some(SensorFit {
+                    joint,
+                    inverse_gain: (1.0 + solution.x[own], error(own)),
+                    offset,
+                    others: (sensors(joint).enumerate().skip(1))
+                        .map(|(place, other)| {
+                            let at = own + place;
+                            let share = factor.column_norm(at) / size;
+                            (other, solution.x[at], error(at), share)
+                        })
+                        .collect(),
+                    size: size / samples.sqrt(),
+                    left: after / before,
+                })
+            })
+            .collect()
+    }
+
+    /// Findings: the gain of the sensor has the wrong sign or size.
+    fn sensor_scale(&self, fit: &SensorFit) -> Vec<Finding> {
+        let (inverse, error) = fit.inverse_gain;
+        let column = self.column(&[Quantity::JointTorque], fit.joint);
+        let motor = self.column(&[Quantity::MotorTorque], fit.joint);
+        let name = self.name(fit.joint);
+        let sure = (inverse - 1.0).abs() > SIGNIFICANT_SIGMAS * error
+            && (inverse - 1.0).abs() > MIN_GAIN_ERROR
+            && fit.left < 1.0 - MIN_IMPROVEMENT;
+        if !sure || !inverse.is_finite() {
+            return Vec::new();
+        }
+        let gain = inverse.recip();
+        if inverse < -SIGNIFICANT_SIGMAS * error {
+            return vec![
+                Finding::new(
+                    Severity::Error,
+                    "joint-torque-sign",
+                    format!(
+                        "{name}: \"{column}\" has the wrong sign: the motor row explains \"{motor}\" with \
+                         {:.3} times this torque (standard error {error:.3}) instead of 1 times",
+                        inverse
+                    ),
+                    "reverse the sign of the torque sensor: a positive torque turns the link in the \
+                     direction of positive positions",
+                )
+                .seen(self.file, column, gain, "")
+                .mended_by("[log]", &format!("sign = {{ \"{column}\" = -1 }}")),
+            ];
+        }
+        vec![
+            Finding::new(
+                Severity::Warning,
+                "joint-torque-scale",
+                format!(
+                    "{name}: by the motor row \"{column}\" reads {gain:.3} times the torque of the spring \
+                     (standard error {:.3}), if the scale of \"{motor}\" is right",
+                    error * gain * gain
+                ),
+                "give the gain of the torque sensor, or correct the scale of the motor torque; a weight \
+                 of known mass tells which of them is wrong",
+            )
+            .about(self.about_stiffness(fit.joint))
+            .seen(self.file, column, gain, "")
+            .mended_by("[log]", &format!("gain = {{ \"{column}\" = {inverse:.4} }}")),
+        ]
+    }
+
+    /// Findings: the reading contains torques of other joints.
+    fn cross_talk(&self, fit: &SensorFit) -> Vec<Finding> {
+        if fit.left > 1.0 - MIN_IMPROVEMENT {
+            return Vec::new();
+        }
+        let column = self.column(&[Quantity::JointTorque], fit.joint);
+        let worst = (fit.others.iter())
+            .filter(|(_, value, error, share)| {
+                value.abs() > SIGNIFICANT_SIGMAS * error && value.abs() * share > MIN_CROSS_TALK
+            })
+            .max_by(|a, b| (a.1 * a.3).abs().total_cmp(&(b.1 * b.3).abs()));
+        let finding = worst.map(|&(other, value, error, _)| {
+            let talk = -value / fit.inverse_gain.0;
+            let of_other = self.column(&[Quantity::JointTorque], other);
+            Finding::new(
+                Severity::Warning,
+                "joint-torque-crosstalk",
+                format!(
+                    "{}: by the motor row \"{column}\" contains {:.2} % of \"{of_other}\", the torque of {} \
+                     (standard error {:.2} %)",
+                    self.name(fit.joint),
+                    100.0 * talk,
+                    self.name(other),
+                    100.0 * (error / fit.inverse_gain.0).abs()
+                ),
+                "calibrate the torque sensors together and correct the readings by the inverse of the \
+                 matrix of their gains",
+            )
+            .about(self.about_stiffness(fit.joint))
+            .seen(self.file, column, talk, "")
+        });
+        finding.into_iter().collect()
+    }
+
+    /// Finding: the sensor reads a torque without torque of the spring.
+    fn sensor_offset(&self, fit: &SensorFit) -> Option<Finding> {
+        let (offset, error) = fit.offset?;
+        let is_clear = offset.abs() > SIGNIFICANT_SIGMAS * error;
+        if !is_clear || offset.abs() < MIN_OFFSET * fit.size {
+            return None;
+        }
+        let column = self.column(&[Quantity::JointTorque], fit.joint);
+        let name = self.name(fit.joint);
+        Some(
+            Finding::new(
+                Severity::Info,
+                "joint-torque-offset",
+                format!(
+                    "{name}: by the motor row \"{column}\" reads {} N·m (N) without torque of the spring \
+                     (standard error {} N·m)",
+                    Shown((1e4 * offset).round() / 1e4),
+                    Shown((1e4 * error).round() / 1e4)
+                ),
+                "nothing: sprung estimates the offset as a parameter of the joint; set the zero of the \
+                 sensor if you use its readings elsewhere",
+            )
+            .seen(self.file, column, offset, "N·m"),
+        )
+    }
+}
