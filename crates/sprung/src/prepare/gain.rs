@@ -62,6 +62,13 @@ fn of_position(
     let other = match own.quantity {
         Quantity::LinkPosition => Quantity::MotorPosition,
         Quantity::MotorPosition => Quantity::LinkPosition,
+        Quantity::JointTorque => {
+            return Err(undetermined(
+                "sprung check compares the torque sensor with the motor torque, and a weight of known mass \
+                 tells which of them is right"
+                    .to_owned(),
+            ));
+        }
         _ => {
             return Err(undetermined(format!(
                 "it is the gain of a deflection of {name}, and the stiffness scales with it"

@@ -8,9 +8,9 @@ use sprung_core::parameters::JointParameter;
 
 use super::excerpt::Excerpt;
 use crate::finding::{Finding, Severity};
-use crate::fit::{Fitted, fit, fit_values};
+use crate::fit::{fit, fit_values};
 use crate::log::Signal;
-use crate::model::{Model, Theta};
+use crate::model::Theta;
 use crate::numbers::Shown;
 use crate::regression::{Reading, System};
 
@@ -91,21 +91,28 @@ pub(super) fn find_springs(reading: &Reading, excerpt: &Excerpt) -> (Reading, Ve
             break;
         }
     }
-    let mut findings = Vec::new();
     let fitted = last.filter(|_| !without_link.is_empty());
     let fitted = fitted.and_then(|(own, system)| fit(own.model(), &system, own.memory()));
-    if let Some(fitted) = fitted {
-        for &joint in &without_link {
-            let Some((finding, is_open)) = about(model, &fitted, joint) else {
-                continue;
-            };
-            findings.push(finding);
-            if is_open && let Some(index) = model.index(JointParameter::Stiffness, joint) {
-                theta[index] = first[index];
-            }
+    let (mut open, mut known) = (Vec::new(), Vec::new());
+    for &(joint, _, stiffness) in &sensors {
+        let (parameter, name) = (&model.parameters()[stiffness], &model.joints()[joint]);
+        let Some(fitted) = fitted.as_ref().filter(|_| without_link.contains(&joint)) else {
+            continue;
+        };
+        let share = fitted.standard_error[stiffness] / fitted.theta[stiffness].abs();
+        if parameter.fixed.is_some() {
+            continue;
+        }
+        if !fitted.identifiable[stiffness] || share.is_nan() || share > OPEN_STIFFNESS {
+            theta[stiffness] = first[stiffness];
+            open.push((name.clone(), parameter.name.clone()));
+        } else {
+            let percent = Shown((1000.0 * share).round() / 10.0);
+            known.push((format!("{name} within {percent} %"), parameter.name.clone()));
         }
     }
-    (reading.with_springs(&theta), findings)
+    let findings = [is_open(open), is_known(known)].into_iter().flatten();
+    (reading.with_springs(&theta), findings.collect())
 }
 
 fn reduced(reading: &Reading, excerpt: &Excerpt, theta: &Theta) -> Option<(Reading, System)> {
@@ -114,46 +121,52 @@ fn reduced(reading: &Reading, excerpt: &Excerpt, theta: &Theta) -> Option<(Readi
     Some((own, system))
 }
 
-/// Returns a finding about a joint without link encoder, the uncertainty of its stiffness, and whether
-/// the log leaves the stiffness open; `None` if it is known.
-fn about(model: &Model, fitted: &Fitted, joint: usize) -> Option<(Finding, bool)> {
-    let index = model.index(JointParameter::Stiffness, joint)?;
-    let parameter = &model.parameters()[index];
-    if parameter.fixed.is_some() {
+/// Returns a finding that the log leaves stiffnesses open.
+///
+/// - `joints`: names of joints and of their stiffnesses.
+fn is_open(joints: Vec<(String, String)>) -> Option<Finding> {
+    if joints.is_empty() {
         return None;
     }
-    let share = fitted.standard_error[index] / fitted.theta[index].abs();
-    let is_open = !fitted.identifiable[index] || share.is_nan() || share > OPEN_STIFFNESS;
-    let name = &model.joints()[joint];
-    let (severity, code, certainty, remedy) = if is_open {
-        (
+    let (names, parameters): (Vec<String>, Vec<String>) = joints.into_iter().unzip();
+    Some(
+        Finding::new(
             Severity::Warning,
             "stiffness-open",
-            "hardly determines it: the deflection has too little effect on the motion".to_owned(),
-            "record a log with higher accelerations, or give the stiffness of the maker under \
-             [robot.fixed], or write transmission = \"rigid\": then the torque sensor is not used",
+            format!(
+                "joints with torque sensor and without link encoder: the beginning of the log hardly \
+                 determines the stiffness of {}, because the deflection has too little effect on the motion. \
+                 Their links are taken to move almost with the motors",
+                names.join(", ")
+            ),
+            "use the prediction-error estimator, record higher accelerations, or give the stiffness of the \
+             maker under [robot.fixed]",
         )
-    } else {
-        (
+        .about(parameters),
+    )
+}
+
+/// Returns a finding about the uncertainty of stiffnesses.
+///
+/// - `joints`: names of joints with their uncertainties, and names of their stiffnesses.
+fn is_known(joints: Vec<(String, String)>) -> Option<Finding> {
+    if joints.is_empty() {
+        return None;
+    }
+    let (names, parameters): (Vec<String>, Vec<String>) = joints.into_iter().unzip();
+    Some(
+        Finding::new(
             Severity::Info,
             "link-by-torque-sensor",
             format!(
-                "determines it within {} % (one standard error)",
-                Shown((1000.0 * share).round() / 10.0)
+                "joints with torque sensor and without link encoder: the link position is the motor position \
+                 minus torque over stiffness, and the stiffness follows from the motion of the links. The \
+                 beginning of the log determines it by least squares (one standard error): {}",
+                names.join(", ")
             ),
-            "nothing; a link encoder determines the stiffness more accurately",
+            "nothing; the prediction-error estimator is more accurate, and a link encoder gives the stiffness \
+             directly",
         )
-    };
-    let finding = Finding::new(
-        severity,
-        code,
-        format!(
-            "{name} has a torque sensor and no link encoder: its link position is the motor position \
-             minus torque over stiffness, and the stiffness follows from the motion of the links. The \
-             beginning of the log {certainty}"
-        ),
-        remedy,
+        .about(parameters),
     )
-    .about(Some(parameter.name.clone()));
-    Some((finding, is_open))
 }
