@@ -53,7 +53,11 @@ impl CheckContext<'_> {
         for fit in self.sensor_fits(&joints).unwrap_or_default() {
             let by_scale = self.sensor_scale(&fit);
             let of_gain = !by_scale.is_empty();
-            let faults = if of_gain { by_scale } else { self.cross_talk(&fit) };
+            let faults = if of_gain {
+                by_scale
+            } else {
+                self.cross_talk(&fit)
+            };
             if !faults.is_empty() {
                 wrong.push(fit.joint);
             }
@@ -71,7 +75,10 @@ impl CheckContext<'_> {
             return None;
         }
         let (model, reading) = (self.reading.model(), self.reading);
-        let rows: Vec<usize> = joints.iter().map(|&joint| model.torque_row(joint)).collect();
+        let rows: Vec<usize> = joints
+            .iter()
+            .map(|&joint| model.torque_row(joint))
+            .collect();
         // The own sensor first.
         let sensors = |joint: usize| {
             let others = joints.iter().copied().filter(move |other| *other != joint);
@@ -109,10 +116,12 @@ impl CheckContext<'_> {
                 let error =
                     |at: usize| (after * solution.inverse[(at, at)] / self.independent).sqrt();
                 let size = factor.column_norm(own);
-                let offset = model.index(JointParameter::TorqueOffset, joint).and_then(|index| {
-                    let at = model.row_columns(row).iter().position(|&c| c == index)?;
-                    Some((solution.x[at], error(at)))
-                });
+                let offset = model
+                    .index(JointParameter::TorqueOffset, joint)
+                    .and_then(|index| {
+                        let at = model.row_columns(row).iter().position(|&c| c == index)?;
+                        Some((solution.x[at], error(at)))
+                    });
                 Some(SensorFit {
                     joint,
                     inverse_gain: (1.0 + solution.x[own], error(own)),

@@ -31,8 +31,8 @@ mod window;
 
 pub use columns::{Column, ColumnName, Columns, PerJoint, StartsAt};
 pub use factor::{Delay, Factor};
-pub(crate) use given::TorqueSensor;
 pub use friction::FrictionLaw;
+pub(crate) use given::TorqueSensor;
 pub use identify::{
     Cutoff, DiscretizationName, EncoderOffset, Estimator, Identify, InitialMomentum, Instruments,
     Laws, OnCheckError, StartName, Weights,

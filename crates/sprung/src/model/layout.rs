@@ -77,7 +77,11 @@ impl Layout {
                 joints[i].is_flexible() || links.is_none_or(|links| links.has_rotor(i))
             }
             JointParameter::TorqueOffset => sensors[i] != TorqueSensor::Absent,
-            _ => has(&joints[i], kind, offset && sensors[i] != TorqueSensor::Alone),
+            _ => has(
+                &joints[i],
+                kind,
+                offset && sensors[i] != TorqueSensor::Alone,
+            ),
         };
         let drives = (JointParameter::ALL.into_iter())
             .flat_map(|kind| (0..n).map(move |i| (kind, i)))

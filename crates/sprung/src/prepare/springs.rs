@@ -38,7 +38,11 @@ pub(super) fn find_springs(reading: &Reading, excerpt: &Excerpt) -> (Reading, Ve
     let sensors: Vec<(usize, usize, usize)> = (0..model.joint_count())
         .filter_map(|joint| {
             let channel = channels.telling(Signal::Spring, joint)?;
-            Some((joint, channel, model.index(JointParameter::Stiffness, joint)?))
+            Some((
+                joint,
+                channel,
+                model.index(JointParameter::Stiffness, joint)?,
+            ))
         })
         .collect();
     if sensors.is_empty() {
@@ -46,7 +50,8 @@ pub(super) fn find_springs(reading: &Reading, excerpt: &Excerpt) -> (Reading, Ve
     }
     let mut theta = vec![0.0; model.parameters().len()];
     for &(_, channel, stiffness) in &sensors {
-        let largest = (excerpt.channel(channel)).fold(0.0_f64, |most, torque| most.max(torque.abs()));
+        let largest =
+            (excerpt.channel(channel)).fold(0.0_f64, |most, torque| most.max(torque.abs()));
         let parameter = &model.parameters()[stiffness];
         let known = parameter.fixed.or(parameter.nominal).filter(|k| *k > 0.0);
         theta[stiffness] = known.unwrap_or((largest / FIRST_DEFLECTION).max(f64::MIN_POSITIVE));

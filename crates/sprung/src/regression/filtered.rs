@@ -201,7 +201,10 @@ impl FilteredRegression {
             bank: FilterBank::new(vec![0.0; bank_len(entries)]),
             torques: vec![FilterState::default(); model.joint_count()],
             springs: vec![FilterState::default(); model.joint_count()],
-            rhs: [vec![0.0; model.joint_count()], vec![0.0; model.joint_count()]],
+            rhs: [
+                vec![0.0; model.joint_count()],
+                vec![0.0; model.joint_count()],
+            ],
         })
     }
 

@@ -25,3 +25,4 @@ mod searches;
 mod seven;
 mod stability;
 mod support;
+mod torque_sensor;

@@ -12,22 +12,27 @@ use sprung_core::parameters::JointParameter;
 
 use crate::in_memory::with_source;
 
-const EXPERIMENT: &str = include_str!("../../../../examples/seven-joint-twin/experiment.toml");
+pub(crate) const EXPERIMENT: &str =
+    include_str!("../../../../examples/seven-joint-twin/experiment.toml");
 const TRUTH: &str = include_str!("../../../../examples/seven-joint-twin/truth.toml");
 
 /// Share of the largest torque of a row. A parameter with a larger share counts.
 const MATTERS: f64 = 0.01;
 
-struct Arm {
-    experiment: Experiment,
-    model: Model,
-    truth: Theta,
+pub(crate) struct Arm {
+    pub(crate) experiment: Experiment,
+    pub(crate) model: Model,
+    pub(crate) truth: Theta,
     offsets: Vec<f64>,
 }
 
 impl Arm {
     fn new(change: impl FnOnce(&mut Experiment)) -> Self {
-        let mut experiment = description::read("arm", EXPERIMENT, &[], &mut no_files).unwrap();
+        Self::of(EXPERIMENT, change)
+    }
+
+    pub(crate) fn of(text: &str, change: impl FnOnce(&mut Experiment)) -> Self {
+        let mut experiment = description::read("arm", text, &[], &mut no_files).unwrap();
         change(&mut experiment);
         let model = Model::new(&experiment).unwrap();
         let values: BTreeMap<String, f64> = toml::from_str(TRUTH).unwrap();
@@ -53,7 +58,7 @@ impl Arm {
         }
     }
 
-    fn log(&self, change: impl FnOnce(&mut Simulate)) -> Vec<u8> {
+    pub(crate) fn log(&self, change: impl FnOnce(&mut Simulate)) -> Vec<u8> {
         let mut settings = self.experiment.simulate.clone().unwrap();
         change(&mut settings);
         let values: BTreeMap<String, f64> = toml::from_str(TRUTH).unwrap();
@@ -70,14 +75,14 @@ impl Arm {
         log
     }
 
-    fn identify(&self, log: &[u8]) -> Identified {
+    pub(crate) fn identify(&self, log: &[u8]) -> Identified {
         with_source(log, |source| {
             identify(&self.experiment, &self.model, &mut [source], &mut Unheard).unwrap()
         })
     }
 
     /// Name, share and error in percent of the parameters that matter.
-    fn errors(&self, result: &EstimateResult) -> Vec<(String, f64, f64)> {
+    pub(crate) fn errors(&self, result: &EstimateResult) -> Vec<(String, f64, f64)> {
         (result.parameters.iter().zip(&self.truth))
             // A preload also contains the encoder positions at the start.
             .filter(|(p, _)| !p.name.ends_with("spring_preload"))

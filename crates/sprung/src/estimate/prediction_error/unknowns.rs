@@ -312,11 +312,13 @@ impl Unknowns {
     ) -> Option<[(usize, f64); 4]> {
         let own = sensor.spring.as_ref()?;
         let value = |index| self.value(z, index);
-        Some(own.slopes((x, rows, measurement.age), value, |index, slope| {
-            if let Some(place) = self.free.iter().position(|free| *free == index) {
-                gradient[place] -= slope;
-            }
-        }))
+        Some(
+            own.slopes((x, rows, measurement.age), value, |index, slope| {
+                if let Some(place) = self.free.iter().position(|free| *free == index) {
+                    gradient[place] -= slope;
+                }
+            }),
+        )
     }
 
     /// Returns the offset of a sensor, rad (m).

@@ -1,8 +1,8 @@
 //! Findings about the samples of one channel, made from its statistics.
 
 use super::channel::{Event, Figures};
-use crate::finding::{Finding, Severity};
 use crate::description::Quantity;
+use crate::finding::{Finding, Severity};
 use crate::log::columns::channel::Channel;
 
 /// A torque is saturated if more than this fraction of the samples lies at an extreme, and if the

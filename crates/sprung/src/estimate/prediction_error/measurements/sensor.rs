@@ -45,7 +45,9 @@ pub(in super::super) struct Sensor {
 impl Sensor {
     /// Returns the factor of logged values.
     pub(super) fn factor(&self) -> f64 {
-        self.spring.as_ref().map_or(1.0, |own| own.stiffness.recip())
+        self.spring
+            .as_ref()
+            .map_or(1.0, |own| own.stiffness.recip())
     }
 
     /// Returns the entries of H for one measurement that are not zero: states and their weights.

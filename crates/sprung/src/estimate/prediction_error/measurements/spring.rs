@@ -35,18 +35,20 @@ impl SpringReading {
             link: joint,
             motor: model.robot().motor_coordinate(joint),
             stiffness,
-            terms: (JointParameter::ALL.into_iter().filter(|kind| of_reading(*kind)))
-                .filter_map(|what| {
-                    Some(Term {
-                        row: 0,
-                        entry: 0,
-                        column: model.index(what, joint)?,
-                        what,
-                        joint,
-                        gain: 1.0,
-                    })
+            terms: (JointParameter::ALL
+                .into_iter()
+                .filter(|kind| of_reading(*kind)))
+            .filter_map(|what| {
+                Some(Term {
+                    row: 0,
+                    entry: 0,
+                    column: model.index(what, joint)?,
+                    what,
+                    joint,
+                    gain: 1.0,
                 })
-                .collect(),
+            })
+            .collect(),
             model: model.clone(),
         }
     }

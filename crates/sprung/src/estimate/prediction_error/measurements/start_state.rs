@@ -16,8 +16,12 @@ const START_SPRING_SHARE: f64 = 0.1;
 
 /// Returns whether no encoder measures the link of a torque sensor.
 fn is_alone(spring: &Sensor, sensors: &[Sensor]) -> bool {
-    let link = spring.coordinates.first().map(|(coordinate, _)| *coordinate);
-    let sees = |s: &&Sensor| s.spring.is_none() && s.coordinates.iter().any(|(c, _)| Some(*c) == link);
+    let link = spring
+        .coordinates
+        .first()
+        .map(|(coordinate, _)| *coordinate);
+    let sees =
+        |s: &&Sensor| s.spring.is_none() && s.coordinates.iter().any(|(c, _)| Some(*c) == link);
     !sensors.iter().any(|s| sees(&s))
 }
 
@@ -43,14 +47,10 @@ pub(super) fn start_state(
         let own = coordinates.find(|(coordinate, _)| *coordinate == j);
         own.map_or(0.0, |(_, weight)| *weight)
     });
-    let both = Mat::from_fn(
-        count,
-        2,
-        |i, j| {
-            let begin = begins[needed[i]];
-            if j == 0 { begin.0 } else { begin.1 }
-        },
-    );
+    let both = Mat::from_fn(count, 2, |i, j| {
+        let begin = begins[needed[i]];
+        if j == 0 { begin.0 } else { begin.1 }
+    });
     let solved = matrix.qr().solve_lstsq(both);
     let mut start = Vec::new();
     let mut deviation = Vec::new();

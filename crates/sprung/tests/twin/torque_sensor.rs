@@ -1,0 +1,170 @@
+//! Torque sensors in the joints of the arm with seven flexible joints.
+//!
+//! `cargo test --release -p sprung --test twin -- torque_sensor --nocapture` prints the figures of
+//! docs/how-to/torque-sensor.md.
+
+use sprung::check::check;
+use sprung::description::{Estimator, Simulate};
+use sprung::estimate::EstimateResult;
+use sprung::finding::{Finding, Severity};
+use sprung::progress::Unheard;
+
+use crate::in_memory::with_source;
+use crate::seven::{Arm, EXPERIMENT};
+
+const LINKS: &str = "link_position_rad  = [\"q1_rad\", \"q2_rad\", \"q3_rad\", \"q4_rad\", \"q5_rad\", \"q6_rad\", \"q7_rad\"]";
+const SENSORS: &str =
+    "joint_torque_nm = [\"ts1\", \"ts2\", \"ts3\", \"ts4\", \"ts5\", \"ts6\", \"ts7\"]";
+
+/// 0.1 % of the ranges of 87 and 12 N·m.
+const NOISE: [f64; 7] = [0.087, 0.087, 0.087, 0.087, 0.012, 0.012, 0.012];
+
+fn with_links(estimator: Estimator) -> Arm {
+    let text = EXPERIMENT.replacen(LINKS, &format!("{LINKS}\n{SENSORS}"), 1);
+    Arm::of(&text, |e| e.identify.estimator = vec![estimator])
+}
+
+fn without_links(estimator: Estimator) -> Arm {
+    let text = EXPERIMENT.replacen(LINKS, SENSORS, 1);
+    assert_ne!(text, EXPERIMENT);
+    Arm::of(&text, |e| e.identify.estimator = vec![estimator])
+}
+
+fn noisy(settings: &mut Simulate) {
+    settings.joint_torque_noise_nm = NOISE.to_vec();
+}
+
+/// Error of each parameter with this ending, in percent, and its distance from the truth in standard
+/// errors.
+fn errors(arm: &Arm, result: &EstimateResult, ending: &str) -> Vec<(String, f64, f64)> {
+    (result.parameters.iter().zip(&arm.truth))
+        .filter(|(p, _)| p.name.ends_with(ending))
+        .map(|(p, truth)| {
+            let value = p.value.unwrap();
+            let sigmas = (value - truth) / p.standard_error.unwrap();
+            let error = 100.0 * (value / truth - 1.0);
+            println!("{}: {error:+.3} %, {sigmas:+.1} standard errors", p.name);
+            (p.name.clone(), error, sigmas)
+        })
+        .collect()
+}
+
+fn median_of_others(arm: &Arm, result: &EstimateResult) -> f64 {
+    let mut errors: Vec<f64> = (arm.errors(result).iter())
+        .filter(|(name, ..)| !name.ends_with(".stiffness"))
+        .map(|own| own.2)
+        .filter(|error| error.is_finite())
+        .collect();
+    errors.sort_by(f64::total_cmp);
+    errors[errors.len() / 2]
+}
+
+#[test]
+fn sensor_and_encoders_give_stiffnesses_and_inertias() {
+    let arm = with_links(Estimator::LeastSquares);
+    let found = arm.identify(&arm.log(noisy));
+    let result = &found.identification.results[0];
+    for (name, error, _) in errors(&arm, result, ".stiffness") {
+        // Measured with eight seeds: at most 0.36 %.
+        assert!(error.abs() < 0.5, "{name}: {error}");
+    }
+    let plain = Arm::of(EXPERIMENT, |_| ());
+    let reference = plain.identify(&plain.log(|_| ()));
+    let before = median_of_others(&plain, &reference.identification.results[0]);
+    let after = median_of_others(&arm, result);
+    println!("median error of the others: {after:.3} %, with link encoders alone {before:.3} %");
+    assert!(after < before, "{after} {before}");
+}
+
+#[test]
+fn stiffnesses_without_link_encoder_are_as_sure_as_they_say() {
+    let arm = without_links(Estimator::PredictionError);
+    let log = arm.log(|settings| {
+        noisy(settings);
+        settings.duration_s = 5.0;
+    });
+    let found = arm.identify(&log);
+    let result = &found.identification.results[0];
+    assert!(result.refinement.as_ref().unwrap().used);
+    let mut errors_of = errors(&arm, result, ".stiffness");
+    // The large joints have enough inertia behind their springs.
+    for (name, error, _) in &errors_of[..4] {
+        assert!(error.abs() < 2.0, "{name}: {error}");
+    }
+    errors_of.extend(errors(&arm, result, ".rotor_inertia"));
+    for (name, _, sigmas) in errors_of {
+        assert!(sigmas.abs() < 4.0, "{name}: {sigmas}");
+    }
+}
+
+/// Checks a log of the arm with link encoders and faulty torque sensors.
+fn findings(change: impl FnOnce(&mut Simulate)) -> Vec<Finding> {
+    let arm = with_links(Estimator::LeastSquares);
+    let log = arm.log(|settings| {
+        noisy(settings);
+        settings.duration_s = 8.0;
+        change(settings);
+    });
+    with_source(&log, |source| {
+        let checked = check(&arm.experiment, &arm.model, &mut [source], &mut Unheard).unwrap();
+        checked.report.findings
+    })
+}
+
+/// The identity matrix with another entry.
+fn matrix(row: usize, column: usize, value: f64) -> Vec<Vec<f64>> {
+    let unit = |i: usize, j: usize| f64::from(u8::from(i == j));
+    let mut all: Vec<Vec<f64>> = (0..7)
+        .map(|i| (0..7).map(|j| unit(i, j)).collect())
+        .collect();
+    all[row][column] = value;
+    all
+}
+
+#[test]
+fn good_sensors_cause_no_finding() {
+    let found = findings(|_| ());
+    assert!(found.is_empty(), "{found:#?}");
+}
+
+#[test]
+fn faulty_sensors_are_named_with_the_line_that_mends() {
+    type Case = (&'static str, fn(&mut Simulate), Severity, &'static str);
+    let cases: [Case; 4] = [
+        (
+            "joint-torque-sign",
+            |settings| settings.joint_torque_matrix = matrix(1, 1, -1.0),
+            Severity::Error,
+            "sign = { \"ts2\" = -1 }",
+        ),
+        (
+            "joint-torque-scale",
+            |settings| settings.joint_torque_matrix = matrix(3, 3, 1.1),
+            Severity::Warning,
+            "gain = { \"ts4\" = 0.9",
+        ),
+        (
+            "joint-torque-crosstalk",
+            |settings| settings.joint_torque_matrix = matrix(3, 1, 0.05),
+            Severity::Warning,
+            "",
+        ),
+        (
+            "torque-saturated",
+            |settings| {
+                settings.joint_torque_limit_nm = vec![87.0, 15.0, 87.0, 87.0, 12.0, 12.0, 12.0]
+            },
+            Severity::Warning,
+            "",
+        ),
+    ];
+    for (code, change, severity, line) in cases {
+        let found = findings(change);
+        let own = (found.iter().find(|finding| finding.code == code))
+            .unwrap_or_else(|| panic!("{code}: {found:#?}"));
+        println!("{}", own.text);
+        assert_eq!(own.severity, severity, "{code}");
+        let setting = own.setting.clone().unwrap_or_default();
+        assert!(setting.contains(line), "{code}: {setting}");
+    }
+}
