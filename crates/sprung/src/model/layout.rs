@@ -5,10 +5,10 @@ use sprung_core::friction::Law;
 use sprung_core::parameters::{JointParameter, Side};
 use sprung_core::robot::Share;
 
+use super::deflection_entry::DeflectionEntry;
 use super::inertial::Inertial;
 use super::links::TreeLinks;
 use super::right_hand_side::RightHandSide;
-use super::springs::DeflectionEntry;
 use crate::description::{EncoderOffset, Experiment, Joint, Row, SpringTerm, TorqueSensor};
 
 /// Rows and entries of a robot's regressor.

@@ -2,6 +2,7 @@
 
 mod base_parameters;
 mod convex;
+mod deflection_entry;
 mod inertial;
 mod initial_shape;
 mod layout;

@@ -12,19 +12,7 @@ use sprung_core::drives::{State, Term};
 use sprung_core::parameters::JointParameter;
 
 use super::Model;
-
-/// The entry of a stiffness in a link row, which is there only without link encoder.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct DeflectionEntry {
-    /// Row.
-    pub(crate) row: usize,
-    /// Index among the entries of the regressor.
-    pub(crate) entry: usize,
-    /// Joint of the spring.
-    pub(crate) joint: usize,
-    /// Index of the stiffness in theta.
-    pub(crate) column: usize,
-}
+use super::deflection_entry::DeflectionEntry;
 
 impl Model {
     /// Returns the torques of the springs on the links, \[n\], N·m (N); zero for a rigid joint.

@@ -38,6 +38,7 @@ pub(crate) use prepared::Prepared;
 pub use prepared::{PrepareError, prepare};
 pub(crate) use row::{MotorRowFit, fit_motor_rows};
 pub(crate) use smoothed::CUTOFF_STEP;
+pub(crate) use springs::OPEN_STIFFNESS;
 pub(crate) use stribeck::rms_speeds;
 pub(crate) use sweep::Sweep;
 

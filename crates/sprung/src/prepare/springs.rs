@@ -28,7 +28,7 @@ const MAX_RATIO_TO_NOMINAL: f64 = 4.0;
 const MAX_RATIO_TO_GUESS: f64 = 1e3;
 
 /// Standard error over value from which a stiffness counts as open.
-const OPEN_STIFFNESS: f64 = 0.3;
+pub(crate) const OPEN_STIFFNESS: f64 = 0.3;
 
 /// Returns the reading with the stiffnesses of joints with torque sensor, and findings about joints
 /// without link encoder; the same reading without torque sensors.

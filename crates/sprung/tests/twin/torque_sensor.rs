@@ -81,7 +81,7 @@ fn stiffnesses_without_link_encoder_are_as_sure_as_they_say() {
     let arm = without_links(Estimator::PredictionError);
     let log = arm.log(|settings| {
         noisy(settings);
-        settings.duration_s = 5.0;
+        settings.duration_s = 6.0;
     });
     let found = arm.identify(&log);
     let result = &found.identification.results[0];

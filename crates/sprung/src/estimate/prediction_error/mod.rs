@@ -40,6 +40,8 @@ mod undeclared;
 mod unknowns;
 mod vector;
 
+use sprung_core::parameters::JointParameter;
+
 use super::found::{Covariance, Criterion, Found, NORMAL_95, Numbers};
 use super::laws::with_tested_laws;
 use super::result::ErrorParts;
@@ -47,7 +49,7 @@ use crate::description::{Delay, Experiment};
 use crate::finding::{Finding, Severity};
 use crate::fit::{Fitted, trace};
 use crate::log::LogSource;
-use crate::prepare::{Excerpt, rms_speeds};
+use crate::prepare::{Excerpt, OPEN_STIFFNESS, rms_speeds};
 use crate::progress::{Listener, Phase};
 use crate::regression::{PassError, Reading, System};
 use crate::stopwatch::Stopwatch;
@@ -98,7 +100,8 @@ pub(super) fn prediction_error(
 ) -> Result<Found, PassError> {
     let begin = Stopwatch::start();
     let (model, excerpt) = (reading.model(), before.excerpt);
-    let start = start(reading, &before);
+    let theta = start_values(reading, &before);
+    let start = start(reading, &before, &theta);
     let wrong = wrong_log(before.about_logs);
     let (mut tried, mut missing) = (Vec::new(), Vec::new());
     if wrong.is_none() {
@@ -180,8 +183,25 @@ fn missing_laws(
     }
 }
 
+/// Returns the start values of a refinement, \[p\]. Where least squares leave the stiffness of a joint
+/// without link encoder open, its start is that of the preparation.
+fn start_values(reading: &Reading, before: &Before<'_>) -> Vec<f64> {
+    let (model, fitted) = (reading.model(), before.fitted);
+    let mut theta = before.nominal.unwrap_or(&fitted.theta).to_vec();
+    for joint in model.joints_without_link() {
+        let index = model.index(JointParameter::Stiffness, joint);
+        if let Some((index, known)) = index.zip(model.known_stiffness(joint)) {
+            let error = fitted.standard_error[index];
+            if error.is_nan() || error > OPEN_STIFFNESS * theta[index] {
+                theta[index] = known;
+            }
+        }
+    }
+    theta
+}
+
 /// Returns the start of a refinement after least squares.
-fn start<'a>(reading: &Reading, before: &Before<'a>) -> Start<'a> {
+fn start<'a>(reading: &Reading, before: &Before<'_>, theta: &'a [f64]) -> Start<'a> {
     let (model, channels) = (reading.model(), reading.channels());
     let parameters = model.parameters().iter();
     let free = (parameters.zip(&before.fitted.identifiable).enumerate())
@@ -189,7 +209,7 @@ fn start<'a>(reading: &Reading, before: &Before<'a>) -> Start<'a> {
         .map(|(i, _)| i)
         .collect();
     Start {
-        theta: before.nominal.unwrap_or(&before.fitted.theta),
+        theta,
         free,
         torque_noise: TorqueNoise::of(channels),
         delays: (0..channels.all.len())
