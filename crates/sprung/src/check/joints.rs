@@ -76,13 +76,8 @@ pub(super) fn joints(
         .collect();
     let few = context.compared(&fits, &weak);
     let mut reported = context.exchanged(&few, &weak, &mut findings);
-    let (of_sensors, wrong) = context.torque_sensors(moving);
-    findings.extend(of_sensors);
-    reported.extend(wrong);
-    // Without link encoder a link position contains the stiffness of its joint, so other meanings of the
-    // columns cannot be compared.
-    let has_links = reading.model().joints_without_link().is_empty();
-    let whole = if reported.is_empty() && is_sound && has_links {
+    reported.extend(context.torque_sensors(moving, &mut findings));
+    let whole = if reported.is_empty() && is_sound {
         WholeRobot::new(&context, moving)
     } else {
         None

@@ -50,6 +50,11 @@ impl<'a> WholeRobot<'a> {
     /// Fits the equations of the joints that move; `None` if they cannot be fitted.
     pub(super) fn new(context: &'a CheckContext<'a>, moving: &'a [usize]) -> Option<Self> {
         let (reading, model) = (context.reading, context.reading.model());
+        // Without link encoder a link position contains the stiffness of its joint, so other meanings of
+        // the columns cannot be compared.
+        if !model.joints_without_link().is_empty() {
+            return None;
+        }
         let rows = LinkRows::new(context.excerpt, reading, moving)?;
         if rows.rows.len() != moving.len() || moving.is_empty() {
             return None;

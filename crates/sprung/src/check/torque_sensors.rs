@@ -43,13 +43,18 @@ struct SensorFit {
 }
 
 impl CheckContext<'_> {
-    /// Returns findings about the torque sensors of moving joints, and the joints whose sensor is wrong.
-    pub(super) fn torque_sensors(&self, moving: &[usize]) -> (Vec<Finding>, Vec<usize>) {
+    /// Adds findings about the torque sensors of moving joints, and returns the joints whose sensor is
+    /// wrong.
+    pub(super) fn torque_sensors(
+        &self,
+        moving: &[usize],
+        findings: &mut Vec<Finding>,
+    ) -> Vec<usize> {
         let channels = self.reading.channels();
         let joints: Vec<usize> = (moving.iter().copied())
             .filter(|&joint| channels.telling(Signal::Spring, joint).is_some())
             .collect();
-        let (mut findings, mut wrong) = (Vec::new(), Vec::new());
+        let mut wrong = Vec::new();
         for fit in self.sensor_fits(&joints).unwrap_or_default() {
             let by_scale = self.sensor_scale(&fit);
             let of_gain = !by_scale.is_empty();
@@ -66,7 +71,7 @@ impl CheckContext<'_> {
                 findings.extend(self.sensor_offset(&fit));
             }
         }
-        (findings, wrong)
+        wrong
     }
 
     /// Fits the motor rows with the columns of all sensors; `None` if the excerpt is too short.
