@@ -201,7 +201,7 @@ impl Schema {
 }
 
 /// Pages with parts of an experiment file.
-const PAGES_WITH_PARTS: [&str; 7] = [
+const PAGES_WITH_PARTS: [&str; 8] = [
     "docs/logs.md",
     "docs/how-to/no-link-encoder.md",
     "docs/how-to/current-and-gears.md",
@@ -209,6 +209,7 @@ const PAGES_WITH_PARTS: [&str; 7] = [
     "docs/how-to/ros2-bag.md",
     "docs/how-to/several-logs.md",
     "docs/how-to/servos.md",
+    "docs/how-to/torque-sensor.md",
 ];
 
 /// Returns a heading as it is printed: tables of the file are code.
