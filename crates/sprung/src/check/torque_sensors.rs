@@ -33,7 +33,7 @@ struct SensorFit {
     inverse_gain: (f64, f64),
     /// Offset of the reading and its standard error, N·m (N).
     offset: Option<(f64, f64)>,
-    /// Other joints, their c_j, its standard error, and the root mean square of their torques relative
+    /// Other joints, their `c_j`, its standard error, and the root mean square of their torques relative
     /// to that of the joint.
     others: Vec<(usize, f64, f64, f64)>,
     /// Root mean square of the reading, filtered, N·m (N).
@@ -165,8 +165,7 @@ impl CheckContext<'_> {
                     "joint-torque-sign",
                     format!(
                         "{name}: \"{column}\" has the wrong sign: the motor row explains \"{motor}\" with \
-                         {:.3} times this torque (standard error {error:.3}) instead of 1 times",
-                        inverse
+                         {inverse:.3} times this torque (standard error {error:.3}) instead of 1 times"
                     ),
                     "reverse the sign of the torque sensor: a positive torque turns the link in the \
                      direction of positive positions",

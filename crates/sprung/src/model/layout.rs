@@ -219,14 +219,17 @@ impl Layout {
                 ) => ratio,
                 (JointParameter::Friction(Side::Link, _), Row::Link) => own,
                 (JointParameter::Friction(Side::Link, _), Row::Motor) if !flexible => own,
-                (JointParameter::RotorInertia, _)
-                | (JointParameter::BackEmf | JointParameter::Friction(..), _) => 0.0,
+                (
+                    JointParameter::RotorInertia
+                    | JointParameter::BackEmf
+                    | JointParameter::Friction(..),
+                    _,
+                ) => 0.0,
                 // The reading of the sensor is the torque of the spring plus the offset.
                 (JointParameter::TorqueOffset, _) if !has_sensor => 0.0,
                 (JointParameter::TorqueOffset, Row::Motor) => -own,
-                (JointParameter::TorqueOffset, _) => own,
                 // Terms of the spring.
-                (_, Row::Spring) => own,
+                (JointParameter::TorqueOffset, _) | (_, Row::Spring) => own,
                 _ if has_sensor => 0.0,
                 (_, Row::Motor) => own,
                 (_, Row::Link) => -own,

@@ -152,7 +152,7 @@ fn faulty_sensors_are_named_with_the_line_that_mends() {
         (
             "torque-saturated",
             |settings| {
-                settings.joint_torque_limit_nm = vec![87.0, 15.0, 87.0, 87.0, 12.0, 12.0, 12.0]
+                settings.joint_torque_limit_nm = vec![87.0, 15.0, 87.0, 87.0, 12.0, 12.0, 12.0];
             },
             Severity::Warning,
             "",

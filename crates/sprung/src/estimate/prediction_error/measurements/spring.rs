@@ -19,7 +19,7 @@ pub(in super::super) struct SpringReading {
     /// Coordinates of link and motor.
     link: usize,
     motor: usize,
-    /// k_0, N·m/rad (N/m).
+    /// `k_0`, N·m/rad (N/m).
     pub(super) stiffness: f64,
     /// Terms of the spring's torque and of the sensor.
     terms: Vec<Term>,
