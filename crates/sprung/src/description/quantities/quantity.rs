@@ -234,8 +234,7 @@ impl Signal {
             Self::Link => joint.is_flexible(),
             Self::Motor | Self::Torque => true,
             Self::Target => joint.servo.is_some(),
-            Self::Switch => false,
-            Self::Spring => false,
+            Self::Switch | Self::Spring => false,
         }
     }
 
