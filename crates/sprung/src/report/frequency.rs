@@ -128,7 +128,7 @@ fn figure(response: &FrequencyResponse) -> Option<Figure> {
         })
         .collect();
     (!panels.is_empty()).then(|| Figure {
-        id: "frequency-response".to_owned(),
+        id: "responses".to_owned(),
         caption: "Magnitude of the responses in decibels (0 dB: 1 rad/(N·m), or 1 m/N), with the \
                   standard error of that by the log. Gaps mark frequencies at which the log does not \
                   determine the response."
