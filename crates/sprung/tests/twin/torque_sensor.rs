@@ -65,7 +65,7 @@ fn sensor_and_encoders_give_stiffnesses_and_inertias() {
     let found = arm.identify(&arm.log(noisy));
     let result = &found.identification.results[0];
     for (name, error, _) in errors(&arm, result, ".stiffness") {
-        // Measured with eight seeds: at most 0.36 %.
+        // Measured with four seeds: at most 0.36 %.
         assert!(error.abs() < 0.5, "{name}: {error}");
     }
     let plain = Arm::of(EXPERIMENT, |_| ());
