@@ -25,7 +25,7 @@ pub struct Term {
     pub gain: f64,
 }
 
-/// Positions and velocities of all joints, each \[n\]. The motor of a rigid joint moves with its
+/// Positions, velocities and temperatures of all joints, each \[n\]. The motor of a rigid joint moves with its
 /// link.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct State<'s> {
@@ -37,6 +37,8 @@ pub struct State<'s> {
     pub phi: &'s [f64],
     /// Motor velocities after gear and coupling, rad/s (m/s).
     pub dphi: &'s [f64],
+    /// Temperature of each joint minus its reference, K; empty if no friction depends on it.
+    pub excess: &'s [f64],
 }
 
 /// Motion of one joint, as the columns of its drive need it.
@@ -50,6 +52,8 @@ pub struct Drive<S = f64> {
     pub link_velocity: S,
     /// Velocity of the motor before the coupled transmission, rad/s (m/s).
     pub motor_velocity: S,
+    /// Temperature minus its reference, K.
+    pub excess: S,
 }
 
 impl Drive {
@@ -63,6 +67,7 @@ impl Drive {
             deflection_rate: state.dphi[joint] - state.dq[joint],
             link_velocity: state.dq[joint],
             motor_velocity,
+            excess: state.excess.get(joint).copied().unwrap_or(0.0),
         }
     }
 }
@@ -122,6 +127,9 @@ impl Term {
             JointParameter::BackEmf => drive.motor_velocity,
             JointParameter::TorqueOffset => S::constant(1.0),
             JointParameter::Friction(side, law) => law.column(&drive.conditions(side), shape),
+            JointParameter::Warming(side, law) => {
+                law.column(&drive.conditions(side), shape) * drive.excess
+            }
         };
         torque * self.gain
     }
@@ -137,7 +145,7 @@ impl Term {
         }
     }
 
-    /// Returns the derivatives of [`Term::rest`] by the four numbers of `drive`.
+    /// Returns the derivatives of [`Term::rest`] by the deflection, its rate and both velocities.
     #[must_use]
     pub fn slopes(&self, drive: &Drive, shape: &Shape) -> Drive {
         let at = Drive {
@@ -145,6 +153,7 @@ impl Term {
             deflection_rate: Dual::variable(drive.deflection_rate, 1),
             link_velocity: Dual::variable(drive.link_velocity, 2),
             motor_velocity: Dual::variable(drive.motor_velocity, 3),
+            excess: Dual::constant(drive.excess),
         };
         let [deflection, deflection_rate, link_velocity, motor_velocity] =
             self.rest(&at, shape).partials;
@@ -153,6 +162,7 @@ impl Term {
             deflection_rate,
             link_velocity,
             motor_velocity,
+            excess: 0.0,
         }
     }
 }
@@ -172,6 +182,7 @@ mod tests {
         deflection_rate: 0.3,
         link_velocity: 0.02,
         motor_velocity: -0.01,
+        excess: 3.0,
     };
 
     #[test]

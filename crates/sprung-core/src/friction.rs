@@ -104,6 +104,16 @@ macro_rules! laws {
                 }
             }
 
+            /// Returns the names of the parameter's change per kelvin on both sides.
+            pub(crate) const fn warming_names(self) -> [&'static str; 2] {
+                match self {
+                    $($(Self::$law => [
+                        concat!("link_", $name, "_per_k"),
+                        concat!("motor_", $name, "_per_k"),
+                    ],)*)*
+                }
+            }
+
             const fn measured_in(self) -> Unit {
                 match self {
                     $($(Self::$law => Unit::$unit,)*)*
@@ -263,6 +273,21 @@ impl Law {
             (Unit::TorquePerSquaredVelocity, JointKind::Prismatic) => "N·s²/m²",
             (Unit::TorquePerDeflection, JointKind::Revolute) => "N·m/rad",
             (Unit::TorquePerDeflection, JointKind::Prismatic) => "N/m",
+        }
+    }
+
+    /// Returns the unit of the parameter's change per kelvin at a revolute or prismatic joint.
+    #[must_use]
+    pub const fn unit_per_kelvin(self, kind: JointKind) -> &'static str {
+        match (self.measured_in(), kind) {
+            (Unit::Torque, JointKind::Revolute) => "N·m/K",
+            (Unit::Torque, JointKind::Prismatic) => "N/K",
+            (Unit::TorquePerVelocity, JointKind::Revolute) => "N·m·s/rad/K",
+            (Unit::TorquePerVelocity, JointKind::Prismatic) => "N·s/m/K",
+            (Unit::TorquePerSquaredVelocity, JointKind::Revolute) => "N·m·s²/rad²/K",
+            (Unit::TorquePerSquaredVelocity, JointKind::Prismatic) => "N·s²/m²/K",
+            (Unit::TorquePerDeflection, JointKind::Revolute) => "N·m/rad/K",
+            (Unit::TorquePerDeflection, JointKind::Prismatic) => "N/m/K",
         }
     }
 

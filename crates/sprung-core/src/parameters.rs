@@ -44,6 +44,8 @@ pub enum JointParameter {
     Preload,
     /// Friction on one side of the spring, by one law.
     Friction(Side, Law),
+    /// Change of a friction parameter per kelvin: its law times the temperature minus the reference.
+    Warming(Side, Law),
     /// Torque that the back-EMF of a voltage drive takes from the motor, over the motor's velocity
     /// after the gear, N·m·s/rad (N·s/m). Constants of the drive give its value.
     BackEmf,
@@ -52,13 +54,13 @@ pub enum JointParameter {
     TorqueOffset,
 }
 
-use JointParameter::Friction;
+use JointParameter::{Friction, Warming};
 use Side::{Link, Motor};
 
 impl JointParameter {
     /// All kinds, in the order of the vector theta: first those of the paper, then the other
-    /// friction laws by family, then the other parameters of the spring, the back-EMF and the
-    /// offset of the torque sensor.
+    /// friction laws by family, then the other parameters of the spring, the back-EMF, the offset
+    /// of the torque sensor and the changes of friction with the temperature.
     pub const ALL: [Self; KINDS] = in_order();
 
     /// Returns the part of the name that follows the joint's: `stiffness` in `joint1.stiffness`.
@@ -73,6 +75,7 @@ impl JointParameter {
             Self::BackEmf => "back_emf",
             Self::TorqueOffset => "joint_torque_offset",
             Friction(side, law) => law.names()[side as usize],
+            Warming(side, law) => law.warming_names()[side as usize],
         }
     }
 
@@ -92,6 +95,7 @@ impl JointParameter {
                 "Reading of the joint torque sensor without torque of the spring."
             }
             Friction(_, law) => law.about(),
+            Warming(..) => "Change of a friction parameter with the temperature.",
         }
     }
 
@@ -111,6 +115,7 @@ impl JointParameter {
             Self::Preload | Self::TorqueOffset if turns => "N·m",
             Self::Preload | Self::TorqueOffset => "N",
             Friction(_, law) => law.unit(kind),
+            Warming(_, law) => law.unit_per_kelvin(kind),
         }
     }
 
@@ -166,8 +171,8 @@ const KINDS: usize = {
         laws += Family::ALL[family].laws().len();
         family += 1;
     }
-    // Rotor inertia and stiffness, and each law on both sides.
-    2 + 2 * laws + LAST.len()
+    // Rotor inertia and stiffness, and each law and its change with the temperature on both sides.
+    2 + 4 * laws + LAST.len()
 };
 
 const fn in_order() -> [JointParameter; KINDS] {
@@ -196,6 +201,17 @@ const fn in_order() -> [JointParameter; KINDS] {
     let mut i = 0;
     while i < LAST.len() {
         all[count + i] = LAST[i];
+        i += 1;
+    }
+    // The changes with the temperature follow in the order of the laws.
+    count += LAST.len();
+    let laws = count;
+    let mut i = 0;
+    while i < laws {
+        if let Friction(side, law) = all[i] {
+            all[count] = Warming(side, law);
+            count += 1;
+        }
         i += 1;
     }
     all
@@ -248,7 +264,16 @@ mod tests {
         let known = JointParameter::ALL.map(JointParameter::name);
         let of_springs = order.len() - LAST.len();
         assert_eq!(known[..of_springs], order[..of_springs]);
-        assert!(known.ends_with(&order[of_springs..]));
+        let warming = |name: &&str| name.ends_with("_per_k");
+        let rest: Vec<&str> = known
+            .iter()
+            .filter(|name| !warming(name))
+            .copied()
+            .collect();
+        assert!(rest.ends_with(&order[of_springs..]));
+        let first = known.iter().position(|name| warming(&name)).unwrap();
+        assert_eq!(known[first], "link_viscous_per_k");
+        assert_eq!(known.len() - first, first - 6);
     }
 
     #[test]

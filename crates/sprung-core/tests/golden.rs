@@ -105,6 +105,7 @@ fn check_regressor(golden: &Value) {
             dq: &dq,
             phi: &phi,
             dphi: &dphi,
+            excess: &[],
         };
         with_workspace(|workspace| {
             let [mut momentum, mut rest] = [[f64::NAN; ENTRIES]; 2];

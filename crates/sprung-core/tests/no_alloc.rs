@@ -61,6 +61,7 @@ fn assert_physics_is_free<const N: usize, const PAIRS: usize, const NUMBERS: usi
         dq: &[0.3; N],
         phi: &[0.15; N],
         dphi: &[0.3; N],
+        excess: &[],
     };
     let mut workspace = Workspace {
         joints: &mut [JointScratch::default(); N],
@@ -231,6 +232,7 @@ fn controllers_are_free_of_allocations() {
             dq: &two,
             phi: &two,
             dphi: &two,
+            excess: &[],
         };
         let mut tau = black_box([1.0; 2]);
         state_feedback(&[&[1.0; 8][..]; 2], &state, &black_box(state), &mut tau);

@@ -48,7 +48,13 @@ fn numbers(n: usize) -> [Vec<f64>; 4] {
 
 fn state(numbers: &[Vec<f64>; 4]) -> State<'_> {
     let [q, dq, phi, dphi] = numbers;
-    State { q, dq, phi, dphi }
+    State {
+        q,
+        dq,
+        phi,
+        dphi,
+        excess: &[],
+    }
 }
 
 #[divan::bench(args = ["planar-2r", "panda"])]

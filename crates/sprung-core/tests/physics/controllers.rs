@@ -44,6 +44,7 @@ fn state_feedback_takes_errors_in_the_printed_order() {
         dq: &zero,
         phi: &zero,
         dphi: &zero,
+        excess: &[],
     };
     // The errors of q, phi, dq and dphi are distinct decimal digits, so each digit of the torque shows one gain.
     let measured = State {
@@ -51,6 +52,7 @@ fn state_feedback_takes_errors_in_the_printed_order() {
         phi: &[-1e2, -1e3],
         dq: &[-1e4, -1e5],
         dphi: &[-1e6, -1e7],
+        excess: &[],
     };
     let mut tau = [0.5, -0.5];
     state_feedback(&gain, &desired, &measured, &mut tau);

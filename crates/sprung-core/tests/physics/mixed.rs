@@ -125,8 +125,11 @@ impl Mixed {
             self.places.push((row, column));
         };
         match what {
-            Friction(Side::Link, _) => put(joint, 1.0),
-            Friction(Side::Motor, _) | JointParameter::RotorInertia | JointParameter::BackEmf => {
+            Friction(Side::Link, _) | Warming(Side::Link, _) => put(joint, 1.0),
+            Friction(Side::Motor, _)
+            | Warming(Side::Motor, _)
+            | JointParameter::RotorInertia
+            | JointParameter::BackEmf => {
                 for (i, &ratio) in self.ratios[joint].iter().enumerate() {
                     if ratio != 0.0 {
                         put(self.motor_rows[i].unwrap_or(i), ratio);

@@ -76,6 +76,7 @@ impl JointState {
             dq: &self.dq,
             phi: &self.phi,
             dphi: &self.dphi,
+            excess: &[],
         }
     }
 

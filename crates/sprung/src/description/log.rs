@@ -107,6 +107,8 @@ pub struct Log {
     pub joint_force_n: Option<Columns>,
     /// Columns of the torque or force sensors of flexible joints, each with its unit.
     pub joint_torque: Option<Columns>,
+    /// Columns of the temperatures of the joints with `friction_covariates`, °C.
+    pub temperature_c: Option<Columns>,
     /// Delay of a column against the others, s, by column: `{ column = 0.15 }`; or `"estimate"`.
     #[serde(default)]
     pub delay_s: BTreeMap<String, Delay>,

@@ -45,7 +45,9 @@ pub(crate) use quantities::Quantity;
 pub(crate) use quantities::{Joints, Key, KeyUnit, Scaling};
 pub(crate) use quantities::{Measures, Row, Signal};
 pub use read::{DescriptionError, Experiment, no_files, read, schema};
-pub use robot::{DhJoint, Joint, Kinematics, Robot, Side, SpringTerm, Transmission, Tree};
+pub use robot::{
+    DhJoint, FrictionCovariates, Joint, Kinematics, Robot, Side, SpringTerm, Transmission, Tree,
+};
 pub use run::{Controller, ControllerKind, Feedforward, Reference, Simulate, Sine, Validate};
 pub use servo::ServoDrive;
 pub(crate) use template::{Chosen, ChosenJoint, ChosenLine, JointOfStart, quoted};

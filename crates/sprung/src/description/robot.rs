@@ -7,6 +7,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use sprung_core::chain::{ChainJoint, DhRow, JointKind};
 use sprung_core::friction::Family;
+use sprung_core::parameters::JointParameter;
 use sprung_core::spatial::BODY;
 
 use super::choice::choose;
@@ -201,6 +202,8 @@ pub struct Joint {
     pub coulomb_sharpness_s_per_rad: f64,
     /// Drive law of a position servo, for logs with targets and no torque.
     pub servo: Option<ServoDrive>,
+    /// Quantities on which friction depends linearly.
+    pub friction_covariates: Option<FrictionCovariates>,
     /// Laws beyond the declared ones; `laws` of `[identify]` if absent.
     pub laws: Option<Laws>,
     /// Nominal values.
@@ -208,7 +211,26 @@ pub struct Joint {
     pub nominal: Nominal,
 }
 
+/// Quantities on which friction depends linearly.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+pub struct FrictionCovariates {
+    /// Friction parameters that change with the temperature of the joint, as `"motor_viscous"`:
+    /// `p + p_per_k (T - T_ref)`.
+    pub temperature: Vec<String>,
+    /// Temperature `T_ref` at which the friction parameters hold, °C; best the mean of the log.
+    pub reference_c: f64,
+}
+
 impl Joint {
+    /// Returns whether a friction parameter changes with the temperature.
+    #[must_use]
+    pub fn warms(&self, friction: JointParameter) -> bool {
+        let covariates = self.friction_covariates.iter();
+        covariates
+            .flat_map(|own| &own.temperature)
+            .any(|name| name == friction.name())
+    }
+
     /// Returns the motor turns per output turn.
     #[must_use]
     pub fn ratio(&self) -> f64 {

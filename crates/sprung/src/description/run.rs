@@ -143,6 +143,13 @@ pub struct Simulate {
     /// quantisation.
     #[serde(default)]
     pub motor_encoder_counts_per_turn: Vec<u32>,
+    /// Temperature of each joint at the start, °C; that of `friction_covariates` if absent.
+    #[serde(default)]
+    pub temperature_start_c: Vec<f64>,
+    /// Temperature of each joint at the end, °C, which it reaches at a constant rate; that at the start
+    /// if absent.
+    #[serde(default)]
+    pub temperature_end_c: Vec<f64>,
     /// Standard deviation of the noise on the logged torque, N·m.
     #[serde(default)]
     pub torque_noise_nm: Vec<f64>,

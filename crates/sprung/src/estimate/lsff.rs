@@ -144,6 +144,7 @@ impl Lsff {
             let q = RawBlock::at(&samples.q, k);
             let phi = RawBlock::at(&samples.phi, k);
             let tau = RawBlock::at(&samples.tau, k);
+            let excess = samples.excess_at(k);
             let velocities: Vec<f64> = (self.velocity.iter_mut().zip(q.iter().chain(&phi)))
                 .map(|(velocity, position)| velocity.process(*position))
                 .collect();
@@ -153,6 +154,7 @@ impl Lsff {
                 dq,
                 phi: &phi,
                 dphi,
+                excess: &excess,
             };
             let spring = RawBlock::at(&samples.spring, k);
             let (entries, [motor, of_spring]) = self.regression.process(&state, &tau, &spring);

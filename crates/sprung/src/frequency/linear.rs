@@ -115,6 +115,7 @@ fn along(model: &Model, stretch: &Stretch, k: usize, take: &mut dyn FnMut(usize,
         dq: &dq,
         phi: &phi,
         dphi: &dphi,
+        excess: &[],
     };
     for (index, term) in robot.terms.iter().enumerate() {
         if let JointParameter::Friction(side, _) = term.what {
@@ -182,6 +183,7 @@ impl Linear {
             dq: &still,
             phi: &pose.phi,
             dphi: &still,
+            excess: &[],
         };
         let mut scratch = Scratch::new(n);
         let mut workspace = scratch.workspace();

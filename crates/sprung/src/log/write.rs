@@ -43,6 +43,7 @@ impl<W: Write> LogWriter<W> {
     ///
     /// - `q`, `phi`: link positions and motor positions, \[n\], rad on the output side.
     /// - `tau`, `spring`: torques of motors and springs, \[n\], N·m on the output side.
+    /// - `temperature`: temperatures of the joints, \[n\], °C.
     ///
     /// # Errors
     ///
@@ -52,6 +53,7 @@ impl<W: Write> LogWriter<W> {
         time: f64,
         [q, phi]: [&[f64]; 2],
         [tau, spring]: [&[f64]; 2],
+        temperature: &[f64],
     ) -> Result<(), std::io::Error> {
         let mixed = |mix: &Option<Mix>, values: Vec<f64>| match mix {
             Some(mix) => Mix::apply(&mix.back, &values),
@@ -67,7 +69,8 @@ impl<W: Write> LogWriter<W> {
         let tau = mixed(&self.channels.torque_mix, tau.to_vec());
         let of_channels = self.channels.all.iter().map(|channel| {
             let i = channel.joint;
-            let value = channel.quantity.shown([q[i], phi[i]], [tau[i], spring[i]]);
+            let torques = [tau[i], spring[i]];
+            let value = (channel.quantity).shown([q[i], phi[i]], torques, temperature[i]);
             value / channel.factor - channel.origin.offset
         });
         let values = std::iter::once(time / self.channels.time_factor).chain(of_channels);

@@ -214,15 +214,25 @@ impl Layout {
                 (
                     JointParameter::RotorInertia
                     | JointParameter::BackEmf
-                    | JointParameter::Friction(Side::Motor, _),
+                    | JointParameter::Friction(Side::Motor, _)
+                    | JointParameter::Warming(Side::Motor, _),
                     Row::Motor,
                 ) => ratio,
-                (JointParameter::Friction(Side::Link, _), Row::Link) => own,
-                (JointParameter::Friction(Side::Link, _), Row::Motor) if !flexible => own,
+                (
+                    JointParameter::Friction(Side::Link, _)
+                    | JointParameter::Warming(Side::Link, _),
+                    Row::Link,
+                ) => own,
+                (
+                    JointParameter::Friction(Side::Link, _)
+                    | JointParameter::Warming(Side::Link, _),
+                    Row::Motor,
+                ) if !flexible => own,
                 (
                     JointParameter::RotorInertia
                     | JointParameter::BackEmf
-                    | JointParameter::Friction(..),
+                    | JointParameter::Friction(..)
+                    | JointParameter::Warming(..),
                     _,
                 ) => 0.0,
                 // The reading of the sensor is the torque of the spring plus the offset.
@@ -292,6 +302,10 @@ fn has(joint: &Joint, kind: JointParameter, offset: bool) -> bool {
                 Side::Motor => joint.motor_laws(),
             };
             laws.iter().any(|chosen| chosen.columns().contains(&law))
+        }
+        JointParameter::Warming(side, law) => {
+            let friction = JointParameter::Friction(side, law);
+            has(joint, friction, offset) && joint.warms(friction)
         }
     }
 }

@@ -47,6 +47,8 @@ struct JointInfo {
     kind: JointKind,
     flexible: bool,
     torque_limit: f64,
+    /// Temperature at which friction has its parameters, °C.
+    reference_c: f64,
 }
 
 /// A robot's parameters and equations; cheap to clone.
@@ -167,6 +169,8 @@ impl Model {
                         kind: robot.kind(i),
                         flexible: joint.is_flexible(),
                         torque_limit: joint.torque_limit().unwrap_or(f64::INFINITY),
+                        reference_c: (joint.friction_covariates.as_ref())
+                            .map_or(0.0, |covariates| covariates.reference_c),
                     })
                     .collect(),
                 names: robot.joint.iter().map(|joint| joint.name.clone()).collect(),
@@ -312,6 +316,12 @@ impl Model {
     /// Returns the torque limit of each amplifier, N·m (N); infinite without a limit.
     pub fn torque_limits(&self) -> impl Iterator<Item = f64> {
         self.fixed.joints.iter().map(|joint| joint.torque_limit)
+    }
+
+    /// Returns the temperature of each joint at which its friction has its parameters, °C; zero if its
+    /// friction depends on no temperature.
+    pub fn reference_temperatures(&self) -> impl Iterator<Item = f64> {
+        self.fixed.joints.iter().map(|joint| joint.reference_c)
     }
 
     /// Returns the parameters, in the order of theta.

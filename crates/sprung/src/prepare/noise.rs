@@ -95,7 +95,10 @@ pub(crate) fn velocity_noise(
                 from_motor[joint] |= of_motor != 0.0;
             }
             Measures::Position { .. } => motor[joint] = level(),
-            Measures::RightHandSide(_) | Measures::Target | Measures::Switch => {}
+            Measures::RightHandSide(_)
+            | Measures::Target
+            | Measures::Switch
+            | Measures::Temperature => {}
         }
     }
     for (from_motor, by_torque) in from_motor.iter_mut().zip(&channels.link_by_torque) {

@@ -19,6 +19,8 @@ pub struct RawBlock {
     /// Measured torques of the springs, N·m (N), \[n\] vectors; empty for a joint without torque
     /// sensor.
     pub spring: Vec<Vec<f64>>,
+    /// Temperatures minus their references, K, \[n\] vectors; empty for joints without a temperature.
+    pub excess: Vec<Vec<f64>>,
 }
 
 impl RawBlock {
@@ -32,6 +34,7 @@ impl RawBlock {
             phi: vec![Vec::new(); joints],
             tau: vec![Vec::new(); joints],
             spring: vec![Vec::new(); joints],
+            excess: vec![Vec::new(); joints],
         }
     }
 
@@ -54,9 +57,16 @@ impl RawBlock {
             .chain(&mut self.phi)
             .chain(&mut self.tau)
             .chain(&mut self.spring)
+            .chain(&mut self.excess)
         {
             column.clear();
         }
+    }
+
+    /// Returns the temperature of each joint minus its reference, K; zero without a temperature.
+    #[must_use]
+    pub fn excess_at(&self, k: usize) -> Vec<f64> {
+        Self::at(&self.excess, k)
     }
 
     /// Returns one sample of a group of columns; zero for an empty column.
@@ -183,6 +193,7 @@ impl Aligner {
                 // Logs of robots have no such channels.
                 Signal::Target | Signal::Switch => continue,
                 Signal::Spring => &mut out.spring,
+                Signal::Temperature => &mut out.excess,
             };
             let at = lead.samples;
             let column = &mut column[channel.joint];
@@ -228,6 +239,11 @@ impl Aligner {
                 for (q, phi) in out.q[channel.joint][before..].iter_mut().zip(phi) {
                     *q -= motor * (phi - offset);
                 }
+            }
+        }
+        for (column, reference) in out.excess.iter_mut().zip(&self.channels.reference_c) {
+            for value in column.iter_mut().skip(before) {
+                *value -= reference;
             }
         }
         for (joint, rigid) in self.channels.rigid.iter().enumerate() {
@@ -291,6 +307,7 @@ mod tests {
             link_by_torque: vec![false; JOINTS],
             turns: vec![true; JOINTS],
             offsets: vec![0.0, 0.3],
+            reference_c: vec![0.0; JOINTS],
             position_mix: None,
             torque_mix: None,
         }

@@ -23,6 +23,8 @@ pub struct SignalBlock {
     /// Measured torques of the springs, N·m (N), not filtered; empty for a joint without torque
     /// sensor.
     pub spring: Vec<Vec<f64>>,
+    /// Temperatures minus their references, K; empty for joints without a temperature.
+    pub excess: Vec<Vec<f64>>,
 }
 
 impl SignalBlock {
@@ -38,6 +40,7 @@ impl SignalBlock {
             dphi: columns(),
             tau: columns(),
             spring: columns(),
+            excess: columns(),
         }
     }
 
@@ -82,6 +85,7 @@ impl SignalBlock {
             dphi: of_joints(&self.dphi),
             tau: self.tau.iter().map(means).collect(),
             spring: self.spring.iter().map(|own| centred(own, count)).collect(),
+            excess: of_joints(&self.excess),
         }
     }
 
@@ -92,7 +96,8 @@ impl SignalBlock {
             .chain(&mut self.phi)
             .chain(&mut self.dphi)
             .chain(&mut self.tau)
-            .chain(&mut self.spring);
+            .chain(&mut self.spring)
+            .chain(&mut self.excess);
         std::iter::once(&mut self.time).chain(groups)
     }
 
@@ -103,11 +108,9 @@ impl SignalBlock {
 
     /// Removes some samples.
     fn remove(&mut self, from: usize, count: usize) {
-        self.columns().for_each(|column| {
-            if !column.is_empty() {
-                column.drain(from..from + count);
-            }
-        });
+        for column in self.columns().filter(|column| !column.is_empty()) {
+            column.drain(from..from + count);
+        }
     }
 }
 
@@ -163,6 +166,7 @@ pub(crate) struct Smoother {
     time: Vec<f64>,
     tau: Vec<Vec<f64>>,
     spring: Vec<Vec<f64>>,
+    excess: Vec<Vec<f64>>,
     period: f64,
     // Samples to remove beside a gap, and how many remain to be removed after the last gap.
     edge: usize,
@@ -189,6 +193,7 @@ impl Smoother {
             time: Vec::new(),
             tau: vec![Vec::new(); flexible.len()],
             spring: vec![Vec::new(); flexible.len()],
+            excess: vec![Vec::new(); flexible.len()],
             period,
             edge: filter.edge(),
             to_drop: 0,
@@ -205,8 +210,9 @@ impl Smoother {
     /// Processes samples and appends finished samples to `out`.
     pub(crate) fn push(&mut self, samples: &RawBlock, out: &mut SignalBlock) {
         (self.time).extend(samples.time.iter().map(|time| time + samples.later));
-        for (own, tau) in self.tau.iter_mut().zip(&samples.tau) {
-            own.extend_from_slice(tau);
+        let held = (self.tau.iter_mut()).chain(&mut self.excess);
+        for (own, column) in held.zip(samples.tau.iter().chain(&samples.excess)) {
+            own.extend_from_slice(column);
         }
         for (own, spring) in self.spring.iter_mut().zip(&samples.spring) {
             own.extend_from_slice(spring);
@@ -263,9 +269,11 @@ impl Smoother {
         self.time.drain(..ready);
         let torques = self.tau.iter_mut().zip(&mut out.tau);
         let springs = self.spring.iter_mut().zip(&mut out.spring);
-        // Joints without torque sensor have no torques of springs.
-        for (own, out) in torques.chain(springs.filter(|(own, _)| !own.is_empty())) {
-            out.extend_from_slice(&own[kept..][..ready]);
+        let excesses = self.excess.iter_mut().zip(&mut out.excess);
+        let held = torques.chain(springs).chain(excesses);
+        // Joints without torque sensor or temperature have empty columns.
+        for (own, column) in held.filter(|(own, _)| !own.is_empty()) {
+            column.extend_from_slice(&own[kept..][..ready]);
             own.drain(..ready);
         }
         let dropped = self.to_drop.min(ready);

@@ -97,7 +97,7 @@ impl Batch {
             .enumerate())
         .for_each(|(portion, (((momentum, rest), variance), evaluator))| {
             let n = signals.q.len();
-            let mut state = vec![0.0; 4 * n];
+            let mut state = vec![0.0; 5 * n];
             let from = first + portion * THREAD_SAMPLES;
             let until = (first + count).min(from + THREAD_SAMPLES);
             let rows = (momentum.chunks_mut(self.entries)).zip(rest.chunks_mut(self.entries));
@@ -122,7 +122,7 @@ impl Batch {
             return;
         };
         self.probed.clear();
-        let mut memory = vec![0.0; 4 * signals.q.len()];
+        let mut memory = vec![0.0; 5 * signals.q.len()];
         for k in first..first + count {
             let state = state_at(signals, k, &mut memory);
             let columns = self.probes.iter();
@@ -132,7 +132,7 @@ impl Batch {
     }
 }
 
-/// Copies one sample into `memory`, \[4 n\], and returns it.
+/// Copies one sample into `memory`, \[5 n\], and returns it.
 fn state_at<'m>(signals: &SignalBlock, k: usize, memory: &'m mut [f64]) -> State<'m> {
     let n = signals.q.len();
     for joint in 0..n {
@@ -140,12 +140,14 @@ fn state_at<'m>(signals: &SignalBlock, k: usize, memory: &'m mut [f64]) -> State
         memory[n + joint] = signals.dq[joint][k];
         memory[2 * n + joint] = signals.phi[joint][k];
         memory[3 * n + joint] = signals.dphi[joint][k];
+        memory[4 * n + joint] = signals.excess[joint].get(k).copied().unwrap_or(0.0);
     }
     let (link, motor) = memory.split_at(2 * n);
     State {
         q: &link[..n],
         dq: &link[n..],
         phi: &motor[..n],
-        dphi: &motor[n..],
+        dphi: &motor[n..2 * n],
+        excess: &motor[2 * n..],
     }
 }

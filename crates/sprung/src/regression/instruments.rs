@@ -138,8 +138,8 @@ fn shared(of: &SignalBlock, with: &SignalBlock, period: f64) -> (usize, usize, u
 
 /// One sample of a motion.
 struct Sample {
-    // q, dq, phi, dphi.
-    joints: [Vec<f64>; 4],
+    // q, dq, phi, dphi, temperature minus reference.
+    joints: [Vec<f64>; 5],
     tau: Vec<f64>,
     spring: Vec<f64>,
 }
@@ -153,6 +153,9 @@ impl Sample {
                 at(&signals.dq),
                 at(&signals.phi),
                 at(&signals.dphi),
+                (signals.excess.iter())
+                    .map(|column| column.get(k).copied().unwrap_or(0.0))
+                    .collect(),
             ],
             tau: at(&signals.tau),
             spring: at(&signals.spring),
@@ -160,7 +163,13 @@ impl Sample {
     }
 
     fn state(&self) -> State<'_> {
-        let [q, dq, phi, dphi] = &self.joints;
-        State { q, dq, phi, dphi }
+        let [q, dq, phi, dphi, excess] = &self.joints;
+        State {
+            q,
+            dq,
+            phi,
+            dphi,
+            excess,
+        }
     }
 }

@@ -264,8 +264,15 @@ impl ClosedLoop {
                     dq: dq_d,
                     phi: &nominal.phi,
                     dphi: &nominal.dphi,
+                    excess: &[],
                 };
-                let measured = State { q, dq, phi, dphi };
+                let measured = State {
+                    q,
+                    dq,
+                    phi,
+                    dphi,
+                    excess: &[],
+                };
                 let gain: Vec<&[f64]> = gain.iter().map(Vec::as_slice).collect();
                 state_feedback(&gain, &desired, &measured, &mut tau);
             }
@@ -274,6 +281,12 @@ impl ClosedLoop {
             *tau = tau.clamp(-limit, limit);
         }
         tau
+    }
+
+    /// Sets the temperature of each joint minus its reference, \[n\], K. It is zero before.
+    pub fn set_excess(&mut self, excess: &[f64]) {
+        self.plant.excess.clear();
+        self.plant.excess.extend_from_slice(excess);
     }
 
     /// Advances by one period with constant motor torques.

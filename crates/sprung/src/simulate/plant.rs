@@ -40,6 +40,7 @@ impl JointState {
             dq: &self.dq,
             phi: &self.phi,
             dphi: &self.dphi,
+            excess: &[],
         }
     }
 }
@@ -58,6 +59,8 @@ pub(super) struct Plant {
     joints: Vec<f64>,
     // Torque on each coordinate.
     torque: Vec<f64>,
+    /// Temperature of each joint minus its reference, K; empty if no friction depends on it.
+    pub(super) excess: Vec<f64>,
 }
 
 impl Plant {
@@ -79,6 +82,7 @@ impl Plant {
             scratch: Scratch::new(n),
             joints: vec![0.0; 4 * n],
             torque: vec![0.0; model.coordinates()],
+            excess: Vec::new(),
             model: model.clone(),
         }
     }
@@ -120,6 +124,7 @@ impl Plant {
             scratch,
             joints,
             torque,
+            excess,
         } = self;
         let (robot, n) = (model.robot(), torques.motor.len());
         // The buffers have the robot's sizes, so no error is expected here and below.
@@ -133,6 +138,7 @@ impl Plant {
                 dq: &link[n..],
                 phi: &motor[..n],
                 dphi: &motor[n..],
+                excess,
             };
             let (positions, accelerations) = rate.split_at_mut(x.len() / 2);
             positions.copy_from_slice(&x[positions.len()..]);

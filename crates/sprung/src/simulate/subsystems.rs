@@ -184,6 +184,7 @@ impl Subsystems<'_> {
                 dq: &all[n..2 * n],
                 phi: &all[2 * n..3 * n],
                 dphi: &all[3 * n..],
+                excess: &[],
             };
             let mut workspace = self.scratch.workspace();
             let solved = robot.acceleration(&values, &state, &self.torque, &mut workspace, out);

@@ -24,6 +24,8 @@ pub struct TwinSample {
     pub tau: Vec<f64>,
     /// Readings of the joint torque sensors, N·m.
     pub spring: Vec<f64>,
+    /// Temperatures of the joints, °C.
+    pub temperature: Vec<f64>,
 }
 
 /// Parts of a twin.
@@ -39,6 +41,48 @@ pub struct TwinSetup<'a> {
     pub settings: &'a Simulate,
 }
 
+/// Temperatures of the joints, which change at a constant rate.
+#[derive(Clone, Debug)]
+struct Warming {
+    // At the start, °C, and the change over the experiment, K; \[n\] each.
+    start: Vec<f64>,
+    change: Vec<f64>,
+    duration: f64,
+    reference: Vec<f64>,
+}
+
+impl Warming {
+    fn new(setup: &TwinSetup<'_>) -> Self {
+        let settings = setup.settings;
+        let reference: Vec<f64> = setup.model.reference_temperatures().collect();
+        let start = match settings.temperature_start_c.as_slice() {
+            [] => reference.clone(),
+            given => given.to_vec(),
+        };
+        let end = match settings.temperature_end_c.as_slice() {
+            [] => start.clone(),
+            given => given.to_vec(),
+        };
+        Self {
+            change: (end.iter().zip(&start))
+                .map(|(end, start)| end - start)
+                .collect(),
+            start,
+            duration: settings.duration_s,
+            reference,
+        }
+    }
+
+    /// Returns the temperatures at a time, s, °C.
+    fn at(&self, time: f64) -> Vec<f64> {
+        let share = time / self.duration;
+        let joints = self.start.iter().zip(&self.change);
+        joints
+            .map(|(start, change)| start + share * change)
+            .collect()
+    }
+}
+
 /// A controlled robot with its sensors.
 #[derive(Clone, Debug)]
 pub struct Twin {
@@ -48,6 +92,7 @@ pub struct Twin {
     motor: Vec<Encoder>,
     offset: Vec<f64>,
     noise: Vec<f64>,
+    warming: Warming,
     disturbance: Vec<Disturbance>,
     // `None` without link disturbances, so that these draw no random numbers.
     link_disturbance: Option<Vec<Disturbance>>,
@@ -106,6 +151,7 @@ impl Twin {
             motor,
             offset: levels(&settings.motor_encoder_offset_rad),
             noise: levels(&settings.torque_noise_nm),
+            warming: Warming::new(setup),
             disturbance,
             link_disturbance,
             torque_sensors: TorqueSensors::new(setup.model, setup.theta, settings),
@@ -147,6 +193,11 @@ impl Twin {
         }
         let spring = self.model.spring_torques(&self.theta, &state.view());
         let spring = self.torque_sensors.read(&spring, &mut self.rng);
+        let temperature = self.warming.at(time);
+        let excess: Vec<f64> = (temperature.iter().zip(&self.warming.reference))
+            .map(|(temperature, reference)| temperature - reference)
+            .collect();
+        self.plant.set_excess(&excess);
         let tau = self.plant.command(time, &q, &phi);
         let mut applied = tau.clone();
         let mut logged = tau;
@@ -167,6 +218,7 @@ impl Twin {
             phi,
             tau: logged,
             spring,
+            temperature,
         })
     }
 }

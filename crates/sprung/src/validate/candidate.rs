@@ -162,6 +162,7 @@ impl Candidate {
             return values;
         };
         let state = plant.state();
+        plant.set_excess(&samples.excess_at(k));
         let tau = plant.command(samples.time[k], &state.q, &state.phi);
         let measured = samples.q.iter().chain(&samples.phi).chain(&samples.tau);
         let modelled = state.q.iter().chain(&state.phi).chain(&tau);

@@ -5,5 +5,6 @@ mod errors;
 mod proof;
 mod stopped;
 mod support;
+mod temperature;
 mod verbs;
 mod voltage;

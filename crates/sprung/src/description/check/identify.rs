@@ -4,6 +4,7 @@ use super::fault::{Fault, fault};
 use super::window::check_window;
 use crate::description::identify::Cutoff;
 use crate::description::physical::Physical;
+use crate::description::identify::{Cutoff, Estimator};
 use crate::description::types::ExperimentFile;
 use crate::numbers::Shown;
 
@@ -25,6 +26,20 @@ pub(super) fn identify(file: &ExperimentFile) -> Result<(), Fault> {
                 format!("estimator \"{}\" is listed twice", one.name()),
             ));
         }
+    }
+    let warm = (file.robot.joint.iter()).find(|joint| joint.friction_covariates.is_some());
+    let other = (settings.estimator.iter())
+        .find(|one| !matches!(one, Estimator::LeastSquares | Estimator::Lsff));
+    if let Some((joint, other)) = warm.zip(other) {
+        return Err(fault(
+            &["identify", "estimator"],
+            format!(
+                "{} has friction_covariates, but \"{}\" knows no temperatures; set estimator = \
+                 \"least-squares\", or remove friction_covariates",
+                joint.name,
+                other.name()
+            ),
+        ));
     }
     for (key, value) in [
         ("filter_cutoff_rad_per_s", settings.filter_cutoff_rad_per_s),

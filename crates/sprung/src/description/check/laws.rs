@@ -1,10 +1,65 @@
 //! Checks of friction laws and spring terms.
 
 use sprung_core::friction::Family;
+use sprung_core::parameters::{JointParameter, Side};
 
 use super::fault::{Fault, fault};
 use crate::description::friction::FrictionLaw;
 use crate::description::robot::{Joint, SpringTerm};
+
+/// Checks that the covariates of a joint act on friction that it has.
+fn covariates(joint: &Joint, at: &str) -> Result<(), Fault> {
+    let Some(covariates) = &joint.friction_covariates else {
+        return Ok(());
+    };
+    let path = ["robot", "joint", at, "friction_covariates"];
+    let name = &joint.name;
+    if !covariates.reference_c.is_finite() {
+        return Err(fault(
+            &[&path[..], &["reference_c"]].concat(),
+            format!("{name}: reference_c must be a finite temperature in °C"),
+        ));
+    }
+    let of_side = |side: Side, laws: &[FrictionLaw]| -> Vec<&'static str> {
+        let laws = laws.iter().flat_map(|law| law.columns());
+        laws.map(|law| JointParameter::Friction(side, *law).name())
+            .collect()
+    };
+    let known = [
+        of_side(Side::Link, joint.link_laws()),
+        of_side(Side::Motor, joint.motor_laws()),
+    ]
+    .concat();
+    let path = [&path[..], &["temperature"]].concat();
+    for (i, parameter) in covariates.temperature.iter().enumerate() {
+        if !known.contains(&parameter.as_str()) {
+            return Err(fault(
+                &path,
+                format!(
+                    "{name} has no friction parameter \"{parameter}\"; it has {}",
+                    known.join(", ")
+                ),
+            ));
+        }
+        if covariates.temperature[..i].contains(parameter) {
+            return Err(fault(
+                &path,
+                format!("{name}: temperature lists \"{parameter}\" twice"),
+            ));
+        }
+    }
+    if covariates.temperature.is_empty() {
+        return Err(fault(
+            &path,
+            format!(
+                "{name}: temperature lists no friction parameter; name one, such as \"{}\", or remove \
+                 friction_covariates",
+                known.first().unwrap_or(&"motor_viscous")
+            ),
+        ));
+    }
+    Ok(())
+}
 
 /// Checks that the friction laws and spring terms of a joint are independent.
 pub(super) fn laws(joint: &Joint, at: &str) -> Result<(), Fault> {
@@ -64,6 +119,7 @@ pub(super) fn laws(joint: &Joint, at: &str) -> Result<(), Fault> {
             }
         }
     }
+    covariates(joint, at)?;
     let spring = joint.spring_terms();
     if joint.spring.is_some() && !joint.is_flexible() {
         return Err(fault(

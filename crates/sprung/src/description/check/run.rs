@@ -164,6 +164,8 @@ pub(super) fn check_twin(twin: &Simulate, joints: &[&str]) -> Result<(), Fault> 
             "motor_encoder_counts_per_turn",
             twin.motor_encoder_counts_per_turn.len(),
         ),
+        ("temperature_start_c", twin.temperature_start_c.len()),
+        ("temperature_end_c", twin.temperature_end_c.len()),
         ("torque_noise_nm", twin.torque_noise_nm.len()),
         ("torque_disturbance_nm", twin.torque_disturbance_nm.len()),
         (
@@ -185,14 +187,20 @@ pub(super) fn check_twin(twin: &Simulate, joints: &[&str]) -> Result<(), Fault> 
             ));
         }
     }
-    if let Some(value) = (twin.motor_encoder_offset_rad.iter()).find(|v| !v.is_finite()) {
-        return Err(fault(
-            &["simulate", "motor_encoder_offset_rad"],
-            format!(
-                "motor_encoder_offset_rad contains {}; every number must be finite",
-                Shown(*value)
-            ),
-        ));
+    for (key, list) in [
+        ("motor_encoder_offset_rad", &twin.motor_encoder_offset_rad),
+        ("temperature_start_c", &twin.temperature_start_c),
+        ("temperature_end_c", &twin.temperature_end_c),
+    ] {
+        if let Some(value) = list.iter().find(|v| !v.is_finite()) {
+            return Err(fault(
+                &["simulate", key],
+                format!(
+                    "{key} contains {}; every number must be finite",
+                    Shown(*value)
+                ),
+            ));
+        }
     }
     for (key, list) in [
         ("torque_noise_nm", &twin.torque_noise_nm),

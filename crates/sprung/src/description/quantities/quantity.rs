@@ -21,6 +21,8 @@ pub enum Quantity {
     DriveOn,
     /// Torque of the spring on the link, measured by a sensor in the joint, N·m (N).
     JointTorque,
+    /// Temperature of a joint, °C.
+    Temperature,
 }
 
 /// The place of a quantity in the equations of motion of its joint.
@@ -40,6 +42,8 @@ pub enum Measures {
     Target,
     /// Whether the drive is on.
     Switch,
+    /// The temperature on which friction depends, °C.
+    Temperature,
 }
 
 /// A row of the equations of motion of one joint.
@@ -69,6 +73,8 @@ pub enum Signal {
     Switch,
     /// The torque of the spring, of flexible joints only.
     Spring,
+    /// The temperature, of joints with friction that depends on it only.
+    Temperature,
 }
 
 /// Properties of a quantity for messages and equations.
@@ -82,7 +88,7 @@ struct Meaning {
 
 impl Quantity {
     /// All quantities, torques first.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::MotorTorque,
         Self::JointTorque,
         Self::LinkPosition,
@@ -90,6 +96,7 @@ impl Quantity {
         Self::LinkDeflection,
         Self::MotorTarget,
         Self::DriveOn,
+        Self::Temperature,
     ];
 
     /// Returns the quantity's row of the table.
@@ -139,6 +146,11 @@ impl Quantity {
                 measures: Measures::RightHandSide(Row::Spring),
                 suspicion: "is the joint torque sensor connected",
             },
+            Self::Temperature => Meaning {
+                key: "temperature",
+                measures: Measures::Temperature,
+                suspicion: "is the temperature recorded",
+            },
         }
     }
 
@@ -180,6 +192,7 @@ impl Quantity {
             Measures::RightHandSide(_) => Signal::Torque,
             Measures::Target => Signal::Target,
             Measures::Switch => Signal::Switch,
+            Measures::Temperature => Signal::Temperature,
         }
     }
 
@@ -188,8 +201,10 @@ impl Quantity {
     /// - `turns`: whether the joint turns; otherwise it slides.
     #[must_use]
     pub const fn unit(self, turns: bool) -> &'static str {
-        if matches!(self.measures(), Measures::Switch) {
-            return "";
+        match self.measures() {
+            Measures::Switch => return "",
+            Measures::Temperature => return "°C",
+            _ => {}
         }
         let is_position = !matches!(self.measures(), Measures::RightHandSide(_));
         match (is_position, turns) {
@@ -204,20 +219,28 @@ impl Quantity {
     ///
     /// - `q`, `phi`: link position and motor position of the joint.
     /// - `tau`, `spring`: torque of its motor, and of its spring on the link.
+    /// - `temperature`: that of the joint, °C.
     #[must_use]
-    pub fn shown(self, [q, phi]: [f64; 2], [tau, spring]: [f64; 2]) -> f64 {
+    pub fn shown(self, [q, phi]: [f64; 2], [tau, spring]: [f64; 2], temperature: f64) -> f64 {
         match self.measures() {
             Measures::Position { link, motor } => link * q + motor * phi,
             Measures::RightHandSide(Row::Motor) => tau,
             Measures::RightHandSide(Row::Spring) => spring,
             Measures::RightHandSide(Row::Link) | Measures::Target | Measures::Switch => 0.0,
+            Measures::Temperature => temperature,
         }
     }
 }
 
 impl Signal {
     /// The signals of robots, in the order of their columns.
-    pub const ALL: [Self; 4] = [Self::Link, Self::Motor, Self::Torque, Self::Spring];
+    pub const ALL: [Self; 5] = [
+        Self::Link,
+        Self::Motor,
+        Self::Torque,
+        Self::Spring,
+        Self::Temperature,
+    ];
 
     /// The signals of position servos, in the order of their columns.
     pub const OF_SERVO: [Self; 3] = [Self::Motor, Self::Target, Self::Switch];
@@ -235,6 +258,7 @@ impl Signal {
             Self::Motor | Self::Torque => true,
             Self::Target => joint.servo.is_some(),
             Self::Switch | Self::Spring => false,
+            Self::Temperature => joint.friction_covariates.is_some(),
         }
     }
 
@@ -247,6 +271,7 @@ impl Signal {
             Self::Target => "the targets",
             Self::Switch => "the states of the drives",
             Self::Spring => "the joint torques",
+            Self::Temperature => "the temperatures",
         }
     }
 
@@ -266,6 +291,7 @@ impl Signal {
             (Self::Switch, _) => "drive_on",
             (Self::Spring, JointKind::Revolute) => "joint_torque_nm",
             (Self::Spring, JointKind::Prismatic) => "joint_force_n",
+            (Self::Temperature, _) => "temperature_c",
         }
     }
 }
@@ -277,7 +303,7 @@ mod tests {
     #[test]
     fn readings_equal_the_measured_quantity_bit_for_bit() {
         let (q, phi, tau, spring) = (0.3, 0.1, 7.0, 5.0);
-        let shown = |quantity: Quantity| quantity.shown([q, phi], [tau, spring]).to_bits();
+        let shown = |quantity: Quantity| quantity.shown([q, phi], [tau, spring], 30.0).to_bits();
         assert_eq!(shown(Quantity::LinkPosition), q.to_bits());
         assert_eq!(shown(Quantity::LinkDeflection), (q - phi).to_bits());
         assert_eq!(shown(Quantity::MotorPosition), phi.to_bits());

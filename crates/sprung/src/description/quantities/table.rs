@@ -115,7 +115,7 @@ const fn instead(stem: &'static str) -> InTemplate {
 
 /// All keys for columns of measured quantities, grouped by signal.
 #[rustfmt::skip]
-pub(crate) static KEYS: [Key; 25] = [
+pub(crate) static KEYS: [Key; 26] = [
     //   key                  measures        joints           unit           scaled by       template
     key!(link_position_rad,   LinkPosition,   Some(Revolute),  SI,            None,           fill_in("q")),
     key!(link_position_deg,   LinkPosition,   Some(Revolute),  DEGREES,       None,           instead("q")),
@@ -142,6 +142,7 @@ pub(crate) static KEYS: [Key; 25] = [
     key!(joint_torque_nm,     JointTorque,    Some(Revolute),  SI,            None,           NO),
     key!(joint_force_n,       JointTorque,    Some(Prismatic), SI,            None,           NO),
     key!(joint_torque,        JointTorque,    None,            SAID_TORQUE,   None,           NO),
+    key!(temperature_c,       Temperature,    None,            SI,            None,           NO),
 ];
 
 impl Key {
@@ -173,7 +174,9 @@ impl Key {
     ///   joints.
     pub(crate) fn joints(&self, joints: Joints, robot: &Robot) -> Vec<usize> {
         let flexible = self.signal().is_of_flexible_joints() && joints == Joints::ThatHaveIt;
+        let warming = self.signal() == Signal::Temperature;
         (0..robot.joint.len())
+            .filter(|&i| !warming || robot.joint[i].friction_covariates.is_some())
             .filter(|&i| !flexible || robot.joint[i].is_flexible())
             .filter(|&i| self.kind.is_none_or(|kind| robot.kind(i) == kind))
             .collect()
@@ -203,7 +206,10 @@ impl Key {
         let in_metres = self.kind == Some(Prismatic);
         match self.quantity.measures() {
             Measures::Position { link, motor } => link + motor != 0.0 && !in_metres,
-            Measures::RightHandSide(_) | Measures::Target | Measures::Switch => false,
+            Measures::RightHandSide(_)
+            | Measures::Target
+            | Measures::Switch
+            | Measures::Temperature => false,
         }
     }
 }

@@ -190,6 +190,7 @@ impl Search<'_> {
             tau: stretch.tau.clone(),
             // Instruments need no right-hand side.
             spring: Vec::new(),
+            excess: stretch.excess.clone(),
         };
         smoother.push(&raw, &mut out);
         Ok(smoother.finish(&mut out).then_some(out))

@@ -42,6 +42,8 @@ pub struct Channels {
     pub turns: Vec<bool>,
     /// Offsets that are added to the positions of links and motors, rad, \[n\].
     pub offsets: Vec<f64>,
+    /// Reference temperature of each joint, °C, \[n\].
+    pub reference_c: Vec<f64>,
     /// Conversion of motor positions to joint positions, if they are recorded before a coupled
     /// transmission.
     pub position_mix: Option<Mix>,
@@ -108,6 +110,10 @@ impl Channels {
                 .collect(),
             offsets: (robot.joint.iter())
                 .map(|joint| joint.position_offset_deg.to_radians())
+                .collect(),
+            reference_c: (robot.joint.iter())
+                .map(|joint| joint.friction_covariates.as_ref())
+                .map(|own| own.map_or(0.0, |own| own.reference_c))
                 .collect(),
             position_mix: mixed(robot, log.side(Scaling::PositionSide)).map(|(ratios, inverse)| {
                 Mix {

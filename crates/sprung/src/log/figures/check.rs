@@ -63,6 +63,7 @@ pub fn check(
         findings.extend(columns.opposite_signs(name, joint));
         for (i, channel) in channels.all.iter().enumerate() {
             if channel.joint == joint
+                && channel.quantity != Quantity::Temperature
                 && let Some(figures) = summary.figures(i)
             {
                 findings.extend(faults(file, name, channel, figures));
@@ -86,6 +87,7 @@ impl ColumnCheck<'_> {
         let summary = self.summary;
         let of_joint: Vec<(&Channel, Extent)> = (self.channels.all.iter().enumerate())
             .filter(|(_, channel)| channel.joint == joint)
+            .filter(|(_, channel)| channel.quantity != Quantity::Temperature)
             .filter_map(|(i, channel)| Some((channel, summary.extent(i)?)))
             .collect();
         let moves = of_joint

@@ -207,5 +207,6 @@ fn state(joints: &[f64], n: usize) -> State<'_> {
         dq: &link[n..],
         phi: &motor[..n],
         dphi: &motor[n..],
+        excess: &[],
     }
 }

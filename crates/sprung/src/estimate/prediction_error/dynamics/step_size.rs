@@ -56,6 +56,7 @@ impl Dynamics {
                 deflection_rate: x[rows + motor] - x[rows + joint],
                 link_velocity: slowest(joint),
                 motor_velocity: slowest(motor),
+                excess: 0.0,
             };
             let slopes = term.slopes(&drive, &robot.shapes[joint]);
             let mass = self.inverse[term.row * rows + term.row];

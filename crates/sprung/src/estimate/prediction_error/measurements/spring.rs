@@ -68,6 +68,7 @@ impl SpringReading {
             deflection_rate,
             link_velocity: x[rows + self.link],
             motor_velocity: x[rows + self.motor],
+            excess: 0.0,
         }
     }
 
