@@ -2,9 +2,8 @@
 
 use super::fault::{Fault, fault};
 use super::window::check_window;
-use crate::description::identify::Cutoff;
-use crate::description::physical::Physical;
 use crate::description::identify::{Cutoff, Estimator};
+use crate::description::physical::Physical;
 use crate::description::types::ExperimentFile;
 use crate::numbers::Shown;
 
