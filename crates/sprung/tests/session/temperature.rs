@@ -5,7 +5,7 @@ use std::io::{Cursor, Error, ErrorKind, Result as IoResult};
 use std::path::Path;
 
 use sprung::demo;
-use sprung::estimate::{EstimateResult, Identification};
+use sprung::estimate::Identification;
 use sprung::log::Input;
 use sprung::progress::Unheard;
 use sprung::session::{Parameters, Session};
@@ -79,16 +79,26 @@ fn log(temperatures: [&str; 2]) -> Vec<u8> {
     log
 }
 
-fn identified(log: &[u8]) -> EstimateResult {
+fn identified(log: &[u8]) -> Identification {
     let found = session(log, &[]).unwrap().identify(&mut Unheard).unwrap();
-    found.identification.results.into_iter().next().unwrap()
+    found.identification
+}
+
+/// Returns the columns of temperatures that hardly change by the findings.
+fn hardly_change(found: &Identification) -> Vec<&str> {
+    (found.findings.iter())
+        .filter(|finding| finding.code == "temperature-hardly-changes")
+        .filter_map(|finding| finding.evidence.as_ref()?.column.as_deref())
+        .collect()
 }
 
 #[test]
 fn changes_of_friction_with_the_temperature_are_found() {
     let log = log(["[25.0, 28.0]", "[45.0, 42.0]"]);
     assert!(log.starts_with(b"t_s,q1_rad,q2_rad,phi1_rad,phi2_rad,tau1_nm,tau2_nm,warm1,warm2\n"));
-    let result = identified(&log);
+    let found = identified(&log);
+    assert_eq!(hardly_change(&found), [""; 0]);
+    let result = &found.results[0];
     for (name, truth) in NAMES {
         let own = result.parameter(name).unwrap();
         let (value, error) = (own.value.unwrap(), own.standard_error.unwrap());
@@ -106,7 +116,9 @@ fn changes_of_friction_with_the_temperature_are_found() {
 
 #[test]
 fn a_constant_temperature_tells_nothing_about_its_effect() {
-    let result = identified(&log(["[35.0, 35.0]", "[35.0, 35.0]"]));
+    let found = identified(&log(["[35.0, 35.0]", "[35.0, 35.0]"]));
+    assert_eq!(hardly_change(&found), ["warm1", "warm2"]);
+    let result = &found.results[0];
     for (name, _) in NAMES {
         let own = result.parameter(name).unwrap();
         assert!(!own.identifiable && own.value.is_none(), "{name}");

@@ -30,10 +30,11 @@ The robot is described by one of `urdf`, `dh_modified`, `dh_classic` and `kinema
 ";
 
 /// Headings of the page and the definitions of the schema below them.
-const SECTIONS: [(&str, &str); 18] = [
+const SECTIONS: [(&str, &str); 19] = [
     ("robot", "Robot"),
     ("robot.joint", "Joint"),
     ("robot.joint.nominal", "Nominal"),
+    ("robot.joint.friction_covariates", "FrictionCovariates"),
     ("robot.joint.servo", "ServoDrive"),
     ("Row of a Denavit-Hartenberg table", "DhJoint"),
     ("log", "Log"),
@@ -201,7 +202,7 @@ impl Schema {
 }
 
 /// Pages with parts of an experiment file.
-const PAGES_WITH_PARTS: [&str; 8] = [
+const PAGES_WITH_PARTS: [&str; 9] = [
     "docs/logs.md",
     "docs/how-to/no-link-encoder.md",
     "docs/how-to/current-and-gears.md",
@@ -209,6 +210,7 @@ const PAGES_WITH_PARTS: [&str; 8] = [
     "docs/how-to/ros2-bag.md",
     "docs/how-to/several-logs.md",
     "docs/how-to/servos.md",
+    "docs/how-to/temperature.md",
     "docs/how-to/torque-sensor.md",
 ];
 

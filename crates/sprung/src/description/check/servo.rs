@@ -61,6 +61,16 @@ pub(super) fn check_servo(file: &ExperimentFile) -> Result<(), Fault> {
             ),
         ));
     }
+    if joint.friction_covariates.is_some() {
+        return Err(fault(
+            &["robot", "joint", &index, "friction_covariates"],
+            format!(
+                "{}: friction_covariates have no effect beside servo, whose estimation knows no \
+                 temperatures; remove them",
+                joint.name
+            ),
+        ));
+    }
     if let Some(drive) = &joint.servo {
         drive_law(drive, joint, &path)?;
     }

@@ -30,6 +30,10 @@ const MAX_SCATTER_OF_SLOPE: f64 = 0.25;
 /// A joint whose range is below this number of encoder steps hardly moves.
 const MIN_ENCODER_STEPS: f64 = 30.0;
 
+/// A smaller range of a temperature, K, changes friction by few percent only, as about 1 to 2 % per
+/// kelvin are usual in gears.
+const MIN_TEMPERATURE_RANGE_K: f64 = 2.0;
+
 /// Returns findings about the columns of a log.
 ///
 /// - `file`: name for messages; `joints`: names of the joints.
@@ -61,6 +65,7 @@ pub fn check(
         findings.extend(scale);
         findings.extend(columns.looks_like_degrees(name, joint));
         findings.extend(columns.opposite_signs(name, joint));
+        findings.extend(columns.temperature_hardly_changes(name, joint));
         for (i, channel) in channels.all.iter().enumerate() {
             if channel.joint == joint
                 && channel.quantity != Quantity::Temperature
@@ -307,7 +312,28 @@ impl ColumnCheck<'_> {
             .seen(self.file, &channel.column, range, unit)
         })
     }
+
+    /// Reports a temperature that changes too little to show its effect on friction.
+    fn temperature_hardly_changes(&self, name: &str, joint: usize) -> Option<Finding> {
+        let i = self.channels.index(Quantity::Temperature, joint)?;
+        let column = &self.channels.all[i].column;
+        let range = self.summary.extent(i)?.range();
+        (range < MIN_TEMPERATURE_RANGE_K).then(|| {
+            Finding::new(
+                Severity::Info,
+                "temperature-hardly-changes",
+                format!(
+                    "{name}: \"{column}\" changes by {range:.2} K in {}: this log alone cannot tell the \
+                     change of friction per kelvin",
+                    self.file
+                ),
+                "record the joint cold and warm, or identify logs at different temperatures together",
+            )
+            .seen(self.file, column, range, "K")
+        })
+    }
 }
+
 /// Returns the value of a constant column.
 fn constant(value: f64) -> String {
     if value.abs() < 1e9 {
