@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use sprung_core::drives::Term;
 use sprung_core::friction::{Law, Shape};
 use sprung_core::links::LengthError;
-use sprung_core::parameters::JointParameter::{self, Friction};
+use sprung_core::parameters::JointParameter::{self, Friction, Warming};
 use sprung_core::parameters::Side;
 use sprung_core::robot::{Links, Robot, Torques, Values};
 use sprung_core::spatial::BODY;
@@ -136,6 +136,8 @@ impl Mixed {
                     }
                 }
             }
+            // It belongs to the sensor.
+            JointParameter::TorqueOffset => return,
             _ if flexible => {
                 put(joint, -1.0);
                 put(self.motor_rows[joint].unwrap(), 1.0);
