@@ -101,6 +101,9 @@ impl Terminal {
             }
         }
         self.table(&parameter_table(identification, truth));
+        for payload in &identification.payloads {
+            self.say(format!("\n{}", payload.summary()));
+        }
         for finding in &identification.findings {
             self.finding("log", finding);
         }

@@ -25,6 +25,7 @@ mod new_log;
 mod output_error;
 mod outputs;
 mod pages;
+mod payload;
 mod real_machine;
 mod refined;
 mod robots;

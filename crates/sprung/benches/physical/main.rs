@@ -1,11 +1,13 @@
 //! Errors of the base parameters of the twin with seven joints: by least squares, and by possible bodies
-//! with nominal values that are wrong by 30 %.
+//! with nominal values that are wrong by 30 %. Then errors and intervals of payloads of a twin with six
+//! joints.
 //!
-//! `cargo bench -p sprung --bench physical [-- --seeds 20]`
+//! `cargo bench -p sprung --bench physical [-- --seeds 20] [--only bodies|payload]`
 #![expect(clippy::print_stdout, reason = "a benchmark says what it measured")]
 
 #[path = "../../tests/twin/in_memory.rs"]
 mod in_memory;
+mod payload;
 
 use std::collections::BTreeMap;
 
@@ -39,6 +41,18 @@ struct Draw {
 
 fn main() {
     let seeds = seeds();
+    let only = after("--only");
+    let wanted = |part: &str| only.as_deref().is_none_or(|only| only == part);
+    if wanted("bodies") {
+        bodies(seeds);
+    }
+    if wanted("payload") {
+        payload::payloads(seeds);
+    }
+}
+
+/// Prints the errors of base parameters.
+fn bodies(seeds: u32) {
     println!(
         "Twin with seven joints, {DURATION_S} s, least squares, {seeds} logs per row. Error of the base \
          parameters of the links: length of the difference over the length of the truth.\n"
@@ -72,11 +86,14 @@ fn main() {
     }
 }
 
+/// Returns the word after an argument.
+fn after(argument: &str) -> Option<String> {
+    std::env::args().skip_while(|own| own != argument).nth(1)
+}
+
 /// Returns the number after `--seeds`, 20 without it.
 fn seeds() -> u32 {
-    let mut arguments = std::env::args().skip_while(|own| own != "--seeds").skip(1);
-    arguments
-        .next()
+    after("--seeds")
         .and_then(|own| own.parse().ok())
         .unwrap_or(20)
 }
@@ -89,7 +106,12 @@ fn draw(noise: f64, distance: Distance, seed: u32) -> Draw {
     experiment.identify.estimator = vec![Estimator::LeastSquares];
     experiment.identify.physical.distance = distance;
     let model = Model::new(&experiment).expect("the example is a robot");
-    let log = log(&experiment, &model, &values, (noise, seed));
+    let twin = Twin {
+        experiment: &experiment,
+        model: &model,
+        values: &values,
+    };
+    let log = twin.log((noise, seed), DURATION_S);
     let found = with_source(&log, |source| {
         identify(&experiment, &model, &mut [source], &mut Unheard)
             .expect("the twin's log can be identified")
@@ -117,32 +139,38 @@ fn draw(noise: f64, distance: Distance, seed: u32) -> Draw {
     }
 }
 
-fn log(
-    experiment: &Experiment,
-    model: &Model,
-    values: &BTreeMap<String, f64>,
-    (noise, seed): (f64, u32),
-) -> Vec<u8> {
-    let mut settings = experiment.simulate.clone().expect("the example has a twin");
-    settings.duration_s = DURATION_S;
-    settings.seed = u64::from(seed);
-    settings.torque_noise_nm = vec![noise; JOINTS as usize];
-    let setup = TwinSetup {
-        model,
-        theta: &model
-            .theta(&known(model, values))
-            .expect("all values are known"),
-        controller: experiment
-            .controller
-            .as_ref()
-            .expect("the example has a controller"),
-        settings: &settings,
-    };
-    let columns = experiment.log.as_ref().expect("the example has a log");
-    let channels = Channels::new(&experiment.robot, columns).expect("the columns are the robot's");
-    let mut log = Vec::new();
-    record(&setup, &channels, &mut log, &mut Unheard).expect("the twin moves");
-    log
+/// A twin with its true parameters.
+struct Twin<'a> {
+    experiment: &'a Experiment,
+    model: &'a Model,
+    values: &'a BTreeMap<String, f64>,
+}
+
+impl Twin<'_> {
+    /// Returns a log.
+    ///
+    /// - `noise`: of the torques, N·m; `duration`: s.
+    fn log(&self, (noise, seed): (f64, u32), duration: f64) -> Vec<u8> {
+        let settings = self.experiment.simulate.clone();
+        let mut settings = settings.expect("the example has a twin");
+        settings.duration_s = duration;
+        settings.seed = u64::from(seed);
+        settings.torque_noise_nm = vec![noise; self.model.joint_count()];
+        let theta = self.model.theta(&known(self.model, self.values));
+        let controller = self.experiment.controller.as_ref();
+        let setup = TwinSetup {
+            model: self.model,
+            theta: &theta.expect("all values are known"),
+            controller: controller.expect("the example has a controller"),
+            settings: &settings,
+        };
+        let columns = self.experiment.log.as_ref().expect("the example has a log");
+        let channels = Channels::new(&self.experiment.robot, columns);
+        let channels = channels.expect("the columns are the robot's");
+        let mut log = Vec::new();
+        record(&setup, &channels, &mut log, &mut Unheard).expect("the twin moves");
+        log
+    }
 }
 
 /// The values of parameters that a model has.

@@ -98,7 +98,7 @@ pub struct FilePart {
     pub path: PathBuf,
     /// The samples that belong to the log.
     pub window: Window,
-    /// The body that the robot carried, if it is known.
+    /// The body that the robot carried.
     pub payload: Option<Payload>,
 }
 
@@ -132,7 +132,7 @@ pub(super) struct Part {
     from_index: Option<u64>,
     /// Index of the first sample after the window, from 0.
     to_index: Option<u64>,
-    /// Known body that the last link carried while the file was recorded; only for a servo.
+    /// Body that a link carried while the file was recorded.
     payload: Option<Payload>,
 }
 
@@ -141,7 +141,7 @@ pub(super) struct Part {
 #[expect(dead_code, reason = "describes the schema of a file")]
 pub(super) enum OneFile {
     Whole(PathBuf),
-    Part(Part),
+    Part(Box<Part>),
 }
 
 #[derive(JsonSchema)]

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::description::{Log, Window};
+use crate::description::{FilePart, Log, Window};
 use crate::log::Sampling;
 use crate::prepare::Prepared;
 use crate::regression::LogFigures;
@@ -130,11 +130,18 @@ pub(super) fn log_infos(prepared: &Prepared, figures: &[LogFigures]) -> Vec<LogI
 /// Returns the names of the logs as the experiment gives them, or the names of the opened logs if
 /// the experiment lists none.
 fn log_names(log: Option<&Log>, opened: &[String]) -> Vec<String> {
-    match log.and_then(|log| log.file.as_ref()) {
-        Some(files) if files.len() == opened.len() => {
-            files.iter().map(ToString::to_string).collect()
-        }
-        _ => opened.to_vec(),
+    // Logs with an unknown payload serve only the payload.
+    let has_unknown =
+        |file: &&FilePart| (file.payload.as_ref()).is_some_and(|own| own.known().is_none());
+    let files = log.into_iter().flat_map(|log| log.file.iter().flatten());
+    let names: Vec<String> = files
+        .filter(|file| !has_unknown(file))
+        .map(ToString::to_string)
+        .collect();
+    if names.len() == opened.len() {
+        names
+    } else {
+        opened.to_vec()
     }
 }
 

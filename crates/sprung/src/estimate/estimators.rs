@@ -2,7 +2,7 @@
 
 use super::describe::Linear;
 use super::error::IdentifyError;
-use super::found::Found;
+use super::found::{Criterion, Found};
 use super::inputs::EstimatorInputs;
 use super::least_squares::least_squares;
 use super::lsff::Lsff;
@@ -10,7 +10,7 @@ use super::on_line::on_line;
 use super::output_error::output_error;
 use super::prediction_error::{Before, prediction_error};
 use crate::description::Estimator;
-use crate::finding::Finding;
+use crate::finding::{Finding, Severity};
 use crate::frequency::Record;
 use crate::log::LogSource;
 use crate::prepare::{PrepareError, Prepared};
@@ -57,6 +57,13 @@ impl Basis<'_> {
                 let controller = self.inputs.controller.ok_or(PrepareError::NoLog)?;
                 output_error(reading, controller, excerpt, fitted, progress)?
             }
+            Estimator::PredictionError if sources.iter().any(|own| own.payload().is_some()) => {
+                let mut found =
+                    least_squares(reading.model(), self.system, fitted, self.fit_seconds);
+                found.numbers.criterion = Criterion::Likelihood(None);
+                found.findings.push(payload_not_refined());
+                found
+            }
             Estimator::PredictionError => {
                 let before = Before {
                     experiment: self.prepared.experiment(),
@@ -70,4 +77,15 @@ impl Basis<'_> {
             }
         })
     }
+}
+
+fn payload_not_refined() -> Finding {
+    Finding::new(
+        Severity::Info,
+        "payload-not-refined",
+        "some logs carried a known payload, and the refinement follows one robot for all logs. These are \
+         the values of least squares"
+            .to_owned(),
+        "to refine them, identify the logs without payload alone",
+    )
 }

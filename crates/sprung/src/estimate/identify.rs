@@ -18,12 +18,15 @@ use super::least_squares::{
 };
 use super::lsff::Lsff;
 use super::on_line::OnLine;
+use super::payload::{Loaded, PayloadResult, payload_of};
 use super::prediction_error::likely;
 use super::promise::HeldOutRatio;
 use super::result::{CutoffChoice, EstimateResult, GENERATOR, Identification, SettingsUsed};
 use crate::check::{Refusal, examine};
 use crate::curves::Curves;
-use crate::description::{Estimator, Experiment, Identify, Instruments, Laws, OnCheckError};
+use crate::description::{
+    Estimator, Experiment, Identify, Instruments, Laws, OnCheckError, Payload,
+};
 use crate::finding::{Finding, Severity};
 use crate::fit::{Fitted, fit, residual};
 use crate::frequency::Record;
@@ -91,6 +94,9 @@ pub fn identify_and_tell(
     first: &mut dyn FnMut(&Identified),
 ) -> Result<Identified, IdentifyError> {
     let clock = Stopwatch::start();
+    sources.sort_by_key(LogSource::has_unknown_payload);
+    let empty = sources.partition_point(|source| !source.has_unknown_payload());
+    let (sources, loaded) = sources.split_at_mut(empty);
     // A missing input is reported before a log is read.
     EstimatorInputs::new(experiment, model)?;
     let prepared = prepare_to_estimate(experiment, model, sources, progress)?;
@@ -121,7 +127,12 @@ pub fn identify_and_tell(
         first(&early);
     }
     let estimates = refine(&basis, sources, progress)?;
+    let payloads = payloads(&basis, &estimates, loaded, progress)?;
     let mut identified = describe_all(&basis, &passed, estimates, progress)?;
+    for (payload, findings) in payloads {
+        identified.identification.payloads.push(payload);
+        identified.identification.findings.extend(findings);
+    }
     let mut results = identified.identification.results.iter();
     let refined = results.find_map(EstimateResult::refined);
     if let (Some(chosen), Some(refined)) = (&mut chosen, refined) {
@@ -302,6 +313,37 @@ fn refine(
         .collect()
 }
 
+/// Estimates the payloads of logs, each from all logs with it, beside the first estimate.
+fn payloads(
+    basis: &Basis<'_>,
+    estimates: &[(Estimator, Found)],
+    sources: &mut [LogSource<'_>],
+    progress: &mut dyn Listener,
+) -> Result<Vec<(PayloadResult, Vec<Finding>)>, IdentifyError> {
+    let reading = basis.prepared.reading();
+    let name = |source: &LogSource<'_>| source.payload().map_or("", Payload::name).to_owned();
+    sources.sort_by_key(name);
+    let mut results = Vec::new();
+    for logs in sources.chunk_by_mut(|a, b| name(a) == name(b)) {
+        let passed = read_through(reading, logs, &mut (), Phase::Reading, progress)?;
+        let payload = logs.first().and_then(LogSource::payload);
+        let link = payload.and_then(|own| reading.model().link_of_payload(own).ok());
+        let (Some(link), Some((estimator, found))) = (link, estimates.first()) else {
+            continue;
+        };
+        let loaded = Loaded {
+            name: &name(&logs[0]),
+            link,
+            logs: logs.iter().map(LogSource::label).collect(),
+            system: &passed.system,
+        };
+        let of_robot = (estimator.name(), &found.numbers);
+        let without = (basis.system, &basis.linear.fitted);
+        results.extend(payload_of(reading.model(), &loaded, of_robot, without));
+    }
+    Ok(results)
+}
+
 /// Judges the estimates, examines suspicious results again, and assembles the identification.
 fn describe_all(
     basis: &Basis<'_>,
@@ -378,6 +420,7 @@ fn assemble(
             settings: settings_used(reading, cutoff_choice(prepared)),
             laws: None,
             frequency_response: None,
+            payloads: Vec::new(),
             findings,
             results,
         },

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::about_logs::LogInfo;
 use super::laws::LawsByHoldOut;
+use super::payload::PayloadResult;
 use super::physical::{PhysicalResult, StandardParameter};
 use super::promise::JointPrediction;
 use super::refinement_result::Refinement;
@@ -39,6 +40,9 @@ pub struct Identification {
     /// Frequency responses of a log and of the first result; absent without a flexible joint.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frequency_response: Option<FrequencyResponse>,
+    /// Payloads that some logs carried.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub payloads: Vec<PayloadResult>,
     /// Findings about the logs.
     pub findings: Vec<Finding>,
     /// One result per estimator.

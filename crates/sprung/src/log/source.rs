@@ -10,7 +10,7 @@ use super::formats::{memory, open};
 use super::input::Input;
 use super::meter::Meter;
 use super::reader::LogReader;
-use crate::description::Window;
+use crate::description::{Payload, Window};
 
 /// Opens the log's own file (`None`) or another file that a channel names. Each call returns the
 /// file at its beginning.
@@ -22,6 +22,7 @@ pub struct LogSource<'a> {
     pub name: String,
     holds: Holds<'a>,
     window: Window,
+    payload: Option<Payload>,
 }
 
 /// Location of a log's numbers.
@@ -41,6 +42,7 @@ impl<'a> LogSource<'a> {
             name: name.into(),
             holds: Holds::Files(opener),
             window: Window::default(),
+            payload: None,
         }
     }
 
@@ -54,6 +56,7 @@ impl<'a> LogSource<'a> {
             name: name.into(),
             holds: Holds::Memory(arrays),
             window: Window::default(),
+            payload: None,
         }
     }
 
@@ -61,6 +64,23 @@ impl<'a> LogSource<'a> {
     #[must_use]
     pub fn within(self, window: Window) -> Self {
         Self { window, ..self }
+    }
+
+    /// Returns the log of a robot that carried a body.
+    #[must_use]
+    pub fn carrying(self, payload: Option<Payload>) -> Self {
+        Self { payload, ..self }
+    }
+
+    /// Returns the body that the robot carried.
+    #[must_use]
+    pub fn payload(&self) -> Option<&Payload> {
+        self.payload.as_ref()
+    }
+
+    /// Returns whether the robot carried a body that is to be estimated.
+    pub(crate) fn has_unknown_payload(&self) -> bool {
+        (self.payload.as_ref()).is_some_and(|payload| payload.known().is_none())
     }
 
     /// Returns a narrower window of the log.
@@ -80,6 +100,7 @@ impl<'a> LogSource<'a> {
                 Holds::Memory(arrays) => Holds::Memory(arrays.clone()),
             },
             window,
+            payload: self.payload.clone(),
         }
     }
 

@@ -9,6 +9,7 @@ mod layout;
 mod links;
 mod nearest_bodies;
 mod parameter;
+mod payload;
 mod right_hand_side;
 mod scratch;
 mod second_moments;
@@ -188,6 +189,7 @@ impl Model {
             }),
         };
         model.check_robot(robot)?;
+        model.check_payloads(experiment)?;
         model.check_masses(experiment.identify.physical.mass_kg.keys())?;
         Ok(model)
     }

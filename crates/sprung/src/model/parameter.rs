@@ -91,6 +91,17 @@ pub enum ModelError {
         /// Pose with this mass matrix, or empty.
         pose: String,
     },
+    /// A link that carries a payload has given parameters.
+    #[error(
+        "{link} carries a payload, but {parameter} is given under fixed or assume_zero, so its change by the \
+         payload cannot be told; remove it there"
+    )]
+    Carries {
+        /// Name of the link.
+        link: String,
+        /// Name of the given parameter.
+        parameter: String,
+    },
     /// The joints do not form a tree.
     #[error("{0}")]
     Chain(ChainError),

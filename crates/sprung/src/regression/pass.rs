@@ -1,5 +1,7 @@
 //! One pass over logs: reads their blocks and returns a reduced system.
 
+use std::sync::Arc;
+
 use sprung_core::filter::FilterError;
 
 use super::reading::Reading;
@@ -83,6 +85,8 @@ impl<A: Observer, B: Observer> Observer for (A, B) {
 struct Piece {
     // Whether this is the first piece of a log or of a segment behind a gap.
     begins: bool,
+    // Change of the parameters by a known payload, \[p\].
+    carried: Option<Arc<[f64]>>,
     period: f64,
     signals: SignalBlock,
 }
@@ -99,6 +103,7 @@ struct Preparation {
     raw: RawBlock,
     part: LogBlock,
     begins: bool,
+    carried: Option<Arc<[f64]>>,
     in_segment: u64,
     // Samples in segments that are too short for the filter.
     lost: u64,
@@ -137,6 +142,7 @@ impl Preparation {
             },
             part: LogBlock::new(reading.channels().all.len()),
             begins: true,
+            carried: None,
             in_segment: 0,
             lost: 0,
             used: 0,
@@ -204,6 +210,7 @@ impl Preparation {
     fn piece(&self) -> Piece {
         Piece {
             begins: self.begins,
+            carried: self.carried.clone(),
             period: self.period,
             signals: SignalBlock::new(self.reading.model().joint_count()),
         }
@@ -251,6 +258,7 @@ fn reduce(
     for piece in pieces {
         if piece.begins {
             reduction.restart();
+            reduction.carry(piece.carried.as_deref());
         }
         reduction
             .push(
@@ -393,6 +401,9 @@ pub(crate) fn read_through(
         let first = block.time.first().copied().unwrap_or_default();
         let later = ended.map_or(0.0, |end| end + period - first);
         let mut preparation = Preparation::new(reading, period, later)?;
+        preparation.carried = (source.payload())
+            .and_then(|payload| reading.model().change_by_payload(payload))
+            .map(Into::into);
         let mut summary = Summary::new(reading.channels());
         observer.restart(Restart::Begin);
         while !block.is_empty() {

@@ -92,6 +92,8 @@ struct RowReduction {
     stretch: u64,
     current: Option<Triangle>,
     done: Vec<Triangle>,
+    // Change of the row's parameters by a known payload, one per entry; empty without a payload.
+    carried: Vec<f64>,
     // Whether samples are kept for plots.
     keeps: bool,
     kept: Decimator<Vec<f64>>,
@@ -134,6 +136,7 @@ impl RowReduction {
             stretch: Stretches::of(model).initial_samples,
             current: None,
             done: Vec::new(),
+            carried: Vec::new(),
             keeps: true,
             kept: Decimator::new(KEPT_SAMPLES),
             kept_variance: Decimator::new(KEPT_SAMPLES),
@@ -224,7 +227,8 @@ impl RowReduction {
                     self.last_rhs = rhs;
                 }
             }
-            row[width] = rhs;
+            let carried = row.iter().zip(&self.carried);
+            row[width] = rhs - carried.map(|(entry, by)| entry * by).sum::<f64>();
             if self.keeps {
                 self.kept.push(|| row.to_vec());
             }
@@ -437,6 +441,23 @@ impl Reduction {
     pub fn restart(&mut self) {
         self.rows.iter_mut().for_each(RowReduction::restart);
         self.standing = Standing::default();
+    }
+
+    /// Sets the change of the parameters by a known payload in the samples that come: its torques are
+    /// taken from the right-hand sides.
+    ///
+    /// - `change`: \[p\]; `None` without a payload.
+    pub(crate) fn carry(&mut self, change: Option<&[f64]>) {
+        let model = self.batch.model();
+        for row in &mut self.rows {
+            row.carried = change.map_or_else(Vec::new, |change| {
+                model
+                    .row_columns(row.row)
+                    .iter()
+                    .map(|&c| change[c])
+                    .collect()
+            });
+        }
     }
 
     /// Takes the next samples.

@@ -7,8 +7,8 @@ use super::overview::overview;
 use super::section::{folded, section, shown};
 use super::verdict::Head;
 use super::{
-    frequency, glossary, laws, plots, refinement, robot_tables, settings, stability, tables,
-    validation_tables,
+    frequency, glossary, laws, payload, plots, refinement, robot_tables, settings, stability,
+    tables, validation_tables,
 };
 use crate::curves::Curves;
 use crate::estimate::Identification;
@@ -58,6 +58,7 @@ pub fn compose(contents: &Contents<'_>) -> Document {
     }
     if let Some(identification) = contents.identification {
         sections.extend(estimators(identification, contents));
+        sections.extend(payload::payloads(identification));
         sections.extend(links(identification));
         sections.extend(stability::parts(identification));
         sections.extend(

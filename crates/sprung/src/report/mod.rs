@@ -15,6 +15,7 @@ mod intervals;
 mod laws;
 mod numbers;
 mod overview;
+mod payload;
 mod plots;
 mod refined_delays;
 mod refinement;

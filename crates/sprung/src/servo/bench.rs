@@ -4,7 +4,7 @@ use sprung_core::chain::Chain;
 use sprung_core::dynamics::inverse_dynamics;
 use sprung_core::links::Step;
 use sprung_core::servo::{DriveLaw, Load, ServoParameter};
-use sprung_core::spatial::{BODY, BODY_NAMES};
+use sprung_core::spatial::BODY_NAMES;
 
 use super::result::Scale;
 use crate::description::{Experiment, FilePart, Payload, Robot, ServoDrive};
@@ -186,8 +186,8 @@ fn load(robot: &Robot, payload: Option<&Payload>) -> Load {
         let given = robot.fixed.get(&name).or_else(|| robot.nominal.get(&name));
         *value = given.copied().unwrap_or(*value);
     }
-    if let Some(payload) = payload {
-        for (value, more) in body.iter_mut().zip(inertial(payload)) {
+    if let Some(payload) = payload.and_then(Payload::known) {
+        for (value, more) in body.iter_mut().zip(payload) {
             *value += more;
         }
     }
@@ -208,24 +208,6 @@ fn load(robot: &Robot, payload: Option<&Payload>) -> Load {
         sine: -torque(gravity, std::f64::consts::FRAC_PI_2, 0.0),
         cosine: -torque(gravity, 0.0, 0.0),
     }
-}
-
-/// Returns the inertial parameters of a payload about the origin of the joint's frame.
-fn inertial(payload: &Payload) -> [f64; BODY] {
-    let (m, [x, y, z]) = (payload.mass_kg, payload.com_m);
-    let [xx, xy, xz, yy, yz, zz] = payload.inertia_kg_m2.unwrap_or_default();
-    [
-        m,
-        m * x,
-        m * y,
-        m * z,
-        xx + m * (y * y + z * z),
-        xy - m * x * y,
-        yy + m * (x * x + z * z),
-        xz - m * x * z,
-        yz - m * y * z,
-        zz + m * (x * x + y * y),
-    ]
 }
 
 #[cfg(test)]

@@ -23,7 +23,8 @@ impl Logs<'_> {
         (self.files.iter().zip(&mut self.openers))
             .map(|(file, opener)| {
                 let name = file.path.display().to_string();
-                LogSource::files(name, &mut **opener).within(file.window)
+                let source = LogSource::files(name, &mut **opener);
+                source.within(file.window).carrying(file.payload.clone())
             })
             .collect()
     }

@@ -1,14 +1,18 @@
 //! An arm with seven flexible joints: the twin of `examples/seven-joint-twin`.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
-use sprung::description::{self, Cutoff, EncoderOffset, Estimator, Experiment, Simulate, no_files};
+use sprung::description::{
+    self, Cutoff, EncoderOffset, Estimator, Experiment, Payload, Simulate, no_files,
+};
 use sprung::estimate::{Decided, EstimateResult, Identified, identify};
-use sprung::log::Channels;
+use sprung::log::{Channels, Input, LogSource};
 use sprung::model::{Model, Theta};
 use sprung::progress::Unheard;
 use sprung::simulate::{TwinSetup, record};
 use sprung_core::parameters::JointParameter;
+use sprung_core::spatial::BODY_NAMES;
 
 use crate::in_memory::with_source;
 
@@ -59,12 +63,20 @@ impl Arm {
     }
 
     pub(crate) fn log(&self, change: impl FnOnce(&mut Simulate)) -> Vec<u8> {
+        self.log_of(&toml::from_str(TRUTH).unwrap(), change)
+    }
+
+    /// Returns a log of a robot with other parameters.
+    fn log_of(
+        &self,
+        values: &BTreeMap<String, f64>,
+        change: impl FnOnce(&mut Simulate),
+    ) -> Vec<u8> {
         let mut settings = self.experiment.simulate.clone().unwrap();
         change(&mut settings);
-        let values: BTreeMap<String, f64> = toml::from_str(TRUTH).unwrap();
         let setup = TwinSetup {
             model: &self.model,
-            theta: &self.model.theta(&known(&self.model, &values)).unwrap(),
+            theta: &self.model.theta(&known(&self.model, values)).unwrap(),
             controller: self.experiment.controller.as_ref().unwrap(),
             settings: &settings,
         };
@@ -219,6 +231,97 @@ fn any_number_of_threads_gives_the_same_bits() {
     let one = bits(1);
     assert_eq!(one, bits(2));
     assert_eq!(one, bits(5));
+}
+
+/// Returns logs of 8 s: without payload, and with 2 kg at the last link.
+fn empty_and_loaded(arm: &Arm) -> [Vec<u8>; 2] {
+    let empty = arm.log(|settings| settings.duration_s = 8.0);
+    let payload = two_kilograms().known().unwrap();
+    let mut values: BTreeMap<String, f64> = toml::from_str(TRUTH).unwrap();
+    for (name, value) in BODY_NAMES.iter().zip(payload) {
+        *values.get_mut(&format!("link7.{name}")).unwrap() += value;
+    }
+    let loaded = arm.log_of(&values, |settings| {
+        settings.duration_s = 8.0;
+        settings.seed = 5;
+    });
+    [empty, loaded]
+}
+
+fn two_kilograms() -> Payload {
+    Payload {
+        mass_kg: Some(2.0),
+        com_m: Some([0.02, -0.03, 0.08]),
+        inertia_kg_m2: Some([0.0044, 0.0002, -0.0004, 0.0036, 0.0002, 0.003]),
+        ..Payload::default()
+    }
+}
+
+fn identify_both(arm: &Arm, logs: &[Vec<u8>; 2], payload: Payload) -> Identified {
+    let opener = |log: &Vec<u8>| {
+        let log = log.clone();
+        move |_: Option<&Path>| Ok(Box::new(std::io::Cursor::new(log.clone())) as Box<dyn Input>)
+    };
+    let (mut empty, mut loaded) = (opener(&logs[0]), opener(&logs[1]));
+    let mut logs = [
+        LogSource::files("loaded", &mut loaded).carrying(Some(payload)),
+        LogSource::files("empty", &mut empty),
+    ];
+    identify(&arm.experiment, &arm.model, &mut logs, &mut Unheard).unwrap()
+}
+
+#[test]
+fn a_payload_follows_from_logs_without_and_with_it() {
+    let arm = Arm::new(|_| ());
+    let logs = empty_and_loaded(&arm);
+    let found = identify_both(&arm, &logs, Payload::default());
+    // The robot's own parameters come from the log without payload.
+    let alone = arm.identify(&logs[0]);
+    for (own, alone) in (found.identification.results[0].parameters.iter())
+        .zip(&alone.identification.results[0].parameters)
+    {
+        assert_eq!(own.value, alone.value);
+    }
+    let [payload] = &found.identification.payloads[..] else {
+        panic!("one payload");
+    };
+    assert_eq!(
+        (payload.link.as_str(), &payload.logs[..]),
+        ("link7", &["loaded".to_owned()][..])
+    );
+    for (own, truth) in (payload.parameters.iter()).zip(two_kilograms().known().unwrap()) {
+        let (value, error) = (own.value.unwrap(), own.standard_error.unwrap());
+        println!("{}: {value:.4} ± {error:.4}, true {truth:.4}", own.name);
+        assert!((value - truth).abs() < 4.0 * error, "{}", own.name);
+    }
+    let mass = &payload.parameters[0];
+    assert!((mass.value.unwrap() / 2.0 - 1.0).abs() < 0.02 && mass.standard_error.unwrap() < 0.04);
+    assert!(mass.physical.is_some_and(|value| value > 0.0));
+}
+
+#[test]
+fn a_known_payload_does_not_change_the_robot() {
+    let arm = Arm::new(|_| ());
+    let logs = empty_and_loaded(&arm);
+    let far = |found: &Identified| -> f64 {
+        let result = &found.identification.results[0];
+        let own = result
+            .parameters
+            .iter()
+            .zip(&arm.truth)
+            .zip(arm.model.parameters());
+        let links = own.filter(|(_, parameter)| parameter.joint.is_none());
+        links
+            .map(|((own, truth), _)| (own.value.unwrap() - truth).powi(2))
+            .sum::<f64>()
+            .sqrt()
+    };
+    let known = far(&identify_both(&arm, &logs, two_kilograms()));
+    let mut wrong = two_kilograms();
+    wrong.mass_kg = Some(0.001);
+    let ignored = far(&identify_both(&arm, &logs, wrong));
+    println!("distance of the link parameters: {known:.4}, without the payload {ignored:.4}");
+    assert!(known < 0.2 * ignored, "{known} {ignored}");
 }
 
 /// Standard parameters of the truth with errors as those of CAD: masses, centres of mass and radii.

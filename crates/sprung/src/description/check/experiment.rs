@@ -4,6 +4,7 @@ use super::fault::{Fault, fault};
 use super::identify::identify;
 use super::log::{check_log, check_overlay};
 use super::name::check_name;
+use super::payload::check_payloads;
 use super::robot::robot;
 use super::run::{check_controller, check_target, check_twin};
 use super::servo::check_servo;
@@ -32,6 +33,7 @@ pub(in crate::description) fn check(file: &ExperimentFile) -> Result<(), Fault> 
         check_log(log, &["log"], &file.robot)?;
     }
     check_servo(file)?;
+    check_payloads(file)?;
     for (i, run) in file.validate.iter().enumerate() {
         check_name(&run.name, &["validate", &i.to_string(), "name"])?;
         if file.validate[..i]

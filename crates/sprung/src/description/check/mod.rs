@@ -7,6 +7,7 @@ mod identify;
 mod laws;
 mod log;
 mod name;
+mod payload;
 mod robot;
 mod run;
 mod servo;

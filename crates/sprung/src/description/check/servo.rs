@@ -5,7 +5,6 @@ use sprung_core::chain::JointKind;
 use super::fault::{Fault, fault};
 use crate::description::factor::Factor;
 use crate::description::log::Log;
-use crate::description::payload::Payload;
 use crate::description::quantities::{Key, Signal};
 use crate::description::robot::Joint;
 use crate::description::servo::ServoDrive;
@@ -15,7 +14,7 @@ use crate::numbers::Shown;
 /// Longest period of a position loop, s.
 const MAX_LOOP_PERIOD_S: f64 = 0.1;
 
-/// Checks that targets, payloads and a drive law occur together, at a robot with one joint.
+/// Checks that targets and a drive law occur together, at a robot with one joint.
 pub(super) fn check_servo(file: &ExperimentFile) -> Result<(), Fault> {
     let joints = &file.robot.joint;
     let Some(at) = joints.iter().position(|joint| joint.servo.is_some()) else {
@@ -77,7 +76,7 @@ pub(super) fn check_servo(file: &ExperimentFile) -> Result<(), Fault> {
     if let Some(log) = &file.log {
         estimates(log)?;
     }
-    payloads(file)
+    Ok(())
 }
 
 /// Refuses delays and estimated signs and gains, which the estimation of a servo does not use.
@@ -105,7 +104,7 @@ fn estimates(log: &Log) -> Result<(), Fault> {
     }
 }
 
-/// Checks an experiment without servo: it has no targets and no payloads.
+/// Checks an experiment without servo: it has no targets.
 fn without_servo(file: &ExperimentFile) -> Result<(), Fault> {
     let logs = file.validate.iter().filter_map(|run| run.log.as_ref());
     for log in file.log.iter().chain(logs) {
@@ -116,17 +115,6 @@ fn without_servo(file: &ExperimentFile) -> Result<(), Fault> {
                     "{} needs the drive law of the servo; add [robot.joint.servo] with \
                      gain_duty_per_rad and supply_v, or gain_a_per_rad",
                     key.name
-                ),
-            ));
-        }
-        let loaded = (log.file.iter().flatten()).find(|file| file.payload.is_some());
-        if let Some(file) = loaded {
-            return Err(fault(
-                &["log", "file"],
-                format!(
-                    "{} has a payload, but only the logs of a servo may have one; remove payload, \
-                     or add [robot.joint.servo]",
-                    file.path.display()
                 ),
             ));
         }
@@ -226,53 +214,6 @@ fn drive_law(drive: &ServoDrive, joint: &Joint, path: &[&str; 4]) -> Result<(), 
     }
 }
 
-fn payloads(file: &ExperimentFile) -> Result<(), Fault> {
-    let files = (file.log.iter()).flat_map(|log| log.file.iter().flatten());
-    for file in files {
-        let Some(payload) = &file.payload else {
-            continue;
-        };
-        if let Err(what) = possible(payload) {
-            return Err(fault(
-                &["log", "file"],
-                format!("the payload of {}: {what}", file.path.display()),
-            ));
-        }
-    }
-    Ok(())
-}
-
-/// Checks that a body can have the parameters.
-fn possible(payload: &Payload) -> Result<(), String> {
-    let mass = payload.mass_kg;
-    if !(mass.is_finite() && mass > 0.0) {
-        return Err(format!("mass_kg = {} must be positive", Shown(mass)));
-    }
-    if let Some(value) = payload.com_m.iter().find(|value| !value.is_finite()) {
-        return Err(format!("com_m contains {value}; it must be finite"));
-    }
-    let [xx, xy, xz, yy, yz, zz] = payload.inertia_kg_m2.unwrap_or_default();
-    let trace = xx + yy + zz;
-    let minors = [
-        xx,
-        yy,
-        zz,
-        xx * yy - xy * xy,
-        xx * zz - xz * xz,
-        yy * zz - yz * yz,
-    ];
-    let triangle = [xx, yy, zz]
-        .iter()
-        .all(|one| 2.0 * one <= trace * (1.0 + 1e-9));
-    if minors.iter().all(|minor| *minor >= 0.0) && triangle {
-        Ok(())
-    } else {
-        Err("no body has inertia_kg_m2; give xx, xy, xz, yy, yz, zz about the centre of mass, in the \
-             axes of the joint"
-            .to_owned())
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use crate::description::{Experiment, no_files, read};
@@ -296,7 +237,7 @@ mod tests {
         .unwrap();
         let log = found.log.unwrap();
         let payload = log.file.unwrap()[0].payload.clone().unwrap();
-        assert!((payload.mass_kg - 0.5).abs() < 1e-15);
+        assert_eq!(payload.mass_kg, Some(0.5));
         assert!(
             found.robot.joint[0]
                 .servo

@@ -11,33 +11,77 @@ use crate::regression::System;
 /// Least residual of a row relative to the largest right-hand side; a log without noise has none.
 const LEAST_RESIDUAL: f64 = 1e-9;
 
+/// Information about theta.
+pub(in crate::estimate) struct Information {
+    /// \[p × p\]; zero for known parameters and for directions that the log does not determine.
+    pub(in crate::estimate) matrix: Mat<f64>,
+    /// Standard error of each parameter over that by the estimator's own covariance or by its equations
+    /// with white residuals, \[p\]; their median for parameters without a standard error.
+    pub(in crate::estimate) factors: Vec<f64>,
+    /// Median of the squared factors, by which the matrix is already smaller.
+    inflation: f64,
+}
+
 /// Returns the information about theta, \[p × p\]; zero for known parameters and for directions that the
 /// log does not determine. It is that of the estimator, or that of the equations with the residual of
 /// each row, scaled by one factor such that the standard errors that follow from it have the median of
 /// the estimator's.
-pub(super) fn information(model: &Model, numbers: &Numbers, system: &System) -> Option<Mat<f64>> {
+///
+/// - `errors`: these standard errors, \[p\].
+pub(in crate::estimate) fn information(
+    model: &Model,
+    numbers: &Numbers,
+    errors: &[f64],
+    system: &System,
+) -> Option<Information> {
     let p = numbers.theta.len();
     let mut information = match &numbers.covariance {
         Some(own) => of_covariance(own, p)?,
-        None => of_equations(model, numbers, system)?,
+        None => of_equations(model, &numbers.theta, system)?,
     };
     let known: Vec<usize> = (0..p)
         .filter(|&i| numbers.identifiable[i] && model.parameters()[i].fixed.is_none())
-        .filter(|&i| numbers.errors[i] > 0.0 && numbers.errors[i].is_finite())
+        .filter(|&i| errors[i] > 0.0 && errors[i].is_finite())
         .collect();
     let part = Mat::from_fn(known.len(), known.len(), |i, j| {
         information[(known[i], known[j])]
     });
     let covariance = inverse(&part)?;
-    let mut ratios: Vec<f64> = (known.iter().enumerate())
-        .map(|(at, &i)| numbers.errors[i].powi(2) / covariance[(at, at)])
-        .filter(|ratio| *ratio > 0.0 && ratio.is_finite())
-        .collect();
-    ratios.sort_by(f64::total_cmp);
-    let median = ratios.get(ratios.len() / 2)?;
-    information /= faer::Scale(*median);
+    let ratio = |(at, &i): (usize, &usize)| {
+        let ratio = errors[i].powi(2) / covariance[(at, at)];
+        (ratio > 0.0 && ratio.is_finite()).then_some((i, ratio))
+    };
+    let ratios: Vec<(usize, f64)> = known.iter().enumerate().filter_map(ratio).collect();
+    let mut sorted: Vec<f64> = ratios.iter().map(|(_, ratio)| *ratio).collect();
+    sorted.sort_by(f64::total_cmp);
+    let inflation = *sorted.get(sorted.len() / 2)?;
+    let mut factors = vec![inflation.sqrt(); p];
+    for (i, ratio) in ratios {
+        factors[i] = ratio.sqrt();
+    }
+    information /= faer::Scale(inflation);
     let is_finite = (0..p * p).all(|at| information[(at / p, at % p)].is_finite());
-    is_finite.then_some(information)
+    is_finite.then_some(Information {
+        matrix: information,
+        inflation,
+        factors,
+    })
+}
+
+impl Information {
+    /// Returns the information with which each parameter has its standard error.
+    pub(in crate::estimate) fn of_errors(&self) -> Mat<f64> {
+        widened(&self.matrix, &self.factors, self.inflation)
+    }
+}
+
+/// Returns an information matrix after the standard error of each parameter grew by a factor.
+///
+/// - `by`: factor of the whole matrix.
+pub(in crate::estimate) fn widened(matrix: &Mat<f64>, factors: &[f64], by: f64) -> Mat<f64> {
+    Mat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
+        by * matrix[(i, j)] / (factors[i] * factors[j])
+    })
 }
 
 fn of_covariance(own: &Covariance, p: usize) -> Option<Mat<f64>> {
@@ -54,10 +98,16 @@ fn of_covariance(own: &Covariance, p: usize) -> Option<Mat<f64>> {
     Some(information)
 }
 
-fn of_equations(model: &Model, numbers: &Numbers, system: &System) -> Option<Mat<f64>> {
-    let p = numbers.theta.len();
+/// Returns the information of the equations with the residual of each row, as if residuals were white,
+/// \[p × p\].
+pub(in crate::estimate) fn of_equations(
+    model: &Model,
+    theta: &[f64],
+    system: &System,
+) -> Option<Mat<f64>> {
+    let p = theta.len();
     let free = Free::new(model);
-    let residuals = residual(model, system, &numbers.theta);
+    let residuals = residual(model, system, theta);
     let largest = residuals.iter().map(|row| row.1).fold(0.0, f64::max);
     let mut information = Mat::zeros(p, p);
     let factors = free.factors(system.whole()?);
@@ -77,7 +127,7 @@ fn of_equations(model: &Model, numbers: &Numbers, system: &System) -> Option<Mat
 
 /// Returns the inverse of a symmetric positive definite matrix, with unknowns scaled to one size; `None`
 /// if it has none.
-pub(super) fn inverse(matrix: &Mat<f64>) -> Option<Mat<f64>> {
+pub(in crate::estimate) fn inverse(matrix: &Mat<f64>) -> Option<Mat<f64>> {
     let n = matrix.nrows();
     let scale: Vec<f64> = (0..n).map(|i| matrix[(i, i)].sqrt().recip()).collect();
     let scaled = Mat::from_fn(n, n, |i, j| matrix[(i, j)] * scale[i] * scale[j]);

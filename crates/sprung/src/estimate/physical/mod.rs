@@ -18,5 +18,6 @@ mod prior;
 mod problem;
 mod result;
 
+pub(super) use information::{information, inverse, of_equations, widened};
 pub(super) use problem::physical;
 pub use result::{Decided, PhysicalResult, StandardParameter};

@@ -42,11 +42,12 @@ pub(in crate::estimate) fn physical(
     };
     let finite = numbers.theta.iter().all(|value| value.is_finite());
     let Some(information) = finite
-        .then(|| information(model, numbers, system))
+        .then(|| information(model, numbers, &numbers.errors, system))
         .flatten()
     else {
         return bodies;
     };
+    let information = information.matrix;
     let problem = Problem::new(model, settings, numbers, &information);
     let impossible = model
         .links()

@@ -1,0 +1,69 @@
+//! Payloads in the experiment file.
+
+use crate::arm::described;
+use crate::common::{Case, finding, sprung, stderr};
+
+fn with_files(files: &str) -> Case {
+    described().replace("file = \"run.csv\"", &format!("file = {files}"))
+}
+
+#[test]
+fn payloads_that_cannot_be_told_are_refused() {
+    Case::new()
+        .replace(
+            "file = \"identification.csv\"",
+            "file = { path = \"identification.csv\", payload = {} }",
+        )
+        .fails(2, &["line", "a robot in closed form has no bodies"]);
+    with_files("{ path = \"run.csv\", payload = { name = \"tool\" } }").fails(
+        2,
+        &[
+            "line",
+            "every log has an unknown payload",
+            "add a log without",
+        ],
+    );
+    with_files("[\"run.csv\", { path = \"b.csv\", payload = { com_m = [0, 0, 0.1] } }]")
+        .fails(2, &["line", "b.csv", "need mass_kg"]);
+    with_files("[\"run.csv\", { path = \"b.csv\", payload = { mass_kg = 2.0 } }]")
+        .fails(2, &["line", "mass_kg needs com_m"]);
+    with_files(
+        "[\"run.csv\", { path = \"b.csv\", payload = { mass_kg = -2.0, com_m = [0, 0, 0] } }]",
+    )
+    .fails(2, &["line", "mass_kg = -2 must be positive"]);
+    with_files("[\"run.csv\", { path = \"b.csv\", payload = { link = \"hand\" } }]")
+        .fails(2, &["hand"]);
+}
+
+#[test]
+fn a_log_without_another_mass_has_a_payload_of_zero() {
+    // The same log with and without payload: the payload is zero within its errors.
+    let case = crate::arm::recorded().replace(
+        "file = \"run.csv\"",
+        "file = [\"run.csv\", { path = \"loaded.csv\", payload = { name = \"tool\" } }]",
+    );
+    std::fs::copy(case.path("run.csv"), case.path("loaded.csv")).unwrap();
+    let path = case.path("experiment.toml");
+    let path = path.to_str().unwrap();
+    let more = ["identify.estimator=\"least-squares\""];
+    let output = sprung(&["identify", path, "--json", "-q", "--set", more[0]]);
+    let json: serde_json::Value =
+        serde_json::from_slice(&output.stdout).unwrap_or_else(|_| panic!("{}", stderr(&output)));
+    let payload = &json["payloads"][0];
+    assert_eq!(payload["name"], "tool");
+    let mut known = 0;
+    for own in payload["parameters"].as_array().unwrap() {
+        let number = |key: &str| own[key].as_f64();
+        if let (Some(value), Some(error)) = (number("value"), number("standard_error")) {
+            assert!(value.abs() < 3.0 * error, "{own}");
+            known += 1;
+        }
+    }
+    // Two parallel axes tell the first moments in their plane and one inertia, but not the other ones.
+    assert!(
+        (1..=4).contains(&known),
+        "{known} of the parameters are determined"
+    );
+    let open = finding(&json, "payload-not-identifiable").unwrap();
+    assert!(open.contains("tool.ixz"), "{open}");
+}
