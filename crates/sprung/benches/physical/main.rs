@@ -40,6 +40,10 @@ struct Draw {
 }
 
 fn main() {
+    if !std::env::args().any(|argument| argument == "--bench") {
+        println!("cargo bench -p sprung --bench physical prints the tables");
+        return;
+    }
     let seeds = seeds();
     let only = after("--only");
     let wanted = |part: &str| only.as_deref().is_none_or(|only| only == part);
