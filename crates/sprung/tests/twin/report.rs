@@ -51,7 +51,7 @@ fn every_row_has_a_cell_for_every_heading() {
         }
     }
     // Two of the tables, delays and offsets, belong to the refinement.
-    assert_eq!(tables, 11);
+    assert_eq!(tables, 12);
 }
 
 #[test]
