@@ -26,6 +26,7 @@ mod output_error;
 mod outputs;
 mod pages;
 mod payload;
+mod physical;
 mod real_machine;
 mod refined;
 mod robots;

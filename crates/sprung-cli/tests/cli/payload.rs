@@ -67,3 +67,20 @@ fn a_log_without_another_mass_has_a_payload_of_zero() {
     let open = finding(&json, "payload-not-identifiable").unwrap();
     assert!(open.contains("tool.ixz"), "{open}");
 }
+
+#[test]
+fn a_joint_that_moves_in_one_log_only_is_named() {
+    let case = crate::arm::recorded().replace(
+        "file = \"run.csv\"",
+        "file = [\"run.csv\", { path = \"loaded.csv\", payload = {} }]",
+    );
+    std::fs::copy(case.path("run.csv"), case.path("loaded.csv")).unwrap();
+    // The elbow moves a hundredth as far.
+    let case = case.column_of("loaded.csv", 3, |phi| 0.01 * phi);
+    let (_, json) = case.results(&[]);
+    let text = finding(&json, "payload-moves-other-joints").unwrap();
+    assert!(
+        text.contains("elbow move only without the payload"),
+        "{text}"
+    );
+}

@@ -145,7 +145,12 @@ impl Program {
         let mut x = self.feasible(start)?;
         let rows = self.blocks.iter().map(|block| block.rows).sum::<usize>();
         let last = gap / rows.max(1) as f64;
-        let mut barrier = f64::max(1.0, 0.1 * self.value(&x, 0.0).unwrap_or(0.0).abs()).max(last);
+        // A large μ makes the way short, but without a size unknowns that nothing else determines grow
+        // with it.
+        let is_bounded = self.blocks.iter().all(|block| block.size.is_finite());
+        let value = self.value(&x, 0.0).filter(|_| is_bounded);
+        let mut barrier = value.map_or(1.0, |value| f64::max(1.0, 0.1 * value.abs()));
+        barrier = barrier.max(last);
         loop {
             for _ in 0..MAX_STEPS {
                 if !self.step(&mut x, barrier).ok_or(NoSolution::Singular)? {
