@@ -3,6 +3,7 @@
 //! Each [`Term`] is one parameter in one row: a link row, the motor row of a flexible joint, the
 //! only row of a rigid joint, or the row of a torque sensor.
 
+use crate::covariate::Covariate;
 use crate::friction::{Conditions, Shape};
 use crate::parameters::{JointParameter, Side};
 use crate::scalar::{Dual, Scalar};
@@ -25,8 +26,8 @@ pub struct Term {
     pub gain: f64,
 }
 
-/// Positions, velocities and temperatures of all joints, each \[n\]. The motor of a rigid joint moves with its
-/// link.
+/// Positions and velocities of all joints, each \[n\], and covariates. The motor of a rigid joint moves
+/// with its link.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct State<'s> {
     /// Link positions, rad (m).
@@ -37,7 +38,8 @@ pub struct State<'s> {
     pub phi: &'s [f64],
     /// Motor velocities after gear and coupling, rad/s (m/s).
     pub dphi: &'s [f64],
-    /// Temperature of each joint minus its reference, K; empty if no friction depends on it.
+    /// Covariates of each joint minus their references, \[n × [`Covariate::COUNT`]\]; empty if no
+    /// friction depends on any.
     pub excess: &'s [f64],
 }
 
@@ -52,8 +54,8 @@ pub struct Drive<S = f64> {
     pub link_velocity: S,
     /// Velocity of the motor before the coupled transmission, rad/s (m/s).
     pub motor_velocity: S,
-    /// Temperature minus its reference, K.
-    pub excess: S,
+    /// Covariates minus their references.
+    pub excess: [f64; Covariate::COUNT],
 }
 
 impl Drive {
@@ -67,9 +69,22 @@ impl Drive {
             deflection_rate: state.dphi[joint] - state.dq[joint],
             link_velocity: state.dq[joint],
             motor_velocity,
-            excess: state.excess.get(joint).copied().unwrap_or(0.0),
+            excess: excess_of(state.excess, joint),
         }
     }
+}
+
+/// Returns the covariates of one joint minus their references; zero if there are none.
+///
+/// - `all`: of all joints, \[n × [`Covariate::COUNT`]\], or empty.
+#[must_use]
+#[inline]
+pub fn excess_of(all: &[f64], joint: usize) -> [f64; Covariate::COUNT] {
+    let mut own = [0.0; Covariate::COUNT];
+    if let Some(given) = all.get(joint * Covariate::COUNT..(joint + 1) * Covariate::COUNT) {
+        own.copy_from_slice(given);
+    }
+    own
 }
 
 impl<S: Scalar> Drive<S> {
@@ -127,8 +142,8 @@ impl Term {
             JointParameter::BackEmf => drive.motor_velocity,
             JointParameter::TorqueOffset => S::constant(1.0),
             JointParameter::Friction(side, law) => law.column(&drive.conditions(side), shape),
-            JointParameter::Warming(side, law) => {
-                law.column(&drive.conditions(side), shape) * drive.excess
+            JointParameter::Change(side, law, with) => {
+                law.column(&drive.conditions(side), shape) * drive.excess[with as usize]
             }
         };
         torque * self.gain
@@ -140,6 +155,10 @@ impl Term {
         match self.what {
             JointParameter::Friction(side, law) => {
                 self.gain * law.by_log_stribeck_velocity(&drive.conditions(side), shape)
+            }
+            JointParameter::Change(side, law, with) => {
+                let by_log = law.by_log_stribeck_velocity(&drive.conditions(side), shape);
+                self.gain * by_log * drive.excess[with as usize]
             }
             _ => 0.0,
         }
@@ -153,7 +172,7 @@ impl Term {
             deflection_rate: Dual::variable(drive.deflection_rate, 1),
             link_velocity: Dual::variable(drive.link_velocity, 2),
             motor_velocity: Dual::variable(drive.motor_velocity, 3),
-            excess: Dual::constant(drive.excess),
+            excess: drive.excess,
         };
         let [deflection, deflection_rate, link_velocity, motor_velocity] =
             self.rest(&at, shape).partials;
@@ -162,7 +181,7 @@ impl Term {
             deflection_rate,
             link_velocity,
             motor_velocity,
-            excess: 0.0,
+            excess: [0.0; Covariate::COUNT],
         }
     }
 }
@@ -182,7 +201,7 @@ mod tests {
         deflection_rate: 0.3,
         link_velocity: 0.02,
         motor_velocity: -0.01,
-        excess: 3.0,
+        excess: [3.0, -2.0, 0.5, 1.0, 4.0, -1.0],
     };
 
     #[test]

@@ -6,10 +6,11 @@
 //! formula.
 
 use crate::chain::JointKind;
+use crate::covariate::{Covariate, names_of_changes, units_of_changes};
 use crate::scalar::Scalar;
 
-/// Quantities on which a friction law depends. A law that needs another quantity, such as the
-/// temperature, needs another field here.
+/// Quantities on which a friction law depends. A law that needs another quantity needs another field
+/// here.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conditions<S = f64> {
     /// Velocity of the side that the law acts on, rad/s (m/s).
@@ -104,12 +105,12 @@ macro_rules! laws {
                 }
             }
 
-            /// Returns the names of the parameter's change per kelvin on both sides.
-            pub(crate) const fn warming_names(self) -> [&'static str; 2] {
+            /// Returns the names of the parameter's changes with all covariates, on both sides.
+            pub(crate) const fn names_of_changes(self) -> [[&'static str; Covariate::COUNT]; 2] {
                 match self {
                     $($(Self::$law => [
-                        concat!("link_", $name, "_per_k"),
-                        concat!("motor_", $name, "_per_k"),
+                        names_of_changes!("link_", $name),
+                        names_of_changes!("motor_", $name),
                     ],)*)*
                 }
             }
@@ -276,19 +277,22 @@ impl Law {
         }
     }
 
-    /// Returns the unit of the parameter's change per kelvin at a revolute or prismatic joint.
+    /// Returns the unit of the parameter's change with a covariate at a revolute or prismatic joint.
     #[must_use]
-    pub const fn unit_per_kelvin(self, kind: JointKind) -> &'static str {
-        match (self.measured_in(), kind) {
-            (Unit::Torque, JointKind::Revolute) => "N·m/K",
-            (Unit::Torque, JointKind::Prismatic) => "N/K",
-            (Unit::TorquePerVelocity, JointKind::Revolute) => "N·m·s/rad/K",
-            (Unit::TorquePerVelocity, JointKind::Prismatic) => "N·s/m/K",
-            (Unit::TorquePerSquaredVelocity, JointKind::Revolute) => "N·m·s²/rad²/K",
-            (Unit::TorquePerSquaredVelocity, JointKind::Prismatic) => "N·s²/m²/K",
-            (Unit::TorquePerDeflection, JointKind::Revolute) => "N·m/rad/K",
-            (Unit::TorquePerDeflection, JointKind::Prismatic) => "N/m/K",
-        }
+    pub const fn unit_of_change(self, covariate: Covariate, kind: JointKind) -> &'static str {
+        let units = match (self.measured_in(), kind) {
+            (Unit::Torque, JointKind::Revolute) => units_of_changes!("N·m"),
+            (Unit::Torque, JointKind::Prismatic) => units_of_changes!("N"),
+            (Unit::TorquePerVelocity, JointKind::Revolute) => units_of_changes!("N·m·s/rad"),
+            (Unit::TorquePerVelocity, JointKind::Prismatic) => units_of_changes!("N·s/m"),
+            (Unit::TorquePerSquaredVelocity, JointKind::Revolute) => {
+                units_of_changes!("N·m·s²/rad²")
+            }
+            (Unit::TorquePerSquaredVelocity, JointKind::Prismatic) => units_of_changes!("N·s²/m²"),
+            (Unit::TorquePerDeflection, JointKind::Revolute) => units_of_changes!("N·m/rad"),
+            (Unit::TorquePerDeflection, JointKind::Prismatic) => units_of_changes!("N/m"),
+        };
+        units[covariate as usize]
     }
 
     /// Returns whether the law is friction by itself: it takes energy out of the robot if its

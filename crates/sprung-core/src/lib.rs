@@ -34,6 +34,7 @@
 
 pub mod chain;
 pub mod controller;
+pub mod covariate;
 pub mod drives;
 pub mod dynamics;
 pub mod filter;

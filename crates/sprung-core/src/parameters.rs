@@ -6,6 +6,7 @@
 //! without a parameter is skipped.
 
 use crate::chain::JointKind;
+use crate::covariate::Covariate;
 use crate::friction::{Family, Law};
 
 /// A side of the joint's spring.
@@ -44,8 +45,9 @@ pub enum JointParameter {
     Preload,
     /// Friction on one side of the spring, by one law.
     Friction(Side, Law),
-    /// Change of a friction parameter per kelvin: its law times the temperature minus the reference.
-    Warming(Side, Law),
+    /// Change of a friction parameter with a covariate: its law times the covariate minus the
+    /// reference.
+    Change(Side, Law, Covariate),
     /// Torque that the back-EMF of a voltage drive takes from the motor, over the motor's velocity
     /// after the gear, N·m·s/rad (N·s/m). Constants of the drive give its value.
     BackEmf,
@@ -54,13 +56,13 @@ pub enum JointParameter {
     TorqueOffset,
 }
 
-use JointParameter::{Friction, Warming};
+use JointParameter::{Change, Friction};
 use Side::{Link, Motor};
 
 impl JointParameter {
     /// All kinds, in the order of the vector theta: first those of the paper, then the other
     /// friction laws by family, then the other parameters of the spring, the back-EMF, the offset
-    /// of the torque sensor and the changes of friction with the temperature.
+    /// of the torque sensor and the changes of friction with covariates.
     pub const ALL: [Self; KINDS] = in_order();
 
     /// Returns the part of the name that follows the joint's: `stiffness` in `joint1.stiffness`.
@@ -75,7 +77,7 @@ impl JointParameter {
             Self::BackEmf => "back_emf",
             Self::TorqueOffset => "joint_torque_offset",
             Friction(side, law) => law.names()[side as usize],
-            Warming(side, law) => law.warming_names()[side as usize],
+            Change(side, law, with) => law.names_of_changes()[side as usize][with as usize],
         }
     }
 
@@ -95,7 +97,7 @@ impl JointParameter {
                 "Reading of the joint torque sensor without torque of the spring."
             }
             Friction(_, law) => law.about(),
-            Warming(..) => "Change of a friction parameter with the temperature.",
+            Change(_, _, with) => with.about(),
         }
     }
 
@@ -115,7 +117,7 @@ impl JointParameter {
             Self::Preload | Self::TorqueOffset if turns => "N·m",
             Self::Preload | Self::TorqueOffset => "N",
             Friction(_, law) => law.unit(kind),
-            Warming(_, law) => law.unit_per_kelvin(kind),
+            Change(_, law, with) => law.unit_of_change(with, kind),
         }
     }
 
@@ -171,8 +173,8 @@ const KINDS: usize = {
         laws += Family::ALL[family].laws().len();
         family += 1;
     }
-    // Rotor inertia and stiffness, and each law and its change with the temperature on both sides.
-    2 + 4 * laws + LAST.len()
+    // Rotor inertia and stiffness, and each law and its changes with covariates on both sides.
+    2 + 2 * laws * (1 + Covariate::COUNT) + LAST.len()
 };
 
 const fn in_order() -> [JointParameter; KINDS] {
@@ -203,16 +205,20 @@ const fn in_order() -> [JointParameter; KINDS] {
         all[count + i] = LAST[i];
         i += 1;
     }
-    // The changes with the temperature follow in the order of the laws.
+    // The changes with covariates follow, each in the order of the laws.
     count += LAST.len();
     let laws = count;
-    let mut i = 0;
-    while i < laws {
-        if let Friction(side, law) = all[i] {
-            all[count] = Warming(side, law);
-            count += 1;
+    let mut with = 0;
+    while with < Covariate::COUNT {
+        let mut i = 0;
+        while i < laws {
+            if let Friction(side, law) = all[i] {
+                all[count] = Change(side, law, Covariate::ALL[with]);
+                count += 1;
+            }
+            i += 1;
         }
-        i += 1;
+        with += 1;
     }
     all
 }
@@ -262,13 +268,13 @@ mod tests {
         ];
         // New laws come before the parameters of the spring.
         let known = JointParameter::ALL.map(JointParameter::name);
-        let warming = |name: &&str| name.ends_with("_per_k");
-        let others = known.iter().filter(|name| !warming(name));
-        assert!(others.eq(&order));
-        let first = known.iter().position(warming).unwrap();
-        assert_eq!(known[first], "link_viscous_per_k");
+        let (others, changes) = known.split_at(order.len());
+        assert_eq!(others, order);
+        assert_eq!(changes[0], "link_viscous_per_k");
         // All but rotor inertia, stiffness and the last ones are friction.
-        assert_eq!(known.len() - first, first - 2 - LAST.len());
+        let frictions = order.len() - 2 - LAST.len();
+        assert_eq!(changes.len(), Covariate::COUNT * frictions);
+        assert_eq!(changes[frictions], "link_viscous_per_s");
     }
 
     #[test]

@@ -72,6 +72,7 @@ fn whole_step(bencher: Bencher) {
             phi: position.clone(),
             tau: position,
             spring: Vec::new(),
+            begin: 0.0,
             excess: vec![Vec::new(); 2],
         }));
     });

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use sprung_core::drives::Term;
 use sprung_core::friction::{Law, Shape};
 use sprung_core::links::LengthError;
-use sprung_core::parameters::JointParameter::{self, Friction, Warming};
+use sprung_core::parameters::JointParameter::{self, Change, Friction};
 use sprung_core::parameters::Side;
 use sprung_core::robot::{Links, Robot, Torques, Values};
 use sprung_core::spatial::BODY;
@@ -125,9 +125,9 @@ impl Mixed {
             self.places.push((row, column));
         };
         match what {
-            Friction(Side::Link, _) | Warming(Side::Link, _) => put(joint, 1.0),
+            Friction(Side::Link, _) | Change(Side::Link, ..) => put(joint, 1.0),
             Friction(Side::Motor, _)
-            | Warming(Side::Motor, _)
+            | Change(Side::Motor, ..)
             | JointParameter::RotorInertia
             | JointParameter::BackEmf => {
                 for (i, &ratio) in self.ratios[joint].iter().enumerate() {

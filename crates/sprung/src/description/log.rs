@@ -107,8 +107,21 @@ pub struct Log {
     pub joint_force_n: Option<Columns>,
     /// Columns of the torque or force sensors of flexible joints, each with its unit.
     pub joint_torque: Option<Columns>,
-    /// Columns of the temperatures of the joints with `friction_covariates`, °C.
+    /// Columns of the temperatures of the joints whose friction depends on it, °C; one column for all
+    /// of them, or one each.
     pub temperature_c: Option<Columns>,
+    /// Columns of the hours of operation of the joints whose friction depends on them, h; one column
+    /// for all of them, or one each.
+    pub operation_h: Option<Columns>,
+    /// Columns of the days since a date, for the joints whose friction depends on them, d; one column
+    /// for all of them, or one each.
+    pub age_d: Option<Columns>,
+    /// Columns of the number of cycles of the joints whose friction depends on it; one column for all
+    /// of them, or one each.
+    pub cycles: Option<Columns>,
+    /// Columns of any other number on which the friction of joints depends; one column for all of
+    /// them, or one each.
+    pub covariate: Option<Columns>,
     /// Delay of a column against the others, s, by column: `{ column = 0.15 }`; or `"estimate"`.
     #[serde(default)]
     pub delay_s: BTreeMap<String, Delay>,

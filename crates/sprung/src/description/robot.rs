@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use sprung_core::chain::{ChainJoint, DhRow, JointKind};
+use sprung_core::covariate::Covariate;
 use sprung_core::friction::Family;
 use sprung_core::parameters::JointParameter;
 use sprung_core::spatial::BODY;
@@ -212,23 +213,91 @@ pub struct Joint {
 }
 
 /// Quantities on which friction depends linearly.
-#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 pub struct FrictionCovariates {
     /// Friction parameters that change with the temperature of the joint, as `"motor_viscous"`:
     /// `p + p_per_k (T - T_ref)`.
+    #[serde(default)]
     pub temperature: Vec<String>,
     /// Temperature `T_ref` at which the friction parameters hold, °C; best the mean of the log.
-    pub reference_c: f64,
+    pub reference_c: Option<f64>,
+    /// Friction parameters that change with the time since the first sample of the log.
+    #[serde(default)]
+    pub time: Vec<String>,
+    /// Time at which the friction parameters hold, s after the first sample of the log.
+    pub reference_s: Option<f64>,
+    /// Friction parameters that change with the hours of operation.
+    #[serde(default)]
+    pub operation: Vec<String>,
+    /// Hours of operation at which the friction parameters hold, h.
+    pub reference_h: Option<f64>,
+    /// Friction parameters that change with the days since a date.
+    #[serde(default)]
+    pub age: Vec<String>,
+    /// Days at which the friction parameters hold, d.
+    pub reference_d: Option<f64>,
+    /// Friction parameters that change with the number of cycles.
+    #[serde(default)]
+    pub cycles: Vec<String>,
+    /// Number of cycles at which the friction parameters hold.
+    pub reference_cycles: Option<f64>,
+    /// Friction parameters that change with the number in the column `covariate`.
+    #[serde(default)]
+    pub covariate: Vec<String>,
+    /// Value of this number at which the friction parameters hold.
+    pub reference_covariate: Option<f64>,
+}
+
+impl FrictionCovariates {
+    /// Returns the friction parameters that depend on a covariate, and its reference.
+    #[must_use]
+    pub fn of(&self, covariate: Covariate) -> (&[String], Option<f64>) {
+        match covariate {
+            Covariate::Temperature => (&self.temperature, self.reference_c),
+            Covariate::Time => (&self.time, self.reference_s),
+            Covariate::Operation => (&self.operation, self.reference_h),
+            Covariate::Age => (&self.age, self.reference_d),
+            Covariate::Cycles => (&self.cycles, self.reference_cycles),
+            Covariate::Other => (&self.covariate, self.reference_covariate),
+        }
+    }
+
+    /// Returns the key of the reference of a covariate.
+    #[must_use]
+    pub(crate) const fn key_of_reference(covariate: Covariate) -> &'static str {
+        match covariate {
+            Covariate::Temperature => "reference_c",
+            Covariate::Time => "reference_s",
+            Covariate::Operation => "reference_h",
+            Covariate::Age => "reference_d",
+            Covariate::Cycles => "reference_cycles",
+            Covariate::Other => "reference_covariate",
+        }
+    }
 }
 
 impl Joint {
-    /// Returns whether a friction parameter changes with the temperature.
+    /// Returns whether a friction parameter changes with a covariate.
     #[must_use]
-    pub fn warms(&self, friction: JointParameter) -> bool {
-        let covariates = self.friction_covariates.iter();
-        covariates
-            .flat_map(|own| &own.temperature)
+    pub fn changes(&self, friction: JointParameter, with: Covariate) -> bool {
+        (self.friction_covariates.iter())
+            .flat_map(|own| own.of(with).0)
             .any(|name| name == friction.name())
+    }
+
+    /// Returns whether a friction parameter changes with a covariate.
+    #[must_use]
+    pub fn depends_on(&self, covariate: Covariate) -> bool {
+        (self.friction_covariates.iter()).any(|own| !own.of(covariate).0.is_empty())
+    }
+
+    /// Returns the references of all covariates; zero for those on which no friction depends.
+    #[must_use]
+    pub fn references(&self) -> [f64; Covariate::COUNT] {
+        Covariate::ALL.map(|covariate| {
+            let own = self.friction_covariates.as_ref();
+            own.and_then(|own| own.of(covariate).1).unwrap_or(0.0)
+        })
     }
 
     /// Returns the motor turns per output turn.

@@ -150,6 +150,14 @@ pub struct Simulate {
     /// if absent.
     #[serde(default)]
     pub temperature_end_c: Vec<f64>,
+    /// Hours of operation at the start and at the end, h; `reference_h` if absent.
+    pub operation_h: Option<[f64; 2]>,
+    /// Days since a date at the start and at the end, d; `reference_d` if absent.
+    pub age_d: Option<[f64; 2]>,
+    /// Number of cycles at the start and at the end; `reference_cycles` if absent.
+    pub cycles: Option<[f64; 2]>,
+    /// Other covariate at the start and at the end; `reference_covariate` if absent.
+    pub covariate: Option<[f64; 2]>,
     /// Standard deviation of the noise on the logged torque, N·m.
     #[serde(default)]
     pub torque_noise_nm: Vec<f64>,

@@ -17,7 +17,9 @@ pub(crate) struct Free {
 
 impl Free {
     pub(crate) fn new(model: &Model) -> Self {
-        let known: Vec<Option<f64>> = model.parameters().iter().map(|p| p.fixed).collect();
+        let known: Vec<Option<f64>> = (0..model.parameters().len())
+            .map(|i| model.known(i))
+            .collect();
         let unknowns: Vec<usize> = (0..known.len()).filter(|&i| known[i].is_none()).collect();
         let place = |column: &usize| unknowns.binary_search(column).ok();
         let touched: Vec<Vec<usize>> = (0..model.rows())

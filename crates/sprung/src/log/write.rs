@@ -3,6 +3,8 @@
 use std::fmt::Write as _;
 use std::io::Write;
 
+use sprung_core::covariate::Covariate;
+
 use crate::description::Quantity;
 use crate::log::columns::channels::Channels;
 use crate::log::columns::mix::Mix;
@@ -43,7 +45,7 @@ impl<W: Write> LogWriter<W> {
     ///
     /// - `q`, `phi`: link positions and motor positions, \[n\], rad on the output side.
     /// - `tau`, `spring`: torques of motors and springs, \[n\], N·m on the output side.
-    /// - `temperature`: temperatures of the joints, \[n\], °C.
+    /// - `covariates`: of the joints, \[n × [`Covariate::COUNT`]\].
     ///
     /// # Errors
     ///
@@ -53,7 +55,7 @@ impl<W: Write> LogWriter<W> {
         time: f64,
         [q, phi]: [&[f64]; 2],
         [tau, spring]: [&[f64]; 2],
-        temperature: &[f64],
+        covariates: &[f64],
     ) -> Result<(), std::io::Error> {
         let mixed = |mix: &Option<Mix>, values: Vec<f64>| match mix {
             Some(mix) => Mix::apply(&mix.back, &values),
@@ -70,7 +72,8 @@ impl<W: Write> LogWriter<W> {
         let of_channels = self.channels.all.iter().map(|channel| {
             let i = channel.joint;
             let torques = [tau[i], spring[i]];
-            let value = (channel.quantity).shown([q[i], phi[i]], torques, temperature[i]);
+            let covariate = |own| covariates[i * Covariate::COUNT + own as usize];
+            let value = (channel.quantity).shown([q[i], phi[i]], torques, covariate);
             value / channel.factor - channel.origin.offset
         });
         let values = std::iter::once(time / self.channels.time_factor).chain(of_channels);

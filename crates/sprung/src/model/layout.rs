@@ -215,24 +215,24 @@ impl Layout {
                     JointParameter::RotorInertia
                     | JointParameter::BackEmf
                     | JointParameter::Friction(Side::Motor, _)
-                    | JointParameter::Warming(Side::Motor, _),
+                    | JointParameter::Change(Side::Motor, ..),
                     Row::Motor,
                 ) => ratio,
                 (
                     JointParameter::Friction(Side::Link, _)
-                    | JointParameter::Warming(Side::Link, _),
+                    | JointParameter::Change(Side::Link, ..),
                     Row::Link,
                 ) => own,
                 (
                     JointParameter::Friction(Side::Link, _)
-                    | JointParameter::Warming(Side::Link, _),
+                    | JointParameter::Change(Side::Link, ..),
                     Row::Motor,
                 ) if !flexible => own,
                 (
                     JointParameter::RotorInertia
                     | JointParameter::BackEmf
                     | JointParameter::Friction(..)
-                    | JointParameter::Warming(..),
+                    | JointParameter::Change(..),
                     _,
                 ) => 0.0,
                 // The reading of the sensor is the torque of the spring plus the offset.
@@ -303,9 +303,9 @@ fn has(joint: &Joint, kind: JointParameter, offset: bool) -> bool {
             };
             laws.iter().any(|chosen| chosen.columns().contains(&law))
         }
-        JointParameter::Warming(side, law) => {
+        JointParameter::Change(side, law, with) => {
             let friction = JointParameter::Friction(side, law);
-            has(joint, friction, offset) && joint.warms(friction)
+            has(joint, friction, offset) && joint.changes(friction, with)
         }
     }
 }

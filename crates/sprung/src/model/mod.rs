@@ -1,6 +1,7 @@
 //! Turns the description of a robot into its parameters and equations.
 
 mod base_parameters;
+mod changes;
 mod convex;
 mod deflection_entry;
 mod inertial;
@@ -20,6 +21,7 @@ mod values;
 use std::sync::Arc;
 
 use sprung_core::chain::JointKind;
+use sprung_core::covariate::Covariate;
 use sprung_core::friction::{Law, Shape};
 use sprung_core::parameters::JointParameter;
 use sprung_core::robot::{Links, Robot};
@@ -48,8 +50,8 @@ struct JointInfo {
     kind: JointKind,
     flexible: bool,
     torque_limit: f64,
-    /// Temperature at which friction has its parameters, °C.
-    reference_c: f64,
+    /// Covariates at which friction has its parameters.
+    references: [f64; Covariate::COUNT],
 }
 
 /// A robot's parameters and equations; cheap to clone.
@@ -62,6 +64,8 @@ pub struct Model {
     /// Parameter vector about which the regression is linear in the stiffnesses of joints with torque
     /// sensor and without link position; `None` before it is known.
     springs: Option<Arc<[f64]>>,
+    /// Values that fits take for the changes of friction with covariates; `None` if they are estimated.
+    known_changes: Option<Arc<[f64]>>,
 }
 
 /// Parts of a model that no search changes.
@@ -161,6 +165,7 @@ impl Model {
             .collect();
         let model = Self {
             springs: None,
+            known_changes: None,
             open_stribeck: unknown_stribeck.clone(),
             shapes: robot.joint.iter().map(initial_shape).collect(),
             fixed: Arc::new(Fixed {
@@ -170,8 +175,7 @@ impl Model {
                         kind: robot.kind(i),
                         flexible: joint.is_flexible(),
                         torque_limit: joint.torque_limit().unwrap_or(f64::INFINITY),
-                        reference_c: (joint.friction_covariates.as_ref())
-                            .map_or(0.0, |covariates| covariates.reference_c),
+                        references: joint.references(),
                     })
                     .collect(),
                 names: robot.joint.iter().map(|joint| joint.name.clone()).collect(),
@@ -318,12 +322,6 @@ impl Model {
     /// Returns the torque limit of each amplifier, N·m (N); infinite without a limit.
     pub fn torque_limits(&self) -> impl Iterator<Item = f64> {
         self.fixed.joints.iter().map(|joint| joint.torque_limit)
-    }
-
-    /// Returns the temperature of each joint at which its friction has its parameters, °C; zero if its
-    /// friction depends on no temperature.
-    pub fn reference_temperatures(&self) -> impl Iterator<Item = f64> {
-        self.fixed.joints.iter().map(|joint| joint.reference_c)
     }
 
     /// Returns the parameters, in the order of theta.

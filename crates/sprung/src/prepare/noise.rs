@@ -98,7 +98,7 @@ pub(crate) fn velocity_noise(
             Measures::RightHandSide(_)
             | Measures::Target
             | Measures::Switch
-            | Measures::Temperature => {}
+            | Measures::Covariate(_) => {}
         }
     }
     for (from_motor, by_torque) in from_motor.iter_mut().zip(&channels.link_by_torque) {

@@ -81,7 +81,9 @@ pub(crate) fn sweep(reading: &Reading, excerpt: &Excerpt, free: bool) -> Option<
 }
 
 fn estimate(reading: &Reading, excerpt: &Excerpt, cutoff_hz: f64) -> Option<CutoffAt> {
-    let model = reading.model();
+    // The beginning of a log hardly shows slow covariates.
+    let none = vec![0.0; reading.model().parameters().len()];
+    let model = &reading.model().with_known_changes(&none);
     // The noise of a velocity grows with the power 1.5 of the cut-off.
     let noise = (cutoff_hz / reading.position_cutoff_hz()).powf(1.5);
     let mut own = reading.with_position_cutoff(cutoff_hz);

@@ -1,5 +1,7 @@
 //! Undoes delays and forms link positions.
 
+use sprung_core::covariate::Covariate;
+
 use crate::description::{Measures, Signal};
 use crate::log::{Channels, LogBlock, Mix};
 
@@ -10,6 +12,8 @@ pub struct RawBlock {
     pub time: Vec<f64>,
     /// Offset that is added to the time when several logs follow one another, s.
     pub later: f64,
+    /// Time of the first sample of the log, s.
+    pub begin: f64,
     /// Link positions, rad (m), \[n\] vectors; the motor position for a rigid joint.
     pub q: Vec<Vec<f64>>,
     /// Motor positions after gear and coupling, rad (m), \[n\] vectors.
@@ -19,7 +23,8 @@ pub struct RawBlock {
     /// Measured torques of the springs, N·m (N), \[n\] vectors; empty for a joint without torque
     /// sensor.
     pub spring: Vec<Vec<f64>>,
-    /// Temperatures minus their references, K, \[n\] vectors; empty for joints without a temperature.
+    /// Covariates minus their references, \[n × [`Covariate::COUNT`]\] vectors; empty for covariates
+    /// on which the friction of a joint does not depend.
     pub excess: Vec<Vec<f64>>,
 }
 
@@ -30,11 +35,12 @@ impl RawBlock {
         Self {
             time: Vec::new(),
             later: 0.0,
+            begin: 0.0,
             q: vec![Vec::new(); joints],
             phi: vec![Vec::new(); joints],
             tau: vec![Vec::new(); joints],
             spring: vec![Vec::new(); joints],
-            excess: vec![Vec::new(); joints],
+            excess: vec![Vec::new(); joints * Covariate::COUNT],
         }
     }
 
@@ -63,7 +69,8 @@ impl RawBlock {
         }
     }
 
-    /// Returns the temperature of each joint minus its reference, K; zero without a temperature.
+    /// Returns the covariates of the joints minus their references, \[n × [`Covariate::COUNT`]\]; zero for
+    /// those on which no friction depends.
     #[must_use]
     pub fn excess_at(&self, k: usize) -> Vec<f64> {
         Self::at(&self.excess, k)
@@ -76,6 +83,11 @@ impl RawBlock {
             .map(|column| column.get(k).copied().unwrap_or_default())
             .collect()
     }
+}
+
+/// Returns the place of a covariate of a joint among the covariates of all joints.
+fn place(joint: usize, covariate: Covariate) -> usize {
+    joint * Covariate::COUNT + covariate as usize
 }
 
 /// Offset of a channel ahead of the output sample.
@@ -186,17 +198,17 @@ impl Aligner {
         for ((channel, lead), buffer) in
             self.channels.all.iter().zip(&self.leads).zip(&self.buffers)
         {
+            let joint = channel.joint;
             let column = match channel.quantity.signal() {
-                Signal::Link => &mut out.q,
-                Signal::Motor => &mut out.phi,
-                Signal::Torque => &mut out.tau,
+                Signal::Link => &mut out.q[joint],
+                Signal::Motor => &mut out.phi[joint],
+                Signal::Torque => &mut out.tau[joint],
                 // Logs of robots have no such channels.
                 Signal::Target | Signal::Switch => continue,
-                Signal::Spring => &mut out.spring,
-                Signal::Temperature => &mut out.excess,
+                Signal::Spring => &mut out.spring[joint],
+                Signal::Covariate(covariate) => &mut out.excess[place(joint, covariate)],
             };
             let at = lead.samples;
-            let column = &mut column[channel.joint];
             match lead.weights {
                 None => column.extend_from_slice(&buffer[at..at + ready]),
                 Some(w) => column.extend((at..at + ready).map(|k| {
@@ -241,11 +253,7 @@ impl Aligner {
                 }
             }
         }
-        for (column, reference) in out.excess.iter_mut().zip(&self.channels.reference_c) {
-            for value in column.iter_mut().skip(before) {
-                *value -= reference;
-            }
-        }
+        self.relate_covariates(before, out);
         for (joint, rigid) in self.channels.rigid.iter().enumerate() {
             if *rigid {
                 let phi = &out.phi[joint][before..];
@@ -262,6 +270,32 @@ impl Aligner {
         self.time.drain(..ready);
         for buffer in &mut self.buffers {
             buffer.drain(..ready);
+        }
+    }
+
+    /// Completes the covariates of samples from `before` on, and takes their references from them.
+    fn relate_covariates(&self, before: usize, out: &mut RawBlock) {
+        for own in &self.channels.covariates {
+            let at = place(own.joint, own.covariate);
+            let source = (self.channels.of_covariate(own.covariate, own.joint))
+                .map(|channel| self.channels.all[channel].joint);
+            match source {
+                Some(joint) if joint != own.joint => {
+                    let shared = out.excess[place(joint, own.covariate)][before..].to_vec();
+                    out.excess[at].extend(shared);
+                }
+                Some(_) => {}
+                None => {
+                    let times = out.time[before..].iter();
+                    out.excess[at].extend(times.map(|time| time - out.begin));
+                }
+            }
+        }
+        for own in &self.channels.covariates {
+            let column = &mut out.excess[place(own.joint, own.covariate)];
+            for value in column.iter_mut().skip(before) {
+                *value -= own.reference;
+            }
         }
     }
 }
@@ -307,7 +341,7 @@ mod tests {
             link_by_torque: vec![false; JOINTS],
             turns: vec![true; JOINTS],
             offsets: vec![0.0, 0.3],
-            reference_c: vec![0.0; JOINTS],
+            covariates: Vec::new(),
             position_mix: None,
             torque_mix: None,
         }

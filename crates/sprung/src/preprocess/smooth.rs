@@ -1,6 +1,7 @@
 //! Filtered positions and their derivatives.
 
 use rayon::prelude::*;
+use sprung_core::covariate::Covariate;
 
 use super::align::RawBlock;
 use super::zero_phase::{Butterworth, ZeroPhase};
@@ -23,7 +24,8 @@ pub struct SignalBlock {
     /// Measured torques of the springs, N·m (N), not filtered; empty for a joint without torque
     /// sensor.
     pub spring: Vec<Vec<f64>>,
-    /// Temperatures minus their references, K; empty for joints without a temperature.
+    /// Covariates minus their references, \[n × [`Covariate::COUNT`]\] vectors; empty where no friction
+    /// depends on a covariate.
     pub excess: Vec<Vec<f64>>,
 }
 
@@ -40,7 +42,7 @@ impl SignalBlock {
             dphi: columns(),
             tau: columns(),
             spring: columns(),
-            excess: columns(),
+            excess: vec![Vec::new(); joints * Covariate::COUNT],
         }
     }
 
@@ -193,7 +195,7 @@ impl Smoother {
             time: Vec::new(),
             tau: vec![Vec::new(); flexible.len()],
             spring: vec![Vec::new(); flexible.len()],
-            excess: vec![Vec::new(); flexible.len()],
+            excess: vec![Vec::new(); flexible.len() * Covariate::COUNT],
             period,
             edge: filter.edge(),
             to_drop: 0,
@@ -271,7 +273,7 @@ impl Smoother {
         let springs = self.spring.iter_mut().zip(&mut out.spring);
         let excesses = self.excess.iter_mut().zip(&mut out.excess);
         let held = torques.chain(springs).chain(excesses);
-        // Joints without torque sensor or temperature have empty columns.
+        // Joints without torque sensor or covariate have empty columns.
         for (own, column) in held.filter(|(own, _)| !own.is_empty()) {
             column.extend_from_slice(&own[kept..][..ready]);
             own.drain(..ready);

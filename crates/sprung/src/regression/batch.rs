@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use rayon::prelude::*;
+use sprung_core::covariate::Covariate;
 use sprung_core::drives::State;
 
 use super::filtered::Evaluator;
@@ -97,7 +98,7 @@ impl Batch {
             .enumerate())
         .for_each(|(portion, (((momentum, rest), variance), evaluator))| {
             let n = signals.q.len();
-            let mut state = vec![0.0; 5 * n];
+            let mut state = vec![0.0; VALUES_PER_JOINT * n];
             let from = first + portion * THREAD_SAMPLES;
             let until = (first + count).min(from + THREAD_SAMPLES);
             let rows = (momentum.chunks_mut(self.entries)).zip(rest.chunks_mut(self.entries));
@@ -122,7 +123,7 @@ impl Batch {
             return;
         };
         self.probed.clear();
-        let mut memory = vec![0.0; 5 * signals.q.len()];
+        let mut memory = vec![0.0; VALUES_PER_JOINT * signals.q.len()];
         for k in first..first + count {
             let state = state_at(signals, k, &mut memory);
             let columns = self.probes.iter();
@@ -132,7 +133,10 @@ impl Batch {
     }
 }
 
-/// Copies one sample into `memory`, \[5 n\], and returns it.
+/// Positions, velocities and covariates of a joint.
+const VALUES_PER_JOINT: usize = 4 + Covariate::COUNT;
+
+/// Copies one sample into `memory`, \[[`VALUES_PER_JOINT`] n\], and returns it.
 fn state_at<'m>(signals: &SignalBlock, k: usize, memory: &'m mut [f64]) -> State<'m> {
     let n = signals.q.len();
     for joint in 0..n {
@@ -140,7 +144,9 @@ fn state_at<'m>(signals: &SignalBlock, k: usize, memory: &'m mut [f64]) -> State
         memory[n + joint] = signals.dq[joint][k];
         memory[2 * n + joint] = signals.phi[joint][k];
         memory[3 * n + joint] = signals.dphi[joint][k];
-        memory[4 * n + joint] = signals.excess[joint].get(k).copied().unwrap_or(0.0);
+    }
+    for (own, column) in memory[4 * n..].iter_mut().zip(&signals.excess) {
+        *own = column.get(k).copied().unwrap_or(0.0);
     }
     let (link, motor) = memory.split_at(2 * n);
     State {

@@ -138,7 +138,7 @@ fn shared(of: &SignalBlock, with: &SignalBlock, period: f64) -> (usize, usize, u
 
 /// One sample of a motion.
 struct Sample {
-    // q, dq, phi, dphi, temperature minus reference.
+    // q, dq, phi, dphi, covariates minus references.
     joints: [Vec<f64>; 5],
     tau: Vec<f64>,
     spring: Vec<f64>,

@@ -113,7 +113,7 @@ struct Preparation {
 impl Preparation {
     /// - `period`: T of the log, s.
     /// - `later`: offset that is added to the log's time, s.
-    fn new(reading: &Reading, period: f64, later: f64) -> Result<Self, PassError> {
+    fn new(reading: &Reading, period: f64, [begin, later]: [f64; 2]) -> Result<Self, PassError> {
         let settings = reading.settings();
         let filter = Butterworth::new(
             settings.position_filter_order,
@@ -138,6 +138,7 @@ impl Preparation {
             filter,
             raw: RawBlock {
                 later,
+                begin,
                 ..RawBlock::new(reading.model().joint_count())
             },
             part: LogBlock::new(reading.channels().all.len()),
@@ -314,7 +315,9 @@ pub fn signals(
     period: f64,
     blocks: &[LogBlock],
 ) -> Result<Vec<SignalBlock>, PassError> {
-    let mut preparation = Preparation::new(reading, period, 0.0)?;
+    let begin = (blocks.first()).and_then(|block| block.time.first());
+    let begin = begin.copied().unwrap_or_default();
+    let mut preparation = Preparation::new(reading, period, [begin, 0.0])?;
     let mut pieces = Vec::new();
     for block in blocks {
         preparation.push(block, &mut (), &mut pieces);
@@ -400,7 +403,7 @@ pub(crate) fn read_through(
         // Each log continues at the end of the previous log, independent of its own time stamps.
         let first = block.time.first().copied().unwrap_or_default();
         let later = ended.map_or(0.0, |end| end + period - first);
-        let mut preparation = Preparation::new(reading, period, later)?;
+        let mut preparation = Preparation::new(reading, period, [first, later])?;
         preparation.carried = (source.payload())
             .and_then(|payload| reading.model().change_by_payload(payload))
             .map(Into::into);

@@ -103,7 +103,7 @@ pub(super) fn glossary(identification: &Identification) -> Option<Section> {
 /// Returns the meaning of a parameter, with the side of the spring of a friction law.
 fn meaning(kind: JointParameter) -> String {
     match kind {
-        JointParameter::Friction(side, _) | JointParameter::Warming(side, _) => {
+        JointParameter::Friction(side, _) | JointParameter::Change(side, ..) => {
             let about = kind.about().trim_end_matches('.');
             format!("{about}, {} side.", side.name())
         }

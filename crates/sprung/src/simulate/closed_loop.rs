@@ -283,7 +283,10 @@ impl ClosedLoop {
         tau
     }
 
-    /// Sets the temperature of each joint minus its reference, \[n\], K. It is zero before.
+    /// Sets the covariates of the joints minus their references, \[n × [`Covariate::COUNT`]\]. They are
+    /// zero before.
+    ///
+    /// [`Covariate::COUNT`]: sprung_core::covariate::Covariate::COUNT
     pub fn set_excess(&mut self, excess: &[f64]) {
         self.plant.excess.clear();
         self.plant.excess.extend_from_slice(excess);

@@ -59,7 +59,8 @@ pub(super) struct Plant {
     joints: Vec<f64>,
     // Torque on each coordinate.
     torque: Vec<f64>,
-    /// Temperature of each joint minus its reference, K; empty if no friction depends on it.
+    /// Covariates of the joints minus their references, \[n × `Covariate::COUNT`\]; empty if no
+    /// friction depends on any.
     pub(super) excess: Vec<f64>,
 }
 

@@ -68,7 +68,7 @@ pub fn record(
             sample.time,
             [&sample.q, &sample.phi],
             [&sample.tau, &sample.spring],
-            &sample.temperature,
+            &sample.covariates,
         )?;
         if k.is_multiple_of(SAMPLES_PER_PROGRESS_CALL) {
             progress.tell(Phase::Simulating, k, Some(samples))?;

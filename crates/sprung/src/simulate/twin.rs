@@ -4,6 +4,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use sprung_core::chain::JointKind;
+use sprung_core::covariate::Covariate;
 use sprung_core::robot::Torques;
 
 use super::closed_loop::{ClosedLoop, Diverged, LoopError};
@@ -24,8 +25,8 @@ pub struct TwinSample {
     pub tau: Vec<f64>,
     /// Readings of the joint torque sensors, N·m.
     pub spring: Vec<f64>,
-    /// Temperatures of the joints, °C.
-    pub temperature: Vec<f64>,
+    /// Covariates of the joints, \[n × [`Covariate::COUNT`]\].
+    pub covariates: Vec<f64>,
 }
 
 /// Parts of a twin.
@@ -41,45 +42,52 @@ pub struct TwinSetup<'a> {
     pub settings: &'a Simulate,
 }
 
-/// Temperatures of the joints, which change at a constant rate.
+/// Covariates of the joints, which change at a constant rate.
 #[derive(Clone, Debug)]
-struct Warming {
-    // At the start, °C, and the change over the experiment, K; \[n\] each.
+struct Drifts {
+    // At the start, and the change over the experiment; \[n × covariates\] each.
     start: Vec<f64>,
     change: Vec<f64>,
     duration: f64,
-    reference: Vec<f64>,
+    references: Vec<f64>,
 }
 
-impl Warming {
+impl Drifts {
     fn new(setup: &TwinSetup<'_>) -> Self {
         let settings = setup.settings;
-        let reference: Vec<f64> = setup.model.reference_temperatures().collect();
-        let start = match settings.temperature_start_c.as_slice() {
-            [] => reference.clone(),
-            given => given.to_vec(),
-        };
-        let end = match settings.temperature_end_c.as_slice() {
-            [] => start.clone(),
-            given => given.to_vec(),
-        };
+        let references: Vec<f64> = setup.model.references().flatten().collect();
+        let n = setup.model.joint_count();
+        let places = (0..n).flat_map(|joint| Covariate::ALL.map(|covariate| (joint, covariate)));
+        let ends = (places.zip(&references)).map(|((joint, covariate), &reference)| {
+            let both = |ends: Option<[f64; 2]>| ends.unwrap_or([reference; 2]);
+            match covariate {
+                Covariate::Temperature => {
+                    let starts = &settings.temperature_start_c;
+                    let start = starts.get(joint).copied().unwrap_or(reference);
+                    let end = settings.temperature_end_c.get(joint);
+                    [start, end.copied().unwrap_or(start)]
+                }
+                Covariate::Time => [0.0, settings.duration_s],
+                Covariate::Operation => both(settings.operation_h),
+                Covariate::Age => both(settings.age_d),
+                Covariate::Cycles => both(settings.cycles),
+                Covariate::Other => both(settings.covariate),
+            }
+        });
+        let ends: Vec<[f64; 2]> = ends.collect();
         Self {
-            change: (end.iter().zip(&start))
-                .map(|(end, start)| end - start)
-                .collect(),
-            start,
+            start: ends.iter().map(|[start, _]| *start).collect(),
+            change: ends.iter().map(|[start, end]| end - start).collect(),
             duration: settings.duration_s,
-            reference,
+            references,
         }
     }
 
-    /// Returns the temperatures at a time, s, °C.
+    /// Returns the covariates at a time, s, \[n × covariates\].
     fn at(&self, time: f64) -> Vec<f64> {
         let share = time / self.duration;
-        let joints = self.start.iter().zip(&self.change);
-        joints
-            .map(|(start, change)| start + share * change)
-            .collect()
+        let all = self.start.iter().zip(&self.change);
+        all.map(|(start, change)| start + share * change).collect()
     }
 }
 
@@ -92,7 +100,7 @@ pub struct Twin {
     motor: Vec<Encoder>,
     offset: Vec<f64>,
     noise: Vec<f64>,
-    warming: Warming,
+    drifts: Drifts,
     disturbance: Vec<Disturbance>,
     // `None` without link disturbances, so that these draw no random numbers.
     link_disturbance: Option<Vec<Disturbance>>,
@@ -151,7 +159,7 @@ impl Twin {
             motor,
             offset: levels(&settings.motor_encoder_offset_rad),
             noise: levels(&settings.torque_noise_nm),
-            warming: Warming::new(setup),
+            drifts: Drifts::new(setup),
             disturbance,
             link_disturbance,
             torque_sensors: TorqueSensors::new(setup.model, setup.theta, settings),
@@ -193,9 +201,9 @@ impl Twin {
         }
         let spring = self.model.spring_torques(&self.theta, &state.view());
         let spring = self.torque_sensors.read(&spring, &mut self.rng);
-        let temperature = self.warming.at(time);
-        let excess: Vec<f64> = (temperature.iter().zip(&self.warming.reference))
-            .map(|(temperature, reference)| temperature - reference)
+        let covariates = self.drifts.at(time);
+        let excess: Vec<f64> = (covariates.iter().zip(&self.drifts.references))
+            .map(|(value, reference)| value - reference)
             .collect();
         self.plant.set_excess(&excess);
         let tau = self.plant.command(time, &q, &phi);
@@ -218,7 +226,7 @@ impl Twin {
             phi,
             tau: logged,
             spring,
-            temperature,
+            covariates,
         })
     }
 }

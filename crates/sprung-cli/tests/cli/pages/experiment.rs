@@ -210,7 +210,7 @@ const PAGES_WITH_PARTS: [&str; 9] = [
     "docs/how-to/ros2-bag.md",
     "docs/how-to/several-logs.md",
     "docs/how-to/servos.md",
-    "docs/how-to/temperature.md",
+    "docs/how-to/covariates.md",
     "docs/how-to/torque-sensor.md",
 ];
 

@@ -27,16 +27,15 @@ pub(super) fn identify(file: &ExperimentFile) -> Result<(), Fault> {
         }
     }
     let warm = (file.robot.joint.iter()).find(|joint| joint.friction_covariates.is_some());
-    let other = (settings.estimator.iter())
-        .find(|one| !matches!(one, Estimator::LeastSquares | Estimator::Lsff));
-    if let Some((joint, other)) = warm.zip(other) {
+    let other = settings.estimator.contains(&Estimator::OutputError);
+    if let Some(joint) = warm.filter(|_| other) {
         return Err(fault(
             &["identify", "estimator"],
             format!(
-                "{} has friction_covariates, but \"{}\" knows no temperatures; set estimator = \
-                 \"least-squares\", or remove friction_covariates",
+                "{} has friction_covariates, but \"{}\" knows no covariates; set estimator = \
+                 \"prediction-error\", or remove friction_covariates",
                 joint.name,
-                other.name()
+                Estimator::OutputError.name()
             ),
         ));
     }

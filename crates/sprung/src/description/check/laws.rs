@@ -1,11 +1,12 @@
 //! Checks of friction laws and spring terms.
 
+use sprung_core::covariate::Covariate;
 use sprung_core::friction::Family;
 use sprung_core::parameters::{JointParameter, Side};
 
 use super::fault::{Fault, fault};
 use crate::description::friction::FrictionLaw;
-use crate::description::robot::{Joint, SpringTerm};
+use crate::description::robot::{FrictionCovariates, Joint, SpringTerm};
 
 /// Checks that the covariates of a joint act on friction that it has.
 fn covariates(joint: &Joint, at: &str) -> Result<(), Fault> {
@@ -14,12 +15,6 @@ fn covariates(joint: &Joint, at: &str) -> Result<(), Fault> {
     };
     let path = ["robot", "joint", at, "friction_covariates"];
     let name = &joint.name;
-    if !covariates.reference_c.is_finite() {
-        return Err(fault(
-            &[&path[..], &["reference_c"]].concat(),
-            format!("{name}: reference_c must be a finite temperature in °C"),
-        ));
-    }
     let of_side = |side: Side, laws: &[FrictionLaw]| -> Vec<&'static str> {
         let laws = laws.iter().flat_map(|law| law.columns());
         laws.map(|law| JointParameter::Friction(side, *law).name())
@@ -30,8 +25,61 @@ fn covariates(joint: &Joint, at: &str) -> Result<(), Fault> {
         of_side(Side::Motor, joint.motor_laws()),
     ]
     .concat();
-    let path = [&path[..], &["temperature"]].concat();
-    for (i, parameter) in covariates.temperature.iter().enumerate() {
+    if Covariate::ALL.into_iter().all(|one| !joint.depends_on(one)) {
+        return Err(fault(
+            &path,
+            format!(
+                "{name}: friction_covariates lists no friction parameter; write for example temperature =                  [\"{}\"], or remove friction_covariates",
+                known.first().unwrap_or(&"motor_viscous")
+            ),
+        ));
+    }
+    for covariate in Covariate::ALL {
+        covariate_of(covariate, covariates.of(covariate), (name, &known), &path)?;
+    }
+    Ok(())
+}
+
+/// Checks the friction parameters that depend on a covariate, and its reference.
+///
+/// - `known`: the friction parameters of the joint.
+fn covariate_of(
+    covariate: Covariate,
+    (parameters, reference): (&[String], Option<f64>),
+    (name, known): (&str, &[&str]),
+    path: &[&str],
+) -> Result<(), Fault> {
+    let (word, key) = (
+        covariate.word(),
+        FrictionCovariates::key_of_reference(covariate),
+    );
+    let at_reference = [path, &[key]].concat();
+    match reference {
+        Some(value) if !value.is_finite() => {
+            return Err(fault(
+                &at_reference,
+                format!("{name}: {key} must be finite, in {}", covariate.unit()),
+            ));
+        }
+        Some(_) if parameters.is_empty() => {
+            return Err(fault(
+                &at_reference,
+                format!("{name}: {key} has no effect without {word} = […]; remove it"),
+            ));
+        }
+        None if !parameters.is_empty() => {
+            return Err(fault(
+                path,
+                format!(
+                    "{name}: {word} needs {key}, the value at which the friction parameters hold; the mean \
+                     of the log is best"
+                ),
+            ));
+        }
+        _ => {}
+    }
+    let path = [path, &[word]].concat();
+    for (i, parameter) in parameters.iter().enumerate() {
         if !known.contains(&parameter.as_str()) {
             return Err(fault(
                 &path,
@@ -41,22 +89,12 @@ fn covariates(joint: &Joint, at: &str) -> Result<(), Fault> {
                 ),
             ));
         }
-        if covariates.temperature[..i].contains(parameter) {
+        if parameters[..i].contains(parameter) {
             return Err(fault(
                 &path,
-                format!("{name}: temperature lists \"{parameter}\" twice"),
+                format!("{name}: {word} lists \"{parameter}\" twice"),
             ));
         }
-    }
-    if covariates.temperature.is_empty() {
-        return Err(fault(
-            &path,
-            format!(
-                "{name}: temperature lists no friction parameter; name one, such as \"{}\", or remove \
-                 friction_covariates",
-                known.first().unwrap_or(&"motor_viscous")
-            ),
-        ));
     }
     Ok(())
 }

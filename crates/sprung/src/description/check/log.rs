@@ -34,6 +34,10 @@ fn check_length(
         return Ok(joints);
     }
     let count = list.0.len();
+    // One column of a covariate holds for all joints.
+    if count == 1 && matches!(key.signal(), Signal::Covariate(_)) && !joints.is_empty() {
+        return Ok(joints[..1].to_vec());
+    }
     let name = |i: &usize| robot.joint[*i].name.as_str();
     let flexible_only = key.signal().is_of_flexible_joints() && which == Joints::ThatHaveIt;
     let with_rigid = key.joints(Joints::Rigid, robot);

@@ -221,7 +221,28 @@ pub(super) fn check_twin(twin: &Simulate, joints: &[&str]) -> Result<(), Fault> 
             ));
         }
     }
+    check_covariates(twin)?;
     check_torque_sensors(twin, joints)
+}
+
+fn check_covariates(twin: &Simulate) -> Result<(), Fault> {
+    for (key, ends) in [
+        ("operation_h", twin.operation_h),
+        ("age_d", twin.age_d),
+        ("cycles", twin.cycles),
+        ("covariate", twin.covariate),
+    ] {
+        if let Some(value) = ends.into_iter().flatten().find(|v| !v.is_finite()) {
+            return Err(fault(
+                &["simulate", key],
+                format!(
+                    "{key} contains {}; every number must be finite",
+                    Shown(value)
+                ),
+            ));
+        }
+    }
+    Ok(())
 }
 
 fn check_torque_sensors(twin: &Simulate, joints: &[&str]) -> Result<(), Fault> {

@@ -65,7 +65,7 @@ pub(super) fn check_servo(file: &ExperimentFile) -> Result<(), Fault> {
             &["robot", "joint", &index, "friction_covariates"],
             format!(
                 "{}: friction_covariates have no effect beside servo, whose estimation knows no \
-                 temperatures; remove them",
+                 covariates; remove them",
                 joint.name
             ),
         ));

@@ -1,6 +1,7 @@
 //! The measured quantities, and their place in the equations of motion.
 
 use sprung_core::chain::JointKind;
+use sprung_core::covariate::Covariate;
 
 use crate::description::robot::Joint;
 
@@ -21,8 +22,8 @@ pub enum Quantity {
     DriveOn,
     /// Torque of the spring on the link, measured by a sensor in the joint, N·m (N).
     JointTorque,
-    /// Temperature of a joint, °C.
-    Temperature,
+    /// A quantity on which friction depends, in the unit of [`Covariate::unit`].
+    Covariate(Covariate),
 }
 
 /// The place of a quantity in the equations of motion of its joint.
@@ -42,8 +43,8 @@ pub enum Measures {
     Target,
     /// Whether the drive is on.
     Switch,
-    /// The temperature on which friction depends, °C.
-    Temperature,
+    /// A quantity on which friction depends.
+    Covariate(Covariate),
 }
 
 /// A row of the equations of motion of one joint.
@@ -73,8 +74,8 @@ pub enum Signal {
     Switch,
     /// The torque of the spring, of flexible joints only.
     Spring,
-    /// The temperature, of joints with friction that depends on it only.
-    Temperature,
+    /// A covariate, of joints with friction that depends on it only.
+    Covariate(Covariate),
 }
 
 /// Properties of a quantity for messages and equations.
@@ -88,7 +89,7 @@ struct Meaning {
 
 impl Quantity {
     /// All quantities, torques first.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 12] = [
         Self::MotorTorque,
         Self::JointTorque,
         Self::LinkPosition,
@@ -96,7 +97,11 @@ impl Quantity {
         Self::LinkDeflection,
         Self::MotorTarget,
         Self::DriveOn,
-        Self::Temperature,
+        Self::Covariate(Covariate::Temperature),
+        Self::Covariate(Covariate::Operation),
+        Self::Covariate(Covariate::Age),
+        Self::Covariate(Covariate::Cycles),
+        Self::Covariate(Covariate::Other),
     ];
 
     /// Returns the quantity's row of the table.
@@ -146,10 +151,10 @@ impl Quantity {
                 measures: Measures::RightHandSide(Row::Spring),
                 suspicion: "is the joint torque sensor connected",
             },
-            Self::Temperature => Meaning {
-                key: "temperature",
-                measures: Measures::Temperature,
-                suspicion: "is the temperature recorded",
+            Self::Covariate(covariate) => Meaning {
+                key: covariate.word(),
+                measures: Measures::Covariate(covariate),
+                suspicion: "is it recorded",
             },
         }
     }
@@ -182,6 +187,12 @@ impl Quantity {
         matches!(self.measures(), Measures::Position { .. })
     }
 
+    /// Returns whether friction depends on it.
+    #[must_use]
+    pub const fn is_covariate(self) -> bool {
+        matches!(self, Self::Covariate(_))
+    }
+
     /// Returns the signal that it gives.
     #[must_use]
     pub fn signal(self) -> Signal {
@@ -192,7 +203,7 @@ impl Quantity {
             Measures::RightHandSide(_) => Signal::Torque,
             Measures::Target => Signal::Target,
             Measures::Switch => Signal::Switch,
-            Measures::Temperature => Signal::Temperature,
+            Measures::Covariate(covariate) => Signal::Covariate(covariate),
         }
     }
 
@@ -203,7 +214,7 @@ impl Quantity {
     pub const fn unit(self, turns: bool) -> &'static str {
         match self.measures() {
             Measures::Switch => return "",
-            Measures::Temperature => return "°C",
+            Measures::Covariate(covariate) => return covariate.unit(),
             _ => {}
         }
         let is_position = !matches!(self.measures(), Measures::RightHandSide(_));
@@ -219,27 +230,36 @@ impl Quantity {
     ///
     /// - `q`, `phi`: link position and motor position of the joint.
     /// - `tau`, `spring`: torque of its motor, and of its spring on the link.
-    /// - `temperature`: that of the joint, °C.
+    /// - `covariate`: value of each covariate of the joint.
     #[must_use]
-    pub fn shown(self, [q, phi]: [f64; 2], [tau, spring]: [f64; 2], temperature: f64) -> f64 {
+    pub fn shown(
+        self,
+        [q, phi]: [f64; 2],
+        [tau, spring]: [f64; 2],
+        covariate: impl Fn(Covariate) -> f64,
+    ) -> f64 {
         match self.measures() {
             Measures::Position { link, motor } => link * q + motor * phi,
             Measures::RightHandSide(Row::Motor) => tau,
             Measures::RightHandSide(Row::Spring) => spring,
             Measures::RightHandSide(Row::Link) | Measures::Target | Measures::Switch => 0.0,
-            Measures::Temperature => temperature,
+            Measures::Covariate(own) => covariate(own),
         }
     }
 }
 
 impl Signal {
     /// The signals of robots, in the order of their columns.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 9] = [
         Self::Link,
         Self::Motor,
         Self::Torque,
         Self::Spring,
-        Self::Temperature,
+        Self::Covariate(Covariate::Temperature),
+        Self::Covariate(Covariate::Operation),
+        Self::Covariate(Covariate::Age),
+        Self::Covariate(Covariate::Cycles),
+        Self::Covariate(Covariate::Other),
     ];
 
     /// The signals of position servos, in the order of their columns.
@@ -258,7 +278,7 @@ impl Signal {
             Self::Motor | Self::Torque => true,
             Self::Target => joint.servo.is_some(),
             Self::Switch | Self::Spring => false,
-            Self::Temperature => joint.friction_covariates.is_some(),
+            Self::Covariate(covariate) => joint.depends_on(covariate),
         }
     }
 
@@ -271,7 +291,12 @@ impl Signal {
             Self::Target => "the targets",
             Self::Switch => "the states of the drives",
             Self::Spring => "the joint torques",
-            Self::Temperature => "the temperatures",
+            Self::Covariate(Covariate::Temperature) => "the temperatures",
+            Self::Covariate(Covariate::Time) => "the time",
+            Self::Covariate(Covariate::Operation) => "the hours of operation",
+            Self::Covariate(Covariate::Age) => "the days",
+            Self::Covariate(Covariate::Cycles) => "the numbers of cycles",
+            Self::Covariate(Covariate::Other) => "the covariate",
         }
     }
 
@@ -291,7 +316,12 @@ impl Signal {
             (Self::Switch, _) => "drive_on",
             (Self::Spring, JointKind::Revolute) => "joint_torque_nm",
             (Self::Spring, JointKind::Prismatic) => "joint_force_n",
-            (Self::Temperature, _) => "temperature_c",
+            (Self::Covariate(Covariate::Temperature), _) => "temperature_c",
+            (Self::Covariate(Covariate::Time), _) => "time_s",
+            (Self::Covariate(Covariate::Operation), _) => "operation_h",
+            (Self::Covariate(Covariate::Age), _) => "age_d",
+            (Self::Covariate(Covariate::Cycles), _) => "cycles",
+            (Self::Covariate(Covariate::Other), _) => "covariate",
         }
     }
 }
@@ -303,7 +333,8 @@ mod tests {
     #[test]
     fn readings_equal_the_measured_quantity_bit_for_bit() {
         let (q, phi, tau, spring) = (0.3, 0.1, 7.0, 5.0);
-        let shown = |quantity: Quantity| quantity.shown([q, phi], [tau, spring], 30.0).to_bits();
+        let shown =
+            |quantity: Quantity| quantity.shown([q, phi], [tau, spring], |_| 30.0).to_bits();
         assert_eq!(shown(Quantity::LinkPosition), q.to_bits());
         assert_eq!(shown(Quantity::LinkDeflection), (q - phi).to_bits());
         assert_eq!(shown(Quantity::MotorPosition), phi.to_bits());

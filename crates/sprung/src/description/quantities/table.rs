@@ -1,8 +1,13 @@
 //! The keys of `[log]` that name columns of measured quantities.
 
 use sprung_core::chain::JointKind::{self, Prismatic, Revolute};
+use sprung_core::covariate::Covariate;
 
-use super::quantity::{Measures, Quantity, Signal};
+use super::quantity::Quantity::{
+    self, DriveOn, JointTorque, LinkDeflection, LinkPosition, MotorPosition, MotorTarget,
+    MotorTorque,
+};
+use super::quantity::{Measures, Signal};
 use crate::description::columns::Columns;
 use crate::description::log::Log;
 use crate::description::robot::Robot;
@@ -89,12 +94,18 @@ const SAID_VOLTAGE: KeyUnit = KeyUnit::Said {
     sliding: Dimension::Voltage,
 };
 
+const TEMPERATURE: Quantity = Quantity::Covariate(Covariate::Temperature);
+const OPERATION: Quantity = Quantity::Covariate(Covariate::Operation);
+const AGE: Quantity = Quantity::Covariate(Covariate::Age);
+const CYCLES: Quantity = Quantity::Covariate(Covariate::Cycles);
+const OTHER: Quantity = Quantity::Covariate(Covariate::Other);
+
 /// A row of the table; the key is the name of its field in [`Log`].
 macro_rules! key {
-    ($name:ident, $quantity:ident, $kind:expr, $unit:expr, $scaling:ident, $template:expr) => {
+    ($name:ident, $quantity:expr, $kind:expr, $unit:expr, $scaling:ident, $template:expr) => {
         Key {
             name: stringify!($name),
-            quantity: Quantity::$quantity,
+            quantity: $quantity,
             kind: $kind,
             unit: $unit,
             scaling: Scaling::$scaling,
@@ -115,7 +126,7 @@ const fn instead(stem: &'static str) -> InTemplate {
 
 /// All keys for columns of measured quantities, grouped by signal.
 #[rustfmt::skip]
-pub(crate) static KEYS: [Key; 26] = [
+pub(crate) static KEYS: [Key; 30] = [
     //   key                  measures        joints           unit           scaled by       template
     key!(link_position_rad,   LinkPosition,   Some(Revolute),  SI,            None,           fill_in("q")),
     key!(link_position_deg,   LinkPosition,   Some(Revolute),  DEGREES,       None,           instead("q")),
@@ -142,7 +153,11 @@ pub(crate) static KEYS: [Key; 26] = [
     key!(joint_torque_nm,     JointTorque,    Some(Revolute),  SI,            None,           NO),
     key!(joint_force_n,       JointTorque,    Some(Prismatic), SI,            None,           NO),
     key!(joint_torque,        JointTorque,    None,            SAID_TORQUE,   None,           NO),
-    key!(temperature_c,       Temperature,    None,            SI,            None,           NO),
+    key!(temperature_c,       TEMPERATURE,    None,            SI,            None,           NO),
+    key!(operation_h,         OPERATION,      None,            SI,            None,           NO),
+    key!(age_d,               AGE,            None,            SI,            None,           NO),
+    key!(cycles,              CYCLES,         None,            SI,            None,           NO),
+    key!(covariate,           OTHER,          None,            SI,            None,           NO),
 ];
 
 impl Key {
@@ -174,9 +189,12 @@ impl Key {
     ///   joints.
     pub(crate) fn joints(&self, joints: Joints, robot: &Robot) -> Vec<usize> {
         let flexible = self.signal().is_of_flexible_joints() && joints == Joints::ThatHaveIt;
-        let warming = self.signal() == Signal::Temperature;
+        let depends = |joint: usize| match self.signal() {
+            Signal::Covariate(covariate) => robot.joint[joint].depends_on(covariate),
+            _ => true,
+        };
         (0..robot.joint.len())
-            .filter(|&i| !warming || robot.joint[i].friction_covariates.is_some())
+            .filter(|&i| depends(i))
             .filter(|&i| !flexible || robot.joint[i].is_flexible())
             .filter(|&i| self.kind.is_none_or(|kind| robot.kind(i) == kind))
             .collect()
@@ -209,7 +227,7 @@ impl Key {
             Measures::RightHandSide(_)
             | Measures::Target
             | Measures::Switch
-            | Measures::Temperature => false,
+            | Measures::Covariate(_) => false,
         }
     }
 }

@@ -48,10 +48,6 @@ pub fn late_channels(
     sources: &mut [LogSource<'_>],
     progress: &mut dyn Listener,
 ) -> Result<Vec<LikelyDelay>, IdentifyError> {
-    // The likelihood knows no temperatures.
-    if (experiment.robot.joint.iter()).any(|joint| joint.friction_covariates.is_some()) {
-        return Ok(Vec::new());
-    }
     let mut experiment = experiment.clone();
     experiment.identify.estimator = vec![Estimator::PredictionError];
     let prepared = prepare_with_laws(&experiment, model, sources, progress)?;

@@ -185,6 +185,7 @@ impl Search<'_> {
         let raw = RawBlock {
             time: stretch.time.clone(),
             later: 0.0,
+            begin: 0.0,
             q,
             phi,
             tau: stretch.tau.clone(),

@@ -28,6 +28,7 @@ impl Parts {
                     .collect(),
             };
         }
+        let model = &model.with_known_changes(&fitted.theta);
         let mut before = f64::NEG_INFINITY;
         let mut parts = Vec::new();
         for &span in &passed.spans {

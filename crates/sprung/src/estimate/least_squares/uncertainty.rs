@@ -40,7 +40,23 @@ pub(crate) fn widened(
         let finite = |x: f64| if x.is_finite() { x } else { 0.0 };
         (finite(between(parts, i)), finite(bias))
     };
-    let (between, bias) = (0..model.parameters().len()).map(of).unzip();
+    let all = 0..model.parameters().len();
+    let (mut between, mut bias): (Vec<f64>, Vec<f64>) = all.clone().map(of).unzip();
+    for i in all {
+        // Parts do not estimate changes with covariates. The error of such a change over that of its
+        // friction parameter is the reciprocal of the covariate's spread.
+        if let Some(friction) = model
+            .friction_of_change(i)
+            .filter(|_| parts.of(i).is_none())
+        {
+            let errors = &fitted.sampling_error;
+            if errors[friction] > 0.0 {
+                let ratio = errors[i] / errors[friction];
+                between[i] = between[i].hypot(ratio * between[friction]);
+                bias[i] = bias[i].hypot(ratio * bias[friction]);
+            }
+        }
+    }
     fitted.widen(between, bias)
 }
 

@@ -182,6 +182,7 @@ impl<'a> NoiseSource<'a> {
                     period,
                 };
                 changes.clear();
+                dynamics.set_excess(segment.excess(sample));
                 dynamics.visit_pulse_torques(pulse, &noisy, |pushed, row, column, torque| {
                     if let Some(place) = places[column] {
                         changes.push((pushed, row, place, torque));

@@ -88,6 +88,7 @@ impl Case {
                 log: 0,
                 period,
                 torque_rate: vec![0.0; torque.len()],
+                excess: Vec::new(),
                 torque,
                 measurements: taken,
                 first,

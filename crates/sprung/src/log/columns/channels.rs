@@ -1,6 +1,7 @@
 //! Assigns columns to quantities, and converts them to SI units on the output side.
 
 use sprung_core::chain::JointKind;
+use sprung_core::covariate::Covariate;
 
 use super::channel::{Channel, ChannelError};
 use super::from_keys::channels;
@@ -42,14 +43,42 @@ pub struct Channels {
     pub turns: Vec<bool>,
     /// Offsets that are added to the positions of links and motors, rad, \[n\].
     pub offsets: Vec<f64>,
-    /// Reference temperature of each joint, °C, \[n\].
-    pub reference_c: Vec<f64>,
+    /// The covariates on which the friction of joints depends.
+    pub covariates: Vec<CovariateOfJoint>,
     /// Conversion of motor positions to joint positions, if they are recorded before a coupled
     /// transmission.
     pub position_mix: Option<Mix>,
     /// Conversion of motor torques to joint torques, if they are recorded before a coupled
     /// transmission.
     pub torque_mix: Option<Mix>,
+}
+
+/// A covariate on which the friction of a joint depends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CovariateOfJoint {
+    /// Index of the joint, from 0.
+    pub joint: usize,
+    /// The covariate.
+    pub covariate: Covariate,
+    /// Its value at which friction has its parameters.
+    pub reference: f64,
+}
+
+/// Returns the covariates of the joints of a robot, joint by joint.
+fn covariates(robot: &Robot) -> Vec<CovariateOfJoint> {
+    let mut all = Vec::new();
+    for (joint, own) in robot.joint.iter().enumerate() {
+        for (covariate, reference) in Covariate::ALL.into_iter().zip(own.references()) {
+            if own.depends_on(covariate) {
+                all.push(CovariateOfJoint {
+                    joint,
+                    covariate,
+                    reference,
+                });
+            }
+        }
+    }
+    all
 }
 
 impl Channels {
@@ -111,10 +140,7 @@ impl Channels {
             offsets: (robot.joint.iter())
                 .map(|joint| joint.position_offset_deg.to_radians())
                 .collect(),
-            reference_c: (robot.joint.iter())
-                .map(|joint| joint.friction_covariates.as_ref())
-                .map(|own| own.map_or(0.0, |own| own.reference_c))
-                .collect(),
+            covariates: covariates(robot),
             position_mix: mixed(robot, log.side(Scaling::PositionSide)).map(|(ratios, inverse)| {
                 Mix {
                     forward: inverse,
@@ -140,6 +166,15 @@ impl Channels {
     #[must_use]
     pub fn telling(&self, signal: Signal, joint: usize) -> Option<usize> {
         (self.all.iter()).position(|c| c.quantity.signal() == signal && c.joint == joint)
+    }
+
+    /// Returns the index in [`Channels::all`] of the channel that gives a covariate of a joint: its own
+    /// one, or that of all joints; `None` for the time.
+    #[must_use]
+    pub fn of_covariate(&self, covariate: Covariate, joint: usize) -> Option<usize> {
+        let signal = Signal::Covariate(covariate);
+        (self.telling(signal, joint))
+            .or_else(|| (self.all.iter()).position(|c| c.quantity.signal() == signal))
     }
 
     /// Returns the channels with link and motor columns of a joint exchanged, to test whether they

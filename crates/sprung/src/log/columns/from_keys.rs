@@ -190,12 +190,16 @@ fn complete(
     signal: Signal,
     all: &[Channel],
 ) -> Result<(), ChannelError> {
+    let holds_for_all = matches!(signal, Signal::Covariate(_)) && all.len() == 1;
     let missing = (robot.joint.iter().enumerate())
         .filter(|(_, joint)| signal.is_needed_by(joint))
         .filter(|(i, _)| {
             signal != Signal::Link || log.torque_sensor(robot, *i) != TorqueSensor::Alone
         })
-        .find(|(i, _)| !all.iter().any(|channel| channel.joint == *i));
+        .find(|(i, _)| {
+            !all.iter()
+                .any(|channel| channel.joint == *i || holds_for_all)
+        });
     match missing {
         None => Ok(()),
         Some((_, joint)) if signal == Signal::Link => Err(ChannelError::NoLink {

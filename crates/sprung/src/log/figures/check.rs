@@ -1,6 +1,7 @@
 //! Findings about columns, made from the statistics of a log.
 
 use super::channel::Extent;
+use super::covariates::covariates;
 use super::faults::faults;
 use super::slope::slope_remedy;
 use super::summary::Summary;
@@ -29,10 +30,6 @@ const MAX_SCATTER_OF_SLOPE: f64 = 0.25;
 
 /// A joint whose range is below this number of encoder steps hardly moves.
 const MIN_ENCODER_STEPS: f64 = 30.0;
-
-/// A smaller range of a temperature, K, changes friction by few percent only, as about 1 to 2 % per
-/// kelvin are usual in gears.
-const MIN_TEMPERATURE_RANGE_K: f64 = 2.0;
 
 /// Returns findings about the columns of a log.
 ///
@@ -65,10 +62,10 @@ pub fn check(
         findings.extend(scale);
         findings.extend(columns.looks_like_degrees(name, joint));
         findings.extend(columns.opposite_signs(name, joint));
-        findings.extend(columns.temperature_hardly_changes(name, joint));
+        findings.extend(covariates((file, name), channels, summary, joint));
         for (i, channel) in channels.all.iter().enumerate() {
             if channel.joint == joint
-                && channel.quantity != Quantity::Temperature
+                && !channel.quantity.is_covariate()
                 && let Some(figures) = summary.figures(i)
             {
                 findings.extend(faults(file, name, channel, figures));
@@ -92,7 +89,7 @@ impl ColumnCheck<'_> {
         let summary = self.summary;
         let of_joint: Vec<(&Channel, Extent)> = (self.channels.all.iter().enumerate())
             .filter(|(_, channel)| channel.joint == joint)
-            .filter(|(_, channel)| channel.quantity != Quantity::Temperature)
+            .filter(|(_, channel)| !channel.quantity.is_covariate())
             .filter_map(|(i, channel)| Some((channel, summary.extent(i)?)))
             .collect();
         let moves = of_joint
@@ -310,26 +307,6 @@ impl ColumnCheck<'_> {
                 "record a log in which the joint moves through its working range",
             )
             .seen(self.file, &channel.column, range, unit)
-        })
-    }
-
-    /// Reports a temperature that changes too little to show its effect on friction.
-    fn temperature_hardly_changes(&self, name: &str, joint: usize) -> Option<Finding> {
-        let i = self.channels.index(Quantity::Temperature, joint)?;
-        let column = &self.channels.all[i].column;
-        let range = self.summary.extent(i)?.range();
-        (range < MIN_TEMPERATURE_RANGE_K).then(|| {
-            Finding::new(
-                Severity::Info,
-                "temperature-hardly-changes",
-                format!(
-                    "{name}: \"{column}\" changes by {range:.2} K in {}: this log alone cannot tell the \
-                     change of friction per kelvin",
-                    self.file
-                ),
-                "record the joint cold and warm, or identify logs at different temperatures together",
-            )
-            .seen(self.file, column, range, "K")
         })
     }
 }

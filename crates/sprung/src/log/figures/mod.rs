@@ -2,6 +2,7 @@
 
 mod channel;
 mod check;
+mod covariates;
 mod faults;
 mod sizes;
 mod slope;

@@ -21,6 +21,8 @@ pub(in crate::estimate::prediction_error) struct Dynamics {
     scratch: Scratch,
     // q, dq, phi, dphi.
     joints: Vec<f64>,
+    // Covariates minus their references, [n × covariates]; empty if no friction depends on any.
+    pub(super) excess: Vec<f64>,
     pub(super) inverse: Vec<f64>,
     pub(super) by_position: Vec<f64>,
     pub(super) by_velocity: Vec<f64>,
@@ -58,6 +60,7 @@ impl Dynamics {
             motors: (0..n).map(|joint| robot.motor_coordinate(joint)).collect(),
             scratch: Scratch::new(n),
             joints: vec![0.0; 4 * n],
+            excess: Vec::new(),
             inverse: vec![0.0; rows * rows],
             by_position: vec![0.0; rows * rows],
             by_velocity: vec![0.0; rows * rows],
@@ -91,6 +94,13 @@ impl Dynamics {
         }
     }
 
+    /// Replaces the covariates of the joints minus their references, \[n × covariates\]; empty if no
+    /// friction depends on any.
+    pub(in crate::estimate::prediction_error) fn set_excess(&mut self, excess: &[f64]) {
+        self.excess.clear();
+        self.excess.extend_from_slice(excess);
+    }
+
     pub(super) fn unpack(&mut self, x: &[f64]) {
         let (positions, velocities) = x.split_at(self.rows);
         let n = self.n;
@@ -105,7 +115,7 @@ impl Dynamics {
     /// Writes the accelerations at a state.
     pub(super) fn accelerate(&mut self, x: &[f64], torque: &[f64]) {
         self.unpack(x);
-        let state = state(&self.joints, self.n);
+        let state = state(&self.joints, self.n, &self.excess);
         let values = Values {
             theta: &self.theta,
             bodies: &self.bodies,
@@ -122,7 +132,7 @@ impl Dynamics {
     /// Writes the accelerations at a state and the inverse of the mass matrix.
     pub(super) fn accelerate_and_invert(&mut self, x: &[f64], torque: &[f64]) {
         self.unpack(x);
-        let state = state(&self.joints, self.n);
+        let state = state(&self.joints, self.n, &self.excess);
         let values = Values {
             theta: &self.theta,
             bodies: &self.bodies,
@@ -141,7 +151,7 @@ impl Dynamics {
     /// entries.
     pub(super) fn differentiate(&mut self, x: &[f64], torque: &[f64]) {
         self.accelerate_and_invert(x, torque);
-        let state = state(&self.joints, self.n);
+        let state = state(&self.joints, self.n, &self.excess);
         let values = Values {
             theta: &self.theta,
             bodies: &self.bodies,
@@ -174,7 +184,7 @@ impl Dynamics {
 
     /// Writes the entries of the regressor at the state unpacked last.
     pub(super) fn write_entries(&mut self) {
-        let state = state(&self.joints, self.n);
+        let state = state(&self.joints, self.n, &self.excess);
         let mut workspace = self.scratch.workspace();
         let robot = self.model.robot();
         let fits = robot.torque_entries(&state, &self.rate, &mut workspace, &mut self.entries);
@@ -189,7 +199,7 @@ impl Dynamics {
     /// state unpacked last. The arguments of `visit` are the row and the derivative, N·m (N).
     pub(super) fn visit_stribeck_torques(&self, joint: usize, mut visit: impl FnMut(usize, f64)) {
         let robot = self.model.robot();
-        let drive = robot.drive(&state(&self.joints, self.n), joint);
+        let drive = robot.drive(&state(&self.joints, self.n, &self.excess), joint);
         for term in robot.terms.iter().filter(|term| term.joint == joint) {
             let by_log = term.by_log_stribeck_velocity(&drive, &robot.shapes[joint]);
             if by_log != 0.0 {
@@ -199,14 +209,14 @@ impl Dynamics {
     }
 }
 
-/// Returns positions and velocities of links and motors, each \[n\].
-fn state(joints: &[f64], n: usize) -> State<'_> {
+/// Returns positions and velocities of links and motors, each \[n\], with covariates.
+fn state<'s>(joints: &'s [f64], n: usize, excess: &'s [f64]) -> State<'s> {
     let (link, motor) = joints.split_at(2 * n);
     State {
         q: &link[..n],
         dq: &link[n..],
         phi: &motor[..n],
         dphi: &motor[n..],
-        excess: &[],
+        excess,
     }
 }

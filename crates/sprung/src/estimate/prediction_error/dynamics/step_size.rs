@@ -1,6 +1,6 @@
 //! Number of integration steps that a period needs.
 
-use sprung_core::drives::Drive;
+use sprung_core::drives::{Drive, excess_of};
 
 use super::motion::Dynamics;
 
@@ -56,7 +56,7 @@ impl Dynamics {
                 deflection_rate: x[rows + motor] - x[rows + joint],
                 link_velocity: slowest(joint),
                 motor_velocity: slowest(motor),
-                excess: 0.0,
+                excess: excess_of(&self.excess, joint),
             };
             let slopes = term.slopes(&drive, &robot.shapes[joint]);
             let mass = self.inverse[term.row * rows + term.row];

@@ -94,6 +94,7 @@ impl Replay<'_> {
                 trajectory.disturbances.extend_from_slice(disturbance);
             }
             segment.write_torque(k, disturbance, &mut torque);
+            self.dynamics.set_excess(segment.excess(k));
             (self.dynamics).advance(moving, &torque, segment.period, usize::from(steps));
             scale(disturbance, decay.factor);
         }

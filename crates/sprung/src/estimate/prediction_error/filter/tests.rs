@@ -231,6 +231,7 @@ impl Case {
                     log: 0,
                     period: PERIOD,
                     torque_rate: vec![0.0; torque.len()],
+                    excess: Vec::new(),
                     torque,
                     measurements: taken,
                     first,

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use super::covariates::covariates;
 use super::encoder_edges::{EdgePosition, encoder_edges};
 use super::measurement::Measurement;
 use super::read::RawSegment;
@@ -121,6 +122,8 @@ pub(super) fn align(
     }
     found.sort_by_key(|(sample, measurement)| (*sample, measurement.sensor));
     let torque = torques(raw, model, channels, delays, window.begin, window.samples);
+    let excess = covariates(raw, model, channels, delays, (window.begin, window.samples));
+    let per_sample = excess.len() / window.samples.max(1);
     let torque_rate = rates(&torque, rows, filter, period)?;
     let first = first_of_samples(&found, window.samples);
     let each = stretches.iter().zip(begins).map(|(stretch, begins)| {
@@ -133,6 +136,7 @@ pub(super) fn align(
             period,
             torque: torque[of_rows.clone()].to_vec(),
             torque_rate: torque_rate[of_rows].to_vec(),
+            excess: excess[stretch.from * per_sample..stretch.to * per_sample].to_vec(),
             first: (first[stretch.from..=stretch.to].iter())
                 .map(|at| at - own.start)
                 .collect(),

@@ -7,6 +7,7 @@
 
 mod align;
 mod build;
+mod covariates;
 mod deviation;
 mod encoder_edges;
 mod measurement;

@@ -12,6 +12,8 @@ use crate::model::Model;
 pub(in super::super) struct RawSegment {
     pub(super) log: usize,
     pub(super) period: f64,
+    /// Time of the first sample since the beginning of the log, s.
+    pub(super) begin: f64,
     pub(super) values: Vec<Vec<f64>>,
 }
 
@@ -62,6 +64,8 @@ struct Piece {
     index: usize,
     log: usize,
     period: f64,
+    /// Time of the first sample since the beginning of the log, s.
+    begin: f64,
     /// Whether it continues the piece before.
     continues: bool,
     values: Vec<Vec<f64>>,
@@ -112,7 +116,7 @@ impl Kept {
         let mut segments = Vec::new();
         let mut rest = self.pieces.as_mut_slice();
         while let Some(first) = rest.first() {
-            let (log, period) = (first.log, first.period);
+            let (log, period, begin) = (first.log, first.period, first.begin);
             let further = rest[1..].iter().take_while(|piece| piece.continues);
             let count = 1 + if self.stride == 1 { further.count() } else { 0 };
             let (own, next) = rest.split_at_mut(count);
@@ -130,6 +134,7 @@ impl Kept {
             segments.push(RawSegment {
                 log,
                 period,
+                begin,
                 values: values.collect(),
             });
         }
@@ -180,20 +185,22 @@ fn read_log(
     let mut going = log.read(&mut block)?;
     let period = log.timing().period;
     let samples = ((PIECE_S / period).ceil() as usize).clamp(1, kept.limit.max(1));
-    let new = |index: usize, continues: bool| Piece {
+    let origin = block.time.first().copied().unwrap_or_default();
+    let new = |index: usize, time: f64, continues: bool| Piece {
         index,
         log: log_index,
         period,
+        begin: time - origin,
         continues,
         values: vec![Vec::new(); count],
     };
-    let mut piece = new(kept.read, false);
+    let mut piece = new(kept.read, origin, false);
     let mut taken = 0;
     while going && taken < stop {
         for k in 0..block.len() {
             let is_gap = block.gaps.contains(&k);
             if is_gap || length(&piece) == samples {
-                let next = new(piece.index + 1, !is_gap);
+                let next = new(piece.index + 1, block.time[k], !is_gap);
                 kept.push(std::mem::replace(&mut piece, next));
             }
             for (own, column) in piece.values.iter_mut().zip(&block.values) {
@@ -219,6 +226,7 @@ mod tests {
                 index,
                 log: 0,
                 period: 1e-3,
+                begin: 0.0,
                 continues,
                 values: vec![vec![index as f64; 10]],
             });

@@ -20,6 +20,9 @@ pub(in super::super) struct Segment {
     /// Rate of the smoothed torque, N·m/s. Noise of an unsmoothed rate would look like information
     /// about delays.
     pub(in super::super) torque_rate: Vec<f64>,
+    /// Covariates of the joints minus their references, \[samples × n × covariates\]; empty if no
+    /// friction depends on any.
+    pub(in super::super) excess: Vec<f64>,
     pub(in super::super) measurements: Vec<Measurement>,
     /// Index of the first measurement of each sample, then the number of measurements.
     pub(in super::super) first: Vec<usize>,
@@ -60,6 +63,7 @@ impl Segment {
             burn_in: 0,
             torque: self.torque[..samples * rows].to_vec(),
             torque_rate: self.torque_rate[..samples * rows].to_vec(),
+            excess: self.excess[..samples * self.width_of_excess()].to_vec(),
             measurements: self.measurements[..self.first[samples]].to_vec(),
             first: self.first[..=samples].to_vec(),
             start: self.start.clone(),
@@ -67,6 +71,16 @@ impl Segment {
             speeds: self.speeds.clone(),
             ..*self
         }
+    }
+
+    fn width_of_excess(&self) -> usize {
+        self.excess.len() / self.samples().max(1)
+    }
+
+    /// Returns the covariates of a sample minus their references; empty if no friction depends on any.
+    pub(in super::super) fn excess(&self, sample: usize) -> &[f64] {
+        let width = self.width_of_excess();
+        &self.excess[sample * width..(sample + 1) * width]
     }
 
     /// Writes the torque that acts during a period: the logged torque plus the disturbance,

@@ -8,6 +8,7 @@
 //! y = tau_s / k_0        expectation (k e + k_3 e³ + d ė − preload + offset) / k_0,   H x = e
 //! ```
 
+use sprung_core::covariate::Covariate;
 use sprung_core::drives::{Drive, Term};
 use sprung_core::parameters::JointParameter;
 
@@ -68,7 +69,7 @@ impl SpringReading {
             deflection_rate,
             link_velocity: x[rows + self.link],
             motor_velocity: x[rows + self.motor],
-            excess: 0.0,
+            excess: [0.0; Covariate::COUNT],
         }
     }
 
