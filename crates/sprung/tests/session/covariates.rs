@@ -263,7 +263,7 @@ fn logs_at_several_temperatures_and_hours_tell_both_effects() {
                 (value - truth).abs() < 3.0 * error,
                 "{method:?} {name} {value} {error}"
             );
-            assert!(error < 0.4 * truth.abs(), "{method:?} {name} {error}");
+            assert!(error < 0.5 * truth.abs(), "{method:?} {name} {error}");
             assert_eq!(own.unit, unit);
         }
     }
