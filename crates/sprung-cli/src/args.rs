@@ -46,6 +46,9 @@ pub(crate) enum Verb {
     /// Simulate a log with the digital twin that an experiment describes.
     #[command(before_help = "Example: sprung simulate experiment.toml --set simulate.seed=7")]
     Simulate(Simulate),
+    /// Write an identified robot for simulators and controllers.
+    #[command(before_help = "Example: sprung export experiment.toml --format mjcf")]
+    Export(Export),
     /// Print the JSON schema of experiment.toml, for editors.
     #[command(before_help = "Example: sprung schema > experiment.schema.json")]
     Schema,
@@ -66,7 +69,8 @@ impl Verb {
             Self::Check(Check { common, .. })
             | Self::Identify(Identify { common, .. })
             | Self::Validate(Validate { common, .. })
-            | Self::Simulate(Simulate { common, .. }) => common.json,
+            | Self::Simulate(Simulate { common, .. })
+            | Self::Export(Export { common, .. }) => common.json,
             Self::Compare(args) => args.json,
             Self::Demo(_) | Self::New(_) | Self::Schema | Self::Completions(_) | Self::Man(_) => {
                 false
@@ -232,4 +236,34 @@ pub(crate) struct Simulate {
     pub(crate) parameters: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) common: Common,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Export {
+    /// Experiment file, or the folder that holds experiment.toml.
+    pub(crate) experiment: PathBuf,
+    /// Format of the file: urdf (robot.urdf), mjcf (robot.xml, of MuJoCo), sdf (robot.sdf, of Drake)
+    /// or json (robot.json, parameters of links and actuators).
+    #[arg(long, value_enum, value_name = "FORMAT")]
+    pub(crate) format: ExportFormat,
+    /// identification.json, or a TOML file with values by name [default: identification.json in
+    /// the results folder].
+    #[arg(long, value_name = "FILE")]
+    pub(crate) parameters: Option<PathBuf>,
+    /// Write one joint with the rotor's inertia in place of motor, spring and link.
+    #[arg(long)]
+    pub(crate) rigid: bool,
+    /// Replace a file that was edited since the last export, or that no export wrote.
+    #[arg(long)]
+    pub(crate) force: bool,
+    #[command(flatten)]
+    pub(crate) common: Common,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ExportFormat {
+    Urdf,
+    Mjcf,
+    Sdf,
+    Json,
 }

@@ -42,7 +42,7 @@
 //!
 //! ```text
 //! finding, curves, named, progress, stopwatch |
-//! description → model → log → simulate → preprocess → regression → fit → prepare → check → frequency → estimate → validate → compare → servo → session → report
+//! description → model → log → simulate → preprocess → regression → fit → prepare → check → frequency → estimate → validate → compare → export → servo → session → report
 //! ```
 //!
 //! Functions outside [`session`] take values and readers and return values or strings. The library
@@ -54,6 +54,7 @@ pub mod curves;
 pub mod demo;
 pub mod description;
 pub mod estimate;
+pub mod export;
 pub mod finding;
 mod fit;
 mod frequency;

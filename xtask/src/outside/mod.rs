@@ -2,6 +2,7 @@
 //!
 //! A step that cannot install its programs fails: nothing is skipped here.
 
+mod export;
 mod formats;
 mod mujoco;
 mod new;
@@ -30,7 +31,7 @@ struct Step {
 }
 
 /// All steps, the quick ones first. A new comparison is a line here and a file beside this one.
-const STEPS: [Step; 6] = [
+const STEPS: [Step; 7] = [
     Step {
         name: "scipy",
         what: "the zero-phase filter of SciPy",
@@ -64,6 +65,18 @@ const STEPS: [Step; 6] = [
         what: "an arm simulated by MuJoCo, identified",
         packages: &["numpy==2.4.6", "mujoco==4.0.0"],
         run: mujoco::check,
+    },
+    Step {
+        name: "export",
+        what: "exported robots in Pinocchio, MuJoCo and Drake",
+        packages: &[
+            "numpy==2.4.6",
+            "pin==4.1.0",
+            "mujoco==4.0.0",
+            "drake==1.51.1",
+            "example-robot-data==6.0.0",
+        ],
+        run: export::check,
     },
     Step {
         name: "new",

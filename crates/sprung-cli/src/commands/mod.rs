@@ -3,6 +3,7 @@
 mod check;
 mod compare;
 mod demo;
+mod export;
 mod generated;
 mod identify;
 mod new;
@@ -32,6 +33,7 @@ pub(crate) fn run() -> std::process::ExitCode {
         Verb::Validate(args) => with_threads(args.common.work, || validate::run(&args)),
         Verb::Compare(args) => compare::run(&args),
         Verb::Simulate(args) => with_threads(args.common.work, || simulate::run(&args)),
+        Verb::Export(args) => with_threads(args.common.work, || export::run(&args)),
         Verb::Completions(args) => Ok(generated::completions(&args)),
         Verb::Man(args) => generated::man(&args),
         Verb::Schema => {

@@ -13,6 +13,7 @@ mod check;
 mod common;
 mod compare;
 mod corpus;
+mod export;
 mod folders;
 mod formats;
 mod killed;

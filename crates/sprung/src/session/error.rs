@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use crate::compare::CompareError;
 use crate::description::{DescriptionError, StartError, UrdfError};
 use crate::estimate::IdentifyError;
+use crate::export::ExportError;
 use crate::finding::Finding;
 use crate::log::{ChannelError, ChooseError, LogError};
 use crate::model::ModelError;
@@ -184,6 +185,9 @@ pub enum SessionError {
     /// The log of the twin cannot be simulated or written.
     #[error(transparent)]
     Record(#[from] RecordError),
+    /// The robot cannot be exported.
+    #[error(transparent)]
+    Export(Box<ExportError>),
     /// The parameters of a servo cannot be identified.
     #[error(transparent)]
     Servo(#[from] ServoError),
@@ -279,6 +283,12 @@ pub enum SessionError {
     Stopped(#[from] Stopped),
 }
 
+impl From<ExportError> for SessionError {
+    fn from(error: ExportError) -> Self {
+        Self::Export(Box::new(error))
+    }
+}
+
 impl SessionError {
     /// Returns the findings for which a log was refused; empty for other errors.
     #[must_use]
@@ -335,6 +345,7 @@ impl SessionError {
             | Self::LacksServoParameters { .. }
             | Self::Channel(_)
             | Self::Parameters(_)
+            | Self::Export(_)
             | Self::Urdf(_)
             | Self::NotUnicode { .. }
             | Self::OtherColumns { .. }

@@ -117,6 +117,14 @@ impl Session {
         self.folder.join(name)
     }
 
+    /// Returns the name of the experiment file; the name of the robot without a file.
+    pub(super) fn name(&self) -> String {
+        (self.file.as_ref()).map_or_else(
+            || self.experiment.robot.name.clone(),
+            |file| file.display().to_string(),
+        )
+    }
+
     /// Returns the folder to which the paths in the experiment are relative.
     #[must_use]
     pub fn folder(&self) -> &Path {

@@ -14,6 +14,7 @@ mod bag;
 mod check;
 mod compare;
 mod error;
+mod export;
 mod files;
 mod from_log;
 mod identify;

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use files::Files;
 
 /// Modules of `sprung` in order. A module uses only modules before it.
-const ORDER: [&str; 22] = [
+const ORDER: [&str; 23] = [
     "finding",
     "curves",
     "named",
@@ -30,6 +30,7 @@ const ORDER: [&str; 22] = [
     "estimate",
     "validate",
     "compare",
+    "export",
     "servo",
     "session",
     "report",

@@ -1,6 +1,7 @@
 //! Reduces the joints of the file to the joints that move in an experiment.
 
 use sprung_core::chain::ChainJoint;
+use sprung_core::spatial::BODY;
 
 use super::body::Placement;
 use super::error::UrdfError;
@@ -35,6 +36,41 @@ impl Urdf {
     pub fn tree(&self, moving: &[&str]) -> Result<Vec<TreeJoint>, UrdfError> {
         tree(self, moving)
     }
+
+    /// Returns the bodies that the named joints carry besides those of the links that they move.
+    ///
+    /// # Errors
+    ///
+    /// The errors of [`tree`](Self::tree).
+    pub(crate) fn carried(&self, moving: &[&str]) -> Result<Vec<CarriedBody>, UrdfError> {
+        let chosen = choose(self, moving)?;
+        let (_, seats) = seats(self, &chosen);
+        let own: Vec<usize> = (chosen.iter())
+            .map(|(at, _)| self.joints[*at].child)
+            .collect();
+        let bodies = self.links.iter().zip(seats).enumerate();
+        Ok(bodies
+            .filter(|(at, _)| !own.contains(at))
+            .filter_map(|(_, (link, seat))| {
+                Some(CarriedBody {
+                    link: link.name.clone(),
+                    carrier: seat.carrier?,
+                    parameters: link.body.as_ref()?.parameters(&seat.placement),
+                })
+            })
+            .collect())
+    }
+}
+
+/// A body that is fixed to a link that moves.
+#[derive(Clone, Debug)]
+pub(crate) struct CarriedBody {
+    /// Its link.
+    pub(crate) link: String,
+    /// Index of the joint that moves it.
+    pub(crate) carrier: usize,
+    /// Inertial parameters about the origin of that joint's frame, in its axes.
+    pub(crate) parameters: [f64; BODY],
 }
 
 fn tree(urdf: &Urdf, moving: &[&str]) -> Result<Vec<TreeJoint>, UrdfError> {

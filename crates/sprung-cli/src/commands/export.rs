@@ -1,0 +1,117 @@
+//! `sprung export`: writes an identified robot for simulators and controllers.
+
+use std::path::Path;
+
+use serde::Serialize;
+use sprung::export::{Earlier, Exported, Form, Format, Proof, Said, earlier};
+use sprung::session::{Parameters, Session, Usability, find_identification};
+
+use crate::args::{Export, ExportFormat};
+use crate::exit_code::{ExitCode, Failure};
+use crate::output::{Folder, results_folder};
+use crate::terminal::{Grid, Terminal};
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Summary<'a> {
+    file: String,
+    said: &'a [Said],
+    proof: Proof,
+}
+
+pub(crate) fn run(args: &Export) -> Result<ExitCode, Failure> {
+    let common = &args.common;
+    let terminal = Terminal::new(common.voice, common.json);
+    let session = Session::open(&args.experiment, &common.overrides)?;
+    session.no_servo("export")?;
+    let path = results_folder(&session, common);
+    let file = match &args.parameters {
+        Some(file) => file.clone(),
+        None => find_identification(&path, &session.results_folder())?,
+    };
+    let parameters = Parameters::open(&file)?;
+    let format = match args.format {
+        ExportFormat::Urdf => Format::Urdf,
+        ExportFormat::Mjcf => Format::Mjcf,
+        ExportFormat::Sdf => Format::Sdf,
+        ExportFormat::Json => Format::Json,
+    };
+    let form = if args.rigid {
+        Form::Rigid
+    } else {
+        Form::Flexible
+    };
+    let inputs = session.inputs().into_iter().chain([file.clone()]);
+    let folder = Folder::new(&path, inputs, &[format.file()])?;
+    if !args.force {
+        refuse_edited(&path.join(format.file()))?;
+    }
+    let found = session.export(&parameters, &file, format, form)?;
+    let mut output = folder.output()?;
+    let written = output.text(format.file(), &found.text)?;
+    output.commit()?;
+
+    let written = written.display().to_string();
+    terminal.json(&Summary {
+        file: written.clone(),
+        said: &found.said,
+        proof: found.proof,
+    });
+    say(terminal, &found);
+    terminal.say(format!("\n{}: {written}", format.name()));
+    let usability = parameters.identification.as_ref().map(Usability::from);
+    if usability == Some(Usability::Unusable) {
+        terminal.say("The verdict on these parameters is unusable: do not rely on this file.");
+    }
+    Ok(usability.map_or(ExitCode::Done, ExitCode::from))
+}
+
+/// Refuses to replace a file that somebody edited or that no export wrote.
+fn refuse_edited(file: &Path) -> Result<(), Failure> {
+    let text = match std::fs::read(file) {
+        Ok(bytes) => String::from_utf8_lossy(&bytes).into_owned(),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(()),
+        Err(error) => {
+            let name = file.display();
+            return Err(Failure::new(
+                ExitCode::File,
+                format!("cannot read the earlier {name}: {error}"),
+            ));
+        }
+    };
+    let what = match earlier(&text) {
+        Earlier::Unchanged => return Ok(()),
+        Earlier::Edited => "was edited since sprung export wrote it",
+        Earlier::Foreign => "was not written by sprung export",
+    };
+    Err(Failure::new(
+        ExitCode::Usage,
+        format!(
+            "{} {what}; replace it with --force, or choose a folder with --out",
+            file.display()
+        ),
+    ))
+}
+
+fn say(terminal: Terminal, found: &Exported) {
+    let header = ["what", "how", "note"].map(str::to_owned);
+    let mut table = Grid::new(header.to_vec(), 3);
+    for row in &found.said {
+        table.add_row([
+            row.what.clone(),
+            row.how.word().to_owned(),
+            row.note.clone(),
+        ]);
+    }
+    terminal.table(&table);
+    let Proof {
+        states,
+        inverse_dynamics,
+        mass_matrix,
+        accelerations,
+    } = found.proof;
+    terminal.say(format!(
+        "\nread back: at {states} random states inverse dynamics, mass matrix and accelerations differ from the \
+         identified model by at most {inverse_dynamics:.0e}, {mass_matrix:.0e} and {accelerations:.0e} (relative)"
+    ));
+}

@@ -1,0 +1,40 @@
+//! Writes an identified robot for simulators and controllers, and proves the file by reading it back.
+//!
+//! [`export()`] takes named values and returns the text of a file. It reads the text again with a reader
+//! that shares nothing with the writer, and compares its dynamics with those of the identified model at
+//! random states.
+
+mod error;
+mod evidence;
+mod format;
+mod json;
+mod mechanism;
+mod mjcf;
+mod names;
+mod provenance;
+mod read_json;
+mod read_mjcf;
+mod read_sdf;
+mod read_urdf;
+mod reload;
+mod robot;
+mod said;
+mod sdf;
+mod sha256;
+mod standard;
+mod urdf;
+mod write;
+
+#[cfg(test)]
+mod tests;
+
+pub use error::ExportError;
+pub(crate) use evidence::{JointEvidence, Known};
+pub use format::Format;
+pub use provenance::{Earlier, LogOrigin, Origin, ValueOrigin, earlier};
+pub use reload::Proof;
+pub use robot::Form;
+pub use said::{How, Said};
+pub(crate) use sha256::sha256;
+pub use write::Exported;
+pub(crate) use write::{Request, export};

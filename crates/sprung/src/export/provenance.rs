@@ -1,0 +1,157 @@
+//! Where an exported robot comes from, written into its file, and whether the file was edited since.
+
+use std::fmt::Write;
+
+use serde::Serialize;
+
+use super::said::Said;
+use super::sha256::sha256;
+use crate::finding::GENERATOR;
+
+/// Precedes the hash of the contents.
+const MARK: &str = "contents sha256 ";
+
+/// Stands for the hash while it is computed.
+const BLANK: &str = "0000000000000000000000000000000000000000000000000000000000000000";
+
+/// Origin of an exported robot.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Origin {
+    /// The experiment file.
+    pub experiment: String,
+    /// The file of parameters.
+    pub parameters: String,
+    /// Estimator; absent for given values.
+    pub estimator: Option<String>,
+    /// Verdict on the result, in words; absent for given values.
+    pub verdict: Option<String>,
+    /// The logs.
+    pub logs: Vec<LogOrigin>,
+    /// Identified parameters with standard errors.
+    pub values: Vec<ValueOrigin>,
+}
+
+/// A log of the identification.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct LogOrigin {
+    /// Its file.
+    pub file: String,
+    /// SHA-256 of the file at the time of the export; absent if it could not be read.
+    pub sha256: Option<String>,
+}
+
+/// A parameter with its standard error.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ValueOrigin {
+    /// Name.
+    pub name: String,
+    /// Unit.
+    pub unit: String,
+    /// Value in the file.
+    pub value: f64,
+    /// Standard error; absent if unknown.
+    pub standard_error: Option<f64>,
+}
+
+impl Origin {
+    /// Returns the origin as a comment of XML, without the hash of the contents.
+    pub(super) fn comment(&self, robot: &str, said: &[Said]) -> String {
+        let mut text = String::new();
+        let mut line = |words: &str| {
+            // A comment must not contain two hyphens in a row.
+            let _ = writeln!(text, "  {}", words.replace("--", "- -"));
+        };
+        line(&format!("Exported by {GENERATOR}; {MARK}{BLANK}"));
+        line(&format!("robot: {robot}"));
+        line(&format!("experiment: {}", self.experiment));
+        line(&format!("parameters: {}", self.parameters));
+        if let Some(estimator) = &self.estimator {
+            line(&format!("estimator: {estimator}"));
+        }
+        if let Some(verdict) = &self.verdict {
+            line(&format!("verdict: {verdict}"));
+        }
+        for log in &self.logs {
+            let hash = log
+                .sha256
+                .as_deref()
+                .unwrap_or("not readable at the export");
+            line(&format!("log: {}, sha256 {hash}", log.file));
+        }
+        line("What this file says:");
+        for row in said {
+            line(&format!("  {}: {}: {}", row.how.word(), row.what, row.note));
+        }
+        line("Values and standard errors:");
+        for value in &self.values {
+            let error =
+                (value.standard_error).map_or_else(String::new, |error| format!(" ± {error:.2e}"));
+            line(&format!(
+                "  {} = {:.6e}{error} {}",
+                value.name, value.value, value.unit
+            ));
+        }
+        format!("<!--\n{text}-->\n")
+    }
+
+    /// Returns the text that JSON holds in place of the comment.
+    #[must_use]
+    pub(super) fn mark() -> String {
+        format!("{MARK}{BLANK}")
+    }
+}
+
+/// Writes the hash of the contents into a text that contains the mark of [`Origin::comment`].
+pub(super) fn sealed(text: &str) -> String {
+    text.replacen(BLANK, &hash(text), 1)
+}
+
+fn hash(text: &str) -> String {
+    // A slice of memory can always be read.
+    sha256(text.as_bytes()).unwrap_or_default()
+}
+
+/// State of a file that an export would replace.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Earlier {
+    /// As an export wrote it.
+    Unchanged,
+    /// Edited since an export.
+    Edited,
+    /// No export wrote it.
+    Foreign,
+}
+
+/// Returns whether a file is as an export wrote it.
+#[must_use]
+pub fn earlier(text: &str) -> Earlier {
+    let Some((before, after)) = text.split_once(MARK) else {
+        return Earlier::Foreign;
+    };
+    let Some((own, rest)) = after.split_at_checked(BLANK.len()) else {
+        return Earlier::Edited;
+    };
+    if hash(&format!("{before}{MARK}{BLANK}{rest}")) == own {
+        Earlier::Unchanged
+    } else {
+        Earlier::Edited
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn edits_are_seen() {
+        let text = sealed(&format!("<!-- {} -->\n<robot/>\n", Origin::mark()));
+        assert!(!text.contains(BLANK));
+        assert_eq!(earlier(&text), Earlier::Unchanged);
+        assert_eq!(
+            earlier(&text.replace("<robot/>", "<robot />")),
+            Earlier::Edited
+        );
+        assert_eq!(earlier("<robot/>"), Earlier::Foreign);
+        assert_eq!(earlier(&text[..text.len() / 2]), Earlier::Edited);
+    }
+}

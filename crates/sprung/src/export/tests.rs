@@ -1,0 +1,250 @@
+//! Robots of several kinds in all formats, and files with one wrong number.
+
+use std::collections::BTreeMap;
+
+use super::standard::standard;
+use super::write::{Request, export, prove};
+use super::{Form, Format, How, Origin, Proof};
+use crate::description::{Experiment, no_files, read};
+use crate::model::Model;
+
+const FORMATS: [Format; 4] = [Format::Urdf, Format::Mjcf, Format::Sdf, Format::Json];
+
+/// Turning and sliding joints, flexible and rigid, in a tilted world.
+const MIXED: &str = r#"format = 1
+[robot]
+name = "mixed & <odd>"
+dh_modified = [
+  { alpha_deg = 0.0, d_m = 0.3, theta_deg = 20.0 },
+  { alpha_deg = -90.0, a_m = 0.1, prismatic = true },
+  { alpha_deg = 90.0, a_m = 0.2, d_m = 0.1 },
+]
+gravity_m_per_s2 = [1.0, -2.0, -9.0]
+[[robot.joint]]
+name = "a"
+spring = ["linear", "damping", "cubic"]
+gear_ratio = 50.0
+[[robot.joint]]
+name = "b"
+[[robot.joint]]
+name = "c"
+transmission = "rigid"
+motor_friction = ["viscous-asymmetric", "coulomb", "stribeck"]
+"#;
+
+const PLANAR: &str = r#"format = 1
+[robot]
+name = "planar"
+kinematics = "planar-2r"
+[[robot.joint]]
+name = "j1"
+[[robot.joint]]
+name = "j2"
+"#;
+
+struct Case {
+    experiment: Experiment,
+    model: Model,
+    values: BTreeMap<String, f64>,
+}
+
+fn case(text: &str, values: &[(&str, f64)]) -> Case {
+    let experiment = read("test", text, &[], &mut no_files).unwrap();
+    let model = Model::new(&experiment).unwrap();
+    let values = values
+        .iter()
+        .map(|(name, value)| ((*name).to_owned(), *value));
+    Case {
+        experiment,
+        model,
+        values: values.collect(),
+    }
+}
+
+fn mixed() -> Case {
+    let mut case = case(
+        MIXED,
+        &[
+            ("a.rotor_inertia", 0.8),
+            ("a.stiffness", 900.0),
+            ("a.spring_damping", 0.7),
+            ("a.cubic_stiffness", 40.0),
+            ("a.link_viscous", 0.4),
+            ("a.motor_viscous", 3.0),
+            ("a.link_coulomb", 0.2),
+            ("a.motor_coulomb", 1.5),
+            ("b.rotor_inertia", 4.0),
+            ("b.stiffness", 9000.0),
+            ("b.motor_viscous", 30.0),
+            ("c.rotor_inertia", 0.02),
+            ("c.motor_viscous_positive", 0.3),
+            ("c.motor_viscous_negative", 0.1),
+            ("c.motor_coulomb", 0.25),
+            ("c.motor_stribeck", 0.1),
+        ],
+    );
+    let names = [
+        "m", "mx", "my", "mz", "ixx", "ixy", "iyy", "ixz", "iyz", "izz",
+    ];
+    for (link, by) in [("link1", 1.0), ("link2", 0.6), ("link3", 0.3)] {
+        let body = [4.0, 0.4, -0.2, 0.3, 0.12, 0.03, 0.15, -0.02, 0.025, 0.2];
+        for (name, value) in names.iter().zip(body) {
+            case.values.insert(format!("{link}.{name}"), by * value);
+        }
+    }
+    case
+}
+
+fn planar() -> Case {
+    case(
+        PLANAR,
+        &[
+            ("link1.inertia_total", 0.2),
+            ("link2.coupling", 0.02),
+            ("link2.inertia", 0.013),
+            ("j1.rotor_inertia", 0.2),
+            ("j2.rotor_inertia", 0.007),
+            ("j1.stiffness", 9.0),
+            ("j2.stiffness", 4.0),
+            ("j1.motor_viscous", 8.0),
+            ("j2.link_viscous", 0.003),
+        ],
+    )
+}
+
+fn request(case: &Case, format: Format, form: Form) -> Request<'_> {
+    Request {
+        format,
+        form,
+        experiment: &case.experiment,
+        model: &case.model,
+        values: &case.values,
+        urdf: None,
+        is_there: &|_| false,
+        evidence: &[],
+        origin: Origin {
+            experiment: "test--case.toml".to_owned(),
+            parameters: "values.toml".to_owned(),
+            estimator: None,
+            verdict: None,
+            logs: Vec::new(),
+            values: Vec::new(),
+        },
+    }
+}
+
+#[test]
+fn every_format_says_every_robot() {
+    for case in [mixed(), planar()] {
+        for format in FORMATS {
+            for form in [Form::Flexible, Form::Rigid] {
+                let found = export(&request(&case, format, form)).unwrap();
+                let Proof {
+                    inverse_dynamics,
+                    mass_matrix,
+                    accelerations,
+                    ..
+                } = found.proof;
+                // Rotors of SDF have a tiny mass.
+                let limit = if format == Format::Sdf { 1e-9 } else { 1e-12 };
+                assert!(
+                    inverse_dynamics < limit && mass_matrix < limit,
+                    "{:?}",
+                    found.proof
+                );
+                assert!(accelerations < limit, "{format:?} {:?}", found.proof);
+            }
+        }
+    }
+}
+
+#[test]
+fn what_no_format_has_is_said() {
+    let case = mixed();
+    let of = |format: Format, what: &str| {
+        let said = export(&request(&case, format, Form::Flexible))
+            .unwrap()
+            .said;
+        let row = said.iter().find(|row| row.what == what);
+        row.unwrap_or_else(|| panic!("{format:?} {what} {said:?}"))
+            .how
+    };
+    for (format, what, how) in [
+        (Format::Mjcf, "springs", How::Exact),
+        (Format::Urdf, "springs", How::Dropped),
+        (Format::Mjcf, "viscous friction", How::Exact),
+        (Format::Sdf, "viscous friction", How::Approximated),
+        (Format::Mjcf, "a.cubic_stiffness", How::Dropped),
+        (Format::Json, "a.cubic_stiffness", How::Exact),
+        (Format::Mjcf, "c.motor_stribeck", How::Dropped),
+        (Format::Mjcf, "c.motor_viscous_positive", How::Approximated),
+        (Format::Sdf, "gravity", How::Dropped),
+    ] {
+        assert_eq!(of(format, what), how, "{format:?} {what}");
+    }
+}
+
+/// The proof must fail if any number of the model is wrong.
+#[test]
+fn a_wrong_number_is_seen() {
+    let case = mixed();
+    let identified = standard(&case.experiment, &case.model, &case.values).unwrap();
+    for (format, changes) in [
+        (
+            Format::Urdf,
+            &[
+                ("damping=\"0.4\"", "damping=\"0.41\""),
+                ("<stiffness>900<", "<stiffness>901<"),
+                ("friction=\"1.5\"", "friction=\"1.4\""),
+                ("mass value=\"4\"", "mass value=\"4.001\""),
+                ("xyz=\"0.2 -0.1", "xyz=\"0.2 0.1"),
+                ("axis xyz=\"0 0 1\"", "axis xyz=\"0 0 -1\""),
+                (
+                    "rotor_inertia xmlns:drake=\"http://drake.mit.edu\" value=\"0.02\"",
+                    "rotor_inertia xmlns:drake=\"http://drake.mit.edu\" value=\"0.03\"",
+                ),
+            ][..],
+        ),
+        (
+            Format::Mjcf,
+            &[
+                ("gravity=\"1 ", "gravity=\"1.1 "),
+                ("stiffness=\"9000\"", "stiffness=\"900\""),
+                ("coef=\"-1\"", "coef=\"1\""),
+                ("diaginertia=\"0.8 ", "diaginertia=\"0.8 0 "),
+                ("armature=\"0.02\"", "armature=\"0\""),
+                ("type=\"slide\"", "type=\"hinge\""),
+                ("damping=\"30\"", "damping=\"31\""),
+            ],
+        ),
+        (
+            Format::Sdf,
+            &[
+                ("<spring_stiffness>900<", "<spring_stiffness>901<"),
+                ("<drake:rotor_inertia>0.8<", "<drake:rotor_inertia>0.9<"),
+                ("<damping>3.4<", "<damping>3<"),
+                ("<mass>4<", "<mass>5<"),
+                ("type=\"prismatic\"", "type=\"revolute\""),
+            ],
+        ),
+        (
+            Format::Json,
+            &[
+                ("\"is_flexible\": true", "\"is_flexible\": false"),
+                ("\"value\": 900.0", "\"value\": 901.0"),
+                ("\"mass_kg\": 4.0", "\"mass_kg\": 4.1"),
+                ("\"parent\": \"a\"", "\"parent\": null"),
+            ],
+        ),
+    ] {
+        let request = request(&case, format, Form::Flexible);
+        let text = export(&request).unwrap().text;
+        assert!(prove(&request, &identified, &text).is_ok());
+        for (from, to) in changes {
+            assert!(text.contains(from), "{format:?} lacks {from}\n{text}");
+            let wrong = text.replacen(from, to, 1);
+            let error = prove(&request, &identified, &wrong);
+            assert!(error.is_err(), "{format:?} {from} {to}: {error:?}");
+        }
+    }
+}

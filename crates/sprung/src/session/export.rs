@@ -1,0 +1,218 @@
+//! Exports identified robots for simulators and controllers.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use super::error::SessionError;
+use super::files::read_text;
+use super::load::Session;
+use super::parameters::Parameters;
+use crate::description::{Experiment, Signal};
+use crate::estimate::{EstimateResult, Identification};
+use crate::export::{
+    ExportError, Exported, Form, Format, JointEvidence, Known, LogOrigin, Origin, Request,
+    ValueOrigin, export, sha256,
+};
+use crate::log::Channels;
+use crate::model::Model;
+
+impl Session {
+    /// Exports the robot with identified parameters.
+    ///
+    /// The values are those of possible bodies and drives. The first result of an identification counts.
+    ///
+    /// - `file`: the file of the parameters, for the origin.
+    ///
+    /// # Errors
+    ///
+    /// [`SessionError`] if the parameters belong to another robot, are not physical or are not those of
+    /// single links, or if a file cannot be read.
+    pub fn export(
+        &self,
+        parameters: &Parameters,
+        file: &Path,
+        format: Format,
+        form: Form,
+    ) -> Result<Exported, SessionError> {
+        self.no_servo("export")?;
+        let identification = parameters.identification.as_ref();
+        if let Some(identification) = identification {
+            self.check_robot(&identification.robot)?;
+        }
+        let (experiment, model) = self.described_by(parameters)?;
+        let result = identification.and_then(|own| own.results.first());
+        let values = if let Some(result) = result {
+            check_parameters(&model, result)?;
+            values_of(result)
+        } else {
+            let given = parameters.sets.first();
+            let values = given.map_or_else(BTreeMap::new, |set| set.values.clone());
+            model.check_names(&values)?;
+            values
+        };
+        let folder = (experiment.robot.urdf.as_ref())
+            .and_then(|path| self.folder.join(path).parent().map(Path::to_owned))
+            .unwrap_or_default();
+        let urdf = match &experiment.robot.urdf {
+            Some(path) => {
+                let path = self.folder.join(path);
+                let text = read_text(&*self.files, &path)?;
+                Some((path.display().to_string(), text))
+            }
+            None => None,
+        };
+        let is_there = |mesh: &str| self.files.open(&folder.join(mesh)).is_ok();
+        Ok(export(&Request {
+            format,
+            form,
+            experiment: &experiment,
+            model: &model,
+            values: &values,
+            urdf: (urdf.as_ref()).map(|(name, text)| (name.as_str(), text.as_str())),
+            is_there: &is_there,
+            evidence: &evidence(&experiment, &model, identification, result),
+            origin: self.origin(file, identification, result),
+        })?)
+    }
+
+    fn check_robot(&self, found: &str) -> Result<(), ExportError> {
+        let expected = &self.experiment().robot.name;
+        if found == expected {
+            return Ok(());
+        }
+        Err(ExportError::OtherRobot {
+            found: format!("the robot \"{found}\""),
+            expected: format!("\"{expected}\""),
+        })
+    }
+
+    fn origin(
+        &self,
+        file: &Path,
+        identification: Option<&Identification>,
+        result: Option<&EstimateResult>,
+    ) -> Origin {
+        let logs = identification.into_iter().flat_map(Identification::logs);
+        let hash = |name: &str| {
+            let input = self.files.open(&self.folder.join(name)).ok()?;
+            sha256(input).ok()
+        };
+        Origin {
+            experiment: self.name(),
+            parameters: file.display().to_string(),
+            estimator: result.map(|result| result.estimator.clone()),
+            verdict: result.map(|result| match result.decision.sentence.as_str() {
+                "" => result.verdict.word().to_owned(),
+                sentence => sentence.to_owned(),
+            }),
+            logs: logs
+                .map(|log| LogOrigin {
+                    sha256: hash(&log.file),
+                    file: log.name(),
+                })
+                .collect(),
+            values: result.map_or_else(Vec::new, origins),
+        }
+    }
+}
+
+/// Checks that the parameters of a result are those of the model.
+fn check_parameters(model: &Model, result: &EstimateResult) -> Result<(), ExportError> {
+    let known = result.parameters.iter().map(|own| &own.name);
+    let other = known
+        .clone()
+        .find(|name| model.index_of(name).is_err())
+        .map(|name| {
+            (
+                format!("a robot with {name}"),
+                "a robot without it".to_owned(),
+            )
+        })
+        .or_else(|| {
+            let mut own = model.parameters().iter();
+            let lacking = own.find(|own| known.clone().all(|name| *name != own.name))?;
+            Some((
+                format!("a robot without {}", lacking.name),
+                "a robot with it".to_owned(),
+            ))
+        });
+    match other {
+        Some((found, expected)) => Err(ExportError::OtherRobot { found, expected }),
+        None => Ok(()),
+    }
+}
+
+/// Returns the values of possible bodies and drives; values of the estimate where there are none.
+fn values_of(result: &EstimateResult) -> BTreeMap<String, f64> {
+    let own = (result.parameters.iter())
+        .filter_map(|own| Some((own.name.clone(), own.physical.or(own.value)?)));
+    let standard = (result.standard_parameters.iter()).map(|own| (own.name.clone(), own.value));
+    own.chain(standard).collect()
+}
+
+fn origins(result: &EstimateResult) -> Vec<ValueOrigin> {
+    let own = (result.parameters.iter()).filter_map(|own| {
+        Some(ValueOrigin {
+            name: own.name.clone(),
+            unit: own.unit.clone(),
+            value: own.physical.or(own.value)?,
+            standard_error: own.standard_error,
+        })
+    });
+    let standard = result.standard_parameters.iter();
+    let standard = standard
+        .filter(|own| result.parameter(&own.name).is_none())
+        .map(|own| ValueOrigin {
+            name: own.name.clone(),
+            unit: own.unit.clone(),
+            value: own.value,
+            standard_error: own.standard_error,
+        });
+    own.chain(standard).collect()
+}
+
+/// Returns the delay and the noise of each joint's torque.
+fn evidence(
+    experiment: &Experiment,
+    model: &Model,
+    identification: Option<&Identification>,
+    result: Option<&EstimateResult>,
+) -> Vec<JointEvidence> {
+    let channels = (experiment.log.as_ref())
+        .and_then(|log| Channels::new(&experiment.robot, log).ok())
+        .map_or_else(Vec::new, |channels| channels.all);
+    let refinement = result.and_then(|own| own.refinement.as_ref());
+    let of = |joint: usize| {
+        let column = (channels.iter())
+            .find(|own| own.joint == joint && own.quantity.signal() == Signal::Torque)
+            .map(|own| own.column.as_str());
+        let refined = || {
+            let delays = &refinement?.delays;
+            let delay = delays
+                .iter()
+                .find(|own| Some(own.column.as_str()) == column)?;
+            Some(Known {
+                value: delay.delay_s,
+                standard_error: delay.standard_error_s,
+            })
+        };
+        let used = || {
+            let delay = identification?.log.delay_s.get(column?)?;
+            Some(Known {
+                value: delay.value,
+                standard_error: delay.standard_error,
+            })
+        };
+        let row = model.row_name(model.torque_row(joint));
+        let white = || {
+            let own = refinement.filter(|own| own.used)?;
+            let row = own.disturbances.iter().find(|own| own.row == row)?;
+            Some(row.torque_noise_nm)
+        };
+        JointEvidence {
+            delay: refined().or_else(used),
+            torque_noise: white().or_else(|| result?.residual_rms.get(&row)),
+        }
+    };
+    (0..model.joint_count()).map(of).collect()
+}
