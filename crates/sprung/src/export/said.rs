@@ -212,9 +212,9 @@ fn other(format: Format, extra: &Extra) -> Said {
             How::Dropped,
             "it is the zero of the link's encoder, not a property of the robot".to_owned(),
         ),
-        JointParameter::Warming(..) => (
+        JointParameter::Change(..) => (
             How::Dropped,
-            "the file holds the friction at the reference temperature".to_owned(),
+            "the file holds the friction at the references of the covariates".to_owned(),
         ),
         JointParameter::Friction(side, law) => of_law(side, law),
         _ => (How::Dropped, "the format has no such law".to_owned()),

@@ -258,7 +258,7 @@ fn take(drive: &mut DriveValues, kind: JointParameter, value: f64) -> bool {
             }
             _ => false,
         },
-        JointParameter::CubicStiffness | JointParameter::Preload | JointParameter::Warming(..) => {
+        JointParameter::CubicStiffness | JointParameter::Preload | JointParameter::Change(..) => {
             false
         }
     }

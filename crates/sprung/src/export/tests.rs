@@ -197,7 +197,7 @@ fn a_wrong_number_is_seen() {
                 ("<stiffness>900<", "<stiffness>901<"),
                 ("friction=\"1.5\"", "friction=\"1.4\""),
                 ("mass value=\"4\"", "mass value=\"4.001\""),
-                ("xyz=\"0.2 -0.1", "xyz=\"0.2 0.1"),
+                ("xyz=\"0.2 -0.1", "xyz=\"0.25 -0.1"),
                 ("axis xyz=\"0 0 1\"", "axis xyz=\"0 0 -1\""),
                 (
                     "rotor_inertia xmlns:drake=\"http://drake.mit.edu\" value=\"0.02\"",
