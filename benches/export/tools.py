@@ -9,15 +9,20 @@ of relative differences and fails above the limits.
 """
 
 import json
+import logging
 import pathlib
 import subprocess
 import sys
+import xml.etree.ElementTree as tree
 
 import mujoco
 import numpy as np
 import pinocchio as pin
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
+
+# Drake reports that it ignores dry friction, safety controllers and springs of URDF.
+logging.getLogger("drake").setLevel(logging.ERROR)
 
 INVERSE, FORWARD, TWIN_RAD = 1e-9, 1e-8, 1e-4
 STATES = 50
@@ -164,6 +169,37 @@ def in_pinocchio(robot, folder):
             pairs.append((motor, robot.rotor * ddphi))
         for found, known in pairs:
             worst = max(worst, relative([found], [known]))
+    return worst, None
+
+
+def in_drake_urdf(robot, folder):
+    """URDF: the mass matrix, with the rotors of rigid joints."""
+    plant = MultibodyPlant(0.0)
+    Parser(plant).AddModels(str(folder / "robot.urdf"))
+    children = {child for _, child in children_of(folder / "robot.urdf")}
+    links = tree.parse(folder / "robot.urdf").getroot().findall("link")
+    root = next(link.get("name") for link in links if link.get("name") not in children)
+    if root != "world":
+        plant.WeldFrames(plant.world_frame(), plant.GetFrameByName(root))
+    plant.Finalize()
+    context = plant.CreateDefaultContext()
+    at = lambda name: plant.GetJointByName(name).velocity_start()
+    link = [at(joint) for joint in robot.joints]
+    worst = 0.0
+    for _ in range(STATES):
+        q = robot.state()[0]
+        positions = plant.GetPositions(context)
+        positions[link] = q
+        plant.SetPositions(context, positions)
+        found = plant.CalcMassMatrix(context)
+        known = pin.crba(robot.model, robot.data, q)
+        known = np.triu(known) + np.triu(known, 1).T
+        if robot.rigid:
+            known += np.diag(robot.rotor)
+        else:
+            motor = [at(joint + "_motor") for joint in robot.joints]
+            worst = max(worst, relative([np.diag(found)[motor]], [robot.rotor]))
+        worst = max(worst, relative([found[np.ix_(link, link)].ravel()], [known.ravel()]))
     return worst, None
 
 
@@ -331,8 +367,6 @@ def robots():
 
 
 def children_of(path):
-    import xml.etree.ElementTree as tree
-
     for joint in tree.parse(path).getroot().findall("joint"):
         yield joint.get("name"), joint.find("child").get("link")
 
@@ -344,6 +378,7 @@ def twin_in_mujoco(sprung, folder, coulomb):
         subprocess.run([sprung, "demo", "--quiet", "--out", demo], check=True)
     own = folder / ("dry" if coulomb else "viscous")
     own.mkdir(exist_ok=True)
+    (own / "identification.csv").unlink(missing_ok=True)
     lines = (demo / "truth.toml").read_text().splitlines()
     lines = [line for line in lines if coulomb or "coulomb" not in line]
     if not coulomb:
@@ -400,6 +435,7 @@ def main():
             )
         for tool, check in [
             ("Pinocchio, URDF", in_pinocchio),
+            ("Drake, URDF (masses)", in_drake_urdf),
             ("MuJoCo, MJCF", in_mujoco),
             ("Drake, SDF", in_drake),
             ("Python, JSON", in_json),

@@ -58,8 +58,9 @@ impl Origin {
     pub(super) fn comment(&self, robot: &str, said: &[Said]) -> String {
         let mut text = String::new();
         let mut line = |words: &str| {
-            // A comment must not contain two hyphens in a row.
-            let _ = writeln!(text, "  {}", words.replace("--", "- -"));
+            // A comment must not contain two hyphens in a row; three need a second pass.
+            let words = words.replace("--", "- -").replace("--", "- -");
+            let _ = writeln!(text, "  {words}");
         };
         line(&format!("Exported by {GENERATOR}; {MARK}{BLANK}"));
         line(&format!("robot: {robot}"));

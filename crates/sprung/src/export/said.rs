@@ -79,7 +79,7 @@ pub(super) fn said(
     }
     rows.extend(viscous(format, form, robot));
     rows.extend(coulomb(format, robot));
-    rows.extend(extras.iter().map(|extra| other(format, extra)));
+    rows.extend(others(format, extras));
     let usual = [0.0, 0.0, -9.81];
     let is_other = (robot.gravity.iter().zip(usual)).any(|(own, usual)| (own - usual).abs() > 0.0);
     if matches!(format, Format::Urdf | Format::Sdf) && is_other {
@@ -201,9 +201,50 @@ fn coulomb(format: Format, robot: &StandardRobot) -> Option<Said> {
     })
 }
 
-fn other(format: Format, extra: &Extra) -> Said {
-    let value = format!("{} {}", Shown(extra.value), extra.unit);
-    let (how, why) = match extra.kind {
+/// Returns one row for each law that the format does not have, with the values of all joints.
+fn others(format: Format, extras: &[Extra]) -> Vec<Said> {
+    let mut kinds: Vec<JointParameter> = Vec::new();
+    for extra in extras {
+        if !kinds.contains(&extra.kind) {
+            kinds.push(extra.kind);
+        }
+    }
+    let of = |kind: JointParameter| {
+        let own: Vec<&Extra> = extras.iter().filter(|extra| extra.kind == kind).collect();
+        let values = own.iter().map(|extra| {
+            let value = format!("{} {}", short(extra.value), extra.unit);
+            match (own.len(), extra.name.split_once('.')) {
+                (2.., Some((joint, _))) => format!("{joint} {value}"),
+                _ => value,
+            }
+        });
+        let values = values.collect::<Vec<_>>().join(", ");
+        let what = match own.as_slice() {
+            [only] => only.name.as_str(),
+            _ => kind.name(),
+        };
+        let (how, why) = reason(kind);
+        if format == Format::Json && how == How::Dropped {
+            row(what, How::Exact, format!("{values}, under other_laws"))
+        } else {
+            row(what, how, format!("{values}: {why}"))
+        }
+    };
+    kinds.into_iter().map(of).collect()
+}
+
+/// Returns a value with four significant digits.
+fn short(value: f64) -> String {
+    let size = value.abs();
+    if !(1e-4..1e6).contains(&size) {
+        return format!("{value:.3e}");
+    }
+    let digits = (3.0 - size.log10().floor()).max(0.0) as usize;
+    format!("{value:.digits$}")
+}
+
+fn reason(kind: JointParameter) -> (How, String) {
+    match kind {
         JointParameter::CubicStiffness => (
             How::Dropped,
             "the format has only linear springs".to_owned(),
@@ -218,16 +259,7 @@ fn other(format: Format, extra: &Extra) -> Said {
         ),
         JointParameter::Friction(side, law) => of_law(side, law),
         _ => (How::Dropped, "the format has no such law".to_owned()),
-    };
-    let how = match (format, how) {
-        (Format::Json, How::Dropped) => How::Exact,
-        (_, how) => how,
-    };
-    let note = match (format, how) {
-        (Format::Json, How::Exact) => format!("{value}, under other_laws"),
-        _ => format!("{value}: {why}"),
-    };
-    row(&extra.name, how, note)
+    }
 }
 
 fn of_law(side: Side, law: Law) -> (How, String) {

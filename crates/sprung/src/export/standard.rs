@@ -24,6 +24,8 @@ pub(super) struct Standard {
     pub(super) robot: StandardRobot,
     /// Parameters with laws that no file can say, with their values other than zero.
     pub(super) extras: Vec<Extra>,
+    /// Parameters without a value, which are zero in the file.
+    pub(super) unknown: Vec<String>,
     /// Theta of the robot with the parameters that a file can say, except Coulomb friction.
     pub(super) theta: Theta,
 }
@@ -61,7 +63,7 @@ pub(super) fn standard(
     };
     let mut extras = Vec::new();
     let mut drives = vec![DriveValues::default(); n];
-    let mut missing = Vec::new();
+    let (mut missing, mut unknown) = (Vec::new(), Vec::new());
     for (joint, drive) in drives.iter_mut().enumerate() {
         drive.is_flexible = model.is_flexible(joint);
         drive.gear_ratio = experiment.robot.joint[joint].ratio();
@@ -73,8 +75,12 @@ pub(super) fn standard(
             continue;
         };
         let known = values.get(&parameter.name).copied().or(parameter.fixed);
-        if known.is_none() && kind.is_vital() && model.is_flexible(joint) {
-            missing.push(parameter.name.clone());
+        match (known, kind.is_vital()) {
+            (None, true) if model.is_flexible(joint) => missing.push(parameter.name.clone()),
+            (None, false) if kind != JointParameter::TorqueOffset => {
+                unknown.push(parameter.name.clone());
+            }
+            _ => {}
         }
         let value = known.unwrap_or(0.0);
         if !take(&mut drives[joint], kind, value) && value != 0.0 {
@@ -115,6 +121,7 @@ pub(super) fn standard(
             joints,
         },
         extras,
+        unknown,
         theta,
     })
 }

@@ -70,6 +70,11 @@ pub(crate) fn export(request: &Request<'_>) -> Result<Exported, ExportError> {
     }
     names::check(format, form, &identified.robot)?;
     let mut rows = said(format, form, &identified.robot, &identified.extras);
+    if !identified.unknown.is_empty() {
+        let names = identified.unknown.join(", ");
+        let note = format!("{names}: the parameters have no value for it, so the file has zero");
+        rows.push(row("friction without a value", How::Dropped, note));
+    }
     if request.model.tree().is_none() && format != Format::Json {
         let note = "link1 is 1 m long: the log determines the dynamics and not the length";
         rows.push(row("kinematics", How::Approximated, note));
