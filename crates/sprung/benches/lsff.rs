@@ -73,6 +73,8 @@ fn whole_step(bencher: Bencher) {
             tau: position,
             spring: Vec::new(),
             begin: 0.0,
+            gyroscope: Vec::new(),
+            rate: Vec::new(),
             excess: vec![Vec::new(); 2],
         }));
     });

@@ -204,7 +204,7 @@ impl Other {
                 .map(|(tau, noise)| tau + noise * rng.sample::<f64, _>(StandardNormal))
                 .collect();
             writer
-                .write(time, [&q, &phi], [&noisy, &[0.0; 2]], &[0.0; 2])
+                .write(time, [&q, &phi], [&noisy, &[0.0; 2]], &[], &[])
                 .expect("memory takes a log");
             plant.advance(&before).expect("the loop is stable");
             before = tau;

@@ -7,7 +7,7 @@ use super::result::JointFigures;
 use crate::finding::{Finding, Severity};
 use crate::log::{Channels, LOOKS_LIKE_DEGREES, Summary, Timing, check_timing};
 use crate::model::Model;
-use crate::prepare::{Excerpt, Prepared};
+use crate::prepare::{Excerpt, Prepared, gyroscope_findings};
 use crate::regression::LogFigures;
 
 /// Smallest jitter for a note, as a fraction of the period.
@@ -37,6 +37,9 @@ pub fn examine(prepared: &Prepared, figures: &[LogFigures]) -> Examination {
         .flat_map(|(figures, name)| about_log(name, channels, model, figures))
         .collect();
     findings.extend(prepared.delays().findings(channels));
+    if let Some(name) = prepared.names().first() {
+        findings.extend(gyroscope_findings(reading, excerpt, name));
+    }
     let mut joints = Vec::new();
     if let (Some(name), Some(first)) = (prepared.names().first(), figures.first()) {
         let reading = prepared.examined();

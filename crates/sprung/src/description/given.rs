@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::columns::Columns;
 use super::log::Log;
-use super::quantities::{KEYS, Key, Scaling, Signal};
+use super::quantities::{Axis, KEYS, Key, Scaling, Signal};
 use super::robot::{Robot, Side};
 
 /// The torque sensor of a joint.
@@ -33,6 +33,11 @@ impl Log {
             (true, true) => TorqueSensor::BesideLink,
             (true, false) => TorqueSensor::Alone,
         }
+    }
+
+    /// Returns whether the log has an axis of a gyroscope on the link of a joint.
+    pub(crate) fn has_gyroscope(&self, robot: &Robot, joint: usize) -> bool {
+        (Axis::ALL.into_iter()).any(|axis| Key::gives(Signal::Gyroscope(axis), joint, self, robot))
     }
 
     /// Returns all files that the log names.

@@ -11,6 +11,9 @@ use super::factor::{Delay, Factor};
 use super::robot::Side;
 use super::window::{FilePart, OneOrManyFiles, files};
 
+/// Corner of the high-pass filter of deflections from gyroscopes if the file gives none, Hz.
+pub(crate) const GYROSCOPE_CORNER_HZ: f64 = 0.2;
+
 /// A log and the meaning of its columns. A list has one column per joint; with `_rad` or `_deg` one
 /// per revolute joint, with `_m` or `_n` one per prismatic joint. Only flexible joints have a link
 /// position and a joint torque.
@@ -107,6 +110,22 @@ pub struct Log {
     pub joint_force_n: Option<Columns>,
     /// Columns of the torque or force sensors of flexible joints, each with its unit.
     pub joint_torque: Option<Columns>,
+    /// Columns of the first axis of the gyroscopes on the links of flexible joints that turn, rad/s. A
+    /// gyroscope has one axis, along that of the joint, or three.
+    pub gyroscope_x_rad_per_s: Option<Columns>,
+    /// Columns of the first axis of the gyroscopes, degrees per second.
+    pub gyroscope_x_deg_per_s: Option<Columns>,
+    /// Columns of the second axis of the gyroscopes, rad/s.
+    pub gyroscope_y_rad_per_s: Option<Columns>,
+    /// Columns of the second axis of the gyroscopes, degrees per second.
+    pub gyroscope_y_deg_per_s: Option<Columns>,
+    /// Columns of the third axis of the gyroscopes, rad/s.
+    pub gyroscope_z_rad_per_s: Option<Columns>,
+    /// Columns of the third axis of the gyroscopes, degrees per second.
+    pub gyroscope_z_deg_per_s: Option<Columns>,
+    /// Corner of the high-pass filter of the deflections from gyroscopes, Hz; 0.2 if absent. It should
+    /// be below the frequencies of the motion.
+    pub gyroscope_corner_hz: Option<f64>,
     /// Columns of the temperatures of the joints whose friction depends on it, °C; one column for all
     /// of them, or one each.
     pub temperature_c: Option<Columns>,

@@ -37,11 +37,12 @@ pub use identify::{
     Cutoff, DiscretizationName, EncoderOffset, Estimator, Identify, InitialMomentum, Instruments,
     Laws, OnCheckError, StartName, Weights,
 };
+pub(crate) use log::GYROSCOPE_CORNER_HZ;
 pub use log::{CsvForm, Log, MissingValues, SamplingTimes};
 pub use nominal::Nominal;
 pub use payload::Payload;
 pub use physical::{Distance, Physical, Prior};
-pub(crate) use quantities::Quantity;
+pub(crate) use quantities::{Axis, Quantity};
 pub(crate) use quantities::{Joints, Key, KeyUnit, Scaling};
 pub(crate) use quantities::{Measures, Row, Signal};
 pub use read::{DescriptionError, Experiment, no_files, read, schema};

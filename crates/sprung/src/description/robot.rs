@@ -201,6 +201,9 @@ pub struct Joint {
     /// Beta of the Coulomb friction `tanh(beta * velocity)`, s/rad (s/m).
     #[serde(default = "default_sharpness")]
     pub coulomb_sharpness_s_per_rad: f64,
+    /// Mounting of the gyroscope on the link of this joint: roll, pitch and yaw of the sensor in the
+    /// frame of the link, degrees, as in a URDF. If absent, sprung finds it from the motion of the motors.
+    pub gyroscope_rpy_deg: Option<[f64; 3]>,
     /// Drive law of a position servo, for logs with targets and no torque.
     pub servo: Option<ServoDrive>,
     /// Quantities on which friction depends linearly.

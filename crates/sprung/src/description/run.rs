@@ -172,6 +172,15 @@ pub struct Simulate {
     /// Times from and to which the drive of a servo is off, s: `[[4.0, 6.0]]`.
     #[serde(default)]
     pub drive_off_s: Vec<[f64; 2]>,
+    /// Standard deviation of the noise of the gyroscopes on the links, rad/s, one per joint.
+    #[serde(default)]
+    pub gyroscope_noise_rad_per_s: Vec<f64>,
+    /// Reading of each axis of the gyroscopes without motion, rad/s, one per joint.
+    #[serde(default)]
+    pub gyroscope_bias_rad_per_s: Vec<f64>,
+    /// Largest angular velocity that the gyroscopes read, rad/s, one per joint.
+    #[serde(default)]
+    pub gyroscope_limit_rad_per_s: Vec<f64>,
     /// Standard deviation of the noise of the joint torque sensors, N·m, one per joint.
     #[serde(default)]
     pub joint_torque_noise_nm: Vec<f64>,

@@ -35,6 +35,7 @@ pub(crate) use columns::Mix;
 #[cfg(test)]
 pub(crate) use columns::{Channel, Origin, TimeOrigin};
 pub use columns::{ChannelError, Channels};
+pub(crate) use columns::{Gyroscope, Gyroscopes};
 pub use error::{LogError, Place};
 pub(crate) use figures::{Figures, Overview, Summary};
 pub(crate) use figures::{LOOKS_LIKE_DEGREES, rounded, slope_remedy};

@@ -45,6 +45,7 @@ impl<W: Write> LogWriter<W> {
     ///
     /// - `q`, `phi`: link positions and motor positions, \[n\], rad on the output side.
     /// - `tau`, `spring`: torques of motors and springs, \[n\], N·m on the output side.
+    /// - `velocities`: readings of the gyroscope of each joint, rad/s, \[n\]; empty without gyroscopes.
     /// - `covariates`: of the joints, \[n × [`Covariate::COUNT`]\].
     ///
     /// # Errors
@@ -55,6 +56,7 @@ impl<W: Write> LogWriter<W> {
         time: f64,
         [q, phi]: [&[f64]; 2],
         [tau, spring]: [&[f64]; 2],
+        velocities: &[[f64; 3]],
         covariates: &[f64],
     ) -> Result<(), std::io::Error> {
         let mixed = |mix: &Option<Mix>, values: Vec<f64>| match mix {
@@ -72,8 +74,9 @@ impl<W: Write> LogWriter<W> {
         let of_channels = self.channels.all.iter().map(|channel| {
             let i = channel.joint;
             let torques = [tau[i], spring[i]];
+            let of_link = velocities.get(i).copied().unwrap_or_default();
             let covariate = |own| covariates[i * Covariate::COUNT + own as usize];
-            let value = (channel.quantity).shown([q[i], phi[i]], torques, covariate);
+            let value = (channel.quantity).shown([q[i], phi[i]], torques, of_link, covariate);
             value / channel.factor - channel.origin.offset
         });
         let values = std::iter::once(time / self.channels.time_factor).chain(of_channels);

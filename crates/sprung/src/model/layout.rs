@@ -72,6 +72,11 @@ impl Layout {
             Some(choice) => choice == EncoderOffset::Estimate,
             None => links.is_some(),
         };
+        let has_gyroscope = |joint: usize| {
+            let log = experiment.log.iter();
+            log.into_iter()
+                .any(|log| log.has_gyroscope(&experiment.robot, joint))
+        };
         let has = |kind: JointParameter, i: usize| match kind {
             JointParameter::RotorInertia => {
                 joints[i].is_flexible() || links.is_none_or(|links| links.has_rotor(i))
@@ -80,7 +85,8 @@ impl Layout {
             _ => has(
                 &joints[i],
                 kind,
-                offset && sensors[i] != TorqueSensor::Alone,
+                // Gyroscopes do not show constant deflections.
+                offset && sensors[i] != TorqueSensor::Alone && !has_gyroscope(i),
             ),
         };
         let drives = (JointParameter::ALL.into_iter())

@@ -4,6 +4,7 @@ mod base_parameters;
 mod changes;
 mod convex;
 mod deflection_entry;
+mod high_pass;
 mod inertial;
 mod initial_shape;
 mod layout;
@@ -28,6 +29,7 @@ use sprung_core::robot::{Links, Robot};
 use sprung_core::spatial::BODY;
 
 use crate::description::{self, Experiment, Row, TorqueSensor, Tree};
+use high_pass::HighPassRows;
 use inertial::{Inertial, PLANAR_2R_NAMES};
 use initial_shape::initial_shape;
 use layout::Layout;
@@ -52,6 +54,20 @@ struct JointInfo {
     torque_limit: f64,
     /// Covariates at which friction has its parameters.
     references: [f64; Covariate::COUNT],
+}
+
+impl JointInfo {
+    fn all(robot: &description::Robot) -> Vec<Self> {
+        let joints = robot.joint.iter().enumerate();
+        let of = |(i, joint): (usize, &description::Joint)| Self {
+            name: joint.name.clone(),
+            kind: robot.kind(i),
+            flexible: joint.is_flexible(),
+            torque_limit: joint.torque_limit().unwrap_or(f64::INFINITY),
+            references: joint.references(),
+        };
+        joints.map(of).collect()
+    }
 }
 
 /// A robot's parameters and equations; cheap to clone.
@@ -81,6 +97,8 @@ struct Fixed {
     layout: Layout,
     /// The equations of the regression, if a log has torques of springs.
     measured: Option<Layout>,
+    /// Filter of the rows of joints with gyroscope, if the log has any.
+    high_pass: Option<HighPassRows>,
     /// Joints with an unknown Stribeck velocity, which is to be searched.
     unknown_stribeck: Vec<usize>,
     /// Joints with residual laws.
@@ -169,17 +187,10 @@ impl Model {
             open_stribeck: unknown_stribeck.clone(),
             shapes: robot.joint.iter().map(initial_shape).collect(),
             fixed: Arc::new(Fixed {
-                joints: (robot.joint.iter().enumerate())
-                    .map(|(i, joint)| JointInfo {
-                        name: joint.name.clone(),
-                        kind: robot.kind(i),
-                        flexible: joint.is_flexible(),
-                        torque_limit: joint.torque_limit().unwrap_or(f64::INFINITY),
-                        references: joint.references(),
-                    })
-                    .collect(),
+                joints: JointInfo::all(robot),
                 names: robot.joint.iter().map(|joint| joint.name.clone()).collect(),
                 unknown_stribeck,
+                high_pass: HighPassRows::new(experiment),
                 unknown_residual: (residual.iter().copied())
                     .filter(|&i| robot.joint[i].residual_velocity_rad_per_s.is_none())
                     .collect(),

@@ -2,6 +2,7 @@
 
 use super::cutoff::choose_cutoff;
 use super::excerpt::Excerpt;
+use super::gyroscopes::mounted;
 use crate::description::{Cutoff, Delay, Identify};
 use crate::log::Channels;
 use crate::model::Model;
@@ -16,6 +17,7 @@ pub(crate) fn as_given(
     channels: &Channels,
     excerpt: &Excerpt,
 ) -> (Reading, Option<String>) {
+    let channels = &mounted(channels, excerpt);
     let (cutoff, reason) = match settings.position_cutoff_hz {
         Cutoff::Fixed(cutoff) => (cutoff, None),
         Cutoff::Auto => {

@@ -98,6 +98,7 @@ pub(crate) fn velocity_noise(
             Measures::RightHandSide(_)
             | Measures::Target
             | Measures::Switch
+            | Measures::AngularVelocity(_)
             | Measures::Covariate(_) => {}
         }
     }

@@ -4,6 +4,7 @@ use super::as_given::as_given;
 use super::delays::{DelayError, Delays, Likely, VelocityByLikelihood};
 use super::excerpt::{Excerpt, excerpt};
 use super::factors::{FactorError, Factors, find_factors};
+use super::gyroscope_findings::about_stiffnesses;
 use super::held_out::held_out;
 use super::springs::find_springs;
 use super::stribeck::{by_likelihood, find_stribeck, with_residual_velocities};
@@ -115,7 +116,8 @@ pub fn prepare(
     choosing(3)?;
     let reading = reading.with_delays(&delays.values);
     let (reading, about_stribeck) = with_stribeck_velocities(reading, &excerpt);
-    let (reading, about_springs) = find_springs(&reading, &excerpt);
+    let (reading, mut about_springs) = find_springs(&reading, &excerpt);
+    about_springs.extend(about_stiffnesses(&reading, &excerpt));
     Ok(Prepared {
         experiment,
         names,

@@ -2,6 +2,7 @@
 
 use sprung_core::covariate::Covariate;
 
+use super::high_pass::{DeflectionFilter, HighPass};
 use crate::description::{Measures, Signal};
 use crate::log::{Channels, LogBlock, Mix};
 
@@ -23,6 +24,10 @@ pub struct RawBlock {
     /// Measured torques of the springs, N·m (N), \[n\] vectors; empty for a joint without torque
     /// sensor.
     pub spring: Vec<Vec<f64>>,
+    /// Readings of gyroscopes, rad/s, \[3 n\] vectors; empty for axes without reading.
+    pub gyroscope: Vec<Vec<f64>>,
+    /// Velocities of links by gyroscopes, rad/s, \[n\] vectors; empty for joints without gyroscope.
+    pub rate: Vec<Vec<f64>>,
     /// Covariates minus their references, \[n × [`Covariate::COUNT`]\] vectors; empty for covariates
     /// on which the friction of a joint does not depend.
     pub excess: Vec<Vec<f64>>,
@@ -40,6 +45,8 @@ impl RawBlock {
             phi: vec![Vec::new(); joints],
             tau: vec![Vec::new(); joints],
             spring: vec![Vec::new(); joints],
+            gyroscope: Vec::new(),
+            rate: vec![Vec::new(); joints],
             excess: vec![Vec::new(); joints * Covariate::COUNT],
         }
     }
@@ -63,6 +70,8 @@ impl RawBlock {
             .chain(&mut self.phi)
             .chain(&mut self.tau)
             .chain(&mut self.spring)
+            .chain(&mut self.gyroscope)
+            .chain(&mut self.rate)
             .chain(&mut self.excess)
         {
             column.clear();
@@ -123,6 +132,9 @@ pub(crate) struct Aligner {
     shift: f64,
     time: Vec<f64>,
     buffers: Vec<Vec<f64>>,
+    period: f64,
+    // Of the joints with gyroscope.
+    deflections: Vec<DeflectionFilter>,
 }
 
 impl Aligner {
@@ -170,6 +182,11 @@ impl Aligner {
             reach,
             shift,
             time: Vec::new(),
+            period,
+            deflections: (channels.gyroscopes.iter())
+                .flat_map(|own| &own.all)
+                .map(|_| DeflectionFilter::default())
+                .collect(),
             buffers: vec![Vec::new(); leads.len()],
             leads,
         }
@@ -206,6 +223,13 @@ impl Aligner {
                 // Logs of robots have no such channels.
                 Signal::Target | Signal::Switch => continue,
                 Signal::Spring => &mut out.spring[joint],
+                // Rates of joints are formed from them below.
+                Signal::Gyroscope(axis) => {
+                    let at = joint * 3 + axis as usize;
+                    out.gyroscope
+                        .resize(out.gyroscope.len().max(at + 1), Vec::new());
+                    &mut out.gyroscope[at]
+                }
                 Signal::Covariate(covariate) => &mut out.excess[place(joint, covariate)],
             };
             let at = lead.samples;
@@ -267,9 +291,31 @@ impl Aligner {
                 out.q[joint].extend(pairs.map(|(phi, spring)| phi - compliance * spring));
             }
         }
+        self.deflect(before, out);
         self.time.drain(..ready);
         for buffer in &mut self.buffers {
             buffer.drain(..ready);
+        }
+    }
+
+    /// Forms the link positions of joints with gyroscope from `before` on: motor position minus filtered
+    /// deflection.
+    fn deflect(&mut self, before: usize, out: &mut RawBlock) {
+        let Some(gyroscopes) = &self.channels.gyroscopes else {
+            return;
+        };
+        let filter = HighPass::new(gyroscopes.corner, self.period);
+        for (own, state) in gyroscopes.all.iter().zip(&mut self.deflections) {
+            let (weights, bias) = gyroscopes.rate(own);
+            for k in before..out.time.len() {
+                let sum: f64 = (weights.iter())
+                    .map(|&(place, weight)| weight * out.gyroscope[place][k])
+                    .sum();
+                let (phi, rate) = (out.phi[own.joint][k], sum - bias);
+                let deflection = state.process(&filter, phi, rate);
+                out.q[own.joint].push(phi - deflection);
+                out.rate[own.joint].push(rate);
+            }
         }
     }
 
@@ -339,6 +385,7 @@ mod tests {
             exact_torque: false,
             rigid: vec![false; JOINTS],
             link_by_torque: vec![false; JOINTS],
+            gyroscopes: None,
             turns: vec![true; JOINTS],
             offsets: vec![0.0, 0.3],
             covariates: Vec::new(),

@@ -6,12 +6,14 @@
 
 mod align;
 mod decimate;
+mod high_pass;
 mod smooth;
 mod zero_phase;
 
 pub(crate) use align::Aligner;
 pub use align::RawBlock;
 pub(crate) use decimate::Decimator;
+pub(crate) use high_pass::{HighPass, Stage};
 pub use smooth::SignalBlock;
 pub(crate) use smooth::Smoother;
 pub use zero_phase::{Butterworth, FilterDesignError, ZeroPhase};

@@ -147,6 +147,14 @@ impl Column {
         velocity.extend(filtered.windows(3).map(|w| scale * (w[2] - w[0])));
         self.filtered.drain(..ready);
     }
+
+    /// Appends the finished velocities of a column of measured velocities.
+    fn velocities(&mut self, velocity: &mut Vec<f64>) {
+        let filtered = &self.filtered;
+        let ready = filtered.len().saturating_sub(2);
+        velocity.extend_from_slice(&filtered[filtered.len().min(1)..][..ready]);
+        self.filtered.drain(..ready);
+    }
 }
 
 /// Filters positions without phase shift and differentiates them.
@@ -162,6 +170,8 @@ impl Column {
 pub(crate) struct Smoother {
     // Motor positions, then link positions of flexible joints.
     columns: Vec<Column>,
+    // Velocities of links by gyroscopes, with their joints.
+    rates: Vec<(usize, Column)>,
     // Joint of each link position in `columns`.
     flexible: Vec<usize>,
     rigid: Vec<usize>,
@@ -189,6 +199,9 @@ impl Smoother {
             filtered: Vec::new(),
         };
         Self {
+            rates: (links.iter())
+                .map(|&joint| (joint, column.clone()))
+                .collect(),
             columns: vec![column; flexible.len() + links.len()],
             flexible: links,
             rigid,
@@ -224,6 +237,14 @@ impl Smoother {
         (self.columns.par_iter_mut().zip(inputs)).for_each(|(column, input)| {
             column.filter.push(input, &mut column.filtered);
         });
+        if !samples.is_empty() {
+            self.rates
+                .retain(|(joint, _)| samples.rate.get(*joint).is_some_and(|own| !own.is_empty()));
+        }
+        for (joint, column) in &mut self.rates {
+            let rate = samples.rate.get(*joint).map_or(&[][..], Vec::as_slice);
+            column.filter.push(rate, &mut column.filtered);
+        }
         self.differentiate(out);
     }
 
@@ -241,7 +262,8 @@ impl Smoother {
     /// Returns false if the log was too short for the filter's padding.
     #[must_use]
     pub(crate) fn finish(mut self, out: &mut SignalBlock) -> bool {
-        for column in &mut self.columns {
+        let rates = self.rates.iter_mut().map(|(_, column)| column);
+        for column in self.columns.iter_mut().chain(rates) {
             if !column.filter.clone().finish(&mut column.filtered) {
                 return false;
             }
@@ -261,6 +283,11 @@ impl Smoother {
             column.differentiate(self.period, &mut out.q[joint], &mut out.dq[joint]);
         }
         let before = out.len();
+        for (joint, column) in &mut self.rates {
+            let velocity = &mut out.dq[*joint];
+            velocity.truncate(before);
+            column.velocities(velocity);
+        }
         for &joint in &self.rigid {
             out.q[joint].extend_from_slice(&out.phi[joint][before..]);
             out.dq[joint].extend_from_slice(&out.dphi[joint][before..]);

@@ -6,6 +6,7 @@
 
 mod batch;
 mod filtered;
+mod high_pass;
 mod householder;
 mod instruments;
 mod nuisance_momentum;

@@ -8,6 +8,7 @@ use sprung_core::filter::{FilterBank, FilterError, FilterState, bank_len};
 
 use super::batch::{BATCH_SAMPLES, Batch};
 use super::filtered::Pairs;
+use super::high_pass::RowHighPass;
 use super::householder::RowBlock;
 use super::nuisance_momentum::NuisanceMomentum;
 use super::probes::Probe;
@@ -74,6 +75,8 @@ struct RowReduction {
     last_rhs: f64,
     torque_memory: FilterState,
     spring_memory: FilterState,
+    // Of a joint whose deflection comes from a gyroscope.
+    high_pass: Option<RowHighPass>,
     weights: Option<Arc<TransitionWeights>>,
     weight_memory: FilterState,
     bound_memory: FilterState,
@@ -121,6 +124,7 @@ impl RowReduction {
             width,
             torque_memory: FilterState::default(),
             spring_memory: FilterState::default(),
+            high_pass: (model.high_pass(row)).map(|own| RowHighPass::new(own, width + 1)),
             weights: None,
             weight_memory: FilterState::default(),
             bound_memory: FilterState::default(),
@@ -150,6 +154,9 @@ impl RowReduction {
         self.release();
         self.start = self.start.take().map(|_| NuisanceMomentum::default());
         self.bank.restart();
+        if let Some(own) = &mut self.high_pass {
+            own.restart();
+        }
         self.probe_bank.restart();
         self.last_rhs = 0.0;
         self.torque_memory = FilterState::default();
@@ -205,7 +212,6 @@ impl RowReduction {
         let samples = batch.momentum.chunks(all).zip(batch.rest.chunks(all));
         for (k, (momentum, rest)) in samples.enumerate() {
             let weight = self.weigh(pairs, batch, k);
-            self.weight += weight * weight;
             let mut rhs = self.right_hand_side(pairs, batch, k);
             let own = self.entries.clone();
             let filtered = (self.bank).process(&pairs.entries, &momentum[own.clone()], &rest[own]);
@@ -229,6 +235,10 @@ impl RowReduction {
             }
             let carried = row.iter().zip(&self.carried);
             row[width] = rhs - carried.map(|(entry, by)| entry * by).sum::<f64>();
+            let counts = (self.high_pass.as_mut()).is_none_or(|own| own.process(row, pairs.period));
+            if counts {
+                self.weight += weight * weight;
+            }
             if self.keeps {
                 self.kept.push(|| row.to_vec());
             }
@@ -432,7 +442,10 @@ impl Reduction {
             InitialMomentum::Estimate => Some(NuisanceMomentum::default()),
         };
         for row in &mut self.rows {
-            row.start.clone_from(&start);
+            // The first samples of a row with high-pass filter do not count.
+            if row.high_pass.is_none() {
+                row.start.clone_from(&start);
+            }
         }
         self
     }

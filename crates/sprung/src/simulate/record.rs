@@ -3,6 +3,7 @@
 use std::io::Write;
 
 use super::closed_loop::{Diverged, LoopError};
+use super::sensors::GyroscopesOfTwin;
 use super::twin::{Twin, TwinSetup};
 use crate::log::{Channels, LogWriter};
 use crate::progress::{Listener, Phase, Stopped};
@@ -58,16 +59,21 @@ pub fn record(
         });
     }
     let mut twin = Twin::new(setup)?;
+    let mut gyroscopes =
+        (channels.gyroscopes.as_ref()).map(|own| GyroscopesOfTwin::new(own, setup.settings));
     let mut log = LogWriter::new(write, channels)?;
     let samples = (setup.settings.duration_s / setup.settings.period_s)
         .round()
         .max(1.0) as u64;
     for k in 1..=samples {
         let sample = twin.sample()?;
+        let [q, dq] = &sample.motion;
+        let velocities = (gyroscopes.as_mut()).map_or_else(Vec::new, |own| own.read([q, dq]));
         log.write(
             sample.time,
             [&sample.q, &sample.phi],
             [&sample.tau, &sample.spring],
+            &velocities,
             &sample.covariates,
         )?;
         if k.is_multiple_of(SAMPLES_PER_PROGRESS_CALL) {

@@ -1,11 +1,12 @@
 //! Encoders, torque sensors and disturbances of the twin.
 
-use rand::RngExt;
+use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use sprung_core::parameters::JointParameter;
 
 use crate::description::Simulate;
+use crate::log::Gyroscopes;
 use crate::model::Model;
 
 /// An incremental encoder. Its first reading is the position at the start, rounded to a count.
@@ -70,6 +71,49 @@ impl Disturbance {
         let innovation = (1.0 - self.decay * self.decay).sqrt() * self.deviation;
         self.value = self.decay * value + innovation * rng.sample::<f64, _>(StandardNormal);
         value
+    }
+}
+
+/// Gyroscopes on the links, with random numbers of their own.
+#[derive(Clone, Debug)]
+pub(super) struct GyroscopesOfTwin<'a> {
+    gyroscopes: &'a Gyroscopes,
+    settings: &'a Simulate,
+    rng: ChaCha8Rng,
+}
+
+/// Part of the seed of the noise of gyroscopes.
+const SEED_OF_GYROSCOPES: u64 = 0x9e37_79b9_7f4a_7c15;
+
+impl<'a> GyroscopesOfTwin<'a> {
+    pub(super) fn new(gyroscopes: &'a Gyroscopes, settings: &'a Simulate) -> Self {
+        Self {
+            gyroscopes,
+            settings,
+            rng: ChaCha8Rng::seed_from_u64(settings.seed ^ SEED_OF_GYROSCOPES),
+        }
+    }
+
+    /// Returns the readings about the axes of each joint's gyroscope, rad/s, \[n\].
+    ///
+    /// - `q`, `dq`: positions and velocities of the links, \[n\], rad, rad/s (m, m/s).
+    pub(super) fn read(&mut self, [q, dq]: [&[f64]; 2]) -> Vec<[f64; 3]> {
+        let velocities = self.gyroscopes.angular_velocities(q, dq);
+        let mut all = vec![[0.0; 3]; q.len()];
+        let level = |list: &[f64], joint: usize| list.get(joint).copied().unwrap_or(0.0);
+        for own in &self.gyroscopes.all {
+            let joint = own.joint;
+            let exact = Gyroscopes::reading(own, &velocities[joint]);
+            let noise = level(&self.settings.gyroscope_noise_rad_per_s, joint);
+            let bias = level(&self.settings.gyroscope_bias_rad_per_s, joint);
+            let limits = &self.settings.gyroscope_limit_rad_per_s;
+            let limit = limits.get(joint).copied().unwrap_or(f64::INFINITY);
+            all[joint] = exact.map(|exact| {
+                let noise = noise * self.rng.sample::<f64, _>(StandardNormal);
+                (exact + bias + noise).clamp(-limit, limit)
+            });
+        }
+        all
     }
 }
 

@@ -27,6 +27,8 @@ pub struct TwinSample {
     pub spring: Vec<f64>,
     /// Covariates of the joints, \[n × [`Covariate::COUNT`]\].
     pub covariates: Vec<f64>,
+    /// True positions and velocities of the links, rad, rad/s (m, m/s), \[n\] each.
+    pub motion: [Vec<f64>; 2],
 }
 
 /// Parts of a twin.
@@ -227,6 +229,7 @@ impl Twin {
             tau: logged,
             spring,
             covariates,
+            motion: [state.q, state.dq],
         })
     }
 }

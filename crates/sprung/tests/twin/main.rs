@@ -7,6 +7,7 @@
 
 mod arrays;
 mod golden;
+mod gyroscope;
 mod in_memory;
 mod instruments;
 mod ladder;

@@ -202,7 +202,7 @@ impl Schema {
 }
 
 /// Pages with parts of an experiment file.
-const PAGES_WITH_PARTS: [&str; 9] = [
+const PAGES_WITH_PARTS: [&str; 10] = [
     "docs/logs.md",
     "docs/how-to/no-link-encoder.md",
     "docs/how-to/current-and-gears.md",
@@ -211,6 +211,7 @@ const PAGES_WITH_PARTS: [&str; 9] = [
     "docs/how-to/several-logs.md",
     "docs/how-to/servos.md",
     "docs/how-to/covariates.md",
+    "docs/how-to/gyroscope.md",
     "docs/how-to/torque-sensor.md",
 ];
 

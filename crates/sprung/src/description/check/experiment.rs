@@ -1,6 +1,7 @@
 //! Checks of an experiment: lengths, signs, names that must exist.
 
 use super::fault::{Fault, fault};
+use super::gyroscopes::check_estimators;
 use super::identify::identify;
 use super::log::{check_log, check_overlay};
 use super::name::check_name;
@@ -31,6 +32,7 @@ pub(in crate::description) fn check(file: &ExperimentFile) -> Result<(), Fault> 
     let joints: Vec<&str> = file.robot.joint.iter().map(|j| j.name.as_str()).collect();
     if let Some(log) = &file.log {
         check_log(log, &["log"], &file.robot)?;
+        check_estimators(log, &file.robot, &file.identify)?;
     }
     check_servo(file)?;
     check_payloads(file)?;

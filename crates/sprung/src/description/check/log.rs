@@ -6,6 +6,7 @@ use sprung_core::chain::JointKind;
 
 use super::columns::check_columns;
 use super::fault::{Fault, fault};
+use super::gyroscopes::check_gyroscopes;
 use super::time::check_time;
 use crate::description::choice::nearest;
 use crate::description::columns::Columns;
@@ -99,6 +100,7 @@ pub(in crate::description) fn check_log(
         let joints = check_length((key, list), which, &at(key.name), robot)?;
         check_columns((key, list, &joints), &at(key.name), robot)?;
     }
+    check_gyroscopes(log, path, robot)?;
     check_voltages(log, path, robot)?;
     check_sides(log, path)?;
     check_files(log, path)?;

@@ -3,6 +3,7 @@
 mod columns;
 mod experiment;
 mod fault;
+mod gyroscopes;
 mod identify;
 mod laws;
 mod log;

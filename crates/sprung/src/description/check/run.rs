@@ -151,44 +151,10 @@ pub(super) fn check_twin(twin: &Simulate, joints: &[&str]) -> Result<(), Fault> 
             "the log would have more than 1e9 samples",
         ));
     }
-    let lengths = [
-        (
-            "motor_encoder_offset_rad",
-            twin.motor_encoder_offset_rad.len(),
-        ),
-        (
-            "link_encoder_counts_per_turn",
-            twin.link_encoder_counts_per_turn.len(),
-        ),
-        (
-            "motor_encoder_counts_per_turn",
-            twin.motor_encoder_counts_per_turn.len(),
-        ),
-        ("temperature_start_c", twin.temperature_start_c.len()),
-        ("temperature_end_c", twin.temperature_end_c.len()),
-        ("torque_noise_nm", twin.torque_noise_nm.len()),
-        ("torque_disturbance_nm", twin.torque_disturbance_nm.len()),
-        (
-            "link_torque_disturbance_nm",
-            twin.link_torque_disturbance_nm.len(),
-        ),
-        ("joint_torque_noise_nm", twin.joint_torque_noise_nm.len()),
-        ("joint_torque_limit_nm", twin.joint_torque_limit_nm.len()),
-        ("joint_torque_matrix", twin.joint_torque_matrix.len()),
-    ];
-    for (key, length) in lengths {
-        if length != 0 && length != joints.len() {
-            return Err(fault(
-                &["simulate", key],
-                format!(
-                    "{key} has {length} numbers, the robot has {} joints",
-                    joints.len()
-                ),
-            ));
-        }
-    }
+    check_lengths(twin, joints.len())?;
     for (key, list) in [
         ("motor_encoder_offset_rad", &twin.motor_encoder_offset_rad),
+        ("gyroscope_bias_rad_per_s", &twin.gyroscope_bias_rad_per_s),
         ("temperature_start_c", &twin.temperature_start_c),
         ("temperature_end_c", &twin.temperature_end_c),
     ] {
@@ -210,6 +176,7 @@ pub(super) fn check_twin(twin: &Simulate, joints: &[&str]) -> Result<(), Fault> 
             &twin.link_torque_disturbance_nm,
         ),
         ("joint_torque_noise_nm", &twin.joint_torque_noise_nm),
+        ("gyroscope_noise_rad_per_s", &twin.gyroscope_noise_rad_per_s),
     ] {
         if let Some(value) = list.iter().find(|v| !(v.is_finite() && **v >= 0.0)) {
             return Err(fault(
@@ -223,6 +190,56 @@ pub(super) fn check_twin(twin: &Simulate, joints: &[&str]) -> Result<(), Fault> 
     }
     check_covariates(twin)?;
     check_torque_sensors(twin, joints)
+}
+
+/// Checks that lists have one number per joint.
+fn check_lengths(twin: &Simulate, joints: usize) -> Result<(), Fault> {
+    let lengths = [
+        (
+            "motor_encoder_offset_rad",
+            twin.motor_encoder_offset_rad.len(),
+        ),
+        (
+            "link_encoder_counts_per_turn",
+            twin.link_encoder_counts_per_turn.len(),
+        ),
+        (
+            "motor_encoder_counts_per_turn",
+            twin.motor_encoder_counts_per_turn.len(),
+        ),
+        ("temperature_start_c", twin.temperature_start_c.len()),
+        ("temperature_end_c", twin.temperature_end_c.len()),
+        ("torque_noise_nm", twin.torque_noise_nm.len()),
+        ("torque_disturbance_nm", twin.torque_disturbance_nm.len()),
+        (
+            "link_torque_disturbance_nm",
+            twin.link_torque_disturbance_nm.len(),
+        ),
+        (
+            "gyroscope_noise_rad_per_s",
+            twin.gyroscope_noise_rad_per_s.len(),
+        ),
+        (
+            "gyroscope_bias_rad_per_s",
+            twin.gyroscope_bias_rad_per_s.len(),
+        ),
+        (
+            "gyroscope_limit_rad_per_s",
+            twin.gyroscope_limit_rad_per_s.len(),
+        ),
+        ("joint_torque_noise_nm", twin.joint_torque_noise_nm.len()),
+        ("joint_torque_limit_nm", twin.joint_torque_limit_nm.len()),
+        ("joint_torque_matrix", twin.joint_torque_matrix.len()),
+    ];
+    for (key, length) in lengths {
+        if length != 0 && length != joints {
+            return Err(fault(
+                &["simulate", key],
+                format!("{key} has {length} numbers, the robot has {joints} joints"),
+            ));
+        }
+    }
+    Ok(())
 }
 
 fn check_covariates(twin: &Simulate) -> Result<(), Fault> {
@@ -246,15 +263,16 @@ fn check_covariates(twin: &Simulate) -> Result<(), Fault> {
 }
 
 fn check_torque_sensors(twin: &Simulate, joints: &[&str]) -> Result<(), Fault> {
-    let limits = &twin.joint_torque_limit_nm;
-    if let Some(value) = limits.iter().find(|v| v.is_nan() || **v <= 0.0) {
-        return Err(fault(
-            &["simulate", "joint_torque_limit_nm"],
-            format!(
-                "joint_torque_limit_nm contains {}; a limit must be positive",
-                Shown(*value)
-            ),
-        ));
+    for (key, limits) in [
+        ("joint_torque_limit_nm", &twin.joint_torque_limit_nm),
+        ("gyroscope_limit_rad_per_s", &twin.gyroscope_limit_rad_per_s),
+    ] {
+        if let Some(value) = limits.iter().find(|v| v.is_nan() || **v <= 0.0) {
+            return Err(fault(
+                &["simulate", key],
+                format!("{key} contains {}; a limit must be positive", Shown(*value)),
+            ));
+        }
     }
     let is_row = |row: &Vec<f64>| row.len() == joints.len() && row.iter().all(|v| v.is_finite());
     if let Some(at) = twin.joint_torque_matrix.iter().position(|row| !is_row(row)) {

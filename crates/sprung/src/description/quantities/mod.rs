@@ -6,5 +6,5 @@
 mod quantity;
 mod table;
 
-pub(crate) use quantity::{Measures, Quantity, Row, Signal};
+pub(crate) use quantity::{Axis, Measures, Quantity, Row, Signal};
 pub(crate) use table::{InTemplate, Joints, KEYS, Key, KeyUnit, Scaling};

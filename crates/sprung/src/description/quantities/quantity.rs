@@ -5,6 +5,22 @@ use sprung_core::covariate::Covariate;
 
 use crate::description::robot::Joint;
 
+/// An axis of a gyroscope.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Axis {
+    /// The first axis.
+    X,
+    /// The second axis.
+    Y,
+    /// The third axis.
+    Z,
+}
+
+impl Axis {
+    /// All axes.
+    pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
+}
+
 /// The quantity that a channel measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
@@ -22,6 +38,8 @@ pub enum Quantity {
     DriveOn,
     /// Torque of the spring on the link, measured by a sensor in the joint, N·m (N).
     JointTorque,
+    /// Angular velocity of the link of a joint about an axis of a gyroscope, rad/s.
+    Gyroscope(Axis),
     /// A quantity on which friction depends, in the unit of [`Covariate::unit`].
     Covariate(Covariate),
 }
@@ -43,6 +61,8 @@ pub enum Measures {
     Target,
     /// Whether the drive is on.
     Switch,
+    /// The angular velocity of the link.
+    AngularVelocity(Axis),
     /// A quantity on which friction depends.
     Covariate(Covariate),
 }
@@ -74,6 +94,8 @@ pub enum Signal {
     Switch,
     /// The torque of the spring, of flexible joints only.
     Spring,
+    /// The angular velocity of the link about an axis of a gyroscope, of flexible joints only.
+    Gyroscope(Axis),
     /// A covariate, of joints with friction that depends on it only.
     Covariate(Covariate),
 }
@@ -89,7 +111,7 @@ struct Meaning {
 
 impl Quantity {
     /// All quantities, torques first.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 15] = [
         Self::MotorTorque,
         Self::JointTorque,
         Self::LinkPosition,
@@ -97,6 +119,9 @@ impl Quantity {
         Self::LinkDeflection,
         Self::MotorTarget,
         Self::DriveOn,
+        Self::Gyroscope(Axis::X),
+        Self::Gyroscope(Axis::Y),
+        Self::Gyroscope(Axis::Z),
         Self::Covariate(Covariate::Temperature),
         Self::Covariate(Covariate::Operation),
         Self::Covariate(Covariate::Age),
@@ -151,6 +176,15 @@ impl Quantity {
                 measures: Measures::RightHandSide(Row::Spring),
                 suspicion: "is the joint torque sensor connected",
             },
+            Self::Gyroscope(axis) => Meaning {
+                key: match axis {
+                    Axis::X => "gyroscope_x",
+                    Axis::Y => "gyroscope_y",
+                    Axis::Z => "gyroscope_z",
+                },
+                measures: Measures::AngularVelocity(axis),
+                suspicion: "is the gyroscope connected",
+            },
             Self::Covariate(covariate) => Meaning {
                 key: covariate.word(),
                 measures: Measures::Covariate(covariate),
@@ -187,6 +221,12 @@ impl Quantity {
         matches!(self.measures(), Measures::Position { .. })
     }
 
+    /// Returns whether it is a reading of a gyroscope.
+    #[must_use]
+    pub const fn is_of_gyroscope(self) -> bool {
+        matches!(self, Self::Gyroscope(_))
+    }
+
     /// Returns whether friction depends on it.
     #[must_use]
     pub const fn is_covariate(self) -> bool {
@@ -203,6 +243,7 @@ impl Quantity {
             Measures::RightHandSide(_) => Signal::Torque,
             Measures::Target => Signal::Target,
             Measures::Switch => Signal::Switch,
+            Measures::AngularVelocity(axis) => Signal::Gyroscope(axis),
             Measures::Covariate(covariate) => Signal::Covariate(covariate),
         }
     }
@@ -214,6 +255,7 @@ impl Quantity {
     pub const fn unit(self, turns: bool) -> &'static str {
         match self.measures() {
             Measures::Switch => return "",
+            Measures::AngularVelocity(_) => return "rad/s",
             Measures::Covariate(covariate) => return covariate.unit(),
             _ => {}
         }
@@ -230,12 +272,14 @@ impl Quantity {
     ///
     /// - `q`, `phi`: link position and motor position of the joint.
     /// - `tau`, `spring`: torque of its motor, and of its spring on the link.
+    /// - `velocity`: angular velocity of the link about each axis of its gyroscope, rad/s.
     /// - `covariate`: value of each covariate of the joint.
     #[must_use]
     pub fn shown(
         self,
         [q, phi]: [f64; 2],
         [tau, spring]: [f64; 2],
+        velocity: [f64; 3],
         covariate: impl Fn(Covariate) -> f64,
     ) -> f64 {
         match self.measures() {
@@ -243,6 +287,7 @@ impl Quantity {
             Measures::RightHandSide(Row::Motor) => tau,
             Measures::RightHandSide(Row::Spring) => spring,
             Measures::RightHandSide(Row::Link) | Measures::Target | Measures::Switch => 0.0,
+            Measures::AngularVelocity(axis) => velocity[axis as usize],
             Measures::Covariate(own) => covariate(own),
         }
     }
@@ -250,11 +295,14 @@ impl Quantity {
 
 impl Signal {
     /// The signals of robots, in the order of their columns.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 12] = [
         Self::Link,
         Self::Motor,
         Self::Torque,
         Self::Spring,
+        Self::Gyroscope(Axis::X),
+        Self::Gyroscope(Axis::Y),
+        Self::Gyroscope(Axis::Z),
         Self::Covariate(Covariate::Temperature),
         Self::Covariate(Covariate::Operation),
         Self::Covariate(Covariate::Age),
@@ -268,7 +316,7 @@ impl Signal {
     /// Returns whether only flexible joints have it.
     #[must_use]
     pub const fn is_of_flexible_joints(self) -> bool {
-        matches!(self, Self::Link | Self::Spring)
+        matches!(self, Self::Link | Self::Spring | Self::Gyroscope(_))
     }
 
     /// Returns whether a joint cannot be identified without it.
@@ -277,7 +325,7 @@ impl Signal {
             Self::Link => joint.is_flexible(),
             Self::Motor | Self::Torque => true,
             Self::Target => joint.servo.is_some(),
-            Self::Switch | Self::Spring => false,
+            Self::Switch | Self::Spring | Self::Gyroscope(_) => false,
             Self::Covariate(covariate) => joint.depends_on(covariate),
         }
     }
@@ -291,6 +339,9 @@ impl Signal {
             Self::Target => "the targets",
             Self::Switch => "the states of the drives",
             Self::Spring => "the joint torques",
+            Self::Gyroscope(Axis::X) => "the angular velocities about x",
+            Self::Gyroscope(Axis::Y) => "the angular velocities about y",
+            Self::Gyroscope(Axis::Z) => "the angular velocities about z",
             Self::Covariate(Covariate::Temperature) => "the temperatures",
             Self::Covariate(Covariate::Time) => "the time",
             Self::Covariate(Covariate::Operation) => "the hours of operation",
@@ -316,6 +367,9 @@ impl Signal {
             (Self::Switch, _) => "drive_on",
             (Self::Spring, JointKind::Revolute) => "joint_torque_nm",
             (Self::Spring, JointKind::Prismatic) => "joint_force_n",
+            (Self::Gyroscope(Axis::X), _) => "gyroscope_x_rad_per_s",
+            (Self::Gyroscope(Axis::Y), _) => "gyroscope_y_rad_per_s",
+            (Self::Gyroscope(Axis::Z), _) => "gyroscope_z_rad_per_s",
             (Self::Covariate(Covariate::Temperature), _) => "temperature_c",
             (Self::Covariate(Covariate::Time), _) => "time_s",
             (Self::Covariate(Covariate::Operation), _) => "operation_h",
@@ -333,8 +387,11 @@ mod tests {
     #[test]
     fn readings_equal_the_measured_quantity_bit_for_bit() {
         let (q, phi, tau, spring) = (0.3, 0.1, 7.0, 5.0);
-        let shown =
-            |quantity: Quantity| quantity.shown([q, phi], [tau, spring], |_| 30.0).to_bits();
+        let shown = |quantity: Quantity| {
+            quantity
+                .shown([q, phi], [tau, spring], [0.0; 3], |_| 30.0)
+                .to_bits()
+        };
         assert_eq!(shown(Quantity::LinkPosition), q.to_bits());
         assert_eq!(shown(Quantity::LinkDeflection), (q - phi).to_bits());
         assert_eq!(shown(Quantity::MotorPosition), phi.to_bits());

@@ -7,7 +7,7 @@ use super::quantity::Quantity::{
     self, DriveOn, JointTorque, LinkDeflection, LinkPosition, MotorPosition, MotorTarget,
     MotorTorque,
 };
-use super::quantity::{Measures, Signal};
+use super::quantity::{Axis, Measures, Signal};
 use crate::description::columns::Columns;
 use crate::description::log::Log;
 use crate::description::robot::Robot;
@@ -94,6 +94,9 @@ const SAID_VOLTAGE: KeyUnit = KeyUnit::Said {
     sliding: Dimension::Voltage,
 };
 
+const GYRO_X: Quantity = Quantity::Gyroscope(Axis::X);
+const GYRO_Y: Quantity = Quantity::Gyroscope(Axis::Y);
+const GYRO_Z: Quantity = Quantity::Gyroscope(Axis::Z);
 const TEMPERATURE: Quantity = Quantity::Covariate(Covariate::Temperature);
 const OPERATION: Quantity = Quantity::Covariate(Covariate::Operation);
 const AGE: Quantity = Quantity::Covariate(Covariate::Age);
@@ -126,7 +129,7 @@ const fn instead(stem: &'static str) -> InTemplate {
 
 /// All keys for columns of measured quantities, grouped by signal.
 #[rustfmt::skip]
-pub(crate) static KEYS: [Key; 30] = [
+pub(crate) static KEYS: [Key; 36] = [
     //   key                  measures        joints           unit           scaled by       template
     key!(link_position_rad,   LinkPosition,   Some(Revolute),  SI,            None,           fill_in("q")),
     key!(link_position_deg,   LinkPosition,   Some(Revolute),  DEGREES,       None,           instead("q")),
@@ -153,6 +156,12 @@ pub(crate) static KEYS: [Key; 30] = [
     key!(joint_torque_nm,     JointTorque,    Some(Revolute),  SI,            None,           NO),
     key!(joint_force_n,       JointTorque,    Some(Prismatic), SI,            None,           NO),
     key!(joint_torque,        JointTorque,    None,            SAID_TORQUE,   None,           NO),
+    key!(gyroscope_x_rad_per_s, GYRO_X,       Some(Revolute),  SI,            None,           NO),
+    key!(gyroscope_x_deg_per_s, GYRO_X,       Some(Revolute),  DEGREES,       None,           NO),
+    key!(gyroscope_y_rad_per_s, GYRO_Y,       Some(Revolute),  SI,            None,           NO),
+    key!(gyroscope_y_deg_per_s, GYRO_Y,       Some(Revolute),  DEGREES,       None,           NO),
+    key!(gyroscope_z_rad_per_s, GYRO_Z,       Some(Revolute),  SI,            None,           NO),
+    key!(gyroscope_z_deg_per_s, GYRO_Z,       Some(Revolute),  DEGREES,       None,           NO),
     key!(temperature_c,       TEMPERATURE,    None,            SI,            None,           NO),
     key!(operation_h,         OPERATION,      None,            SI,            None,           NO),
     key!(age_d,               AGE,            None,            SI,            None,           NO),
@@ -227,6 +236,7 @@ impl Key {
             Measures::RightHandSide(_)
             | Measures::Target
             | Measures::Switch
+            | Measures::AngularVelocity(_)
             | Measures::Covariate(_) => false,
         }
     }

@@ -191,6 +191,8 @@ impl Search<'_> {
             tau: stretch.tau.clone(),
             // Instruments need no right-hand side.
             spring: Vec::new(),
+            gyroscope: Vec::new(),
+            rate: Vec::new(),
             excess: stretch.excess.clone(),
         };
         smoother.push(&raw, &mut out);

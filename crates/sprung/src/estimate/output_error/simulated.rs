@@ -220,12 +220,12 @@ impl<'a> Loop<'a> {
 /// Returns the reading of an exact sensor, rad (m).
 fn shown(position: &Position, q: &[f64], phi: &[f64]) -> f64 {
     let joint = position.joint;
-    (position.quantity).shown([q[joint], phi[joint]], [0.0; 2], |_| 0.0)
+    (position.quantity).shown([q[joint], phi[joint]], [0.0; 2], [0.0; 3], |_| 0.0)
 }
 
 /// Returns the logged reading of a sample, rad (m).
 fn read(position: &Position, samples: &RawBlock, k: usize) -> f64 {
     let joint = position.joint;
     let positions = [samples.q[joint][k], samples.phi[joint][k]];
-    (position.quantity).shown(positions, [0.0; 2], |_| 0.0)
+    (position.quantity).shown(positions, [0.0; 2], [0.0; 3], |_| 0.0)
 }

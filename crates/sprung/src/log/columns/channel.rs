@@ -82,6 +82,26 @@ pub enum ChannelError {
         /// A line for its position, in the form of the other lines of the log.
         line: String,
     },
+    /// A joint that turns below a gyroscope has no gyroscope on its link.
+    #[error(
+        "the gyroscope on the link of {joint} also measures the motion of {below}, whose link has no \
+         gyroscope; sprung needs one on the link of every joint that turns below"
+    )]
+    NoGyroscopeBelow {
+        /// Name of the joint.
+        joint: String,
+        /// Name of the joint below.
+        below: String,
+    },
+    /// A gyroscope has one axis, but the axes of the joints are not parallel.
+    #[error(
+        "the gyroscope of {joint} has one axis, but the axes of the joints are not parallel; name \
+         gyroscope_x, gyroscope_y and gyroscope_z in [log]"
+    )]
+    OneAxis {
+        /// Name of the joint.
+        joint: String,
+    },
     /// A constant for the conversion of currents or voltages to torques is missing.
     #[error("{joint}: {key} is needed to turn the log's {unit} into motor torque")]
     NoConstant {

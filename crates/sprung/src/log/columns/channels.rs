@@ -1,15 +1,19 @@
 //! Assigns columns to quantities, and converts them to SI units on the output side.
 
+use std::f64::consts::TAU;
+
 use sprung_core::chain::JointKind;
 use sprung_core::covariate::Covariate;
 
 use super::channel::{Channel, ChannelError};
 use super::from_keys::channels;
+use super::gyroscopes::{Gyroscopes, check_gyroscopes};
 use super::mix::Mix;
 use super::origin::{Stream, TimeOrigin};
 use super::time::{sampling, time};
 use crate::description::{
-    CsvForm, Key, Log, MissingValues, Quantity, Robot, Scaling, Side, Signal, TorqueSensor, Unit,
+    CsvForm, GYROSCOPE_CORNER_HZ, Key, Log, MissingValues, Quantity, Robot, Scaling, Side, Signal,
+    TorqueSensor, Unit,
 };
 use crate::log::clock::timing::Sampling;
 
@@ -39,6 +43,8 @@ pub struct Channels {
     /// Whether the link position of each joint follows from its motor position and the torque of its
     /// spring.
     pub link_by_torque: Vec<bool>,
+    /// The gyroscopes on the links, if the log has any.
+    pub gyroscopes: Option<Gyroscopes>,
     /// Whether each joint is revolute; otherwise it is prismatic.
     pub turns: Vec<bool>,
     /// Offsets that are added to the positions of links and motors, rad, \[n\].
@@ -116,7 +122,11 @@ impl Channels {
                 });
             }
         };
+        let corner = TAU * log.gyroscope_corner_hz.unwrap_or(GYROSCOPE_CORNER_HZ);
+        let gyroscopes = Gyroscopes::new(robot, &all, corner);
+        check_gyroscopes(robot, gyroscopes.as_ref())?;
         Ok(Self {
+            gyroscopes,
             time,
             time_stream,
             time_factor,

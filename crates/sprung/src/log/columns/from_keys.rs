@@ -194,7 +194,9 @@ fn complete(
     let missing = (robot.joint.iter().enumerate())
         .filter(|(_, joint)| signal.is_needed_by(joint))
         .filter(|(i, _)| {
-            signal != Signal::Link || log.torque_sensor(robot, *i) != TorqueSensor::Alone
+            signal != Signal::Link
+                || log.torque_sensor(robot, *i) != TorqueSensor::Alone
+                    && !log.has_gyroscope(robot, *i)
         })
         .find(|(i, _)| {
             !all.iter()

@@ -8,6 +8,7 @@ pub(super) mod channel;
 pub(super) mod channels;
 pub(super) mod follow;
 mod from_keys;
+mod gyroscopes;
 pub(super) mod mix;
 pub(super) mod names;
 pub(super) mod origin;
@@ -18,6 +19,7 @@ mod time;
 pub(crate) use channel::Channel;
 pub use channel::ChannelError;
 pub use channels::Channels;
+pub(crate) use gyroscopes::{Gyroscope, Gyroscopes};
 pub(crate) use mix::Mix;
 #[cfg(test)]
 pub(crate) use origin::{Origin, TimeOrigin};

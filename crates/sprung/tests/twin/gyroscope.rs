@@ -1,0 +1,232 @@
+//! Gyroscopes on the links of the demo's arm and of the arm with seven flexible joints.
+//!
+//! `cargo test --release -p sprung --test twin -- gyroscope --nocapture` prints the figures of
+//! docs/how-to/gyroscope.md.
+
+use sprung::check::check;
+use sprung::demo;
+use sprung::description::{self, Estimator, Simulate, no_files};
+use sprung::estimate::{EstimateResult, identify};
+use sprung::finding::{Finding, Severity};
+use sprung::model::{Model, Theta};
+use sprung::progress::Unheard;
+
+use crate::in_memory::with_source;
+use crate::seven::{Arm, EXPERIMENT};
+use crate::support::Twin;
+
+const LINKS: &str = "link_position_rad  = [\"q1_rad\", \"q2_rad\"]";
+
+/// One axis on each link of the demo, with 0.1 % of 125 °/s as noise, and a bias.
+const ONE_AXIS: &str = "gyroscope_z_rad_per_s = [\"w1\", \"w2\"]";
+const NOISE: f64 = 0.0022;
+const BIAS: [f64; 2] = [0.02, -0.03];
+
+fn twin(text: &str) -> Twin {
+    let mut experiment = description::read("experiment.toml", text, &[], &mut no_files).unwrap();
+    experiment.identify.estimator = vec![Estimator::LeastSquares];
+    let model = Model::new(&experiment).unwrap();
+    let truth = model.theta(&toml::from_str(demo::TRUTH).unwrap()).unwrap();
+    Twin {
+        experiment,
+        model,
+        truth,
+    }
+}
+
+fn with_least_squares(columns: &str) -> String {
+    let estimators = "[\"prediction-error\", \"least-squares\", \"lsff\"]";
+    demo::EXPERIMENT
+        .replacen(LINKS, columns, 1)
+        .replacen(estimators, "[\"least-squares\"]", 1)
+}
+
+fn noisy(settings: &mut Simulate) {
+    settings.gyroscope_noise_rad_per_s = vec![NOISE; 2];
+    settings.gyroscope_bias_rad_per_s = BIAS.to_vec();
+}
+
+fn log(twin: &Twin, change: impl FnOnce(&mut Simulate)) -> Vec<u8> {
+    let mut settings = twin.experiment.simulate.clone().unwrap();
+    settings.duration_s = 30.0;
+    noisy(&mut settings);
+    change(&mut settings);
+    twin.log(&settings)
+}
+
+fn identified(twin: &Twin, log: &[u8]) -> (EstimateResult, Vec<Finding>) {
+    let found = with_source(log, |source| {
+        identify(&twin.experiment, &twin.model, &mut [source], &mut Unheard).unwrap()
+    });
+    let found = found.identification;
+    (found.results[0].clone(), found.findings)
+}
+
+/// Error of each parameter with one of these endings, in percent, and its distance from the truth in
+/// standard errors.
+fn errors(truth: &Theta, result: &EstimateResult, endings: &[&str]) -> Vec<(String, f64, f64)> {
+    (result.parameters.iter().zip(truth))
+        .filter(|(p, _)| endings.iter().any(|ending| p.name.ends_with(ending)))
+        .map(|(p, truth)| {
+            let value = p.value.unwrap();
+            let sigmas = (value - truth) / p.standard_error.unwrap();
+            let error = 100.0 * (value / truth - 1.0);
+            println!("{}: {error:+.3} %, {sigmas:+.1} standard errors", p.name);
+            (p.name.clone(), error, sigmas)
+        })
+        .collect()
+}
+
+const INERTIAS: [&str; 4] = ["inertia_total", "coupling", ".inertia", "rotor_inertia"];
+
+fn worst(errors: &[(String, f64, f64)]) -> f64 {
+    errors.iter().map(|own| own.1.abs()).fold(0.0, f64::max)
+}
+
+#[test]
+fn stiffnesses_and_inertias_are_as_accurate_as_with_link_encoders() {
+    let encoders = twin(&with_least_squares(LINKS));
+    let gyroscopes = twin(&with_least_squares(ONE_AXIS));
+    let mut all = Vec::new();
+    for (name, twin) in [("link encoders", &encoders), ("gyroscopes", &gyroscopes)] {
+        println!("{name}");
+        let (result, findings) = identified(twin, &log(twin, |_| ()));
+        for finding in &findings {
+            println!("  {}: {}", finding.code, finding.text);
+        }
+        all.push(worst(&errors(&twin.truth, &result, &[".stiffness"])));
+        all.push(worst(&errors(&twin.truth, &result, &INERTIAS)));
+    }
+    println!("largest errors of stiffnesses and inertias, with encoders and gyroscopes: {all:.3?}");
+    assert!(all[2] < 3.0 && all[3] < 15.0, "{all:?}");
+}
+
+/// Checks a log of the demo's arm, recorded with other columns than those of the check.
+fn findings(recorded: &str, checked: &str, change: impl FnOnce(&mut Simulate)) -> Vec<Finding> {
+    let log = log(&twin(&with_least_squares(recorded)), change);
+    let twin = twin(&with_least_squares(checked));
+    with_source(&log, |source| {
+        let checked = check(&twin.experiment, &twin.model, &mut [source], &mut Unheard).unwrap();
+        checked.report.findings
+    })
+}
+
+#[test]
+fn good_gyroscopes_cause_notes_only() {
+    let found = findings(ONE_AXIS, ONE_AXIS, |_| ());
+    let codes: Vec<&str> = found.iter().map(|own| own.code.as_str()).collect();
+    println!("{found:#?}");
+    assert!(
+        found.iter().all(|own| own.severity == Severity::Info),
+        "{codes:?}"
+    );
+    assert!(codes.contains(&"link-by-gyroscope") && codes.contains(&"gyroscope-bias"));
+}
+
+#[test]
+fn faulty_gyroscopes_are_named() {
+    type Case = (&'static str, &'static str, f64, Severity, &'static str);
+    let cases: [Case; 4] = [
+        (
+            "gyroscope-sign",
+            "gyroscope_z_rad_per_s = [\"w1\", \"w2\"]\nsign = { w2 = -1 }",
+            f64::INFINITY,
+            Severity::Error,
+            "sign = { \"w2\" = -1 }",
+        ),
+        (
+            "gyroscope-scale",
+            "gyroscope_z_deg_per_s = [\"w1\", \"w2\"]",
+            f64::INFINITY,
+            Severity::Error,
+            "",
+        ),
+        (
+            "gyroscope-scale",
+            "gyroscope_z_rad_per_s = [\"w1\", \"w2\"]\ngain = { w1 = 1.3 }",
+            f64::INFINITY,
+            Severity::Warning,
+            "",
+        ),
+        ("gyroscope-saturated", ONE_AXIS, 0.25, Severity::Error, ""),
+    ];
+    for (code, recorded, limit, severity, line) in cases {
+        let found = findings(recorded, ONE_AXIS, |settings| {
+            settings.gyroscope_limit_rad_per_s = vec![limit; 2];
+        });
+        let own = (found.iter().find(|finding| finding.code == code))
+            .unwrap_or_else(|| panic!("{code}: {found:#?}"));
+        println!("{}", own.text);
+        assert_eq!(own.severity, severity, "{code}");
+        let setting = own.setting.clone().unwrap_or_default();
+        assert!(setting.contains(line), "{code}: {setting}");
+    }
+}
+
+const LINKS_OF_ARM: &str = "link_position_rad  = [\"q1_rad\", \"q2_rad\", \"q3_rad\", \"q4_rad\", \"q5_rad\", \"q6_rad\", \"q7_rad\"]";
+const THREE_AXES: &str = "gyroscope_x_rad_per_s = \"gx*\"\ngyroscope_y_rad_per_s = \"gy*\"\n\
+                          gyroscope_z_rad_per_s = \"gz*\"";
+
+/// The arm with seven joints and tilted gyroscopes, whose mounting the file gives or not.
+fn arm(columns: &str, mounted: bool) -> Arm {
+    let mut text = EXPERIMENT.replacen(LINKS_OF_ARM, columns, 1);
+    assert_ne!(text, EXPERIMENT);
+    if mounted {
+        for joint in 1..=7 {
+            let name = format!("name = \"joint{joint}\"");
+            let mounting = format!("{name}\ngyroscope_rpy_deg = [{joint}0, -20, 30]");
+            text = text.replacen(&name, &mounting, 1);
+        }
+    }
+    Arm::of(&text, |e| {
+        e.identify.estimator = vec![Estimator::LeastSquares];
+    })
+}
+
+fn log_of_arm(arm: &Arm) -> Vec<u8> {
+    arm.log(|settings| {
+        settings.gyroscope_noise_rad_per_s = vec![NOISE; 7];
+        settings.gyroscope_bias_rad_per_s = vec![0.01; 7];
+    })
+}
+
+#[test]
+fn mountings_are_found_in_space() {
+    let log = log_of_arm(&arm(THREE_AXES, true));
+    let unknown = arm(THREE_AXES, false);
+    let found = unknown.identify(&log);
+    let notes: Vec<&Finding> = (found.identification.findings.iter())
+        .filter(|own| own.code == "gyroscope-mounting")
+        .collect();
+    assert_eq!(notes.len(), 7);
+    for note in &notes {
+        println!("{}", note.text);
+    }
+    for endings in [&[".stiffness"], &[".rotor_inertia"]] {
+        errors(&unknown.truth, &found.identification.results[0], endings);
+    }
+    let known = arm(THREE_AXES, true);
+    println!("known mountings");
+    let found = known.identify(&log);
+    let result = &found.identification.results[0];
+    let stiffnesses = errors(&known.truth, result, &[".stiffness"]);
+    errors(&known.truth, result, &[".rotor_inertia"]);
+    assert!(worst(&stiffnesses[..4]) < 15.0);
+}
+
+#[test]
+fn exchanged_axes_are_named() {
+    let log = log_of_arm(&arm(THREE_AXES, true));
+    let exchanged = THREE_AXES.replace("gx*", "g?*").replace("gy*", "gx*");
+    let arm = arm(&exchanged.replace("g?*", "gy*"), true);
+    let found = with_source(&log, |source| {
+        let checked = check(&arm.experiment, &arm.model, &mut [source], &mut Unheard).unwrap();
+        checked.report.findings
+    });
+    let named: Vec<&Finding> = (found.iter())
+        .filter(|own| own.code == "gyroscope-axes")
+        .collect();
+    println!("{}", named[0].text);
+    assert!(named.len() >= 5, "{found:#?}");
+    assert!(named.iter().all(|own| own.severity == Severity::Error));
+}
