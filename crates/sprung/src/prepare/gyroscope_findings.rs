@@ -6,6 +6,7 @@ use sprung_core::spatial::Vector;
 use super::excerpt::Excerpt;
 use super::gyroscopes::{Best, Compared, compare, dot, mounted};
 use super::held_out::held_out;
+use super::noise::white_noise;
 use super::springs::OPEN_STIFFNESS;
 use crate::finding::{Finding, Severity};
 use crate::fit::{fit, over_reference};
@@ -33,6 +34,9 @@ const MIN_BIAS_SHARE: f64 = 0.02;
 
 /// Part of the squared angular velocity that may remain unexplained if the links follow their motors.
 const CLEAR: f64 = 0.5;
+
+/// Share of noise in the variance of a deflection from which its stiffness counts as open.
+const MAX_NOISE_SHARE: f64 = 0.03;
 
 /// Held-out error over that with the present reading, below which another sign or unit is right.
 const MUCH_BETTER: f64 = 0.5;
@@ -116,9 +120,7 @@ impl About<'_> {
             if let Some(finding) = (!is_clear).then(|| self.by_equations()).flatten() {
                 return vec![finding];
             }
-        } else if (best.as_ref()).is_some_and(|best| best.is_reflected && is_clear)
-            || best_left.is_some_and(is_wrong)
-        {
+        } else if self.is_left_handed(compared, best.as_ref()) || best_left.is_some_and(is_wrong) {
             return vec![self.wrong_axes(compared, best.as_ref(), left)];
         }
         let mut findings = Vec::new();
@@ -182,10 +184,22 @@ impl About<'_> {
         })
     }
 
+    /// Returns whether a reflection explains the motion much better than any rotation.
+    fn is_left_handed(&self, compared: &Compared, best: Option<&Best>) -> bool {
+        let fits = best.and_then(|best| {
+            let reflected = compared.fit(&best.reflection?).1;
+            Some((reflected, compared.fit(&best.rotation).1))
+        });
+        self.columns().len() > 1
+            && fits.is_some_and(|(reflected, rotated)| {
+                reflected < CLEAR && rotated > MIN_UNEXPLAINED.max(MIN_RATIO * reflected)
+            })
+    }
+
     /// Finding: the axes of the sensor are exchanged or reversed, or its mounting is another one.
     fn wrong_axes(&self, compared: &Compared, best: Option<&Best>, left: f64) -> Finding {
         let percent = 100.0 * left;
-        if best.is_some_and(|best| best.is_reflected) {
+        if self.is_left_handed(compared, best) {
             let text = "is left-handed by the motion of the motors: two axes are exchanged, or one has the \
                         wrong sign";
             let remedy =
@@ -291,6 +305,7 @@ pub(super) fn about_stiffnesses(reading: &Reading, excerpt: &Excerpt) -> Vec<Fin
         .and_then(|signals| signals.thinned(reading).reduce(reading))
         .and_then(|system| fit(model, &system, reading.memory()));
     let (mut known, mut open, mut parameters) = (Vec::new(), Vec::new(), Vec::new());
+    let noise = noise_shares(reading, excerpt);
     for joint in joints {
         let Some(index) = model.index(JointParameter::Stiffness, joint) else {
             continue;
@@ -300,6 +315,15 @@ pub(super) fn about_stiffnesses(reading: &Reading, excerpt: &Excerpt) -> Vec<Fin
         let share = (fitted.as_ref()).filter(|own| own.identifiable[index]);
         let share = share.map(|own| own.standard_error[index] / own.theta[index]);
         match share.filter(|share| (0.0..OPEN_STIFFNESS).contains(share)) {
+            _ if noise
+                .get(joint)
+                .is_some_and(|noise| *noise > MAX_NOISE_SHARE) =>
+            {
+                let percent = Shown((100.0 * noise[joint].sqrt()).round());
+                open.push(format!(
+                    "{name}, whose deflection contains {percent} % noise of the gyroscopes"
+                ));
+            }
             Some(share) => {
                 let percent = Shown((1000.0 * share).round() / 10.0);
                 known.push(format!("{name} within {percent} %"));
@@ -334,6 +358,45 @@ pub(super) fn about_stiffnesses(reading: &Reading, excerpt: &Excerpt) -> Vec<Fin
         )
         .about(parameters),
     ]
+}
+
+/// Returns the variance of the filtered deflection by the noise of the gyroscopes over its whole variance,
+/// \[n\]; zero for joints without gyroscope.
+///
+/// White noise of variance s² and period T becomes `s² T / (4 w)` behind `s/(s + w)²`. A share of it lowers
+/// the stiffness by the same share.
+fn noise_shares(reading: &Reading, excerpt: &Excerpt) -> Vec<f64> {
+    let mut shares = vec![0.0; reading.model().joint_count()];
+    let channels = reading.channels();
+    let (Some(own), Some(signals)) = (&channels.gyroscopes, excerpt.smoothed(reading)) else {
+        return shares;
+    };
+    let levels: Vec<[f64; 3]> = (0..shares.len())
+        .map(|joint| {
+            let of = own.of(joint).map(|own| own.channels).unwrap_or_default();
+            of.map(|channel| {
+                channel.map_or(0.0, |i| {
+                    white_noise(&excerpt.channel(i).collect::<Vec<f64>>())
+                })
+            })
+        })
+        .collect();
+    for sensor in &own.all {
+        let variance: f64 = (own.rate(sensor).0.iter())
+            .map(|(place, weight)| (weight * levels[place / 3][place % 3]).powi(2))
+            .sum();
+        let joint = sensor.joint;
+        let (mut squares, mut count) = (0.0, 0.0);
+        for stretch in signals.stretches() {
+            for (phi, q) in stretch.phi[joint].iter().zip(&stretch.q[joint]) {
+                squares += (phi - q).powi(2);
+                count += 1.0;
+            }
+        }
+        let noise = variance * excerpt.period() / (4.0 * own.corner);
+        shares[joint] = noise / (squares / f64::max(count, 1.0)).max(f64::MIN_POSITIVE);
+    }
+    shares
 }
 
 fn rounded(value: f64) -> Shown {

@@ -118,8 +118,8 @@ fn positions(channels: &Channels, block: &LogBlock, k: usize) -> Vec<f64> {
 /// The rotation that maps readings to angular velocities best.
 pub(super) struct Best {
     pub(super) rotation: [Vector; 3],
-    /// Whether a reflection would map them better, and the motion shows it.
-    pub(super) is_reflected: bool,
+    /// The reflection that maps them better, if there is one and the motion shows it.
+    pub(super) reflection: Option<[Vector; 3]>,
 }
 
 fn mean(all: &[Vector]) -> Vector {
@@ -165,9 +165,13 @@ impl Compared {
         let mut flip = Mat::<f64>::identity(3, 3);
         flip[(2, 2)] = determinant.signum();
         let rotation = svd.U() * flip * svd.V().transpose();
+        let rows = |matrix: &Mat<f64>| -> [Vector; 3] {
+            std::array::from_fn(|i| std::array::from_fn(|j| matrix[(i, j)]))
+        };
+        let is_reflected = determinant < 0.0 && variances[2] > MIN_SPREAD * variances[0];
         Some(Best {
-            rotation: std::array::from_fn(|i| std::array::from_fn(|j| rotation[(i, j)])),
-            is_reflected: determinant < 0.0 && variances[2] > MIN_SPREAD * variances[0],
+            rotation: rows(&rotation),
+            reflection: is_reflected.then(|| rows(&signed)),
         })
     }
 

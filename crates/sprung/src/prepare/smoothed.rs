@@ -28,6 +28,11 @@ impl Smoothed {
         Self { period, stretches }
     }
 
+    /// Returns the signals of each stretch without gap.
+    pub(super) fn stretches(&self) -> &[SignalBlock] {
+        &self.stretches
+    }
+
     /// Returns the regression, without samples for plots; `None` if there are no samples or the
     /// filter pair does not fit the period.
     pub(crate) fn reduce(&self, reading: &Reading) -> Option<System> {

@@ -126,7 +126,7 @@ fn good_gyroscopes_cause_notes_only() {
 #[test]
 fn faulty_gyroscopes_are_named() {
     type Case = (&'static str, &'static str, f64, Severity, &'static str);
-    let cases: [Case; 4] = [
+    let cases: [Case; 3] = [
         (
             "gyroscope-sign",
             "gyroscope_z_rad_per_s = [\"w1\", \"w2\"]\nsign = { w2 = -1 }",
@@ -139,13 +139,6 @@ fn faulty_gyroscopes_are_named() {
             "gyroscope_z_deg_per_s = [\"w1\", \"w2\"]",
             f64::INFINITY,
             Severity::Error,
-            "",
-        ),
-        (
-            "gyroscope-scale",
-            "gyroscope_z_rad_per_s = [\"w1\", \"w2\"]\ngain = { w1 = 1.3 }",
-            f64::INFINITY,
-            Severity::Warning,
             "",
         ),
         ("gyroscope-saturated", ONE_AXIS, 0.25, Severity::Error, ""),
@@ -214,15 +207,46 @@ fn mountings_are_found_in_space() {
     assert!(worst(&stiffnesses[..4]) < 15.0);
 }
 
+fn checked(arm: &Arm, log: &[u8]) -> Vec<Finding> {
+    with_source(log, |source| {
+        let checked = check(&arm.experiment, &arm.model, &mut [source], &mut Unheard).unwrap();
+        checked.report.findings
+    })
+}
+
+#[test]
+fn wrong_scales_are_named() {
+    let log = log_of_arm(&arm(THREE_AXES, true));
+    let in_degrees = checked(
+        &arm(&THREE_AXES.replace("rad_per_s", "deg_per_s"), true),
+        &log,
+    );
+    let of_scale = |found: &[Finding]| -> Vec<(Severity, String)> {
+        (found.iter())
+            .filter(|own| own.code == "gyroscope-scale")
+            .map(|own| (own.severity, own.text.clone()))
+            .collect()
+    };
+    // Readings in radians that are declared as degrees are 57.3 times too small.
+    let found = of_scale(&in_degrees);
+    assert_eq!(found.len(), 7, "{in_degrees:#?}");
+    let gain = ["gx*[joint1]", "gy*[joint1]", "gz*[joint1]"];
+    let gain = gain.map(|column| format!("\"{column}\" = 1.3")).join(", ");
+    let found = of_scale(&checked(
+        &arm(&format!("{THREE_AXES}\ngain = {{ {gain} }}"), true),
+        &log,
+    ));
+    println!("{found:?}");
+    assert!(found.iter().any(|(severity, text)| {
+        *severity == Severity::Warning && text.starts_with("joint1") && text.contains("1.30")
+    }));
+}
+
 #[test]
 fn exchanged_axes_are_named() {
     let log = log_of_arm(&arm(THREE_AXES, true));
     let exchanged = THREE_AXES.replace("gx*", "g?*").replace("gy*", "gx*");
-    let arm = arm(&exchanged.replace("g?*", "gy*"), true);
-    let found = with_source(&log, |source| {
-        let checked = check(&arm.experiment, &arm.model, &mut [source], &mut Unheard).unwrap();
-        checked.report.findings
-    });
+    let found = checked(&arm(&exchanged.replace("g?*", "gy*"), true), &log);
     let named: Vec<&Finding> = (found.iter())
         .filter(|own| own.code == "gyroscope-axes")
         .collect();
