@@ -266,3 +266,16 @@ fn an_identification_of_another_robot_is_refused() {
     let output = export(&fresh, "urdf", &[]);
     assert!(stderr(&output).contains("run sprung identify first"));
 }
+
+#[test]
+fn an_identification_without_possible_bodies_is_refused() {
+    let limits = "[identify.physical]\ntotal_mass_kg = [1.0, 2.0]\nmass_kg = { upper = [5.0, 6.0] }\n\n[controller]\n";
+    let case = recorded().replace("[controller]\n", limits);
+    case.identify(&[]);
+    let output = export(&case, "mjcf", &[]);
+    let text = stderr(&output);
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    for fragment in ["upper.m", "no-possible-bodies", "[identify.physical]"] {
+        assert!(text.contains(fragment), "{text} lacks {fragment}");
+    }
+}

@@ -58,7 +58,7 @@ pub(super) fn standard(
     let n = model.joint_count();
     let links = links_of(model);
     let bodies = match model.tree() {
-        Some(_) => bodies_of_tree(&links, values)?,
+        Some(_) => bodies_of_tree(model, &links, values)?,
         None => bodies_of_planar(values)?,
     };
     let mut extras = Vec::new();
@@ -68,7 +68,8 @@ pub(super) fn standard(
         drive.is_flexible = model.is_flexible(joint);
         drive.gear_ratio = experiment.robot.joint[joint].ratio();
         let name = format!("{}.rotor_inertia", model.joints()[joint]);
-        drive.rotor_inertia = values.get(&name).copied().unwrap_or(0.0);
+        let given = || given(model, n * BODY + joint);
+        drive.rotor_inertia = (values.get(&name).copied()).or_else(given).unwrap_or(0.0);
     }
     for parameter in model.parameters() {
         let Some((kind, joint)) = parameter.joint else {
@@ -136,18 +137,22 @@ fn links_of(model: &Model) -> Vec<String> {
 }
 
 fn bodies_of_tree(
+    model: &Model,
     links: &[String],
     values: &BTreeMap<String, f64>,
 ) -> Result<Vec<[f64; BODY]>, ExportError> {
     let mut missing = Vec::new();
     let mut bodies = Vec::with_capacity(links.len());
-    for link in links {
-        let body = BODY_NAMES.map(|own| {
-            let name = format!("{link}.{own}");
-            values.get(&name).copied().unwrap_or_else(|| {
-                missing.push(name);
-                f64::NAN
-            })
+    for (at, link) in links.iter().enumerate() {
+        let body = std::array::from_fn(|k| {
+            let name = format!("{link}.{}", BODY_NAMES[k]);
+            let given = || given(model, at * BODY + k);
+            (values.get(&name).copied())
+                .or_else(given)
+                .unwrap_or_else(|| {
+                    missing.push(name);
+                    f64::NAN
+                })
         });
         bodies.push(body);
     }
@@ -160,6 +165,11 @@ fn bodies_of_tree(
          no-possible-bodies and impossible-bodies name what prevents them: correct the nominal bodies or the \
          limits in [identify.physical]",
     ))
+}
+
+/// Returns the value of a standard parameter that the experiment gives.
+fn given(model: &Model, standard: usize) -> Option<f64> {
+    model.links()?.known.get(&standard).copied()
 }
 
 fn lacking(mut missing: Vec<String>, remedy: &'static str) -> ExportError {

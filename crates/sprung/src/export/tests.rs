@@ -159,6 +159,25 @@ fn every_format_says_every_robot() {
 }
 
 #[test]
+fn values_that_the_experiment_gives_need_no_other() {
+    let assumed = "assume_zero = [\"link3.mz\"]\nfixed = { \"c.rotor_inertia\" = 0.05 }\ngravity";
+    let mut case = mixed();
+    case.experiment = read(
+        "test",
+        &MIXED.replacen("gravity", assumed, 1),
+        &[],
+        &mut no_files,
+    )
+    .unwrap();
+    case.model = Model::new(&case.experiment).unwrap();
+    for name in ["link3.mz", "c.rotor_inertia"] {
+        case.values.remove(name);
+    }
+    let found = export(&request(&case, Format::Mjcf, Form::Flexible)).unwrap();
+    assert!(found.text.contains("armature=\"0.05\""), "{}", found.text);
+}
+
+#[test]
 fn what_no_format_has_is_said() {
     let case = mixed();
     let of = |format: Format, what: &str| {
