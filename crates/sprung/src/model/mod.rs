@@ -5,6 +5,7 @@ mod changes;
 mod convex;
 mod deflection_entry;
 mod high_pass;
+mod high_pass_rows;
 mod inertial;
 mod initial_shape;
 mod layout;
@@ -29,7 +30,7 @@ use sprung_core::robot::{Links, Robot};
 use sprung_core::spatial::BODY;
 
 use crate::description::{self, Experiment, Row, TorqueSensor, Tree};
-use high_pass::HighPassRows;
+use high_pass_rows::HighPassRows;
 use inertial::{Inertial, PLANAR_2R_NAMES};
 use initial_shape::initial_shape;
 use layout::Layout;
