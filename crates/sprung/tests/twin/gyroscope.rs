@@ -205,6 +205,12 @@ fn mountings_are_found_in_space() {
     let stiffnesses = errors(&known.truth, result, &[".stiffness"]);
     errors(&known.truth, result, &[".rotor_inertia"]);
     assert!(worst(&stiffnesses[..4]) < 15.0);
+    // The deflections of the wrist are as small as the noise.
+    let mut notes = found.identification.findings.iter();
+    let note = notes.find(|own| own.code == "link-by-gyroscope").unwrap();
+    println!("{}", note.text);
+    assert_eq!(note.severity, Severity::Warning);
+    assert!(note.text.contains("joint7, whose deflection contains"));
 }
 
 fn checked(arm: &Arm, log: &[u8]) -> Vec<Finding> {
@@ -253,4 +259,37 @@ fn exchanged_axes_are_named() {
     println!("{}", named[0].text);
     assert!(named.len() >= 5, "{found:#?}");
     assert!(named.iter().all(|own| own.severity == Severity::Error));
+}
+
+#[test]
+fn mistakes_are_named() {
+    let refused = |columns: &str, from: &str, to: &str| {
+        let text = with_least_squares(columns).replacen(from, to, 1);
+        let found = description::read("experiment.toml", &text, &[], &mut no_files);
+        found.err().unwrap().to_string()
+    };
+    let two = ONE_AXIS.to_owned() + "\ngyroscope_x_rad_per_s = [\"v1\", \"v2\"]";
+    let text = refused(&two, "", "");
+    assert!(text.contains("one axis or three"), "{text}");
+    let text = refused(&format!("{LINKS}\n{ONE_AXIS}"), "", "");
+    assert!(
+        text.contains("link_position_rad") && text.contains("keep the gyroscopes"),
+        "{text}"
+    );
+    let text = refused(&format!("{ONE_AXIS}\ngyroscope_corner_hz = 0.0"), "", "");
+    assert!(
+        text.contains("gyroscope_corner_hz = 0 must be positive"),
+        "{text}"
+    );
+    let text = refused(ONE_AXIS, "[\"least-squares\"]", "[\"prediction-error\"]");
+    assert!(
+        text.contains("prediction-error") && text.contains("gyroscopes"),
+        "{text}"
+    );
+    let joint = "torque_constant_nm_per_a";
+    let cubic = format!("spring = [\"linear\", \"cubic\"]\n{joint}");
+    let text = refused(ONE_AXIS, joint, &cubic);
+    assert!(text.contains("joint1") && text.contains("cubic"), "{text}");
+    let text = refused("gyroscope_z_rad_per_s = [\"w1\"]", "", "");
+    assert!(text.contains("names 1 columns"), "{text}");
 }
