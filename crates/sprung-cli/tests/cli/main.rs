@@ -21,6 +21,7 @@ mod killed;
 mod mcap_bytes;
 mod meanings;
 mod missing_values;
+mod motor_side;
 mod new;
 mod new_log;
 mod output_error;

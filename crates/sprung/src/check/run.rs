@@ -5,10 +5,14 @@ use super::examine::examine;
 use super::pass::read_all;
 use super::result::Checked;
 use crate::description::Experiment;
+use crate::finding::Finding;
+use crate::frequency::{Record, about_springs, springs_from_motor};
 use crate::log::LogSource;
 use crate::model::Model;
-use crate::prepare::{PrepareError, prepare};
+use crate::prepare::{PrepareError, Prepared, prepare};
+use crate::preprocess::{Aligner, RawBlock};
 use crate::progress::Listener;
+use crate::regression::{Observer, Restart};
 
 /// Checks logs against their description, prepared as an identification prepares them.
 ///
@@ -32,5 +36,30 @@ pub fn check(
     let figures = read_all(prepared.reading(), sources, progress)?;
     let mut found = examine(&prepared, &figures);
     found.findings.extend(prepared.findings());
+    found.findings.extend(springs(&prepared));
     Ok(assemble(&prepared, &figures, found))
+}
+
+/// Returns findings about the springs that the settings ask to find from the motors, by the beginning
+/// of the first log.
+fn springs(prepared: &Prepared) -> Vec<Finding> {
+    let (reading, excerpt) = (prepared.reading(), prepared.excerpt());
+    if !reading.settings().springs_from_motor {
+        return Vec::new();
+    }
+    let mut record = Record::new(reading.model().joint_count());
+    let period = excerpt.period();
+    let compliances = reading.compliances();
+    let mut aligner = Aligner::new(reading.channels(), reading.delays(), compliances, period);
+    for block in excerpt.blocks() {
+        let mut samples = RawBlock::new(reading.model().joint_count());
+        if !block.gaps.is_empty() {
+            record.restart(Restart::Gap);
+        }
+        aligner.push(block, &mut samples);
+        record.raw(period, &samples);
+    }
+    let springs = springs_from_motor(&record, reading.model());
+    let file = prepared.names().first().map_or("", String::as_str);
+    about_springs(springs.as_deref(), reading.model(), file)
 }

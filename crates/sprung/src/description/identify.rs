@@ -50,6 +50,9 @@ pub struct Identify {
     pub laws: Laws,
     /// Memory that the refinement may use, MiB. Of longer logs it uses pieces that are spread evenly.
     pub refinement_memory_mib: usize,
+    /// Whether to find springs of rigid joints from the vibrations that their motors see. All joints must
+    /// be rigid, without coupled transmission.
+    pub springs_from_motor: bool,
     /// How sprung finds inertial parameters of single links that bodies can have.
     pub physical: Physical,
     /// Forgetting rate δ of LSFF, 1/s.
@@ -76,6 +79,7 @@ impl Default for Identify {
             on_check_error: OnCheckError::Refuse,
             laws: Laws::Declared,
             refinement_memory_mib: 256,
+            springs_from_motor: false,
             physical: Physical::default(),
             lsff_forgetting_per_s: 1.0,
             lsff_initial_gain: 10.0,

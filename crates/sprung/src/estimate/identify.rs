@@ -9,7 +9,7 @@ use super::describe::{Linear, describe, fit_curves, over_time, trace_of};
 use super::error::IdentifyError;
 use super::estimators::Basis;
 use super::found::Found;
-use super::in_frequency::in_frequency;
+use super::in_frequency::{in_frequency, springs_of_motors};
 use super::inputs::EstimatorInputs;
 use super::judge::{judge, tilt_is_possible, tilted};
 use super::laws::{Chosen, LAWS_MISSING, choose_laws, laws_of, open_delays, with_open_delays};
@@ -359,12 +359,15 @@ fn describe_all(
     findings.extend(look_again(basis, &mut results));
     after_estimation(&mut findings, &results);
     let response = in_frequency(basis, &estimates, &mut results);
+    let (springs, about_springs) = springs_of_motors(basis);
+    findings.extend(about_springs);
     for result in &mut results {
         decide(result, &findings);
     }
     progress.tell(Phase::Examining, EXAMINATION_STEPS, Some(EXAMINATION_STEPS))?;
     let mut identified = assemble(basis, passed, estimates, results, findings)?;
     identified.identification.frequency_response = response;
+    identified.identification.springs_from_motor = springs;
     Ok(identified)
 }
 
@@ -420,6 +423,7 @@ fn assemble(
             settings: settings_used(reading, cutoff_choice(prepared)),
             laws: None,
             frequency_response: None,
+            springs_from_motor: Vec::new(),
             payloads: Vec::new(),
             findings,
             results,

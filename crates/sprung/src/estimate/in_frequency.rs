@@ -4,8 +4,12 @@ use super::estimators::Basis;
 use super::found::{Found, Numbers};
 use super::result::EstimateResult;
 use crate::description::Estimator;
+use crate::finding::Finding;
 use crate::fit::Fitted;
-use crate::frequency::{FrequencyResponse, Identified, frequency_response, resonances_disagree};
+use crate::frequency::{
+    FrequencyResponse, Identified, SpringFromMotor, about_springs, frequency_response,
+    resonances_disagree, springs_from_motor,
+};
 
 /// Returns the frequency responses of the log and of the first result, and adds the finding about
 /// their disagreement to this result.
@@ -28,6 +32,18 @@ pub(super) fn in_frequency(
     ));
     (result.warnings).sort_by_key(|finding| std::cmp::Reverse(finding.severity));
     Some(response)
+}
+
+/// Returns the springs that the settings ask to find from the motors, and findings about them.
+pub(super) fn springs_of_motors(basis: &Basis<'_>) -> (Vec<SpringFromMotor>, Vec<Finding>) {
+    let reading = basis.prepared.reading();
+    if !reading.settings().springs_from_motor {
+        return (Vec::new(), Vec::new());
+    }
+    let springs = springs_from_motor(basis.record, reading.model());
+    let names = basis.prepared.names().join(", ");
+    let findings = about_springs(springs.as_deref(), reading.model(), &names);
+    (springs.unwrap_or_default(), findings)
 }
 
 /// Returns the moves of least squares, scaled to the standard errors of the result: its parameters

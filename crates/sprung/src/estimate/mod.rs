@@ -61,5 +61,5 @@ pub use verdict::{Decision, Verdict};
 
 pub use crate::fit::{fit, residual, torques, trace};
 pub use crate::frequency::{
-    Feature, FeatureKind, FrequencyResponse, JointResponse, ResponseCurves, Unseen,
+    Feature, FeatureKind, FrequencyResponse, JointResponse, ResponseCurves, SpringFromMotor, Unseen,
 };

@@ -12,7 +12,7 @@ use super::promise::JointPrediction;
 use super::refinement_result::Refinement;
 use super::verdict::{Decision, Verdict};
 use crate::finding::Finding;
-use crate::frequency::FrequencyResponse;
+use crate::frequency::{FrequencyResponse, SpringFromMotor};
 use crate::model::{residual_name, stribeck_name};
 use crate::named::Named;
 
@@ -40,6 +40,10 @@ pub struct Identification {
     /// Frequency responses of a log and of the first result; absent without a flexible joint.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frequency_response: Option<FrequencyResponse>,
+    /// Springs of rigid joints by the vibrations that their motors see; empty unless
+    /// `identify.springs_from_motor` asks for them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub springs_from_motor: Vec<SpringFromMotor>,
     /// Payloads that some logs carried.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub payloads: Vec<PayloadResult>,

@@ -5,6 +5,7 @@ mod findings;
 mod fourier;
 mod linear;
 mod modes;
+mod motor_side;
 mod period;
 mod pole;
 mod record;
@@ -17,5 +18,7 @@ mod weighted;
 
 pub(crate) use compare::{Identified, frequency_response};
 pub(crate) use findings::resonances_disagree;
+pub use motor_side::SpringFromMotor;
+pub(crate) use motor_side::{about_springs, springs_from_motor};
 pub(crate) use record::Record;
 pub use result::{Feature, FeatureKind, FrequencyResponse, JointResponse, ResponseCurves, Unseen};

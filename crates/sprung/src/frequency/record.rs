@@ -92,6 +92,19 @@ impl Stretch {
         &self.columns[2 * self.joints() + joint]
     }
 
+    /// Returns the samples of both halves.
+    pub(super) fn halves(&self) -> [Self; 2] {
+        let middle = self.len() / 2;
+        let part = |range: std::ops::Range<usize>| Self {
+            columns: (self.columns.iter())
+                .map(|column| column[range.clone()].to_vec())
+                .collect(),
+            sums: Vec::new(),
+            ..*self
+        };
+        [part(0..middle), part(middle..self.len())]
+    }
+
     fn duration(&self) -> f64 {
         self.len() as f64 * self.period()
     }

@@ -50,6 +50,18 @@ impl Spectra {
             (periods > 1 && largest_factor(period * periods) <= LARGEST_FACTOR)
                 .then_some((period, periods))
         });
+        Self::of_periods(stretch, repeated)
+    }
+
+    /// Returns the spectra of a whole stretch, whether its motion repeats itself or not; `None` if it is
+    /// too short.
+    #[must_use]
+    pub(super) fn of_whole(stretch: &Stretch) -> Option<Self> {
+        Self::of_periods(stretch, None)
+    }
+
+    /// - `repeated`: samples of a period and number of periods; `None` without.
+    fn of_periods(stretch: &Stretch, repeated: Option<(usize, usize)>) -> Option<Self> {
         let (length, step) = match repeated {
             Some((period, periods)) => (period * periods, periods),
             None => (smooth_length(stretch.len()), 1),

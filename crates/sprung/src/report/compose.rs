@@ -7,8 +7,8 @@ use super::overview::overview;
 use super::section::{folded, section, shown};
 use super::verdict::Head;
 use super::{
-    frequency, glossary, laws, payload, plots, refinement, robot_tables, settings, stability,
-    tables, validation_tables,
+    frequency, glossary, laws, payload, plots, refinement, robot_tables, settings, springs,
+    stability, tables, validation_tables,
 };
 use crate::curves::Curves;
 use crate::estimate::Identification;
@@ -68,6 +68,7 @@ pub fn compose(contents: &Contents<'_>) -> Document {
         );
         sections.extend(contents.fit.map(|fit| fit_section(identification, fit)));
         sections.extend(cross_checks(identification));
+        sections.extend(springs::springs(identification));
         sections.extend(frequency::frequency(identification));
         sections.extend(laws::laws(identification));
         sections.extend(refinement::refinement(identification));

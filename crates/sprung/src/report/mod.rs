@@ -23,6 +23,7 @@ mod robot_tables;
 mod section;
 mod servo;
 mod settings;
+mod springs;
 mod stability;
 mod tables;
 mod validation_tables;

@@ -10,6 +10,32 @@ use crate::numbers::Shown;
 /// Limits of the memory of the refinement, MiB.
 const MEMORY_MIB: std::ops::RangeInclusive<usize> = 128..=1_048_576;
 
+/// Checks that the motors are the only measured coordinates if springs are to be found from them.
+fn springs_from_motor(file: &ExperimentFile) -> Result<(), Fault> {
+    if !file.identify.springs_from_motor {
+        return Ok(());
+    }
+    let refused = |reason: String| {
+        Err(fault(
+            &["identify", "springs_from_motor"],
+            format!(
+                "springs_from_motor = true finds springs of robots whose motors alone are measured, but {reason}"
+            ),
+        ))
+    };
+    if let Some(joint) = file.robot.joint.iter().find(|joint| joint.is_flexible()) {
+        return refused(format!(
+            "{} is flexible: write transmission = \"rigid\" in its block if it has no link encoder, or remove \
+             springs_from_motor",
+            joint.name
+        ));
+    }
+    if file.robot.transmission_matrix.is_some() {
+        return refused("transmission_matrix couples them; remove springs_from_motor".to_owned());
+    }
+    Ok(())
+}
+
 pub(super) fn identify(file: &ExperimentFile) -> Result<(), Fault> {
     let settings = &file.identify;
     if settings.estimator.is_empty() {
@@ -67,6 +93,7 @@ pub(super) fn identify(file: &ExperimentFile) -> Result<(), Fault> {
             ),
         ));
     }
+    springs_from_motor(file)?;
     if !MEMORY_MIB.contains(&settings.refinement_memory_mib) {
         return Err(fault(
             &["identify", "refinement_memory_mib"],

@@ -74,7 +74,9 @@ pub enum ChannelError {
     #[error(
         "[log] has no link position of {joint}; add {line} to [log], or link_deflection for a sensor of the \
          deflection, or joint_torque_nm for a torque sensor in the joint; with motor encoder only write \
-         transmission = \"rigid\" in the [[robot.joint]] block of {joint}: motor and link then are one body"
+         transmission = \"rigid\" in the [[robot.joint]] block of {joint}: motor and link then are one body, and \
+         springs_from_motor = true in [identify] finds the spring of a robot without link encoders from its \
+         vibrations"
     )]
     NoLink {
         /// Name of the joint.

@@ -1,0 +1,159 @@
+//! The search for the likeliest equations, from many starts.
+
+use std::f64::consts::TAU;
+
+use faer::{Mat, Side};
+use rayon::prelude::*;
+
+use super::descent::descend;
+use super::equations::{Equations, Errors, Places};
+use super::lines::{Lines, POWER_LINES, mean_power};
+use super::start::starts;
+
+/// Lines and steps of a trial from each start, and steps of a descent.
+const LINES_OF_TRIAL: usize = 240;
+const STEPS_OF_TRIAL: usize = 40;
+const STEPS: usize = 60;
+
+/// Trials that go on to the end, and the relative difference of costs from which they differ.
+const BEST_TRIALS: usize = 4;
+const DIFFERENT: f64 = 1e-3;
+
+/// Antiresonances of possible ends: at least over the distance of lines, and at most over the highest line.
+const LOWEST_ANTIRESONANCE: f64 = 6.0;
+const HIGHEST_ANTIRESONANCE: f64 = 3.0;
+
+/// Estimates of the variances of the positions from their errors.
+const VARIANCE_ROUNDS: usize = 5;
+
+/// Least variance of a position, rad² (m²).
+const LEAST_VARIANCE: f64 = 1e-40;
+
+/// Returns the likeliest unknowns with the errors there; `None` if no start ends at possible ones.
+///
+/// The first trials take the sizes of the positions for their errors. The best of them go on with the
+/// variances of their own errors, and the smallest variances decide.
+pub(super) fn solve(lines: &Lines) -> Option<(Vec<f64>, Errors)> {
+    let few = lines.thinned(LINES_OF_TRIAL);
+    let places = Places::new(lines);
+    let variances = relative_variances(&few);
+    let trial = Equations {
+        lines: &few,
+        places,
+        variances: &variances,
+    };
+    let ends = |starts: Vec<Vec<f64>>| -> Vec<(Vec<f64>, f64)> {
+        (starts.into_par_iter())
+            .filter_map(|x| descend(&trial, x, STEPS_OF_TRIAL))
+            .filter(|(x, _)| is_possible(x, places, lines))
+            .map(|(x, errors)| (x, errors.cost))
+            .collect()
+    };
+    let starts = starts(&few, places);
+    let mut tried = ends(starts.clone());
+    for joint in 0..lines.joints() {
+        // The joints may have other antiresonances.
+        let Some((best, _)) = tried.iter().min_by(|a, b| a.1.total_cmp(&b.1)).cloned() else {
+            break;
+        };
+        let others = starts.iter().map(|start| {
+            let mut x = start.clone();
+            for other in (0..lines.joints()).filter(|other| *other != joint) {
+                for place in places.of_joint(other) {
+                    x[place] = best[place];
+                }
+            }
+            x
+        });
+        tried.extend(ends(others.collect()));
+    }
+    tried.sort_by(|a, b| a.1.total_cmp(&b.1));
+    tried.dedup_by(|b, a| b.1 - a.1 < DIFFERENT * a.1);
+    tried.truncate(BEST_TRIALS);
+    let ends: Vec<(Vec<f64>, Errors, f64)> = (tried.into_par_iter())
+        .filter_map(|(x, _)| weighted(lines, x))
+        .filter(|(x, _, _)| is_possible(x, places, lines))
+        .collect();
+    let (x, errors, _) = ends.into_iter().min_by(|a, b| a.2.total_cmp(&b.2))?;
+    Some((x, errors))
+}
+
+/// Returns half the difference of each unknown between two parts of the log, \[unknowns\]: the standard
+/// error of their mean. Infinite if a part has no solution.
+///
+/// - `x`: the solution of the whole log.
+pub(super) fn half_differences(parts: [Option<Lines>; 2], x: &[f64]) -> Vec<f64> {
+    let [first, second] = parts.map(|lines| {
+        let lines = lines?;
+        // The states at the ends of a part are its own.
+        let mut start = x.to_vec();
+        for place in Places::new(&lines).of_transients() {
+            start[place] = 0.0;
+        }
+        Some(weighted(&lines, start)?.0)
+    });
+    match first.zip(second) {
+        Some((first, second)) => (first.iter().zip(&second))
+            .map(|(a, b)| 0.5 * (a - b).abs())
+            .collect(),
+        None => vec![f64::INFINITY; x.len()],
+    }
+}
+
+/// Returns whether the links have a positive definite inertia matrix, and antiresonances near the lines.
+fn is_possible(x: &[f64], places: Places, lines: &Lines) -> bool {
+    let joints = lines.joints();
+    let links = Mat::from_fn(joints, joints, |i, j| x[places.inertia(i, j)]);
+    let (Some(first), Some(last)) = (lines.hz.first(), lines.hz.last()) else {
+        return false;
+    };
+    let near = LOWEST_ANTIRESONANCE * first..HIGHEST_ANTIRESONANCE * last;
+    links.llt(Side::Lower).is_ok()
+        && (0..joints).all(|joint| {
+            let square = x[places.stiffness(joint)].exp() / x[places.inertia(joint, joint)];
+            let damping = x[places.motor_damping(joint)];
+            near.contains(&(square.sqrt() / TAU))
+                && damping >= 0.0
+                && damping + x[places.link_damping(joint)] >= 0.0
+        })
+}
+
+/// Descends with variances from the errors, in rounds. Returns the end with the sum of the logarithms of
+/// its variances.
+fn weighted(lines: &Lines, x: Vec<f64>) -> Option<(Vec<f64>, Errors, f64)> {
+    let places = Places::new(lines);
+    let mut variances = relative_variances(lines);
+    let mut end: Option<(Vec<f64>, Errors)> = None;
+    for _ in 0..=VARIANCE_ROUNDS {
+        let start = end.map_or_else(|| x.clone(), |(x, _)| x);
+        let equations = Equations {
+            lines,
+            places,
+            variances: &variances,
+        };
+        let (x, errors) = descend(&equations, start, STEPS)?;
+        variances = (errors.residuals.iter())
+            .map(|own| {
+                (0..own.len())
+                    .map(|line| mean_power(own, line, POWER_LINES).max(LEAST_VARIANCE))
+                    .collect()
+            })
+            .collect();
+        end = Some((x, errors));
+    }
+    let (x, errors) = end?;
+    let size = variances.iter().flatten().map(|own| own.ln()).sum();
+    Some((x, errors, size))
+}
+
+/// Returns variances in proportion to the powers of the positions.
+fn relative_variances(lines: &Lines) -> Vec<Vec<f64>> {
+    let half = POWER_LINES / 2;
+    (lines.motor.iter())
+        .map(|own| {
+            (0..own.len())
+                .map(|line| mean_power(own, line, half).max(LEAST_VARIANCE))
+                .collect()
+        })
+        .collect()
+}
