@@ -42,11 +42,7 @@
 //!
 //! ```text
 //! finding, curves, named, progress, stopwatch |
-<<<<<<< HEAD
-//! description → model → log → simulate → preprocess → regression → fit → prepare → check → frequency → estimate → validate → compare → export → servo → session → report
-=======
-//! description → model → log → simulate → preprocess → regression → fit → prepare → frequency → check → estimate → validate → compare → servo → session → report
->>>>>>> 7915739 (Springs of joints without any sensor at the link, from the vibrations that the motors see)
+//! description → model → log → simulate → preprocess → regression → fit → prepare → frequency → check → estimate → validate → compare → export → servo → session → report
 //! ```
 //!
 //! Functions outside [`session`] take values and readers and return values or strings. The library
