@@ -321,7 +321,7 @@ impl OfLog<'_> {
         let count = self.spectra.hz.len();
         let near = line.saturating_sub(POWER_LINES)..(line + POWER_LINES + 1).min(count);
         (self.moves(joint, &near) && !self.is_disturbed(joint, &near)).then_some(())?;
-        estimates(self.spectra, line).get(joint).copied()
+        estimates(self.spectra, joint, line)
     }
 }
 

@@ -23,9 +23,9 @@ pub(super) struct Estimate {
     pub(super) coherence: f64,
 }
 
-/// Estimates the response of each joint's motor and link to the torque of its own motor; the torques
-/// of the other motors are further inputs. The result has one pair per joint; it is empty if the
-/// torques do not excite the robot independently about this line.
+/// Estimates the response of a joint's motor and link to the torque of its own motor; the torques of
+/// the other motors are further inputs. `None` if the torques do not excite the robot independently
+/// about this line.
 ///
 /// - `line`: index of the line.
 ///
@@ -34,7 +34,7 @@ pub(super) struct Estimate {
 /// Pintelon and Schoukens, "System Identification: A Frequency Domain Approach", 2nd edition, 2012,
 /// Section 7.2: the local polynomial method.
 #[must_use]
-pub(super) fn estimates(spectra: &Spectra, line: usize) -> Vec<[Estimate; 2]> {
+pub(super) fn estimates(spectra: &Spectra, joint: usize, line: usize) -> Option<[Estimate; 2]> {
     let n = spectra.torque.len();
     let transient = usize::from(spectra.periods.is_none());
     let unknowns = (n + transient) * (DEGREE + 1);
@@ -42,7 +42,7 @@ pub(super) fn estimates(spectra: &Spectra, line: usize) -> Vec<[Estimate; 2]> {
     let rows = unknowns + more;
     let lines = spectra.hz.len();
     if lines < rows {
-        return Vec::new();
+        return None;
     }
     let from = line.saturating_sub(rows / 2).min(lines - rows);
     let mut regressors = Vec::with_capacity(rows * unknowns);
@@ -61,25 +61,19 @@ pub(super) fn estimates(spectra: &Spectra, line: usize) -> Vec<[Estimate; 2]> {
         regressors,
         weights: vec![1.0; rows],
     };
-    let Some(factored) = regression.factored() else {
-        return Vec::new();
-    };
+    let factored = regression.factored()?;
     let freedom = (rows - unknowns) as f64;
-    (0..n)
-        .map(|joint| {
-            [&spectra.motor[joint], &spectra.link[joint]].map(|position| {
-                let output = &position[from..from + rows];
-                let solution = factored.solve(output);
-                let unknown = joint * (DEGREE + 1);
-                let noise: f64 =
-                    solution.residuals.iter().map(c64::norm_sqr).sum::<f64>() / freedom;
-                let power: f64 = output.iter().map(c64::norm_sqr).sum::<f64>() / rows as f64;
-                Estimate {
-                    value: solution.values[unknown],
-                    error: (factored.variance(unknown, &solution.residuals)).sqrt(),
-                    coherence: (1.0 - noise / power).clamp(0.0, 1.0),
-                }
-            })
-        })
-        .collect()
+    let estimate = |position: &Vec<c64>| {
+        let output = &position[from..from + rows];
+        let solution = factored.solve(output);
+        let unknown = joint * (DEGREE + 1);
+        let noise: f64 = solution.residuals.iter().map(c64::norm_sqr).sum::<f64>() / freedom;
+        let power: f64 = output.iter().map(c64::norm_sqr).sum::<f64>() / rows as f64;
+        Estimate {
+            value: solution.values[unknown],
+            error: (factored.variance(unknown, &solution.residuals)).sqrt(),
+            coherence: (1.0 - noise / power).clamp(0.0, 1.0),
+        }
+    };
+    Some([&spectra.motor[joint], &spectra.link[joint]].map(estimate))
 }

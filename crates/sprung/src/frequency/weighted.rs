@@ -1,5 +1,7 @@
 //! Weighted least squares of complex numbers with few unknowns.
 
+use std::cell::OnceCell;
+
 use faer::c64;
 
 /// Pivot of a scaled normal matrix below which its columns count as dependent.
@@ -26,6 +28,8 @@ pub(super) struct Factored<'r> {
     sizes: Vec<f64>,
     /// Lower Cholesky factor of the scaled normal matrix, row by row.
     factor: Vec<c64>,
+    /// Leverage of each row, once a variance was asked for.
+    leverages: OnceCell<Vec<f64>>,
 }
 
 /// A solution.
@@ -86,6 +90,7 @@ impl Regression {
             regression: self,
             sizes,
             factor: normal,
+            leverages: OnceCell::new(),
         })
     }
 }
@@ -110,11 +115,7 @@ impl Factored<'_> {
     /// Multiplies a vector by the inverse of the normal matrix.
     fn apply(&self, x: &mut [c64]) {
         let p = x.len();
-        for i in 0..p {
-            x[i] /= self.sizes[i];
-            let known: c64 = (0..i).map(|k| self.factor[i * p + k] * x[k]).sum();
-            x[i] = (x[i] - known) / self.factor[i * p + i].re;
-        }
+        self.apply_lower(x);
         for i in (0..p).rev() {
             let known: c64 = (i + 1..p)
                 .map(|k| self.factor[k * p + i].conj() * x[k])
@@ -124,6 +125,33 @@ impl Factored<'_> {
         for (x, size) in x.iter_mut().zip(&self.sizes) {
             *x /= *size;
         }
+    }
+
+    /// Scales a vector and multiplies it by the inverse of the factor.
+    fn apply_lower(&self, x: &mut [c64]) {
+        let p = x.len();
+        for i in 0..p {
+            let row = &self.factor[i * p..=i * p + i];
+            let known: c64 = row.iter().zip(&x[..i]).map(|(l, x)| *l * *x).sum();
+            x[i] = (x[i] / self.sizes[i] - known) / row[i].re;
+        }
+    }
+
+    /// Returns the leverage of each row: the weighted length of its regressors in the metric of the
+    /// inverse normal matrix.
+    fn leverages(&self) -> &[f64] {
+        self.leverages.get_or_init(|| {
+            let mut spread = vec![ZERO; self.sizes.len()];
+            (self.regression.rows())
+                .map(|(row, weight)| {
+                    for (own, x) in spread.iter_mut().zip(row) {
+                        *own = x.conj();
+                    }
+                    self.apply_lower(&mut spread);
+                    weight * spread.iter().map(c64::norm_sqr).sum::<f64>()
+                })
+                .collect()
+        })
     }
 
     /// Returns the variance of one unknown by the residuals of each row, whatever their variances.
@@ -138,10 +166,8 @@ impl Factored<'_> {
         direction[unknown] = c64::new(1.0, 0.0);
         self.apply(&mut direction);
         let mut sum = 0.0;
-        for ((row, weight), residual) in self.regression.rows().zip(residuals) {
-            let mut spread: Vec<c64> = row.iter().map(|x| x.conj() * weight).collect();
-            self.apply(&mut spread);
-            let leverage: f64 = row.iter().zip(&spread).map(|(x, s)| (*x * *s).re).sum();
+        let rows = self.regression.rows().zip(residuals).zip(self.leverages());
+        for (((row, weight), residual), leverage) in rows {
             let influence: c64 = (direction.iter().zip(row))
                 .map(|(d, x)| d.conj() * x.conj())
                 .sum();
