@@ -19,8 +19,9 @@ pub(super) const POWER_LINES: usize = 12;
 /// Most lines of a fit.
 const MOST_LINES: usize = 2000;
 
-/// Fewest lines per joint.
-const FEWEST_LINES: usize = 40;
+/// Fewest lines of a fit, and more for each joint.
+const FEWEST_LINES: usize = 60;
+const FEWEST_LINES_PER_JOINT: usize = 10;
 
 /// Time over which a velocity is a difference of positions, s.
 const VELOCITY_TIME_S: f64 = 0.01;
@@ -49,7 +50,8 @@ impl Lines {
         let excited = (spectra.motor.iter().zip(&spectra.torque))
             .map(|(motor, torque)| highest_excited(motor, torque))
             .max()?;
-        if excited < FEWEST_LINES * spectra.motor.len() {
+        let fewest = FEWEST_LINES + FEWEST_LINES_PER_JOINT * spectra.motor.len();
+        if excited < fewest {
             return None;
         }
         let directions = spectra.of_columns(&directions(stretch, sharpness));

@@ -10,8 +10,11 @@ use super::equations::{Equations, Errors, Places};
 use super::lines::{Lines, POWER_LINES, mean_power};
 use super::start::starts;
 
-/// Lines and steps of a trial from each start, and steps of a descent.
+/// Lines of a trial; first steps from each start, one of how many goes on, and steps of those; steps of a
+/// descent.
 const LINES_OF_TRIAL: usize = 240;
+const FIRST_STEPS: usize = 8;
+const FIRST_ONE_OF: usize = 4;
 const STEPS_OF_TRIAL: usize = 40;
 const STEPS: usize = 60;
 
@@ -43,8 +46,13 @@ pub(super) fn solve(lines: &Lines) -> Option<(Vec<f64>, Errors)> {
         variances: &variances,
     };
     let ends = |starts: Vec<Vec<f64>>| -> Vec<(Vec<f64>, f64)> {
-        (starts.into_par_iter())
-            .filter_map(|x| descend(&trial, x, STEPS_OF_TRIAL))
+        let mut first: Vec<(Vec<f64>, Errors)> = (starts.into_par_iter())
+            .filter_map(|x| descend(&trial, x, FIRST_STEPS))
+            .collect();
+        first.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+        first.truncate(first.len().div_ceil(FIRST_ONE_OF));
+        (first.into_par_iter())
+            .filter_map(|(x, _)| descend(&trial, x, STEPS_OF_TRIAL))
             .filter(|(x, _)| is_possible(x, places, lines))
             .map(|(x, errors)| (x, errors.cost))
             .collect()
