@@ -61,5 +61,5 @@ fn springs(prepared: &Prepared) -> Vec<Finding> {
     }
     let springs = springs_from_motor(&record, reading.model());
     let file = prepared.names().first().map_or("", String::as_str);
-    about_springs(springs.as_deref(), reading.model(), file)
+    about_springs(&springs, reading.model(), file)
 }

@@ -42,8 +42,8 @@ pub(super) fn springs_of_motors(basis: &Basis<'_>) -> (Vec<SpringFromMotor>, Vec
     }
     let springs = springs_from_motor(basis.record, reading.model());
     let names = basis.prepared.names().join(", ");
-    let findings = about_springs(springs.as_deref(), reading.model(), &names);
-    (springs.unwrap_or_default(), findings)
+    let findings = about_springs(&springs, reading.model(), &names);
+    (springs, findings)
 }
 
 /// Returns the moves of least squares, scaled to the standard errors of the result: its parameters

@@ -140,7 +140,7 @@ fn truth() -> BTreeMap<String, f64> {
 
 #[test]
 fn vibrations_of_the_motors_give_the_springs() {
-    let all: Vec<Vec<SpringFromMotor>> = (0..12_u64)
+    let all: Vec<Vec<SpringFromMotor>> = (0..6_u64)
         .into_par_iter()
         .map(|seed| {
             let found = identification(&multisine(4.0, 0.6, seed), &truth(), seed);

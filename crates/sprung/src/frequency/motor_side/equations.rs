@@ -19,7 +19,7 @@ impl Places {
     }
 
     /// Returns the place of an entry of M, kg·m² (kg).
-    pub(super) fn inertia(self, i: usize, j: usize) -> usize {
+    pub(super) fn inertia(i: usize, j: usize) -> usize {
         let (low, high) = (i.min(j), i.max(j));
         high * (high + 1) / 2 + low
     }
@@ -61,7 +61,7 @@ impl Places {
     /// Returns the places of what belongs to a joint alone: inertia, rotor, stiffness, motor damping.
     pub(super) fn of_joint(self, joint: usize) -> [usize; 4] {
         [
-            self.inertia(joint, joint),
+            Self::inertia(joint, joint),
             self.rotor(joint),
             self.stiffness(joint),
             self.motor_damping(joint),
@@ -165,7 +165,7 @@ impl Equations<'_> {
         let mut links = vec![ZERO; n * n];
         for i in 0..n {
             for j in 0..n {
-                links[i * n + j] = s * s * x[places.inertia(i, j)];
+                links[i * n + j] = s * s * x[Places::inertia(i, j)];
             }
             links[i * n + i] += s * x[places.link_damping(i)] + stiffness[i];
         }
@@ -234,7 +234,7 @@ impl Equations<'_> {
                 if i != j {
                     moved += response[j] * positions[i];
                 }
-                out[places.inertia(i, j)] = -(s * s * moved);
+                out[Places::inertia(i, j)] = -(s * s * moved);
             }
             let of_motor = s * response[n + i] * positions[n + i];
             out[places.rotor(i)] = -(s * of_motor * x[places.rotor(i)].exp());

@@ -55,7 +55,7 @@ impl Lines {
             return None;
         }
         let directions = spectra.of_columns(&directions(stretch, sharpness));
-        Some(Self::first(&spectra, directions, sharpness, excited + 1).thinned(MOST_LINES))
+        Some(Self::first(&spectra, &directions, sharpness, excited + 1).thinned(MOST_LINES))
     }
 
     /// Returns the lines of a part of the log up to a frequency, Hz; `None` if it is too short.
@@ -63,13 +63,13 @@ impl Lines {
         let spectra = Spectra::of_whole(stretch)?;
         let count = spectra.hz.partition_point(|own| *own <= hz);
         let directions = spectra.of_columns(&directions(stretch, sharpness));
-        Some(Self::first(&spectra, directions, sharpness, count).thinned(MOST_LINES))
+        Some(Self::first(&spectra, &directions, sharpness, count).thinned(MOST_LINES))
     }
 
     /// Returns the first lines of spectra.
     fn first(
         spectra: &Spectra,
-        directions: Vec<Vec<c64>>,
+        directions: &[Vec<c64>],
         sharpness: &[Option<f64>],
         count: usize,
     ) -> Self {
@@ -83,7 +83,7 @@ impl Lines {
                 .collect(),
             torque: spectra.torque.iter().map(whole).collect(),
             motor: spectra.motor.iter().map(whole).collect(),
-            direction: (sharpness.iter().zip(&directions))
+            direction: (sharpness.iter().zip(directions))
                 .map(|(own, spectrum)| own.map(|_| whole(spectrum)))
                 .collect(),
         }

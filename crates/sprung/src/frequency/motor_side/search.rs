@@ -79,7 +79,7 @@ pub(super) fn solve(lines: &Lines) -> Option<(Vec<f64>, Errors)> {
     tried.dedup_by(|b, a| b.1 - a.1 < DIFFERENT * a.1);
     tried.truncate(BEST_TRIALS);
     let ends: Vec<(Vec<f64>, Errors, f64)> = (tried.into_par_iter())
-        .filter_map(|(x, _)| weighted(lines, x))
+        .filter_map(|(x, _)| weighted(lines, &x))
         .filter(|(x, _, _)| is_possible(x, places, lines))
         .collect();
     let (x, errors, _) = ends.into_iter().min_by(|a, b| a.2.total_cmp(&b.2))?;
@@ -98,7 +98,7 @@ pub(super) fn half_differences(parts: [Option<Lines>; 2], x: &[f64]) -> Vec<f64>
         for place in Places::new(&lines).of_transients() {
             start[place] = 0.0;
         }
-        Some(weighted(&lines, start)?.0)
+        Some(weighted(&lines, &start)?.0)
     });
     match first.zip(second) {
         Some((first, second)) => (first.iter().zip(&second))
@@ -111,14 +111,14 @@ pub(super) fn half_differences(parts: [Option<Lines>; 2], x: &[f64]) -> Vec<f64>
 /// Returns whether the links have a positive definite inertia matrix, and antiresonances near the lines.
 fn is_possible(x: &[f64], places: Places, lines: &Lines) -> bool {
     let joints = lines.joints();
-    let links = Mat::from_fn(joints, joints, |i, j| x[places.inertia(i, j)]);
+    let links = Mat::from_fn(joints, joints, |i, j| x[Places::inertia(i, j)]);
     let (Some(first), Some(last)) = (lines.hz.first(), lines.hz.last()) else {
         return false;
     };
     let near = LOWEST_ANTIRESONANCE * first..HIGHEST_ANTIRESONANCE * last;
     links.llt(Side::Lower).is_ok()
         && (0..joints).all(|joint| {
-            let square = x[places.stiffness(joint)].exp() / x[places.inertia(joint, joint)];
+            let square = x[places.stiffness(joint)].exp() / x[Places::inertia(joint, joint)];
             let damping = x[places.motor_damping(joint)];
             near.contains(&(square.sqrt() / TAU))
                 && damping >= 0.0
@@ -128,12 +128,12 @@ fn is_possible(x: &[f64], places: Places, lines: &Lines) -> bool {
 
 /// Descends with variances from the errors, in rounds. Returns the end with the sum of the logarithms of
 /// its variances.
-fn weighted(lines: &Lines, x: Vec<f64>) -> Option<(Vec<f64>, Errors, f64)> {
+fn weighted(lines: &Lines, x: &[f64]) -> Option<(Vec<f64>, Errors, f64)> {
     let places = Places::new(lines);
     let mut variances = relative_variances(lines);
     let mut end: Option<(Vec<f64>, Errors)> = None;
     for _ in 0..=VARIANCE_ROUNDS {
-        let start = end.map_or_else(|| x.clone(), |(x, _)| x);
+        let start = end.map_or_else(|| x.to_vec(), |(x, _)| x);
         let equations = Equations {
             lines,
             places,

@@ -22,7 +22,7 @@ const LARGEST_ERROR: f64 = 0.1;
 const LARGEST_ERROR_OF_INERTIA: f64 = 0.2;
 
 /// The spring of a joint by the vibrations that its motor sees.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SpringFromMotor {
     /// Name of the joint.
     pub joint: String,
@@ -52,10 +52,21 @@ pub struct SpringFromMotor {
     pub resonance_hz: Option<f64>,
 }
 
-/// Returns the springs of a robot whose motors alone are measured; `None` if the record is too short or
-/// too little of it moves.
+/// Returns the springs of a robot whose motors alone are measured, without values where the record does
+/// not determine them, \[n\].
 #[must_use]
-pub(crate) fn springs_from_motor(record: &Record, model: &Model) -> Option<Vec<SpringFromMotor>> {
+pub(crate) fn springs_from_motor(record: &Record, model: &Model) -> Vec<SpringFromMotor> {
+    determined(record, model).unwrap_or_else(|| {
+        let open = |joint: &String| SpringFromMotor {
+            joint: joint.clone(),
+            ..SpringFromMotor::default()
+        };
+        model.joints().iter().map(open).collect()
+    })
+}
+
+/// Returns the springs; `None` if the record is too short or too little of it moves.
+fn determined(record: &Record, model: &Model) -> Option<Vec<SpringFromMotor>> {
     let (stretch, sharpness) = (record.longest(), sharpness(model));
     let lines = Lines::of(stretch, &sharpness)?;
     let (x, errors) = solve(&lines)?;
@@ -72,21 +83,14 @@ pub(crate) fn springs_from_motor(record: &Record, model: &Model) -> Option<Vec<S
             own.map_or(f64::INFINITY, |own| own.hypot(between[place]))
         };
         let name = model.joints()[joint].clone();
-        let own = places.inertia(joint, joint);
+        let own = Places::inertia(joint, joint);
         let share = error(places.stiffness(joint));
         let of_inertias = error(places.rotor(joint)).max(error(own) / x[own]);
         let is_determined = share <= LARGEST_ERROR && of_inertias <= LARGEST_ERROR_OF_INERTIA;
         if !is_determined {
             return SpringFromMotor {
                 joint: name,
-                stiffness: None,
-                stiffness_standard_error: None,
-                rotor_inertia: None,
-                rotor_inertia_standard_error: None,
-                link_inertia: None,
-                link_inertia_standard_error: None,
-                antiresonance_hz: None,
-                resonance_hz: None,
+                ..SpringFromMotor::default()
             };
         }
         let (stiffness, rotor) = (
@@ -113,7 +117,7 @@ pub(crate) fn springs_from_motor(record: &Record, model: &Model) -> Option<Vec<S
 /// - `springs`: as [`springs_from_motor`] returns them; `file`: name of the log.
 #[must_use]
 pub(crate) fn about_springs(
-    springs: Option<&[SpringFromMotor]>,
+    springs: &[SpringFromMotor],
     model: &Model,
     file: &str,
 ) -> Vec<Finding> {
@@ -121,7 +125,7 @@ pub(crate) fn about_springs(
     let (mut found, mut open) = (Vec::new(), Vec::new());
     let all = model.joints().iter().enumerate();
     for (joint, own) in all {
-        let spring = springs.and_then(|all| all.iter().find(|spring| spring.joint == *own));
+        let spring = springs.iter().find(|spring| spring.joint == *own);
         let unit = match model.kind(joint) {
             JointKind::Revolute => "N·m/rad",
             JointKind::Prismatic => "N/m",

@@ -29,7 +29,7 @@ pub(super) fn starts(lines: &Lines, places: Places) -> Vec<Vec<f64>> {
             let mut x = vec![0.0; places.count()];
             for i in 0..n {
                 let link = (1.0 - share) * inertia[i];
-                x[places.inertia(i, i)] = link;
+                x[Places::inertia(i, i)] = link;
                 x[places.rotor(i)] = (share * inertia[i]).ln();
                 x[places.stiffness(i)] = ((TAU * hz).powi(2) * link).ln();
                 x[places.motor_damping(i)] = damping[i];
