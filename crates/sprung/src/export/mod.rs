@@ -1,6 +1,6 @@
 //! Writes an identified robot for simulators and controllers, and proves the file by reading it back.
 //!
-//! [`export()`] takes named values and returns the text of a file. It reads the text again with a reader
+//! `export()` takes named values and returns the text of a file. It reads the text again with a reader
 //! that shares nothing with the writer, and compares its dynamics with those of the identified model at
 //! random states.
 
