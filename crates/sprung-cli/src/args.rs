@@ -242,8 +242,9 @@ pub(crate) struct Simulate {
 pub(crate) struct Export {
     /// Experiment file, or the folder that holds experiment.toml.
     pub(crate) experiment: PathBuf,
-    /// Format of the file: urdf (robot.urdf), mjcf (robot.xml, of MuJoCo), sdf (robot.sdf, of Drake)
-    /// or json (robot.json, parameters of links and actuators).
+    /// Format: urdf (robot.urdf), mjcf (robot.xml, of MuJoCo), sdf (robot.sdf, of Drake), json
+    /// (robot.json, parameters of links and actuators), c (robot.h, robot.c and robot_test.c) or rust
+    /// (robot.rs, without the standard library).
     #[arg(long, value_enum, value_name = "FORMAT")]
     pub(crate) format: ExportFormat,
     /// identification.json, or a TOML file with values by name [default: identification.json in
@@ -266,4 +267,6 @@ pub(crate) enum ExportFormat {
     Mjcf,
     Sdf,
     Json,
+    C,
+    Rust,
 }

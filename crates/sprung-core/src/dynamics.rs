@@ -65,6 +65,7 @@ pub fn inverse_dynamics<S: Scalar>(
 /// Computes the mass matrix of the links.
 ///
 /// - `bodies`: inertial parameters of the links, \[n\]; `q`: \[n\], rad (m).
+/// - `steps`: scratch memory, \[n\].
 /// - `matrix`: `M(q)`, \[n × n\], row by row.
 ///
 /// # Errors
@@ -74,33 +75,30 @@ pub fn inverse_dynamics<S: Scalar>(
 /// # Source
 ///
 /// Featherstone, Table 6.2: the composite rigid body algorithm.
-pub fn mass_matrix(
+pub fn mass_matrix<S: Scalar>(
     chain: &Chain<'_>,
     bodies: &[[f64; BODY]],
-    q: &[f64],
-    workspace: &mut Workspace<'_>,
-    matrix: &mut [f64],
+    q: &[S],
+    steps: &mut [Step<S>],
+    matrix: &mut [S],
 ) -> Result<(), LengthError> {
     let n = chain.joints().len();
-    lengths(
-        &[
-            ("bodies", bodies.len()),
-            ("q", q.len()),
-            ("workspace.joints", workspace.joints.len()),
-            ("workspace.steps", workspace.steps.len()),
-        ],
-        n,
-    )?;
+    let given = [
+        ("bodies", bodies.len()),
+        ("q", q.len()),
+        ("steps", steps.len()),
+    ];
+    lengths(&given, n)?;
     lengths(&[("matrix", matrix.len())], n * n)?;
-    matrix.fill(0.0);
+    matrix.fill(S::ZERO);
     match chain.motions() {
         Motions::InPlane => {
-            place::<Planar, f64>(chain, q, workspace.steps);
-            masses::<Planar>(chain, bodies, workspace, n, matrix);
+            place::<Planar, S>(chain, q, steps);
+            masses::<Planar, S>(chain, bodies, steps, n, matrix);
         }
         Motions::InSpace => {
-            place::<Spatial, f64>(chain, q, workspace.steps);
-            masses::<Spatial>(chain, bodies, workspace, n, matrix);
+            place::<Spatial, S>(chain, q, steps);
+            masses::<Spatial, S>(chain, bodies, steps, n, matrix);
         }
     }
     Ok(())
@@ -123,12 +121,12 @@ pub(crate) fn bias_and_masses(
         Motions::InPlane => {
             place::<Planar, f64>(chain, q, workspace.steps);
             torques::<Planar, f64>(chain, bodies, [dq, zeros], workspace.steps, tau);
-            masses::<Planar>(chain, bodies, workspace, width, matrix);
+            masses::<Planar, f64>(chain, bodies, workspace.steps, width, matrix);
         }
         Motions::InSpace => {
             place::<Spatial, f64>(chain, q, workspace.steps);
             torques::<Spatial, f64>(chain, bodies, [dq, zeros], workspace.steps, tau);
-            masses::<Spatial>(chain, bodies, workspace, width, matrix);
+            masses::<Spatial, f64>(chain, bodies, workspace.steps, width, matrix);
         }
     }
 }
@@ -183,25 +181,28 @@ fn torques<P: Space, S: Scalar>(
     }
 }
 
-/// Computes the mass matrix; `workspace.steps` contains the transforms.
-fn masses<P: Space>(
+/// Computes the mass matrix; `steps` contains the transforms.
+fn masses<P: Space, S: Scalar>(
     chain: &Chain<'_>,
     bodies: &[[f64; BODY]],
-    workspace: &mut Workspace<'_>,
+    steps: &mut [Step<S>],
     width: usize,
-    matrix: &mut [f64],
+    matrix: &mut [S],
 ) {
-    let (links, steps) = (&mut *workspace.joints, &*workspace.steps);
-    for (link, body) in links.iter_mut().zip(bodies) {
-        link.composite = *body;
+    for (step, body) in steps.iter_mut().zip(bodies) {
+        step.composite = body.map(S::constant);
     }
     for (j, joint) in chain.joints().iter().enumerate().rev() {
-        let (done, rest) = links.split_at_mut(j);
-        let composite = &rest[0].composite;
+        let (done, rest) = steps.split_at_mut(j);
+        let step = &rest[0];
         if let Some(parent) = joint.parent {
-            P::add_body_back(&steps[j].transform, composite, &mut done[parent].composite);
+            P::add_body_back(
+                &step.transform,
+                &step.composite,
+                &mut done[parent].composite,
+            );
         }
-        let mut force = P::momentum_along(composite, joint);
+        let mut force = P::momentum_along(&step.composite, joint);
         matrix[j * width + j] = P::along(joint, &force);
         let mut at = j;
         while let Some(i) = chain.joints()[at].parent {

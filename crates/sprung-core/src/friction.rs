@@ -211,15 +211,15 @@ impl Law {
     fn form<S: Scalar>(self, at: &Conditions<S>, shape: &Shape) -> Form<S> {
         match self {
             Self::Viscous => Form::Smooth(at.velocity),
-            Self::ViscousPositive => Form::Smooth(at.velocity * forwards(at)),
-            Self::ViscousNegative => Form::Smooth(at.velocity * backwards(at)),
+            Self::ViscousPositive => Form::Smooth(at.velocity * at.velocity.is_forward()),
+            Self::ViscousNegative => Form::Smooth(at.velocity * (-at.velocity).is_forward()),
             Self::Offset => Form::Smooth(S::constant(1.0)),
             Self::Coulomb => Form::Jump(S::constant(1.0)),
-            Self::CoulombPositive => Form::Jump(S::constant(forwards(at))),
-            Self::CoulombNegative => Form::Jump(S::constant(backwards(at))),
+            Self::CoulombPositive => Form::Jump(at.velocity.is_forward()),
+            Self::CoulombNegative => Form::Jump((-at.velocity).is_forward()),
             Self::Stribeck => Form::Jump(stribeck_fraction(at, shape)),
-            Self::Quadratic => Form::Smooth(at.velocity * magnitude(at.velocity)),
-            Self::Load => Form::Jump(magnitude(at.deflection)),
+            Self::Quadratic => Form::Smooth(at.velocity * at.velocity.abs()),
+            Self::Load => Form::Jump(at.deflection.abs()),
             Self::ResidualSlow => Form::Jump((relative_speed(at, shape) * -8.0).exp()),
             Self::ResidualMedium => Form::Jump((relative_speed(at, shape) * -2.0).exp()),
             Self::ResidualFast => Form::Smooth(
@@ -303,16 +303,6 @@ impl Law {
     }
 }
 
-/// Returns 1 if the velocity is zero or positive, otherwise 0.
-fn forwards<S: Scalar>(at: &Conditions<S>) -> f64 {
-    if at.velocity.value() >= 0.0 { 1.0 } else { 0.0 }
-}
-
-/// Returns 1 if the velocity is zero or negative, otherwise 0.
-fn backwards<S: Scalar>(at: &Conditions<S>) -> f64 {
-    if at.velocity.value() <= 0.0 { 1.0 } else { 0.0 }
-}
-
 /// Returns the Stribeck friction at a velocity, as a fraction of its largest value.
 ///
 /// # Source
@@ -324,14 +314,9 @@ fn stribeck_fraction<S: Scalar>(at: &Conditions<S>, shape: &Shape) -> S {
     (-(part * part)).exp()
 }
 
-/// Returns the absolute value.
-fn magnitude<S: Scalar>(x: S) -> S {
-    if x.value() < 0.0 { -x } else { x }
-}
-
 /// Returns the speed relative to the velocity that scales the residual laws.
 fn relative_speed<S: Scalar>(at: &Conditions<S>, shape: &Shape) -> S {
-    magnitude(at.velocity) * (1.0 / shape.residual_velocity)
+    at.velocity.abs() * (1.0 / shape.residual_velocity)
 }
 
 #[cfg(test)]

@@ -12,7 +12,6 @@ use crate::spatial::{BODY, Force, Motion, Transform};
 /// Scratch memory for one joint.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct JointScratch {
-    pub(crate) composite: [f64; BODY],
     velocity: Motion,
     acceleration: Motion,
     gravity: Motion,
@@ -32,6 +31,7 @@ pub struct Step<S = f64> {
     pub(crate) velocity: Motion<S>,
     pub(crate) acceleration: Motion<S>,
     pub(crate) force: Force<S>,
+    pub(crate) composite: [S; BODY],
 }
 
 impl<S: Scalar> Default for Step<S> {
@@ -41,6 +41,7 @@ impl<S: Scalar> Default for Step<S> {
             velocity: Motion::default(),
             acceleration: Motion::default(),
             force: Force::default(),
+            composite: [S::ZERO; BODY],
         }
     }
 }

@@ -51,7 +51,7 @@ impl Robot<'_> {
             &self.links.chain,
             values.bodies,
             q,
-            workspace,
+            workspace.steps,
             &mut matrix[..n * n],
         )?;
         if rows > n {

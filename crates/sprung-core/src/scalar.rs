@@ -26,6 +26,18 @@ pub trait Scalar:
     #[must_use]
     fn value(self) -> f64;
 
+    /// Returns the absolute value.
+    #[must_use]
+    fn abs(self) -> Self {
+        if self.value() < 0.0 { -self } else { self }
+    }
+
+    /// Returns 1 if the value is zero or positive, otherwise 0.
+    #[must_use]
+    fn is_forward(self) -> Self {
+        Self::constant(if self.value() >= 0.0 { 1.0 } else { 0.0 })
+    }
+
     /// Returns the sine and the cosine.
     #[must_use]
     fn sin_cos(self) -> (Self, Self);

@@ -3,6 +3,8 @@
 //! Every algorithm on trees is written once over [`Space`]. If all joints of a tree move in one
 //! plane, most numbers of its motions and forces are zero, and [`Planar`] skips them.
 
+use core::ops::Mul;
+
 use crate::chain::{ChainJoint, JointKind};
 use crate::scalar::Scalar;
 use crate::spatial::{self, BODY, Force, Motion, Transform, Vector};
@@ -23,7 +25,7 @@ pub(crate) trait Space {
 
     /// Transforms inertial parameters from the child's frame to the parent's frame and adds them to
     /// `sum`.
-    fn add_body_back(transform: &Transform, body: &[f64; BODY], sum: &mut [f64; BODY]);
+    fn add_body_back<S: Scalar>(transform: &Transform<S>, body: &[S; BODY], sum: &mut [S; BODY]);
 
     /// Adds a motion along a joint's axis with the given rate.
     fn add_along<S: Scalar>(joint: &ChainJoint, rate: S, sum: &mut Motion<S>);
@@ -39,7 +41,7 @@ pub(crate) trait Space {
     fn force<S: Scalar>(body: &[f64; BODY], v: &Motion<S>, a: &Motion<S>) -> Force<S>;
 
     /// Returns the momentum of a body that moves along a joint's axis with unit rate.
-    fn momentum_along(body: &[f64; BODY], joint: &ChainJoint) -> Force;
+    fn momentum_along<S: Scalar>(body: &[S; BODY], joint: &ChainJoint) -> Force<S>;
 
     /// Returns the component of a force along a joint's axis.
     fn along<S: Scalar>(joint: &ChainJoint, force: &Force<S>) -> S;
@@ -73,9 +75,9 @@ impl Space for Spatial {
     }
 
     #[inline]
-    fn add_body_back(transform: &Transform, body: &[f64; BODY], sum: &mut [f64; BODY]) {
+    fn add_body_back<S: Scalar>(transform: &Transform<S>, body: &[S; BODY], sum: &mut [S; BODY]) {
         for (sum, part) in sum.iter_mut().zip(transform.back_body(body)) {
-            *sum += part;
+            *sum = *sum + part;
         }
     }
 
@@ -115,8 +117,8 @@ impl Space for Spatial {
     }
 
     #[inline]
-    fn momentum_along(body: &[f64; BODY], joint: &ChainJoint) -> Force {
-        spatial::momentum(body, &joint.motion())
+    fn momentum_along<S: Scalar>(body: &[S; BODY], joint: &ChainJoint) -> Force<S> {
+        spatial::momentum(body, &Motion::constant(&joint.motion()))
     }
 
     #[inline]
@@ -163,7 +165,10 @@ impl Planar {
     }
 
     #[inline]
-    fn momentum<S: Scalar>(body: &[f64; BODY], v: &Motion<S>) -> [S; 3] {
+    fn momentum<A: Copy, S: Scalar + Mul<A, Output = S>>(
+        body: &[A; BODY],
+        v: &Motion<S>,
+    ) -> [S; 3] {
         let [m, hx, hy, .., izz] = *body;
         let (w, [x, y, _]) = (v.angular[2], v.linear);
         [w * izz + (y * hx - x * hy), x * m - w * hy, y * m + w * hx]
@@ -232,14 +237,14 @@ impl Space for Planar {
     }
 
     #[inline]
-    fn add_body_back(transform: &Transform, body: &[f64; BODY], sum: &mut [f64; BODY]) {
+    fn add_body_back<S: Scalar>(transform: &Transform<S>, body: &[S; BODY], sum: &mut [S; BODY]) {
         let [mass, hx, hy, .., izz] = *body;
         let [hx, hy] = Self::out(transform, hx, hy);
         let [ox, oy, _] = transform.origin;
-        sum[0] += mass;
-        sum[1] += hx + mass * ox;
-        sum[2] += hy + mass * oy;
-        sum[9] += izz + 2.0 * (hx * ox + hy * oy) + mass * (ox * ox + oy * oy);
+        sum[0] = sum[0] + mass;
+        sum[1] = sum[1] + (hx + mass * ox);
+        sum[2] = sum[2] + (hy + mass * oy);
+        sum[9] = sum[9] + (izz + (hx * ox + hy * oy) * 2.0 + mass * (ox * ox + oy * oy));
     }
 
     #[inline]
@@ -282,8 +287,8 @@ impl Space for Planar {
     }
 
     #[inline]
-    fn momentum_along(body: &[f64; BODY], joint: &ChainJoint) -> Force {
-        let [moment, x, y] = Self::momentum(body, &joint.motion());
+    fn momentum_along<S: Scalar>(body: &[S; BODY], joint: &ChainJoint) -> Force<S> {
+        let [moment, x, y] = Self::momentum(body, &Motion::constant(&joint.motion()));
         Self::force_of(moment, x, y)
     }
 

@@ -4,6 +4,8 @@
 //! force is the dual pair of a moment and a force vector. Both are written over [`Scalar`], so they
 //! can contain Taylor series and dual numbers.
 
+use core::ops::Mul;
+
 use crate::scalar::Scalar;
 
 /// A vector in three dimensions.
@@ -183,14 +185,14 @@ impl<S: Scalar> Transform<S> {
     }
 }
 
-impl Transform {
+impl<S: Scalar> Transform<S> {
     /// Transforms the inertial parameters of a body from the child's frame to the parent's frame.
     ///
     /// # Source
     ///
     /// The parallel axis theorem.
     #[must_use]
-    pub fn back_body(&self, body: &[f64; BODY]) -> [f64; BODY] {
+    pub fn back_body(&self, body: &[S; BODY]) -> [S; BODY] {
         let mass = body[0];
         let first = self.out(&[body[1], body[2], body[3]]);
         // R^T I R, column by column of I R.
@@ -206,7 +208,7 @@ impl Transform {
         let moved = |i: usize, j: usize| {
             let both = first[i] * p[j] + p[i] * first[j] + mass * p[i] * p[j];
             if i == j {
-                let trace = 2.0 * dot(&first, p) + mass * dot(p, p);
+                let trace = dot(&first, p) * 2.0 + mass * dot(p, p);
                 turned[i][j] + trace - both
             } else {
                 turned[i][j] - both
@@ -232,7 +234,10 @@ impl Transform {
 ///
 /// - `body`: inertial parameters, \[10\].
 #[must_use]
-pub(crate) fn momentum<S: Scalar>(body: &[f64; BODY], v: &Motion<S>) -> Force<S> {
+pub(crate) fn momentum<A: Copy, S: Scalar + Mul<A, Output = S>>(
+    body: &[A; BODY],
+    v: &Motion<S>,
+) -> Force<S> {
     let [m, hx, hy, hz, ixx, ixy, iyy, ixz, iyz, izz] = *body;
     let (w, u) = (&v.angular, &v.linear);
     Force {
@@ -305,7 +310,10 @@ pub fn rotation<S: Scalar>(axis: &Vector, angle: S) -> [Vector<S>; 3] {
 
 /// Returns the product of two 3 × 3 matrices.
 #[must_use]
-pub fn product<S: Scalar>(a: &[Vector; 3], b: &[Vector<S>; 3]) -> [Vector<S>; 3] {
+pub fn product<A: Copy, S: Scalar + Mul<A, Output = S>>(
+    a: &[Vector<A>; 3],
+    b: &[Vector<S>; 3],
+) -> [Vector<S>; 3] {
     a.map(|row| core::array::from_fn(|j| b[0][j] * row[0] + b[1][j] * row[1] + b[2][j] * row[2]))
 }
 

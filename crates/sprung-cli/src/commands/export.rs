@@ -14,7 +14,7 @@ use crate::terminal::{Grid, Terminal};
 /// What `--json` prints.
 #[derive(Serialize)]
 struct Summary<'a> {
-    file: String,
+    files: &'a [String],
     said: &'a [Said],
     proof: Proof,
 }
@@ -35,6 +35,8 @@ pub(crate) fn run(args: &Export) -> Result<ExitCode, Failure> {
         ExportFormat::Mjcf => Format::Mjcf,
         ExportFormat::Sdf => Format::Sdf,
         ExportFormat::Json => Format::Json,
+        ExportFormat::C => Format::C,
+        ExportFormat::Rust => Format::Rust,
     };
     let form = if args.rigid {
         Form::Rigid
@@ -42,23 +44,27 @@ pub(crate) fn run(args: &Export) -> Result<ExitCode, Failure> {
         Form::Flexible
     };
     let inputs = session.inputs().into_iter().chain([file.clone()]);
-    let folder = Folder::new(&path, inputs, &[format.file()])?;
+    let folder = Folder::new(&path, inputs, format.files())?;
     if !args.force {
-        refuse_edited(&path.join(format.file()))?;
+        for file in format.files() {
+            refuse_edited(&path.join(file))?;
+        }
     }
     let found = session.export(&parameters, &file, format, form)?;
     let mut output = folder.output()?;
-    let written = output.text(format.file(), &found.text)?;
+    let mut files = Vec::new();
+    for (file, text) in format.files().iter().zip(&found.texts) {
+        files.push(output.text(file, text)?.display().to_string());
+    }
     output.commit()?;
 
-    let written = written.display().to_string();
     terminal.json(&Summary {
-        file: written.clone(),
+        files: &files,
         said: &found.said,
         proof: found.proof,
     });
     say(terminal, &found);
-    terminal.say(format!("\n{}: {written}", format.name()));
+    terminal.say(format!("\n{}: {}", format.name(), files.join(", ")));
     let usability = parameters.identification.as_ref().map(Usability::from);
     if usability == Some(Usability::Unusable) {
         terminal.say("The verdict on these parameters is unusable: do not rely on this file.");

@@ -72,7 +72,7 @@ const FULL: &str = r#"<?xml version="1.0"?>
 </robot>
 "#;
 
-fn known() -> Case {
+pub(crate) fn known() -> Case {
     Case::of(&[
         ("experiment.toml", arm::EXPERIMENT),
         ("arm.urdf", FULL),
@@ -87,7 +87,7 @@ fn export(case: &Case, format: &str, more: &[&str]) -> Output {
     sprung(&args)
 }
 
-fn with_values(case: &Case, format: &str, more: &[&str]) -> Output {
+pub(crate) fn with_values(case: &Case, format: &str, more: &[&str]) -> Output {
     let values = case.path("values.toml");
     let mut all = vec!["--parameters", values.to_str().unwrap()];
     all.extend(more);

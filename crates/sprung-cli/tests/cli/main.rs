@@ -10,6 +10,7 @@ mod bad_request;
 mod bad_robot;
 mod browser;
 mod check;
+mod code;
 mod common;
 mod compare;
 mod corpus;

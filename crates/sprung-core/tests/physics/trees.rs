@@ -38,7 +38,14 @@ fn matrix_of(tree: &Tree, q: &[f64]) -> Vec<f64> {
     let mut matrix = vec![f64::NAN; n * n];
     let mut memory = Memory::new(n);
     let workspace = &mut memory.workspace();
-    mass_matrix(&tree.chain(), &tree.bodies(), q, workspace, &mut matrix).unwrap();
+    mass_matrix(
+        &tree.chain(),
+        &tree.bodies(),
+        q,
+        workspace.steps,
+        &mut matrix,
+    )
+    .unwrap();
     matrix
 }
 
@@ -274,6 +281,6 @@ fn wrong_trees_and_lengths_are_refused() {
     let mut steps = [Step::default(); 2];
     let short = inverse_dynamics(&chain, &bodies, &q, &dq, &dq, &mut steps, &mut [0.0; 3]);
     assert_eq!(short.unwrap_err(), expect("steps", 3, 2));
-    let short = mass_matrix(&chain, &bodies, &q, workspace, &mut [0.0; 8]);
+    let short = mass_matrix(&chain, &bodies, &q, workspace.steps, &mut [0.0; 8]);
     assert_eq!(short.unwrap_err(), expect("matrix", 9, 8));
 }

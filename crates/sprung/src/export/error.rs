@@ -66,6 +66,14 @@ pub enum ExportError {
         /// Reason.
         reason: &'static str,
     },
+    /// The code of the robot would be too large.
+    #[error("{format} cannot hold the robot: {what}; export it as JSON, or fewer joints")]
+    TooLarge {
+        /// Format.
+        format: &'static str,
+        /// The size and its limit.
+        what: String,
+    },
     /// A name that the export adds exists already.
     #[error(
         "the robot already has a {what} \"{name}\", which the export adds for a motor; rename it, or \

@@ -11,6 +11,10 @@ pub enum Format {
     Sdf,
     /// Parameters of links and actuators in JSON.
     Json,
+    /// Dynamics as code in C99.
+    C,
+    /// Dynamics as code in Rust, without the standard library.
+    Rust,
 }
 
 impl Format {
@@ -22,17 +26,26 @@ impl Format {
             Self::Mjcf => "MJCF",
             Self::Sdf => "SDF",
             Self::Json => "JSON",
+            Self::C => "C",
+            Self::Rust => "Rust",
         }
     }
 
-    /// Returns the name of the exported file.
+    /// Returns the names of the exported files.
     #[must_use]
-    pub const fn file(self) -> &'static str {
+    pub const fn files(self) -> &'static [&'static str] {
         match self {
-            Self::Urdf => "robot.urdf",
-            Self::Mjcf => "robot.xml",
-            Self::Sdf => "robot.sdf",
-            Self::Json => "robot.json",
+            Self::Urdf => &["robot.urdf"],
+            Self::Mjcf => &["robot.xml"],
+            Self::Sdf => &["robot.sdf"],
+            Self::Json => &["robot.json"],
+            Self::C => &["robot.h", "robot.c", "robot_test.c"],
+            Self::Rust => &["robot.rs"],
         }
+    }
+
+    /// Returns whether the format is code.
+    pub(super) const fn is_code(self) -> bool {
+        matches!(self, Self::C | Self::Rust)
     }
 }

@@ -4,6 +4,7 @@
 //! that shares nothing with the writer, and compares its dynamics with those of the identified model at
 //! random states.
 
+mod code;
 mod error;
 mod evidence;
 mod format;

@@ -21,7 +21,7 @@ pub(super) fn check(format: Format, form: Form, robot: &StandardRobot) -> Result
             }
         }
     }
-    if format == Format::Json {
+    if format == Format::Json || format.is_code() {
         return Ok(());
     }
     let joints: Vec<&str> = robot.joints.iter().map(|own| own.name.as_str()).collect();

@@ -57,42 +57,45 @@ impl Origin {
     /// Returns the origin as a comment of XML, without the hash of the contents.
     pub(super) fn comment(&self, robot: &str, said: &[Said]) -> String {
         let mut text = String::new();
-        let mut line = |words: &str| {
+        for words in self.lines(robot, said) {
             // A comment must not contain two hyphens in a row; three need a second pass.
             let words = words.replace("--", "- -").replace("--", "- -");
             let _ = writeln!(text, "  {words}");
-        };
-        line(&format!("Exported by {GENERATOR}; {MARK}{BLANK}"));
-        line(&format!("robot: {robot}"));
-        line(&format!("experiment: {}", self.experiment));
-        line(&format!("parameters: {}", self.parameters));
-        if let Some(estimator) = &self.estimator {
-            line(&format!("estimator: {estimator}"));
         }
-        if let Some(verdict) = &self.verdict {
-            line(&format!("verdict: {verdict}"));
-        }
+        format!("<!--\n{text}-->\n")
+    }
+
+    /// Returns the origin as lines of text, without the hash of the contents.
+    pub(super) fn lines(&self, robot: &str, said: &[Said]) -> Vec<String> {
+        let mut lines = vec![
+            format!("Exported by {GENERATOR}; {MARK}{BLANK}"),
+            format!("robot: {robot}"),
+            format!("experiment: {}", self.experiment),
+            format!("parameters: {}", self.parameters),
+        ];
+        lines.extend((self.estimator.iter()).map(|estimator| format!("estimator: {estimator}")));
+        lines.extend((self.verdict.iter()).map(|verdict| format!("verdict: {verdict}")));
         for log in &self.logs {
             let hash = log
                 .sha256
                 .as_deref()
                 .unwrap_or("not readable at the export");
-            line(&format!("log: {}, sha256 {hash}", log.file));
+            lines.push(format!("log: {}, sha256 {hash}", log.file));
         }
-        line("What this file says:");
+        lines.push("What this file says:".to_owned());
         for row in said {
-            line(&format!("  {}: {}: {}", row.how.word(), row.what, row.note));
+            lines.push(format!("  {}: {}: {}", row.how.word(), row.what, row.note));
         }
-        line("Values and standard errors:");
+        lines.push("Values and standard errors:".to_owned());
         for value in &self.values {
             let error =
                 (value.standard_error).map_or_else(String::new, |error| format!(" ± {error:.2e}"));
-            line(&format!(
+            lines.push(format!(
                 "  {} = {:.6e}{error} {}",
                 value.name, value.value, value.unit
             ));
         }
-        format!("<!--\n{text}-->\n")
+        lines
     }
 
     /// Returns the text that JSON holds in place of the comment.

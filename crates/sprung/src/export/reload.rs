@@ -307,7 +307,7 @@ fn back(map: &[Vec<f64>], torques: &[f64]) -> Vec<f64> {
 }
 
 /// Raises the largest relative difference. A value that is no number stays.
-fn worst(largest: &mut f64, known: &[f64], found: &[f64]) {
+pub(super) fn worst(largest: &mut f64, known: &[f64], found: &[f64]) {
     let size = known.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
     let difference = (known.iter().zip(found)).fold(0.0_f64, |most, (a, b)| {
         let own = (a - b).abs();

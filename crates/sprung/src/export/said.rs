@@ -117,14 +117,16 @@ fn rotors(format: Format, form: Form, robot: &StandardRobot) -> Said {
             How::Exact,
             "drake:rotor_inertia of the joint; Gazebo has no rotor inertia and ignores it",
         ),
-        Format::Json => row(what, How::Exact, "reflected inertia of each joint"),
+        _ => row(what, How::Exact, "reflected inertia of each joint"),
     }
 }
 
 fn stiffness(format: Format, form: Form) -> Said {
     let what = "springs";
     match (format, form) {
-        (Format::Json, _) => row(what, How::Exact, "stiffness and damping of each joint"),
+        (Format::Json | Format::C | Format::Rust, _) => {
+            row(what, How::Exact, "stiffness and damping of each joint")
+        }
         (_, Form::Rigid) => row(
             what,
             How::Dropped,
@@ -182,7 +184,7 @@ fn coulomb(format: Format, robot: &StandardRobot) -> Option<Said> {
     }
     let what = "Coulomb friction";
     Some(match format {
-        Format::Json => row(what, How::Exact, "magnitude of each joint"),
+        Format::Json | Format::C | Format::Rust => row(what, How::Exact, "magnitude of each joint"),
         Format::Mjcf => row(
             what,
             How::Approximated,

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::standard::standard;
 use super::write::{Request, export, prove};
-use super::{Form, Format, How, Origin, Proof};
+use super::{Earlier, Form, Format, How, Origin, Proof, earlier};
 use crate::description::{Experiment, no_files, read};
 use crate::model::Model;
 
@@ -134,6 +134,50 @@ fn request(case: &Case, format: Format, form: Form) -> Request<'_> {
 }
 
 #[test]
+fn code_is_the_identified_model() {
+    for case in [mixed(), planar()] {
+        for format in [Format::C, Format::Rust] {
+            let found = export(&request(&case, format, Form::Rigid)).unwrap();
+            assert_eq!(found.texts.len(), format.files().len());
+            assert!(found.proof.inverse_dynamics > 0.0 && found.proof.inverse_dynamics < 1e-12);
+            assert!(found.proof.mass_matrix < 1e-12 && found.proof.accelerations < 1e-9);
+            for text in &found.texts {
+                assert_eq!(earlier(text), Earlier::Unchanged);
+            }
+        }
+    }
+}
+
+#[test]
+fn code_of_too_many_joints_is_refused() {
+    let joint = |i: usize| format!("[[robot.joint]]\nname = \"j{i}\"\ntransmission = \"rigid\"\n");
+    let rows = "  { alpha_deg = 90.0, a_m = 0.1 },\n".repeat(33);
+    let joints: String = (0..33).map(joint).collect();
+    let text = format!(
+        "format = 1\n[robot]\nname = \"long\"\ndh_modified = [\n{rows}]\ngravity_m_per_s2 = [0.0, 0.0, -9.81]\n{joints}"
+    );
+    let mut case = case(&text, &[]);
+    for i in 0..33 {
+        for (name, value) in [
+            ("m", 1.0),
+            ("mx", 0.0),
+            ("my", 0.0),
+            ("mz", 0.0),
+            ("ixx", 0.1),
+            ("ixy", 0.0),
+            ("iyy", 0.1),
+            ("ixz", 0.0),
+            ("iyz", 0.0),
+            ("izz", 0.1),
+        ] {
+            case.values.insert(format!("link{}.{name}", i + 1), value);
+        }
+    }
+    let error = export(&request(&case, Format::C, Form::Flexible)).unwrap_err();
+    assert!(error.to_string().contains("33 joints"), "{error}");
+}
+
+#[test]
 fn every_format_says_every_robot() {
     for case in [mixed(), planar()] {
         for format in FORMATS {
@@ -174,7 +218,11 @@ fn values_that_the_experiment_gives_need_no_other() {
         case.values.remove(name);
     }
     let found = export(&request(&case, Format::Mjcf, Form::Flexible)).unwrap();
-    assert!(found.text.contains("armature=\"0.05\""), "{}", found.text);
+    assert!(
+        found.texts[0].contains("armature=\"0.05\""),
+        "{}",
+        found.texts[0]
+    );
 }
 
 #[test]
@@ -257,7 +305,7 @@ fn a_wrong_number_is_seen() {
         ),
     ] {
         let request = request(&case, format, Form::Flexible);
-        let text = export(&request).unwrap().text;
+        let text = export(&request).unwrap().texts.remove(0);
         assert!(prove(&request, &identified, &text).is_ok());
         for (from, to) in changes {
             assert!(text.contains(from), "{format:?} lacks {from}\n{text}");

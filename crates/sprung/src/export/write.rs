@@ -11,7 +11,7 @@ use super::reload::{Proof, Reference};
 use super::robot::{Form, MOTOR, StandardRobot};
 use super::said::{How, Said, row, said};
 use super::standard::{Standard, standard};
-use super::{json, mjcf, names, read_json, read_mjcf, read_sdf, read_urdf, sdf, urdf};
+use super::{code, json, mjcf, names, read_json, read_mjcf, read_sdf, read_urdf, sdf, urdf};
 use crate::description::{Experiment, Urdf};
 use crate::model::Model;
 
@@ -33,11 +33,11 @@ pub(crate) struct Request<'a> {
 }
 
 impl Request<'_> {
-    /// Returns the form of flexible joints. JSON always has springs, and the attributes of rigid joints
-    /// beside them.
+    /// Returns the form of flexible joints. JSON and code always have springs; JSON has the attributes of
+    /// rigid joints beside them.
     fn form(&self) -> Form {
         match self.format {
-            Format::Json => Form::Flexible,
+            Format::Json | Format::C | Format::Rust => Form::Flexible,
             _ => self.form,
         }
     }
@@ -48,8 +48,8 @@ impl Request<'_> {
 pub struct Exported {
     /// Format.
     pub format: Format,
-    /// Contents of the file.
-    pub text: String,
+    /// Contents of the files, in the order of [`Format::files`].
+    pub texts: Vec<String>,
     /// What the file says exactly, approximates and drops.
     pub said: Vec<Said>,
     /// The comparison with the identified model.
@@ -69,13 +69,18 @@ pub(crate) fn export(request: &Request<'_>) -> Result<Exported, ExportError> {
         add_limits(&mut identified.robot, &Urdf::parse(file, text)?);
     }
     names::check(format, form, &identified.robot)?;
-    let mut rows = said(format, form, &identified.robot, &identified.extras);
+    let mut rows = if format.is_code() {
+        code::said(request.model, &identified.extras)
+    } else {
+        said(format, form, &identified.robot, &identified.extras)
+    };
     if !identified.unknown.is_empty() {
         let names = identified.unknown.join(", ");
         let note = format!("{names}: the parameters have no value for it, so the file has zero");
         rows.push(row("friction without a value", How::Dropped, note));
     }
-    if request.model.tree().is_none() && format != Format::Json {
+    let has_lengths = !matches!(format, Format::Json | Format::C | Format::Rust);
+    if request.model.tree().is_none() && has_lengths {
         let note = "link1 is 1 m long: the log determines the dynamics and not the length";
         rows.push(row("kinematics", How::Approximated, note));
     }
@@ -92,12 +97,29 @@ pub(crate) fn export(request: &Request<'_>) -> Result<Exported, ExportError> {
             sdf::write(&identified.robot, form, &comment)
         }
         Format::Json => of_json(request, &identified, &rows)?,
+        Format::C | Format::Rust => return of_code(request, &identified, rows),
     };
     let text = sealed(&text);
     let proof = prove(request, &identified, &text)?;
     Ok(Exported {
         format,
-        text,
+        texts: vec![text],
+        said: rows,
+        proof,
+    })
+}
+
+fn of_code(
+    request: &Request<'_>,
+    identified: &Standard,
+    rows: Vec<Said>,
+) -> Result<Exported, ExportError> {
+    let name = &identified.robot.name;
+    let origin = request.origin.lines(name, &rows);
+    let (texts, proof) = code::write(request.format, name, request.model, request.values, &origin)?;
+    Ok(Exported {
+        format: request.format,
+        texts,
         said: rows,
         proof,
     })
@@ -255,5 +277,6 @@ fn read(request: &Request<'_>, identified: &Standard, text: &str) -> Result<Mech
         Format::Mjcf => read_mjcf::read(text),
         Format::Sdf => read_sdf::read(text),
         Format::Json => read_json::read(text),
+        Format::C | Format::Rust => Err("code is not read back".to_owned()),
     }
 }

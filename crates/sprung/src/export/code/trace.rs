@@ -1,0 +1,303 @@
+//! Functions of the model as expressions.
+
+use sprung_core::chain::Chain;
+use sprung_core::drives::Drive;
+use sprung_core::dynamics::{inverse_dynamics, mass_matrix};
+use sprung_core::links::{LengthError, Step};
+use sprung_core::parameters::{JointParameter, Side};
+use sprung_core::robot::Robot;
+use sprung_core::scalar::Scalar;
+use sprung_core::spatial::BODY;
+
+use super::graph::{Graph, Operand, Operation, Symbol};
+
+/// An argument of a function: an array.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Array {
+    /// Name with the unit of revolute joints.
+    pub(super) name: &'static str,
+    pub(super) length: usize,
+}
+
+/// A function of the model.
+#[derive(Debug)]
+pub(super) struct Traced {
+    pub(super) name: &'static str,
+    pub(super) about: &'static str,
+    pub(super) inputs: Vec<Array>,
+    pub(super) outputs: Vec<Array>,
+    /// Operations with their numbers, each after its operands.
+    pub(super) operations: Vec<(u32, Operation)>,
+    /// Values of all outputs, one after the other.
+    pub(super) results: Vec<Operand>,
+}
+
+/// Names of the arguments, with their units.
+pub(super) const Q: &str = "q_rad";
+pub(super) const DQ: &str = "dq_rad_per_s";
+pub(super) const DDQ: &str = "ddq_rad_per_s2";
+pub(super) const PHI: &str = "phi_rad";
+pub(super) const DPHI: &str = "dphi_rad_per_s";
+pub(super) const DDPHI: &str = "ddphi_rad_per_s2";
+pub(super) const TAU: &str = "tau_nm";
+pub(super) const TAU_LINK: &str = "tau_link_nm";
+pub(super) const TAU_MOTOR: &str = "tau_motor_nm";
+pub(super) const MASS: &str = "mass_kgm2";
+
+/// The identified model.
+#[derive(Clone, Copy)]
+pub(super) struct Source<'a> {
+    pub(super) robot: Robot<'a>,
+    /// Parameters of all laws.
+    pub(super) theta: &'a [f64],
+    pub(super) bodies: &'a [[f64; BODY]],
+}
+
+/// Motion of links and motors, as numbers of a graph.
+struct Motion<'g> {
+    q: Vec<Symbol<'g>>,
+    dq: Vec<Symbol<'g>>,
+    ddq: Vec<Symbol<'g>>,
+    phi: Vec<Symbol<'g>>,
+    dphi: Vec<Symbol<'g>>,
+    ddphi: Vec<Symbol<'g>>,
+}
+
+impl<'g> Motion<'g> {
+    /// Returns the arrays that a function has; other numbers are zero. The motor of a rigid joint moves
+    /// with its link.
+    fn of(graph: &'g Graph, robot: &Robot<'_>, inputs: &[Array]) -> Self {
+        let n = robot.joints();
+        let array = |name: &str| -> Vec<Symbol<'g>> {
+            let mut at = 0;
+            for input in inputs {
+                if input.name == name {
+                    return (at..at + n).map(|index| graph.input(index)).collect();
+                }
+                at += input.length;
+            }
+            vec![Symbol::ZERO; n]
+        };
+        let motor = |name: &str, link: &[Symbol<'g>]| {
+            let own = array(name);
+            let of = |i: usize| robot.motor_rows[i].map_or(link[i], |_| own[i]);
+            (0..n).map(of).collect()
+        };
+        let (q, dq, ddq) = (array(Q), array(DQ), array(DDQ));
+        Self {
+            phi: motor(PHI, &q),
+            dphi: motor(DPHI, &dq),
+            ddphi: motor(DDPHI, &ddq),
+            q,
+            dq,
+            ddq,
+        }
+    }
+}
+
+/// What acts on a joint.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Part {
+    Rotor,
+    Spring,
+    Friction(Side),
+}
+
+fn part(what: JointParameter) -> Part {
+    match what {
+        JointParameter::RotorInertia => Part::Rotor,
+        JointParameter::Stiffness
+        | JointParameter::CubicStiffness
+        | JointParameter::Damping
+        | JointParameter::Preload => Part::Spring,
+        JointParameter::BackEmf | JointParameter::TorqueOffset => Part::Friction(Side::Motor),
+        JointParameter::Friction(side, _) | JointParameter::Change(side, ..) => {
+            Part::Friction(side)
+        }
+    }
+}
+
+impl Source<'_> {
+    /// Returns the functions of the model.
+    ///
+    /// # Errors
+    ///
+    /// [`LengthError`] if the parameters do not fit the robot.
+    pub(super) fn trace(&self) -> Result<Vec<Traced>, LengthError> {
+        let drives = [Q, DQ, PHI, DPHI];
+        Ok(vec![
+            self.function(
+                "gravity",
+                "Torques that hold the links against gravity.",
+                &[Q],
+                &[TAU],
+                |motion| self.links(&motion.q, &motion.dq, &motion.ddq, true),
+            )?,
+            self.function(
+                "coriolis",
+                "Coriolis and centrifugal torques C(q, dq) dq.",
+                &[Q, DQ],
+                &[TAU],
+                |motion| self.links(&motion.q, &motion.dq, &motion.ddq, false),
+            )?,
+            self.function(
+                "mass_matrix",
+                "Mass matrix of the links and of the rotors of rigid joints, row by row.",
+                &[Q],
+                &[MASS],
+                |motion| self.masses(&motion.q),
+            )?,
+            self.function(
+                "spring",
+                "Torques of the springs on the links; zero at rigid joints.",
+                &drives,
+                &[TAU],
+                |motion| Ok(self.drives(motion, |own, row, n| own == Part::Spring && row >= n)),
+            )?,
+            self.function(
+                "friction",
+                "Friction torques against the motion of links and motors.",
+                &drives,
+                &[TAU_LINK, TAU_MOTOR],
+                |motion| {
+                    let of = |side| {
+                        self.drives(motion, move |own, _, _| own == Part::Friction(side))
+                    };
+                    Ok([of(Side::Link), of(Side::Motor)].concat())
+                },
+            )?,
+            self.function(
+                "inverse_dynamics",
+                "Torques of a motion: on the links from outside (zero at rigid joints), and of the motors.",
+                &[Q, DQ, DDQ, PHI, DPHI, DDPHI],
+                &[TAU_LINK, TAU_MOTOR],
+                |motion| self.all(motion),
+            )?,
+        ])
+    }
+
+    fn function(
+        &self,
+        name: &'static str,
+        about: &'static str,
+        inputs: &[&'static str],
+        outputs: &[&'static str],
+        compute: impl for<'g> Fn(&Motion<'g>) -> Result<Vec<Symbol<'g>>, LengthError>,
+    ) -> Result<Traced, LengthError> {
+        let n = self.robot.joints();
+        let array = |name: &&'static str| Array {
+            name,
+            length: if *name == MASS { n * n } else { n },
+        };
+        let inputs: Vec<Array> = inputs.iter().map(array).collect();
+        let graph = Graph::default();
+        let results = compute(&Motion::of(&graph, &self.robot, &inputs))?;
+        let results: Vec<Operand> = results.into_iter().map(Symbol::operand).collect();
+        Ok(Traced {
+            name,
+            about,
+            outputs: outputs.iter().map(array).collect(),
+            inputs,
+            operations: graph.needed(&results),
+            results,
+        })
+    }
+
+    /// Returns the torques of the links.
+    fn links<S: Scalar>(
+        &self,
+        q: &[S],
+        dq: &[S],
+        ddq: &[S],
+        heavy: bool,
+    ) -> Result<Vec<S>, LengthError> {
+        let n = self.robot.joints();
+        let own = self.robot.links.chain;
+        let chain = if heavy {
+            own
+        } else {
+            Chain::checked(own.joints(), [0.0; 3], own.motions())
+        };
+        let mut torques = vec![S::ZERO; n];
+        let mut steps = vec![Step::default(); n];
+        inverse_dynamics(&chain, self.bodies, q, dq, ddq, &mut steps, &mut torques)?;
+        Ok(torques)
+    }
+
+    fn masses<S: Scalar>(&self, q: &[S]) -> Result<Vec<S>, LengthError> {
+        let n = self.robot.joints();
+        let mut masses = vec![S::ZERO; n * n];
+        let mut steps = vec![Step::default(); n];
+        mass_matrix(
+            &self.robot.links.chain,
+            self.bodies,
+            q,
+            &mut steps,
+            &mut masses,
+        )?;
+        for (joint, inertia) in self.rotors().into_iter().enumerate() {
+            if self.robot.motor_rows[joint].is_none() {
+                let at = joint * n + joint;
+                masses[at] = masses[at] + S::constant(inertia);
+            }
+        }
+        Ok(masses)
+    }
+
+    /// Returns the inertia of each rotor after the gear, \[n\].
+    pub(super) fn rotors(&self) -> Vec<f64> {
+        let mut rotors = vec![0.0; self.robot.joints()];
+        for term in self.robot.terms {
+            rotors[term.joint] += self.theta[term.column] * term.momentum(1.0);
+        }
+        rotors
+    }
+
+    /// Returns the sum of the terms of a drive in each joint, \[n\].
+    ///
+    /// - `counts`: whether a part in a row counts; its last argument is the number of joints.
+    fn drives<'g>(
+        &self,
+        motion: &Motion<'g>,
+        counts: impl Fn(Part, usize, usize) -> bool,
+    ) -> Vec<Symbol<'g>> {
+        let n = self.robot.joints();
+        let mut torques = vec![Symbol::ZERO; n];
+        for term in self.robot.terms {
+            if !counts(part(term.what), term.row, n) {
+                continue;
+            }
+            let i = term.joint;
+            let drive = Drive {
+                deflection: motion.phi[i] - motion.q[i],
+                deflection_rate: motion.dphi[i] - motion.dq[i],
+                link_velocity: motion.dq[i],
+                motor_velocity: motion.dphi[i],
+                excess: [0.0; _],
+            };
+            let rest = term.rest(&drive, &self.robot.shapes[i]);
+            torques[i] = torques[i] + rest * self.theta[term.column];
+        }
+        torques
+    }
+
+    /// Returns the torques on the links and those of the motors.
+    fn all<'g>(&self, motion: &Motion<'g>) -> Result<Vec<Symbol<'g>>, LengthError> {
+        let n = self.robot.joints();
+        let mut links = self.links(&motion.q, &motion.dq, &motion.ddq, true)?;
+        let own = self.drives(motion, |_, row, n| row < n);
+        for (link, own) in links.iter_mut().zip(own) {
+            *link = *link + own;
+        }
+        let mut motors = self.drives(motion, |_, row, n| row >= n);
+        for (i, inertia) in self.rotors().into_iter().enumerate() {
+            motors[i] = motors[i] + motion.ddphi[i] * inertia;
+            if self.robot.motor_rows[i].is_none() {
+                motors[i] = motors[i] + links[i];
+                links[i] = Symbol::ZERO;
+            }
+        }
+        debug_assert_eq!(links.len(), n);
+        Ok([links, motors].concat())
+    }
+}
