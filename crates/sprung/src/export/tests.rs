@@ -173,6 +173,9 @@ fn code_of_too_many_joints_is_refused() {
             case.values.insert(format!("link{}.{name}", i + 1), value);
         }
     }
+    for i in 0..33 {
+        case.values.insert(format!("j{i}.rotor_inertia"), 0.1);
+    }
     let error = export(&request(&case, Format::C, Form::Flexible)).unwrap_err();
     assert!(error.to_string().contains("33 joints"), "{error}");
 }
