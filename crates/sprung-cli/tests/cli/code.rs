@@ -1,5 +1,6 @@
 //! The code of robots, compiled and run.
 
+use std::fmt::Write;
 use std::path::Path;
 use std::process::Command;
 
@@ -67,7 +68,7 @@ fn mixed() -> Case {
             ("iyz", 0.025),
             ("izz", 0.2),
         ] {
-            values += &format!("\"{link}.{name}\" = {:?}\n", by * value);
+            let _ = writeln!(values, "\"{link}.{name}\" = {:?}", by * value);
         }
     }
     Case::of(&[("experiment.toml", MIXED), ("values.toml", &values)])
