@@ -243,7 +243,7 @@ pub(crate) struct Export {
     /// Experiment file, or the folder that holds experiment.toml.
     pub(crate) experiment: PathBuf,
     /// Format: urdf (robot.urdf), mjcf (robot.xml, of MuJoCo), sdf (robot.sdf, of Drake), json
-    /// (robot.json, parameters of links and actuators), c (robot.h, robot.c and robot_test.c) or rust
+    /// (robot.json, parameters of links and actuators), c (robot.h, robot.c and a test) or rust
     /// (robot.rs, without the standard library).
     #[arg(long, value_enum, value_name = "FORMAT")]
     pub(crate) format: ExportFormat,
