@@ -10,9 +10,8 @@ use crate::frequency::{Record, about_springs, springs_from_motor};
 use crate::log::LogSource;
 use crate::model::Model;
 use crate::prepare::{PrepareError, Prepared, prepare};
-use crate::preprocess::{Aligner, RawBlock};
 use crate::progress::Listener;
-use crate::regression::{Observer, Restart};
+use crate::regression::observed_signals;
 
 /// Checks logs against their description, prepared as an identification prepares them.
 ///
@@ -48,16 +47,9 @@ fn springs(prepared: &Prepared) -> Vec<Finding> {
         return Vec::new();
     }
     let mut record = Record::new(reading.model().joint_count());
-    let period = excerpt.period();
-    let compliances = reading.compliances();
-    let mut aligner = Aligner::new(reading.channels(), reading.delays(), compliances, period);
-    for block in excerpt.blocks() {
-        let mut samples = RawBlock::new(reading.model().joint_count());
-        if !block.gaps.is_empty() {
-            record.restart(Restart::Gap);
-        }
-        aligner.push(block, &mut samples);
-        record.raw(period, &samples);
+    let (period, blocks) = (excerpt.period(), excerpt.blocks());
+    if observed_signals(reading, period, blocks, &mut record).is_err() {
+        return Vec::new();
     }
     let springs = springs_from_motor(&record, reading.model());
     let file = prepared.names().first().map_or("", String::as_str);

@@ -22,7 +22,8 @@ mod weights;
 pub use filtered::FilteredRegression;
 pub(crate) use instruments::{CrossProducts, cross_products, shift};
 pub(crate) use pass::{
-    LogFigures, Observer, Passed, Restart, read_through, reduce_signals, shortest_segment,
+    LogFigures, Observer, Passed, Restart, observed_signals, read_through, reduce_signals,
+    shortest_segment,
 };
 pub use pass::{PassError, signals};
 pub(crate) use probes::Probe;

@@ -315,12 +315,27 @@ pub fn signals(
     period: f64,
     blocks: &[LogBlock],
 ) -> Result<Vec<SignalBlock>, PassError> {
+    observed_signals(reading, period, blocks, &mut ())
+}
+
+/// Returns the signals of blocks as [`signals`], and hands their samples to an observer before they are
+/// filtered.
+///
+/// # Errors
+///
+/// The errors of [`signals`].
+pub(crate) fn observed_signals(
+    reading: &Reading,
+    period: f64,
+    blocks: &[LogBlock],
+    observer: &mut impl Observer,
+) -> Result<Vec<SignalBlock>, PassError> {
     let begin = (blocks.first()).and_then(|block| block.time.first());
     let begin = begin.copied().unwrap_or_default();
     let mut preparation = Preparation::new(reading, period, [begin, 0.0])?;
     let mut pieces = Vec::new();
     for block in blocks {
-        preparation.push(block, &mut (), &mut pieces);
+        preparation.push(block, observer, &mut pieces);
     }
     preparation.end(Restart::Begin, &mut pieces);
     let mut stretches: Vec<SignalBlock> = Vec::new();

@@ -152,12 +152,12 @@ pub(crate) fn about_springs(
             Severity::Info,
             "springs-by-vibration",
             format!(
-                "the vibrations that the motors see in {file} give stiffnesses (with standard errors): {}. The \
-                 identified model is rigid; these values stand beside it",
+                "the vibrations that the motors see in {file} give stiffnesses (with standard errors): {}. They \
+                 stand beside the identified model, which is rigid",
                 texts.join(", ")
             ),
-            "write transmission = \"flexible\" only with a sensor at the link; a controller can use the values \
-             as they are",
+            "identify the rigid model from a log with slower motion, because its equations contain no \
+             vibrations",
             names,
         ));
     }
