@@ -24,6 +24,23 @@ pub(crate) fn hdf5() -> bool {
     })
 }
 
+/// Installs a compiler for Cortex-M, its C library and QEMU; returns whether they are there.
+pub(crate) fn arm() -> bool {
+    let programs = [
+        "/usr/bin/arm-none-eabi-gcc",
+        "/usr/bin/qemu-system-arm",
+        "/usr/lib/arm-none-eabi/lib/thumb/v7e-m+fp/hard/libm.a",
+        "/usr/lib/arm-none-eabi/lib/thumb/v7e-m+dp/hard/libm.a",
+    ];
+    let packages = "gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm";
+    ensure(
+        "GCC for Cortex-M and QEMU",
+        "tests on microcontrollers",
+        packages,
+        || programs.iter().all(|path| Path::new(path).exists()),
+    )
+}
+
 /// Installs something for some tests unless it is there; returns whether it is there.
 fn ensure(name: &str, tests: &str, names: &str, is_there: impl Fn() -> bool) -> bool {
     if is_there() {
@@ -33,7 +50,7 @@ fn ensure(name: &str, tests: &str, names: &str, is_there: impl Fn() -> bool) -> 
     if packages(names) && is_there() {
         return true;
     }
-    eprintln!("── {name} could not be installed: the {tests} will be skipped");
+    eprintln!("── {name} could not be installed: the {tests} cannot run");
     false
 }
 

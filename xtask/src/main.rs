@@ -29,8 +29,8 @@ const USAGE: &str = "usage: cargo xtask TASK
   test quick    the tests of the library alone: unit tests, laws of physics, formats of logs, check, session,
                 architecture; leaves out the digital twin, the command line, documentation, lints, features
   test outside [STEP…]
-                comparisons with foreign programs, installed with pip into target/outside; all or some of
-                these steps: STEPS
+                comparisons with foreign programs, installed with pip into target/outside, or with apt; all
+                or some of these steps: STEPS
   dist [BINARY] builds a release in target/dist: an archive and a Debian package, each installed into an empty
                 folder and run; with BINARY, packages this program instead of building one
   docs          writes the pages of the documentation that come from the program

@@ -2,6 +2,7 @@
 //!
 //! A step that cannot install its programs fails: nothing is skipped here.
 
+mod arm;
 mod export;
 mod formats;
 mod mujoco;
@@ -24,14 +25,14 @@ use crate::summary;
 struct Step {
     name: &'static str,
     what: &'static str,
-    /// What pip installs for it.
+    /// What pip installs for it; nothing if it needs no Python.
     packages: &'static [&'static str],
     /// Returns `None`, and prints why, if the comparison fails.
     run: fn(&Python) -> Option<()>,
 }
 
 /// All steps, the quick ones first. A new comparison is a line here and a file beside this one.
-const STEPS: [Step; 7] = [
+const STEPS: [Step; 8] = [
     Step {
         name: "scipy",
         what: "the zero-phase filter of SciPy",
@@ -77,6 +78,12 @@ const STEPS: [Step; 7] = [
             "example-robot-data==6.0.0",
         ],
         run: export::check,
+    },
+    Step {
+        name: "arm",
+        what: "exported C on Cortex-M4F and M7, in QEMU",
+        packages: &[],
+        run: arm::check,
     },
     Step {
         name: "new",

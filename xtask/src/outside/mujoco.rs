@@ -64,7 +64,8 @@ pub(super) fn build() -> Option<()> {
     )
 }
 
-fn sprung(arguments: &[&str]) -> Option<()> {
+/// Runs the program.
+pub(super) fn sprung(arguments: &[&str]) -> Option<()> {
     succeeds(Command::new(target().join("debug/sprung")).args(arguments))
 }
 

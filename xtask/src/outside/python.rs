@@ -14,10 +14,16 @@ pub(crate) struct Python {
 }
 
 impl Python {
-    /// Makes the environment if it is absent, and installs packages.
+    /// Makes the environment if it is absent, and installs packages; without packages, it does neither.
     pub(crate) fn with(folder: &Path, packages: &[&str]) -> Option<Self> {
         let venv = folder.join("venv");
         let program = venv.join("bin/python");
+        if packages.is_empty() {
+            return Some(Self {
+                program,
+                folder: folder.to_owned(),
+            });
+        }
         if !program.exists() {
             std::fs::create_dir_all(folder)
                 .inspect_err(|error| eprintln!("── cannot create {}: {error}", folder.display()))
