@@ -1,0 +1,1 @@
+"""Fleets of robots: populations of parameters, outliers and drift."""

@@ -1,0 +1,233 @@
+"""The analysis of a fleet: population of each parameter, outlier robots, drift of robots, effects of covariates."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .drift import FEWEST_LOGS, CovariateEffect, Drift, Series, covariate_effects, drift, prior
+from .outliers import Central, Tests, adjust, test
+from .statistics import Estimates, Floats, RobotMeans, Scatter, moments, robot_means, scatter
+
+Strings: TypeAlias = NDArray[np.object_]
+
+RATE = 0.05
+"""Rate of false discoveries among the robots that are named."""
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Estimates of all parameters from single logs: [n] each, in any order."""
+
+    robot: Strings
+    parameter: Strings
+    unit: Strings
+    value: Floats
+    """In the unit of the row."""
+    standard_error: Floats
+    time_s: Floats
+    """Time of the log; NaN where it is unknown."""
+    covariates: Mapping[str, Floats] = field(default_factory=dict)
+    """[n] each, by name; NaN where one is unknown."""
+
+
+@dataclass(frozen=True)
+class Robot:
+    """One robot in the population of one parameter."""
+
+    robot: str
+    logs: int
+    value: float
+    deviation: float
+    """From the central robots."""
+    p_value: float
+    adjusted_p_value: float
+    """By Benjamini and Hochberg over all robots and parameters; NaN where a robot is not tested."""
+
+
+@dataclass(frozen=True)
+class Moved:
+    """The test for drift of one parameter of one robot."""
+
+    robot: str
+    drift: Drift
+    adjusted_p_value: float
+    series: Series
+    """Values at the mean covariates."""
+
+
+@dataclass(frozen=True)
+class Population:
+    """One parameter in the fleet."""
+
+    parameter: str
+    unit: str
+    scatter: Scatter
+    central: Central | None
+    robots: list[Robot]
+    drifts: list[Moved]
+    """Of robots with enough logs at known times."""
+    covariates: dict[str, CovariateEffect]
+
+
+@dataclass(frozen=True)
+class Analysis:
+    """The result for a fleet."""
+
+    populations: list[Population]
+    rate: float
+
+    def outliers(self) -> list[tuple[Population, Robot]]:
+        """Robots that do not belong to the population, the clearest first."""
+        named = [
+            (population, robot)
+            for population in self.populations
+            for robot in population.robots
+            if robot.adjusted_p_value <= self.rate
+        ]
+        return sorted(named, key=lambda pair: (pair[1].p_value, pair[1].robot, pair[0].parameter))
+
+    def moved(self) -> list[tuple[Population, Moved]]:
+        """Parameters of robots that changed over time, the clearest first."""
+        named = [
+            (population, moved)
+            for population in self.populations
+            for moved in population.drifts
+            if moved.adjusted_p_value <= self.rate
+        ]
+        return sorted(named, key=lambda pair: (pair[1].drift.p_value, pair[1].robot, pair[0].parameter))
+
+
+def analyse(rows: Rows, rate: float = RATE) -> Analysis:
+    """Analyses a fleet.
+
+    - rows: estimates from single logs. Rows whose value or standard error is not finite are left out.
+    - rate: rate of false discoveries, between 0 and 1.
+
+    The covariates are explained first: all tests use values at the mean covariates of the fleet.
+
+    Raises ValueError if the rate is not between 0 and 1, if columns differ in length, or if one parameter has two
+    units.
+    """
+    if not 0 < rate < 1:
+        raise ValueError(f"the rate of false discoveries is {rate}; it needs to be between 0 and 1")
+    _same_length(rows)
+    usable = np.isfinite(rows.value) & np.isfinite(rows.standard_error)
+    names = sorted({str(name) for name in rows.parameter[usable]})
+    parts = [_Part.of(rows, usable & (rows.parameter == name), name) for name in names]
+    tested = [part.tests for part in parts]
+    adjusted = adjust([part.p_values() for part in parts])
+    moved = adjust([np.array([found.p_value for found in part.drifts.values()]) for part in parts])
+    populations = []
+    for part, found, p_robots, p_drifts in zip(parts, tested, adjusted, moved, strict=True):
+        populations.append(part.population(found, p_robots, p_drifts))
+    return Analysis(populations, rate)
+
+
+def _same_length(rows: Rows) -> None:
+    columns = {
+        "robot": rows.robot,
+        "parameter": rows.parameter,
+        "unit": rows.unit,
+        "value": rows.value,
+        "standard_error": rows.standard_error,
+        "time_s": rows.time_s,
+        **rows.covariates,
+    }
+    for name, column in columns.items():
+        if column.shape != rows.value.shape or column.ndim != 1:
+            raise ValueError(f"column {name} has the shape {column.shape}; value has {rows.value.shape}")
+
+
+@dataclass(frozen=True)
+class _Part:
+    """One parameter while it is analysed."""
+
+    name: str
+    unit: str
+    robots: list[str]
+    scatter: Scatter
+    means: RobotMeans
+    tests: Tests | None
+    series: dict[int, Series]
+    drifts: dict[int, Drift]
+    covariates: dict[str, CovariateEffect]
+
+    @classmethod
+    def of(cls, rows: Rows, chosen: NDArray[np.bool_], name: str) -> _Part:
+        units = sorted({str(unit) for unit in rows.unit[chosen]})
+        if len(units) > 1:
+            raise ValueError(
+                f"parameter {name} has the units {', '.join(units)}: analyse experiments with other units apart"
+            )
+        index = np.flatnonzero(chosen)
+        robots, numbers = np.unique(rows.robot[index].astype(str), return_inverse=True)
+        # The order of Estimates.of, so that times and covariates follow the estimates.
+        order = index[np.argsort(numbers, kind="stable")]
+        estimates = Estimates.of(np.sort(numbers), rows.value[order], rows.standard_error[order])
+        effects: dict[str, CovariateEffect] = {}
+        known = [c for c, column in rows.covariates.items() if np.isfinite(column[order]).all()]
+        if known:
+            columns = np.stack([rows.covariates[c][order] for c in known], axis=1)
+            found, values = covariate_effects(estimates, moments(estimates)[1], columns)
+            effects = dict(zip(known, found, strict=True))
+            estimates = Estimates(estimates.robot, values, estimates.standard_error)
+        described = scatter(estimates)
+        means = robot_means(estimates, described.within)
+        series = _series(estimates, described.within, rows.time_s[order])
+        moderation = prior(list(series.values()))
+        moved = {robot: drift(one, moderation) for robot, one in series.items()}
+        return cls(
+            name=name,
+            unit=units[0],
+            robots=[str(robot) for robot in robots],
+            scatter=described,
+            means=means,
+            tests=test(means),
+            series=series,
+            drifts={robot: one for robot, one in moved.items() if one is not None},
+            covariates=effects,
+        )
+
+    def p_values(self) -> Floats:
+        return np.full(len(self.robots), np.nan) if self.tests is None else self.tests.p_value
+
+    def population(self, found: Tests | None, p_robots: Floats, p_drifts: Floats) -> Population:
+        deviation = np.full(len(self.robots), np.nan) if found is None else found.deviation
+        robots = [
+            Robot(
+                robot=name,
+                logs=int(self.means.logs[number]),
+                value=float(self.means.value[number]),
+                deviation=float(deviation[number]),
+                p_value=float(self.p_values()[number]),
+                adjusted_p_value=float(p_robots[number]),
+            )
+            for number, name in enumerate(self.robots)
+        ]
+        moved = [
+            Moved(self.robots[number], one, float(p), self.series[number])
+            for (number, one), p in zip(self.drifts.items(), p_drifts, strict=True)
+        ]
+        central = None if found is None else found.central
+        return Population(self.name, self.unit, self.scatter, central, robots, moved, self.covariates)
+
+
+def _series(estimates: Estimates, within: float, time_s: Floats) -> dict[int, Series]:
+    """Returns the estimates over time of each robot whose logs all have a time."""
+    variance = (0.0 if np.isnan(within) else within**2) + estimates.standard_error**2
+    # Values without errors and without scatter: any positive variance, the robot's own scatter decides.
+    variance = np.maximum(variance, 1e-24 * max(float(np.mean(estimates.value**2)), np.finfo(float).tiny))
+    ends = np.searchsorted(estimates.robot, np.arange(estimates.robots + 1))
+    series = {}
+    for robot in range(estimates.robots):
+        part = slice(ends[robot], ends[robot + 1])
+        time = time_s[part]
+        if time.size >= FEWEST_LOGS and np.isfinite(time).all():
+            order = np.argsort(time, kind="stable")
+            series[robot] = Series(time[order], estimates.value[part][order], variance[part][order])
+    return series
