@@ -1,1 +1,40 @@
-"""Fleets of robots: populations of parameters, outliers and drift."""
+"""Fleets of robots: identify many logs on any number of workers; populations, outliers and drift.
+
+>>> import sprung.fleet                                                     # doctest: +SKIP
+>>> sprung.fleet.identify("manifest.csv", out="results")                    # doctest: +SKIP
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+try:
+    from .dataset import Dataset
+    from .errors import DatasetError, FleetError, ManifestError
+    from .run import Summary, identify
+except ImportError as error:
+    raise ImportError(f"{error}; sprung.fleet needs more packages: pip install 'sprung[fleet]'") from error
+
+if TYPE_CHECKING:
+    from .population import Analysis, Rows, analyse
+
+__all__ = [
+    "Analysis",
+    "Dataset",
+    "DatasetError",
+    "FleetError",
+    "ManifestError",
+    "Rows",
+    "Summary",
+    "analyse",
+    "identify",
+]
+
+
+def __getattr__(name: str) -> Any:
+    # Workers do not need SciPy, which takes long to import.
+    if name in ("Analysis", "Rows", "analyse"):
+        from . import population
+
+        return getattr(population, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
