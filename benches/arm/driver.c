@@ -2,7 +2,7 @@
  * Runs all functions of an exported robot at states by chance and prints the bits of their results. On a
  * microcontroller, it also prints the instructions and the stack of each function.
  *
- * -DPREFIX=arm_ -DJOINTS=7 name the robot. The states come from integers, so that every machine has the
+ * -DPREFIX=arm_ names the robot, -DJOINTS, -DROWS and -DPARAMETERS are its sizes. The states come from integers, so that every machine has the
  * same ones.
  */
 #include "machine.h"
@@ -16,7 +16,9 @@ typedef OWN(real) real;
 
 #define STATES 20
 #define CALLS 100
-#define RESULTS (JOINTS * JOINTS + 4 * JOINTS)
+#define OF_MATRIX (JOINTS * JOINTS + 4 * JOINTS)
+#define OF_REGRESSOR (ROWS * PARAMETERS)
+#define RESULTS (OF_MATRIX > OF_REGRESSOR ? OF_MATRIX : OF_REGRESSOR)
 
 static real q[JOINTS], dq[JOINTS], ddq[JOINTS], phi[JOINTS], dphi[JOINTS], ddphi[JOINTS];
 static real tau_link[JOINTS], tau_motor[JOINTS], state[4 * JOINTS];
@@ -52,6 +54,11 @@ static void inverse_dynamics(void)
     OWN(inverse_dynamics)(q, dq, ddq, phi, dphi, ddphi, results, results + JOINTS);
 }
 
+static void regressor(void)
+{
+    OWN(regressor)(q, dq, ddq, phi, dphi, ddphi, results);
+}
+
 static void forward_dynamics(void)
 {
     OWN(forward_dynamics)(q, dq, phi, dphi, tau_link, tau_motor, results, results + JOINTS);
@@ -75,6 +82,7 @@ static const struct {
     {"inverse_dynamics", inverse_dynamics, 2 * JOINTS},
     {"forward_dynamics", forward_dynamics, 2 * JOINTS},
     {"state_derivative", state_derivative, 4 * JOINTS},
+    {"regressor", regressor, OF_REGRESSOR},
 };
 
 #define FUNCTIONS (sizeof functions / sizeof functions[0])

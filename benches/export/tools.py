@@ -298,21 +298,52 @@ def in_drake(robot, folder):
 
 
 def in_json(robot, folder):
-    """JSON: the values as training code reads them."""
-    joints = json.loads((folder / "robot.json").read_text())["joints"]
-    worst = 0.0
-    for i, joint in enumerate(joints):
-        inertia = joint["link"]["inertia_about_center_kgm2"]
+    """JSON: inverse dynamics from all numbers, read as training code reads them."""
+    text = json.loads((folder / "robot.json").read_text())
+    model = pin.Model()
+    model.gravity.linear = np.array(text["gravity_m_per_s2"])
+    joints = text["joints"]
+    for joint in joints:
+        link, axis = joint["link"], np.array(joint["axis"])
+        own = link["inertia_about_center_kgm2"]
         matrix = np.array([
-            [inertia["ixx"], inertia["ixy"], inertia["ixz"]],
-            [inertia["ixy"], inertia["iyy"], inertia["iyz"]],
-            [inertia["ixz"], inertia["iyz"], inertia["izz"]],
+            [own["ixx"], own["ixy"], own["ixz"]],
+            [own["ixy"], own["iyy"], own["iyz"]],
+            [own["ixz"], own["iyz"], own["izz"]],
         ])
-        body = pin.Inertia(joint["link"]["mass_kg"], np.array(joint["link"]["center_of_mass_m"]), matrix)
-        known = robot.model.inertias[i + 1].toDynamicParameters()
-        worst = max(worst, relative([body.toDynamicParameters()], [known]))
-        of = lambda start: next(v for k, v in joint["actuator"].items() if k.startswith(start))["value"]
-        worst = max(worst, abs(of("reflected_inertia") / robot.rotor[i] - 1.0))
+        turns = joint["kind"] == "revolute"
+        kind = pin.JointModelRevoluteUnaligned(axis) if turns else pin.JointModelPrismaticUnaligned(axis)
+        place = pin.SE3(np.array(joint["rotation"]), np.array(joint["origin_m"]))
+        parent = 0 if joint["parent"] is None else model.getJointId(joint["parent"])
+        index = model.addJoint(parent, kind, place, joint["name"])
+        body = pin.Inertia(link["mass_kg"], np.array(link["center_of_mass_m"]), matrix)
+        model.appendBodyToJoint(index, body, pin.SE3.Identity())
+    data = model.createData()
+
+    def values(part, start):
+        found = [next((v for k, v in joint[part].items() if k.startswith(start)), None) for joint in joints]
+        return np.array([own["value"] if own else 0.0 for own in found])
+
+    of = lambda start: values("actuator", start)
+    worst = 0.0
+    for _ in range(STATES):
+        q, dq, ddq, phi, dphi, ddphi = robot.state()
+        link = pin.rnea(model, data, q, dq, ddq)
+        if robot.rigid:
+            found = [link + of("reflected_inertia") * ddq + of("motor_viscous") * dq]
+        else:
+            spring = of("stiffness") * (phi - q) + of("spring_damping") * (dphi - dq)
+            motor = of("reflected_inertia") * ddphi + of("motor_viscous") * dphi
+            found = [link + of("link_viscous") * dq - spring, motor + spring]
+        worst = max(worst, relative(found, both(robot.torques(q, dq, ddq, phi, dphi, ddphi))))
+    pairs = [(of("motor_coulomb"), robot.motor_coulomb), (values("mjcf_rigid", "armature"), robot.rotor)]
+    viscous, coulomb = robot.motor_viscous, robot.motor_coulomb
+    if not robot.rigid:
+        pairs.append((of("link_coulomb"), robot.link_coulomb))
+        viscous, coulomb = viscous + robot.link_viscous, coulomb + robot.link_coulomb
+    pairs += [(values("mjcf_rigid", "damping"), viscous), (values("mjcf_rigid", "frictionloss"), coulomb)]
+    for found, known in pairs:
+        worst = max(worst, relative([found], [known]))
     return worst, None
 
 

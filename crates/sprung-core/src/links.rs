@@ -10,18 +10,37 @@ use crate::space::{Planar, Space, Spatial};
 use crate::spatial::{BODY, Force, Motion, Transform};
 
 /// Scratch memory for one joint.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct JointScratch {
-    velocity: Motion,
-    acceleration: Motion,
-    gravity: Motion,
+#[derive(Clone, Copy, Debug)]
+pub struct JointScratch<S = f64> {
+    velocity: Motion<S>,
+    acceleration: Motion<S>,
+    gravity: Motion<S>,
+}
+
+impl<S: Scalar> Default for JointScratch<S> {
+    fn default() -> Self {
+        Self {
+            velocity: Motion::default(),
+            acceleration: Motion::default(),
+            gravity: Motion::default(),
+        }
+    }
 }
 
 /// Scratch memory for a pair of a joint and a link that it carries.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct PairScratch {
-    axis: Motion,
-    axis_rate: Motion,
+#[derive(Clone, Copy, Debug)]
+pub struct PairScratch<S = f64> {
+    axis: Motion<S>,
+    axis_rate: Motion<S>,
+}
+
+impl<S: Scalar> Default for PairScratch<S> {
+    fn default() -> Self {
+        Self {
+            axis: Motion::default(),
+            axis_rate: Motion::default(),
+        }
+    }
 }
 
 /// Scratch memory of the recursive dynamics for one joint.
@@ -48,15 +67,15 @@ impl<S: Scalar> Default for Step<S> {
 
 /// Scratch memory, owned by the caller.
 #[derive(Debug)]
-pub struct Workspace<'w> {
+pub struct Workspace<'w, S = f64> {
     /// One entry per joint.
-    pub joints: &'w mut [JointScratch],
+    pub joints: &'w mut [JointScratch<S>],
     /// One entry per joint.
-    pub steps: &'w mut [Step],
+    pub steps: &'w mut [Step<S>],
     /// One entry per pair of joints, \[n²\].
-    pub pairs: &'w mut [PairScratch],
+    pub pairs: &'w mut [PairScratch<S>],
     /// Numbers of the dynamics; [`numbers_len`] returns how many.
-    pub numbers: &'w mut [f64],
+    pub numbers: &'w mut [S],
 }
 
 /// Returns the length of `numbers` in a [`Workspace`] for `joints` joints.
@@ -92,7 +111,7 @@ impl<'p> Parts<'p> {
     }
 }
 
-impl Workspace<'_> {
+impl Workspace<'_, f64> {
     /// Splits the numbers into parts; the caller has checked their lengths.
     pub(crate) fn parts(&mut self) -> Parts<'_> {
         Parts::new(self.numbers, self.joints.len())
@@ -160,7 +179,7 @@ fn visit_columns<P: Space>(
     workspace: &mut Workspace<'_>,
     mut visit: impl FnMut(usize, usize, &[f64; BODY], &[f64; BODY]),
 ) {
-    move_all::<P>(chain, q, dq, None, workspace);
+    move_all::<P, f64>(chain, q, dq, None, workspace);
     let heavy = chain.base_acceleration().is_some();
     let [mut momentum, mut energy, mut rest] = [[0.0; BODY]; 3];
     for_pairs(chain, workspace, |i, j, pair, link| {
@@ -219,17 +238,17 @@ pub fn regressor(
 /// # Errors
 ///
 /// [`LengthError`] if a slice does not fit the chain.
-pub fn torque(
+pub fn torque<S: Scalar>(
     chain: &Chain<'_>,
-    q: &[f64],
-    dq: &[f64],
-    ddq: &[f64],
-    workspace: &mut Workspace<'_>,
-    torque: &mut [f64],
+    q: &[S],
+    dq: &[S],
+    ddq: &[S],
+    workspace: &mut Workspace<'_, S>,
+    torque: &mut [S],
 ) -> Result<(), LengthError> {
     let n = chain.joints().len();
     lengths(&[("torque", torque.len())], n * n * BODY)?;
-    torque.fill(0.0);
+    torque.fill(S::ZERO);
     torque_columns(chain, [q, dq, ddq], workspace, |i, j, columns| {
         let at = (i * n + j) * BODY;
         torque[at..at + BODY].copy_from_slice(columns);
@@ -245,31 +264,31 @@ pub fn torque(
 /// # Errors
 ///
 /// [`LengthError`] if a slice does not fit the chain.
-pub(crate) fn torque_columns(
+pub(crate) fn torque_columns<S: Scalar>(
     chain: &Chain<'_>,
-    motion: [&[f64]; 3],
-    workspace: &mut Workspace<'_>,
-    visit: impl FnMut(usize, usize, &[f64; BODY]),
+    motion: [&[S]; 3],
+    workspace: &mut Workspace<'_, S>,
+    visit: impl FnMut(usize, usize, &[S; BODY]),
 ) -> Result<(), LengthError> {
     let n = chain.joints().len();
     let [q, dq, ddq] = motion;
     let given = [("q", q.len()), ("dq", dq.len()), ("ddq", ddq.len())];
     check(n, &given, workspace)?;
     match chain.motions() {
-        Motions::InPlane => visit_torque_columns::<Planar>(chain, motion, workspace, visit),
-        Motions::InSpace => visit_torque_columns::<Spatial>(chain, motion, workspace, visit),
+        Motions::InPlane => visit_torque_columns::<Planar, S>(chain, motion, workspace, visit),
+        Motions::InSpace => visit_torque_columns::<Spatial, S>(chain, motion, workspace, visit),
     }
     Ok(())
 }
 
-fn visit_torque_columns<P: Space>(
+fn visit_torque_columns<P: Space, S: Scalar>(
     chain: &Chain<'_>,
-    [q, dq, ddq]: [&[f64]; 3],
-    workspace: &mut Workspace<'_>,
-    mut visit: impl FnMut(usize, usize, &[f64; BODY]),
+    [q, dq, ddq]: [&[S]; 3],
+    workspace: &mut Workspace<'_, S>,
+    mut visit: impl FnMut(usize, usize, &[S; BODY]),
 ) {
-    move_all::<P>(chain, q, dq, Some(ddq), workspace);
-    let [mut columns, mut turning] = [[0.0; BODY]; 2];
+    move_all::<P, S>(chain, q, dq, Some(ddq), workspace);
+    let [mut columns, mut turning] = [[S::ZERO; BODY]; 2];
     for_pairs(chain, workspace, |i, j, pair, link| {
         P::kernel(&pair.axis, &link.acceleration, &mut columns);
         P::kernel(
@@ -278,16 +297,16 @@ fn visit_torque_columns<P: Space>(
             &mut turning,
         );
         for &k in P::SHOWN {
-            columns[k] -= turning[k];
+            columns[k] = columns[k] - turning[k];
         }
         visit(i, j, &columns);
     });
 }
 
-pub(crate) fn check(
+pub(crate) fn check<S>(
     n: usize,
     given: &[(&'static str, usize)],
-    workspace: &Workspace<'_>,
+    workspace: &Workspace<'_, S>,
 ) -> Result<(), LengthError> {
     lengths(given, n)?;
     lengths(
@@ -318,15 +337,15 @@ pub(crate) fn lengths(given: &[(&'static str, usize)], expected: usize) -> Resul
 }
 
 /// Computes velocities, accelerations and axes from the base to the tips.
-fn move_all<P: Space>(
+fn move_all<P: Space, S: Scalar>(
     chain: &Chain<'_>,
-    q: &[f64],
-    dq: &[f64],
-    ddq: Option<&[f64]>,
-    workspace: &mut Workspace<'_>,
+    q: &[S],
+    dq: &[S],
+    ddq: Option<&[S]>,
+    workspace: &mut Workspace<'_, S>,
 ) {
     let n = chain.joints().len();
-    let base = chain.base_acceleration();
+    let base = (chain.base_acceleration()).map(|base| Motion::constant(&base));
     for (j, joint) in chain.joints().iter().enumerate() {
         let (done, rest) = workspace.joints.split_at_mut(j);
         let link = &mut rest[0];
@@ -365,17 +384,17 @@ fn move_all<P: Space>(
         }
         (link.velocity, link.acceleration, link.gravity) = (velocity, acceleration, gravity);
         workspace.pairs[j * n + j] = PairScratch {
-            axis: joint.motion(),
+            axis: Motion::constant(&joint.motion()),
             axis_rate,
         };
     }
 }
 
 /// Visits every pair of a link and a joint that carries it.
-fn for_pairs(
+fn for_pairs<S>(
     chain: &Chain<'_>,
-    workspace: &Workspace<'_>,
-    mut visit: impl FnMut(usize, usize, &PairScratch, &JointScratch),
+    workspace: &Workspace<'_, S>,
+    mut visit: impl FnMut(usize, usize, &PairScratch<S>, &JointScratch<S>),
 ) {
     let n = chain.joints().len();
     for j in 0..n {

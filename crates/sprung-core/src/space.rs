@@ -47,10 +47,10 @@ pub(crate) trait Space {
     fn along<S: Scalar>(joint: &ChainJoint, force: &Force<S>) -> S;
 
     /// Returns the rate of change of `m` in a frame that moves with `v`.
-    fn cross(v: &Motion, m: &Motion) -> Motion;
+    fn cross<S: Scalar>(v: &Motion<S>, m: &Motion<S>) -> Motion<S>;
 
     /// Writes the entries of [`spatial::kernel`] with indices in [`Self::SHOWN`].
-    fn kernel(s: &Motion, v: &Motion, row: &mut [f64; BODY]);
+    fn kernel<S: Scalar>(s: &Motion<S>, v: &Motion<S>, row: &mut [S; BODY]);
 }
 
 /// Motions in three dimensions.
@@ -132,12 +132,12 @@ impl Space for Spatial {
     }
 
     #[inline]
-    fn cross(v: &Motion, m: &Motion) -> Motion {
+    fn cross<S: Scalar>(v: &Motion<S>, m: &Motion<S>) -> Motion<S> {
         v.cross(m)
     }
 
     #[inline]
-    fn kernel(s: &Motion, v: &Motion, row: &mut [f64; BODY]) {
+    fn kernel<S: Scalar>(s: &Motion<S>, v: &Motion<S>, row: &mut [S; BODY]) {
         *row = spatial::kernel(s, v);
     }
 }
@@ -301,17 +301,17 @@ impl Space for Planar {
     }
 
     #[inline]
-    fn cross(v: &Motion, m: &Motion) -> Motion {
+    fn cross<S: Scalar>(v: &Motion<S>, m: &Motion<S>) -> Motion<S> {
         let (w, a) = (v.angular[2], m.angular[2]);
         Self::motion(
-            0.0,
+            S::ZERO,
             v.linear[1] * a - w * m.linear[1],
             w * m.linear[0] - v.linear[0] * a,
         )
     }
 
     #[inline]
-    fn kernel(s: &Motion, v: &Motion, row: &mut [f64; BODY]) {
+    fn kernel<S: Scalar>(s: &Motion<S>, v: &Motion<S>, row: &mut [S; BODY]) {
         let (a, [bx, by, _]) = (s.angular[2], s.linear);
         let (w, [ux, uy, _]) = (v.angular[2], v.linear);
         row[0] = bx * ux + by * uy;

@@ -261,7 +261,7 @@ pub(crate) fn momentum<A: Copy, S: Scalar + Mul<A, Output = S>>(
 /// pair of motions. The product `s · I v` is linear in mass, first moments and inertia, because
 /// `a · (h × u) = h · (u × a)` and `-b · (h × w) = h · (b × w)`.
 #[must_use]
-pub(crate) fn kernel(s: &Motion, v: &Motion) -> [f64; BODY] {
+pub(crate) fn kernel<S: Scalar>(s: &Motion<S>, v: &Motion<S>) -> [S; BODY] {
     let (a, b) = (&s.angular, &s.linear);
     let (w, u) = (&v.angular, &v.linear);
     let first = add(&cross(u, a), &cross(b, w));

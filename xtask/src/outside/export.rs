@@ -1,16 +1,15 @@
-//! Exported robots, loaded by MuJoCo, Pinocchio and Drake.
+//! Exported robots, loaded by MuJoCo, Pinocchio and Drake, and exported code beside Pinocchio's.
 
 use super::mujoco::build;
 use super::python::Python;
 use super::target;
 
-/// Exports robots with known parameters and compares the dynamics of the tools; the script prints a table
-/// and fails above its limits.
+/// Exports robots with known parameters, compares the dynamics of the tools, and times exported code beside
+/// Pinocchio's rnea; the scripts print tables and fail above their limits.
 pub(super) fn check(python: &Python) -> Option<()> {
     build()?;
     let program = target().join("debug/sprung");
-    python.run(
-        "benches/export/tools.py",
-        &[&program, &python.folder.join("export")],
-    )
+    let folder = python.folder.join("export");
+    python.run("benches/export/tools.py", &[&program, &folder])?;
+    python.run("benches/export/rnea.py", &[&program, &folder])
 }

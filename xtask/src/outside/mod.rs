@@ -76,6 +76,7 @@ const STEPS: [Step; 8] = [
             "mujoco==4.0.0",
             "drake==1.51.1",
             "example-robot-data==6.0.0",
+            "cmeel-eigen==3.4.1",
         ],
         run: export::check,
     },

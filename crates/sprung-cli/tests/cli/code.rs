@@ -114,14 +114,19 @@ fn c_has_the_numbers_of_the_model() {
             let (ok, text) = run(&folder, "./robot_test", &[]);
             assert!(ok && text.contains("PASS"), "{more}: {text}");
         }
-        // A wrong number is seen.
+        // Wrong numbers are seen.
         let code = read(&folder.join("robot.c"));
-        let wrong = code.replacen(" = R(0.", " = R(1.", 1);
-        assert!(wrong != code, "there is no number");
-        std::fs::write(folder.join("robot.c"), wrong).unwrap();
-        compile(&folder, "");
-        let (ok, text) = run(&folder, "./robot_test", &[]);
-        assert!(!ok && text.contains("FAIL"), "{text}");
+        for (right, wrong) in [
+            (" = R(0.", " = R(1."),
+            (" regressor[0] = ", " regressor[0] = R(1.0) + "),
+        ] {
+            let wrong = code.replacen(right, wrong, 1);
+            assert!(wrong != code, "there is no {right}");
+            std::fs::write(folder.join("robot.c"), wrong).unwrap();
+            compile(&folder, "");
+            let (ok, text) = run(&folder, "./robot_test", &[]);
+            assert!(!ok && text.contains("FAIL"), "{text}");
+        }
         // An edited file is not replaced.
         let output = with_values(&case, "c", &[]);
         assert!(stderr(&output).contains("robot.c was edited"));

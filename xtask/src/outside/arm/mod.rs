@@ -51,9 +51,8 @@ const FLASH: usize = 128 * 1024;
 struct Robot {
     name: &'static str,
     folder: PathBuf,
-    /// Prefix of its functions.
-    prefix: String,
-    joints: usize,
+    /// Flags that define its name and its sizes.
+    defined: Vec<String>,
 }
 
 /// Exports two robots, runs their functions on the host and on the microcontrollers, and prints a table.
@@ -100,15 +99,14 @@ impl Robot {
         let more = ["--format", "c", "--out", &out, "--force", "--quiet"];
         sprung(&[&given[..], &more].concat())?;
         let header = std::fs::read_to_string(folder.join("robot.h")).ok()?;
-        let Some((prefix, joints)) = output::named(&header) else {
+        let Some(defined) = output::defined(&header) else {
             eprintln!("── {out}/robot.h has no name of the robot");
             return None;
         };
         Some(Self {
             name,
             folder: folder.to_owned(),
-            prefix,
-            joints,
+            defined,
         })
     }
 
@@ -116,8 +114,7 @@ impl Robot {
     fn flags(&self, number: Number) -> Vec<String> {
         let mut flags: Vec<String> = STRICT.iter().map(ToString::to_string).collect();
         flags.extend(number.flag().map(str::to_owned));
-        flags.push(format!("-DPREFIX={}", self.prefix));
-        flags.push(format!("-DJOINTS={}", self.joints));
+        flags.extend(self.defined.iter().cloned());
         flags.push("-I.".to_owned());
         flags.push(format!("-I{}", source("").display()));
         flags

@@ -204,18 +204,21 @@ pub(super) fn table(rows: &[Row]) -> Vec<String> {
     lines
 }
 
-/// Returns the prefix of the functions and the number of joints in a header.
-pub(super) fn named(header: &str) -> Option<(String, usize)> {
+/// Returns what defines the prefix of the functions and the sizes of a header for the driver.
+pub(super) fn defined(header: &str) -> Option<Vec<String>> {
     let prefix = header.lines().find_map(|line| {
         let rest = line.strip_prefix("void ")?;
-        let at = rest.find("gravity(")?;
-        Some(rest[..at].to_owned())
+        Some(&rest[..rest.find("gravity(")?])
     })?;
-    let define = format!("#define {}JOINTS ", prefix.to_ascii_uppercase());
-    let joints = header
-        .lines()
-        .find_map(|line| line.strip_prefix(&define)?.trim().parse().ok())?;
-    Some((prefix, joints))
+    let mut own = vec![format!("-DPREFIX={prefix}")];
+    for size in ["JOINTS", "ROWS", "PARAMETERS"] {
+        let define = format!("#define {}{size} ", prefix.to_ascii_uppercase());
+        let mut lines = header.lines();
+        let value: usize =
+            lines.find_map(|line| line.strip_prefix(&define)?.trim().parse().ok())?;
+        own.push(format!("-D{size}={value}"));
+    }
+    Some(own)
 }
 
 /// Returns the flash of a program by the table of `size`: code, constants and initial values, bytes.
@@ -271,9 +274,16 @@ mod tests {
 
     #[test]
     fn headers_and_sizes_are_read() {
-        let header = "#define MY_ARM_JOINTS 7\n\n/* */\nvoid my_arm_gravity(const my_arm_real q_rad[MY_ARM_JOINTS],\n";
-        assert_eq!(named(header), Some(("my_arm_".to_owned(), 7)));
-        assert_eq!(named("void f(void);"), None);
+        let header = "#define MY_ARM_JOINTS 7\n#define MY_ARM_ROWS 14\n#define MY_ARM_PARAMETERS 86\n\
+                      /* */\nvoid my_arm_gravity(const my_arm_real q_rad[MY_ARM_JOINTS],\n";
+        let flags = [
+            "-DPREFIX=my_arm_",
+            "-DJOINTS=7",
+            "-DROWS=14",
+            "-DPARAMETERS=86",
+        ];
+        assert_eq!(defined(header).unwrap(), flags);
+        assert_eq!(defined("void f(void);"), None);
         let sizes = "   text\t   data\t    bss\n  66448\t   1080\t   1288\n";
         assert_eq!(flash(sizes), Some(67528));
         assert_eq!(flash("   text"), None);

@@ -2,10 +2,11 @@
 
 use std::fmt::Write;
 
-use super::emit::{Language, comment, identifier, unused};
+use super::emit::{Language, comment, element, identifier, is_zero, unused};
 use super::graph::Function;
 use super::proof::Vector;
-use super::trace::{Array, Traced};
+use super::trace::{Array, Shape, Traced};
+use crate::model::Parameter;
 
 /// The template of functions that loop over joints. `@` stands for the prefix, `§` for the prefix of
 /// macros.
@@ -43,10 +44,26 @@ pub(super) struct Program<'a> {
     /// Lines of the origin.
     pub(super) origin: &'a [String],
     pub(super) joints: &'a [String],
+    /// Parameters of the regressor, and their values.
+    pub(super) parameters: &'a [Parameter],
+    pub(super) theta: &'a [f64],
+    /// Number of rows of the regressor.
+    pub(super) rows: usize,
     pub(super) traced: &'a [Traced],
     /// Reciprocal of the inertia of the rotor of each flexible joint; zero at rigid joints.
     pub(super) inverse_rotors: &'a [f64],
     pub(super) vectors: &'a [Vector],
+}
+
+impl Program<'_> {
+    /// Returns a line for each parameter.
+    pub(super) fn parameter_lines(&self, begin: &str) -> String {
+        let mut text = String::new();
+        for (i, own) in self.parameters.iter().enumerate() {
+            let _ = writeln!(text, "{begin}{i}: {}, {}", comment(&own.name), own.unit);
+        }
+        text
+    }
 }
 
 /// Returns the header, the code and the self-test.
@@ -73,9 +90,18 @@ pub(super) fn write(program: &Program<'_>) -> [String; 3] {
         for statement in statements {
             let _ = writeln!(code, "    {statement}");
         }
+        let sparse = (traced.outputs.iter()).find(|array| array.shape == Shape::Regressor);
+        if let Some(Array { name, .. }) = sparse {
+            let length = length(Shape::Regressor);
+            let _ = write!(
+                code,
+                "    for (int i = 0; i < {length}; i++) {{\n        {name}[i] = R(0.0);\n    }}\n"
+            );
+        }
         for (at, result) in results.iter().enumerate() {
-            let element = super::emit::element(&traced.outputs, at);
-            let _ = writeln!(code, "    {element} = {result};");
+            if sparse.is_none() || !is_zero(traced.results[at]) {
+                let _ = writeln!(code, "    {} = {result};", element(&traced.outputs, at));
+            }
         }
         code.push_str("}\n\n");
     }
@@ -86,9 +112,13 @@ pub(super) fn write(program: &Program<'_>) -> [String; 3] {
     let header = filled(HEADER)
         .replace("%JOINTS%", &joints)
         .replace("%N%", &n.to_string())
+        .replace("%ROWS%", &program.rows.to_string())
+        .replace("%PARAMETERS%", &program.parameters.len().to_string())
+        .replace("%NAMES%", &program.parameter_lines(" *   "))
         .replace("%FUNCTIONS%", &filled(&declarations));
     let loops = filled(LOOPS)
         .replace("%INVERSE_ROTORS%", &C.constants(program.inverse_rotors))
+        .replace("%THETA%", &C.lines(program.theta))
         .replace("%FUNCTIONS%", &filled(&code));
     let test = filled(TEST)
         .replace("%COUNT%", &program.vectors.len().to_string())
@@ -107,17 +137,20 @@ fn origin(lines: &[String]) -> String {
 
 fn signature(traced: &Traced) -> String {
     let array = |array: &Array, constant: &str| {
-        let length = if array.name == super::trace::MASS {
-            "§JOINTS * §JOINTS"
-        } else {
-            "§JOINTS"
-        };
-        format!("{constant}@real {}[{length}]", array.name)
+        format!("{constant}@real {}[{}]", array.name, length(array.shape))
     };
     let inputs = traced.inputs.iter().map(|own| array(own, "const "));
     let outputs = traced.outputs.iter().map(|own| array(own, ""));
     let all: Vec<String> = inputs.chain(outputs).collect();
     format!("void @{}({})", traced.name, all.join(",\n    "))
+}
+
+fn length(shape: Shape) -> &'static str {
+    match shape {
+        Shape::Vector => "§JOINTS",
+        Shape::Matrix => "§JOINTS * §JOINTS",
+        Shape::Regressor => "§ROWS * §PARAMETERS",
+    }
 }
 
 fn vectors(vectors: &[Vector]) -> String {

@@ -32,6 +32,12 @@ impl Language {
         own.join(", ")
     }
 
+    /// Returns numbers on lines of their own.
+    pub(super) fn lines(&self, values: &[f64]) -> String {
+        let line = |value: &f64| format!("    {},\n", self.constant(*value));
+        values.iter().map(line).collect()
+    }
+
     /// Returns the statements of the intermediate values, and the results.
     pub(super) fn body(&self, traced: &Traced) -> (Vec<String>, Vec<String>) {
         let inputs: BTreeMap<u32, String> = (traced.operations.iter())
@@ -72,6 +78,11 @@ pub(super) fn element(arrays: &[Array], index: usize) -> String {
         at -= array.length;
     }
     String::new()
+}
+
+/// Returns whether a result is the constant zero.
+pub(super) fn is_zero(result: Operand) -> bool {
+    matches!(result, Operand::Constant(bits) if f64::from_bits(bits) == 0.0)
 }
 
 /// Returns the inputs of which a function uses no element.

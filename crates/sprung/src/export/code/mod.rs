@@ -27,7 +27,7 @@ use sprung_core::parameters::JointParameter;
 const JOINTS: usize = 32;
 
 /// Largest number of operations.
-const OPERATIONS: usize = 100_000;
+const OPERATIONS: usize = 200_000;
 
 /// Largest relative differences of torques and of accelerations from the identified model.
 const TORQUE_TOLERANCE: f64 = 1e-12;
@@ -75,6 +75,7 @@ pub(super) fn write(
     let theta = model.theta(&known)?;
     let bodies = model.bodies(&theta);
     let source = Source {
+        model,
         robot: model.robot(),
         theta: &theta,
         bodies: &bodies,
@@ -108,6 +109,9 @@ pub(super) fn write(
         name,
         origin,
         joints: model.joints(),
+        parameters: model.parameters(),
+        theta: &theta,
+        rows: model.coordinates(),
         traced: &traced,
         inverse_rotors: &inverse_rotors,
         vectors: &vectors,
@@ -121,7 +125,8 @@ pub(super) fn write(
 
 /// Returns what the code says of the robot.
 pub(super) fn said(model: &Model, extras: &[Extra]) -> Vec<Said> {
-    let dynamics = "inverse and forward dynamics, mass matrix, Coriolis torques and gravity";
+    let dynamics =
+        "inverse and forward dynamics, mass matrix, Coriolis torques, gravity and regressor";
     let mut rows = vec![
         row("links", How::Exact, dynamics),
         row(

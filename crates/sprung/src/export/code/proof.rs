@@ -10,7 +10,7 @@ use sprung_core::links::{LengthError, Step};
 use sprung_core::robot::{Torques, Values};
 
 use super::graph::values;
-use super::trace::{DDPHI, DDQ, DPHI, DQ, PHI, Q, Source, Traced};
+use super::trace::{DDPHI, DDQ, DPHI, DQ, PHI, Q, REGRESSOR, Source, Traced};
 use crate::export::reload::{Proof, worst};
 use crate::model::Scratch;
 
@@ -46,6 +46,8 @@ pub(super) struct Vector {
     tau_motor: Vec<f64>,
     ddq_by_tau: Vec<f64>,
     ddphi_by_tau: Vec<f64>,
+    /// Regressor of the equations, row by row.
+    regressor: Vec<f64>,
 }
 
 impl Vector {
@@ -178,6 +180,35 @@ impl Vector {
         self.ddphi_by_tau = (0..n)
             .map(|i| accelerations[robot.motor_coordinate(i)])
             .collect();
+        self.compute_regressor(source)
+    }
+
+    fn compute_regressor(&mut self, source: &Source<'_>) -> Result<(), LengthError> {
+        let (robot, model) = (&source.robot, source.model);
+        let (n, rows, width) = (robot.joints(), robot.rows(), source.theta.len());
+        let state = State {
+            q: &self.q,
+            dq: &self.dq,
+            phi: &self.phi,
+            dphi: &self.dphi,
+            excess: &[],
+        };
+        let mut accelerations = vec![0.0; rows];
+        accelerations[..n].copy_from_slice(&self.ddq);
+        for i in 0..n {
+            accelerations[robot.motor_coordinate(i)] = self.ddphi[i];
+        }
+        let mut entries = vec![0.0; robot.entries];
+        let mut scratch = Scratch::new(n);
+        let mut workspace = scratch.workspace();
+        robot.torque_entries(&state, &accelerations, &mut workspace, &mut entries)?;
+        self.regressor = vec![0.0; rows * width];
+        for row in 0..rows {
+            let own = &entries[model.equation_entries(row)];
+            for (entry, column) in own.iter().zip(model.equation_columns(row)) {
+                self.regressor[row * width + column] = *entry;
+            }
+        }
         Ok(())
     }
 
@@ -242,6 +273,31 @@ fn compare(source: &Source<'_>, all: &[Traced], own: &Vector, proof: &mut Proof)
         &known,
         &of("inverse_dynamics", false),
     );
+    let regressor = of(REGRESSOR, false);
+    let (width, is_flexible) = (source.theta.len(), |i: &usize| {
+        source.robot.motor_rows[*i].is_some()
+    });
+    let mut products = Vec::new();
+    for (known, found) in own.regressor.chunks(width).zip(regressor.chunks(width)) {
+        worst(&mut proof.inverse_dynamics, known, found);
+        products.push(
+            found
+                .iter()
+                .zip(source.theta)
+                .map(|(entry, value)| entry * value)
+                .sum(),
+        );
+    }
+    let motors = (0..n).filter(is_flexible).map(|i| own.motor[i]);
+    let links = (0..n).map(|i| {
+        if is_flexible(&i) {
+            own.link[i]
+        } else {
+            own.motor[i]
+        }
+    });
+    let rows: Vec<f64> = links.chain(motors).collect();
+    worst(&mut proof.inverse_dynamics, &rows, &products);
     // The parts together are the whole.
     let [gravity, coriolis, spring, friction] =
         ["gravity", "coriolis", "spring", "friction"].map(|name| of(name, false));

@@ -3,9 +3,9 @@
 use std::fmt::Write;
 
 use super::c::Program;
-use super::emit::{Language, calls, comment, unused};
+use super::emit::{Language, calls, comment, is_zero, unused};
 use super::graph::Function;
-use super::trace::{Array, MASS, Traced};
+use super::trace::{Array, Shape, Traced};
 
 /// The template of the file.
 const FILE: &str = include_str!("templates/robot.rs.txt");
@@ -76,6 +76,10 @@ pub(super) fn write(program: &Program<'_>) -> String {
     text += &FILE
         .replace("%JOINTS%", &joints)
         .replace("%N%", &program.joints.len().to_string())
+        .replace("%ROWS%", &program.rows.to_string())
+        .replace("%PARAMETERS%", &program.parameters.len().to_string())
+        .replace("%NAMES%", &program.parameter_lines("/// - "))
+        .replace("%THETA%", &RUST.lines(program.theta))
         .replace("%DECLARED%", &declared)
         .replace("%INVERSE_ROTORS%", &RUST.constants(program.inverse_rotors))
         .replace("%FUNCTIONS%", &code)
@@ -86,12 +90,10 @@ pub(super) fn write(program: &Program<'_>) -> String {
 }
 
 fn function(traced: &Traced) -> String {
-    let kind = |array: &Array| {
-        if array.name == MASS {
-            "Matrix"
-        } else {
-            "Vector"
-        }
+    let kind = |array: &Array| match array.shape {
+        Shape::Vector => "Vector",
+        Shape::Matrix => "Matrix",
+        Shape::Regressor => "Regressor",
     };
     let inputs: Vec<String> = (traced.inputs.iter())
         .map(|array| format!("{}: &{}", array.name, kind(array)))
@@ -124,9 +126,18 @@ fn function(traced: &Traced) -> String {
     let mut at = 0;
     let arrays = outputs
         .map(|array| {
-            let own = results[at..at + array.length].join(", ");
+            let own = at..at + array.length;
             at += array.length;
-            format!("[{own}]")
+            if array.shape != Shape::Regressor {
+                return format!("[{}]", results[own].join(", "));
+            }
+            let name = array.name;
+            let _ = writeln!(text, "    let mut {name} = [0.0; ROWS * PARAMETERS];");
+            for i in own.filter(|i| !is_zero(traced.results[*i])) {
+                let result = results[i].trim_matches(['(', ')']);
+                let _ = writeln!(text, "    {name}[{i}] = {result};");
+            }
+            name.to_owned()
         })
         .collect();
     let _ = writeln!(text, "    {}\n}}\n", joined(arrays));

@@ -3,20 +3,35 @@
 use sprung_core::chain::Chain;
 use sprung_core::drives::Drive;
 use sprung_core::dynamics::{inverse_dynamics, mass_matrix};
-use sprung_core::links::{LengthError, Step};
+use sprung_core::links::{
+    JointScratch, LengthError, PairScratch, Step, Workspace, numbers_len, torque,
+};
 use sprung_core::parameters::{JointParameter, Side};
 use sprung_core::robot::Robot;
 use sprung_core::scalar::Scalar;
 use sprung_core::spatial::BODY;
 
 use super::graph::{Graph, Operand, Operation, Symbol};
+use crate::model::Model;
 
 /// An argument of a function: an array.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Array {
     /// Name with the unit of revolute joints.
     pub(super) name: &'static str,
+    pub(super) shape: Shape,
     pub(super) length: usize,
+}
+
+/// Which numbers an array contains.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Shape {
+    /// One for each joint.
+    Vector,
+    /// The square of a vector, row by row.
+    Matrix,
+    /// One for each row of the model and each parameter, row by row; most are zero.
+    Regressor,
 }
 
 /// A function of the model.
@@ -43,10 +58,13 @@ pub(super) const TAU: &str = "tau_nm";
 pub(super) const TAU_LINK: &str = "tau_link_nm";
 pub(super) const TAU_MOTOR: &str = "tau_motor_nm";
 pub(super) const MASS: &str = "mass_kgm2";
+pub(super) const REGRESSOR: &str = "regressor";
 
 /// The identified model.
 #[derive(Clone, Copy)]
 pub(super) struct Source<'a> {
+    pub(super) model: &'a Model,
+    /// Its equations.
     pub(super) robot: Robot<'a>,
     /// Parameters of all laws.
     pub(super) theta: &'a [f64],
@@ -91,6 +109,17 @@ impl<'g> Motion<'g> {
             q,
             dq,
             ddq,
+        }
+    }
+
+    /// Returns the motion of a joint, at the references of all covariates.
+    fn drive(&self, joint: usize) -> Drive<Symbol<'g>> {
+        Drive {
+            deflection: self.phi[joint] - self.q[joint],
+            deflection_rate: self.dphi[joint] - self.dq[joint],
+            link_velocity: self.dq[joint],
+            motor_velocity: self.dphi[joint],
+            excess: [0.0; _],
         }
     }
 }
@@ -173,6 +202,13 @@ impl Source<'_> {
                 &[TAU_LINK, TAU_MOTOR],
                 |motion| self.all(motion),
             )?,
+            self.function(
+                REGRESSOR,
+                "Regressor, row by row: times the parameters theta, it gives the torques of a motion.",
+                &[Q, DQ, DDQ, PHI, DPHI, DDPHI],
+                &[REGRESSOR],
+                |motion| self.regressor(motion),
+            )?,
         ])
     }
 
@@ -185,9 +221,17 @@ impl Source<'_> {
         compute: impl for<'g> Fn(&Motion<'g>) -> Result<Vec<Symbol<'g>>, LengthError>,
     ) -> Result<Traced, LengthError> {
         let n = self.robot.joints();
-        let array = |name: &&'static str| Array {
-            name,
-            length: if *name == MASS { n * n } else { n },
+        let array = |name: &&'static str| {
+            let (shape, length) = match *name {
+                MASS => (Shape::Matrix, n * n),
+                REGRESSOR => (Shape::Regressor, self.robot.rows() * self.theta.len()),
+                _ => (Shape::Vector, n),
+            };
+            Array {
+                name,
+                shape,
+                length,
+            }
         };
         let inputs: Vec<Array> = inputs.iter().map(array).collect();
         let graph = Graph::default();
@@ -268,14 +312,7 @@ impl Source<'_> {
                 continue;
             }
             let i = term.joint;
-            let drive = Drive {
-                deflection: motion.phi[i] - motion.q[i],
-                deflection_rate: motion.dphi[i] - motion.dq[i],
-                link_velocity: motion.dq[i],
-                motor_velocity: motion.dphi[i],
-                excess: [0.0; _],
-            };
-            let rest = term.rest(&drive, &self.robot.shapes[i]);
+            let rest = term.rest(&motion.drive(i), &self.robot.shapes[i]);
             torques[i] = torques[i] + rest * self.theta[term.column];
         }
         torques
@@ -299,5 +336,43 @@ impl Source<'_> {
         }
         debug_assert_eq!(links.len(), n);
         Ok([links, motors].concat())
+    }
+
+    /// Returns the regressor, row by row.
+    fn regressor<'g>(&self, motion: &Motion<'g>) -> Result<Vec<Symbol<'g>>, LengthError> {
+        let (n, width) = (self.robot.joints(), self.theta.len());
+        let mut columns = vec![Symbol::ZERO; n * n * BODY];
+        torque(
+            &self.robot.links.chain,
+            &motion.q,
+            &motion.dq,
+            &motion.ddq,
+            &mut Workspace {
+                joints: &mut vec![JointScratch::default(); n],
+                steps: &mut vec![Step::default(); n],
+                pairs: &mut vec![PairScratch::default(); n * n],
+                numbers: &mut vec![Symbol::ZERO; numbers_len(n)],
+            },
+            &mut columns,
+        )?;
+        let mut entries = vec![Symbol::ZERO; self.robot.rows() * width];
+        for column in 0..self.robot.links.selected.len() {
+            // Bodies are linear in theta.
+            let mut unit = vec![0.0; width];
+            unit[column] = 1.0;
+            let bodies = self.model.bodies(&unit).concat();
+            for (row, of_row) in columns.chunks(n * BODY).enumerate() {
+                let products = of_row.iter().zip(&bodies).map(|(x, y)| *x * *y);
+                entries[row * width + column] = products.fold(Symbol::ZERO, |sum, x| sum + x);
+            }
+        }
+        for term in self.robot.terms {
+            let i = term.joint;
+            let rest = term.rest(&motion.drive(i), &self.robot.shapes[i]);
+            let own = rest + motion.ddphi[i] * term.momentum(1.0);
+            let entry = &mut entries[term.row * width + term.column];
+            *entry = *entry + own;
+        }
+        Ok(entries)
     }
 }

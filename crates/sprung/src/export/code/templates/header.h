@@ -5,6 +5,10 @@
  *
  * Joints:
 %JOINTS% *
+ * The regressor has a row for each joint: the torque on the link, or at a rigid joint the torque of the
+ * motor. A row for each motor behind a spring follows, in the order of the joints. Its columns belong to
+ * the parameters theta:
+%NAMES% *
  * Compile robot.c with -std=c99 and link the library of mathematics. With -DSPRUNG_FLOAT, all numbers
  * are float. No function allocates memory, keeps a state or divides by zero.
  */
@@ -17,11 +21,18 @@ extern "C" {
 
 #define §JOINTS %N%
 
+/* Size of the regressor. */
+#define §ROWS %ROWS%
+#define §PARAMETERS %PARAMETERS%
+
 #ifdef SPRUNG_FLOAT
 typedef float @real;
 #else
 typedef double @real;
 #endif
+
+/* Identified parameters: the columns of the regressor. */
+extern const @real @theta[§PARAMETERS];
 
 %FUNCTIONS%/*
  * Accelerations by the torques of the motors and torques on the links from outside.

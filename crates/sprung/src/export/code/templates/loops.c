@@ -20,6 +20,9 @@
 #define FABS fabs
 #endif
 
+const @real @theta[§PARAMETERS] = {
+%THETA%};
+
 /* Reciprocals of the inertias of rotors behind a spring; zero at rigid joints. */
 static const @real inverse_rotors[§JOINTS] = {%INVERSE_ROTORS%};
 

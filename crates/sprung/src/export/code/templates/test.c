@@ -67,6 +67,30 @@ static void compare(const char *what, int state, const @real *found, const @real
     }
 }
 
+/* Compares the product of regressor and parameters with the torques. */
+static void compare_regressor(int state, const struct vector *own)
+{
+    static @real regressor[§ROWS * §PARAMETERS];
+    @real known_nm[§ROWS], product_nm[§ROWS];
+    int i, k, row = §JOINTS;
+    @regressor(own->q_rad, own->dq_rad_per_s, own->ddq_rad_per_s2, own->phi_rad, own->dphi_rad_per_s,
+        own->ddphi_rad_per_s2, regressor);
+    for (i = 0; i < §JOINTS; i++) {
+        const int is_rigid = own->phi_rad[i] == own->q_rad[i];
+        known_nm[i] = is_rigid ? own->motor_nm[i] : own->link_nm[i];
+        if (!is_rigid && row < §ROWS) {
+            known_nm[row++] = own->motor_nm[i];
+        }
+    }
+    for (i = 0; i < §ROWS; i++) {
+        product_nm[i] = R(0.0);
+        for (k = 0; k < §PARAMETERS; k++) {
+            product_nm[i] += regressor[i * §PARAMETERS + k] * @theta[k];
+        }
+    }
+    compare("regressor times parameters", state, product_nm, known_nm, §ROWS, TORQUE_TOLERANCE);
+}
+
 #ifndef SPRUNG_NO_CLOCK
 /* Prints the time of inverse dynamics. */
 static void measure(void)
@@ -105,6 +129,7 @@ int main(void)
             own->dphi_rad_per_s, own->ddphi_rad_per_s2, link_nm, motor_nm);
         compare("inverse dynamics of links", state, link_nm, own->link_nm, §JOINTS, TORQUE_TOLERANCE);
         compare("inverse dynamics of motors", state, motor_nm, own->motor_nm, §JOINTS, TORQUE_TOLERANCE);
+        compare_regressor(state, own);
         @gravity(own->q_rad, more_nm);
         compare("gravity", state, more_nm, own->gravity_nm, §JOINTS, TORQUE_TOLERANCE);
         for (i = 0; i < §JOINTS; i++) {
