@@ -1,5 +1,7 @@
 //! Examines logs by their figures and the beginning of the first log.
 
+use serde::{Deserialize, Serialize};
+
 use super::filters::filters;
 use super::frequencies::one_frequency;
 use super::joints::joints as examine_joints;
@@ -26,25 +28,60 @@ pub struct Examination {
     pub joints: Vec<JointFigures>,
 }
 
+/// What the figures of one log show without the other logs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OfLog {
+    findings: Vec<Finding>,
+    /// Whether any position of a joint changes, \[n\].
+    moves: Vec<bool>,
+}
+
+impl OfLog {
+    /// Examines the figures of one log.
+    ///
+    /// - `name`: name of the log for messages.
+    pub(crate) fn new(
+        name: &str,
+        channels: &Channels,
+        model: &Model,
+        figures: &LogFigures,
+    ) -> Self {
+        Self {
+            findings: about_log(name, channels, model, figures),
+            moves: (0..model.joint_count())
+                .map(|joint| moves(channels, &figures.summary, joint))
+                .collect(),
+        }
+    }
+
+    /// Examines the figures of each log.
+    pub(crate) fn of_each(prepared: &Prepared, figures: &[LogFigures]) -> Vec<Self> {
+        let (channels, model) = (prepared.reading().channels(), prepared.reading().model());
+        (figures.iter().zip(prepared.names()))
+            .map(|(figures, name)| Self::new(name, channels, model, figures))
+            .collect()
+    }
+}
+
 /// Examines logs by their figures and the beginning of the first log.
 ///
-/// - `figures`: figures of each log.
+/// - `logs`: what the figures of each log show.
 #[must_use]
-pub fn examine(prepared: &Prepared, figures: &[LogFigures]) -> Examination {
+pub fn examine(prepared: &Prepared, logs: &[OfLog]) -> Examination {
     let (reading, excerpt) = (prepared.reading(), prepared.excerpt());
     let (model, channels) = (reading.model(), reading.channels());
-    let mut findings: Vec<Finding> = (figures.iter().zip(prepared.names()))
-        .flat_map(|(figures, name)| about_log(name, channels, model, figures))
+    let mut findings: Vec<Finding> = (logs.iter())
+        .flat_map(|log| log.findings.iter().cloned())
         .collect();
     findings.extend(prepared.delays().findings(channels));
     if let Some(name) = prepared.names().first() {
         findings.extend(gyroscope_findings(reading, excerpt, name));
     }
     let mut joints = Vec::new();
-    if let (Some(name), Some(first)) = (prepared.names().first(), figures.first()) {
+    if let (Some(name), Some(first)) = (prepared.names().first(), logs.first()) {
         let reading = prepared.examined();
         let moving: Vec<usize> = (0..model.joint_count())
-            .filter(|&joint| moves(channels, &first.summary, joint))
+            .filter(|&joint| first.moves[joint])
             .filter(|&joint| !is_wrong(&findings, channels, joint))
             .collect();
         let is_sound = (findings.iter()).all(|finding| finding.severity < Severity::Error);
@@ -70,9 +107,6 @@ pub fn examine(prepared: &Prepared, figures: &[LogFigures]) -> Examination {
                     findings.extend(examined.kinematics);
                 }
                 joints = examined.joints;
-                for (joint, figures) in joints.iter_mut().enumerate() {
-                    figures.slope = first.summary.line(joint).map(|line| line.slope);
-                }
             }
             None => findings.push(too_short(name, excerpt)),
         }

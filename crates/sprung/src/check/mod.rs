@@ -31,7 +31,7 @@ mod trial;
 mod whole;
 
 pub use columns::reversed_torque;
-pub use examine::examine;
+pub use examine::{OfLog, examine};
 pub use refusal::Refusal;
 pub(crate) use resolution::{UNEXPLAINED, beyond_resolution};
 pub(crate) use result::DELAYED_CHANNEL;

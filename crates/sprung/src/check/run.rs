@@ -1,7 +1,7 @@
 //! Checks logs against their description.
 
 use super::assemble::assemble;
-use super::examine::examine;
+use super::examine::{OfLog, examine};
 use super::pass::read_all;
 use super::result::Checked;
 use crate::description::Experiment;
@@ -33,7 +33,11 @@ pub fn check(
 ) -> Result<Checked, PrepareError> {
     let prepared = prepare(experiment, model, sources, progress)?;
     let figures = read_all(prepared.reading(), sources, progress)?;
-    let mut found = examine(&prepared, &figures);
+    let mut found = examine(&prepared, &OfLog::of_each(&prepared, &figures));
+    for (joint, own) in found.joints.iter_mut().enumerate() {
+        let line = (figures.first()).and_then(|first| first.summary.line(joint));
+        own.slope = line.map(|line| line.slope);
+    }
     found.findings.extend(prepared.findings());
     found.findings.extend(springs(&prepared));
     Ok(assemble(&prepared, &figures, found))

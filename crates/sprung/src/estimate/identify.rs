@@ -1,7 +1,7 @@
 //! The main task: logs in, parameters out.
 
 use super::about_effects::after_estimation;
-use super::about_logs::log_infos;
+use super::about_logs::LogInfo;
 use super::at_rest::at_rest;
 use super::confirmed::confirmed;
 use super::decide::decide;
@@ -21,6 +21,7 @@ use super::on_line::OnLine;
 use super::payload::{Loaded, PayloadResult, payload_of};
 use super::prediction_error::likely;
 use super::promise::HeldOutRatio;
+use super::read_logs::ReadLogs;
 use super::result::{CutoffChoice, EstimateResult, GENERATOR, Identification, SettingsUsed};
 use crate::check::{Refusal, examine};
 use crate::curves::Curves;
@@ -34,7 +35,7 @@ use crate::log::LogSource;
 use crate::model::Model;
 use crate::prepare::{Likely, PrepareError, Prepared, prepare};
 use crate::progress::{Listener, Phase};
-use crate::regression::{Passed, Reading, read_through};
+use crate::regression::{Reading, read_through};
 use crate::stopwatch::Stopwatch;
 
 /// Steps of the phase `Examining`: first instruments and gravity, then other cut-offs.
@@ -103,17 +104,17 @@ pub fn identify_and_tell(
     let (prepared, mut chosen) = with_chosen_laws(prepared, sources, progress)?;
     let described = prepared.experiment().clone();
     let inputs = EstimatorInputs::new(&described, prepared.reading().model())?;
-    let (passed, on_line, record) = pass(&prepared, sources, progress)?;
-    let mut about_logs = examine_or_refuse(&prepared, &passed)?;
+    let (read, on_line, record) = pass(&prepared, sources, progress)?;
+    let mut about_logs = examine_or_refuse(&prepared, &read)?;
     // A faulty log looks like missing laws.
     let is_faulty = (about_logs.iter()).any(|finding| finding.severity > Severity::Info);
     let about_laws = chosen.as_ref().and_then(|chosen| chosen.finding.clone());
     about_logs.extend(about_laws.filter(|finding| !(is_faulty && finding.code == LAWS_MISSING)));
-    about_logs.extend(at_rest(&prepared, &passed.system));
-    let linear = fit_all(&prepared, &passed)?;
+    about_logs.extend(at_rest(&prepared, &read.system));
+    let linear = fit_all(&prepared, &read)?;
     let basis = Basis {
         prepared: &prepared,
-        system: &passed.system,
+        system: &read.system,
         linear: &linear,
         fit_seconds: clock.seconds() - on_line.seconds,
         lsff: on_line.lsff.as_ref().map(|lsff| (lsff, on_line.seconds)),
@@ -122,13 +123,13 @@ pub fn identify_and_tell(
         record: &record,
     };
     if (prepared.reading().settings().estimator).contains(&Estimator::PredictionError) {
-        let mut early = before_refinement(&basis, &passed)?;
+        let mut early = before_refinement(&basis, &read)?;
         early.identification.laws = chosen.as_ref().map(|chosen| chosen.result.clone());
         first(&early);
     }
     let estimates = refine(&basis, sources, progress)?;
     let payloads = payloads(&basis, &estimates, loaded, progress)?;
-    let mut identified = describe_all(&basis, &passed, estimates, progress)?;
+    let mut identified = describe_all(&basis, &read, estimates, progress)?;
     for (payload, findings) in payloads {
         identified.identification.payloads.push(payload);
         identified.identification.findings.extend(findings);
@@ -240,7 +241,7 @@ fn pass(
     prepared: &Prepared,
     sources: &mut [LogSource<'_>],
     progress: &mut dyn Listener,
-) -> Result<(Passed, OnLineState, Record), IdentifyError> {
+) -> Result<(ReadLogs, OnLineState, Record), IdentifyError> {
     let reading = prepared.reading();
     let on_line = OnLine::new(reading.model(), reading.settings());
     let mut observers = (on_line, Record::new(reading.model().joint_count()));
@@ -250,12 +251,12 @@ fn pass(
         lsff: on_line.lsff.transpose()?,
         seconds: on_line.seconds,
     };
-    Ok((passed, left, record))
+    Ok((ReadLogs::new(prepared, passed), left, record))
 }
 
 /// Returns the findings about the logs. Refuses logs that contradict the experiment file.
-fn examine_or_refuse(prepared: &Prepared, passed: &Passed) -> Result<Vec<Finding>, IdentifyError> {
-    let examined = examine(prepared, &passed.logs);
+fn examine_or_refuse(prepared: &Prepared, read: &ReadLogs) -> Result<Vec<Finding>, IdentifyError> {
+    let examined = examine(prepared, &read.examined);
     refuse(prepared.reading().settings(), &examined.findings)?;
     let mut findings = prepared.findings();
     findings.extend(examined.findings);
@@ -278,8 +279,8 @@ fn refuse<'a>(
 }
 
 /// Solves the regression of all logs by least squares, by other routes and from parts of the logs.
-fn fit_all(prepared: &Prepared, passed: &Passed) -> Result<Linear, IdentifyError> {
-    let (model, system) = (prepared.reading().model(), &passed.system);
+fn fit_all(prepared: &Prepared, read: &ReadLogs) -> Result<Linear, IdentifyError> {
+    let (model, system) = (prepared.reading().model(), &read.system);
     let is_finite = |fitted: &Fitted| {
         let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
         finite(&fitted.theta)
@@ -292,7 +293,7 @@ fn fit_all(prepared: &Prepared, passed: &Passed) -> Result<Linear, IdentifyError
         file: prepared.names().join(", "),
     })?;
     let routes = cross_checks(model, system);
-    let parts = Parts::new(model, passed, &fitted);
+    let parts = Parts::new(model, (system, &read.spans), &fitted);
     Ok(Linear {
         held_out: HeldOutRatio::new(model, system, &fitted.theta),
         fitted: widened(prepared, fitted, &routes, &parts),
@@ -347,7 +348,7 @@ fn payloads(
 /// Judges the estimates, examines suspicious results again, and assembles the identification.
 fn describe_all(
     basis: &Basis<'_>,
-    passed: &Passed,
+    read: &ReadLogs,
     estimates: Vec<(Estimator, Found)>,
     progress: &mut dyn Listener,
 ) -> Result<Identified, IdentifyError> {
@@ -365,7 +366,7 @@ fn describe_all(
         decide(result, &findings);
     }
     progress.tell(Phase::Examining, EXAMINATION_STEPS, Some(EXAMINATION_STEPS))?;
-    let mut identified = assemble(basis, passed, estimates, results, findings)?;
+    let mut identified = assemble(basis, read, estimates, results, findings)?;
     identified.identification.frequency_response = response;
     identified.identification.springs_from_motor = springs;
     Ok(identified)
@@ -373,7 +374,7 @@ fn describe_all(
 
 /// Returns the result of least squares as it is before a refinement, without the examinations that
 /// follow an estimation.
-fn before_refinement(basis: &Basis<'_>, passed: &Passed) -> Result<Identified, IdentifyError> {
+fn before_refinement(basis: &Basis<'_>, read: &ReadLogs) -> Result<Identified, IdentifyError> {
     let model = basis.prepared.reading().model();
     let found = least_squares(model, basis.system, &basis.linear.fitted, basis.fit_seconds);
     let mut result = judged(basis, Estimator::LeastSquares, &found);
@@ -388,7 +389,7 @@ fn before_refinement(basis: &Basis<'_>, passed: &Passed) -> Result<Identified, I
     ));
     decide(&mut result, &findings);
     let estimates = vec![(Estimator::LeastSquares, found)];
-    assemble(basis, passed, estimates, vec![result], findings)
+    assemble(basis, read, estimates, vec![result], findings)
 }
 
 /// Assembles the identification and its curves.
@@ -396,7 +397,7 @@ fn before_refinement(basis: &Basis<'_>, passed: &Passed) -> Result<Identified, I
 /// - `results`: one per estimate.
 fn assemble(
     basis: &Basis<'_>,
-    passed: &Passed,
+    read: &ReadLogs,
     estimates: Vec<(Estimator, Found)>,
     results: Vec<EstimateResult>,
     findings: Vec<Finding>,
@@ -404,7 +405,8 @@ fn assemble(
     let prepared = basis.prepared;
     let reading = prepared.reading();
     let model = reading.model();
-    let mut infos = log_infos(prepared, &passed.logs).into_iter();
+    let with_choices = |info: &LogInfo| info.clone().with_choices(prepared);
+    let mut infos = read.infos.iter().map(with_choices);
     let thetas = (estimates.iter()).map(|(estimator, found)| (*estimator, &found.numbers.theta));
     let fit = fit_curves(model, thetas, basis.system);
     let traces = (estimates.into_iter())

@@ -28,6 +28,7 @@ mod payload;
 mod physical;
 mod prediction_error;
 mod promise;
+mod read_logs;
 mod refinement_result;
 mod result;
 mod start;

@@ -55,6 +55,12 @@ impl Observer for OnLine<'_> {
         }
         self.seconds += start.seconds();
     }
+
+    /// LSFF forgets, so it must see the logs one after the other.
+    fn of_one_log(&self) -> Option<Self> {
+        (!self.settings.estimator.contains(&Estimator::Lsff))
+            .then(|| Self::new(self.model, self.settings))
+    }
 }
 
 /// Returns the result of LSFF.

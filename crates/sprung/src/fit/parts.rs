@@ -84,10 +84,10 @@ pub(crate) fn fits_of_quarters(model: &Model, fitted: &Fitted) -> Vec<PartFit> {
     Vec::new()
 }
 
-/// Returns the estimate from the stretches between two times, s; `None` if they are too few.
-pub(crate) fn fit_between(model: &Model, system: &System, from: f64, to: f64) -> Option<PartFit> {
+/// Returns the estimate from one log; `None` if it has too few stretches.
+pub(crate) fn fit_of_log(model: &Model, system: &System, log: usize) -> Option<PartFit> {
     let free = Free::new(model);
-    let stretches: Vec<Vec<Triangle>> = (system.between(from, to, STRETCHES_OF_PART).into_iter())
+    let stretches: Vec<Vec<Triangle>> = (system.groups_of_log(log, STRETCHES_OF_PART).into_iter())
         .map(|factors| free.factors(factors))
         .collect();
     (stretches.len() >= MIN_STRETCHES)

@@ -145,6 +145,18 @@ impl Observer for Record {
         }
         self.current.push(samples, self.limit);
     }
+
+    fn of_one_log(&self) -> Option<Self> {
+        Some(Self::new(self.joints))
+    }
+
+    fn join(&mut self, mut next: Self) {
+        self.restart(Restart::Begin);
+        next.restart(Restart::Begin);
+        if next.longest.duration() > self.longest.duration() {
+            self.longest = next.longest;
+        }
+    }
 }
 
 #[cfg(test)]

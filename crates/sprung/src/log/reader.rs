@@ -162,18 +162,13 @@ impl LogReader {
         timing
     }
 
-    /// Returns the expected number of samples of all logs, from the part of this file that was read; `None` if it is not
-    /// known.
-    ///
-    /// - `before`, `later`: number of samples in earlier logs, and number of later logs, which are assumed to be as
-    ///   long as this one.
-    #[must_use]
-    pub(crate) fn expected_of_all(&self, before: u64, later: usize) -> Option<u64> {
+    /// Returns the number of samples that the log probably has, from the part of its bytes that was
+    /// read; `None` if this is unknown.
+    pub(crate) fn expected(&self) -> Option<u64> {
         let whole = self.window.window().is_whole();
         let part = self.meter.part().filter(|_| whole)?;
         let samples = self.grid.timing().recorded;
-        let own = ((samples as f64 / part).round() as u64).max(samples);
-        Some(before + own * (1 + later as u64))
+        Some(((samples as f64 / part).round() as u64).max(samples))
     }
 
     /// Reads at most `limit` rows, or records the end of the log.

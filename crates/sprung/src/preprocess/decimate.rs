@@ -45,6 +45,12 @@ impl<T> Decimator<T> {
         self.ahead = self.stride - 1;
     }
 
+    /// Returns the distance of the kept items among all items.
+    #[must_use]
+    pub(crate) fn stride(&self) -> u64 {
+        self.stride
+    }
+
     /// Returns the kept items, oldest first.
     #[must_use]
     pub(crate) fn items(&self) -> &[T] {

@@ -9,6 +9,7 @@ mod filtered;
 mod high_pass;
 mod householder;
 mod instruments;
+mod logs;
 mod nuisance_momentum;
 mod pass;
 mod probes;
@@ -21,10 +22,8 @@ mod weights;
 
 pub use filtered::FilteredRegression;
 pub(crate) use instruments::{CrossProducts, cross_products, shift};
-pub(crate) use pass::{
-    LogFigures, Observer, Passed, Restart, observed_signals, read_through, reduce_signals,
-    shortest_segment,
-};
+pub(crate) use logs::{LogFigures, Passed, read_through};
+pub(crate) use pass::{Observer, Restart, observed_signals, reduce_signals, shortest_segment};
 pub use pass::{PassError, signals};
 pub(crate) use probes::Probe;
 pub use reading::Reading;

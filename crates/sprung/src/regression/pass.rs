@@ -1,4 +1,4 @@
-//! One pass over logs: reads their blocks and returns a reduced system.
+//! The stages between the blocks of a log and its regression: aligns, smooths and folds.
 
 use std::sync::Arc;
 
@@ -7,13 +7,12 @@ use sprung_core::filter::FilterError;
 use super::reading::Reading;
 use super::reduction::Reduction;
 use super::system::System;
-use crate::description::{Cutoff, Identify};
-use crate::finding::Severity;
-use crate::log::{LogBlock, LogError, LogReader, LogSource, Summary, Timing, rounded, time_unit};
+use crate::description::Identify;
+use crate::log::{LogBlock, LogError};
 use crate::model::Model;
 use crate::numbers::Shown;
 use crate::preprocess::{Aligner, Butterworth, FilterDesignError, RawBlock, SignalBlock, Smoother};
-use crate::progress::{Listener, Phase, Stopped};
+use crate::progress::Stopped;
 
 /// Errors of a pass over logs.
 #[derive(Debug, thiserror::Error)]
@@ -64,9 +63,29 @@ pub(crate) trait Observer: Send {
     ///
     /// - `period`: T, s.
     fn raw(&mut self, _period: f64, _samples: &RawBlock) {}
+
+    /// Returns an observer of one log alone, which may see its log at the same time as others see
+    /// theirs; `None` if one observer must see the logs one after the other.
+    fn of_one_log(&self) -> Option<Self>
+    where
+        Self: Sized,
+    {
+        None
+    }
+
+    /// Takes what an observer of the next log alone has seen.
+    fn join(&mut self, _next: Self)
+    where
+        Self: Sized,
+    {
+    }
 }
 
-impl Observer for () {}
+impl Observer for () {
+    fn of_one_log(&self) -> Option<Self> {
+        Some(())
+    }
+}
 
 impl<A: Observer, B: Observer> Observer for (A, B) {
     fn restart(&mut self, why: Restart) {
@@ -78,11 +97,20 @@ impl<A: Observer, B: Observer> Observer for (A, B) {
         self.0.raw(period, samples);
         self.1.raw(period, samples);
     }
+
+    fn of_one_log(&self) -> Option<Self> {
+        Some((self.0.of_one_log()?, self.1.of_one_log()?))
+    }
+
+    fn join(&mut self, next: Self) {
+        self.0.join(next.0);
+        self.1.join(next.1);
+    }
 }
 
 /// Smoothed signals of one block, ready for the regression.
 #[derive(Clone, Debug, Default)]
-struct Piece {
+pub(super) struct Piece {
     // Whether this is the first piece of a log or of a segment behind a gap.
     begins: bool,
     // Change of the parameters by a known payload, \[p\].
@@ -93,27 +121,31 @@ struct Piece {
 
 /// Aligns and smooths the blocks of a log.
 #[derive(Clone, Debug)]
-struct Preparation {
+pub(super) struct Preparation {
     reading: Reading,
     period: f64,
     filter: Butterworth,
-    needed: usize,
+    pub(super) needed: usize,
     aligner: Aligner,
     smoother: Smoother,
     raw: RawBlock,
     part: LogBlock,
     begins: bool,
-    carried: Option<Arc<[f64]>>,
+    pub(super) carried: Option<Arc<[f64]>>,
     in_segment: u64,
     // Samples in segments that are too short for the filter.
-    lost: u64,
-    used: u64,
+    pub(super) lost: u64,
+    pub(super) used: u64,
 }
 
 impl Preparation {
     /// - `period`: T of the log, s.
     /// - `later`: offset that is added to the log's time, s.
-    fn new(reading: &Reading, period: f64, [begin, later]: [f64; 2]) -> Result<Self, PassError> {
+    pub(super) fn new(
+        reading: &Reading,
+        period: f64,
+        [begin, later]: [f64; 2],
+    ) -> Result<Self, PassError> {
         let settings = reading.settings();
         let filter = Butterworth::new(
             settings.position_filter_order,
@@ -151,7 +183,12 @@ impl Preparation {
     }
 
     /// Processes the next block and appends its finished pieces to `out`.
-    fn push(&mut self, block: &LogBlock, observer: &mut impl Observer, out: &mut Vec<Piece>) {
+    pub(super) fn push(
+        &mut self,
+        block: &LogBlock,
+        observer: &mut impl Observer,
+        out: &mut Vec<Piece>,
+    ) {
         let mut from = 0;
         for &gap in &block.gaps {
             self.feed(block, from..gap, observer, out);
@@ -188,7 +225,7 @@ impl Preparation {
     }
 
     /// Ends a segment; the filters restart with the next segment.
-    fn end(&mut self, next: Restart, out: &mut Vec<Piece>) {
+    pub(super) fn end(&mut self, next: Restart, out: &mut Vec<Piece>) {
         let model = self.reading.model();
         let fresh = smoother(model, &self.filter, self.period).behind_gap();
         let mut piece = self.piece();
@@ -251,7 +288,7 @@ fn smoother(model: &Model, filter: &Butterworth, period: f64) -> Smoother {
 }
 
 /// Folds pieces into a reduction.
-fn reduce(
+pub(super) fn reduce(
     reduction: &mut Reduction,
     settings: &Identify,
     pieces: &[Piece],
@@ -346,165 +383,4 @@ pub(crate) fn observed_signals(
         }
     }
     Ok(stretches)
-}
-
-fn longest_delay(delays: &[f64]) -> f64 {
-    let spread = |pick: fn(f64, f64) -> f64| delays.iter().copied().fold(0.0, pick);
-    spread(f64::max) - spread(f64::min)
-}
-
-/// Result of a pass over logs.
-#[derive(Clone, Debug)]
-pub(crate) struct Passed {
-    /// The reduced system of all logs.
-    pub system: System,
-    /// Figures of each log.
-    pub logs: Vec<LogFigures>,
-    /// First and last time of each log on their common time axis, s.
-    pub spans: Vec<[f64; 2]>,
-}
-
-/// Figures of one log.
-#[derive(Clone, Debug)]
-pub struct LogFigures {
-    /// Figures of the columns.
-    pub summary: Summary,
-    /// Figures of the time stamps and gaps.
-    pub timing: Timing,
-    /// Samples in segments that are too short for the filters.
-    pub lost: u64,
-    /// Name in the file of the column of each channel, \[channels\].
-    pub names: Vec<String>,
-}
-
-/// Reads the logs of one robot once, block by block, and reduces them together.
-///
-/// The system has one time axis, on which the logs follow one another.
-///
-/// If a thread is free, it reads and smooths the next block while the last one is reduced.
-///
-/// - `progress`: receives the number of samples read so far, as part of `phase`.
-///
-/// # Errors
-///
-/// [`PassError`] if a log is faulty or too short, or if it does not fit the filters.
-pub(crate) fn read_through(
-    reading: &Reading,
-    sources: &mut [LogSource<'_>],
-    observer: &mut impl Observer,
-    phase: Phase,
-    progress: &mut dyn Listener,
-) -> Result<Passed, PassError> {
-    let mut reduction = Reduction::new(reading.model())
-        .weighted(reading.weights())
-        .with_start(reading.settings().initial_momentum);
-    let mut logs = Vec::new();
-    let mut spans = Vec::new();
-    let mut before = 0;
-    let mut ready: Vec<Piece> = Vec::new();
-    let mut ended: Option<f64> = None;
-    let count = sources.len();
-    for (source, number) in sources.iter_mut().zip(1..) {
-        let later_logs = count - number;
-        let mut log = source.open(reading.channels())?;
-        let mut block = LogBlock::new(reading.channels().all.len());
-        let mut begin = || log.read(&mut block);
-        let mut fold = || reduce(&mut reduction, reading.settings(), &ready);
-        let (begun, folded) = rayon::join(&mut begin, &mut fold);
-        folded?;
-        begun?;
-        ready.clear();
-        let period = log.timing().period;
-        // Each log continues at the end of the previous log, independent of its own time stamps.
-        let first = block.time.first().copied().unwrap_or_default();
-        let later = ended.map_or(0.0, |end| end + period - first);
-        let mut preparation = Preparation::new(reading, period, [first, later])?;
-        preparation.carried = (source.payload())
-            .and_then(|payload| reading.model().change_by_payload(payload))
-            .map(Into::into);
-        let mut summary = Summary::new(reading.channels());
-        observer.restart(Restart::Begin);
-        while !block.is_empty() {
-            let mut next = Vec::new();
-            let mut prepare = || -> Result<(), PassError> {
-                summary.take(&block);
-                preparation.push(&block, observer, &mut next);
-                let done = before + log.timing().recorded;
-                progress.tell(phase, done, log.expected_of_all(before, later_logs))?;
-                log.read(&mut block)?;
-                Ok(())
-            };
-            let mut fold = || reduce(&mut reduction, reading.settings(), &ready);
-            let (prepared, folded) = rayon::join(&mut prepare, &mut fold);
-            folded?;
-            prepared?;
-            ready = next;
-        }
-        preparation.end(Restart::Begin, &mut ready);
-        if preparation.used == 0 {
-            return Err(too_short(source, reading, &preparation, &log).into());
-        }
-        before += log.timing().recorded;
-        let span = [first + later, first + later + log.timing().duration];
-        ended = Some(span[1]);
-        logs.push(LogFigures {
-            summary,
-            timing: log.timing(),
-            lost: preparation.lost,
-            names: log.names().to_vec(),
-        });
-        spans.push(span);
-    }
-    reduce(&mut reduction, reading.settings(), &ready)?;
-    Ok(Passed {
-        system: reduction.finish(),
-        logs,
-        spans,
-    })
-}
-
-fn too_short(
-    source: &LogSource<'_>,
-    reading: &Reading,
-    preparation: &Preparation,
-    log: &LogReader,
-) -> LogError {
-    let gaps = match log.timing().gaps.count {
-        0 => "",
-        _ => ", between two gaps",
-    };
-    let label = source.label();
-    // If the unit of the time is wrong, the filters seem to need billions of samples.
-    let unit = time_unit(&label, reading.channels(), log.timing().period);
-    if let Some(finding) = unit.filter(|finding| finding.severity == Severity::Error) {
-        let line = finding.setting.unwrap_or(finding.remedy);
-        return LogError::Implausible {
-            message: format!(
-                "{} ({}); in the experiment file: {line}",
-                finding.text, finding.code
-            ),
-        };
-    }
-    let delay = longest_delay(reading.delays());
-    let delays = if delay > 0.0 {
-        format!(", and delays take {} s", rounded(delay))
-    } else {
-        String::new()
-    };
-    let chosen = match reading.settings().position_cutoff_hz {
-        Cutoff::Fixed(_) => "",
-        Cutoff::Auto => {
-            ". sprung chose this cut-off from these samples and may choose another for a longer log; record \
-             several periods of the motion"
-        }
-    };
-    LogError::TooShort {
-        file: label,
-        found: log.timing().recorded,
-        needed: preparation.needed as u64,
-        why: format!(
-            "three periods of position_cutoff_hz = {} pad each end of the zero-phase filter{delays}{gaps}{chosen}",
-            rounded(reading.position_cutoff_hz()),
-        ),
-    }
 }

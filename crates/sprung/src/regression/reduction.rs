@@ -12,7 +12,7 @@ use super::high_pass::RowHighPass;
 use super::householder::RowBlock;
 use super::nuisance_momentum::NuisanceMomentum;
 use super::probes::Probe;
-use super::system::{Kept, System};
+use super::system::{KEPT_SAMPLES, Kept, System, joined_in_pairs};
 use super::triangle::Triangle;
 use super::weights::{Standing, TransitionWeights};
 use crate::description::{DiscretizationName, InitialMomentum};
@@ -44,14 +44,23 @@ impl Stretches {
     }
 }
 
+impl Stretches {
+    /// Returns the limits of one of several logs, whose factors are joined later. Longer first stretches
+    /// save small factors that would be merged.
+    fn among(self, logs: usize) -> Self {
+        let levels = logs.clamp(1, self.max_factors).ilog2();
+        Self {
+            initial_samples: self.initial_samples << levels,
+            ..self
+        }
+    }
+}
+
 /// Number of stretches of samples in memory, at most. They are divided into 32 parts or fewer.
 const STRETCHES_OF_KNOWN_LENGTH: u64 = 128;
 
 /// Rows that are transposed into columns together.
 const TILE_ROWS: usize = 16;
-
-/// Limit of the samples of the filtered regression that are kept for plots.
-const KEPT_SAMPLES: usize = 2048;
 
 /// Reduces one row of the regressor from samples to factors.
 #[derive(Clone, Debug)]
@@ -323,22 +332,10 @@ impl RowReduction {
         self.in_current = 0;
         self.done.extend(self.current.take());
         if self.done.len() == self.stretches.max_factors {
-            self.done = joined_in_pairs(&self.done, |a, b| {
-                Triangle::merge([a, b]).unwrap_or_else(|| b.clone())
-            });
+            self.done = joined_in_pairs(&self.done, Triangle::sum);
             self.stretch *= 2;
         }
     }
-}
-
-/// Joins neighbours in pairs.
-fn joined_in_pairs<T: Clone>(all: &[T], join: impl Fn(&T, &T) -> T) -> Vec<T> {
-    all.chunks(2)
-        .map(|pair| match pair {
-            [a, b] => join(a, b),
-            _ => pair[0].clone(),
-        })
-        .collect()
 }
 
 /// Forms, filters and folds the regression of samples as they arrive.
@@ -411,6 +408,18 @@ impl Reduction {
         }
         self.next.weights.clone_from(&weights);
         self.batch.weights = weights;
+        self
+    }
+
+    /// Sets the number of logs, of which this reduction reads one.
+    #[must_use]
+    pub(super) fn among(mut self, logs: usize) -> Self {
+        self.stretches = self.stretches.among(logs);
+        self.stretch = self.stretches.initial_samples;
+        for row in &mut self.rows {
+            row.stretches = self.stretches;
+            row.stretch = self.stretch;
+        }
         self
     }
 
@@ -559,8 +568,12 @@ impl Reduction {
         System {
             rows,
             weights,
+            logs: vec![self.ends.len()],
             ends: self.ends,
+            stretch: self.stretch,
+            max_stretches: self.stretches.max_factors,
             kept: Kept {
+                stride: self.kept.stride(),
                 time: self.kept.into_items(),
                 rows: kept,
                 variance,

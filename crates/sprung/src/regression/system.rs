@@ -5,9 +5,24 @@ use std::sync::OnceLock;
 
 use super::triangle::Triangle;
 
+/// Limit of the samples of the filtered regression that are kept for plots.
+pub(super) const KEPT_SAMPLES: usize = 2048;
+
+/// Joins neighbours in pairs.
+pub(super) fn joined_in_pairs<T: Clone>(all: &[T], join: impl Fn(&T, &T) -> T) -> Vec<T> {
+    all.chunks(2)
+        .map(|pair| match pair {
+            [a, b] => join(a, b),
+            _ => pair[0].clone(),
+        })
+        .collect()
+}
+
 /// Evenly spaced samples of the filtered regression.
 #[derive(Clone, Debug)]
 pub struct Kept {
+    /// Distance of the samples in the logs.
+    pub stride: u64,
     /// Time, s.
     pub time: Vec<f64>,
     /// Entries of each row followed by its right-hand side, one vector per sample.
@@ -35,6 +50,47 @@ impl Kept {
     }
 }
 
+impl Kept {
+    /// Appends samples of the same rows. The samples of both become as rare as those of the rarer one, and
+    /// rarer while they are too many.
+    fn append(&mut self, mut next: Self, later: f64) {
+        while self.stride < next.stride {
+            self.thin();
+        }
+        while next.stride < self.stride {
+            next.thin();
+        }
+        self.time.extend(next.time.iter().map(|time| time + later));
+        for (own, next) in self.rows.iter_mut().zip(next.rows) {
+            own.extend(next);
+        }
+        for (own, next) in (self.variance.iter_mut().zip(next.variance))
+            .chain(self.bound.iter_mut().zip(next.bound))
+        {
+            own.extend(next);
+        }
+        while self.time.len() > KEPT_SAMPLES {
+            self.thin();
+        }
+    }
+
+    /// Keeps every second sample.
+    fn thin(&mut self) {
+        fn every_second<T>(all: &mut Vec<T>) {
+            let mut index = 0;
+            all.retain(|_| {
+                index += 1;
+                index % 2 == 1
+            });
+        }
+        every_second(&mut self.time);
+        self.rows.iter_mut().for_each(every_second);
+        self.variance.iter_mut().for_each(every_second);
+        self.bound.iter_mut().for_each(every_second);
+        self.stride *= 2;
+    }
+}
+
 /// The reduced system: the stacked filtered regression of all logs.
 #[derive(Clone, Debug)]
 pub struct System {
@@ -44,6 +100,12 @@ pub struct System {
     pub(super) weights: Vec<f64>,
     /// Time at the end of each stretch, s.
     pub(super) ends: Vec<f64>,
+    /// Number of stretches of each log and of all logs before it.
+    pub(super) logs: Vec<usize>,
+    /// Samples of a stretch; the last stretch of a log may be shorter.
+    pub(super) stretch: u64,
+    /// Number of stretches up to which neighbours of one log are not merged.
+    pub(super) max_stretches: usize,
     pub(super) kept: Kept,
     /// Samples at rest of each row.
     pub(super) at_rest: Vec<u64>,
@@ -103,16 +165,66 @@ impl System {
         self.groups_of(0..self.ends.len(), count)
     }
 
-    /// Returns the factors of at most `count` consecutive parts of the stretches that begin at or
-    /// after one time and end at or before another, s.
-    ///
-    /// - `from`: the end of the previous part, or minus infinity.
+    /// Returns the factors of at most `count` consecutive parts of one log.
     #[must_use]
-    pub fn between(&self, from: f64, to: f64, count: usize) -> Vec<Vec<Triangle>> {
-        // The first stretch that ends at or after `from` does not begin after it.
-        let first = self.ends.partition_point(|end| *end < from) + usize::from(from.is_finite());
-        let end = self.ends.partition_point(|end| *end <= to);
-        self.groups_of(first.min(end)..end, count)
+    pub fn groups_of_log(&self, log: usize, count: usize) -> Vec<Vec<Triangle>> {
+        let first = log.checked_sub(1).map_or(0, |before| self.logs[before]);
+        self.groups_of(first..self.logs[log], count)
+    }
+
+    /// Appends the logs of another system of the same rows.
+    ///
+    /// Stretches of all logs have one length. It doubles, and neighbours within a log are merged, while
+    /// there are more stretches than one system keeps.
+    ///
+    /// - `later`: is added to the times of the other system, s.
+    pub(super) fn append(&mut self, mut next: Self, later: f64) {
+        while self.stretch < next.stretch {
+            self.coarsen();
+        }
+        while next.stretch < self.stretch {
+            next.coarsen();
+        }
+        let before = self.ends.len();
+        for (own, next) in self.rows.iter_mut().zip(next.rows) {
+            own.extend(next);
+        }
+        self.ends.extend(next.ends.iter().map(|end| end + later));
+        self.logs.extend(next.logs.iter().map(|end| before + end));
+        while self.ends.len() > self.max_stretches.max(self.logs.len()) {
+            self.coarsen();
+        }
+        for (own, next) in self.weights.iter_mut().zip(next.weights) {
+            *own += next;
+        }
+        for (own, next) in self.at_rest.iter_mut().zip(next.at_rest) {
+            *own += next;
+        }
+        self.samples += next.samples;
+        self.kept.append(next.kept, later);
+        self.all = OnceLock::new();
+    }
+
+    /// Doubles the length of the stretches: merges neighbours within each log.
+    fn coarsen(&mut self) {
+        let mut first = 0;
+        let logs: Vec<Range<usize>> = (self.logs.iter())
+            .map(|&end| std::mem::replace(&mut first, end)..end)
+            .collect();
+        for row in &mut self.rows {
+            *row = (logs.iter())
+                .flat_map(|log| joined_in_pairs(&row[log.clone()], Triangle::sum))
+                .collect();
+        }
+        self.ends = (logs.iter())
+            .flat_map(|log| joined_in_pairs(&self.ends[log.clone()], |_, end| *end))
+            .collect();
+        let mut count = 0;
+        for (own, log) in self.logs.iter_mut().zip(&logs) {
+            count += log.len().div_ceil(2);
+            *own = count;
+        }
+        self.stretch *= 2;
     }
 
     fn groups_of(&self, stretches: Range<usize>, count: usize) -> Vec<Vec<Triangle>> {

@@ -70,6 +70,13 @@ impl Triangle {
         Self::of_entries(rows.len(), width, |i, j| rows[i][j])
     }
 
+    /// Returns the factor of the rows of two factors together.
+    pub(super) fn sum(&self, other: &Self) -> Self {
+        let mut all = self.clone();
+        all.add(other);
+        all
+    }
+
     /// Returns the factor of the rows of several factors together.
     pub(crate) fn merge<'a>(parts: impl IntoIterator<Item = &'a Self>) -> Option<Self> {
         let mut parts = parts.into_iter();

@@ -13,6 +13,7 @@ mod instruments;
 mod ladder;
 mod laws;
 mod linear;
+mod many_logs;
 mod motor_side;
 mod output_error;
 mod paper;

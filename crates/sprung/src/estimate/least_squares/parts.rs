@@ -1,9 +1,9 @@
 //! Estimates from the parts of the logs, compared with each other.
 
 use crate::estimate::result::PartResult;
-use crate::fit::{Fitted, PartFit, fit_between, fits_of_quarters};
+use crate::fit::{Fitted, PartFit, fit_of_log, fits_of_quarters};
 use crate::model::Model;
-use crate::regression::Passed;
+use crate::regression::System;
 
 /// Estimates from parts of the logs.
 #[derive(Clone, Debug, Default)]
@@ -16,8 +16,14 @@ pub(crate) struct Parts {
 
 impl Parts {
     /// Estimates the parameters from each of several logs, or from the quarters of one log.
-    pub(crate) fn new(model: &Model, passed: &Passed, fitted: &Fitted) -> Self {
-        if let [span] = passed.spans[..] {
+    ///
+    /// - `(system, spans)`: the reduced logs, and first and last time of each log, s.
+    pub(crate) fn new(
+        model: &Model,
+        (system, spans): (&System, &[[f64; 2]]),
+        fitted: &Fitted,
+    ) -> Self {
+        if let [span] = spans {
             let fits = fits_of_quarters(model, fitted);
             let length = (span[1] - span[0]) / fits.len().max(1) as f64;
             let at = |i: usize| [i, i + 1].map(|i| span[0] + i as f64 * length);
@@ -29,16 +35,11 @@ impl Parts {
             };
         }
         let model = &model.with_known_changes(&fitted.theta);
-        let mut before = f64::NEG_INFINITY;
-        let mut parts = Vec::new();
-        for &span in &passed.spans {
-            let fit = fit_between(model, &passed.system, before, span[1]);
-            parts.extend(fit.map(|fit| (span, fit)));
-            before = span[1];
-        }
         Self {
             are_logs: true,
-            parts,
+            parts: (spans.iter().enumerate())
+                .filter_map(|(log, span)| Some((*span, fit_of_log(model, system, log)?)))
+                .collect(),
         }
     }
 
