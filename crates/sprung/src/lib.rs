@@ -41,7 +41,7 @@
 //! Data flow in one direction: a module uses only the modules to its left.
 //!
 //! ```text
-//! finding, curves, named, progress, stopwatch |
+//! finding, curves, named, numbers, progress, sha256, stopwatch |
 //! description → model → log → simulate → preprocess → regression → fit → prepare → frequency → check → estimate → validate → compare → export → servo → session → report
 //! ```
 //!
@@ -72,6 +72,7 @@ pub mod regression;
 pub mod report;
 pub mod servo;
 pub mod session;
+mod sha256;
 pub mod simulate;
 mod stopwatch;
 pub mod validate;

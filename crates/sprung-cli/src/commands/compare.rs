@@ -1,6 +1,6 @@
 //! `sprung compare`: compares results.
 
-use sprung::compare::{ComparedParameter, Comparison};
+use sprung::compare::{CombinedResult, ComparedParameter, Comparison};
 use sprung::model::short;
 use sprung::progress::Unheard;
 use sprung::report::{compose_comparison, significant};
@@ -46,6 +46,10 @@ fn say(terminal: Terminal, comparison: &Comparison) {
         terminal.table(&residual_table(comparison));
         terminal.say("");
         terminal.table(&parameter_table(comparison));
+    }
+    for combined in &comparison.combined {
+        terminal.say("");
+        terminal.table(&combined_table(combined));
     }
     if !comparison.promises.is_empty() {
         terminal.table(&promise_table(comparison));
@@ -167,6 +171,36 @@ fn parameter_table(comparison: &Comparison) -> Grid {
     let mut table = Grid::new(header, 2).divided(4, 4).without(&[1, 3]);
     for parameter in &comparison.parameters {
         table.add_row(parameter_row(parameter));
+    }
+    table
+}
+
+/// Returns a table of the combined results of one estimator.
+fn combined_table(combined: &CombinedResult) -> Grid {
+    let header = [
+        format!("{} results combined", combined.results.len()),
+        "unit".to_owned(),
+        combined.estimator.clone(),
+        "± s.e.".to_owned(),
+        "results".to_owned(),
+        "chi²".to_owned(),
+        "p".to_owned(),
+        "I² %".to_owned(),
+    ];
+    let mut table = Grid::new(Vec::from(header), 2)
+        .divided(2, 6)
+        .without(&[5, 4]);
+    for own in &combined.parameters {
+        table.add_row([
+            short(&own.name).into_owned(),
+            own.unit.clone(),
+            significant(own.value, 5),
+            significant(own.standard_error, 2),
+            own.results.to_string(),
+            significant(own.chi_square, 3),
+            significant(own.probability, 2),
+            format!("{:.0}", own.i_squared_percent),
+        ]);
     }
     table
 }

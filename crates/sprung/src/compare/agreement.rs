@@ -1,7 +1,7 @@
 //! Tests whether repeated estimates differ by more than their intervals allow.
 
 use super::result::{ComparedParameter, ComparedResult, ComparedValue, RUNS_DISAGREE};
-use crate::estimate::{NORMAL_95, upper_tail};
+use crate::estimate::{NORMAL_95, between_parts};
 use crate::finding::{Finding, Severity};
 use crate::model::short;
 
@@ -123,19 +123,15 @@ fn test<'a>(parameter: &'a ComparedParameter, own: &[usize]) -> Option<Agreement
     let values: Vec<(f64, f64)> = (own.iter())
         .filter_map(|&i| estimate(parameter.values[i].as_ref()?))
         .collect();
-    let freedom = values.len().checked_sub(1).filter(|&f| f > 0)?;
-    let weight = |s: f64| (s * s).recip();
-    let total: f64 = values.iter().map(|(_, s)| weight(*s)).sum();
-    let mean = values.iter().map(|(x, s)| x * weight(*s)).sum::<f64>() / total;
-    let statistic: f64 = (values.iter()).map(|(x, s)| ((x - mean) / s).powi(2)).sum();
+    let between = between_parts(&values)?;
     let fold =
         |start: f64, with: fn(f64, f64) -> f64| values.iter().map(|(x, _)| *x).fold(start, with);
     Some(AgreementTest {
         parameter,
         low: fold(f64::INFINITY, f64::min),
         high: fold(f64::NEG_INFINITY, f64::max),
-        excess: (statistic / freedom as f64).sqrt(),
-        probability: upper_tail(statistic, freedom),
+        excess: (between.statistic / between.freedom as f64).sqrt(),
+        probability: between.probability,
     })
 }
 

@@ -1,6 +1,7 @@
 //! Compares results of several estimators, settings, runs or robots.
 
 mod agreement;
+mod combined;
 mod labels;
 mod promises;
 mod result;
@@ -9,5 +10,7 @@ mod table;
 pub(crate) use agreement::SIGNIFICANCE;
 pub use promises::ComparedPromise;
 pub(crate) use result::RUNS_DISAGREE;
-pub use result::{ComparedParameter, ComparedResult, ComparedValue, Comparison};
+pub use result::{
+    CombinedParameter, CombinedResult, ComparedParameter, ComparedResult, ComparedValue, Comparison,
+};
 pub use table::{CompareError, Compared, ComparedValidation, compare};

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use serde::Serialize;
 
 use super::promises::ComparedPromise;
-use crate::estimate::{SettingsUsed, Verdict};
+use crate::estimate::{ErrorParts, SettingsUsed, Verdict};
 use crate::finding::Finding;
 use crate::model::short;
 use crate::named::Named;
@@ -21,6 +21,9 @@ pub struct Comparison {
     pub compared: Vec<ComparedResult>,
     /// All parameters of all results, in the order of the first result.
     pub parameters: Vec<ComparedParameter>,
+    /// Results of one estimator from different logs of one robot, combined; absent without such results.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub combined: Vec<CombinedResult>,
     /// Number of tests for agreement between repeated results: one per parameter and estimator.
     pub tested: usize,
     /// Findings of the comparison.
@@ -135,4 +138,44 @@ pub struct ComparedValue {
     /// Difference from the first result over the root of the sum of both squared standard errors,
     /// which is valid for independent errors.
     pub difference_standard_errors: Option<f64>,
+}
+
+/// Results of one estimator from different logs of one robot, combined.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CombinedResult {
+    /// Name of the estimator.
+    pub estimator: String,
+    /// Labels of the combined results.
+    pub results: Vec<String>,
+    /// Parameters that at least two results determine with an interval.
+    pub parameters: Vec<CombinedParameter>,
+}
+
+/// One parameter from several results.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CombinedParameter {
+    /// Name of the parameter.
+    pub name: String,
+    /// Unit.
+    pub unit: String,
+    /// Number of results with an interval.
+    pub results: usize,
+    /// Mean, weighted by the information of each result.
+    pub value: f64,
+    /// Standard error of the mean.
+    pub standard_error: f64,
+    /// 95 % confidence interval.
+    pub ci95: [f64; 2],
+    /// Contributions to the standard error: the independent errors of the results, the deviation between
+    /// the results beyond their errors, and the bias, which combining does not reduce.
+    pub error_parts: ErrorParts,
+    /// Sum of the squared distances from the mean over the squared standard errors, chi-square if the
+    /// results agree.
+    pub chi_square: f64,
+    /// Its degrees of freedom.
+    pub freedom: usize,
+    /// Probability of at least this sum if the results agree.
+    pub probability: f64,
+    /// Part of the scatter that the standard errors do not explain (I²), percent.
+    pub i_squared_percent: f64,
 }

@@ -1,6 +1,7 @@
 //! Makes the table of a comparison from identifications.
 
 use super::agreement::runs_disagree;
+use super::combined::combined;
 use super::labels::labels;
 use super::promises::{ComparedPromise, promises, sentence};
 use super::result::{ComparedParameter, ComparedResult, ComparedValue, Comparison};
@@ -85,6 +86,10 @@ pub fn compare(
         .map(|((file, result), label)| describe(file, result, label))
         .collect();
     let parameters = parameters(&results);
+    let of_identifications: Vec<_> = (results.iter())
+        .map(|(file, result)| (file.identification, *result))
+        .collect();
+    let combined = combined(&compared, &of_identifications);
     let mut findings = Vec::from_iter(different_robots(&compared));
     findings.extend(missing(&compared, &parameters));
     let (tested, disagreements) = runs_disagree(&compared, &parameters);
@@ -100,6 +105,7 @@ pub fn compare(
         generator: GENERATOR.to_owned(),
         compared,
         parameters,
+        combined,
         tested,
         findings,
     })

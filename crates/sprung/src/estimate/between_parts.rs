@@ -20,8 +20,12 @@ pub(crate) struct Between {
     pub(crate) variance: f64,
     /// Probability that parts with one value scatter at least as much.
     pub(crate) probability: f64,
+    /// Mean, weighted by 1/s².
+    pub(crate) mean: f64,
+    /// `Σ (x - mean)²/s²`, chi-square if the parts have one value.
+    pub(crate) statistic: f64,
     /// Number of parts minus one.
-    freedom: usize,
+    pub(crate) freedom: usize,
 }
 
 impl Between {
@@ -66,6 +70,8 @@ pub(crate) fn between_parts(parts: &[(f64, f64)]) -> Option<Between> {
     variance.is_finite().then(|| Between {
         variance,
         probability: upper_tail(q, freedom),
+        mean,
+        statistic: q,
         freedom,
     })
 }

@@ -1,6 +1,7 @@
 //! Errors of an identification.
 
 use super::lsff::LsffError;
+use super::many_logs::FactorsError;
 use crate::check::Refusal;
 use crate::log::{ChannelError, LogError};
 use crate::model::ModelError;
@@ -37,6 +38,9 @@ pub enum IdentifyError {
     /// A log contradicts the experiment file.
     #[error("{0}; to go on nevertheless set on_check_error = \"go-on\" in [identify]")]
     Refused(Refusal),
+    /// Factors of logs do not belong together.
+    #[error(transparent)]
+    Factors(#[from] FactorsError),
     /// The regression or its solution is not finite.
     #[error(
         "the regression of {file} holds numbers that are not finite; are the units of its columns \

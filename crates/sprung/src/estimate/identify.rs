@@ -105,12 +105,7 @@ pub fn identify_and_tell(
     let described = prepared.experiment().clone();
     let inputs = EstimatorInputs::new(&described, prepared.reading().model())?;
     let (read, on_line, record) = pass(&prepared, sources, progress)?;
-    let mut about_logs = examine_or_refuse(&prepared, &read)?;
-    // A faulty log looks like missing laws.
-    let is_faulty = (about_logs.iter()).any(|finding| finding.severity > Severity::Info);
-    let about_laws = chosen.as_ref().and_then(|chosen| chosen.finding.clone());
-    about_logs.extend(about_laws.filter(|finding| !(is_faulty && finding.code == LAWS_MISSING)));
-    about_logs.extend(at_rest(&prepared, &read.system));
+    let about_logs = all_about_logs(&prepared, chosen.as_ref(), &read)?;
     let linear = fit_all(&prepared, &read)?;
     let basis = Basis {
         prepared: &prepared,
@@ -164,7 +159,7 @@ pub(super) fn prepare_with_laws(
 /// Chooses the laws by hold-out. If laws are added, prepares the logs again with them, estimates
 /// Stribeck velocities and the delays of torques by likelihood, and keeps the delays that are
 /// significant.
-fn with_chosen_laws(
+pub(super) fn with_chosen_laws(
     prepared: Prepared,
     sources: &mut [LogSource<'_>],
     progress: &mut dyn Listener,
@@ -205,7 +200,7 @@ fn with_chosen_laws(
 
 /// Prepares the logs as a check does. Then estimates the requested delays and open Stribeck
 /// velocities by likelihood, and determines the weights of the samples.
-fn prepare_to_estimate(
+pub(super) fn prepare_to_estimate(
     experiment: &Experiment,
     model: &Model,
     sources: &mut [LogSource<'_>],
@@ -254,6 +249,21 @@ fn pass(
     Ok((ReadLogs::new(prepared, passed), left, record))
 }
 
+/// Returns all findings about the logs. Refuses logs that contradict the experiment file.
+pub(super) fn all_about_logs(
+    prepared: &Prepared,
+    chosen: Option<&Chosen>,
+    read: &ReadLogs,
+) -> Result<Vec<Finding>, IdentifyError> {
+    let mut about_logs = examine_or_refuse(prepared, read)?;
+    // A faulty log looks like missing laws.
+    let is_faulty = (about_logs.iter()).any(|finding| finding.severity > Severity::Info);
+    let about_laws = chosen.and_then(|chosen| chosen.finding.clone());
+    about_logs.extend(about_laws.filter(|finding| !(is_faulty && finding.code == LAWS_MISSING)));
+    about_logs.extend(at_rest(prepared, &read.system));
+    Ok(about_logs)
+}
+
 /// Returns the findings about the logs. Refuses logs that contradict the experiment file.
 fn examine_or_refuse(prepared: &Prepared, read: &ReadLogs) -> Result<Vec<Finding>, IdentifyError> {
     let examined = examine(prepared, &read.examined);
@@ -279,7 +289,7 @@ fn refuse<'a>(
 }
 
 /// Solves the regression of all logs by least squares, by other routes and from parts of the logs.
-fn fit_all(prepared: &Prepared, read: &ReadLogs) -> Result<Linear, IdentifyError> {
+pub(super) fn fit_all(prepared: &Prepared, read: &ReadLogs) -> Result<Linear, IdentifyError> {
     let (model, system) = (prepared.reading().model(), &read.system);
     let is_finite = |fitted: &Fitted| {
         let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
@@ -346,7 +356,7 @@ fn payloads(
 }
 
 /// Judges the estimates, examines suspicious results again, and assembles the identification.
-fn describe_all(
+pub(super) fn describe_all(
     basis: &Basis<'_>,
     read: &ReadLogs,
     estimates: Vec<(Estimator, Found)>,

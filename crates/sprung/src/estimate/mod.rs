@@ -22,6 +22,7 @@ mod late_channels;
 mod laws;
 mod least_squares;
 mod lsff;
+mod many_logs;
 mod on_line;
 mod output_error;
 mod payload;
@@ -35,7 +36,7 @@ mod start;
 mod verdict;
 
 pub use about_logs::{DelayUsed, GainUsed, LogInfo, SignUsed};
-pub(crate) use chi_square::upper_tail;
+pub(crate) use between_parts::between_parts;
 pub use error::IdentifyError;
 pub(crate) use found::NORMAL_95;
 pub use identify::{Identified, identify, identify_and_tell};
@@ -43,6 +44,8 @@ pub use late_channels::late_channels;
 pub(crate) use laws::with_found_laws;
 pub use laws::{LawDelay, LawRung, LawsByHoldOut};
 pub use lsff::{Lsff, LsffError};
+pub use many_logs::{Choices, FactorsError, LogFactors};
+pub(crate) use many_logs::{choices, factors, identify_factors};
 pub use payload::{PayloadParameter, PayloadResult};
 pub use physical::{Decided, PhysicalResult, StandardParameter};
 pub use prediction_error::{KnownNoise, KnownTruth, information_bound};
@@ -54,7 +57,7 @@ pub use refinement_result::{
 };
 pub(crate) use result::GENERATOR;
 pub use result::{
-    CrossCheckResult, CutoffChoice, CutoffPoint, EncoderOffsetResult, EstimateResult,
+    CrossCheckResult, CutoffChoice, CutoffPoint, EncoderOffsetResult, ErrorParts, EstimateResult,
     Identification, ModelDependence, MotorRowResult, ParameterEstimate, SettingsUsed,
     SimulationFit, parameters_csv,
 };

@@ -5,8 +5,8 @@ use std::fmt::Write;
 use serde::Serialize;
 
 use super::said::Said;
-use super::sha256::sha256;
 use crate::finding::GENERATOR;
+use crate::sha256::sha256;
 
 /// Precedes the hash of the contents.
 const MARK: &str = "contents sha256 ";

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
+use super::joined::Joined;
 use super::pass::{Observer, PassError, Piece, Preparation, Restart, reduce};
 use super::reading::Reading;
 use super::reduction::Reduction;
@@ -58,6 +59,7 @@ struct Heard<'a> {
     listener: &'a mut dyn Listener,
     /// Samples that were read from each log, and their expected number.
     logs: Vec<(u64, Option<u64>)>,
+    stopped: bool,
 }
 
 impl Shared<'_> {
@@ -69,16 +71,18 @@ impl Shared<'_> {
         let Ok(mut heard) = self.heard.lock() else {
             return Err(Stopped);
         };
+        if heard.stopped {
+            return Err(Stopped);
+        }
         heard.logs[index] = (log.timing().recorded, log.expected());
         let done = heard.logs.iter().map(|(done, _)| done).sum();
         let begun = || heard.logs.iter().filter(|(done, _)| *done > 0);
         let expected: Option<u64> = begun().map(|(_, expected)| *expected).sum();
-        let (all, count) = (heard.logs.len(), begun().count());
-        let total = expected.map(|begun| (begun as f64 * all as f64 / count as f64) as u64);
+        // Later logs are assumed to be as long as these.
+        let (all, count) = (heard.logs.len() as u64, begun().count().max(1) as u64);
+        let total = expected.map(|begun| begun * all / count);
         let answer = heard.listener.tell(self.phase, done, total);
-        if answer.is_err() {
-            self.failed.fetch_min(index, Ordering::Relaxed);
-        }
+        heard.stopped = answer.is_err();
         answer
     }
 }
@@ -110,14 +114,11 @@ pub(crate) fn read_through<O: Observer>(
         heard: Mutex::new(Heard {
             listener: progress,
             logs: vec![(0, None); count],
+            stopped: false,
         }),
         failed: AtomicUsize::new(usize::MAX),
     };
-    let mut passed = Passed {
-        system: Reduction::new(reading.model()).finish(),
-        logs: Vec::new(),
-        spans: Vec::new(),
-    };
+    let mut read = AllRead::default();
     let at_once = match observer.of_one_log() {
         Some(_) if count > 1 => rayon::current_num_threads(),
         _ => 1,
@@ -127,12 +128,10 @@ pub(crate) fn read_through<O: Observer>(
             .map(|_| observer.of_one_log().filter(|_| count > 1))
             .collect();
         let Some(observers) = observers else {
-            let end = passed.spans.last().map(|span| span[1]);
             let own = (first, &mut sources[0]);
-            passed.append(
-                read_log(reading, own, (count, end), observer, &shared)?,
-                true,
-            );
+            let end = read.end();
+            let log = read_log(reading, own, (count, end), observer, &shared)?;
+            read.add(log, end.is_some());
             continue;
         };
         let logs: Vec<(Result<ReadLog, PassError>, O)> = (sources.par_iter_mut())
@@ -148,31 +147,51 @@ pub(crate) fn read_through<O: Observer>(
                 (read, observer)
             })
             .collect();
-        for (read, own) in logs {
-            passed.append(read?, false);
+        for (log, own) in logs {
+            read.add(log?, false);
             observer.join(own);
         }
     }
-    Ok(passed)
+    Ok(read.passed(reading))
 }
 
-impl Passed {
+/// The logs that were read so far.
+#[derive(Default)]
+struct AllRead {
+    joined: Option<Joined>,
+    figures: Vec<LogFigures>,
+}
+
+impl AllRead {
+    /// Returns the end of the last log, s.
+    fn end(&self) -> Option<f64> {
+        Some(self.joined.as_ref()?.spans.last()?[1])
+    }
+
     /// Appends the next log.
     ///
     /// - `follows`: whether its times follow those of the log before.
-    fn append(&mut self, log: ReadLog, follows: bool) {
-        // Each log continues at the end of the previous log, independent of its own time stamps.
-        let later = (self.spans.last())
-            .filter(|_| !follows)
-            .map_or(0.0, |span| {
-                span[1] + log.figures.timing.period - log.span[0]
-            });
-        self.spans.push(log.span.map(|time| time + later));
-        self.logs.push(log.figures);
-        if self.logs.len() == 1 {
-            self.system = log.system;
-        } else {
-            self.system.append(log.system, later);
+    fn add(&mut self, log: ReadLog, follows: bool) {
+        let ReadLog {
+            system,
+            span,
+            figures,
+        } = log;
+        match &mut self.joined {
+            None => self.joined = Some(Joined::new(system, span)),
+            Some(joined) if follows => joined.append_following(system, span),
+            Some(joined) => joined.append(system, span, figures.timing.period),
+        }
+        self.figures.push(figures);
+    }
+
+    fn passed(self, reading: &Reading) -> Passed {
+        let empty = || (Reduction::new(reading.model()).finish(), Vec::new());
+        let (system, spans) = (self.joined).map_or_else(empty, |all| (all.system, all.spans));
+        Passed {
+            system,
+            logs: self.figures,
+            spans,
         }
     }
 }

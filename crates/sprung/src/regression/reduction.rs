@@ -44,6 +44,11 @@ impl Stretches {
     }
 }
 
+/// Returns the number of stretches up to which neighbours are not merged.
+pub(super) fn max_stretches(model: &Model) -> usize {
+    Stretches::of(model).max_factors
+}
+
 impl Stretches {
     /// Returns the limits of one of several logs, whose factors are joined later. Longer first stretches
     /// save small factors that would be merged.

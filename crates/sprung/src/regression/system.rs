@@ -205,6 +205,18 @@ impl System {
         self.all = OnceLock::new();
     }
 
+    /// Merges neighbours within each log and thins the samples for plots, until a system of one log has at
+    /// most these numbers of stretches and samples.
+    pub(super) fn reduce_to(&mut self, stretches: usize, samples: usize) {
+        while self.ends.len() > stretches.max(self.logs.len()) {
+            self.coarsen();
+        }
+        while self.kept.time.len() > samples.max(1) {
+            self.kept.thin();
+        }
+        self.all = OnceLock::new();
+    }
+
     /// Doubles the length of the stretches: merges neighbours within each log.
     fn coarsen(&mut self) {
         let mut first = 0;

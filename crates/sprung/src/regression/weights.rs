@@ -28,12 +28,23 @@ const AT_REST: Conditions = Conditions {
 };
 
 /// Standard deviations of the velocity noise, rad/s (m/s), each \[n\].
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct VelocityNoise {
     /// Of the links.
     pub link: Vec<f64>,
     /// Of the motors, before a coupling is undone.
     pub motor: Vec<f64>,
+}
+
+/// The numbers from which weights were made.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct WeightsMadeOf {
+    /// Of the filtered velocities.
+    pub noise: VelocityNoise,
+    /// Parameters with the friction, \[p\].
+    pub theta: Vec<f64>,
+    /// Scale of each row's residual in sliding, \[rows\], N·m (N).
+    pub slip: Vec<f64>,
 }
 
 /// Friction in one row that changes sign with one velocity.
@@ -105,6 +116,7 @@ pub struct TransitionWeights {
     transitions: Vec<Transition>,
     // Variance of each row's residual in sliding, (N·m)²; infinite until it is known.
     slip: Vec<f64>,
+    made_of: WeightsMadeOf,
 }
 
 impl TransitionWeights {
@@ -162,8 +174,18 @@ impl TransitionWeights {
         }
         Self {
             transitions,
-            slip: slip.into_iter().map(|scale| scale * scale).collect(),
+            slip: slip.iter().map(|scale| scale * scale).collect(),
+            made_of: WeightsMadeOf {
+                noise: noise.clone(),
+                theta: theta.to_vec(),
+                slip,
+            },
         }
+    }
+
+    /// Returns the numbers that [`TransitionWeights::new`] makes the same weights of.
+    pub(crate) fn made_of(&self) -> &WeightsMadeOf {
+        &self.made_of
     }
 
     /// Returns the weights for a velocity noise that is `factor` times as large.
@@ -171,6 +193,10 @@ impl TransitionWeights {
     pub fn with_noise(mut self, factor: f64) -> Self {
         for transition in &mut self.transitions {
             transition.noise *= factor;
+        }
+        let noise = &mut self.made_of.noise;
+        for deviation in noise.link.iter_mut().chain(&mut noise.motor) {
+            *deviation *= factor;
         }
         self
     }
@@ -297,6 +323,7 @@ mod tests {
         let weights = TransitionWeights {
             transitions: vec![plain()],
             slip: vec![4.0, 0.0, f64::INFINITY],
+            made_of: WeightsMadeOf::default(),
         };
         assert!((weights.weight(0, 0.0) - 1.0).abs() < 1e-15);
         assert!((weights.weight(0, 12.0) - 0.5).abs() < 1e-15);
@@ -323,6 +350,7 @@ mod tests {
                 ..plain()
             }],
             slip: vec![1.0; 4],
+            made_of: WeightsMadeOf::default(),
         };
         let mut block = SignalBlock::new(2);
         for k in 0..1000 {

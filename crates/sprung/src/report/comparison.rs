@@ -10,8 +10,8 @@ use super::section::{folded, section, shown};
 use super::tables::{number, text};
 use super::verdict;
 use crate::compare::{
-    ComparedParameter, ComparedPromise, ComparedResult, ComparedValue, Comparison, RUNS_DISAGREE,
-    SIGNIFICANCE,
+    CombinedParameter, CombinedResult, ComparedParameter, ComparedPromise, ComparedResult,
+    ComparedValue, Comparison, RUNS_DISAGREE, SIGNIFICANCE,
 };
 use crate::finding::{Finding, Severity};
 use crate::validate::{JointProof, QuantityProof};
@@ -97,7 +97,7 @@ pub fn compose_comparison(comparison: &Comparison, command: &str) -> Document {
 
 /// Composes the sections about the results of identifications.
 fn of_results(comparison: &Comparison) -> Vec<Section> {
-    vec![
+    let mut sections = vec![
         section(
             "results",
             "Compared results",
@@ -119,7 +119,54 @@ fn of_results(comparison: &Comparison) -> Vec<Section> {
              errors, but results from the same log share errors.",
             vec![Block::Table(parameters(comparison))],
         ),
-    ]
+    ];
+    if !comparison.combined.is_empty() {
+        sections.push(section(
+            "combined",
+            "Combined",
+            "Means of the results of one estimator from different logs, weighted by 1/s². The standard \
+             error contains the deviation between the results beyond their errors, and the bias that all \
+             results share. I² is the part of the scatter that the errors do not explain.",
+            (comparison.combined.iter())
+                .map(|own| Block::Table(combined(own)))
+                .collect(),
+        ));
+    }
+    sections
+}
+
+/// Returns a table of combined results.
+fn combined(combined: &CombinedResult) -> Table {
+    let row = |own: &CombinedParameter| Row {
+        cells: vec![
+            own.name.clone(),
+            own.unit.clone(),
+            format!(
+                "{} ± {}",
+                significant(own.value, 5),
+                significant(own.standard_error, 2)
+            ),
+            own.results.to_string(),
+            significant(own.chi_square, 3),
+            significant(own.probability, 2),
+            format!("{:.0}", own.i_squared_percent),
+        ],
+        tone: Tone::Neutral,
+    };
+    Table {
+        caption: format!("{}: {}", combined.estimator, combined.results.join(", ")),
+        columns: vec![
+            text("Parameter"),
+            text("Unit"),
+            number("Mean ± s.e."),
+            number("Results"),
+            number("χ²"),
+            number("p"),
+            number("I² [%]"),
+        ],
+        rows: combined.parameters.iter().map(row).collect(),
+        ..Table::default()
+    }
 }
 
 /// Returns a table with one row per run, parameter set and joint.

@@ -11,10 +11,11 @@ use crate::description::{Experiment, Signal};
 use crate::estimate::{EstimateResult, Identification};
 use crate::export::{
     ExportError, Exported, Form, Format, JointEvidence, Known, LogOrigin, Origin, Request,
-    ValueOrigin, export, sha256,
+    ValueOrigin, export,
 };
 use crate::log::Channels;
 use crate::model::Model;
+use crate::sha256::sha256;
 
 impl Session {
     /// Exports the robot with identified parameters.

@@ -20,6 +20,7 @@ mod from_log;
 mod identify;
 mod load;
 mod logs;
+mod many_logs;
 mod mistaken;
 mod parameters;
 mod results;
@@ -47,3 +48,5 @@ pub use simulate::Recording;
 pub use start::start_from_urdf;
 pub use switch::{SWITCH_FILE, Switch, TEMPORARY_NAME, finish};
 pub use usability::Usability;
+
+pub use crate::estimate::{Choices, FactorsError, LogFactors};

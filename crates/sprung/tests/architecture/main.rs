@@ -10,12 +10,13 @@ use std::path::{Path, PathBuf};
 use files::Files;
 
 /// Modules of `sprung` in order. A module uses only modules before it.
-const ORDER: [&str; 23] = [
+const ORDER: [&str; 24] = [
     "finding",
     "curves",
     "named",
     "numbers",
     "progress",
+    "sha256",
     "stopwatch",
     "description",
     "model",

@@ -3,6 +3,7 @@
 
 mod covariates;
 mod errors;
+mod many_logs;
 mod proof;
 mod stopped;
 mod support;
