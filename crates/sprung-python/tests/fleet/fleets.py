@@ -10,9 +10,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import pyarrow as pa
-import pyarrow.parquet as pq
-
+from sprung.fleet.arrow import pa, pq
 
 FOLDER = Path(__file__).resolve().parent
 DEMO = Path(__file__).resolve().parents[3] / "sprung" / "src" / "demo"
@@ -22,6 +20,11 @@ OVERRIDES = {"identify.estimator": "least-squares"}
 def environment() -> dict[str, str]:
     """The environment of workers, which import this file."""
     return {**os.environ, "PYTHONPATH": os.pathsep.join([str(FOLDER), *(path for path in sys.path if path)])}
+
+
+def set_environment(variables: dict[str, str]) -> None:
+    """Changes the environment of this process."""
+    os.environ.update(variables)
 
 
 def identification(experiment: str, logs: list[str], overrides: list[str]) -> Mapping[str, Any]:

@@ -164,7 +164,11 @@ def test_rows_of_any_order_give_the_same_result() -> None:
     rows = fleet(5, soft=1, step_at_day=100.0)
     order = np.random.default_rng(6).permutation(rows.value.size)
     shuffled = Rows(
-        *(column[order] for column in (rows.robot, rows.parameter, rows.unit, rows.value, rows.standard_error)),
+        robot=rows.robot[order],
+        parameter=rows.parameter[order],
+        unit=rows.unit[order],
+        value=rows.value[order],
+        standard_error=rows.standard_error[order],
         time_s=rows.time_s[order],
         covariates={name: column[order] for name, column in rows.covariates.items()},
     )

@@ -8,14 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import fleets
-import fsspec
 import pandas as pd
-import pyarrow as pa
-import pyarrow.parquet as pq
 import pytest
 
 from sprung import fleet
 from sprung.fleet import dataset, files
+from sprung.fleet.arrow import pa, pq
 
 
 @pytest.fixture(autouse=True)
@@ -24,7 +22,7 @@ def _importable(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def run(manifest: Any, out: Any, **more: Any) -> fleet.Summary:
-    settings = {"workers": 2, "logs_per_part": 2, "progress": False, "identify_one": fleets.identification}
+    settings: dict[str, Any] = {"workers": 2, "logs_per_part": 2, "progress": False, "identify_one": fleets.identification}
     return fleet.identify(manifest, out=out, **(settings | more))
 
 
@@ -62,7 +60,8 @@ def test_rows_are_read_by_pandas_and_duckdb(tmp_path: Path) -> None:
         ["000", "001", "002", "003"], 3
     )
     query = f"SELECT robot, avg(value) FROM '{out}/*.parquet' WHERE kind = 'parameter' GROUP BY robot ORDER BY robot"
-    assert duckdb.sql(query).fetchall() == [("000", 1.0), ("001", 4.0), ("002", 7.0), ("003", 10.0)]
+    found = duckdb.sql(query)
+    assert found is not None and found.fetchall() == [("000", 1.0), ("001", 4.0), ("002", 7.0), ("003", 10.0)]
     assert set(table.temperature_c) == {20.0, 21.0, 22.0}
     assert str(table.time.min()) == "2026-01-01 00:00:00+00:00"
 
@@ -317,4 +316,4 @@ def test_memory_file_systems_hold_datasets(tmp_path: Path) -> None:
     for part in manifest.parts((), ["log"], 5):
         run_part(part, settings)
     assert fleet.Dataset.read(settings.out).rows("parameter").num_rows == 12
-    fsspec.filesystem("memory").rm("/fleet", recursive=True)
+    files.filesystem(settings.out)[0].rm("/fleet", recursive=True)

@@ -2,6 +2,7 @@
 
 >>> import sprung.fleet                                                     # doctest: +SKIP
 >>> sprung.fleet.identify("manifest.csv", out="results")                    # doctest: +SKIP
+>>> sprung.fleet.report("results").save("fleet.html")                       # doctest: +SKIP
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ except ImportError as error:
     raise ImportError(f"{error}; sprung.fleet needs more packages: pip install 'sprung[fleet]'") from error
 
 if TYPE_CHECKING:
+    from .page import Report, report
     from .population import Analysis, Rows, analyse
 
 __all__ = [
@@ -24,10 +26,12 @@ __all__ = [
     "DatasetError",
     "FleetError",
     "ManifestError",
+    "Report",
     "Rows",
     "Summary",
     "analyse",
     "identify",
+    "report",
 ]
 
 
@@ -37,4 +41,8 @@ def __getattr__(name: str) -> Any:
         from . import population
 
         return getattr(population, name)
+    if name in ("Report", "report"):
+        from . import page
+
+        return getattr(page, name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,4 +1,3 @@
-# mypy: disable-error-code="import-untyped"
 """The dataset of a fleet: Parquet files, one per part, that any program reads together.
 
 Each row is a parameter of one log (``kind = 'parameter'``), a finding or a failure. A part is one file, and a file
@@ -14,11 +13,8 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
-import pyarrow as pa
-import pyarrow.compute as pc
-import pyarrow.parquet as pq
-
 from . import files
+from .arrow import pa, pc, pq
 from .errors import DatasetError
 from .manifest import Task
 

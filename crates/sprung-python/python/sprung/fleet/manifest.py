@@ -1,4 +1,3 @@
-# mypy: disable-error-code="import-untyped"
 """The manifest of a fleet: which log belongs to which robot and experiment."""
 
 from __future__ import annotations
@@ -12,12 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import pyarrow as pa
-import pyarrow.compute as pc
-import pyarrow.csv
-import pyarrow.parquet
-
 from . import files
+from .arrow import csv, pa, pc, pq
 from .errors import ManifestError
 
 REQUIRED = ("robot", "experiment", "log")
@@ -105,10 +100,10 @@ class Manifest:
             ) from error
         try:
             if content[:4] == b"PAR1":
-                table = pyarrow.parquet.read_table(io.BytesIO(content))
+                table = pq.read_table(io.BytesIO(content))
             else:
-                texts = pyarrow.csv.ConvertOptions(column_types=dict.fromkeys(REQUIRED, pa.string()))
-                table = pyarrow.csv.read_csv(io.BytesIO(content), convert_options=texts)
+                texts = csv.ConvertOptions(column_types=dict.fromkeys(REQUIRED, pa.string()))
+                table = csv.read_csv(io.BytesIO(content), convert_options=texts)
         except pa.ArrowException as error:
             raise ManifestError(
                 f"the manifest {url} is neither Parquet nor CSV: {error}",
