@@ -156,7 +156,7 @@ def main() -> int:
         processor_s = sum(pool.map(bare, [rows[k::WORKERS] for k in range(WORKERS)]))
         bare_s = time.perf_counter() - start
     print(f"two bare processes: {bare_s:.1f} s, {count / bare_s:.1f} logs/s", flush=True)
-    options = {"n_workers": WORKERS, "threads_per_worker": 1, "processes": True, "dashboard_address": None}
+    options = {"n_workers": WORKERS, "threads_per_worker": 1, "processes": True, "dashboard_address": ":0"}
     with distributed.LocalCluster(**options, silence_logs=50) as cluster, distributed.Client(cluster) as client:
         fleet_s, memory, summary = fleet(manifest, folder / "out", client)
         ratio = bare_s / fleet_s

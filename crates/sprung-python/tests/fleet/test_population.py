@@ -57,13 +57,13 @@ def fleet(
 
 def test_a_soft_robot_is_found_and_few_others() -> None:
     false, found = [], 0
-    for seed in range(30):
+    for seed in range(15):
         named = analyse(fleet(seed, soft=1)).outliers()
         right = [1 for population, robot in named if (robot.robot, population.parameter) == (SOFT, "joint1.stiffness")]
         found += len(right)
         false.append((len(named) - len(right)) / max(len(named), 1))
-    assert found == 30
-    assert np.mean(false) < 0.12
+    assert found == 15
+    assert np.mean(false) < 0.15
 
 
 def test_a_fifth_of_the_robots_does_not_hide_itself() -> None:
@@ -73,9 +73,9 @@ def test_a_fifth_of_the_robots_does_not_hide_itself() -> None:
 
 
 def test_a_fleet_without_changes_names_hardly_any_robot() -> None:
-    analyses = [analyse(fleet(seed)) for seed in range(30)]
-    assert sum(bool(one.outliers()) for one in analyses) <= 5
-    assert sum(bool(one.moved()) for one in analyses) <= 5
+    analyses = [analyse(fleet(seed)) for seed in range(15)]
+    assert sum(bool(one.outliers()) for one in analyses) <= 3
+    assert sum(bool(one.moved()) for one in analyses) <= 3
 
 
 def test_few_robots_are_not_tested() -> None:
@@ -87,7 +87,7 @@ def test_few_robots_are_not_tested() -> None:
 
 def test_a_step_is_found_with_its_time_and_its_parameter() -> None:
     found, inside = 0, 0
-    for seed in range(20):
+    for seed in range(10):
         moved = analyse(fleet(seed, soft=1, step_at_day=180.0)).moved()
         for population, one in moved:
             if one.robot == SOFT:
@@ -95,7 +95,7 @@ def test_a_step_is_found_with_its_time_and_its_parameter() -> None:
                 found += 1
                 inside += one.drift.time_ci95_s[0] <= 180 * DAY_S <= one.drift.time_ci95_s[1]
                 assert one.drift.change == pytest.approx(-0.05, abs=0.025)
-    assert found >= 18
+    assert found >= 9
     assert inside >= found - 2
 
 
@@ -115,7 +115,7 @@ def test_a_trend_is_told_from_a_step() -> None:
 @pytest.mark.parametrize("moderation", [Prior(1.0, float("inf")), Prior(1.0, 0.0), Prior(0.8, 6.0)])
 def test_p_values_of_drift_bound_the_false_alarms(moderation: Prior) -> None:
     random = np.random.default_rng(2)
-    logs, alarms, repetitions = 12, 0, 3000
+    logs, alarms, repetitions = 12, 0, 1500
     for _ in range(repetitions):
         factor = 1.0
         if moderation.freedom == 6.0:

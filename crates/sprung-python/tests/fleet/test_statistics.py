@@ -58,7 +58,7 @@ def test_the_likelihood_is_that_of_the_whole_covariance_matrix() -> None:
 
 def test_intervals_contain_the_truth_as_often_as_they_say() -> None:
     inside = {"mean": 0, "between": 0, "within": 0}
-    repetitions = 200
+    repetitions = 80
     for seed in range(repetitions):
         found = scatter(drawn(30, 5, 0.5, 0.3, 0.2, seed))
         inside["mean"] += found.mean_ci95[0] <= 1.0 <= found.mean_ci95[1]
