@@ -33,6 +33,7 @@ const USAGE: &str = "usage: cargo xtask TASK
                 or some of these steps: STEPS
   dist [BINARY] builds a release in target/dist: an archive and a Debian package, each installed into an empty
                 folder and run; with BINARY, packages this program instead of building one
+  wheel         builds the wheel for Python into target/wheels
   docs          writes the pages of the documentation that come from the program
   browser       installs the browser that the report is tested in
   fuzz [SECONDS [TARGET…]]
@@ -49,6 +50,7 @@ fn main() -> ExitCode {
         ["test", "outside", steps @ ..] => outside::run(steps),
         ["dist"] => dist::run(None),
         ["dist", binary] => dist::run(Some(binary)),
+        ["wheel"] => outside::wheel::build(),
         ["docs"] => docs::write(),
         ["browser"] if install::browser() => ExitCode::SUCCESS,
         ["browser"] => ExitCode::FAILURE,

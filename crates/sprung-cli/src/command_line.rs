@@ -1,11 +1,33 @@
-//! Returns the typed command, for reports.
+//! The typed command, for reports.
+
+use std::ffi::OsString;
+use std::sync::Mutex;
+
+/// The words of the command that runs.
+static WORDS: Mutex<Vec<OsString>> = Mutex::new(Vec::new());
+
+/// Remembers the words of the command that runs, the program first.
+pub(crate) fn remember(words: Vec<OsString>) {
+    if let Ok(mut own) = WORDS.lock() {
+        *own = words;
+    }
+}
+
+/// Returns the typed words, the program first.
+pub(crate) fn words() -> Vec<OsString> {
+    WORDS.lock().map_or_else(|_| Vec::new(), |own| own.clone())
+}
 
 /// Returns the typed command, with `sprung` as the name of the program.
 pub(crate) fn command_line() -> String {
-    let mut words = std::env::args_os();
-    words.next();
+    let words = words();
     std::iter::once("sprung".to_owned())
-        .chain(words.map(|word| quoted(&word.to_string_lossy())))
+        .chain(
+            words
+                .iter()
+                .skip(1)
+                .map(|word| quoted(&word.to_string_lossy())),
+        )
         .collect::<Vec<_>>()
         .join(" ")
 }

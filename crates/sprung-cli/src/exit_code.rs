@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 use sprung::finding::Finding;
-use sprung::session::{ErrorKind, SessionError, Usability};
+use sprung::session::{ErrorKind, SessionError, Usability, split_remedy};
 
 /// Exit codes, which `docs/reference/commands.md` and `--help` document.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,12 +17,6 @@ pub(crate) enum ExitCode {
     Log = 3,
     /// A file cannot be read or written.
     File = 4,
-}
-
-impl From<ExitCode> for std::process::ExitCode {
-    fn from(code: ExitCode) -> Self {
-        Self::from(code as u8)
-    }
 }
 
 impl From<Usability> for ExitCode {
@@ -90,7 +84,7 @@ impl Failure {
         }
     }
 
-    /// Returns the error in parts. Messages give the cause first and the remedy behind the first semicolon.
+    /// Returns the error in parts.
     pub(crate) fn described(&self) -> Described<'_> {
         let exit_code = self.code as u8;
         if let Some(first) = self.findings.first() {
@@ -102,10 +96,7 @@ impl Failure {
                 findings: &self.findings,
             };
         }
-        let (text, remedy) = match self.message.split_once("; ") {
-            Some((text, remedy)) => (text, Some(remedy)),
-            None => (&*self.message, None),
-        };
+        let (text, remedy) = split_remedy(&self.message);
         Described {
             code: self.code.name(),
             exit_code,

@@ -10,6 +10,7 @@ mod new;
 mod python;
 mod servo;
 mod vectors;
+pub(crate) mod wheel;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -112,6 +113,29 @@ const STEPS: [Step; 8] = [
         ],
         run: servo::check,
     },
+    Step {
+        name: "python",
+        what: "the wheel: types, examples, tests",
+        packages: PYTHON,
+        run: wheel::check,
+    },
+];
+
+/// What users of the wheel have beside it.
+const PYTHON: &[&str] = &[
+    wheel::MATURIN,
+    "numpy==2.4.6",
+    "scipy==1.17.1",
+    "pandas==3.1.1",
+    "pandas-stubs",
+    "polars==2.1.0",
+    "pyarrow==26.0.1",
+    "pyarrow-stubs",
+    "matplotlib",
+    "tqdm",
+    "types-tqdm",
+    "mypy==2.4.1",
+    "pytest==9.2.0",
 ];
 
 /// Returns the names of all steps.

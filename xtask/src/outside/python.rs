@@ -71,6 +71,11 @@ impl Python {
         succeeds(self.command(script).stdin(input).stdout(output))
     }
 
+    /// Returns the interpreter of the environment.
+    pub(super) fn program(&self) -> &Path {
+        &self.program
+    }
+
     fn command(&self, script: &str) -> Command {
         let mut command = Command::new(&self.program);
         command.arg(root().join(script));

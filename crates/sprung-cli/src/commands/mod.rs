@@ -11,18 +11,27 @@ mod servo;
 mod simulate;
 mod validate;
 
+use std::ffi::OsString;
+
 use clap::Parser;
 use clap::error::ErrorKind;
 
 use crate::args::{Cli, Verb, Work};
+use crate::command_line::{remember, words};
 use crate::exit_code::{ExitCode, Failure};
+use crate::hide_caught_panics;
 use crate::terminal::{self, complain, complain_json};
 
-/// Runs the command that was typed.
-pub(crate) fn run() -> std::process::ExitCode {
-    let cli = match Cli::try_parse() {
+/// Runs a command and returns its exit code.
+///
+/// - `words`: the words that were typed, the name of the program first.
+pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
+    hide_caught_panics();
+    let words: Vec<OsString> = words.into_iter().collect();
+    remember(words.clone());
+    let cli = match Cli::try_parse_from(words) {
         Ok(cli) => cli,
-        Err(error) => return refused(&error),
+        Err(error) => return refused(&error) as u8,
     };
     let json = cli.verb.wants_json();
     let outcome = match cli.verb {
@@ -42,26 +51,26 @@ pub(crate) fn run() -> std::process::ExitCode {
         }
     };
     match outcome {
-        Ok(_) if terminal::output_lost() => ExitCode::File.into(),
-        Ok(code) => code.into(),
+        Ok(_) if terminal::output_lost() => ExitCode::File as u8,
+        Ok(code) => code as u8,
         Err(failure) if json => {
             complain_json(&failure.described());
-            failure.code.into()
+            failure.code as u8
         }
         Err(failure) => {
             complain(&format!("error: {}", failure.message));
-            failure.code.into()
+            failure.code as u8
         }
     }
 }
 
 /// Prints help or the error of a command line.
-fn refused(error: &clap::Error) -> std::process::ExitCode {
+fn refused(error: &clap::Error) -> ExitCode {
     let is_help = matches!(
         error.kind(),
         ErrorKind::DisplayHelp | ErrorKind::DisplayVersion
     );
-    if !is_help && std::env::args_os().any(|arg| arg == "--json") {
+    if !is_help && words().iter().any(|word| word == "--json") {
         let message = error.to_string();
         let cause = message.split("\n\n").next().unwrap_or_default();
         let cause = cause.trim_start_matches("error: ").replace('\n', " ");
@@ -75,7 +84,6 @@ fn refused(error: &clap::Error) -> std::process::ExitCode {
     } else {
         ExitCode::Usage
     }
-    .into()
 }
 
 /// Runs a command with the requested number of threads.

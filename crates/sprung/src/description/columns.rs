@@ -155,7 +155,8 @@ pub enum StartsAt {
 }
 
 impl Column {
-    fn named(name: ColumnName) -> Self {
+    /// Returns a column in the unit of its key.
+    pub(crate) fn named(name: ColumnName) -> Self {
         Self {
             column: Some(PerJoint::One(name)),
             ..Self::default()

@@ -47,6 +47,11 @@ pub(super) struct Ambiguous {
 }
 
 impl Log {
+    /// Returns the names of its columns, joint by joint.
+    pub(crate) fn labels(&self, robot: &Robot) -> impl Iterator<Item = String> {
+        (self.labelled(robot).into_iter()).map(|column| column.label)
+    }
+
     /// Returns its columns, joint by joint.
     pub(super) fn labelled(&self, robot: &Robot) -> Vec<Labelled> {
         let mut all = Vec::new();

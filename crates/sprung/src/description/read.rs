@@ -5,7 +5,7 @@ use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
 use super::check::kinematics;
-use super::check::{Fault, check, check_format};
+use super::check::{Fault, check, check_format, check_log_over};
 use super::identify::Identify;
 use super::keys::{self, Misfit};
 use super::log::Log;
@@ -33,6 +33,32 @@ pub struct Experiment {
     pub validate: Vec<Validate>,
     /// The digital twin, if any.
     pub simulate: Option<Simulate>,
+}
+
+impl Experiment {
+    /// Returns the experiment with columns of another log in place of its own, for its validation
+    /// runs as well.
+    ///
+    /// - `name`: name of the experiment for messages.
+    ///
+    /// # Errors
+    ///
+    /// [`DescriptionError::File`] if the columns do not fit the robot or the rest of `[log]`.
+    pub(crate) fn with_log(&self, name: &str, over: &Log) -> Result<Self, DescriptionError> {
+        let log = check_log_over(self.log.as_ref(), over, &self.robot, &self.identify);
+        let log = log.map_err(|fault| DescriptionError::File {
+            file: name.to_owned(),
+            message: fault.message,
+        })?;
+        let mut own = Self {
+            log: Some(log),
+            ..self.clone()
+        };
+        for run in &mut own.validate {
+            run.log = None;
+        }
+        Ok(own)
+    }
 }
 
 /// Error of an experiment file.

@@ -113,6 +113,12 @@ impl Start {
         })
     }
 
+    /// Returns the names of its joints.
+    #[must_use]
+    pub fn joint_names(&self) -> Vec<String> {
+        self.joints.iter().map(|joint| joint.name.clone()).collect()
+    }
+
     /// Returns a robot with a Denavit-Hartenberg table to be filled in.
     ///
     /// - `joints`: number of its rows, 1 to 32.

@@ -7,7 +7,7 @@ use sprung_core::parameters::{JointParameter, Side};
 use super::found::{Criterion, Numbers};
 use super::laws::dependence;
 use super::least_squares::{Parts, Route};
-use super::physical::physical;
+use super::physical::{covariance, information, physical};
 use super::promise::{HeldOutRatio, promise};
 use super::result::{
     CrossCheckResult, EncoderOffsetResult, EstimateResult, MotorRowResult, ParameterEstimate,
@@ -41,7 +41,8 @@ pub(super) fn describe(
     system: &System,
 ) -> EstimateResult {
     let fitted = &linear.fitted;
-    let bodies = physical(model, settings, found, system);
+    let information = information(model, found, &found.errors, system);
+    let bodies = physical(model, settings, found, (information.as_ref(), system));
     let Numbers {
         theta,
         errors,
@@ -95,6 +96,7 @@ pub(super) fn describe(
         condition_number: finite(fitted.condition_number),
         condition_number_scaled: finite(fitted.condition_number_scaled),
         parameters,
+        covariance: (information.as_ref()).and_then(|own| covariance(model, found, own)),
         encoder_offsets,
         stribeck_velocity: stribeck_velocities(model, &found.criterion),
         residual_velocity: residual_velocities(model),

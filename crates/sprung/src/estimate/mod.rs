@@ -47,7 +47,7 @@ pub use lsff::{Lsff, LsffError};
 pub use many_logs::{Choices, FactorsError, LogFactors};
 pub(crate) use many_logs::{choices, factors, identify_factors};
 pub use payload::{PayloadParameter, PayloadResult};
-pub use physical::{Decided, PhysicalResult, StandardParameter};
+pub use physical::{CovarianceOfErrors, Decided, PhysicalResult, StandardParameter};
 pub use prediction_error::{KnownNoise, KnownTruth, information_bound};
 pub use promise::JointPrediction;
 pub(crate) use promise::{percent, predictions};

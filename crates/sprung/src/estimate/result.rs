@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::about_logs::LogInfo;
 use super::laws::LawsByHoldOut;
 use super::payload::PayloadResult;
-use super::physical::{PhysicalResult, StandardParameter};
+use super::physical::{CovarianceOfErrors, PhysicalResult, StandardParameter};
 use super::promise::JointPrediction;
 use super::refinement_result::Refinement;
 use super::verdict::{Decision, Verdict};
@@ -156,6 +156,9 @@ pub struct EstimateResult {
     pub condition_number_scaled: Option<f64>,
     /// The parameters, in the order of theta.
     pub parameters: Vec<ParameterEstimate>,
+    /// Covariance of the errors of the determined parameters; absent if the log gives none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub covariance: Option<CovarianceOfErrors>,
     /// Constant differences of the encoders, if they were estimated.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub encoder_offsets: Vec<EncoderOffsetResult>,

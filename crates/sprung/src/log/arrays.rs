@@ -1,6 +1,7 @@
 //! Columns of numbers in memory, which serve as a log without a file.
 
 use std::fmt;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Borrowed or owned numbers: a `Vec`, a slice behind an `Arc`, or an array of another language
@@ -14,6 +15,38 @@ pub enum Array {
     Float(Lent<f64>),
     /// Integers, such as encoder counts or times in ns; they are read exactly.
     Integer(Lent<i64>),
+    /// A column of a matrix of floating point numbers.
+    Column(Column),
+}
+
+/// A column of a matrix that is stored row by row.
+#[derive(Clone)]
+pub struct Column {
+    matrix: Lent<f64>,
+    column: usize,
+    columns: usize,
+}
+
+impl Column {
+    fn len(&self) -> usize {
+        let numbers = (*self.matrix).as_ref().len();
+        if self.column < self.columns {
+            numbers / self.columns
+        } else {
+            0
+        }
+    }
+
+    /// Returns its numbers in some rows.
+    pub(crate) fn rows(&self, rows: Range<usize>) -> impl Iterator<Item = f64> {
+        let own = rows.start * self.columns..rows.end * self.columns;
+        let numbers = (*self.matrix).as_ref().get(own).unwrap_or(&[]);
+        numbers
+            .iter()
+            .skip(self.column)
+            .step_by(self.columns.max(1))
+            .copied()
+    }
 }
 
 impl Array {
@@ -29,12 +62,29 @@ impl Array {
         Self::Integer(Arc::new(numbers))
     }
 
+    /// Returns the columns of a matrix without copying it.
+    ///
+    /// - `matrix`: \[rows × columns\], row by row.
+    #[must_use]
+    pub fn columns(matrix: impl AsRef<[f64]> + Send + Sync + 'static, columns: usize) -> Vec<Self> {
+        let matrix: Lent<f64> = Arc::new(matrix);
+        let of = |column| Column {
+            matrix: Arc::clone(&matrix),
+            column,
+            columns,
+        };
+        (0..columns)
+            .map(|column| Self::Column(of(column)))
+            .collect()
+    }
+
     /// Returns the number of rows.
     #[must_use]
     pub fn len(&self) -> usize {
         match self {
             Self::Float(numbers) => (**numbers).as_ref().len(),
             Self::Integer(numbers) => (**numbers).as_ref().len(),
+            Self::Column(column) => column.len(),
         }
     }
 
@@ -50,6 +100,7 @@ impl fmt::Debug for Array {
         match self {
             Self::Float(_) => write!(f, "Float({} rows)", self.len()),
             Self::Integer(_) => write!(f, "Integer({} rows)", self.len()),
+            Self::Column(_) => write!(f, "Column({} rows)", self.len()),
         }
     }
 }
@@ -186,6 +237,20 @@ mod tests {
             error,
             "column \"t\" is given twice; give one of them another name"
         );
+    }
+
+    #[test]
+    fn the_columns_of_a_matrix_share_its_numbers() {
+        let matrix = vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
+        let columns = Array::columns(matrix, 2);
+        let numbers = |column: &Array, rows: Range<usize>| match column {
+            Array::Column(column) => column.rows(rows).collect::<Vec<f64>>(),
+            _ => Vec::new(),
+        };
+        assert_eq!(columns[1].len(), 3);
+        assert_eq!(numbers(&columns[0], 0..3), [1.0, 3.0, 5.0]);
+        assert_eq!(numbers(&columns[1], 1..2), [4.0]);
+        assert!(Array::columns(vec![1.0], 0).is_empty());
     }
 
     #[test]

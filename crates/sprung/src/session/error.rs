@@ -7,7 +7,7 @@ use crate::description::{DescriptionError, StartError, UrdfError};
 use crate::estimate::IdentifyError;
 use crate::export::ExportError;
 use crate::finding::Finding;
-use crate::log::{ChannelError, ChooseError, LogError};
+use crate::log::{ArraysError, ChannelError, ChooseError, LogError};
 use crate::model::ModelError;
 use crate::prepare::PrepareError;
 use crate::progress::Stopped;
@@ -169,6 +169,30 @@ pub enum SessionError {
         /// The file.
         file: PathBuf,
     },
+    /// The name of arrays is no quantity.
+    #[error(
+        "\"{name}\" is neither a column of [log] nor a quantity; the quantities are t, q, phi, tau, \
+         tau_joint and the keys of [log], such as motor_current_a"
+    )]
+    NotAQuantity {
+        /// The name.
+        name: String,
+    },
+    /// A quantity has a wrong number of columns.
+    #[error(
+        "\"{name}\" has {found} columns; give one for each of these: {}", .joints.join(", ")
+    )]
+    QuantityColumns {
+        /// The quantity.
+        name: String,
+        /// Number of its columns.
+        found: usize,
+        /// Names of its joints.
+        joints: Vec<String>,
+    },
+    /// Arrays cannot form a log.
+    #[error(transparent)]
+    Arrays(#[from] ArraysError),
     /// Results cannot be compared.
     #[error(transparent)]
     Compare(#[from] CompareError),
@@ -361,7 +385,10 @@ impl SessionError {
             | Self::NotUnicode { .. }
             | Self::OtherColumns { .. }
             | Self::Choose(_)
+            | Self::NotAQuantity { .. }
+            | Self::QuantityColumns { .. }
             | Self::Start(_) => ErrorKind::Usage,
+            Self::Arrays(_) => ErrorKind::Log,
             Self::Log(error) => of_log(error),
             Self::Servo(error) => match error {
                 ServoError::Log(log) => of_log(log),

@@ -1,17 +1,19 @@
 //! Reads experiments from their files.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use super::error::SessionError;
 use super::files::{Disk, Files, read_text};
 use super::mistaken::{EXPERIMENT_FILE, experiment_file};
-use crate::description::{self, Experiment, Log};
+use crate::description::{self, Experiment, Log, Validate};
 use crate::model::Model;
 
 /// Folder of results beside `experiment.toml`; that of another file has a longer name.
 pub(super) const RESULTS_FOLDER: &str = "sprung-out";
 
 /// An experiment, its robot's equations, and access to its files.
+#[derive(Clone)]
 pub struct Session {
     experiment: Experiment,
     model: Model,
@@ -20,7 +22,7 @@ pub struct Session {
     file: Option<PathBuf>,
     // Folder to which the paths in the experiment are relative.
     pub(super) folder: PathBuf,
-    pub(super) files: Box<dyn Files>,
+    pub(super) files: Arc<dyn Files>,
 }
 
 impl Session {
@@ -37,7 +39,7 @@ impl Session {
         let name = file.display().to_string();
         let text = read_text(&Disk, &file)?;
         let folder = file.parent().map_or_else(PathBuf::new, Path::to_owned);
-        let session = Self::with_folder(&name, &text, overrides, folder, Box::new(Disk))?;
+        let session = Self::with_folder(&name, &text, overrides, folder, Arc::new(Disk))?;
         Ok(Self {
             file: Some(file),
             ..session
@@ -58,7 +60,21 @@ impl Session {
         overrides: &[String],
         files: impl Files + 'static,
     ) -> Result<Self, SessionError> {
-        Self::with_folder(name, text, overrides, PathBuf::new(), Box::new(files))
+        Self::with_folder(name, text, overrides, PathBuf::new(), Arc::new(files))
+    }
+
+    /// Reads an experiment from text, and the files that it names from a folder.
+    ///
+    /// # Errors
+    ///
+    /// The errors of [`read`](Self::read).
+    pub fn read_in(
+        name: &str,
+        text: &str,
+        overrides: &[String],
+        folder: PathBuf,
+    ) -> Result<Self, SessionError> {
+        Self::with_folder(name, text, overrides, folder, Arc::new(Disk))
     }
 
     fn with_folder(
@@ -66,22 +82,51 @@ impl Session {
         text: &str,
         overrides: &[String],
         folder: PathBuf,
-        files: Box<dyn Files>,
+        files: Arc<dyn Files>,
     ) -> Result<Self, SessionError> {
         let mut open = |path: &Path| files.text(&folder.join(path));
         let experiment = description::read(name, text, overrides, &mut open)?;
-        let model = Model::new(&experiment).map_err(|error| SessionError::Robot {
-            file: name.to_owned(),
-            error,
-        })?;
         Ok(Self {
+            model: model(name, &experiment)?,
             experiment,
-            model,
             text: text.to_owned(),
             file: None,
             folder,
             files,
         })
+    }
+
+    /// Returns this session with columns of another log in place of those of `[log]`.
+    pub(super) fn with_log(&self, over: &Log) -> Result<Self, SessionError> {
+        let name = self.name();
+        let experiment = self.experiment.with_log(&name, over)?;
+        Ok(Self {
+            model: model(&name, &experiment)?,
+            experiment,
+            ..self.clone()
+        })
+    }
+
+    /// Returns this session with a number of validation runs on logs with the columns of `[log]`. The
+    /// first runs keep their names and controllers.
+    #[must_use]
+    pub fn with_runs(&self, count: usize) -> Self {
+        let mut own = self.clone();
+        let mut runs = std::mem::take(&mut own.experiment.validate).into_iter();
+        let run = |number: usize| {
+            let kept = runs.next();
+            let (name, controller) = kept.map_or_else(
+                || (format!("validation {number}"), None),
+                |run| (run.name, run.controller),
+            );
+            Validate {
+                name,
+                log: None,
+                controller,
+            }
+        };
+        own.experiment.validate = (1..=count).map(run).collect();
+        own
     }
 
     /// Returns the experiment, including the overrides.
@@ -146,6 +191,13 @@ impl Session {
             .chain(self.file.clone())
             .collect()
     }
+}
+
+fn model(name: &str, experiment: &Experiment) -> Result<Model, SessionError> {
+    Model::new(experiment).map_err(|error| SessionError::Robot {
+        file: name.to_owned(),
+        error,
+    })
 }
 
 impl std::fmt::Debug for Session {

@@ -10,9 +10,11 @@
 //! it. No method changes its session or writes a file. A stopped run returns no result and leaves
 //! earlier results unchanged.
 
+mod arrays;
 mod bag;
 mod check;
 mod compare;
+mod described;
 mod error;
 mod export;
 mod files;
@@ -31,8 +33,10 @@ mod switch;
 mod usability;
 mod validate;
 
+pub use arrays::QuantityArrays;
 pub use check::Depth;
 pub use compare::{ComparedFiles, compare_files};
+pub use described::{Described, split_remedy};
 pub use error::{ErrorKind, SessionError};
 pub use files::{Disk, Files};
 pub use from_log::{NewExperiment, joints_of_log};

@@ -11,7 +11,7 @@ use crate::description::{Controller, Log, Simulate, Validate};
 use crate::log::Channels;
 use crate::model::{Model, Theta};
 use crate::progress::Listener;
-use crate::simulate::{TwinSetup, record};
+use crate::simulate::{Dynamics, TwinSetup, record};
 
 /// A digital twin that is ready to be simulated.
 #[derive(Clone, Debug)]
@@ -57,6 +57,22 @@ impl Session {
             named: self.named_log(overlay)?,
             channels: Channels::new(&experiment.robot, &self.log(overlay)?)?,
         })
+    }
+
+    /// Returns the robot with parameters, to compute its torques, masses and accelerations.
+    ///
+    /// - `set`: index of the parameter set, one for each estimator of an identification.
+    ///
+    /// # Errors
+    ///
+    /// [`SessionError`] if a parameter has no value or there is no such set.
+    pub fn dynamics(&self, parameters: &Parameters, set: usize) -> Result<Dynamics, SessionError> {
+        self.no_servo("Session::dynamics")?;
+        let (_, model) = self.described_by(parameters)?;
+        let values = (parameters.sets.get(set)).map(|set| &set.values);
+        let values = values.cloned().unwrap_or_default();
+        let theta = model.theta(&values)?;
+        Ok(Dynamics::new(model.shaped(&values), theta))
     }
 
     /// Returns the validation run of this name.

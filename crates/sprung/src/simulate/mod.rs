@@ -4,6 +4,7 @@
 //! the same equations.
 
 mod closed_loop;
+mod dynamics;
 mod integrator;
 mod plant;
 mod record;
@@ -13,6 +14,7 @@ mod subsystems;
 mod twin;
 
 pub use closed_loop::{ClosedLoop, Diverged, LoopError};
+pub use dynamics::{Accelerations, BothTorques, Dynamics, RanAway};
 pub use integrator::StepsExhausted;
 pub use plant::JointState;
 pub use record::{RecordError, record};

@@ -9,6 +9,9 @@ use super::payload::check_payloads;
 use super::robot::robot;
 use super::run::{check_controller, check_target, check_twin};
 use super::servo::check_servo;
+use crate::description::identify::Identify;
+use crate::description::log::Log;
+use crate::description::robot::Robot;
 use crate::description::types::ExperimentFile;
 
 /// Checks that this version of sprung reads the file format.
@@ -54,17 +57,12 @@ pub(in crate::description) fn check(file: &ExperimentFile) -> Result<(), Fault> 
     for (i, run) in file.validate.iter().enumerate() {
         let i = i.to_string();
         if let Some(over) = &run.log {
-            let log = file
-                .log
-                .as_ref()
-                .map_or_else(|| over.clone(), |log| log.overlaid(over, &file.robot));
-            check_overlay(
+            overlaid(
                 file.log.as_ref(),
                 over,
                 &["validate", &i, "log"],
                 &file.robot,
             )?;
-            check_log(&log, &["validate", &i, "log"], &file.robot)?;
         }
         if let Some(controller) = &run.controller {
             check_controller(controller, &["validate", &i, "controller"], &file.robot)?;
@@ -75,4 +73,23 @@ pub(in crate::description) fn check(file: &ExperimentFile) -> Result<(), Fault> 
         check_target(twin, &file.robot)?;
     }
     Ok(())
+}
+
+/// Returns a log with the columns of another one in place of its own, and checks it.
+pub(in crate::description) fn check_log_over(
+    log: Option<&Log>,
+    over: &Log,
+    robot: &Robot,
+    settings: &Identify,
+) -> Result<Log, Fault> {
+    let log = overlaid(log, over, &["log"], robot)?;
+    check_estimators(&log, robot, settings)?;
+    Ok(log)
+}
+
+fn overlaid(log: Option<&Log>, over: &Log, path: &[&str], robot: &Robot) -> Result<Log, Fault> {
+    let all = log.map_or_else(|| over.clone(), |log| log.overlaid(over, robot));
+    check_overlay(log, over, path, robot)?;
+    check_log(&all, path, robot)?;
+    Ok(all)
 }

@@ -15,7 +15,7 @@ mod servo;
 mod time;
 mod window;
 
-pub(super) use experiment::{check, check_format};
+pub(super) use experiment::{check, check_format, check_log_over};
 pub(super) use fault::{Fault, fault};
 pub(super) use name::check_name;
 pub(super) use robot::kinematics;

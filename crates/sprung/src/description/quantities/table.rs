@@ -63,6 +63,12 @@ pub(crate) enum Scaling {
     AmplifierGain,
 }
 
+impl Scaling {
+    fn keeps_the_unit(self) -> bool {
+        !matches!(self, Self::TorqueConstant | Self::AmplifierGain)
+    }
+}
+
 /// The place of a key in a template.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum InTemplate {
@@ -173,6 +179,18 @@ impl Key {
     /// Returns the keys that give a signal.
     pub(crate) fn of(signal: Signal) -> impl Iterator<Item = &'static Self> {
         KEYS.iter().filter(move |key| key.signal() == signal)
+    }
+
+    /// Returns the keys of a quantity whose names end in its SI unit.
+    pub(crate) fn in_si_units(quantity: Quantity) -> impl Iterator<Item = &'static Self> {
+        (KEYS.iter()).filter(move |key| {
+            key.quantity == quantity && key.unit == SI && key.scaling.keeps_the_unit()
+        })
+    }
+
+    /// Returns the key of this name.
+    pub(crate) fn named(name: &str) -> Option<&'static Self> {
+        KEYS.iter().find(|key| key.name == name)
     }
 
     /// Returns the signal that it gives.

@@ -3,6 +3,7 @@
 use faer::Mat;
 use faer::linalg::solvers::DenseSolveCore;
 
+use super::result::CovarianceOfErrors;
 use crate::estimate::found::{Covariance, Numbers};
 use crate::fit::{Free, residual};
 use crate::model::Model;
@@ -35,14 +36,14 @@ pub(in crate::estimate) fn information(
     system: &System,
 ) -> Option<Information> {
     let p = numbers.theta.len();
+    if !numbers.theta.iter().all(|value| value.is_finite()) {
+        return None;
+    }
     let mut information = match &numbers.covariance {
         Some(own) => of_covariance(own, p)?,
         None => of_equations(model, &numbers.theta, system)?,
     };
-    let known: Vec<usize> = (0..p)
-        .filter(|&i| numbers.identifiable[i] && model.parameters()[i].fixed.is_none())
-        .filter(|&i| errors[i] > 0.0 && errors[i].is_finite())
-        .collect();
+    let known = known(model, numbers, errors);
     let part = Mat::from_fn(known.len(), known.len(), |i, j| {
         information[(known[i], known[j])]
     });
@@ -73,6 +74,36 @@ impl Information {
     pub(in crate::estimate) fn of_errors(&self) -> Mat<f64> {
         widened(&self.matrix, &self.factors, self.inflation)
     }
+}
+
+/// Returns the covariance of the errors of the determined parameters; its diagonal has the squares of the
+/// standard errors.
+pub(in crate::estimate) fn covariance(
+    model: &Model,
+    numbers: &Numbers,
+    information: &Information,
+) -> Option<CovarianceOfErrors> {
+    let known = known(model, numbers, &numbers.errors);
+    let own = information.of_errors();
+    let inverse = inverse(&Mat::from_fn(known.len(), known.len(), |i, j| {
+        own[(known[i], known[j])]
+    }))?;
+    Some(CovarianceOfErrors {
+        parameters: (known.iter())
+            .map(|&i| model.parameters()[i].name.clone())
+            .collect(),
+        values: (0..known.len())
+            .map(|i| (0..=i).map(|j| inverse[(i, j)]).collect())
+            .collect(),
+    })
+}
+
+/// Returns the parameters that the log determines with a standard error.
+fn known(model: &Model, numbers: &Numbers, errors: &[f64]) -> Vec<usize> {
+    (0..numbers.theta.len())
+        .filter(|&i| numbers.identifiable[i] && model.parameters()[i].fixed.is_none())
+        .filter(|&i| errors[i] > 0.0 && errors[i].is_finite())
+        .collect()
 }
 
 /// Returns an information matrix after the standard error of each parameter grew by a factor.

@@ -18,6 +18,6 @@ mod prior;
 mod problem;
 mod result;
 
-pub(super) use information::{information, inverse, of_equations, widened};
+pub(super) use information::{covariance, information, inverse, of_equations, widened};
 pub(super) use problem::physical;
-pub use result::{Decided, PhysicalResult, StandardParameter};
+pub use result::{CovarianceOfErrors, Decided, PhysicalResult, StandardParameter};

@@ -4,7 +4,7 @@ use faer::Mat;
 use sprung_core::parameters::JointParameter;
 use sprung_core::spatial::BODY;
 
-use super::information::{information, inverse};
+use super::information::{Information, inverse};
 use super::prior::{BodyPrior, add_prior, impossible, priors};
 use super::result::{Bodies, Decided, PhysicalResult, StandardParameter};
 use crate::description::{Distance, Physical};
@@ -28,11 +28,13 @@ const DECIDES: f64 = 0.9;
 const DOES_NOT_DECIDE: f64 = 0.1;
 
 /// Returns possible bodies with possible drives near an estimate.
+///
+/// - `information`: information about theta; `None` if the log gives none.
 pub(in crate::estimate) fn physical(
     model: &Model,
     settings: &Physical,
     numbers: &Numbers,
-    system: &System,
+    (information, system): (Option<&Information>, &System),
 ) -> Bodies {
     let mut bodies = Bodies {
         theta: None,
@@ -40,15 +42,14 @@ pub(in crate::estimate) fn physical(
         result: None,
         findings: Vec::new(),
     };
-    let finite = numbers.theta.iter().all(|value| value.is_finite());
-    let Some(information) = finite
-        .then(|| information(model, numbers, &numbers.errors, system))
-        .flatten()
+    let Some(Information {
+        matrix: information,
+        ..
+    }) = information
     else {
         return bodies;
     };
-    let information = information.matrix;
-    let problem = Problem::new(model, settings, numbers, &information);
+    let problem = Problem::new(model, settings, numbers, information);
     let impossible = model
         .links()
         .map_or_else(Vec::new, |links| impossible(model, links));
@@ -62,7 +63,7 @@ pub(in crate::estimate) fn physical(
     };
     let theta = problem.theta(&x);
     let moved = Mat::from_fn(theta.len(), 1, |i, _| theta[i] - numbers.theta[i]);
-    let squares = (moved.transpose() * &information * &moved)[(0, 0)];
+    let squares = (moved.transpose() * information * &moved)[(0, 0)];
     bodies.standard = problem.standard(&x);
     bodies.result = Some(PhysicalResult {
         prior: if problem.priors.iter().any(|own| own.is_nominal) {

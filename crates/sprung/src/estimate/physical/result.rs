@@ -69,3 +69,12 @@ pub(in crate::estimate) struct Bodies {
     pub(in crate::estimate) result: Option<PhysicalResult>,
     pub(in crate::estimate) findings: Vec<Finding>,
 }
+
+/// Covariance of the errors of parameters.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CovarianceOfErrors {
+    /// Names of the parameters, one per row.
+    pub parameters: Vec<String>,
+    /// The lower triangle, row by row, in the products of the units of the parameters.
+    pub values: Vec<Vec<f64>>,
+}

@@ -64,6 +64,7 @@ impl Table for MemoryTable {
                     let numbers = (**numbers).as_ref().get(rows.clone());
                     (numbers.into_iter().flatten()).for_each(|x| out.push_integer(*x));
                 }
+                Array::Column(column) => column.rows(rows.clone()).for_each(|x| out.push(x)),
             }
         }
         Ok(rows.len())

@@ -1,0 +1,54 @@
+"""Identifies the dynamic parameters of flexible-joint robots from measured logs.
+
+>>> import sprung
+>>> experiment = sprung.Experiment.demo(overrides={"identify.estimator": "least-squares"})
+>>> log = experiment.simulate()                 # columns of a log, as NumPy arrays
+>>> result = experiment.identify(log)
+>>> stiffness = result.parameters["joint1.stiffness"]
+>>> abs(stiffness.value - 9.3587) < 0.1         # N·m/rad
+True
+
+All numbers are in SI units: rad, N·m, kg·m²; m and N for prismatic joints.
+"""
+
+from sprung._errors import (
+    ExperimentError,
+    FileError,
+    InputError,
+    LogError,
+    SprungError,
+    SprungWarning,
+    Stopped,
+)
+from sprung._experiment import Experiment
+from sprung._finding import Evidence, Finding
+from sprung._model import Model, Motion
+from sprung._parameters import Parameter, Parameters
+from sprung._result import Check, Comparison, Result, Validation, compare, load
+from sprung._sprung import GENERATOR
+
+__version__ = GENERATOR.removeprefix("sprung ")
+
+__all__ = [
+    "Check",
+    "Comparison",
+    "Evidence",
+    "Experiment",
+    "ExperimentError",
+    "FileError",
+    "Finding",
+    "InputError",
+    "LogError",
+    "Model",
+    "Motion",
+    "Parameter",
+    "Parameters",
+    "Result",
+    "SprungError",
+    "SprungWarning",
+    "Stopped",
+    "Validation",
+    "__version__",
+    "compare",
+    "load",
+]

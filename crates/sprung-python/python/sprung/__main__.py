@@ -1,0 +1,5 @@
+"""``python -m sprung`` runs the command line."""
+
+from sprung._command import main
+
+main()

@@ -1,0 +1,83 @@
+"""Exceptions and warnings."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from sprung._finding import Finding, findings
+
+
+class SprungError(Exception):
+    """An error of sprung.
+
+    Attributes:
+        code: code of the first finding, or ``usage``, ``log``, ``file``, ``stopped``, or the word of
+            a wrong argument.
+        text: the fault.
+        remedy: what to do; ``None`` if the text says it.
+        place: file, line and column; ``None`` if the error has no place.
+        findings: findings for which a log was refused.
+    """
+
+    def __init__(
+        self,
+        text: str,
+        code: str = "usage",
+        remedy: str | None = None,
+        place: str | None = None,
+        findings_json: str = "[]",
+    ) -> None:
+        super().__init__(text, code, remedy, place, findings_json)
+        self.text = text
+        self.code = code
+        self.remedy = remedy
+        self.place = place
+        self.findings: list[Finding] = findings(json.loads(findings_json or "[]"))
+
+    def __str__(self) -> str:
+        return self.text if self.remedy is None else f"{self.text}; {self.remedy}"
+
+
+class ExperimentError(SprungError, ValueError):
+    """The experiment or the request is wrong (exit code 2 of the command line)."""
+
+
+class LogError(SprungError, ValueError):
+    """A log is wrong or was refused (exit code 3)."""
+
+
+class FileError(SprungError):
+    """A file cannot be read or written (exit code 4)."""
+
+
+class InputError(SprungError, ValueError):
+    """An argument of a call is wrong."""
+
+
+class Stopped(SprungError):
+    """The progress callback stopped the run by returning ``False``."""
+
+
+class SprungWarning(UserWarning):
+    """A warning about a log or a result.
+
+    Attributes:
+        finding: the finding behind it; ``None`` for a warning about an argument.
+    """
+
+    def __init__(self, message: str, finding: Finding | None = None) -> None:
+        super().__init__(message)
+        self.finding = finding
+
+    @classmethod
+    def of(cls, finding: Finding) -> SprungWarning:
+        """Returns the warning of a finding."""
+        return cls(f"{finding.code}: {finding.text}; {finding.remedy}", finding)
+
+
+def one_of(name: str, value: str, allowed: tuple[str, ...]) -> None:
+    """Refuses a word that is not allowed."""
+    if value not in allowed:
+        words: Any = ", ".join(allowed)
+        raise InputError(f'{name} = "{value}" is not known', name, f"give one of {words}")

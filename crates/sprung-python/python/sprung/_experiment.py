@@ -1,0 +1,427 @@
+"""Experiments: a robot, its log, and the settings of the identification."""
+
+from __future__ import annotations
+
+import json
+import os
+import warnings
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+
+from sprung import _sprung
+from sprung._columns import Columns, Named, named
+from sprung._errors import ExperimentError, InputError, SprungWarning
+from sprung._files import write_text
+from sprung._progress import Progress, heard
+from sprung._result import Check, Result, Validation
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+#: ``{"identify.estimator": "least-squares"}`` or ``["identify.estimator=least-squares"]``.
+Overrides: TypeAlias = "Mapping[str, Any] | Sequence[str]"
+#: A path, columns in memory, or several of one kind.
+Log: TypeAlias = "str | os.PathLike[str] | Columns | Sequence[Any]"
+
+
+class Experiment:
+    """A robot, its log, and the settings of the identification.
+
+    Args:
+        source: path of ``experiment.toml`` or of its folder, or a dict with the same tables.
+        overrides: keys of the experiment and their values, as ``--set`` of the command line.
+        folder: folder to which the paths in a dict are relative; the working folder if absent.
+
+    Raises:
+        ExperimentError: if the experiment is wrong; ``place`` names the line.
+
+    Example:
+        >>> import sprung
+        >>> experiment = sprung.Experiment(
+        ...     {
+        ...         "format": 1,
+        ...         "robot": {
+        ...             "name": "two joints in a plane",
+        ...             "kinematics": "planar-2r",
+        ...             "joint": [{"name": "shoulder"}, {"name": "elbow"}],
+        ...         },
+        ...     }
+        ... )
+        >>> experiment.joints
+        ['shoulder', 'elbow']
+    """
+
+    def __init__(
+        self,
+        source: str | os.PathLike[str] | Mapping[str, Any],
+        overrides: Overrides = (),
+        *,
+        folder: str | os.PathLike[str] | None = None,
+    ) -> None:
+        own = _assignments(overrides)
+        if isinstance(source, Mapping):
+            text = _sprung.toml_of_json(json.dumps(source, default=_plain))
+            place = os.path.abspath(folder or os.curdir)
+            self._become(("text", "experiment", text, place), own)
+        else:
+            if folder is not None:
+                raise InputError(
+                    "folder belongs to an experiment from a dict", "folder", "leave it out"
+                )
+            self._become(("file", os.path.abspath(source)), own)
+
+    def _become(self, origin: tuple[str, ...], overrides: list[str]) -> None:
+        self._origin = origin
+        self._overrides = overrides
+        self._session = _session(origin, overrides)
+
+    @classmethod
+    def _of(cls, origin: tuple[str, ...], overrides: list[str]) -> Experiment:
+        own = cls.__new__(cls)
+        own._become(origin, overrides)
+        return own
+
+    @classmethod
+    def from_text(
+        cls,
+        text: str,
+        overrides: Overrides = (),
+        *,
+        folder: str | os.PathLike[str] | None = None,
+        name: str = "experiment",
+    ) -> Experiment:
+        """Returns an experiment from the text of an ``experiment.toml``."""
+        place = os.path.abspath(folder or os.curdir)
+        return cls._of(("text", name, text, place), _assignments(overrides))
+
+    @classmethod
+    def demo(cls, overrides: Overrides = ()) -> Experiment:
+        """Returns the paper's experiment, with a digital twin that `simulate` runs."""
+        return cls._of(("demo",), _assignments(overrides))
+
+    @classmethod
+    def from_urdf(
+        cls,
+        urdf: str | os.PathLike[str],
+        joints: Sequence[str] | Mapping[str, Mapping[str, Any]] | None = None,
+        log: str | os.PathLike[str] | Sequence[str | os.PathLike[str]] | None = None,
+        overrides: Overrides = (),
+        *,
+        progress: Progress = None,
+    ) -> Experiment:
+        """Returns the experiment of a robot with a URDF.
+
+        Args:
+            urdf: its URDF.
+            joints: names of the joints to identify, or a table of ``[[robot.joint]]`` for each, for
+                example ``{"elbow": {"flexible": False}}``; all joints that move if absent.
+            log: logs in which sprung looks for the columns; without it, `identify` takes arrays.
+            overrides: keys of the experiment and their values.
+            progress: callback, or whether to show a bar.
+
+        Raises:
+            ExperimentError: if a joint is not in the URDF, or if values are missing that only you
+                know; the message names them.
+        """
+        path = Path(os.path.abspath(urdf))
+        if log is not None:
+            logs = [log] if isinstance(log, str | os.PathLike) else list(log)
+            own = cls.from_log(logs, urdf=path, overrides=overrides, progress=progress)
+            if joints is None:
+                return own
+            raise InputError("joints and log are both given", "joints", "give one of them")
+        known = _sprung.joints_of_urdf(path)
+        tables = joints if isinstance(joints, Mapping) else dict.fromkeys(joints or known, {})
+        unknown = [name for name in tables if name not in known]
+        if unknown:
+            raise ExperimentError(
+                f"{path} has no joint {unknown[0]!r} that moves",
+                "usage",
+                f"give some of {', '.join(known)}",
+                str(path),
+            )
+        description = {
+            "format": 1,
+            "robot": {
+                "name": path.stem,
+                "urdf": str(path),
+                "joint": [{"name": name, **tables[name]} for name in known if name in tables],
+            },
+        }
+        return cls(description, overrides, folder=path.parent)
+
+    @classmethod
+    def from_log(
+        cls,
+        log: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
+        *,
+        urdf: str | os.PathLike[str] | None = None,
+        joints: int | None = None,
+        overrides: Overrides = (),
+        progress: Progress = None,
+    ) -> Experiment:
+        """Returns an experiment whose columns sprung chose by their names and contents.
+
+        Args:
+            log: the log, or several logs with the same columns.
+            urdf: URDF of the robot; a table of Denavit and Hartenberg if absent.
+            joints: number of joints if the names of the columns do not tell.
+            overrides: keys of the experiment and their values, for example those that only you know.
+            progress: callback, or whether to show a bar.
+
+        Raises:
+            ExperimentError: if values are missing that only you know; ``place`` names the line.
+        """
+        logs = [log] if isinstance(log, str | os.PathLike) else list(log)
+        paths = [Path(os.path.abspath(one)) for one in logs]
+        folder = Path(os.path.abspath(os.curdir))
+        with heard(progress, "reading the log") as callback:
+            text, _, found = _sprung.experiment_from_log(
+                paths,
+                None if urdf is None else Path(os.path.abspath(urdf)),
+                joints,
+                folder,
+                _run(0, callback),
+            )
+        for finding in json.loads(found or "[]"):
+            message = f"{finding['code']}: {finding['text']}; {finding['remedy']}"
+            warnings.warn(SprungWarning(message), stacklevel=2)
+        return cls.from_text(text, overrides, folder=folder)
+
+    @property
+    def text(self) -> str:
+        """Text of the experiment file."""
+        return self._session.text
+
+    @property
+    def robot(self) -> str:
+        """Name of the robot."""
+        return self._session.robot
+
+    @property
+    def joints(self) -> list[str]:
+        """Names of the joints."""
+        return self._session.joints
+
+    @property
+    def parameter_units(self) -> dict[str, str]:
+        """Units of the parameters of the model, by name."""
+        return dict(self._session.parameters)
+
+    @property
+    def log_columns(self) -> list[str]:
+        """Names of the columns that ``[log]`` names, the time first."""
+        return self._session.log_columns
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Writes the experiment file, without the overrides; returns its path."""
+        return write_text(path, self.text)
+
+    def check(
+        self,
+        log: Log | None = None,
+        *,
+        thorough: bool = False,
+        threads: int = 0,
+        progress: Progress = None,
+    ) -> Check:
+        """Checks a log before any fit: rate, units, signs, delays, faults.
+
+        Args:
+            log: as for `identify`.
+            thorough: whether to estimate delays to a fraction of a sample by likelihood.
+            threads: number of threads; 0 for one per processor.
+            progress: callback, or whether to show a bar.
+
+        Raises:
+            LogError: if the log cannot be read. A faulty log is not an error: the check has findings.
+        """
+        session, logs = self._given(log)
+        with heard(progress, "checking") as callback:
+            return Check(session.check(logs, thorough, _run(threads, callback)))
+
+    def identify(
+        self,
+        log: Log | None = None,
+        *,
+        threads: int = 0,
+        progress: Progress = None,
+    ) -> Result:
+        """Identifies the parameters.
+
+        Args:
+            log: nothing for the logs that the experiment names; a path or several paths; or columns
+                in memory: a dict of arrays, a DataFrame of pandas or polars, a table of Arrow, or a
+                list of these. The names are columns that ``[log]`` names, or quantities:
+                ``t`` in s, ``q`` (link positions) and ``phi`` (motor positions after the gear) in rad
+                or m, ``tau`` (motor torques after the gear) and ``tau_joint`` in N·m or N, each with
+                the shape (samples, joints); or keys of ``[log]``, such as ``motor_current_a``.
+            threads: number of threads; 0 for one per processor. Results do not depend on it.
+            progress: callback with phase, work done and total; it stops the run by returning
+                ``False``. ``True`` shows a bar of tqdm, as notebooks do without it.
+
+        Returns:
+            The result, with a Python warning for each warning about it.
+
+        Raises:
+            LogError: if the log cannot be read, or was refused.
+            ExperimentError: if columns or settings are wrong.
+            Stopped: if the callback stopped the run.
+        """
+        session, logs = self._given(log)
+        with heard(progress, "identifying") as callback:
+            result = Result(session.identify(logs, _run(threads, callback)), self)
+        for finding in result.findings:
+            if finding.severity in {"warning", "serious"}:
+                warnings.warn(SprungWarning.of(finding), stacklevel=2)
+        return result
+
+    def validate(
+        self,
+        result: Result,
+        log: Log | None = None,
+        *,
+        threads: int = 0,
+        progress: Progress = None,
+    ) -> Validation:
+        """Predicts other logs with an identified model, and compares the errors with the promise.
+
+        Args:
+            result: the identification.
+            log: nothing for the ``[[validate]]`` runs of the experiment; otherwise as for `identify`,
+                one run for each log. The controllers of the runs count in their order.
+            threads: number of threads; 0 for one per processor.
+            progress: callback, or whether to show a bar.
+        """
+        session, logs = self._given(log, runs=True)
+        with heard(progress, "validating") as callback:
+            return Validation(session.validate(result._handle, logs, _run(threads, callback)))
+
+    def simulate(
+        self,
+        run: str | None = None,
+        *,
+        result: Result | None = None,
+        seed: int | None = None,
+        threads: int = 0,
+        progress: Progress = None,
+    ) -> dict[str, NDArray[np.float64]]:
+        """Simulates the log of the digital twin that ``[simulate]`` describes.
+
+        Args:
+            run: name of a ``[[validate]]`` run whose controller and columns replace the experiment's.
+            result: identification with the parameters of the twin; those of ``[simulate]`` if absent.
+            seed: seed of encoder phases and noise.
+            threads: number of threads; 0 for one per processor.
+            progress: callback, or whether to show a bar.
+
+        Returns:
+            Columns by name, each with the shape (samples,).
+        """
+        handle = None if result is None else result._handle
+        with heard(progress, "simulating") as callback:
+            return self._session.simulate(run, handle, seed, _run(threads, callback))
+
+    def truth(self) -> dict[str, float]:
+        """Returns the true parameters of the digital twin, by name."""
+        return self._session.truth()
+
+    def _given(
+        self, log: Log | None, *, runs: bool = False
+    ) -> tuple[_sprung.Session, list[Named] | None]:
+        """Returns the session and the logs in memory, if there are any."""
+        if log is None:
+            return self._session, None
+        logs: list[Any] = list(log) if isinstance(log, list | tuple) else [log]
+        if not logs:
+            raise InputError("the list of logs is empty", "log", "give at least one log")
+        paths = [os.path.abspath(one) for one in logs if isinstance(one, str | os.PathLike)]
+        if len(paths) == len(logs):
+            return self._on_files(paths, runs), None
+        if paths:
+            raise InputError(
+                "the list holds paths and columns", "log", "give logs of one kind in a call"
+            )
+        wanted = self._session.log_columns
+        return self._session, [named(one, wanted) for one in logs]
+
+    def _on_files(self, paths: list[str], runs: bool) -> _sprung.Session:
+        if runs:
+            own = [f"validate.{k}.log.file={json.dumps(path)}" for k, path in enumerate(paths)]
+            own = own[: len(self._session.validations)]
+            if len(own) < len(paths):
+                raise InputError(
+                    f"{len(paths)} files are given and the experiment has "
+                    f"{len(self._session.validations)} [[validate]] runs",
+                    "log",
+                    "add runs to the experiment, or give columns in memory",
+                )
+        else:
+            own = [f"log.file={json.dumps(paths)}"]
+        return _session(self._origin, [*self._overrides, *own])
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Experiment):
+            return NotImplemented
+        return (self.text, self._overrides) == (other.text, other._overrides)
+
+    def __hash__(self) -> int:
+        return hash((self.text, *self._overrides))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Experiment._of, (self._origin, self._overrides)
+
+    def __repr__(self) -> str:
+        return f"<sprung.Experiment of {self.robot!r}: {', '.join(self.joints)}>"
+
+
+def _session(origin: tuple[str, ...], overrides: list[str]) -> _sprung.Session:
+    match origin:
+        case ("file", path):
+            return _sprung.Session.open(path, overrides)
+        case ("text", name, text, folder):
+            return _sprung.Session.read(name, text, overrides, folder)
+        case _:
+            return _sprung.Session.demo(overrides)
+
+
+def _assignments(overrides: Overrides) -> list[str]:
+    if isinstance(overrides, str):
+        raise InputError(
+            "overrides is a text", "overrides", "give a list of texts key.path=value, or a dict"
+        )
+    if not isinstance(overrides, Mapping):
+        return [str(one) for one in overrides]
+    return [f"{key}={_toml(value)}" for key, value in overrides.items()]
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, Mapping):
+        inner = ", ".join(f"{json.dumps(str(key))} = {_toml(own)}" for key, own in value.items())
+        return f"{{ {inner} }}"
+    if isinstance(value, list | tuple | np.ndarray):
+        return f"[{', '.join(_toml(own) for own in value)}]"
+    return json.dumps(value, default=_plain, ensure_ascii=False)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    raise InputError(
+        f"{value!r} is of type {type(value).__name__}",
+        "experiment",
+        "give tables, lists, texts and numbers",
+    )
+
+
+def _run(threads: int, callback: Any) -> _sprung.Run:
+    if not 0 <= threads <= 256:
+        raise InputError(f"threads = {threads}", "threads", "give 0 to 256")
+    return {"threads": threads, "progress": callback}

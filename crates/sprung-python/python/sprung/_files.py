@@ -1,0 +1,37 @@
+"""Files that are written whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from pathlib import Path
+
+from sprung._errors import FileError
+
+
+def write_text(path: str | os.PathLike[str], text: str) -> Path:
+    """Writes a text under a temporary name and renames it.
+
+    Raises:
+        FileError: if the file cannot be written; an earlier file stays as it was.
+    """
+    path = Path(path)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+        try:
+            with os.fdopen(handle, "w", encoding="utf-8", newline="") as file:
+                file.write(text)
+            os.chmod(temporary, 0o644)
+            os.replace(temporary, path)
+        except BaseException:
+            os.unlink(temporary)
+            raise
+    except OSError as error:
+        raise FileError(
+            f"cannot write {path}: {error.strerror}",
+            "file",
+            "give another path, or make room",
+            str(path),
+        ) from error
+    return path

@@ -1,0 +1,60 @@
+"""Findings: observations that the user must know, with evidence and remedy."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Place in a log that shows a finding, and its value."""
+
+    file: str
+    value: float
+    unit: str
+    column: str | None = None
+    time_s: float | None = None
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A finding.
+
+    Attributes:
+        code: stable name, for example ``negative-stiffness``.
+        severity: ``info``, ``warning``, ``serious`` or ``error``.
+        text: observation with values and units, and its likely cause.
+        remedy: what to do.
+        parameters: names of the parameters concerned.
+        evidence: place in a log, if there is one.
+        setting: table and line of ``experiment.toml`` that correct the cause, if there is one.
+    """
+
+    code: str
+    severity: str
+    text: str
+    remedy: str
+    parameters: tuple[str, ...] = ()
+    evidence: Evidence | None = None
+    setting: str | None = None
+
+    def __str__(self) -> str:
+        return f"{self.severity}: {self.code}: {self.text}; {self.remedy}"
+
+
+def findings(given: Iterable[dict[str, Any]]) -> list[Finding]:
+    """Returns findings from their JSON."""
+    return [
+        Finding(
+            code=one["code"],
+            severity=one["severity"],
+            text=one["text"],
+            remedy=one["remedy"],
+            parameters=tuple(one.get("parameters", ())),
+            evidence=Evidence(**one["evidence"]) if one.get("evidence") else None,
+            setting=one.get("setting"),
+        )
+        for one in given
+    ]

@@ -1,0 +1,59 @@
+//! Exceptions: errors of the library with their code, place and remedy.
+
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
+use sprung::session::{ErrorKind, SessionError};
+
+/// Returns the exception of an error.
+pub(crate) fn exception(py: Python<'_>, error: &SessionError) -> PyErr {
+    let class = match error.kind() {
+        ErrorKind::Usage => "ExperimentError",
+        ErrorKind::Log => "LogError",
+        ErrorKind::File => "FileError",
+        ErrorKind::Stopped => "Stopped",
+    };
+    let described = error.described();
+    let findings = serde_json::to_string(error.findings()).unwrap_or_default();
+    raise(
+        py,
+        class,
+        &described.text,
+        &described.code,
+        described.remedy.as_deref(),
+        described.place.as_deref(),
+        &findings,
+    )
+}
+
+/// Returns an exception about the arguments of a call.
+pub(crate) fn wrong_input(py: Python<'_>, code: &str, text: &str, remedy: &str) -> PyErr {
+    raise(py, "InputError", text, code, Some(remedy), None, "[]")
+}
+
+/// Returns an exception that the package defines.
+fn raise(
+    py: Python<'_>,
+    class: &str,
+    text: &str,
+    code: &str,
+    remedy: Option<&str>,
+    place: Option<&str>,
+    findings: &str,
+) -> PyErr {
+    let made = py
+        .import("sprung._errors")
+        .and_then(|module| module.getattr(class))
+        .and_then(|class| class.call1((text, code, remedy, place, findings)));
+    match made {
+        Ok(exception) => PyErr::from_value(exception),
+        Err(error) => error,
+    }
+}
+
+/// Returns the exception of a defect of the library.
+pub(crate) fn defect() -> PyErr {
+    PyRuntimeError::new_err(
+        "sprung failed without a message; this is a defect of sprung: report it with the experiment \
+         and the log",
+    )
+}

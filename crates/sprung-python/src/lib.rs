@@ -1,0 +1,37 @@
+//! The extension module `sprung._sprung`: the library for Python.
+//!
+//! It takes and returns arrays, JSON and texts. The Python package around it gives them names.
+
+mod arrays;
+mod arrow;
+mod cli;
+mod dynamics;
+mod errors;
+mod runner;
+mod session;
+mod worked;
+
+use pyo3::prelude::*;
+
+/// The extension module.
+#[pymodule]
+fn _sprung(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    sprung_cli::hide_caught_panics();
+    module.add("GENERATOR", sprung::finding::GENERATOR)?;
+    module.add("DEMO_EXPERIMENT", sprung::demo::EXPERIMENT)?;
+    module.add("DEMO_TRUTH", sprung::demo::TRUTH)?;
+    module.add_class::<session::Session>()?;
+    module.add_class::<worked::Identified>()?;
+    module.add_class::<worked::Checked>()?;
+    module.add_class::<worked::Validated>()?;
+    module.add_class::<dynamics::Dynamics>()?;
+    module.add_class::<arrow::Columns>()?;
+    module.add_class::<arrow::Numbers>()?;
+    module.add_function(wrap_pyfunction!(cli::run_command, module)?)?;
+    module.add_function(wrap_pyfunction!(session::toml_of_json, module)?)?;
+    module.add_function(wrap_pyfunction!(session::joints_of_urdf, module)?)?;
+    module.add_function(wrap_pyfunction!(session::experiment_from_log, module)?)?;
+    module.add_function(wrap_pyfunction!(worked::compare, module)?)?;
+    module.add_function(wrap_pyfunction!(worked::read_results, module)?)?;
+    Ok(())
+}

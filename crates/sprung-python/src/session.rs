@@ -1,0 +1,399 @@
+//! Experiments: check, identify, validate, simulate, export.
+
+use std::collections::BTreeMap;
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use numpy::{PyArray1, ToPyArray};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use sprung::description::Start;
+use sprung::export::{Form, Format};
+use sprung::log::{Arrays, Input, LogSource};
+use sprung::session::{
+    Depth, Disk, Files, NewExperiment, Parameters, QuantityArrays, SessionError, start_from_urdf,
+};
+
+use crate::arrays;
+use crate::dynamics::Dynamics;
+use crate::errors::{exception, wrong_input};
+use crate::runner::Run;
+use crate::worked::{Checked, Identified, Validated};
+
+type Named<'py> = Vec<(String, Bound<'py, PyAny>)>;
+
+/// An experiment, its robot's equations, and access to its files.
+#[pyclass(frozen, module = "sprung._sprung")]
+pub(crate) struct Session {
+    inner: Arc<sprung::session::Session>,
+}
+
+/// Logs in memory, and the session that knows their columns.
+struct InMemory {
+    session: Arc<sprung::session::Session>,
+    logs: Vec<Arrays>,
+}
+
+impl InMemory {
+    fn sources(logs: Vec<Arrays>) -> Vec<LogSource<'static>> {
+        (logs.into_iter().zip(1..))
+            .map(|(arrays, number)| LogSource::arrays(format!("arrays {number}"), arrays))
+            .collect()
+    }
+}
+
+impl Session {
+    fn of(py: Python<'_>, made: Result<sprung::session::Session, SessionError>) -> PyResult<Self> {
+        made.map(|inner| Self {
+            inner: Arc::new(inner),
+        })
+        .map_err(|error| exception(py, &error))
+    }
+
+    /// Takes arrays as logs, by the names of columns or of quantities.
+    fn in_memory(&self, py: Python<'_>, logs: Vec<Named<'_>>) -> PyResult<InMemory> {
+        let by_quantity = (logs.first()).is_some_and(|first| {
+            (self.inner).is_by_quantity(first.iter().map(|(name, _)| name.as_str()))
+        });
+        let mut own = InMemory {
+            session: Arc::clone(&self.inner),
+            logs: Vec::new(),
+        };
+        for log in logs {
+            if !by_quantity {
+                own.logs.push(arrays::log(py, log)?);
+                continue;
+            }
+            let mut quantities = Vec::new();
+            for (name, array) in log {
+                let arrays = arrays::arrays(&array)?;
+                quantities.push(QuantityArrays { name, arrays });
+            }
+            let with = self.inner.with_quantities(quantities);
+            let (session, arrays) = with.map_err(|error| exception(py, &error))?;
+            own.session = Arc::new(session);
+            own.logs.push(arrays);
+        }
+        Ok(own)
+    }
+}
+
+#[pymethods]
+impl Session {
+    /// Reads an experiment from disk.
+    #[staticmethod]
+    fn open(py: Python<'_>, path: PathBuf, overrides: Vec<String>) -> PyResult<Self> {
+        let made = py.detach(|| sprung::session::Session::open(&path, &overrides));
+        Self::of(py, made)
+    }
+
+    /// Reads an experiment from text; paths in it are relative to a folder.
+    #[staticmethod]
+    fn read(
+        py: Python<'_>,
+        name: &str,
+        text: &str,
+        overrides: Vec<String>,
+        folder: PathBuf,
+    ) -> PyResult<Self> {
+        let made = py.detach(|| sprung::session::Session::read_in(name, text, &overrides, folder));
+        Self::of(py, made)
+    }
+
+    /// Reads the demo's experiment.
+    #[staticmethod]
+    fn demo(py: Python<'_>, overrides: Vec<String>) -> PyResult<Self> {
+        let files = |path: &Path| -> std::io::Result<Box<dyn Input>> {
+            if path == Path::new("truth.toml") {
+                return Ok(Box::new(Cursor::new(sprung::demo::TRUTH.as_bytes())));
+            }
+            Disk.open(path)
+        };
+        let text = sprung::demo::EXPERIMENT;
+        let made = sprung::session::Session::read("demo", text, &overrides, files);
+        Self::of(py, made)
+    }
+
+    #[getter]
+    fn text(&self) -> &str {
+        self.inner.text()
+    }
+
+    #[getter]
+    fn robot(&self) -> &str {
+        &self.inner.experiment().robot.name
+    }
+
+    #[getter]
+    fn joints(&self) -> Vec<String> {
+        self.inner.model().joints().to_vec()
+    }
+
+    /// Names and units of the parameters.
+    #[getter]
+    fn parameters(&self) -> Vec<(String, String)> {
+        (self.inner.model().parameters().iter())
+            .map(|own| (own.name.clone(), own.unit.to_owned()))
+            .collect()
+    }
+
+    #[getter]
+    fn log_columns(&self) -> Vec<String> {
+        self.inner.log_columns()
+    }
+
+    #[getter]
+    fn results_folder(&self) -> PathBuf {
+        self.inner.results_folder()
+    }
+
+    /// Files that the experiment names, and its own.
+    #[getter]
+    fn inputs(&self) -> Vec<PathBuf> {
+        self.inner.inputs()
+    }
+
+    #[getter]
+    fn validations(&self) -> Vec<String> {
+        let runs = &self.inner.experiment().validate;
+        runs.iter().map(|run| run.name.clone()).collect()
+    }
+
+    /// Checks the logs of the experiment, or arrays.
+    fn check(
+        &self,
+        py: Python<'_>,
+        logs: Option<Vec<Named<'_>>>,
+        thorough: bool,
+        run: Run,
+    ) -> PyResult<Checked> {
+        let depth = if thorough {
+            Depth::Likelihood
+        } else {
+            Depth::OnePass
+        };
+        let text = self.inner.text().to_owned();
+        let checked = match logs {
+            None => {
+                let session = Arc::clone(&self.inner);
+                run.work(py, move |progress| session.check(depth, progress))
+            }
+            Some(logs) => {
+                let InMemory { session, logs } = self.in_memory(py, logs)?;
+                run.work(py, move |progress| {
+                    session.check_with(&mut InMemory::sources(logs), depth, progress)
+                })
+            }
+        };
+        Ok(Checked::new(checked?, text))
+    }
+
+    /// Identifies the parameters from the logs of the experiment, or from arrays.
+    fn identify(
+        &self,
+        py: Python<'_>,
+        logs: Option<Vec<Named<'_>>>,
+        run: Run,
+    ) -> PyResult<Identified> {
+        let text = self.inner.text().to_owned();
+        let found = match logs {
+            None => {
+                let session = Arc::clone(&self.inner);
+                run.work(py, move |progress| session.identify(progress))
+            }
+            Some(logs) => {
+                let InMemory { session, logs } = self.in_memory(py, logs)?;
+                run.work(py, move |progress| {
+                    session.identify_with(&mut InMemory::sources(logs), progress)
+                })
+            }
+        };
+        Ok(Identified::new(found?, text))
+    }
+
+    /// Validates an identification on the runs of the experiment, or on arrays.
+    fn validate(
+        &self,
+        py: Python<'_>,
+        identified: &Identified,
+        logs: Option<Vec<Named<'_>>>,
+        run: Run,
+    ) -> PyResult<Validated> {
+        let found = identified.found();
+        let parameters = Parameters::from(found.identification.clone());
+        let validated = match logs {
+            None => {
+                let session = Arc::clone(&self.inner);
+                run.work(py, move |progress| session.validate(&parameters, progress))
+            }
+            Some(logs) => {
+                let InMemory { session, logs } = self.in_memory(py, logs)?;
+                let session = Arc::new(session.with_runs(logs.len()));
+                run.work(py, move |progress| {
+                    let mut sources: Vec<Vec<LogSource<'_>>> = (InMemory::sources(logs)
+                        .into_iter())
+                    .map(|source| vec![source])
+                    .collect();
+                    session.validate_with(&parameters, &mut sources, progress)
+                })
+            }
+        };
+        let text = self.inner.text().to_owned();
+        Ok(Validated::new(
+            validated?,
+            Arc::clone(identified.shared()),
+            text,
+        ))
+    }
+
+    /// Simulates the twin; returns its columns by name.
+    fn simulate<'py>(
+        &self,
+        py: Python<'py>,
+        validation: Option<String>,
+        identified: Option<&Identified>,
+        seed: Option<u64>,
+        run: Run,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let session = Arc::clone(&self.inner);
+        let parameters = identified.map(|own| Parameters::from(own.found().identification.clone()));
+        let csv = run.work(py, move |progress| {
+            let mut twin = session.twin(validation.as_deref(), parameters.as_ref())?;
+            if let Some(seed) = seed {
+                twin = twin.with_seed(seed);
+            }
+            let mut csv = Vec::new();
+            twin.write(&mut csv, progress)?;
+            Ok(csv)
+        })?;
+        let all = PyDict::new(py);
+        for (name, numbers) in columns_of_csv(&csv) {
+            let array: Bound<'py, PyArray1<f64>> = numbers.to_pyarray(py);
+            all.set_item(name, array)?;
+        }
+        Ok(all)
+    }
+
+    /// Returns the true parameters of the twin.
+    fn truth(&self, py: Python<'_>) -> PyResult<BTreeMap<String, f64>> {
+        let twin = self.inner.twin(None, None);
+        twin.map(|twin| twin.truth())
+            .map_err(|error| exception(py, &error))
+    }
+
+    /// Returns the robot with the parameters of one result of an identification.
+    fn dynamics(&self, py: Python<'_>, identified: &Identified, set: usize) -> PyResult<Dynamics> {
+        let parameters = Parameters::from(identified.found().identification.clone());
+        let made = self.inner.dynamics(&parameters, set);
+        made.map(Dynamics::new)
+            .map_err(|error| exception(py, &error))
+    }
+
+    /// Writes an identified robot for simulators and controllers; returns texts by file name.
+    fn export(
+        &self,
+        py: Python<'_>,
+        identified: &Identified,
+        format: &str,
+        rigid: bool,
+        file: PathBuf,
+        run: Run,
+    ) -> PyResult<Vec<(String, String)>> {
+        let format = match format {
+            "urdf" => Format::Urdf,
+            "mjcf" => Format::Mjcf,
+            "sdf" => Format::Sdf,
+            "json" => Format::Json,
+            "c" => Format::C,
+            "rust" => Format::Rust,
+            other => {
+                let text = format!("the format \"{other}\" is not known");
+                let remedy = "give urdf, mjcf, sdf, json, c or rust";
+                return Err(wrong_input(py, "format", &text, remedy));
+            }
+        };
+        let form = if rigid { Form::Rigid } else { Form::Flexible };
+        let session = Arc::clone(&self.inner);
+        let parameters = Parameters::from(identified.found().identification.clone());
+        let exported = run.work(py, move |_| {
+            session.export(&parameters, &file, format, form)
+        })?;
+        let names = format.files().iter().map(|name| (*name).to_owned());
+        Ok(names.zip(exported.texts).collect())
+    }
+}
+
+/// Returns the columns of a CSV that the twin wrote.
+fn columns_of_csv(csv: &[u8]) -> Vec<(String, Vec<f64>)> {
+    let text = String::from_utf8_lossy(csv);
+    let mut lines = text.lines();
+    let header = lines.next().unwrap_or_default();
+    let mut columns: Vec<(String, Vec<f64>)> = header
+        .split(',')
+        .map(|name| (name.to_owned(), Vec::new()))
+        .collect();
+    for line in lines {
+        for ((_, numbers), cell) in columns.iter_mut().zip(line.split(',')) {
+            numbers.push(cell.parse().unwrap_or(f64::NAN));
+        }
+    }
+    columns
+}
+
+/// Returns an experiment file from JSON.
+#[pyfunction]
+pub(crate) fn toml_of_json(py: Python<'_>, json: &str) -> PyResult<String> {
+    let wrong = |error: &dyn std::fmt::Display| {
+        let text = format!("the experiment cannot be written as TOML: {error}");
+        wrong_input(
+            py,
+            "experiment",
+            &text,
+            "give tables, lists, texts and numbers as in experiment.toml",
+        )
+    };
+    let value: serde_json::Value = serde_json::from_str(json).map_err(|error| wrong(&error))?;
+    let value = toml::Value::try_from(value).map_err(|error| wrong(&error))?;
+    toml::to_string(&value).map_err(|error| wrong(&error))
+}
+
+/// Returns the names of the joints of a URDF that move.
+#[pyfunction]
+pub(crate) fn joints_of_urdf(py: Python<'_>, path: PathBuf) -> PyResult<Vec<String>> {
+    let folder = path.parent().map_or_else(PathBuf::new, Path::to_owned);
+    let start = start_from_urdf(&path, &folder).map_err(|error| exception(py, &error))?;
+    Ok(start.joint_names())
+}
+
+/// Chooses the columns of logs; returns the text of an experiment file, the places to fill in, and the
+/// findings as JSON.
+#[pyfunction]
+pub(crate) fn experiment_from_log(
+    py: Python<'_>,
+    logs: Vec<PathBuf>,
+    urdf: Option<PathBuf>,
+    joints: Option<usize>,
+    folder: PathBuf,
+    run: Run,
+) -> PyResult<(String, Vec<(usize, String)>, String)> {
+    let new = run.work(py, move |progress| {
+        let start = match (urdf, logs.first()) {
+            (Some(urdf), _) => start_from_urdf(&urdf, &folder)?,
+            (None, Some(log)) => {
+                let found = match joints {
+                    Some(joints) => Some(joints),
+                    None => sprung::session::joints_of_log(log)?,
+                };
+                Start::table(found.unwrap_or(1))?
+            }
+            (None, None) => Start::table(joints.unwrap_or(1))?,
+        };
+        if logs.is_empty() {
+            return Ok(NewExperiment::without_log(&start));
+        }
+        NewExperiment::from_logs(&start, &logs, &folder, progress)
+    })?;
+    let findings = serde_json::to_string(&new.findings).unwrap_or_default();
+    Ok((new.text, new.open, findings))
+}

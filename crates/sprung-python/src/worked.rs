@@ -1,0 +1,281 @@
+//! Results: JSON, curves and reports.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use numpy::{PyArray1, ToPyArray};
+use pyo3::prelude::*;
+use serde::Serialize;
+use sprung::compare::Compared;
+use sprung::curves::Curves;
+use sprung::estimate::Identification;
+use sprung::report::{Contents, Document, compose, compose_check, compose_comparison, render};
+use sprung::session::{SessionError, read_identification};
+
+use crate::errors::{exception, wrong_input};
+
+/// Curves of one label: label, time, values by column with NaN at gaps.
+type Set<'py> = (
+    String,
+    Bound<'py, PyArray1<f64>>,
+    Vec<(String, Bound<'py, PyArray1<f64>>)>,
+);
+
+/// An identification with its curves.
+#[pyclass(frozen, module = "sprung._sprung")]
+pub(crate) struct Identified {
+    found: Arc<sprung::estimate::Identified>,
+    text: String,
+}
+
+impl Identified {
+    pub(crate) fn new(found: sprung::estimate::Identified, text: String) -> Self {
+        Self {
+            found: Arc::new(found),
+            text,
+        }
+    }
+
+    pub(crate) fn found(&self) -> &sprung::estimate::Identified {
+        &self.found
+    }
+
+    pub(crate) fn shared(&self) -> &Arc<sprung::estimate::Identified> {
+        &self.found
+    }
+}
+
+#[pymethods]
+impl Identified {
+    /// Rebuilds an identification from its parts.
+    #[staticmethod]
+    fn of_parts(
+        py: Python<'_>,
+        json: &str,
+        trace: &str,
+        fit: &str,
+        text: String,
+    ) -> PyResult<Self> {
+        let wrong = |error: &dyn std::fmt::Display| {
+            let message = format!("this is not an identification: {error}");
+            wrong_input(
+                py,
+                "identification",
+                &message,
+                "give what Result.to_json returned",
+            )
+        };
+        let found = sprung::estimate::Identified {
+            identification: serde_json::from_str(json).map_err(|error| wrong(&error))?,
+            trace: Curves::from_csv(trace).map_err(|error| wrong(&error))?,
+            fit: Curves::from_csv(fit).map_err(|error| wrong(&error))?,
+        };
+        Ok(Self::new(found, text))
+    }
+
+    /// The text of `identification.json`.
+    fn json(&self) -> String {
+        file(&self.found.identification)
+    }
+
+    fn trace_csv(&self) -> String {
+        self.found.trace.to_csv("estimator")
+    }
+
+    fn fit_csv(&self) -> String {
+        self.found.fit.to_csv("source")
+    }
+
+    fn parameters_csv(&self) -> String {
+        sprung::estimate::parameters_csv(&self.found.identification)
+    }
+
+    #[getter]
+    fn text(&self) -> &str {
+        &self.text
+    }
+
+    fn trace<'py>(&self, py: Python<'py>) -> Vec<Set<'py>> {
+        sets(py, &self.found.trace)
+    }
+
+    fn fit<'py>(&self, py: Python<'py>) -> Vec<Set<'py>> {
+        sets(py, &self.found.fit)
+    }
+
+    /// The report as HTML.
+    fn report(&self, py: Python<'_>, truth: Option<BTreeMap<String, f64>>) -> PyResult<String> {
+        let contents = Contents {
+            identification: Some(&self.found.identification),
+            trace: Some(&self.found.trace),
+            fit: Some(&self.found.fit),
+            truth: truth.as_ref(),
+            command: "sprung.Experiment.identify",
+            experiment: &self.text,
+            ..Contents::default()
+        };
+        html(py, &compose(&contents))
+    }
+}
+
+/// A check with its curves.
+#[pyclass(frozen, module = "sprung._sprung")]
+pub(crate) struct Checked {
+    checked: sprung::check::Checked,
+    text: String,
+}
+
+impl Checked {
+    pub(crate) fn new(checked: sprung::check::Checked, text: String) -> Self {
+        Self { checked, text }
+    }
+}
+
+#[pymethods]
+impl Checked {
+    /// The text of `check.json`.
+    fn json(&self) -> String {
+        file(&self.checked.report)
+    }
+
+    /// The report as HTML.
+    fn report(&self, py: Python<'_>) -> PyResult<String> {
+        html(
+            py,
+            &compose_check(&self.checked, "sprung.Experiment.check", &self.text),
+        )
+    }
+}
+
+/// A validation with its signals.
+#[pyclass(frozen, module = "sprung._sprung")]
+pub(crate) struct Validated {
+    validated: sprung::validate::Validated,
+    found: Arc<sprung::estimate::Identified>,
+    text: String,
+}
+
+impl Validated {
+    pub(crate) fn new(
+        validated: sprung::validate::Validated,
+        found: Arc<sprung::estimate::Identified>,
+        text: String,
+    ) -> Self {
+        Self {
+            validated,
+            found,
+            text,
+        }
+    }
+}
+
+#[pymethods]
+impl Validated {
+    /// The text of `validation.json`.
+    fn json(&self) -> String {
+        file(&self.validated.validation)
+    }
+
+    /// The verdict in a sentence.
+    fn sentence(&self) -> String {
+        self.validated.validation.sentence().to_string()
+    }
+
+    fn signals<'py>(&self, py: Python<'py>) -> Vec<Set<'py>> {
+        sets(py, &self.validated.curves)
+    }
+
+    /// The report as HTML.
+    fn report(&self, py: Python<'_>) -> PyResult<String> {
+        let contents = Contents {
+            identification: Some(&self.found.identification),
+            trace: Some(&self.found.trace),
+            fit: Some(&self.found.fit),
+            validation: Some((&self.validated.validation, &self.validated.curves)),
+            command: "sprung.Experiment.validate",
+            experiment: &self.text,
+            ..Contents::default()
+        };
+        html(py, &compose(&contents))
+    }
+}
+
+/// Compares identifications, given by a label and their JSON; returns JSON, HTML and the conclusion.
+#[pyfunction]
+pub(crate) fn compare(
+    py: Python<'_>,
+    results: Vec<(String, String)>,
+) -> PyResult<(String, String, Vec<String>)> {
+    let mut all = Vec::new();
+    for (label, json) in results {
+        let own: Identification = serde_json::from_str(&json).map_err(|error| {
+            let text = format!("{label} is not an identification: {error}");
+            wrong_input(py, "identification", &text, "give a Result")
+        })?;
+        all.push((label, own));
+    }
+    let compared: Vec<Compared<'_>> = (all.iter())
+        .map(|(file, identification)| Compared {
+            file,
+            identification,
+        })
+        .collect();
+    let comparison = sprung::compare::compare(&compared, &[])
+        .map_err(|error| exception(py, &SessionError::from(error)))?;
+    let document = compose_comparison(&comparison, "sprung.compare");
+    let conclusion: Vec<String> = comparison.conclusion().into_iter().collect();
+    Ok((file(&comparison), html(py, &document)?, conclusion))
+}
+
+/// Reads an identification and its curves from a file or a folder of results; returns its path too.
+#[pyfunction]
+pub(crate) fn read_results(
+    py: Python<'_>,
+    path: PathBuf,
+    text: String,
+) -> PyResult<(Identified, PathBuf)> {
+    let read = read_identification(&path).map_err(|error| exception(py, &error))?;
+    let curves = |name: &str| {
+        let text = std::fs::read_to_string(read.path.with_file_name(name)).ok();
+        text.and_then(|text| Curves::from_csv(&text).ok())
+            .unwrap_or_default()
+    };
+    let found = sprung::estimate::Identified {
+        trace: curves("trace.csv"),
+        fit: curves("fit.csv"),
+        identification: read.identification,
+    };
+    Ok((Identified::new(found, text), read.path))
+}
+
+/// Returns the text of a file of results.
+fn file(value: &impl Serialize) -> String {
+    let mut text = serde_json::to_string_pretty(value).unwrap_or_default();
+    text.push('\n');
+    text
+}
+
+fn html(py: Python<'_>, document: &Document) -> PyResult<String> {
+    render(document).map_err(|error| {
+        let text = format!("the report cannot be made: {error}");
+        wrong_input(py, "report", &text, "report this as a defect of sprung")
+    })
+}
+
+fn sets<'py>(py: Python<'py>, curves: &Curves) -> Vec<Set<'py>> {
+    (curves.sets.iter())
+        .map(|set| {
+            let values = (curves.columns.iter().zip(&set.values))
+                .map(|(name, values)| {
+                    let numbers: Vec<f64> = values
+                        .iter()
+                        .map(|value| value.unwrap_or(f64::NAN))
+                        .collect();
+                    (name.clone(), numbers.to_pyarray(py))
+                })
+                .collect();
+            (set.label.clone(), set.time.to_pyarray(py), values)
+        })
+        .collect()
+}

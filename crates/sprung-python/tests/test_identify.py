@@ -1,0 +1,162 @@
+"""Identification: the same bits from every kind of log, and from the command line."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import sprung
+from sprung._result import _without_times
+
+Log = dict[str, NDArray[np.float64]]
+
+
+def bits(result: sprung.Result) -> list[tuple[str, float | None, float | None]]:
+    return [(own.name, own.value, own.standard_error) for own in result.parameters.values()]
+
+
+def test_the_demo_is_identified(experiment: sprung.Experiment, result: sprung.Result) -> None:
+    truth = experiment.truth()
+    assert set(result.parameters) == set(truth)
+    for name, value in truth.items():
+        parameter = result.parameters[name]
+        assert parameter.value is not None and parameter.standard_error is not None
+        assert abs(parameter.value - value) < 5.0 * parameter.standard_error, parameter
+    assert result.verdict in {"good", "doubtful"}
+    assert result.estimator == "least-squares"
+    assert result.refinement is None
+
+
+def test_all_kinds_of_logs_give_the_same_bits(
+    experiment: sprung.Experiment, log: Log, quantities: Log, result: sprung.Result, tmp_path: Path
+) -> None:
+    pandas = pytest.importorskip("pandas")
+    polars = pytest.importorskip("polars")
+    pyarrow = pytest.importorskip("pyarrow")
+    csv = tmp_path / "log.csv"
+    frame = pandas.DataFrame(log)
+    frame.to_csv(csv, index=False, float_format="%.17g")
+    table = pyarrow.table(log)
+    several = pyarrow.concat_tables([table.slice(0, 4321), table.slice(4321)])
+    fortran = {name: np.asfortranarray(own) for name, own in quantities.items()}
+    logs: dict[str, Any] = {
+        "quantities": quantities,
+        "fortran": fortran,
+        "pandas": frame.assign(other="text"),
+        "polars": polars.DataFrame(log),
+        "arrow": table,
+        "chunks": several,
+        "path": csv,
+        "paths": [str(csv)],
+        "strided": {name: np.repeat(own, 2)[::2] for name, own in log.items()},
+    }
+    for kind, one in logs.items():
+        assert bits(experiment.identify(one)) == bits(result), kind
+
+
+def test_threads_do_not_change_bits(
+    experiment: sprung.Experiment, log: Log, result: sprung.Result
+) -> None:
+    assert bits(experiment.identify(log, threads=1)) == bits(result)
+
+
+def test_the_command_line_gives_the_same_bits(tmp_path: Path) -> None:
+    folder = tmp_path / "demo"
+    command = [sys.executable, "-m", "sprung"]
+    subprocess.run([*command, "demo", "--out", str(folder), "-q"], check=True)
+    of_command = json.loads((folder / "sprung-out" / "identification.json").read_text())
+    own = sprung.Experiment(folder).identify()
+    assert _without_times(json.loads(own.to_json())) == _without_times(of_command)
+    assert own.estimators[0] == "prediction-error"
+    assert own.refinement is not None and own.refinement["used"]
+    assert sprung.load(folder, own.experiment) == own
+
+
+def test_several_logs_are_one_experiment(experiment: sprung.Experiment, log: Log) -> None:
+    other = experiment.simulate(seed=5)
+    both = experiment.identify([log, other])
+    assert len(both.identification["more_logs"]) == 1
+    one = experiment.identify(log).parameters["joint1.stiffness"].standard_error
+    two = both.parameters["joint1.stiffness"].standard_error
+    assert one is not None and two is not None and two < one
+
+
+def test_covariance_has_the_standard_errors(result: sprung.Result) -> None:
+    covariance = result.covariance
+    assert np.allclose(covariance, covariance.T, rtol=0, atol=0)
+    assert np.linalg.eigvalsh(covariance / np.sqrt(np.outer(*[np.diag(covariance)] * 2))).min() > 0
+    for name, variance in zip(result.covariance_names, np.diag(covariance), strict=True):
+        error = result.parameters[name].standard_error
+        assert error is not None
+        assert abs(np.sqrt(variance) / error - 1.0) < 1e-9
+
+
+def test_check_validate_and_compare(
+    experiment: sprung.Experiment, log: Log, result: sprung.Result
+) -> None:
+    check = experiment.check(log)
+    assert not check.refused
+    assert all(finding.severity in {"info", "warning"} for finding in check.findings)
+    other = experiment.simulate(seed=3)
+    validation = experiment.validate(result, other)
+    assert [run["name"] for run in validation.runs] == ["direct"]
+    assert "kept" in json.dumps(validation.contents)
+    comparison = sprung.compare([result, experiment.identify(other)], ["a", "b"])
+    assert [own["file"] for own in comparison.contents["compared"]] == ["a", "b"]
+    assert comparison.conclusion
+
+
+def test_tables(result: sprung.Result) -> None:
+    pytest.importorskip("pandas")
+    pytest.importorskip("pyarrow")
+    frame = result.parameters.to_pandas()
+    stiffness = result.parameters["joint1.stiffness"]
+    assert frame.loc["joint1.stiffness", "value"] == stiffness.value
+    assert stiffness.ci95 is not None
+    assert frame.loc["joint1.stiffness", "ci95_low"] == stiffness.ci95[0]
+    table = result.parameters.to_arrow()
+    assert table.column("name").to_pylist() == list(result.parameters)
+
+
+def test_report_and_files(result: sprung.Result, tmp_path: Path) -> None:
+    path = result.report(tmp_path / "report.html")
+    page = path.read_text()
+    assert page.startswith("<!DOCTYPE html>") and "joint1.stiffness" in page
+    assert result._repr_html_().startswith("<iframe srcdoc=")
+    folder = result.save(tmp_path / "out")
+    assert (folder / "identification.json").read_text() == result.to_json()
+    names = {path.name for path in folder.iterdir()}
+    assert names == {
+        "identification.json", "parameters.csv", "trace.csv", "fit.csv", "report.html",
+    }
+    with pytest.raises(sprung.FileError) as error:
+        result.report("/proc/none/report.html")
+    assert error.value.remedy
+
+
+def test_export(result: sprung.Result, tmp_path: Path) -> None:
+    texts = result.export("urdf", tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == set(texts)
+    assert any("<robot" in text for text in texts.values())
+    with pytest.raises(sprung.InputError, match="not known"):
+        result.export("docx")
+
+
+def test_plots(result: sprung.Result) -> None:
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    rows = [name for name in result.fit["measured"] if name != "t"]
+    assert len(result.plot.fit().axes) == len(rows) > 0
+    assert len(result.plot.trace("joint1.stiffness").axes) == 1
+    figure = result.plot.parameters()
+    assert len(figure.axes[0].get_yticks()) == len(result.parameters)
+    pyplot.close("all")

@@ -1,0 +1,94 @@
+//! The wheel for Python: built, installed, and tested with the packages that its users have.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode};
+
+use super::python::Python;
+use super::target;
+use crate::root;
+use crate::steps::succeeds;
+
+/// What pip installs to build the wheel.
+pub(super) const MATURIN: &str = "maturin==1.16.0";
+
+/// Folder of the crate.
+const CRATE: &str = "crates/sprung-python";
+
+/// Builds the wheel and prints its path.
+pub(crate) fn build() -> ExitCode {
+    let built = Python::with(&target().join("outside"), &[MATURIN]).and_then(|own| wheel(&own));
+    match built {
+        Some(path) => {
+            println!("{}", path.display());
+            ExitCode::SUCCESS
+        }
+        None => ExitCode::FAILURE,
+    }
+}
+
+/// Builds the wheel in release; returns its path.
+fn wheel(python: &Python) -> Option<PathBuf> {
+    let folder = target().join("wheels");
+    // An older wheel would be found beside the new one.
+    let _ = std::fs::remove_dir_all(&folder);
+    let mut command = python.module("maturin", &["build", "--release", "--locked", "--quiet"]);
+    command
+        .arg("--manifest-path")
+        .arg(root().join(CRATE).join("Cargo.toml"));
+    succeeds(command.arg("--out").arg(&folder))?;
+    let found = std::fs::read_dir(&folder).ok()?.filter_map(Result::ok);
+    let mut wheels = found
+        .map(|entry| entry.path())
+        .filter(|path| path.extension().is_some_and(|extension| extension == "whl"));
+    wheels.next()
+}
+
+/// Builds and installs the wheel.
+pub(super) fn install(python: &Python) -> Option<()> {
+    let wheel = wheel(python)?;
+    let options = ["install", "--quiet", "--force-reinstall", "--no-deps"];
+    succeeds(python.module("pip", &options).arg(&wheel))?;
+    let size = std::fs::metadata(&wheel).ok()?.len();
+    println!("{}: {:.1} MB", wheel.display(), size as f64 / 1e6);
+    Some(())
+}
+
+/// Runs the tests of the package: types, examples, tests.
+pub(super) fn check(python: &Python) -> Option<()> {
+    install(python)?;
+    let package = root().join(CRATE);
+    let run = |command: &mut Command| succeeds(command.current_dir(&package));
+    // The command that pip installs, in a folder without the sources.
+    let folder = python.folder.join("wheel");
+    std::fs::create_dir_all(&folder).ok()?;
+    let sprung = python.script("sprung");
+    succeeds(Command::new(&sprung).arg("--version").current_dir(&folder))?;
+    let demo = ["demo", "--quiet", "--out", "demo"];
+    succeeds(Command::new(&sprung).args(demo).current_dir(&folder))?;
+    run(python
+        .module("mypy", &["--strict", "python/sprung", "tests"])
+        .env("MYPYPATH", "python"))?;
+    let quiet = ["-q", "-p", "no:cacheprovider"];
+    let doctests = ["--doctest-modules", "--pyargs", "sprung"];
+    succeeds(
+        python
+            .module("pytest", &quiet)
+            .args(doctests)
+            .current_dir(&folder),
+    )?;
+    run(&mut python.module("pytest", &[&quiet[..], &["tests"]].concat()))
+}
+
+impl Python {
+    /// Returns a command that runs a module.
+    pub(super) fn module(&self, name: &str, arguments: &[&str]) -> Command {
+        let mut command = Command::new(self.program());
+        command.args(["-m", name]).args(arguments);
+        command
+    }
+
+    /// Returns the path of a command that pip installed.
+    fn script(&self, name: &str) -> PathBuf {
+        self.program().parent().unwrap_or(Path::new("")).join(name)
+    }
+}
