@@ -102,7 +102,7 @@ impl Dynamics {
         self.each(
             py,
             &[&q],
-            |own| own.joints(),
+            sprung::simulate::Dynamics::joints,
             |own, rows| own.gravity(&rows[0]),
         )
     }
@@ -116,7 +116,7 @@ impl Dynamics {
         self.each(
             py,
             &[&q, &dq],
-            |own| own.joints(),
+            sprung::simulate::Dynamics::joints,
             |own, rows| own.coriolis(&rows[0], &rows[1]),
         )
     }
@@ -143,7 +143,7 @@ impl Dynamics {
         self.each(
             py,
             &given,
-            |own| own.joints(),
+            sprung::simulate::Dynamics::joints,
             |own, rows| own.spring(&state(rows)),
         )
     }

@@ -366,8 +366,7 @@ pub(crate) fn joints_of_urdf(py: Python<'_>, path: PathBuf) -> PyResult<Vec<Stri
     Ok(start.joint_names())
 }
 
-/// Chooses the columns of logs; returns the text of an experiment file, the places to fill in, and the
-/// findings as JSON.
+/// Chooses the columns of logs; returns the text of an experiment file and the findings as JSON.
 #[pyfunction]
 pub(crate) fn experiment_from_log(
     py: Python<'_>,
@@ -376,7 +375,7 @@ pub(crate) fn experiment_from_log(
     joints: Option<usize>,
     folder: PathBuf,
     run: Run,
-) -> PyResult<(String, Vec<(usize, String)>, String)> {
+) -> PyResult<(String, String)> {
     let new = run.work(py, move |progress| {
         let start = match (urdf, logs.first()) {
             (Some(urdf), _) => start_from_urdf(&urdf, &folder)?,
@@ -395,5 +394,5 @@ pub(crate) fn experiment_from_log(
         NewExperiment::from_logs(&start, &logs, &folder, progress)
     })?;
     let findings = serde_json::to_string(&new.findings).unwrap_or_default();
-    Ok((new.text, new.open, findings))
+    Ok((new.text, findings))
 }

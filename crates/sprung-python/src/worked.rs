@@ -151,7 +151,7 @@ impl Checked {
 /// A validation with its signals.
 #[pyclass(frozen, module = "sprung._sprung")]
 pub(crate) struct Validated {
-    validated: sprung::validate::Validated,
+    both: sprung::validate::Validated,
     found: Arc<sprung::estimate::Identified>,
     text: String,
 }
@@ -163,7 +163,7 @@ impl Validated {
         text: String,
     ) -> Self {
         Self {
-            validated,
+            both: validated,
             found,
             text,
         }
@@ -174,16 +174,16 @@ impl Validated {
 impl Validated {
     /// The text of `validation.json`.
     fn json(&self) -> String {
-        file(&self.validated.validation)
+        file(&self.both.validation)
     }
 
     /// The verdict in a sentence.
     fn sentence(&self) -> String {
-        self.validated.validation.sentence().to_string()
+        self.both.validation.sentence().clone()
     }
 
     fn signals<'py>(&self, py: Python<'py>) -> Vec<Set<'py>> {
-        sets(py, &self.validated.curves)
+        sets(py, &self.both.curves)
     }
 
     /// The report as HTML.
@@ -192,7 +192,7 @@ impl Validated {
             identification: Some(&self.found.identification),
             trace: Some(&self.found.trace),
             fit: Some(&self.found.fit),
-            validation: Some((&self.validated.validation, &self.validated.curves)),
+            validation: Some((&self.both.validation, &self.both.curves)),
             command: "sprung.Experiment.validate",
             experiment: &self.text,
             ..Contents::default()

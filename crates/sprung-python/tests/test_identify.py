@@ -82,7 +82,7 @@ def test_the_command_line_gives_the_same_bits(tmp_path: Path) -> None:
 def test_several_logs_are_one_experiment(experiment: sprung.Experiment, log: Log) -> None:
     other = experiment.simulate(seed=5)
     both = experiment.identify([log, other])
-    assert len(both.identification["more_logs"]) == 1
+    assert len(both.identification["further_logs"]) == 1
     one = experiment.identify(log).parameters["joint1.stiffness"].standard_error
     two = both.parameters["joint1.stiffness"].standard_error
     assert one is not None and two is not None and two < one

@@ -179,7 +179,7 @@ class Experiment:
         paths = [Path(os.path.abspath(one)) for one in logs]
         folder = Path(os.path.abspath(os.curdir))
         with heard(progress, "reading the log") as callback:
-            text, _, found = _sprung.experiment_from_log(
+            text, found = _sprung.experiment_from_log(
                 paths,
                 None if urdf is None else Path(os.path.abspath(urdf)),
                 joints,

@@ -23,15 +23,15 @@ pub enum Array {
 #[derive(Clone)]
 pub struct Column {
     matrix: Lent<f64>,
-    column: usize,
-    columns: usize,
+    place: usize,
+    width: usize,
 }
 
 impl Column {
     fn len(&self) -> usize {
         let numbers = (*self.matrix).as_ref().len();
-        if self.column < self.columns {
-            numbers / self.columns
+        if self.place < self.width {
+            numbers / self.width
         } else {
             0
         }
@@ -39,12 +39,12 @@ impl Column {
 
     /// Returns its numbers in some rows.
     pub(crate) fn rows(&self, rows: Range<usize>) -> impl Iterator<Item = f64> {
-        let own = rows.start * self.columns..rows.end * self.columns;
+        let own = rows.start * self.width..rows.end * self.width;
         let numbers = (*self.matrix).as_ref().get(own).unwrap_or(&[]);
         numbers
             .iter()
-            .skip(self.column)
-            .step_by(self.columns.max(1))
+            .skip(self.place)
+            .step_by(self.width.max(1))
             .copied()
     }
 }
@@ -70,8 +70,8 @@ impl Array {
         let matrix: Lent<f64> = Arc::new(matrix);
         let of = |column| Column {
             matrix: Arc::clone(&matrix),
-            column,
-            columns,
+            place: column,
+            width: columns,
         };
         (0..columns)
             .map(|column| Self::Column(of(column)))

@@ -119,7 +119,7 @@ impl Session {
         let given = match arrays.len() {
             found if found == joints.len() => &joints,
             found if found == all.len() => &all,
-            _ => return Err(misfit(&joints).into()),
+            _ => return Err(misfit(&joints)),
         };
         for key in keys {
             let mut own = key.joints(Joints::ThatHaveIt, robot);

@@ -163,9 +163,12 @@ impl Dynamics {
     /// Splits the torques on all coordinates into those of links and motors.
     fn split(&self, torques: &[f64]) -> BothTorques {
         let n = self.joints();
-        let link = |i: usize| match self.model.is_flexible(i) {
-            true => torques[i],
-            false => 0.0,
+        let link = |i: usize| {
+            if self.model.is_flexible(i) {
+                torques[i]
+            } else {
+                0.0
+            }
         };
         BothTorques {
             link: (0..n).map(link).collect(),
