@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::Instant;
 
 use numpy::{PyArray1, ToPyArray};
 use pyo3::prelude::*;
@@ -197,19 +198,22 @@ impl Session {
         run: Run,
     ) -> PyResult<Identified> {
         let text = self.inner.text().to_owned();
-        let found = match logs {
-            None => {
-                let session = Arc::clone(&self.inner);
-                run.work(py, move |progress| session.identify(progress))
-            }
-            Some(logs) => {
-                let InMemory { session, logs } = self.in_memory(py, logs)?;
-                run.work(py, move |progress| {
-                    session.identify_with(&mut InMemory::sources(logs), progress)
-                })
-            }
+        let given = match logs {
+            None => None,
+            Some(logs) => Some(self.in_memory(py, logs)?),
         };
-        Ok(Identified::new(found?, text))
+        let session = Arc::clone(&self.inner);
+        let (found, seconds) = run.work(py, move |progress| {
+            let begin = Instant::now();
+            let found = match given {
+                None => session.identify(progress),
+                Some(InMemory { session, logs }) => {
+                    session.identify_with(&mut InMemory::sources(logs), progress)
+                }
+            }?;
+            Ok((found, begin.elapsed().as_secs_f64()))
+        })?;
+        Ok(Identified::new(found, text).after(seconds))
     }
 
     /// Validates an identification on the runs of the experiment, or on arrays.

@@ -27,6 +27,9 @@ type Set<'py> = (
 pub(crate) struct Identified {
     found: Arc<sprung::estimate::Identified>,
     text: String,
+    /// Time inside the library, s; zero for a result that was read.
+    #[pyo3(get)]
+    seconds: f64,
 }
 
 impl Identified {
@@ -34,7 +37,12 @@ impl Identified {
         Self {
             found: Arc::new(found),
             text,
+            seconds: 0.0,
         }
+    }
+
+    pub(crate) fn after(self, seconds: f64) -> Self {
+        Self { seconds, ..self }
     }
 
     pub(crate) fn found(&self) -> &sprung::estimate::Identified {
