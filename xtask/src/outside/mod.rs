@@ -126,6 +126,7 @@ const PYTHON: &[&str] = &[
     wheel::MATURIN,
     "numpy==2.4.6",
     "scipy==1.17.1",
+    "scipy-stubs",
     "pandas==3.1.1",
     "pandas-stubs",
     "polars==2.1.0",
@@ -136,6 +137,11 @@ const PYTHON: &[&str] = &[
     "types-tqdm",
     "mypy==2.4.1",
     "pytest==9.2.0",
+    "fsspec==2026.9.0",
+    "s3fs==2026.9.0",
+    "dask[distributed]==2026.8.0",
+    "moto[server]==5.2.5",
+    "duckdb==2.0.0",
 ];
 
 /// Returns the names of all steps.
