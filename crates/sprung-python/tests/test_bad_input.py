@@ -34,8 +34,7 @@ def test_wrong_experiments_name_the_line() -> None:
 
 
 def test_float32_is_converted_and_said(experiment: sprung.Experiment, log: Log) -> None:
-    own = {name: array.astype(np.float32) for name, array in log.items()}
-    own["t_s"] = log["t_s"]
+    own = {name: array if name == "t_s" else array.astype(np.float32) for name, array in log.items()}
     with pytest.warns(sprung.SprungWarning, match="float32 and was converted"):
         result = experiment.identify(own)
     assert result.parameters["joint1.stiffness"].value is not None
