@@ -1,6 +1,8 @@
 """Tests the statistics of fleets on simulated fleets with known truth.
 
-    python benches/fleet/statistics.py [--fleets 200] [--python crates/sprung-python/python]
+    python benches/fleet/statistics.py [--fleets 200]
+
+It needs the installed module sprung with `sprung[fleet]`.
 
 The estimates are drawn: each robot has its own parameters, each log its own scatter and standard error, and the
 scatter of one estimate is 0.7 % in all. The table has for each kind of fleet the mean part of false discoveries among
@@ -16,9 +18,7 @@ import sys
 import time
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
 FALSE_AT_MOST = 0.07
 FOUND_AT_LEAST = 0.95
 PARAMETERS = ("joint1.stiffness", "joint1.rotor_inertia", "joint1.motor_viscous", "joint1.motor_coulomb")
@@ -125,13 +125,9 @@ def percent(value: float) -> str:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--fleets", type=int, default=200, help="simulated fleets of each kind")
-    parser.add_argument("--python", type=Path, help="folder of the Python sources, instead of the installed module")
     arguments = parser.parse_args()
     for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
         os.environ[variable] = "1"
-    if arguments.python is not None:
-        os.environ["PYTHONPATH"] = str(arguments.python.resolve())
-        sys.path.insert(0, str(arguments.python.resolve()))
     print(f"{'kind of fleet':<28} {'false':>7} {'found':>8} {'time in':>8} {'change in':>9} {'s/fleet':>8}")
     failed = []
     with ProcessPoolExecutor() as pool:
