@@ -38,8 +38,8 @@ struct InMemory {
 
 impl InMemory {
     fn sources(logs: Vec<Arrays>) -> Vec<LogSource<'static>> {
-        (logs.into_iter().zip(1..))
-            .map(|(arrays, number)| LogSource::arrays(format!("arrays {number}"), arrays))
+        (logs.into_iter())
+            .map(|arrays| LogSource::arrays(format!("arrays {}", arrays.digest()), arrays))
             .collect()
     }
 }
@@ -57,8 +57,9 @@ impl Session {
         let by_quantity = (logs.first()).is_some_and(|first| {
             (self.inner).is_by_quantity(first.iter().map(|(name, _)| name.as_str()))
         });
+        let session = self.inner.without_files();
         let mut own = InMemory {
-            session: Arc::clone(&self.inner),
+            session: Arc::new(session.clone()),
             logs: Vec::new(),
         };
         for log in logs {
@@ -71,7 +72,7 @@ impl Session {
                 let arrays = arrays::arrays(&array)?;
                 quantities.push(QuantityArrays { name, arrays });
             }
-            let with = self.inner.with_quantities(quantities);
+            let with = session.with_quantities(quantities);
             let (session, arrays) = with.map_err(|error| exception(py, &error))?;
             own.session = Arc::new(session);
             own.logs.push(arrays);

@@ -87,6 +87,18 @@ impl Identified {
         file(&self.found.identification)
     }
 
+    /// Findings about the logs and about a result, as JSON.
+    fn findings(&self, set: usize) -> String {
+        let own = &self.found.identification;
+        let of_result = own.results.get(set).map(|result| &result.warnings);
+        let all: Vec<_> = own
+            .findings
+            .iter()
+            .chain(of_result.into_iter().flatten())
+            .collect();
+        serde_json::to_string(&all).unwrap_or_default()
+    }
+
     fn trace_csv(&self) -> String {
         self.found.trace.to_csv("estimator")
     }

@@ -107,6 +107,9 @@ def test_check_validate_and_compare(
     other = experiment.simulate(seed=3)
     validation = experiment.validate(result, other)
     assert [run["name"] for run in validation.runs] == ["direct"]
+    assert not validation.runs[0]["same_log"]
+    assert result.identification["log"]["file"].startswith("arrays ")
+    assert experiment.validate(result, [log, other]).runs[0]["same_log"]
     assert "kept" in json.dumps(validation.contents)
     comparison = sprung.compare([result, experiment.identify(other)], ["a", "b"])
     assert [own["file"] for own in comparison.contents["compared"]] == ["a", "b"]

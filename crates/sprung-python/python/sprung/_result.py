@@ -126,7 +126,7 @@ class Result(_Report):
     @cached_property
     def findings(self) -> list[Finding]:
         """Findings about the logs and the result, the most severe first."""
-        all_of = findings([*self.identification["findings"], *self._result["warnings"]])
+        all_of = findings(json.loads(self._handle.findings(self._index)))
         order = ["error", "serious", "warning", "info"]
         return sorted(all_of, key=lambda finding: order.index(finding.severity))
 

@@ -1,8 +1,13 @@
 //! Columns of numbers in memory, which serve as a log without a file.
 
-use std::fmt;
+use std::fmt::{self, Write};
 use std::ops::Range;
 use std::sync::Arc;
+
+use sha2::{Digest, Sha256};
+
+/// Most rows of a digest.
+const DIGESTED: usize = 2048;
 
 /// Borrowed or owned numbers: a `Vec`, a slice behind an `Arc`, or an array of another language
 /// whose owner lives as long as this value.
@@ -92,6 +97,19 @@ impl Array {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+
+    /// Returns the bytes of the number in a row; zeros behind the end.
+    fn bytes(&self, row: usize) -> [u8; 8] {
+        let float = |number: Option<f64>| number.unwrap_or_default().to_le_bytes();
+        match self {
+            Self::Float(numbers) => float((**numbers).as_ref().get(row).copied()),
+            Self::Integer(numbers) => {
+                let number = (**numbers).as_ref().get(row).copied();
+                number.unwrap_or_default().to_le_bytes()
+            }
+            Self::Column(column) => float(column.rows(row..row + 1).next()),
+        }
     }
 }
 
@@ -214,6 +232,27 @@ impl Arrays {
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
+
+    /// Returns a name that logs with the same numbers share: hexadecimal digits of a digest of their
+    /// lengths and of at most [`DIGESTED`] rows.
+    #[must_use]
+    pub fn digest(&self) -> String {
+        let mut digest = Sha256::new();
+        let rows = self.len();
+        digest.update(rows.to_le_bytes());
+        let step = rows.div_ceil(DIGESTED).max(1);
+        for array in &self.arrays {
+            for row in (0..rows).step_by(step) {
+                digest.update(array.bytes(row));
+            }
+        }
+        let all = digest.finalize();
+        all[..4].iter().fold(String::new(), |mut text, byte| {
+            // Writing to a string cannot fail.
+            let _ = write!(text, "{byte:02x}");
+            text
+        })
+    }
 }
 
 #[cfg(test)]
@@ -251,6 +290,20 @@ mod tests {
         assert_eq!(numbers(&columns[0], 0..3), [1.0, 3.0, 5.0]);
         assert_eq!(numbers(&columns[1], 1..2), [4.0]);
         assert!(Array::columns(vec![1.0], 0).is_empty());
+    }
+
+    #[test]
+    fn logs_with_the_same_numbers_share_their_digest() {
+        let of = |matrix: Vec<f64>| {
+            let columns = Array::columns(matrix, 2).into_iter();
+            Arrays::new(["q", "p"].into_iter().zip(columns))
+                .unwrap()
+                .digest()
+        };
+        let single = Arrays::new([("a", vec![1.0, 3.0]), ("b", vec![2.0, 4.0])]).unwrap();
+        assert_eq!(of(vec![1.0, 2.0, 3.0, 4.0]), single.digest());
+        assert_ne!(of(vec![1.0, 2.0, 3.0, 5.0]), single.digest());
+        assert_eq!(single.digest().len(), 8);
     }
 
     #[test]

@@ -107,6 +107,19 @@ impl Session {
         })
     }
 
+    /// Returns this session for logs in memory: its logs have the columns of the experiment, and their
+    /// own names in place of those of files.
+    #[must_use]
+    pub fn without_files(&self) -> Self {
+        let mut own = self.clone();
+        let runs = own.experiment.validate.iter_mut();
+        let of_runs = runs.filter_map(|run| run.log.as_mut());
+        for log in own.experiment.log.iter_mut().chain(of_runs) {
+            log.file = None;
+        }
+        own
+    }
+
     /// Returns this session with a number of validation runs on logs with the columns of `[log]`. The
     /// first runs keep their names and controllers.
     #[must_use]

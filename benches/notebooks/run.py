@@ -1,0 +1,65 @@
+"""Runs the notebooks of the documentation and compares what they print with their pages.
+
+usage: run.py [--write]
+
+A page is the notebook with its outputs, as Markdown with pictures. --write writes the pages.
+"""
+
+import os
+import re
+import sys
+import tempfile
+from pathlib import Path
+
+import nbformat
+from nbclient import NotebookClient
+from nbconvert import MarkdownExporter
+
+ROOT = Path(__file__).resolve().parents[2]
+FOLDER = ROOT / "docs" / "notebooks"
+
+
+def page(path: Path) -> tuple[str, dict[str, bytes]]:
+    """Runs a notebook; returns its page and its pictures."""
+    book = nbformat.read(path, as_version=4)
+    with tempfile.TemporaryDirectory() as folder:
+        NotebookClient(book, timeout=600, resources={"metadata": {"path": folder}}).execute()
+    for cell in book.cells:
+        # Progress is not part of a page.
+        cell["outputs"] = [own for own in cell.get("outputs", []) if own.get("name") != "stderr"]
+        if cell["cell_type"] != "code":
+            del cell["outputs"]
+    text, resources = MarkdownExporter().from_notebook_node(book)
+    pictures = {}
+    for place, (name, data) in enumerate(sorted(resources["outputs"].items())):
+        own = f"{path.stem}-{place + 1}{Path(name).suffix}"
+        text = text.replace(name, own)
+        pictures[own] = data
+    text = re.sub(r"[ \t]+$", "", text, flags=re.MULTILINE)
+    text = re.sub(r"\n{3,}", "\n\n", text).strip() + "\n"
+    return text, pictures
+
+
+def main() -> int:
+    os.environ["SPRUNG_EXAMPLES"] = str(ROOT / "examples")
+    write = "--write" in sys.argv[1:]
+    differ = []
+    for path in sorted(FOLDER.glob("*.ipynb")):
+        text, pictures = page(path)
+        own = path.with_suffix(".md")
+        if write:
+            own.write_text(text, encoding="utf-8")
+            for name, data in pictures.items():
+                (FOLDER / name).write_bytes(data)
+        elif not own.exists() or own.read_text(encoding="utf-8") != text:
+            differ.append(own)
+            Path(tempfile.gettempdir(), own.name).write_text(text, encoding="utf-8")
+        print(f"{path.name}: {len(text.splitlines())} lines, {len(pictures)} pictures")
+    for own in differ:
+        print(f"{own} is not what its notebook prints: see {tempfile.gettempdir()}/{own.name}, or run "
+              f"{Path(__file__).name} --write")
+    return 1 if differ else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
