@@ -76,7 +76,9 @@ pub(super) fn check(python: &Python) -> Option<()> {
             .args(doctests)
             .current_dir(&folder),
     )?;
-    run(&mut python.module("pytest", &[&quiet[..], &["tests"]].concat()))
+    run(&mut python.module("pytest", &[&quiet[..], &["tests"]].concat()))?;
+    python.run("benches/notebooks/run.py", &[])?;
+    python.run("benches/python/overhead.py", &[])
 }
 
 impl Python {
