@@ -7,6 +7,7 @@ mod arrow;
 mod cli;
 mod dynamics;
 mod errors;
+mod many_logs;
 mod runner;
 mod session;
 mod worked;
@@ -31,6 +32,9 @@ fn _sprung(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(session::toml_of_json, module)?)?;
     module.add_function(wrap_pyfunction!(session::joints_of_urdf, module)?)?;
     module.add_function(wrap_pyfunction!(session::experiment_from_log, module)?)?;
+    module.add_function(wrap_pyfunction!(many_logs::choices, module)?)?;
+    module.add_function(wrap_pyfunction!(many_logs::factors, module)?)?;
+    module.add_function(wrap_pyfunction!(many_logs::identify_factors, module)?)?;
     module.add_function(wrap_pyfunction!(worked::compare, module)?)?;
     module.add_function(wrap_pyfunction!(worked::read_results, module)?)?;
     Ok(())

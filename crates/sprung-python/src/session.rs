@@ -45,6 +45,10 @@ impl InMemory {
 }
 
 impl Session {
+    pub(crate) fn inner(&self) -> &sprung::session::Session {
+        &self.inner
+    }
+
     fn of(py: Python<'_>, made: Result<sprung::session::Session, SessionError>) -> PyResult<Self> {
         made.map(|inner| Self {
             inner: Arc::new(inner),

@@ -16,6 +16,7 @@ import sprung
 from sprung._result import _without_times
 
 Log = dict[str, NDArray[np.float64]]
+LEAST_SQUARES = ["identify.estimator=least-squares"]
 
 
 def bits(result: sprung.Result) -> list[tuple[str, float | None, float | None]]:
@@ -86,6 +87,27 @@ def test_several_logs_are_one_experiment(experiment: sprung.Experiment, log: Log
     one = experiment.identify(log).parameters["joint1.stiffness"].standard_error
     two = both.parameters["joint1.stiffness"].standard_error
     assert one is not None and two is not None and two < one
+
+
+def test_factors_of_logs_merge(experiment: sprung.Experiment, log: Log, tmp_path: Path) -> None:
+    pandas = pytest.importorskip("pandas")
+    paths = []
+    for k, one in enumerate([log, experiment.simulate(seed=5), experiment.simulate(seed=6)]):
+        paths.append(tmp_path / f"log{k}.csv")
+        pandas.DataFrame(one).to_csv(paths[-1], index=False, float_format="%.17g")
+    choices = experiment.choices(paths[0])
+    factors = [experiment.factors(path, order, choices) for order, path in enumerate(paths)]
+    merged = experiment.identify_factors(factors[::-1], paths[0])
+    expected = experiment.identify(paths)
+    for name, parameter in merged.parameters.items():
+        assert parameter.value == pytest.approx(expected.parameters[name].value, rel=1e-10)
+    with pytest.raises(sprung.ExperimentError, match="both are log 0"):
+        experiment.identify_factors([factors[0], factors[0]], paths[0])
+    other = sprung.Experiment.demo([*LEAST_SQUARES, "identify.filter_cutoff_rad_per_s=20"])
+    with pytest.raises(sprung.ExperimentError):
+        other.identify_factors(factors, paths[0])
+    with pytest.raises(sprung.InputError):
+        experiment.factors(paths[0], 0, "{}")
 
 
 def test_covariance_has_the_standard_errors(result: sprung.Result) -> None:

@@ -279,6 +279,76 @@ class Experiment:
                 warnings.warn(SprungWarning.of(finding), stacklevel=2)
         return result
 
+    def choices(
+        self, first: str | os.PathLike[str], *, name: str | None = None, threads: int = 0
+    ) -> str:
+        """Makes the choices that hold for all logs of a robot, from its first log.
+
+        With `factors` and `identify_factors` any number of machines identify one robot by least squares
+        from any number of logs. The parameters are those of `identify` with all logs.
+
+        Args:
+            first: path of the first log.
+            name: its name in results; its path if absent.
+            threads: number of threads; 0 for one per processor.
+
+        Returns:
+            JSON for `factors`.
+        """
+        path = os.path.abspath(first)
+        return _sprung.choices(self._session, name or path, path, _run(threads, None))
+
+    def factors(
+        self,
+        log: str | os.PathLike[str],
+        order: int,
+        choices: str,
+        *,
+        name: str | None = None,
+        threads: int = 0,
+    ) -> str:
+        """Reduces a log to the factors of least squares.
+
+        Args:
+            log: path of the log.
+            order: its number among all logs of the robot, from 0.
+            choices: what `choices` returned.
+            name: its name in results; its path if absent.
+            threads: number of threads; 0 for one per processor.
+
+        Returns:
+            JSON for `identify_factors`, about 0.1 MB for two joints.
+        """
+        path = os.path.abspath(log)
+        run = _run(threads, None)
+        return _sprung.factors(self._session, choices, order, name or path, path, run)
+
+    def identify_factors(
+        self,
+        factors: Sequence[str],
+        first: str | os.PathLike[str],
+        *,
+        name: str | None = None,
+        threads: int = 0,
+    ) -> Result:
+        """Identifies the parameters from the factors of all logs, in any order.
+
+        Args:
+            factors: what `factors` returned for each log.
+            first: path of the log of the choices; its beginning is read again.
+            name: its name in results; its path if absent.
+            threads: number of threads; 0 for one per processor.
+
+        Raises:
+            ExperimentError: if factors are those of another robot, experiment or version.
+        """
+        if not factors:
+            raise InputError("there are no factors", "factors", "give those of at least one log")
+        path = os.path.abspath(first)
+        run = _run(threads, None)
+        own = _sprung.identify_factors(self._session, list(factors), name or path, path, run)
+        return Result(own, self)
+
     def validate(
         self,
         result: Result,

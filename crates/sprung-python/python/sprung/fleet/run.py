@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from . import dataset, work
+from . import dataset, many_logs, work
 from .engines import Dask, Engine, Processes, WorkerDied
 from .errors import FleetError
 from .manifest import Manifest, Part, part
@@ -65,7 +65,9 @@ def identify(
     - client: ``distributed.Client`` of a cluster; without it, processes of this computer work.
     - overrides: settings of all experiments, as in ``--set`` of the command line, for example
       ``{"identify.estimator": "least-squares"}``.
-    - levels: ``"log"`` identifies each log alone, ``"robot"`` all logs of a robot together.
+    - levels: ``"log"`` identifies each log alone, ``"robot"`` all logs of a robot together. With
+      ``identify.estimator=least-squares`` in `overrides`, the engine reduces the logs of a robot one by one and merges
+      their factors; a log that fails is a failure, and the others count. Other estimators read all logs in one task.
     - workers: number of processes; as many as processors if it is not given. Not used with a client.
     - logs_per_part: logs that one task of the engine identifies and writes into one file.
     - in_flight: parts that the engine has at a time; it bounds the memory of the caller.
@@ -86,9 +88,13 @@ def identify(
     dataset.prepare(settings.out, {"overrides": list(settings.overrides)})
     engine: Engine = Dask(client, in_flight) if client is not None else Processes(workers, in_flight)
     run = _Run(settings, engine)
-    todo = run.missing(list(table.parts(settings.overrides, levels, logs_per_part)), retry_failures)
+    todo = list(run.missing(list(table.parts(settings.overrides, levels, logs_per_part)), retry_failures))
     with _Bar(progress, run.logs, run.logs_done) as bar:
-        run.work(todo, bar)
+        if identify_one is work.identify:
+            maps = many_logs.maps(todo, settings.out, settings.overrides)
+            run.work(maps, bar, work.run_map, work.map_died)
+        run.work(iter(todo), bar)
+    many_logs.forget(settings.out)
     return run.summary()
 
 
@@ -149,12 +155,18 @@ class _Run:
         left = ([task for task in one.tasks if task.key not in finished] for one in parts)
         return (part(own) for own in left if own)
 
-    def work(self, parts: Iterator[Part], bar: _Bar) -> None:
-        for one, outcome in self.engine.run(work.run_part, self.settings, parts):
+    def work(
+        self,
+        parts: Iterator[Part],
+        bar: _Bar,
+        function: Callable[[Part, Settings], Done] = work.run_part,
+        died: Callable[[Part, Settings, str], Done] = work.died,
+    ) -> None:
+        for one, outcome in self.engine.run(function, self.settings, parts):
             if isinstance(outcome, Done):
                 self._count(outcome, bar)
             elif isinstance(outcome, WorkerDied):
-                self._died(one, outcome, bar)
+                self._died(one, outcome, bar, died)
             else:
                 self._not_written(one, outcome)
         if self.unwritten:
@@ -173,7 +185,9 @@ class _Run:
         self.logs_done += done.logs
         bar.update(self.logs_done)
 
-    def _died(self, one: Part, error: WorkerDied, bar: _Bar) -> None:
+    def _died(
+        self, one: Part, error: WorkerDied, bar: _Bar, died: Callable[[Part, Settings, str], Done]
+    ) -> None:
         self.deaths[one.name] += 1
         if self.deaths[one.name] < DEATHS:
             self.repeated += 1
@@ -182,7 +196,7 @@ class _Run:
             for single in work.split(one, part):
                 self.engine.again(single)
         else:
-            self._count(work.died(one, self.settings, str(error)), bar)
+            self._count(died(one, self.settings, str(error)), bar)
 
     def _not_written(self, one: Part, error: BaseException) -> None:
         self.errors[one.name] += 1

@@ -8,11 +8,11 @@ import re
 import tempfile
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from . import dataset, files
+from . import dataset, files, many_logs
 from .manifest import Part, Task, experiment_file
 
 Identify: TypeAlias = Callable[[str, list[str], list[str]], Mapping[str, Any]]
@@ -66,8 +66,58 @@ def run_part(part: Part, settings: Settings) -> Done:
     return Done(len(part.tasks), sum(len(task.logs) for task in part.tasks), failed, size)
 
 
+def run_map(part: Part, settings: Settings) -> Done:
+    """Reduces one log of a robot and stores its factors. Raises OSError as `run_part` does."""
+    (task,) = part.tasks
+    outcome = _factors(task, many_logs.order_of(part), settings)
+    return Done(0, 0, 0, many_logs.store(settings.out, task, many_logs.order_of(part), outcome))
+
+
+def map_died(part: Part, settings: Settings, reason: str) -> Done:
+    """Stores the failure of a log whose worker died again and again."""
+    (task,) = part.tasks
+    order = many_logs.order_of(part)
+    text = f"the worker died while it reduced this: {reason}"
+    failed = many_logs.Failed(task.logs[order], "worker-died", text, None, "look at the memory of the workers")
+    return Done(0, 0, 0, many_logs.store(settings.out, task, order, failed))
+
+
+def _factors(task: Task, order: int, settings: Settings) -> str | many_logs.Failed:
+    log = task.logs[order]
+    try:
+        with contextlib.ExitStack() as stack:
+            experiment, paths = _local(replace(task, logs=(task.logs[0], log)), stack)
+            return many_logs.reduce_log(task, order, experiment, paths, settings.overrides)
+    except (ImportError, MemoryError):
+        raise
+    except Exception as error:
+        if isinstance(error, OSError) and files.is_full(error):
+            raise
+        row = _failure(task, error)
+        return many_logs.Failed(log, row["code"], row["text"], row["place"] or log, row["remedy"])
+
+
+def _merged(task: Task, settings: Settings) -> list[dataset.Row]:
+    """Returns the rows of a robot by the factors of its logs, and a failure for each log without."""
+    outcomes = [
+        many_logs.stored(settings.out, task, order) or _factors(task, order, settings)
+        for order in range(len(task.logs))
+    ]
+    factors = [own for own in outcomes if isinstance(own, str)]
+    failed = [own for own in outcomes if isinstance(own, many_logs.Failed)]
+    rows = [dataset.failure_row(task, own.code, own.text, own.place, own.remedy) for own in failed]
+    if factors:
+        with contextlib.ExitStack() as stack:
+            experiment, (first,) = _local(replace(task, logs=task.logs[:1]), stack)
+            found = many_logs.identify(task, factors, experiment, first, settings.overrides)
+            rows = [*dataset.rows_of(task, found), *rows]
+    return rows
+
+
 def _rows(task: Task, settings: Settings) -> list[dataset.Row]:
     try:
+        if settings.identify is identify and many_logs.is_mapped(task, settings.overrides):
+            return _merged(task, settings)
         with contextlib.ExitStack() as stack:
             experiment, logs = _local(task, stack)
             return dataset.rows_of(task, settings.identify(experiment, logs, list(settings.overrides)))
