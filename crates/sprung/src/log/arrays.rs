@@ -234,7 +234,7 @@ impl Arrays {
     }
 
     /// Returns a name that logs with the same numbers share: hexadecimal digits of a digest of their
-    /// lengths and of at most [`DIGESTED`] rows.
+    /// lengths and of at most 2048 rows.
     #[must_use]
     pub fn digest(&self) -> String {
         let mut digest = Sha256::new();
