@@ -33,7 +33,7 @@ struct Step {
 }
 
 /// All steps, the quick ones first. A new comparison is a line here and a file beside this one.
-const STEPS: [Step; 9] = [
+const STEPS: [Step; 10] = [
     Step {
         name: "scipy",
         what: "the zero-phase filter of SciPy",
@@ -118,6 +118,18 @@ const STEPS: [Step; 9] = [
         what: "the wheel: types, examples, tests, notebooks, the cost of a call",
         packages: PYTHON,
         run: wheel::check,
+    },
+    Step {
+        name: "beside",
+        what: "the demo's log in sprung, a NumPy script and MuJoCo's system identification",
+        packages: &[
+            wheel::MATURIN,
+            "numpy==2.4.6",
+            "scipy==1.17.1",
+            "pandas==3.1.1",
+            "mujoco[sysid]==4.0.0",
+        ],
+        run: wheel::beside,
     },
 ];
 

@@ -81,6 +81,12 @@ pub(super) fn check(python: &Python) -> Option<()> {
     python.run("benches/python/overhead.py", &[])
 }
 
+/// Prints time, errors and lines of sprung and of other tools on one log.
+pub(super) fn beside(python: &Python) -> Option<()> {
+    install(python)?;
+    python.run("benches/beside/run.py", &[])
+}
+
 impl Python {
     /// Returns a command that runs a module.
     pub(super) fn module(&self, name: &str, arguments: &[&str]) -> Command {

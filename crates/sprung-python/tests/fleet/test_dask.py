@@ -84,7 +84,8 @@ def test_a_log_that_always_kills_its_worker_is_a_failure(
     manifest = fleets.manifest(tmp_path, robots=2)
     with distributed.Client(cluster) as client:
         client.run_on_scheduler(_fewer_failures)
-        summary = run(manifest, tmp_path / "out", client, identify_one=fleets.dies)
+        # One part at a time, because all parts of a worker that dies are suspects.
+        summary = run(manifest, tmp_path / "out", client, identify_one=fleets.dies, in_flight=1)
     assert summary.failed == 1
     (failure,) = fleet.Dataset.read(summary.out).rows("failure").to_pylist()
     assert failure["code"] == "worker-died" and failure["log"].endswith("log-3.csv")
