@@ -1,8 +1,8 @@
 """Identifies the demo's robot from one log with sprung and with other tools, and prints time, errors and lines.
 
-usage: run.py [--without-mujoco]
+usage: run.py [TOOL…]
 
-FIGAROH is not in the table: it identifies robots with rigid joints, and the demo's joints are flexible.
+TOOL is a part of the name of a tool; all tools run without it. Errors are those of the parameters that a tool gives.
 """
 
 import ast
@@ -55,6 +55,12 @@ def by_numpy(log):
     return dict(zip(NOMINAL, theta))
 
 
+def by_figaroh(log):
+    import figaroh_rigid
+
+    return figaroh_rigid.identify(log)
+
+
 def by_mujoco(log):
     import mujoco_sysid
 
@@ -83,18 +89,20 @@ def main():
         ("sprung, least squares", by_sprung("least-squares"), SPRUNG),
         ("sprung, refinement", by_sprung("prediction-error"), SPRUNG),
         ("NumPy script", by_numpy, (PEERS / "identify_numpy.py").read_text()),
+        ("FIGAROH, rigid joints", by_figaroh, (HERE / "figaroh_rigid.py").read_text()),
+        ("MuJoCo sysid", by_mujoco, (HERE / "mujoco_sysid.py").read_text()),
     ]
-    if "--without-mujoco" not in sys.argv:
-        tools.append(("MuJoCo sysid", by_mujoco, (HERE / "mujoco_sysid.py").read_text()))
-    print(f"{'tool':24}{'time, s':>9}{'median error, %':>17}{'largest, %':>12}  {'of':24}{'lines':>6}")
+    if sys.argv[1:]:
+        tools = [tool for tool in tools if any(word in tool[0] for word in sys.argv[1:])]
+    print(f"{'tool':24}{'time, s':>9}{'given':>7}{'median error, %':>17}{'largest, %':>12}  {'of':24}{'lines':>6}")
     for name, identify, text in tools:
         begin = time.perf_counter()
         found = identify(log)
         seconds = time.perf_counter() - begin
-        errors = {key: 100 * abs(found[key] / value - 1) for key, value in truth.items()}
+        errors = {key: 100 * abs(found[key] / value - 1) for key, value in truth.items() if key in found}
         worst = max(errors, key=errors.__getitem__)
         middle = float(np.median(list(errors.values())))
-        print(f"{name:24}{seconds:9.2f}{middle:17.3f}{errors[worst]:12.2f}  {worst:24}{lines(text):6}", flush=True)
+        print(f"{name:24}{seconds:9.2f}{len(errors):7}{middle:17.3f}{errors[worst]:12.2f}  {worst:24}{lines(text):6}", flush=True)
 
 
 if __name__ == "__main__":

@@ -121,12 +121,14 @@ const STEPS: [Step; 10] = [
     },
     Step {
         name: "beside",
-        what: "the demo's log in sprung, a NumPy script and MuJoCo's system identification",
+        what: "the demo's log in sprung, a NumPy script, FIGAROH and MuJoCo's system identification",
         packages: &[
             wheel::MATURIN,
             "numpy==2.4.6",
             "scipy==1.17.1",
             "pandas==3.1.1",
+            "pin==4.1.0",
+            "figaroh==1.0.2",
             "mujoco[sysid]==4.0.0",
         ],
         run: wheel::beside,
