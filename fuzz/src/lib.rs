@@ -4,11 +4,11 @@
 //! An error is an acceptable outcome. A panic, an endless loop or unbounded memory is a fault.
 
 // Writes the bytes of a bag, in the same way as the tests.
-#[path = "../../crates/sprung/tests/formats/mcap_bytes.rs"]
+#[path = "../../crates/sprung-log/tests/formats/mcap_bytes.rs"]
 #[allow(dead_code, clippy::unwrap_used, reason = "made for tests")]
 mod mcap_bytes;
 
-#[path = "../../crates/sprung/tests/formats/keys.rs"]
+#[path = "../../crates/sprung-log/tests/formats/keys.rs"]
 pub mod keys;
 
 use std::io::Cursor;

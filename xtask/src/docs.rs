@@ -7,14 +7,15 @@ use crate::root;
 use crate::steps::succeeds;
 use crate::test::features;
 
-/// Writes `docs/reference/experiment.md` from the JSON schema.
+/// Writes `docs/reference/experiment.md` from the JSON schema, and `docs/reference/what-works.md` from the
+/// table of what works with what.
 ///
-/// A test compares the page with the schema; with `SPRUNG_WRITE_DOCS` it writes the page.
+/// Tests compare the pages with the program; with `SPRUNG_WRITE_DOCS` they write them.
 pub(crate) fn write() -> ExitCode {
     let mut command = Command::new(env!("CARGO"));
     command
         .args(["test", "--workspace", "--test", "cli", features(hdf5())])
-        .args(["--", "pages::experiment"])
+        .args(["--", "pages::experiment", "pages::what_works"])
         .env("SPRUNG_WRITE_DOCS", "1")
         .current_dir(root());
     if succeeds(&mut command).is_some() {

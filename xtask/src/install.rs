@@ -67,17 +67,3 @@ fn packages(names: &str) -> bool {
     let done = Command::new("sh").args(["-c", &install]).status();
     done.is_ok_and(|status| status.success())
 }
-
-/// The oldest CMake that configures the sources of libhdf5: major and minor version.
-pub(crate) const CMAKE: (u32, u32) = (3, 26);
-
-/// Returns whether libhdf5 can be compiled from its sources.
-pub(crate) fn builds_hdf5() -> bool {
-    let Ok(output) = Command::new("cmake").arg("--version").output() else {
-        return false;
-    };
-    let text = String::from_utf8_lossy(&output.stdout);
-    let version = text.split_whitespace().nth(2).unwrap_or_default();
-    let mut parts = version.split('.').map_while(|part| part.parse().ok());
-    (parts.next(), parts.next()) >= (Some(CMAKE.0), Some(CMAKE.1))
-}

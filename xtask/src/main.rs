@@ -11,6 +11,7 @@ mod dist;
 mod docs;
 mod fuzz;
 mod install;
+mod numbers;
 mod outside;
 #[cfg(test)]
 mod pages;
@@ -25,7 +26,8 @@ use std::process::ExitCode;
 
 const USAGE: &str = "usage: cargo xtask TASK
 
-  test          format, lints, tests, documentation, features: the checks of CI without foreign programs
+  test          format, tests, and beside them what `test compiled` checks: CI without foreign programs
+  test compiled lints, documentation and its examples, features of the library
   test quick    the tests of the library alone: unit tests, laws of physics, formats of logs, check, session,
                 architecture; leaves out the digital twin, the command line, documentation, lints, features
   test outside [STEP…]
@@ -35,6 +37,8 @@ const USAGE: &str = "usage: cargo xtask TASK
                 folder and run; with BINARY, packages this program instead of building one
   wheel         builds the wheel for Python into target/wheels
   docs          writes the pages of the documentation that come from the program
+  numbers [FOLDER]
+                counts named and unnamed numbers in the code of the library, or below a folder
   browser       installs the browser that the report is tested in
   fuzz [SECONDS [TARGET…]]
                 feeds damaged files to every reader, or to some, each for so long [120]
@@ -46,11 +50,14 @@ fn main() -> ExitCode {
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     match words.as_slice() {
         ["test"] => test::everything(),
+        ["test", "compiled"] => test::compiled(),
         ["test", "quick"] => test::quick(),
         ["test", "outside", steps @ ..] => outside::run(steps),
         ["dist"] => dist::run(None),
         ["dist", binary] => dist::run(Some(binary)),
         ["wheel"] => outside::wheel::build(),
+        ["numbers"] => numbers::print(None),
+        ["numbers", folder] => numbers::print(Some(folder)),
         ["docs"] => docs::write(),
         ["browser"] if install::browser() => ExitCode::SUCCESS,
         ["browser"] => ExitCode::FAILURE,
@@ -68,4 +75,10 @@ fn main() -> ExitCode {
 /// Returns the folder of the workspace.
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// Returns the folder where cargo builds.
+fn target() -> PathBuf {
+    let target = std::env::var_os("CARGO_TARGET_DIR");
+    target.map_or_else(|| root().join("target"), PathBuf::from)
 }

@@ -1,16 +1,24 @@
-//! Named steps and the time of each.
+//! Named steps and what each takes.
 
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-/// Steps that ran; after the first that fails, no other starts.
+/// Steps that ran. A step that fails keeps no other from starting: one run tells all that is wrong.
 pub(crate) struct Steps {
     /// When the first step could start.
     pub(crate) begin: Instant,
-    pub(crate) times: Vec<(String, Duration)>,
-    pub(crate) failed: Option<String>,
-    /// Whether other steps print at the same time: what cargo prints is then shown only if it fails.
-    is_quiet: bool,
+    pub(crate) times: Vec<Time>,
+    /// Names of the steps that failed.
+    pub(crate) failed: Vec<String>,
+}
+
+/// What a step took.
+pub(crate) struct Time {
+    pub(crate) step: String,
+    pub(crate) elapsed: Duration,
+    /// Of the commands that the step ran to their ends; unlike the time elapsed, it hardly depends on what
+    /// else the machine does. `None` where the system does not tell.
+    pub(crate) processor: Option<Duration>,
 }
 
 impl Default for Steps {
@@ -18,35 +26,13 @@ impl Default for Steps {
         Self {
             begin: Instant::now(),
             times: Vec::new(),
-            failed: None,
-            is_quiet: false,
+            failed: Vec::new(),
         }
     }
 }
 
 impl Steps {
-    /// Starts steps that run at the same time as others, after `earlier`; none runs if one of `earlier` failed.
-    pub(crate) fn beside(earlier: &Self) -> Self {
-        Self {
-            failed: earlier.failed.clone(),
-            is_quiet: true,
-            ..Self::default()
-        }
-    }
-
-    /// Adds steps that ran beside others.
-    ///
-    /// - `other`: `None` if they ended in a panic.
-    pub(crate) fn join(&mut self, other: Option<Self>) {
-        let Some(other) = other else {
-            self.failed = Some("a step that ended in a panic".to_owned());
-            return;
-        };
-        self.times.extend(other.times);
-        self.failed = self.failed.take().or(other.failed);
-    }
-
-    /// Runs a step unless another failed; returns its value, or `None` if one of them failed.
+    /// Runs a step; returns its value, or `None` if it fails.
     ///
     /// - `name`: shown ahead of the step and beside its time.
     /// - `what`: what runs, for the terminal.
@@ -57,15 +43,17 @@ impl Steps {
         what: &str,
         run: impl FnOnce() -> Option<T>,
     ) -> Option<T> {
-        if self.failed.is_some() {
-            return None;
-        }
         eprintln!("── {name}: {what}");
-        let begin = Instant::now();
+        let (begin, used) = (Instant::now(), processor_time());
         let value = run();
-        self.times.push((name.to_owned(), begin.elapsed()));
+        let processor = (processor_time().zip(used)).map(|(now, then)| now.saturating_sub(then));
+        self.times.push(Time {
+            step: name.to_owned(),
+            elapsed: begin.elapsed(),
+            processor,
+        });
         if value.is_none() {
-            self.failed = Some(name.to_owned());
+            self.failed.push(name.to_owned());
         }
         value
     }
@@ -73,17 +61,10 @@ impl Steps {
     /// Runs cargo as a step.
     pub(crate) fn cargo(&mut self, name: &str, arguments: &[&str]) {
         let what = format!("cargo {}", arguments.join(" "));
-        let is_quiet = self.is_quiet;
         self.step(name, &what, || {
             let mut command = Command::new(env!("CARGO"));
-            command
-                .args(arguments)
-                .env("RUSTDOCFLAGS", "--deny warnings");
-            if is_quiet {
-                succeeds_quietly(&mut command)
-            } else {
-                succeeds(&mut command)
-            }
+            let denied = ("RUSTDOCFLAGS", "--deny warnings");
+            succeeds(command.args(arguments).env(denied.0, denied.1))
         });
     }
 }
@@ -104,20 +85,41 @@ pub(crate) fn succeeds(command: &mut Command) -> Option<()> {
     }
 }
 
-/// Runs a command; shows what it printed, and returns `None`, if it does not succeed.
-fn succeeds_quietly(command: &mut Command) -> Option<()> {
-    match command.output() {
-        Ok(output) if output.status.success() => Some(()),
-        Ok(output) => {
-            for text in [output.stdout, output.stderr] {
-                eprintln!("{}", String::from_utf8_lossy(&text));
-            }
-            eprintln!("── {}", output.status);
-            None
-        }
-        Err(error) => {
-            eprintln!("── cannot run cargo: {error}");
-            None
-        }
+/// Returns the processor time of all commands that ended, with those that they started.
+fn processor_time() -> Option<Duration> {
+    of_children(&std::fs::read_to_string("/proc/self/stat").ok()?)
+}
+
+/// Returns the processor time of ended children from `/proc/PID/stat` (proc(5)).
+fn of_children(stat: &str) -> Option<Duration> {
+    // Hundredths of a second on every Linux.
+    const TICK: Duration = Duration::from_millis(10);
+    // The second field, the name of the program in parentheses, may contain blanks.
+    let (_, from_third) = stat.rsplit_once(") ")?;
+    let mut fields = from_third.split(' ').skip(16 - 3);
+    let user: u32 = fields.next()?.parse().ok()?;
+    let system: u32 = fields.next()?.parse().ok()?;
+    Some(TICK * (user + system))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_step_runs_after_one_that_fails() {
+        let mut steps = Steps::default();
+        assert_eq!(steps.step("first", "", || None::<()>), None);
+        assert_eq!(steps.step("second", "", || Some(2)), Some(2));
+        assert_eq!(steps.failed, ["first"]);
+        let names: Vec<&str> = steps.times.iter().map(|time| time.step.as_str()).collect();
+        assert_eq!(names, ["first", "second"]);
+    }
+
+    #[test]
+    fn processor_time_is_that_of_ended_children() {
+        let stat = "42 (a name) of) S 1 42 42 0 -1 4194560 1 2 3 4 11 12 150 25 20 0 1 0 77 8 9";
+        assert_eq!(of_children(stat), Some(Duration::from_millis(1750)));
+        assert_eq!(of_children("42 (short) S 1"), None);
     }
 }

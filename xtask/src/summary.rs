@@ -1,10 +1,9 @@
 //! The last lines of a run of tests: where the time went, what was skipped, what failed.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::time::Duration;
 
 use crate::run::Outcome;
-use crate::steps::Steps;
+use crate::steps::{Steps, Time};
 
 /// How many of the slowest tests are named.
 const SLOWEST: usize = 10;
@@ -17,8 +16,8 @@ pub(crate) fn print(steps: &Steps, outcome: &Outcome) -> bool {
     for test in &outcome.failed {
         eprintln!("── failed: {test}");
     }
-    if let Some(step) = &steps.failed {
-        eprintln!("── FAILED at the step {step}");
+    if !steps.failed.is_empty() {
+        eprintln!("── FAILED: {}", steps.failed.join(", "));
         return false;
     }
     let passed = outcome.ended - skipped;
@@ -44,12 +43,24 @@ fn slowest(outcome: &Outcome) {
 }
 
 fn times(steps: &Steps) {
-    eprintln!("── steps, s");
-    let line = |name: &str, time: Duration| eprintln!("{:8.1}  {name}", time.as_secs_f64());
-    for (name, time) in &steps.times {
-        line(name, *time);
-    }
-    line("together", steps.begin.elapsed());
+    eprintln!("── steps: elapsed and processor time, s");
+    let line = |time: &Time| {
+        let processor = time.processor.map_or_else(
+            || format!("{:>8}", "?"),
+            |used| format!("{:8.1}", used.as_secs_f64()),
+        );
+        eprintln!(
+            "{:8.1}{processor}  {}",
+            time.elapsed.as_secs_f64(),
+            time.step
+        );
+    };
+    steps.times.iter().for_each(line);
+    line(&Time {
+        step: "together".to_owned(),
+        elapsed: steps.begin.elapsed(),
+        processor: steps.times.iter().map(|time| time.processor).sum(),
+    });
 }
 
 /// Prints the skipped tests by their reason; returns how many there are.

@@ -1,16 +1,23 @@
 //! `cargo xtask test`: what must pass, on a fresh machine.
 
-use std::process::ExitCode;
+use std::fs::File;
+use std::path::PathBuf;
+use std::process::{Child, Command, ExitCode};
 
 use crate::binaries::{Binary, build};
-use crate::install::{CMAKE, browser, builds_hdf5, hdf5};
+use crate::install::{browser, hdf5};
 use crate::run::Outcome;
 use crate::steps::Steps;
-use crate::summary;
+use crate::{summary, target};
 
 /// Features of the whole workspace where libhdf5 is, so that nothing is compiled twice.
 const WITH_HDF5: &str = "--features=sprung/mat73,sprung-cli/mat73";
 const WITHOUT_HDF5: &str = "--features=";
+
+/// The package whose code depends on features: the formats of logs.
+pub(crate) const FORMATS: &str = "sprung-log";
+/// The library that users name, which compiles without features.
+const LIBRARY: &str = "sprung";
 
 /// Test folders of the inner loop: those of `sprung-core` and `sprung` without the digital twin.
 const QUICK: [&str; 7] = [
@@ -23,37 +30,37 @@ const QUICK: [&str; 7] = [
     "session",
 ];
 
-/// Runs every check, the quick ones first. After a step that fails, no later step starts.
+/// Runs every check.
 ///
-/// Documentation and features compile at the same time as the tests run.
+/// The tests leave a processor idle at times, and so does what [`compiled`] compiles: they run at the same time.
+/// Nothing is built that no test runs: the lints compile the benchmarks and the module for Python.
 pub(crate) fn everything() -> ExitCode {
     browser();
+    let features = features(hdf5());
+    let mut steps = Steps::default();
+    steps.cargo("format", &["fmt", "--all", "--check"]);
+    let binaries = binaries(&mut steps, &["--workspace", "--tests", features]);
+    let beside = Beside::start();
+    let outcome = tests(&mut steps, binaries.as_deref());
+    let what = "cargo xtask test compiled, beside the tests";
+    steps.step("compiled", what, || beside?.end());
+    finish(&steps, &outcome)
+}
+
+/// Runs the checks that only compile: lints, examples in the documentation, the documentation, feature sets.
+pub(crate) fn compiled() -> ExitCode {
     let has_hdf5 = hdf5();
     let features = features(has_hdf5);
     let mut steps = Steps::default();
-    steps.cargo("format", &["fmt", "--all", "--check"]);
     let lints = ["clippy", "--workspace", "--all-targets", features];
     steps.cargo("lints", &[&lints[..], &["--", "--deny=warnings"]].concat());
-    let tests_of = ["--workspace", "--all-targets", features];
-    let binaries = binaries(&mut steps, &tests_of);
-    // Tests leave a processor idle at times, and compiling a library leaves one idle at its end.
-    let (outcome, compiled) = std::thread::scope(|scope| {
-        let beside = scope.spawn(|| {
-            let mut steps = Steps::beside(&steps);
-            let examples = ["test", "--workspace", "--doc", features];
-            steps.cargo("examples in the documentation", &examples);
-            steps.cargo("documentation", &["doc", "--workspace", "--no-deps"]);
-            features_compile(&mut steps, has_hdf5);
-            steps
-        });
-        let mut own = Steps::beside(&steps);
-        let outcome = tests(&mut own, binaries.as_deref());
-        (outcome, [Some(own), beside.join().ok()])
-    });
-    for other in compiled {
-        steps.join(other);
-    }
-    finish(&steps, &outcome)
+    // What the lints know of the dependencies serves the documentation and the feature sets.
+    let documentation = ["doc", "--workspace", "--no-deps", features];
+    steps.cargo("documentation", &documentation);
+    let examples = ["test", "--workspace", "--doc", features];
+    steps.cargo("examples in the documentation", &examples);
+    features_compile(&mut steps, has_hdf5);
+    finish(&steps, &Outcome::default())
 }
 
 /// Runs the unit tests and the test folders of [`QUICK`].
@@ -91,29 +98,76 @@ fn tests(steps: &mut Steps, binaries: Option<&[Binary]>) -> Outcome {
     outcome
 }
 
-/// Checks that the library compiles without features and with each alone.
+/// [`compiled`] in a process of its own, beside the tests: its processor time counts when it is waited for.
+struct Beside {
+    child: Child,
+    /// What it prints, which would stand among the lines of the tests.
+    output: PathBuf,
+}
+
+impl Beside {
+    /// Starts; returns `None`, and prints why, if that fails.
+    fn start() -> Option<Self> {
+        let output = target().join("compiled.txt");
+        let started = File::create(&output).and_then(|file| {
+            let mut command = Command::new(std::env::current_exe()?);
+            command
+                .args(["test", "compiled"])
+                .stdout(file.try_clone()?)
+                .stderr(file)
+                .spawn()
+        });
+        started
+            .inspect_err(|error| eprintln!("── cannot start the checks beside the tests: {error}"))
+            .map(|child| Self { child, output })
+            .ok()
+    }
+
+    /// Waits for the end and shows what was printed; returns `None` if a check failed.
+    fn end(mut self) -> Option<()> {
+        let status = self.child.wait();
+        match std::fs::read_to_string(&self.output) {
+            Ok(text) => eprint!("{text}"),
+            Err(error) => eprintln!("── cannot read {}: {error}", self.output.display()),
+        }
+        status.is_ok_and(|status| status.success()).then_some(())
+    }
+}
+
+/// Checks that the library compiles without features, and the formats without any and with each alone.
 ///
-/// The lints check all features together.
+/// The lints check all features together; `cargo xtask test outside` compiles libhdf5 (`mat73-static`).
 fn features_compile(steps: &mut Steps, has_hdf5: bool) {
-    let mut sets = vec!["", "arrow", "mcap", "db3"];
+    let mut sets = vec![(LIBRARY, ""), (FORMATS, "")];
+    sets.dedup();
+    sets.extend(["arrow", "mcap", "db3"].map(|set| (FORMATS, set)));
     if has_hdf5 {
-        sets.push("mat73");
+        sets.push((FORMATS, "mat73"));
     }
-    if builds_hdf5() {
-        sets.push("mat73-static");
-    } else {
-        let (major, minor) = CMAKE;
-        eprintln!("── mat73-static is not checked: it needs CMake {major}.{minor} or newer");
-    }
-    for set in sets {
+    for (package, set) in sets {
         let name = match set {
-            "" => "no features",
-            set => set,
+            "" => format!("{package} without features"),
+            set => format!("{package} with {set}"),
         };
-        let library = ["clippy", "--package=sprung", "--no-default-features"];
-        let flags = ["--features", set, "--", "--deny=warnings"];
-        steps.cargo(name, &[&library[..], &flags].concat());
+        steps.cargo(&name, &check_of(package, set));
     }
+}
+
+/// Returns cargo's arguments that check a library with a set of features; a warning fails.
+pub(crate) fn check_of<'a>(package: &'a str, set: &'a str) -> [&'a str; 11] {
+    [
+        "rustc",
+        "--package",
+        package,
+        "--lib",
+        "--profile=check",
+        "--no-default-features",
+        "--features",
+        set,
+        "--",
+        "--deny",
+        "warnings",
+    ]
 }
 
 fn finish(steps: &Steps, outcome: &Outcome) -> ExitCode {

@@ -117,7 +117,14 @@ impl Term {
     pub fn momentum(&self, motor_rate: f64) -> f64 {
         match self.what {
             JointParameter::RotorInertia => self.gain * motor_rate,
-            _ => 0.0,
+            JointParameter::Stiffness
+            | JointParameter::CubicStiffness
+            | JointParameter::Damping
+            | JointParameter::Preload
+            | JointParameter::Friction(..)
+            | JointParameter::Change(..)
+            | JointParameter::BackEmf
+            | JointParameter::TorqueOffset => 0.0,
         }
     }
 
@@ -160,7 +167,13 @@ impl Term {
                 let by_log = law.by_log_stribeck_velocity(&drive.conditions(side), shape);
                 self.gain * by_log * drive.excess[with as usize]
             }
-            _ => 0.0,
+            JointParameter::RotorInertia
+            | JointParameter::Stiffness
+            | JointParameter::CubicStiffness
+            | JointParameter::Damping
+            | JointParameter::Preload
+            | JointParameter::BackEmf
+            | JointParameter::TorqueOffset => 0.0,
         }
     }
 

@@ -50,11 +50,22 @@ enum Power {
     Either,
 }
 
+/// The value of [`Shape`] that scales the velocity of a law.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scale {
+    /// None but the sharpness of the transition at zero velocity.
+    Sharpness,
+    /// The Stribeck velocity.
+    Stribeck,
+    /// The velocity of the residual laws.
+    Residual,
+}
+
 /// Declares the laws, one row each. Each family has a word, by which a description chooses its
 /// laws.
 macro_rules! laws {
     ($($(#[$about:meta])* $family:ident $word:literal: {
-        $(#[doc = $doc:literal] $law:ident $name:literal, $unit:ident, $power:ident;)*
+        $(#[doc = $doc:literal] $law:ident $name:literal, $unit:ident, $power:ident, $scale:ident;)*
     })*) => {
         /// A friction law with one parameter.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -121,6 +132,14 @@ macro_rules! laws {
                 }
             }
 
+            /// Returns the value of [`Shape`] that scales its velocity.
+            #[must_use]
+            pub const fn scale(self) -> Scale {
+                match self {
+                    $($(Self::$law => Scale::$scale,)*)*
+                }
+            }
+
             const fn power(self) -> Power {
                 match self {
                     $($(Self::$law => Power::$power,)*)*
@@ -134,59 +153,59 @@ laws! {
     /// Friction proportional to the velocity.
     Viscous "viscous": {
         /// Viscous friction.
-        Viscous "viscous", TorquePerVelocity, Taken;
+        Viscous "viscous", TorquePerVelocity, Taken, Sharpness;
     }
     /// Friction of constant magnitude against the motion.
     Coulomb "coulomb": {
         /// Coulomb friction.
-        Coulomb "coulomb", Torque, Taken;
+        Coulomb "coulomb", Torque, Taken, Sharpness;
     }
     /// A constant torque, for example from the zero error of a current sensor.
     Offset "offset": {
         /// Constant torque.
-        Offset "offset", Torque, Either;
+        Offset "offset", Torque, Either, Sharpness;
     }
     /// Viscous friction with one parameter for each direction.
     ViscousAsymmetric "viscous-asymmetric": {
         /// Viscous friction of positive velocities.
-        ViscousPositive "viscous_positive", TorquePerVelocity, Taken;
+        ViscousPositive "viscous_positive", TorquePerVelocity, Taken, Sharpness;
         /// Viscous friction of negative velocities.
-        ViscousNegative "viscous_negative", TorquePerVelocity, Taken;
+        ViscousNegative "viscous_negative", TorquePerVelocity, Taken, Sharpness;
     }
     /// Coulomb friction with one parameter for each direction.
     CoulombAsymmetric "coulomb-asymmetric": {
         /// Coulomb friction of positive velocities.
-        CoulombPositive "coulomb_positive", Torque, Taken;
+        CoulombPositive "coulomb_positive", Torque, Taken, Sharpness;
         /// Coulomb friction of negative velocities.
-        CoulombNegative "coulomb_negative", Torque, Taken;
+        CoulombNegative "coulomb_negative", Torque, Taken, Sharpness;
     }
     /// Additional friction at low velocity.
     Stribeck "stribeck": {
         /// Stribeck friction.
-        Stribeck "stribeck", Torque, Either;
+        Stribeck "stribeck", Torque, Either, Stribeck;
     }
     /// Friction proportional to the square of the velocity. It is negative where the friction grows
     /// less than linearly with the velocity.
     Quadratic "quadratic": {
         /// Quadratic friction.
-        Quadratic "quadratic", TorquePerSquaredVelocity, Either;
+        Quadratic "quadratic", TorquePerSquaredVelocity, Either, Sharpness;
     }
     /// Friction of a gear that transmits a load: proportional to the magnitude of the deflection of
     /// a flexible joint.
     Load "load": {
         /// Load-dependent friction: its coefficient times the stiffness.
-        Load "load", TorquePerDeflection, Taken;
+        Load "load", TorquePerDeflection, Taken, Sharpness;
     }
     /// Four smooth functions of the velocity, for friction that no other law explains.
     Residual "residual": {
         /// Residual friction at low velocity.
-        ResidualSlow "residual_slow", Torque, Either;
+        ResidualSlow "residual_slow", Torque, Either, Residual;
         /// Residual friction at medium velocity.
-        ResidualMedium "residual_medium", Torque, Either;
+        ResidualMedium "residual_medium", Torque, Either, Residual;
         /// Residual friction that grows with the square of the velocity.
-        ResidualFast "residual_fast", Torque, Either;
+        ResidualFast "residual_fast", Torque, Either, Residual;
         /// Residual friction that differs between the directions.
-        ResidualEven "residual_even", Torque, Either;
+        ResidualEven "residual_even", Torque, Either, Residual;
     }
 }
 
@@ -200,6 +219,11 @@ enum Form<S> {
 }
 
 impl Law {
+    /// Returns all laws, in the order of their parameters.
+    pub fn all() -> impl Iterator<Item = Self> {
+        Family::ALL.iter().flat_map(|family| family.laws()).copied()
+    }
+
     /// Returns the formula of the law. This is its only definition.
     ///
     /// # Source
@@ -255,11 +279,13 @@ impl Law {
     /// that does not contain this velocity.
     #[must_use]
     pub fn by_log_stribeck_velocity(self, at: &Conditions, shape: &Shape) -> f64 {
-        if self != Self::Stribeck {
-            return 0.0;
+        match self.scale() {
+            Scale::Sharpness | Scale::Residual => 0.0,
+            Scale::Stribeck => {
+                let part = at.velocity / shape.stribeck_velocity;
+                2.0 * part * part * self.column(at, shape)
+            }
         }
-        let part = at.velocity / shape.stribeck_velocity;
-        2.0 * part * part * self.column(at, shape)
     }
 
     /// Returns the unit of the parameter at a revolute or prismatic joint.
@@ -333,10 +359,6 @@ mod tests {
     /// Velocities on both sides of zero, near which every law is smooth.
     const VELOCITIES: [f64; 5] = [-0.7, -0.02, 0.003, 0.05, 0.4];
 
-    fn all() -> impl Iterator<Item = Law> {
-        Family::ALL.iter().flat_map(|family| family.laws()).copied()
-    }
-
     fn column(law: Law, velocity: f64, deflection: f64) -> f64 {
         let at = Conditions {
             velocity,
@@ -349,7 +371,7 @@ mod tests {
     fn friction_dissipates_power_at_any_velocity() {
         for velocity in [-3.0, -1e-3, 0.0, 1e-3, 3.0] {
             let odd = |law: &Law| !matches!(law, Law::Offset | Law::ResidualEven);
-            for law in all().filter(odd) {
+            for law in Law::all().filter(odd) {
                 assert!(velocity * column(law, velocity, -0.4) >= 0.0, "{law:?}");
             }
             assert!(column(Law::Coulomb, velocity, 0.0).abs() <= 1.0);
@@ -360,7 +382,7 @@ mod tests {
     fn derivatives_are_limits_of_differences() {
         let h = 1e-6;
         for (velocity, deflection) in VELOCITIES.into_iter().zip([0.03, -0.4, 0.07, -0.005, 0.2]) {
-            for law in all() {
+            for law in Law::all() {
                 let at = Conditions {
                     velocity: Dual::<2>::variable(velocity, 0),
                     deflection: Dual::variable(deflection, 1),
@@ -394,7 +416,7 @@ mod tests {
                 velocity,
                 deflection: 0.05,
             };
-            for law in all() {
+            for law in Law::all() {
                 let column = |change: f64| {
                     let shape = Shape {
                         stribeck_velocity: SHAPE.stribeck_velocity * libm::exp(change),
@@ -405,6 +427,36 @@ mod tests {
                 let difference = (column(h) - column(-h)) / (2.0 * h);
                 let found = law.by_log_stribeck_velocity(&at, &SHAPE);
                 assert!((found - difference).abs() < 1e-9, "{law:?} at {velocity}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_table_names_the_value_that_scales_each_law() {
+        let at = Conditions {
+            velocity: 0.07,
+            deflection: 0.05,
+        };
+        let wider = [
+            (
+                Scale::Stribeck,
+                Shape {
+                    stribeck_velocity: 0.2,
+                    ..SHAPE
+                },
+            ),
+            (
+                Scale::Residual,
+                Shape {
+                    residual_velocity: 0.9,
+                    ..SHAPE
+                },
+            ),
+        ];
+        for law in Law::all() {
+            for (scale, shape) in wider {
+                let changes = (law.column(&at, &shape) - law.column(&at, &SHAPE)).abs() > 1e-6;
+                assert_eq!(changes, law.scale() == scale, "{law:?}");
             }
         }
     }
@@ -438,7 +490,7 @@ mod tests {
                 velocity,
                 deflection: 0.05,
             };
-            for law in all() {
+            for law in Law::all() {
                 if let Some(jump) = law.jump(&at, &SHAPE) {
                     let expected = jump * libm::tanh(100.0 * velocity);
                     assert!(

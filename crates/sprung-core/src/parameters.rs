@@ -127,23 +127,39 @@ impl JointParameter {
         match self {
             Self::Damping | Self::BackEmf => true,
             Friction(_, law) => law.takes_energy(),
-            _ => false,
+            Self::RotorInertia
+            | Self::Stiffness
+            | Self::CubicStiffness
+            | Self::Preload
+            | Self::TorqueOffset
+            | Change(..) => false,
         }
     }
 
     /// Returns whether the parameter gives a part of the spring's torque.
     #[must_use]
     pub const fn is_of_spring(self) -> bool {
-        matches!(
-            self,
-            Self::Stiffness | Self::CubicStiffness | Self::Damping | Self::Preload
-        )
+        match self {
+            Self::Stiffness | Self::CubicStiffness | Self::Damping | Self::Preload => true,
+            Self::RotorInertia | Self::BackEmf | Self::TorqueOffset | Friction(..) | Change(..) => {
+                false
+            }
+        }
     }
 
     /// Returns whether no robot can exist without a positive value: rotor inertia and stiffness.
     #[must_use]
     pub const fn is_vital(self) -> bool {
-        matches!(self, Self::RotorInertia | Self::Stiffness)
+        match self {
+            Self::RotorInertia | Self::Stiffness => true,
+            Self::CubicStiffness
+            | Self::Damping
+            | Self::Preload
+            | Self::BackEmf
+            | Self::TorqueOffset
+            | Friction(..)
+            | Change(..) => false,
+        }
     }
 }
 

@@ -2,7 +2,8 @@
 
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
-use sprung::session::{ErrorKind, SessionError};
+use sprung::description::Language;
+use sprung::session::{ErrorKind, SessionError, split_remedy};
 
 /// Returns the exception of an error.
 pub(crate) fn exception(py: Python<'_>, error: &SessionError) -> PyErr {
@@ -12,7 +13,13 @@ pub(crate) fn exception(py: Python<'_>, error: &SessionError) -> PyErr {
         ErrorKind::File => "FileError",
         ErrorKind::Stopped => "Stopped",
     };
-    let described = error.described();
+    let mut described = error.described();
+    if let SessionError::IsServo(call) = error {
+        let text = call.text(Language::Python);
+        let (fault, remedy) = split_remedy(&text);
+        described.remedy = remedy.map(str::to_owned);
+        fault.clone_into(&mut described.text);
+    }
     let findings = serde_json::to_string(error.findings()).unwrap_or_default();
     raise(
         py,

@@ -9,6 +9,7 @@ mod dynamics;
 mod errors;
 mod many_logs;
 mod runner;
+mod servo;
 mod session;
 mod worked;
 
@@ -25,6 +26,7 @@ fn _sprung(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<worked::Identified>()?;
     module.add_class::<worked::Checked>()?;
     module.add_class::<worked::Validated>()?;
+    module.add_class::<servo::IdentifiedServo>()?;
     module.add_class::<dynamics::Dynamics>()?;
     module.add_class::<arrow::Columns>()?;
     module.add_class::<arrow::Numbers>()?;

@@ -20,7 +20,8 @@ use crate::arrays;
 use crate::dynamics::Dynamics;
 use crate::errors::{exception, wrong_input};
 use crate::runner::Run;
-use crate::worked::{Checked, Identified, Validated};
+use crate::servo::{IdentifiedServo, ServoCheck};
+use crate::worked::{Checked, Identified, Validated, file};
 
 type Named<'py> = Vec<(String, Bound<'py, PyAny>)>;
 
@@ -54,6 +55,21 @@ impl Session {
             inner: Arc::new(inner),
         })
         .map_err(|error| exception(py, &error))
+    }
+
+    /// Returns the session, and logs in memory if there are any.
+    fn given(
+        &self,
+        py: Python<'_>,
+        logs: Option<Vec<Named<'_>>>,
+    ) -> PyResult<(Arc<sprung::session::Session>, Option<Vec<Arrays>>)> {
+        Ok(match logs {
+            None => (Arc::clone(&self.inner), None),
+            Some(logs) => {
+                let InMemory { session, logs } = self.in_memory(py, logs)?;
+                (session, Some(logs))
+            }
+        })
     }
 
     /// Takes arrays as logs, by the names of columns or of quantities.
@@ -166,6 +182,79 @@ impl Session {
         runs.iter().map(|run| run.name.clone()).collect()
     }
 
+    #[getter]
+    fn is_servo(&self) -> bool {
+        self.inner.is_servo()
+    }
+
+    /// Tells what the logs of a position servo, or arrays, determine; returns the text of
+    /// `servo-check.json`.
+    fn check_servo(
+        &self,
+        py: Python<'_>,
+        logs: Option<Vec<Named<'_>>>,
+        run: Run,
+    ) -> PyResult<String> {
+        let (session, logs) = self.given(py, logs)?;
+        let (parameters, findings) = run.work(py, move |progress| match logs {
+            None => session.check_servo(progress),
+            Some(logs) => session.check_servo_with(&mut InMemory::sources(logs), progress),
+        })?;
+        Ok(file(&ServoCheck::new(parameters, findings)))
+    }
+
+    /// Identifies a position servo from the logs of the experiment, or from arrays.
+    fn identify_servo(
+        &self,
+        py: Python<'_>,
+        logs: Option<Vec<Named<'_>>>,
+        run: Run,
+    ) -> PyResult<IdentifiedServo> {
+        let text = self.inner.text().to_owned();
+        let (session, logs) = self.given(py, logs)?;
+        let found = run.work(py, move |progress| match logs {
+            None => session.identify_servo(progress),
+            Some(logs) => session.identify_servo_with(&mut InMemory::sources(logs), progress),
+        })?;
+        Ok(IdentifiedServo::new(found, text))
+    }
+
+    /// Simulates the twin of a position servo; returns the path and the columns of each log.
+    fn simulate_servo<'py>(
+        &self,
+        py: Python<'py>,
+        identified: Option<&IdentifiedServo>,
+        seed: Option<u64>,
+        run: Run,
+    ) -> PyResult<Vec<(PathBuf, Bound<'py, PyDict>)>> {
+        let session = Arc::clone(&self.inner);
+        let parameters = identified.map(|own| Parameters::from(own.found()));
+        let logs = run.work(py, move |progress| {
+            let mut twin = session.servo_twin(parameters.as_ref())?;
+            if let Some(seed) = seed {
+                twin = twin.with_seed(seed);
+            }
+            let files = twin.files().to_vec();
+            let mut logs = Vec::new();
+            for (index, file) in files.into_iter().enumerate() {
+                let mut csv = Vec::new();
+                twin.write(index, &mut csv, progress)?;
+                logs.push((file, csv));
+            }
+            Ok(logs)
+        })?;
+        (logs.into_iter())
+            .map(|(file, csv)| Ok((file, columns_by_name(py, &csv)?)))
+            .collect()
+    }
+
+    /// Returns the true parameters of the twin of a position servo.
+    fn truth_of_servo(&self, py: Python<'_>) -> PyResult<BTreeMap<String, f64>> {
+        let twin = self.inner.servo_twin(None);
+        twin.map(|twin| twin.truth())
+            .map_err(|error| exception(py, &error))
+    }
+
     /// Checks the logs of the experiment, or arrays.
     fn check(
         &self,
@@ -276,12 +365,7 @@ impl Session {
             twin.write(&mut csv, progress)?;
             Ok(csv)
         })?;
-        let all = PyDict::new(py);
-        for (name, numbers) in columns_of_csv(&csv) {
-            let array: Bound<'py, PyArray1<f64>> = numbers.to_pyarray(py);
-            all.set_item(name, array)?;
-        }
-        Ok(all)
+        columns_by_name(py, &csv)
     }
 
     /// Returns the true parameters of the twin.
@@ -331,6 +415,16 @@ impl Session {
         let names = format.files().iter().map(|name| (*name).to_owned());
         Ok(names.zip(exported.texts).collect())
     }
+}
+
+/// Returns the columns of a CSV that the twin wrote, as arrays by name.
+fn columns_by_name<'py>(py: Python<'py>, csv: &[u8]) -> PyResult<Bound<'py, PyDict>> {
+    let all = PyDict::new(py);
+    for (name, numbers) in columns_of_csv(csv) {
+        let array: Bound<'py, PyArray1<f64>> = numbers.to_pyarray(py);
+        all.set_item(name, array)?;
+    }
+    Ok(all)
 }
 
 /// Returns the columns of a CSV that the twin wrote.

@@ -270,13 +270,13 @@ pub(crate) fn read_results(
 }
 
 /// Returns the text of a file of results.
-fn file(value: &impl Serialize) -> String {
+pub(crate) fn file(value: &impl Serialize) -> String {
     let mut text = serde_json::to_string_pretty(value).unwrap_or_default();
     text.push('\n');
     text
 }
 
-fn html(py: Python<'_>, document: &Document) -> PyResult<String> {
+pub(crate) fn html(py: Python<'_>, document: &Document) -> PyResult<String> {
     render(document).map_err(|error| {
         let text = format!("the report cannot be made: {error}");
         wrong_input(py, "report", &text, "report this as a defect of sprung")

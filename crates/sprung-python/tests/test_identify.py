@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+import tracemalloc
 from pathlib import Path
 from typing import Any
 
@@ -60,6 +61,20 @@ def test_all_kinds_of_logs_give_the_same_bits(
     }
     for kind, one in logs.items():
         assert bits(experiment.identify(one)) == bits(result), kind
+
+
+def test_no_array_is_copied(experiment: sprung.Experiment, quantities: Log) -> None:
+    # So many samples that whatever else Python allocates is far smaller than one column.
+    copies = 100
+    long = {name: np.concatenate([own] * copies) for name, own in quantities.items()}
+    long["t"] = np.arange(len(long["t"])) * quantities["t"][1]
+    tracemalloc.start()
+    try:
+        experiment.identify(long)
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert peak < 0.5 * long["t"].nbytes, peak
 
 
 def test_threads_do_not_change_bits(

@@ -5,8 +5,8 @@ use sprung::demo;
 use sprung::description::{self, no_files};
 use sprung::estimate::Lsff;
 use sprung::model::Model;
-use sprung::preprocess::RawBlock;
 use sprung_core::recursive::{ForgettingLeastSquares, Settings, memory_len};
+use sprung_method::preprocess::RawBlock;
 
 /// Number of parameters of the paper's arm, and the columns with entries in each row.
 const PARAMETERS: usize = 15;
@@ -73,8 +73,9 @@ fn whole_step(bencher: Bencher) {
             tau: position,
             spring: Vec::new(),
             begin: 0.0,
-            gyroscope: Vec::new(),
+            inertial: Vec::new(),
             rate: Vec::new(),
+            acceleration: Vec::new(),
             excess: vec![Vec::new(); 2],
         }));
     });

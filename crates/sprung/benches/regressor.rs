@@ -5,9 +5,9 @@ use divan::{Bencher, black_box};
 use sprung::demo;
 use sprung::description::{self, DiscretizationName, no_files};
 use sprung::model::{Model, Scratch};
-use sprung::regression::FilteredRegression;
 use sprung_core::drives::State;
 use sprung_core::robot::Values;
+use sprung_method::regression::FilteredRegression;
 
 /// Kinematics of the Franka Panda with a spring in every joint.
 const PANDA: &str = r#"

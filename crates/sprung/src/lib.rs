@@ -48,31 +48,151 @@
 //! Functions outside [`session`] take values and readers and return values or strings. The library
 //! prints nothing. It uses SI units and radians internally.
 
-pub mod check;
-pub mod compare;
-pub mod curves;
-pub mod demo;
-pub mod description;
-pub mod estimate;
-pub mod export;
-pub mod finding;
-mod fit;
-mod frequency;
-pub mod log;
-pub mod model;
-pub mod named;
-mod numbers;
-#[doc(hidden)]
-pub mod prepare;
-#[doc(hidden)]
-pub mod preprocess;
-pub mod progress;
-#[doc(hidden)]
-pub mod regression;
-pub mod report;
-pub mod servo;
 pub mod session;
-mod sha256;
-pub mod simulate;
-mod stopwatch;
-pub mod validate;
+
+/// Checks a log before an identification.
+pub mod check {
+    #[doc(inline)]
+    pub use sprung_method::check::{
+        CheckReport, Checked, CheckedLog, ColumnFigures, DelayFigures, JointFigures, LikelyDelay,
+        OfLog, Place, PrepareError, Refusal, check, examine, reversed_torque,
+    };
+}
+
+/// Compares results of several estimators, settings, runs or robots.
+pub mod compare {
+    #[doc(inline)]
+    pub use sprung_method::compare::{
+        CombinedParameter, CombinedResult, CompareError, Compared, ComparedParameter,
+        ComparedPromise, ComparedResult, ComparedValidation, ComparedValue, Comparison, compare,
+    };
+}
+
+/// Decimated time series for files and plots.
+pub mod curves {
+    #[doc(inline)]
+    pub use sprung_base::curves::{CurveSet, Curves, CurvesError};
+}
+
+/// The experiment of the founding paper, ready to run.
+pub mod demo {
+    #[doc(inline)]
+    pub use sprung_base::demo::{EXPERIMENT, TRUTH};
+}
+
+/// The experiment file: the robot, the log, and the settings of identification and validation.
+pub mod description {
+    #[doc(inline)]
+    pub use sprung_robot::{
+        Column, ColumnName, Columns, Controller, ControllerKind, CsvForm, Cutoff, Delay,
+        DescriptionError, DhJoint, DiscretizationName, Distance, EncoderOffset, Estimator,
+        Experiment, FILL_IN, Factor, Feedforward, FilePart, FrictionCovariates, FrictionLaw,
+        Identify, InitialMomentum, Joint, Kinematics, Language, Laws, Log, MissingValues, Nominal,
+        NotSupported, OnCheckError, OwnCall, Payload, PerJoint, Physical, Prior, Reference, Robot,
+        SamplingTimes, ServoDrive, Side, Simulate, Sine, SpringTerm, Start, StartError, StartName,
+        StartsAt, Transmission, Tree, TreeJoint, Unit, Urdf, UrdfError, UrdfJoint, Validate,
+        Weights, Window, no_files, read, schema, template, what_works,
+    };
+}
+
+/// Estimators: from the regression of the logs to parameters, standard errors, findings and a
+/// verdict.
+pub mod estimate {
+    #[doc(inline)]
+    pub use sprung_method::estimate::{
+        Choices, CovarianceOfErrors, CrossCheckResult, CutoffChoice, CutoffPoint, Decided,
+        Decision, DelayUsed, EncoderOffsetResult, ErrorParts, EstimateResult, FactorsError,
+        Feature, FeatureKind, FrequencyResponse, GainUsed, HeldOutResidual, Identification,
+        Identified, IdentifyError, JointPrediction, JointResponse, KnownNoise, KnownTruth,
+        LawDelay, LawRung, LawsByHoldOut, LogFactors, LogInfo, Lsff, LsffError, ModelDependence,
+        MotorRowResult, ParameterEstimate, PayloadParameter, PayloadResult, PhysicalResult,
+        RefinedDelay, RefinedEccentricity, RefinedOffset, RefinedSaturation, RefinedVelocity,
+        Refinement, ResidualPrior, ResponseCurves, RowDisturbance, RungResult, SensorNoise,
+        SettingsUsed, SignUsed, SimulationFit, SpringFromMotor, StandardParameter, Unseen, Verdict,
+        fit, identify, identify_and_tell, information_bound, late_channels, parameters_csv,
+        residual, torques, trace,
+    };
+}
+
+/// Writes an identified robot for simulators and controllers, and proves the file by reading it
+/// back.
+pub mod export {
+    #[doc(inline)]
+    pub use sprung_export::{
+        Earlier, ExportError, Exported, Form, Format, How, LogOrigin, Origin, Proof, Said,
+        ValueOrigin, earlier,
+    };
+}
+
+/// Findings: observations that the user must know, with evidence and remedy.
+pub mod finding {
+    #[doc(inline)]
+    pub use sprung_base::finding::{Evidence, Finding, GENERATOR, Severity};
+}
+
+/// Measured logs, read and written block by block in SI units.
+pub mod log {
+    #[doc(inline)]
+    pub use sprung_log::{
+        Array, Arrays, ArraysError, Beyond, ChannelError, Channels, ChooseError, Input, LogBlock,
+        LogError, LogFile, LogSource, LogWriter, Miss, Opener, Place, Sampling, Sizes, Timing,
+        check, panics_are_caught,
+    };
+}
+
+/// Turns the description of a robot into its parameters and equations.
+pub mod model {
+    #[doc(inline)]
+    pub use sprung_model::{Model, ModelError, Parameter, Scratch, Theta, short, stribeck_name};
+}
+
+/// Named values in a fixed order, base joint first.
+pub mod named {
+    #[doc(inline)]
+    pub use sprung_base::named::Named;
+}
+
+/// Progress of a run, and the caller's answer to it.
+pub mod progress {
+    #[doc(inline)]
+    pub use sprung_base::progress::{Answer, Listener, Phase, Progress, Stopped, Unheard};
+}
+
+/// Reports as self-contained HTML files.
+pub mod report {
+    #[doc(inline)]
+    pub use sprung_report::{
+        Badge, Bar, BarRow, Bars, Block, Column, Contents, Document, Drawing, Figure, Finding,
+        Fold, IntervalRow, Intervals, Layout, Mark, Panel, ReportError, Row, Section, Series,
+        Style, Table, Tone, compose, compose_check, compose_comparison, compose_servo, render,
+        significant,
+    };
+}
+
+/// A position servo on a pendulum: its parameters from logs of targets and positions, without any
+/// torque.
+pub mod servo {
+    #[doc(inline)]
+    pub use sprung_servo::{
+        Scale, ServoError, ServoEstimate, ServoExpectation, ServoFit, ServoIdentification,
+        ServoLog, servo_parameters_csv,
+    };
+}
+
+/// The digital twin: plant, controller, sensors, amplifier.
+pub mod simulate {
+    #[doc(inline)]
+    pub use sprung_method::simulate::{
+        Accelerations, BothTorques, ClosedLoop, Diverged, Dynamics, JointState, LoopError, RanAway,
+        RecordError, StepsExhausted, Twin, TwinSample, TwinSetup, record,
+    };
+}
+
+/// Validates a model on logs: on the identification log itself and on others.
+pub mod validate {
+    #[doc(inline)]
+    pub use sprung_method::validate::{
+        ChosenFor, JointProof, Outcome, ParameterSet, QuantityProof, Rms, RootMeanSquares,
+        RunResult, SetResult, Spread, ValidateError, Validated, Validation, validate,
+    };
+}

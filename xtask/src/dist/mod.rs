@@ -63,12 +63,13 @@ pub(crate) fn run(binary: Option<&str>) -> ExitCode {
             });
         }
     }
-    for (name, time) in &steps.times {
-        println!("{:8.1} s  {name}", time.as_secs_f64());
+    for time in &steps.times {
+        println!("{:8.1} s  {}", time.elapsed.as_secs_f64(), time.step);
     }
-    match steps.failed {
-        None => ExitCode::SUCCESS,
-        Some(_) => ExitCode::FAILURE,
+    if steps.failed.is_empty() {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::mujoco::build;
 use super::python::Python;
-use super::target;
+use crate::target;
 
 /// Exports robots with known parameters, compares the dynamics of the tools, and times exported code beside
 /// Pinocchio's rnea; the scripts print tables and fail above their limits.

@@ -3,6 +3,7 @@
 //! A step that cannot install its programs fails: nothing is skipped here.
 
 mod arm;
+mod benches;
 mod export;
 mod formats;
 mod mujoco;
@@ -12,15 +13,13 @@ mod servo;
 mod vectors;
 pub(crate) mod wheel;
 
-use std::path::PathBuf;
 use std::process::ExitCode;
 
 use python::Python;
 
-use crate::root;
 use crate::run::Outcome;
 use crate::steps::Steps;
-use crate::summary;
+use crate::{summary, target};
 
 /// A comparison with a foreign program.
 struct Step {
@@ -33,7 +32,19 @@ struct Step {
 }
 
 /// All steps, the quick ones first. A new comparison is a line here and a file beside this one.
-const STEPS: [Step; 10] = [
+const STEPS: [Step; 12] = [
+    Step {
+        name: "benches",
+        what: "every benchmark of cargo, once and with little work",
+        packages: &[],
+        run: |_| benches::check(),
+    },
+    Step {
+        name: "mat73-static",
+        what: "the formats with a libhdf5 of their own, which CMake compiles",
+        packages: &["cmake==3.31.6"],
+        run: formats::with_own_libhdf5,
+    },
     Step {
         name: "scipy",
         what: "the zero-phase filter of SciPy",
@@ -167,7 +178,7 @@ pub(crate) fn names() -> Vec<&'static str> {
     STEPS.iter().map(|step| step.name).collect()
 }
 
-/// Runs steps; stops at the first that fails.
+/// Runs steps, also after one that fails; succeeds if none failed.
 ///
 /// - `chosen`: their names; all if empty.
 pub(crate) fn run(chosen: &[&str]) -> ExitCode {
@@ -193,10 +204,4 @@ pub(crate) fn run(chosen: &[&str]) -> ExitCode {
     } else {
         ExitCode::FAILURE
     }
-}
-
-/// Returns the folder where cargo builds.
-fn target() -> PathBuf {
-    let target = std::env::var_os("CARGO_TARGET_DIR");
-    target.map_or_else(|| root().join("target"), PathBuf::from)
 }

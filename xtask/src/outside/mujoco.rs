@@ -7,9 +7,9 @@ use std::process::Command;
 use serde_json::Value;
 
 use super::python::Python;
-use super::target;
 use crate::install::hdf5;
 use crate::steps::succeeds;
+use crate::target;
 use crate::test::features;
 
 /// Largest median error of the 15 parameters, as a part of the true value. Ten logs have a median of 0.8 %,

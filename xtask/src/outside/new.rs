@@ -2,7 +2,7 @@
 
 use super::mujoco::build;
 use super::python::Python;
-use super::target;
+use crate::target;
 
 /// Runs the forty cases; the script prints a table and fails below 36.
 pub(super) fn check(python: &Python) -> Option<()> {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::mujoco::build;
 use super::python::Python;
-use super::target;
+use crate::target;
 
 /// Trials of CMA-ES: enough for a figure beside that of sprung, not for its convergence.
 const TRIALS: &str = "300";

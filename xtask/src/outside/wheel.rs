@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 use super::python::Python;
-use super::target;
 use crate::root;
 use crate::steps::succeeds;
+use crate::target;
 
 /// What pip installs to build the wheel.
 pub(super) const MATURIN: &str = "maturin==1.16.0";
@@ -78,6 +78,7 @@ pub(super) fn check(python: &Python) -> Option<()> {
     )?;
     run(&mut python.module("pytest", &[&quiet[..], &["tests"]].concat()))?;
     python.run("benches/notebooks/run.py", &[])?;
+    // It prints figures; the tests above have the limit on memory.
     python.run("benches/python/overhead.py", &[])
 }
 
@@ -96,7 +97,7 @@ impl Python {
     }
 
     /// Returns the path of a command that pip installed.
-    fn script(&self, name: &str) -> PathBuf {
+    pub(super) fn script(&self, name: &str) -> PathBuf {
         self.program().parent().unwrap_or(Path::new("")).join(name)
     }
 }

@@ -8,7 +8,7 @@ use crate::steps::succeeds;
 
 const LEAST_SQUARES: &str = "identify.estimator=[\"least-squares\"]";
 const REFINEMENT: &str = "identify.estimator=[\"prediction-error\"]";
-const DEMO: &str = "crates/sprung/src/demo";
+const DEMO: &str = "crates/sprung-base/src/demo";
 const SEVEN: &str = "examples/seven-joint-twin";
 
 /// A log that sprung simulates.

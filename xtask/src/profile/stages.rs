@@ -19,8 +19,8 @@ const fn stage(name: &'static str, file: &'static str, function: &'static str) -
 
 /// All stages in the order of a run. Stages call others, so their shares overlap.
 const STAGES: &[Stage] = &[
-    stage("read experiment", "sprung/src/description/read.rs", ""),
-    stage("read log", "sprung/src/log/reader.rs", ""),
+    stage("read experiment", "sprung-robot/src/read.rs", ""),
+    stage("read log", "sprung-log/src/reader.rs", ""),
     stage("filter positions", "preprocess/smooth.rs", ""),
     stage("form regressor", "regression/batch.rs", ""),
     stage("filter and weigh rows", "regression/reduction.rs", "take"),
@@ -31,7 +31,7 @@ const STAGES: &[Stage] = &[
     stage("laws by hold-out", "estimate/laws/mod.rs", ""),
     stage("pass", "regression/pass.rs", "read_through"),
     stage("check", "check/examine.rs", ""),
-    stage("fit", "estimate/identify.rs", "fit_all"),
+    stage("fit", "estimate/steps/fit.rs", ""),
     stage("cross-checks", "least_squares/cross_checks.rs", ""),
     stage("hold-out", "fit/hold_out.rs", ""),
     stage("likely delays", "prediction_error/likely.rs", ""),
@@ -93,7 +93,7 @@ mod tests {
     fn a_sample_counts_once_in_each_stage_that_it_is_in() {
         let of = |name: &str, file: &str| Function {
             name: name.to_owned(),
-            file: format!("/w/crates/sprung/src/{file}"),
+            file: format!("/w/crates/sprung-method/src/{file}"),
         };
         let push = of("push", "preprocess/smooth.rs");
         let again = of("differentiate", "preprocess/smooth.rs");

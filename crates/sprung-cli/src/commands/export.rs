@@ -23,13 +23,6 @@ pub(crate) fn run(args: &Export) -> Result<ExitCode, Failure> {
     let common = &args.common;
     let terminal = Terminal::new(common.voice, common.json);
     let session = Session::open(&args.experiment, &common.overrides)?;
-    session.no_servo("export")?;
-    let path = results_folder(&session, common);
-    let file = match &args.parameters {
-        Some(file) => file.clone(),
-        None => find_identification(&path, &session.results_folder())?,
-    };
-    let parameters = Parameters::open(&file)?;
     let format = match args.format {
         ExportFormat::Urdf => Format::Urdf,
         ExportFormat::Mjcf => Format::Mjcf,
@@ -38,6 +31,13 @@ pub(crate) fn run(args: &Export) -> Result<ExitCode, Failure> {
         ExportFormat::C => Format::C,
         ExportFormat::Rust => Format::Rust,
     };
+    session.allow_export(format)?;
+    let path = results_folder(&session, common);
+    let file = match &args.parameters {
+        Some(file) => file.clone(),
+        None => find_identification(&path, &session.results_folder())?,
+    };
+    let parameters = Parameters::open(&file)?;
     let form = if args.rigid {
         Form::Rigid
     } else {

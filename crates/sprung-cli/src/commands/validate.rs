@@ -14,7 +14,7 @@ pub(crate) fn run(args: &Validate) -> Result<ExitCode, Failure> {
     let common = &args.common;
     let terminal = Terminal::new(common.voice, common.json);
     let session = Session::open(&args.experiment, &common.overrides)?;
-    session.no_servo("validate")?;
+    session.allow_validation()?;
     let path = results_folder(&session, common);
     let file = match &args.parameters {
         Some(file) => file.clone(),

@@ -18,7 +18,7 @@ mod export;
 mod folders;
 mod formats;
 mod killed;
-#[path = "../../../sprung/tests/formats/mcap_bytes.rs"]
+#[path = "../../../sprung-log/tests/formats/mcap_bytes.rs"]
 mod mcap_bytes;
 mod meanings;
 mod missing_values;

@@ -89,7 +89,7 @@ fn friction_under_load_is_identified_from_two_known_masses() {
     let output = sprung(&["validate", case.path("experiment.toml").to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(2));
     assert!(
-        stderr(&output).contains("servo is a servo"),
+        stderr(&output).contains("servo is a position servo, and validate does not work with it"),
         "{}",
         stderr(&output)
     );

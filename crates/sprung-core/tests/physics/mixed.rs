@@ -110,7 +110,11 @@ impl Mixed {
             JointParameter::Stiffness => (50.0, 500.0),
             JointParameter::CubicStiffness => (100.0, 1000.0),
             JointParameter::Preload | Friction(_, Law::Offset) => (-1.0, 1.0),
-            _ => (0.1, 1.0),
+            JointParameter::Damping
+            | JointParameter::Friction(..)
+            | JointParameter::Change(..)
+            | JointParameter::BackEmf
+            | JointParameter::TorqueOffset => (0.1, 1.0),
         };
         let column = self.theta.len();
         let mut put = |row: usize, gain: f64| {
@@ -143,7 +147,10 @@ impl Mixed {
                 put(self.motor_rows[joint].unwrap(), 1.0);
             }
             // A rigid joint has no spring.
-            _ => return,
+            JointParameter::Stiffness
+            | JointParameter::CubicStiffness
+            | JointParameter::Damping
+            | JointParameter::Preload => return,
         }
         self.theta.push(random.between(low, high));
     }

@@ -25,6 +25,7 @@ from sprung._finding import Evidence, Finding
 from sprung._model import Model, Motion
 from sprung._parameters import Parameter, Parameters
 from sprung._result import Check, Comparison, Result, Validation, compare, load
+from sprung._servo import Servo, ServoCheck, ServoResult
 from sprung._sprung import GENERATOR
 
 __version__ = GENERATOR.removeprefix("sprung ")
@@ -44,6 +45,9 @@ __all__ = [
     "Parameter",
     "Parameters",
     "Result",
+    "Servo",
+    "ServoCheck",
+    "ServoResult",
     "SprungError",
     "SprungWarning",
     "Stopped",

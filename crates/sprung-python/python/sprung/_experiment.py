@@ -84,6 +84,10 @@ class Experiment:
         own._become(origin, overrides)
         return own
 
+    def _with(self, overrides: Overrides) -> Experiment:
+        own = _assignments(overrides)
+        return Experiment._of(self._origin, [*self._overrides, *own]) if own else self
+
     @classmethod
     def from_text(
         cls,

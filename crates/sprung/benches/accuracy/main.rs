@@ -12,7 +12,7 @@
 //! - `--lengths 10,60,300,3600`: instead of the tables, coverage, width of the intervals and
 //!   verdicts of least squares for logs of these lengths, s; from 300 s on, three seeds.
 //! - `--parameters`: adds a row for each parameter.
-//! - `--cross-checks`: adds rows for the cross-checks of the linear stage, with instruments.
+//! - `--cross-checks`: adds rows for the cross-checks of the linear stage.
 //! - `--mujoco FOLDER`: folder with the logs of `benches/peers/two_joints_mujoco.py`.
 #![expect(clippy::print_stdout, reason = "a benchmark says what it measured")]
 
@@ -34,9 +34,7 @@ use in_memory::with_source;
 use logs::{Demo, Other};
 use rayon::prelude::*;
 use robots::Search;
-use sprung::description::{
-    Cutoff, DiscretizationName, Estimator, Experiment, Instruments, Simulate, Weights,
-};
+use sprung::description::{Cutoff, DiscretizationName, Estimator, Experiment, Simulate, Weights};
 use sprung::estimate::{EstimateResult, KnownNoise, KnownTruth, identify, information_bound};
 use sprung::finding::Severity;
 use sprung::model::Model;
@@ -338,12 +336,7 @@ fn refinements(trials: &[Trial], methods: &[(&str, Experiment)]) {
 
 /// Runs the cases with the demo's twin, where estimation and simulation use the same model.
 fn own_model(demo: &Demo, arguments: &Arguments) {
-    let mut usual = arguments.chosen(methods(&demo.experiment));
-    if arguments.cross_checks {
-        for (_, experiment) in &mut usual {
-            experiment.identify.instruments = Instruments::Simulated;
-        }
-    }
+    let usual = arguments.chosen(methods(&demo.experiment));
     let mut exact = demo.experiment.clone();
     exact.identify.estimator = vec![Estimator::PredictionError];
     if let Some(log) = &mut exact.log {

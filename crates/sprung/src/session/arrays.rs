@@ -2,8 +2,8 @@
 
 use super::error::SessionError;
 use super::load::Session;
-use crate::description::{Column, ColumnName, Columns, Joints, Key, Log, Quantity};
-use crate::log::{Array, Arrays};
+use sprung_log::{Array, Arrays};
+use sprung_robot::{Column, ColumnName, Columns, Joints, Key, Log, Quantity};
 
 /// Short names: of the time, and of quantities in SI units, for all joints.
 const TIME: &str = "t";
@@ -136,7 +136,7 @@ impl Session {
                 columns.push((column, arrays[place].clone()));
             }
             if !named.is_empty() {
-                *(key.columns_mut)(log) = Some(Columns(named));
+                *key.columns_mut(log) = Some(Columns(named));
             }
         }
         Ok(())
@@ -159,8 +159,8 @@ fn keys(name: &str) -> Vec<&'static Key> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::demo;
-    use crate::log::Input;
+    use sprung_base::demo;
+    use sprung_log::Input;
     use std::io::ErrorKind;
     use std::path::Path;
 

@@ -2,10 +2,11 @@
 
 use super::error::SessionError;
 use super::load::Session;
-use crate::check::{Checked, check};
-use crate::estimate::late_channels;
-use crate::log::LogSource;
-use crate::progress::Listener;
+use sprung_base::progress::Listener;
+use sprung_log::LogSource;
+use sprung_method::check::{Checked, check};
+use sprung_method::estimate::late_channels;
+use sprung_robot::Task;
 
 /// Depth of a check.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -45,7 +46,7 @@ impl Session {
         depth: Depth,
         progress: &mut dyn Listener,
     ) -> Result<Checked, SessionError> {
-        self.no_servo("Session::check")?;
+        self.no_servo(Task::Check)?;
         let (experiment, model) = (self.experiment(), self.model());
         let mut checked = check(experiment, model, sources, progress)?;
         if depth == Depth::Likelihood && !checked.report.refused {

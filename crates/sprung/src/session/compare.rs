@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use super::error::SessionError;
 use super::results::read_results;
-use crate::compare::{Compared, ComparedValidation, Comparison, compare};
-use crate::progress::{Listener, Phase};
+use sprung_base::progress::{Listener, Phase};
+use sprung_method::compare::{Compared, ComparedValidation, Comparison, compare};
 
 /// A comparison and the files read for it.
 #[derive(Clone, Debug)]

@@ -1,12 +1,12 @@
 //! Errors in parts: code, place, text and remedy.
 
 use super::error::{ErrorKind, SessionError};
-use crate::description::DescriptionError;
-use crate::estimate::IdentifyError;
-use crate::log::LogError;
-use crate::prepare::PrepareError;
-use crate::regression::PassError;
-use crate::validate::ValidateError;
+use sprung_log::LogError;
+use sprung_method::estimate::{FactorsError, IdentifyError};
+use sprung_method::prepare::PrepareError;
+use sprung_method::regression::PassError;
+use sprung_method::validate::ValidateError;
+use sprung_robot::DescriptionError;
 
 /// An error in parts, for programs that show or handle them separately.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -55,10 +55,22 @@ impl SessionError {
         let message = self.to_string();
         let (text, remedy) = split_remedy(&message);
         Described {
-            code: self.kind().word().to_owned(),
+            code: self.refusal().unwrap_or(self.kind().word()).to_owned(),
             place: self.place(),
             text: text.to_owned(),
             remedy: remedy.map(str::to_owned),
+        }
+    }
+
+    /// Returns the code of a combination that does not work.
+    fn refusal(&self) -> Option<&'static str> {
+        match self {
+            Self::NotSupported(refusal)
+            | Self::Identify(IdentifyError::Factors(FactorsError::NotSupported(refusal))) => {
+                Some(refusal.code())
+            }
+            Self::Description(error) => error.code(),
+            _ => None,
         }
     }
 
@@ -119,9 +131,9 @@ pub fn split_remedy(message: &str) -> (&str, Option<&str>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::demo;
-    use crate::log::Input;
     use crate::session::Session;
+    use sprung_base::demo;
+    use sprung_log::Input;
     use std::path::Path;
 
     #[test]

@@ -2,19 +2,19 @@
 
 use std::path::PathBuf;
 
-use crate::compare::CompareError;
-use crate::description::{DescriptionError, StartError, UrdfError};
-use crate::estimate::IdentifyError;
-use crate::export::ExportError;
-use crate::finding::Finding;
-use crate::log::{ArraysError, ChannelError, ChooseError, LogError};
-use crate::model::ModelError;
-use crate::prepare::PrepareError;
-use crate::progress::Stopped;
-use crate::regression::PassError;
-use crate::servo::ServoError;
-use crate::simulate::RecordError;
-use crate::validate::ValidateError;
+use sprung_base::finding::Finding;
+use sprung_base::progress::Stopped;
+use sprung_export::ExportError;
+use sprung_log::{ArraysError, ChannelError, ChooseError, LogError};
+use sprung_method::compare::CompareError;
+use sprung_method::estimate::IdentifyError;
+use sprung_method::prepare::PrepareError;
+use sprung_method::regression::PassError;
+use sprung_method::simulate::RecordError;
+use sprung_method::validate::ValidateError;
+use sprung_model::ModelError;
+use sprung_robot::{DescriptionError, NotSupported, OwnCall, StartError, UrdfError};
+use sprung_servo::ServoError;
 
 /// Cause of an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -225,16 +225,25 @@ pub enum SessionError {
     /// The parameters of a servo cannot be identified.
     #[error(transparent)]
     Servo(#[from] ServoError),
-    /// A verb does not work on servos.
+    /// A task does not work with the robot or its logs.
+    #[error(transparent)]
+    NotSupported(#[from] NotSupported),
+    /// A servo has calls of its own.
+    #[error(transparent)]
+    IsServo(#[from] OwnCall),
+    /// The experiment describes no servo.
+    #[error("the experiment describes no servo; add [robot.joint.servo] to its joint")]
+    NoServo,
+    /// The payloads of a servo's logs are unknown.
     #[error(
-        "{joint} is a servo, whose log has targets and no torque: sprung check, identify and simulate work on \
-         it (Session::check_servo, identify_servo, servo_twin); {verb} does not"
+        "{given} logs are given, and the experiment names {named} files with payloads; give a log for each \
+         file, in their order"
     )]
-    NotForServos {
-        /// Name of the joint.
-        joint: String,
-        /// The verb.
-        verb: &'static str,
+    ServoLogs {
+        /// Number of given logs.
+        given: usize,
+        /// Number of files that the experiment names.
+        named: usize,
     },
     /// The experiment describes no target that moves the twin of a servo.
     #[error(
@@ -376,7 +385,10 @@ impl SessionError {
             | Self::NoRun { .. }
             | Self::NoController
             | Self::NoTarget
-            | Self::NotForServos { .. }
+            | Self::NotSupported(_)
+            | Self::IsServo(_)
+            | Self::NoServo
+            | Self::ServoLogs { .. }
             | Self::LacksServoParameters { .. }
             | Self::Channel(_)
             | Self::Parameters(_)

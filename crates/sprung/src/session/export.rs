@@ -7,15 +7,15 @@ use super::error::SessionError;
 use super::files::read_text;
 use super::load::Session;
 use super::parameters::Parameters;
-use crate::description::{Experiment, Signal};
-use crate::estimate::{EstimateResult, Identification};
-use crate::export::{
+use sprung_base::sha256::sha256;
+use sprung_export::{
     ExportError, Exported, Form, Format, JointEvidence, Known, LogOrigin, Origin, Request,
     ValueOrigin, export,
 };
-use crate::log::Channels;
-use crate::model::Model;
-use crate::sha256::sha256;
+use sprung_log::Channels;
+use sprung_method::estimate::{EstimateResult, Identification};
+use sprung_model::Model;
+use sprung_robot::{Experiment, Signal};
 
 impl Session {
     /// Exports the robot with identified parameters.
@@ -35,7 +35,7 @@ impl Session {
         format: Format,
         form: Form,
     ) -> Result<Exported, SessionError> {
-        self.no_servo("export")?;
+        self.allow_export(format)?;
         let identification = parameters.identification.as_ref();
         if let Some(identification) = identification {
             self.check_robot(&identification.robot)?;

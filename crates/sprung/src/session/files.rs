@@ -7,7 +7,7 @@ use std::path::Path;
 use super::bag::of_bag;
 use super::error::SessionError;
 use super::switch::finish;
-use crate::log::{Input, LogFile};
+use sprung_log::{Input, LogFile};
 
 /// Opens the files that an experiment names.
 ///

@@ -8,10 +8,10 @@ use super::error::SessionError;
 use super::files::{Disk, Files};
 use super::load::Session;
 use super::start::{reference, resolved};
-use crate::description::{Chosen, ChosenLine, FILL_IN, Start, template};
-use crate::finding::{Finding, Severity};
-use crate::log::{Input, LOOKS_LIKE_DEGREES, Survey, choose, joint_count};
-use crate::progress::Listener;
+use sprung_base::finding::{Finding, Severity};
+use sprung_base::progress::Listener;
+use sprung_log::{Input, LOOKS_LIKE_DEGREES, Survey, choose, joint_count};
+use sprung_robot::{Chosen, ChosenLine, FILL_IN, Start, template};
 
 /// Most corrections of the choice by the check.
 const MAX_CORRECTIONS: usize = 4;

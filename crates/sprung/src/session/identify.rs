@@ -2,9 +2,10 @@
 
 use super::error::SessionError;
 use super::load::Session;
-use crate::estimate::{Identified, identify_and_tell};
-use crate::log::LogSource;
-use crate::progress::Listener;
+use sprung_base::progress::Listener;
+use sprung_log::LogSource;
+use sprung_method::estimate::{Identified, identify_and_tell};
+use sprung_robot::{Estimator, Task};
 
 impl Session {
     /// Identifies the parameters from the logs that the experiment names.
@@ -55,7 +56,7 @@ impl Session {
         progress: &mut dyn Listener,
         first: &mut dyn FnMut(&Identified),
     ) -> Result<Identified, SessionError> {
-        self.no_servo("Session::identify")?;
+        self.no_servo(Task::Identify(Estimator::LeastSquares))?;
         let (experiment, model) = (self.experiment(), self.model());
         Ok(identify_and_tell(
             experiment, model, sources, progress, first,

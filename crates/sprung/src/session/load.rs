@@ -6,8 +6,8 @@ use std::sync::Arc;
 use super::error::SessionError;
 use super::files::{Disk, Files, read_text};
 use super::mistaken::{EXPERIMENT_FILE, experiment_file};
-use crate::description::{self, Experiment, Log, Validate};
-use crate::model::Model;
+use sprung_model::Model;
+use sprung_robot::{Experiment, Log, Validate};
 
 /// Folder of results beside `experiment.toml`; that of another file has a longer name.
 pub(super) const RESULTS_FOLDER: &str = "sprung-out";
@@ -29,7 +29,7 @@ impl Session {
     /// Reads an experiment from disk.
     ///
     /// - `path`: the experiment file, or the folder that holds `experiment.toml`.
-    /// - `overrides`: assignments `key.path=value`, in the form of [`description::read`].
+    /// - `overrides`: assignments `key.path=value`, in the form of [`read`](crate::description::read).
     ///
     /// # Errors
     ///
@@ -85,7 +85,7 @@ impl Session {
         files: Arc<dyn Files>,
     ) -> Result<Self, SessionError> {
         let mut open = |path: &Path| files.text(&folder.join(path));
-        let experiment = description::read(name, text, overrides, &mut open)?;
+        let experiment = sprung_robot::read(name, text, overrides, &mut open)?;
         Ok(Self {
             model: model(name, &experiment)?,
             experiment,

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use super::error::SessionError;
 use super::files::Files;
 use super::load::Session;
-use crate::description::{FilePart, Log};
-use crate::log::{LogSource, Opener};
+use sprung_log::{LogSource, Opener};
+use sprung_robot::{FilePart, Log};
 
 /// A function that opens the files of a log, any number of times.
 type BoxedOpener<'a> = Box<Opener<'a>>;

@@ -2,9 +2,12 @@
 
 use super::error::SessionError;
 use super::load::Session;
-use crate::estimate::{Choices, Identified, LogFactors, choices, factors, identify_factors};
-use crate::log::LogSource;
-use crate::progress::Listener;
+use sprung_base::progress::Listener;
+use sprung_log::LogSource;
+use sprung_method::estimate::{
+    Choices, Identified, LogFactors, choices, factors, identify_factors,
+};
+use sprung_robot::Task;
 
 /// Identifies one robot from any number of logs, which any number of machines reduce.
 ///
@@ -36,7 +39,7 @@ impl Session {
         first: LogSource<'_>,
         progress: &mut dyn Listener,
     ) -> Result<Choices, SessionError> {
-        self.no_servo("Session::choices")?;
+        self.allow(Task::SeveralMachines)?;
         Ok(choices(self.experiment(), self.model(), first, progress)?)
     }
 
@@ -115,7 +118,7 @@ impl Session {
         factors: &LogFactors,
         progress: &mut dyn Listener,
     ) -> Result<Identified, SessionError> {
-        self.no_servo("Session::identify_factors")?;
+        self.allow(Task::SeveralMachines)?;
         let (experiment, model) = (self.experiment(), self.model());
         Ok(identify_factors(
             experiment, model, first, factors, progress,

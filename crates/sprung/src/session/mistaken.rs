@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::bag::of_bag;
 use super::error::SessionError;
-use crate::log::format_of;
+use sprung_log::format_of;
 
 /// Name of the experiment file in its folder.
 pub const EXPERIMENT_FILE: &str = "experiment.toml";

@@ -53,4 +53,4 @@ pub use start::start_from_urdf;
 pub use switch::{SWITCH_FILE, Switch, TEMPORARY_NAME, finish};
 pub use usability::Usability;
 
-pub use crate::estimate::{Choices, FactorsError, LogFactors};
+pub use sprung_method::estimate::{Choices, FactorsError, LogFactors};

@@ -6,10 +6,11 @@ use std::path::Path;
 use super::error::SessionError;
 use super::files::{Disk, Files, read_text};
 use super::load::Session;
-use crate::description::Experiment;
-use crate::estimate::{Identification, with_found_laws};
-use crate::model::Model;
-use crate::validate::ParameterSet;
+use sprung_method::estimate::{Identification, with_found_laws};
+use sprung_method::validate::ParameterSet;
+use sprung_model::Model;
+use sprung_robot::Experiment;
+use sprung_servo::ServoIdentification;
 
 /// Parameters, and the identification that contains them.
 #[derive(Clone, Debug)]
@@ -78,6 +79,20 @@ impl Session {
         let experiment = with_found_laws(self.experiment(), laws);
         let model = Model::new(&experiment)?;
         Ok((experiment, model))
+    }
+}
+
+impl From<&ServoIdentification> for Parameters {
+    fn from(found: &ServoIdentification) -> Self {
+        let values = found.parameters.iter();
+        Self {
+            sets: vec![ParameterSet {
+                label: "servo".to_owned(),
+                values: values.map(|own| (own.name.clone(), own.value)).collect(),
+                promise: Vec::new(),
+            }],
+            identification: None,
+        }
     }
 }
 

@@ -7,8 +7,9 @@ use serde_json::Value;
 use super::error::SessionError;
 use super::load::RESULTS_FOLDER;
 use super::switch::finish;
-use crate::estimate::Identification;
-use crate::validate::Validation;
+use sprung_method::estimate::Identification;
+use sprung_method::validate::Validation;
+use sprung_robot::{Feature, Task, refuse};
 
 /// File name of an identification in a folder of results.
 pub const IDENTIFICATION_FILE: &str = "identification.json";
@@ -146,6 +147,9 @@ fn check_format(path: &Path, json: &Value) -> Result<(), SessionError> {
 }
 
 fn identification(path: PathBuf, json: Value) -> Result<ReadIdentification, SessionError> {
+    if let (Some(joint), Some(_)) = (json["joint"].as_str(), json.get("braking")) {
+        refuse(Feature::Servo, joint, Task::Compare)?;
+    }
     if let Some(other) = looks_like_json(&json) {
         let why =
             format!("it looks like {other}; give the identification.json of a results folder");

@@ -1,19 +1,21 @@
 //! Checks, identifies and simulates a position servo.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use super::error::SessionError;
 use super::load::Session;
 use super::parameters::Parameters;
-use crate::description::Simulate;
-use crate::finding::Finding;
-use crate::log::Channels;
-use crate::progress::Listener;
-use crate::servo::{
-    Bench, ServoExpectation, ServoIdentification, ServoTwin, expect, identify, read, record_servo,
-    truth,
+use sprung_base::finding::Finding;
+use sprung_base::progress::Listener;
+use sprung_export::Format;
+use sprung_log::{Channels, LogSource};
+use sprung_method::simulate::Trajectory;
+use sprung_robot::{FilePart, OwnCall, Simulate, Task, refuse_task};
+use sprung_servo::{
+    Bench, Records, ServoExpectation, ServoIdentification, ServoTwin, expect, identify, named,
+    read, record_servo, truth,
 };
-use crate::simulate::Trajectory;
 
 /// Logs of a servo that are ready to be simulated, one for each file of the log.
 #[derive(Debug)]
@@ -38,29 +40,51 @@ impl Session {
             .any(|joint| joint.servo.is_some())
     }
 
-    /// Refuses a verb that does not work on servos.
-    ///
-    /// - `verb`: its name, for the message.
+    /// Refuses a task that does not work with the robot or its log.
+    pub(super) fn allow(&self, task: Task) -> Result<(), SessionError> {
+        let experiment = self.experiment();
+        Ok(refuse_task(
+            &experiment.robot,
+            experiment.log.as_ref(),
+            task,
+        )?)
+    }
+
+    /// Refuses a validation that does not work, before its parameters are read.
     ///
     /// # Errors
     ///
-    /// [`SessionError::NotForServos`] if the experiment describes a servo.
-    pub fn no_servo(&self, verb: &'static str) -> Result<(), SessionError> {
+    /// [`SessionError::NotSupported`].
+    pub fn allow_validation(&self) -> Result<(), SessionError> {
+        self.allow(Task::Validate)
+    }
+
+    /// Refuses an export that does not work, before its parameters are read.
+    ///
+    /// # Errors
+    ///
+    /// [`SessionError::NotSupported`].
+    pub fn allow_export(&self, format: Format) -> Result<(), SessionError> {
+        self.allow(if format.is_code() {
+            Task::ExportCode
+        } else {
+            Task::ExportRobot
+        })
+    }
+
+    /// Refuses a call whose result has another type for servos.
+    pub(super) fn no_servo(&self, task: Task) -> Result<(), SessionError> {
         let servo = (self.experiment().robot.joint.iter()).find(|joint| joint.servo.is_some());
         match servo {
             None => Ok(()),
-            Some(joint) => Err(SessionError::NotForServos {
-                joint: joint.name.clone(),
-                verb,
-            }),
+            Some(joint) => Err(OwnCall::new(joint.name.clone(), task).into()),
         }
     }
 
     /// Returns the bench and the channels of the servo.
-    fn bench(&self) -> Result<(Bench, Channels), SessionError> {
+    fn bench(&self, files: &[FilePart]) -> Result<(Bench, Channels), SessionError> {
         let log = self.log(None)?;
-        let files = self.log_files(None)?;
-        let bench = Bench::new(self.experiment(), &files).ok_or(SessionError::NoLog)?;
+        let bench = Bench::new(self.experiment(), files).ok_or(SessionError::NoServo)?;
         Ok((bench, Channels::of_servo(&self.experiment().robot, &log)?))
     }
 
@@ -74,9 +98,23 @@ impl Session {
         &self,
         progress: &mut dyn Listener,
     ) -> Result<ServoIdentification, SessionError> {
-        let (bench, channels) = self.bench()?;
         let mut logs = self.logs(None)?;
-        let records = read(&bench, &channels, &mut logs.sources(), progress)?;
+        self.identify_servo_with(&mut logs.sources(), progress)
+    }
+
+    /// Identifies the parameters of a position servo from other logs with the same columns. The payload
+    /// of each log is that of the file at its place in the experiment.
+    ///
+    /// # Errors
+    ///
+    /// The errors of [`identify_servo`](Self::identify_servo), and [`SessionError::ServoLogs`] if the
+    /// experiment names payloads and another number of logs.
+    pub fn identify_servo_with(
+        &self,
+        sources: &mut [LogSource<'_>],
+        progress: &mut dyn Listener,
+    ) -> Result<ServoIdentification, SessionError> {
+        let (bench, records) = self.records(sources, progress)?;
         Ok(identify(&bench, &records, progress)?)
     }
 
@@ -90,10 +128,41 @@ impl Session {
         &self,
         progress: &mut dyn Listener,
     ) -> Result<(Vec<ServoExpectation>, Vec<Finding>), SessionError> {
-        let (bench, channels) = self.bench()?;
         let mut logs = self.logs(None)?;
-        let records = read(&bench, &channels, &mut logs.sources(), progress)?;
+        self.check_servo_with(&mut logs.sources(), progress)
+    }
+
+    /// Returns what other logs with the same columns can tell.
+    ///
+    /// # Errors
+    ///
+    /// The errors of [`identify_servo_with`](Self::identify_servo_with).
+    pub fn check_servo_with(
+        &self,
+        sources: &mut [LogSource<'_>],
+        progress: &mut dyn Listener,
+    ) -> Result<(Vec<ServoExpectation>, Vec<Finding>), SessionError> {
+        let (bench, records) = self.records(sources, progress)?;
         Ok(expect(&bench, &records)?)
+    }
+
+    fn records(
+        &self,
+        sources: &mut [LogSource<'_>],
+        progress: &mut dyn Listener,
+    ) -> Result<(Bench, Records), SessionError> {
+        let log = self.log(None)?;
+        let files: Vec<FilePart> = log.file.iter().flatten().cloned().collect();
+        let carry = files.iter().any(|file| file.payload.is_some());
+        if carry && files.len() != sources.len() {
+            return Err(SessionError::ServoLogs {
+                given: sources.len(),
+                named: files.len(),
+            });
+        }
+        let (bench, channels) = self.bench(&files)?;
+        let records = read(&bench, &channels, sources, progress)?;
+        Ok((bench, records))
     }
 
     /// Prepares the twin of a position servo: one log for each file of the experiment, with the
@@ -111,7 +180,8 @@ impl Session {
     ) -> Result<ServoRecording<'_>, SessionError> {
         let experiment = self.experiment();
         let settings = experiment.simulate.clone().ok_or(SessionError::NoTwin)?;
-        let (bench, channels) = self.bench()?;
+        let files = self.log_files(None)?;
+        let (bench, channels) = self.bench(&files)?;
         if settings.target.is_none() {
             return Err(SessionError::NoTarget);
         }
@@ -128,19 +198,31 @@ impl Session {
         let values = set.map(|set| set.values.clone()).unwrap_or_default();
         let values =
             truth(&bench, &values).map_err(|names| SessionError::LacksServoParameters { names })?;
-        let files = self.log_files(None)?.into_iter();
         Ok(ServoRecording {
             session: self,
             bench,
             channels,
             settings,
             values,
-            files: files.map(|file| file.path).collect(),
+            files: files.into_iter().map(|file| file.path).collect(),
         })
     }
 }
 
 impl ServoRecording<'_> {
+    /// Returns the twin with another random seed for its sensor and its disturbance.
+    #[must_use]
+    pub fn with_seed(mut self, seed: u64) -> Self {
+        self.settings.seed = seed;
+        self
+    }
+
+    /// Returns the parameters of the twin by name.
+    #[must_use]
+    pub fn truth(&self) -> BTreeMap<String, f64> {
+        named(&self.bench, &self.values)
+    }
+
     /// Returns the paths at which the experiment names the logs.
     #[must_use]
     pub fn files(&self) -> &[PathBuf] {

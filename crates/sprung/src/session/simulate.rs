@@ -7,11 +7,11 @@ use std::path::{Path, PathBuf};
 use super::error::SessionError;
 use super::load::Session;
 use super::parameters::Parameters;
-use crate::description::{Controller, Log, Simulate, Validate};
-use crate::log::Channels;
-use crate::model::{Model, Theta};
-use crate::progress::Listener;
-use crate::simulate::{Dynamics, TwinSetup, record};
+use sprung_base::progress::Listener;
+use sprung_log::Channels;
+use sprung_method::simulate::{Dynamics, TwinSetup, record};
+use sprung_model::{Model, Theta};
+use sprung_robot::{Controller, Log, Simulate, Task, Validate};
 
 /// A digital twin that is ready to be simulated.
 #[derive(Clone, Debug)]
@@ -40,7 +40,7 @@ impl Session {
         run: Option<&str>,
         parameters: Option<&Parameters>,
     ) -> Result<Recording<'_>, SessionError> {
-        self.no_servo("Session::twin")?;
+        self.no_servo(Task::Simulate)?;
         let experiment = self.experiment();
         let settings = experiment.simulate.as_ref().ok_or(SessionError::NoTwin)?;
         let run = run.map(|name| self.run(name)).transpose()?;
@@ -67,7 +67,7 @@ impl Session {
     ///
     /// [`SessionError`] if a parameter has no value or there is no such set.
     pub fn dynamics(&self, parameters: &Parameters, set: usize) -> Result<Dynamics, SessionError> {
-        self.no_servo("Session::dynamics")?;
+        self.allow(Task::Dynamics)?;
         let (_, model) = self.described_by(parameters)?;
         let values = (parameters.sets.get(set)).map(|set| &set.values);
         let values = values.cloned().unwrap_or_default();

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::error::SessionError;
 use super::files::{Disk, read_text};
-use crate::description::{Start, Urdf};
+use sprung_robot::{Start, Urdf};
 
 /// Returns the data of a robot in its URDF file, for an experiment in `folder`.
 ///

@@ -1,9 +1,9 @@
 //! Rates the usability of results.
 
-use crate::check::CheckReport;
-use crate::estimate::{Identification, Verdict};
-use crate::finding::Severity;
-use crate::validate::Validation;
+use sprung_base::finding::Severity;
+use sprung_method::check::CheckReport;
+use sprung_method::estimate::{Identification, Verdict};
+use sprung_method::validate::Validation;
 
 /// Usability of results. The numbers are available in any case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

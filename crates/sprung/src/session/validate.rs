@@ -4,10 +4,11 @@ use super::error::SessionError;
 use super::load::Session;
 use super::logs::Logs;
 use super::parameters::Parameters;
-use crate::estimate::LogInfo;
-use crate::log::LogSource;
-use crate::progress::Listener;
-use crate::validate::{ChosenFor, Validated, validate};
+use sprung_base::progress::Listener;
+use sprung_log::LogSource;
+use sprung_method::estimate::LogInfo;
+use sprung_method::validate::{ChosenFor, Validated, validate};
+use sprung_robot::{Feature, Task, refuse};
 
 impl Session {
     /// Validates parameters on the logs of the experiment's `[[validate]]` runs.
@@ -23,7 +24,7 @@ impl Session {
         parameters: &Parameters,
         progress: &mut dyn Listener,
     ) -> Result<Validated, SessionError> {
-        self.no_servo("validate")?;
+        self.allow_validation()?;
         let mut logs = (self.experiment().validate.iter())
             .map(|run| self.logs(run.log.as_ref()))
             .collect::<Result<Vec<Logs<'_>>, SessionError>>()?;
@@ -42,6 +43,13 @@ impl Session {
         sources: &mut [Vec<LogSource<'_>>],
         progress: &mut dyn Listener,
     ) -> Result<Validated, SessionError> {
+        for source in sources
+            .iter()
+            .flatten()
+            .filter(|own| own.has_unknown_payload())
+        {
+            refuse(Feature::UnknownPayload, &source.label(), Task::Validate)?;
+        }
         let found = parameters.identification.as_ref();
         let chosen = ChosenFor {
             delays: (found.iter())

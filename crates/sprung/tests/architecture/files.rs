@@ -1,8 +1,9 @@
-//! Which file of a crate uses which other file, read from the code.
+//! Which file of some crates uses which other file, read from the code.
 //!
 //! A path is followed through re-exports to the file that defines its item. A `mod.rs` that re-exports names of its
 //! children does not count as their user. Test modules are left out.
 
+use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
@@ -25,7 +26,20 @@ struct Scope {
     used: Vec<ModulePath>,
 }
 
-/// Files of a crate, and which uses which.
+/// Crates of the library with the module path of their roots. A crate of one module has the name of that module.
+pub(crate) const LIBRARY: [(&str, &[&str]); 9] = [
+    ("sprung-base", &[]),
+    ("sprung-robot", &["description"]),
+    ("sprung-model", &["model"]),
+    ("sprung-log", &["log"]),
+    ("sprung-method", &[]),
+    ("sprung-export", &["export"]),
+    ("sprung-servo", &["servo"]),
+    ("sprung-report", &["report"]),
+    ("sprung", &[]),
+];
+
+/// Files of a crate or of the library, and which uses which.
 pub(crate) struct Files {
     scopes: BTreeMap<ModulePath, Scope>,
 }
@@ -39,24 +53,53 @@ pub(crate) struct Use {
     pub(crate) name: String,
 }
 
+impl Scope {
+    /// Adds the names of the root of another crate.
+    fn join(&mut self, other: Self) {
+        self.defined.extend(other.defined);
+        self.imported.extend(other.imported);
+        self.globs.extend(other.globs);
+        self.used.extend(other.used);
+    }
+}
+
 impl Files {
     /// Reads all files below the folder of a crate's root.
     pub(crate) fn read(root: &Path) -> Self {
-        let texts = crate::sources(root).into_iter().map(|(path, text)| {
-            let inside = path.strip_prefix(root).unwrap().with_extension("");
-            let mut module: ModulePath = (inside.iter())
-                .map(|part| part.to_str().unwrap().to_owned())
-                .collect();
-            if module.last().is_some_and(|last| last == "mod") || is_root(&module) {
-                module.pop();
+        Self::of(&[], texts(root, &[]))
+    }
+
+    /// Reads all crates of the library as if they were one. Its list of public names uses nothing.
+    pub(crate) fn library() -> Self {
+        let mut all = Self {
+            scopes: BTreeMap::new(),
+        };
+        for (name, prefix) in LIBRARY {
+            let read = Self::of(
+                prefix,
+                texts(&crate::crates().join(name).join("src"), prefix),
+            );
+            for (module, scope) in read.scopes {
+                let is_list = name == "sprung" && module.is_empty();
+                match all.scopes.entry(module) {
+                    Entry::Vacant(place) if !is_list => {
+                        place.insert(scope);
+                    }
+                    Entry::Occupied(mut root) if !is_list => root.get_mut().join(scope),
+                    _ => {}
+                }
             }
-            (module, path, text)
-        });
-        Self::of(texts)
+        }
+        all
     }
 
     /// Reads files from memory: module, path and text of each.
-    pub(crate) fn of(texts: impl IntoIterator<Item = (ModulePath, PathBuf, String)>) -> Self {
+    ///
+    /// - `prefix`: module path of the crate's root.
+    pub(crate) fn of(
+        prefix: &[&str],
+        texts: impl IntoIterator<Item = (ModulePath, PathBuf, String)>,
+    ) -> Self {
         let mut scopes = BTreeMap::new();
         for (module, file, text) in texts {
             // A file named `tests` is a test module like the modules at the end of other files.
@@ -70,6 +113,7 @@ impl Files {
                 ..Scope::default()
             };
             let mut reader = Reader {
+                prefix: prefix.iter().map(|part| (*part).to_owned()).collect(),
                 scope: &mut scope,
                 module: module.clone(),
             };
@@ -117,6 +161,39 @@ impl Files {
         (scope.globs.iter()).find_map(|glob| self.resolve(&[&glob[..], rest].concat(), depth + 1))
     }
 
+    /// Returns the uses between children of one module, each a file or a folder with all its files, with the
+    /// names of both children.
+    pub(crate) fn uses_between_children(&self, module: &[String]) -> Vec<(String, String, Use)> {
+        between_children(&self.uses(), module)
+    }
+
+    /// Returns the uses that close a circle between children of one module, of each module with folders, and
+    /// the name of the module.
+    pub(crate) fn circles_of_folders(&self) -> Vec<(String, String)> {
+        let uses = self.uses();
+        let folder_of = |module: &ModulePath| Some(module[..module.len().checked_sub(2)?].to_vec());
+        let modules: BTreeSet<ModulePath> = (self.scopes.keys())
+            .filter_map(folder_of)
+            .filter(|module| !module.is_empty())
+            .collect();
+        let child = |name: &String| vec![name.clone()];
+        let of_module = |module: &ModulePath| -> Vec<(String, String)> {
+            let between = between_children(&uses, module);
+            let edges: BTreeSet<Use> = (between.iter())
+                .map(|(from, to, _)| Use {
+                    from: child(from),
+                    to: child(to),
+                    name: String::new(),
+                })
+                .collect();
+            (between.iter())
+                .filter(|(from, to, _)| reaches(&edges, &child(to), &child(from)))
+                .map(|(_, _, found)| (module.join("/"), found.words()))
+                .collect()
+        };
+        modules.iter().flat_map(of_module).collect()
+    }
+
     /// Returns the uses that are part of a circle: the used file uses the using file, directly or by others.
     pub(crate) fn circles(&self) -> Vec<String> {
         let uses = self.uses();
@@ -128,6 +205,22 @@ impl Files {
     }
 }
 
+impl Use {
+    /// Returns the use for messages.
+    pub(crate) fn words(&self) -> String {
+        let [from, to] = [&self.from, &self.to].map(|path| path.join("/"));
+        format!("{from} uses {} of {to}", self.name)
+    }
+}
+
+fn between_children(uses: &BTreeSet<Use>, module: &[String]) -> Vec<(String, String, Use)> {
+    let inside = |path: &ModulePath| path.strip_prefix(module)?.first().cloned();
+    (uses.iter())
+        .filter_map(|found| Some((inside(&found.from)?, inside(&found.to)?, found.clone())))
+        .filter(|(from, to, _)| from != to)
+        .collect()
+}
+
 /// Returns whether one file uses another, directly or by others.
 fn reaches(uses: &BTreeSet<Use>, from: &ModulePath, to: &ModulePath) -> bool {
     let mut seen = BTreeSet::from([from]);
@@ -136,10 +229,41 @@ fn reaches(uses: &BTreeSet<Use>, from: &ModulePath, to: &ModulePath) -> bool {
         if at == to {
             return true;
         }
-        let next = uses.iter().filter(|u| u.from == *at).map(|u| &u.to);
-        open.extend(next.filter(|module| seen.insert(module)));
+        // Uses are in the order of the using files.
+        let first = Use {
+            from: at.clone(),
+            to: ModulePath::new(),
+            name: String::new(),
+        };
+        let next = uses.range(first..).take_while(|u| u.from == *at);
+        open.extend(next.map(|u| &u.to).filter(|module| seen.insert(module)));
     }
     false
+}
+
+/// Returns the module path of the root of a crate of the library; `None` if the name is that of no such crate.
+fn crate_root(name: &str) -> Option<ModulePath> {
+    let is_it = |own: &str| own != "sprung" && own.replace('-', "_") == name;
+    let (_, prefix) = LIBRARY.into_iter().find(|(own, _)| is_it(own))?;
+    Some(prefix.iter().map(|part| (*part).to_owned()).collect())
+}
+
+/// Returns all files below the folder of a crate's root: module, path and text.
+fn texts(root: &Path, prefix: &[&str]) -> Vec<(ModulePath, PathBuf, String)> {
+    let module_of = |path: &Path| {
+        let inside = path.strip_prefix(root).unwrap().with_extension("");
+        let mut module: ModulePath = (inside.iter())
+            .map(|part| part.to_str().unwrap().to_owned())
+            .collect();
+        if module.last().is_some_and(|last| last == "mod") || is_root(&module) {
+            module.pop();
+        }
+        let prefix = prefix.iter().map(|part| (*part).to_owned());
+        prefix.chain(module).collect()
+    };
+    let all = crate::sources(root).into_iter();
+    all.map(|(path, text)| (module_of(&path), path, text))
+        .collect()
 }
 
 fn is_root(module: &[String]) -> bool {
@@ -148,6 +272,8 @@ fn is_root(module: &[String]) -> bool {
 
 /// Gathers what a file defines, imports and names.
 struct Reader<'s> {
+    /// Module path of the crate's root.
+    prefix: ModulePath,
     scope: &'s mut Scope,
     module: ModulePath,
 }
@@ -157,7 +283,7 @@ impl Reader<'_> {
     fn absolute(&self, path: &[String]) -> Option<ModulePath> {
         let (first, rest) = path.split_first()?;
         match first.as_str() {
-            "crate" => Some(rest.to_vec()),
+            "crate" => Some([&self.prefix, rest].concat()),
             "self" => Some([&self.module, rest].concat()),
             "super" => {
                 let ups = path.iter().take_while(|part| *part == "super").count();
@@ -165,6 +291,9 @@ impl Reader<'_> {
                 Some([&self.module[..kept], &path[ups..]].concat())
             }
             name => {
+                if let Some(prefix) = crate_root(name) {
+                    return Some([&prefix, rest].concat());
+                }
                 if let Some(from) = self.scope.imported.get(name) {
                     return Some([from, rest].concat());
                 }
@@ -302,7 +431,12 @@ fn circles_are_found_through_what_is_handed_on() {
         file("a", "mod child; pub use child::Shown; pub struct Alone;"),
         file("b", "use crate::a::Shown; pub fn b(_: Shown) {}"),
     ];
-    let child = |text: &str| Files::of(common.clone().into_iter().chain([file("a/child", text)]));
+    let child = |text: &str| {
+        Files::of(
+            &[],
+            common.clone().into_iter().chain([file("a/child", text)]),
+        )
+    };
     let straight = child("pub struct Shown; #[cfg(test)] mod tests { use crate::b::b; }");
     assert!(straight.circles().is_empty(), "{:?}", straight.circles());
     let ring = child("pub struct Shown; fn f() { crate::b::b(Shown) }");
@@ -315,4 +449,36 @@ fn circles_are_found_through_what_is_handed_on() {
         up.circles().is_empty(),
         "a parent may be used that uses nothing"
     );
+}
+
+#[test]
+fn circles_between_folders_are_found_without_circles_between_files() {
+    let file = |module: &str, text: &str| {
+        let path: ModulePath = (module.split('/').filter(|part| !part.is_empty()))
+            .map(str::to_owned)
+            .collect();
+        (path, PathBuf::from(module), text.to_owned())
+    };
+    let files = |back: &str| {
+        Files::of(
+            &[],
+            [
+                file("m", "mod left; mod right;"),
+                file("m/left", "mod a; mod b; pub use a::A; pub use b::B;"),
+                file("m/left/a", "pub struct A;"),
+                file("m/left/b", "use crate::m::right::R; pub struct B(R);"),
+                file("m/right", "mod r; pub use r::R;"),
+                file("m/right/r", back),
+            ],
+        )
+    };
+    assert!(files("pub struct R;").circles_of_folders().is_empty());
+    let ring = files("use crate::m::left::A; pub struct R(A);");
+    assert!(ring.circles().is_empty());
+    let words = [
+        "m/left/b uses R of m/right/r",
+        "m/right/r uses A of m/left/a",
+    ];
+    let expected = words.map(|words| ("m".to_owned(), words.to_owned()));
+    assert_eq!(ring.circles_of_folders(), expected);
 }

@@ -3,11 +3,12 @@
 #![expect(clippy::unwrap_used, reason = "a test may panic")]
 
 mod files;
+mod public_names;
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use files::Files;
+use files::{Files, LIBRARY};
 
 /// Modules of `sprung` in order. A module uses only modules before it.
 const ORDER: [&str; 24] = [
@@ -39,6 +40,25 @@ const ORDER: [&str; 24] = [
 
 /// Modules that no other module uses.
 const LEAVES: [&str; 1] = ["demo"];
+
+/// Folders and files of `estimate` in order. Each uses only those before it.
+const ESTIMATE: [&str; 12] = [
+    "errors",
+    "result",
+    "statistics",
+    "laws",
+    "estimators",
+    "physical",
+    "payload",
+    "judge",
+    "steps",
+    "identify",
+    "many_logs",
+    "late_channels",
+];
+
+/// Modules whose folders use each other in a circle.
+const CIRCULAR: [&str; 1] = ["log"];
 
 const LONGEST_FILE: usize = 800;
 
@@ -89,10 +109,10 @@ fn code_of(text: &str) -> String {
     code
 }
 
-fn name_at(text: &str) -> &str {
-    let text = text.trim_start();
-    let end = text.find(|c: char| !(c.is_alphanumeric() || c == '_'));
-    &text[..end.unwrap_or(text.len())]
+/// Returns the names of all crates of the library.
+fn libraries() -> impl Iterator<Item = &'static str> {
+    let outer = LIBRARY.into_iter().map(|(name, _)| name);
+    std::iter::once("sprung-core").chain(outer)
 }
 
 /// Returns whether a module may use another.
@@ -108,7 +128,7 @@ fn may_use(module: &str, other: &str) -> bool {
 
 #[test]
 fn every_module_uses_only_those_to_its_left() {
-    let uses = Files::read(&crates().join("sprung/src")).uses();
+    let uses = Files::library().uses();
     assert!(uses.len() > 200, "only {} uses were found", uses.len());
     let wrong: Vec<String> = (uses.iter())
         .filter_map(|found| Some((found, found.from.first()?, found.to.first()?)))
@@ -126,11 +146,42 @@ fn every_module_uses_only_those_to_its_left() {
 
 #[test]
 fn no_files_use_each_other_in_a_circle() {
-    let circles: Vec<String> = ["sprung-core", "sprung", "sprung-cli", "sprung-testing"]
-        .iter()
-        .flat_map(|name| Files::read(&crates().join(name).join("src")).circles())
-        .collect();
+    let mut circles = Files::library().circles();
+    for name in ["sprung-core", "sprung-cli", "sprung-testing"] {
+        circles.extend(Files::read(&crates().join(name).join("src")).circles());
+    }
     assert!(circles.is_empty(), "{}", circles.join("\n"));
+}
+
+#[test]
+fn every_folder_of_estimate_uses_only_those_before_it() {
+    let files = Files::library();
+    let between = files.uses_between_children(&["estimate".to_owned()]);
+    let place = |name: &str| ESTIMATE.iter().position(|known| *known == name);
+    let unknown: Vec<&String> = (between.iter())
+        .flat_map(|(from, to, _)| [from, to])
+        .filter(|name| place(name).is_none())
+        .collect();
+    assert!(unknown.is_empty(), "{unknown:?} have no place");
+    let back: Vec<String> = (between.iter())
+        .filter(|(from, to, _)| place(to) > place(from))
+        .map(|(_, _, found)| found.words())
+        .collect();
+    assert!(back.is_empty(), "{}", back.join("\n"));
+}
+
+#[test]
+fn no_folders_use_each_other_in_a_circle() {
+    let circles = Files::library().circles_of_folders();
+    let wrong: Vec<&str> = (circles.iter())
+        .filter(|(module, _)| !CIRCULAR.contains(&module.as_str()))
+        .map(|(_, words)| words.as_str())
+        .collect();
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    for module in CIRCULAR {
+        let has = circles.iter().any(|(own, _)| own == module);
+        assert!(has, "remove {module} from the list");
+    }
 }
 
 #[test]
@@ -142,9 +193,18 @@ fn modules_to_the_right_are_refused() {
 
 #[test]
 fn every_module_has_its_place() {
-    let lib = fs::read_to_string(crates().join("sprung/src/lib.rs")).unwrap();
-    let code = code_of(&lib);
-    let mut modules: Vec<&str> = code.split("mod ").skip(1).map(name_at).collect();
+    let mut modules: Vec<String> = Vec::new();
+    for (name, prefix) in LIBRARY {
+        if let [module] = prefix {
+            modules.push((*module).to_owned());
+            continue;
+        }
+        for entry in fs::read_dir(crates().join(name).join("src")).unwrap() {
+            let path = entry.unwrap().path();
+            modules.push(path.file_stem().unwrap().to_str().unwrap().to_owned());
+        }
+    }
+    modules.retain(|module| module != "lib");
     let mut known: Vec<&str> = ORDER.into_iter().chain(LEAVES).collect();
     modules.sort_unstable();
     known.sort_unstable();
@@ -166,7 +226,7 @@ fn core_needs_no_standard_library() {
 
 #[test]
 fn one_place_asks_for_the_time() {
-    for name in ["sprung-core", "sprung"] {
+    for name in libraries() {
         for (path, text) in sources(&crates().join(name).join("src")) {
             let asks = ["Instant", "SystemTime"]
                 .iter()
@@ -182,28 +242,68 @@ fn one_place_asks_for_the_time() {
 
 #[test]
 fn only_sessions_open_files() {
-    let folder = crates().join("sprung/src");
-    for (path, text) in sources(&folder) {
-        let inside = path.strip_prefix(&folder).unwrap();
-        // libhdf5 opens its files itself.
-        let may = inside.starts_with("session") || inside.ends_with("mat73.rs");
-        let code = code_of(&text);
-        let code = code.split("#[cfg(test)]").next().unwrap();
-        let opens = [
-            "File::open",
-            "File::create",
-            "File::options",
-            "std::fs::read",
-            "fs::write",
-        ];
-        let found = opens.iter().find(|call| code.contains(**call));
-        assert!(may || found.is_none(), "{} opens files", path.display());
+    for name in libraries() {
+        let folder = crates().join(name).join("src");
+        for (path, text) in sources(&folder) {
+            let inside = path.strip_prefix(&folder).unwrap();
+            // libhdf5 opens its files itself.
+            let may = inside.starts_with("session") || inside.ends_with("mat73.rs");
+            let code = code_of(&text);
+            let code = code.split("#[cfg(test)]").next().unwrap();
+            let opens = [
+                "File::open",
+                "File::create",
+                "File::options",
+                "std::fs::read",
+                "fs::write",
+            ];
+            let found = opens.iter().find(|call| code.contains(**call));
+            assert!(may || found.is_none(), "{} opens files", path.display());
+        }
+    }
+}
+
+/// Phrases of refusals. Only the table of what works with what may refuse a combination of sensors, logs,
+/// estimators and tasks.
+const REFUSALS: [&str; 7] = [
+    "does not work with",
+    "do not work with",
+    "does not know;",
+    "knows no ",
+    "does not support",
+    "no format of export can",
+    "NotSupported(Box",
+];
+
+#[test]
+fn only_the_table_of_what_works_refuses_a_combination() {
+    for name in ["sprung", "sprung-cli", "sprung-python"] {
+        for (path, text) in sources(&crates().join(name).join("src")) {
+            if path
+                .components()
+                .any(|part| part.as_os_str() == "capabilities")
+            {
+                continue;
+            }
+            let code = (text.lines()).filter(|line| !line.trim_start().starts_with("//"));
+            for (i, line) in code.enumerate() {
+                for phrase in REFUSALS {
+                    assert!(
+                        !line.contains(phrase),
+                        "{}: \"{phrase}\" in line {} of the code; add the combination to \
+                         description/capabilities/table.rs",
+                        path.display(),
+                        i + 1
+                    );
+                }
+            }
+        }
     }
 }
 
 #[test]
 fn files_are_short_and_libraries_print_nothing() {
-    for name in ["sprung-core", "sprung", "sprung-cli", "sprung-testing"] {
+    for name in libraries().chain(["sprung-cli", "sprung-testing"]) {
         for (path, text) in sources(&crates().join(name).join("src")) {
             let lines = text.lines().count();
             assert!(lines <= LONGEST_FILE, "{}: {lines} lines", path.display());

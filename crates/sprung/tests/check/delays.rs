@@ -16,7 +16,12 @@ fn late(column: usize, name: &str, samples: usize) -> Identification {
     let log = experiment.log.as_mut().unwrap();
     log.delay_s.insert(name.to_owned(), Delay::Estimate);
     let model = Model::new(&experiment).unwrap();
-    let table = demo.table(2000, 1.0).delayed(column, samples);
+    let mut table = demo.table(2000, 1.0).delayed(column, samples);
+    // Half of the log: a search takes several seconds of processor time. The benchmark `delays` has whole logs.
+    table.time.truncate(5000);
+    for own in &mut table.columns {
+        own.truncate(5000);
+    }
     let found = with_source(&table.csv(), |source| {
         identify(&experiment, &model, &mut [source], &mut Unheard)
     });
@@ -24,12 +29,12 @@ fn late(column: usize, name: &str, samples: usize) -> Identification {
 }
 
 #[test]
-fn short_and_long_delays_of_a_link_are_found() {
-    for (column, name, samples) in [(1, "q2_rad", 2), (1, "q2_rad", 20), (0, "q1_rad", 0)] {
+fn delays_of_a_link_are_found() {
+    for (column, name, samples) in [(1, "q2_rad", 20), (0, "q1_rad", 0)] {
         let found = late(column, name, samples);
         let used = found.log.delay_s[name];
         let off = used.value - 1e-3 * samples as f64;
-        // Measured at most 4.7e-6 s, with a standard error of 1.1e-5 s; the limits allow factors of ten and nine.
+        // Measured at most 4.7e-6 s in a whole log, with a standard error of 1.1e-5 s; the limits allow factors of ten and nine.
         assert!(off.abs() < 5e-5, "{name} {samples}: {used:?}");
         assert!(used.standard_error.unwrap() < 1e-4, "{used:?}");
         let refined = found.results[0].refined();

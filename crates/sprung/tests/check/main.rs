@@ -39,7 +39,7 @@ fn report(experiment: &Experiment, table: &Table) -> CheckReport {
 #[test]
 fn nothing_is_wrong_with_a_whole_log() {
     let demo = Demo::new();
-    for seed in 1..4 {
+    for seed in 1..3 {
         let report = report(&demo.experiment, &demo.table(seed, 1.0));
         assert!(report.findings.is_empty(), "{:#?}", report.findings);
         assert!(!report.refused && report.worst().is_none());
@@ -62,7 +62,7 @@ fn nothing_is_wrong_with_a_whole_log() {
 #[test]
 fn coarse_encoders_alarm_nobody() {
     let demo = Demo::new();
-    for seed in 1..4 {
+    for seed in 1..3 {
         let report = report(&demo.experiment, &demo.with_counts(seed, 4096));
         // Reversals within one count leave a larger part of the torque unexplained than a good model may; the check
         // knows this.

@@ -179,7 +179,10 @@ fn simulated_loops_of_a_validation_follow_the_temperature_of_the_log() {
 fn mistakes_are_named() {
     let refused = |more: &[&str]| session(&[], more).err().unwrap();
     let text = refused(&["identify.estimator=[\"output-error\"]"]);
-    assert!(text.contains("knows no covariates"), "{text}");
+    assert!(
+        text.contains("estimator \"output-error\" does not work with it"),
+        "{text}"
+    );
     let text = refused(&["robot.joint.0.friction_covariates.temperature=[\"motor_stribeck\"]"]);
     assert!(
         text.contains("motor_stribeck") && text.contains("motor_coulomb"),
@@ -233,6 +236,7 @@ fn logs_at_several_temperatures_and_hours_tell_both_effects() {
             format!("simulate.temperature_end_c=[{end}, {end}]"),
             format!("simulate.operation_h=[{hours}, {}]", hours + 0.01),
             format!("simulate.seed={hours}"),
+            "simulate.duration_s=8".to_owned(),
         ];
         let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
         let twin = with_truth((WORN, WEAR), &[], &keys).unwrap();

@@ -103,6 +103,33 @@ fn factors_give_the_parameters_of_one_pass() {
     }
 }
 
+/// All choices are made again when a law is added.
+#[test]
+fn estimated_signs_stay_when_a_law_is_added() {
+    let session = session(&[
+        CHOSEN[0],
+        CHOSEN[1],
+        CHOSEN[2],
+        "identify.laws=\"auto\"",
+        "robot.joint.joint1.motor_friction=[\"viscous\"]",
+    ]);
+    let expected = session.identify(&mut Unheard).unwrap().identification;
+    let laws = expected.laws.as_ref().unwrap();
+    assert!(
+        laws.rungs
+            .iter()
+            .any(|rung| rung.made && rung.law == "coulomb")
+    );
+    assert!(expected.log.signs()["tau1_nm"] > 0.0);
+    let mut codes = expected.findings.iter().map(|own| own.code.as_str());
+    assert!(codes.any(|code| code == "sign-estimated"));
+    let choices = session.choices(&mut Unheard).unwrap();
+    let all = merged(&factors(&session, &choices));
+    let found = session.identify_factors(&all, &mut Unheard).unwrap();
+    assert_eq!(found.identification.log, expected.log);
+    assert_eq!(found.identification.laws, expected.laws);
+}
+
 #[test]
 fn any_order_and_grouping_gives_the_same_bits() {
     let session = session(&CHOSEN[..2]);

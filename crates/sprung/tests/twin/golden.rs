@@ -2,7 +2,7 @@
 //! the simulated loop and for least squares on it.
 use serde_json::Value;
 use sprung::description::DiscretizationName;
-use sprung::preprocess::{Butterworth, ZeroPhase};
+use sprung_method::preprocess::{Butterworth, ZeroPhase};
 
 use crate::support::{Twin, step};
 

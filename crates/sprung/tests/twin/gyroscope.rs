@@ -273,7 +273,7 @@ fn mistakes_are_named() {
     assert!(text.contains("one axis or three"), "{text}");
     let text = refused(&format!("{LINKS}\n{ONE_AXIS}"), "", "");
     assert!(
-        text.contains("link_position_rad") && text.contains("keep the gyroscopes"),
+        text.contains("a link encoder") && text.contains("keep the gyroscopes"),
         "{text}"
     );
     let text = refused(&format!("{ONE_AXIS}\ngyroscope_corner_hz = 0.0"), "", "");
@@ -283,7 +283,7 @@ fn mistakes_are_named() {
     );
     let text = refused(ONE_AXIS, "[\"least-squares\"]", "[\"prediction-error\"]");
     assert!(
-        text.contains("prediction-error") && text.contains("gyroscopes"),
+        text.contains("prediction-error") && text.contains("gyroscope on its link"),
         "{text}"
     );
     let joint = "torque_constant_nm_per_a";

@@ -5,11 +5,11 @@
     reason = "a test may panic, and prints what it measured"
 )]
 
+mod accelerometer;
 mod arrays;
 mod golden;
 mod gyroscope;
 mod in_memory;
-mod instruments;
 mod ladder;
 mod laws;
 mod linear;
@@ -26,6 +26,9 @@ mod robust;
 #[path = "../../benches/accuracy/robots.rs"]
 mod searches;
 mod seven;
+// The benchmark `springs` uses the same file.
+#[path = "../../benches/springs/twin.rs"]
+mod springs;
 mod stability;
 mod support;
 mod torque_sensor;

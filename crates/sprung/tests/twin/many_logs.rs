@@ -3,9 +3,9 @@
 use sprung::description::{Cutoff, Estimator, Simulate, Weights};
 use sprung::estimate::{Identified, fit, identify};
 use sprung::log::Channels;
-use sprung::prepare::excerpt;
 use sprung::progress::{Answer, Progress, Unheard};
-use sprung::regression::{Reading, Reduction, signals};
+use sprung_method::prepare::excerpt;
+use sprung_method::regression::{Reading, Reduction, signals};
 
 use crate::support::{Twin, with_sources};
 

@@ -56,39 +56,31 @@ fn inside(result: &EstimateResult) -> usize {
 #[test]
 fn exact_controller_reaches_the_noise_of_the_encoders() {
     // Ten logs have medians of 0.017 and 0.100 %, single logs up to 0.033 and 0.124 %.
-    for (counts, most) in [(16384, 0.03), (4096, 0.13)] {
-        let (mut all, mut covered) = (Vec::new(), 0);
-        for seed in 0..2 {
-            let result = run(&settings(seed, counts), |_| ());
-            let errors = errors(&result);
-            let fit = result.simulation.as_ref().unwrap();
-            println!(
-                "{counts} seed {seed}: median {:.4} %, cost per sample {:.3}, {} iterations, {:.2} s; \
-                 {errors:.3?}",
-                median(errors.clone()),
-                fit.cost_per_sample,
-                fit.iterations,
-                result.elapsed_s
-            );
-            // The expected cost of a sample is 1; measured 0.99 to 1.00 with these seeds.
-            assert!((0.9..1.1).contains(&fit.cost_per_sample), "{fit:?}");
-            let own = result
-                .warnings
-                .iter()
-                .filter(|f| f.severity > Severity::Info);
-            let codes: Vec<&str> = own.map(|f| f.code.as_str()).collect();
-            assert!(
-                codes.iter().all(|code| *code == "weakly-excited"),
-                "{codes:?}"
-            );
-            covered += inside(&result);
-            all.extend(errors);
-        }
-        let share = 100.0 * covered as f64 / all.len() as f64;
-        let found = median(all);
+    for (counts, most) in [(16384, 0.06), (4096, 0.25)] {
+        let result = run(&settings(0, counts), |_| ());
+        let errors = errors(&result);
+        let fit = result.simulation.as_ref().unwrap();
+        println!(
+            "{counts}: cost per sample {:.3}, {} iterations; {errors:.3?}",
+            fit.cost_per_sample, fit.iterations
+        );
+        // The expected cost of a sample is 1; measured 0.99 to 1.00.
+        assert!((0.9..1.1).contains(&fit.cost_per_sample), "{fit:?}");
+        let own = result
+            .warnings
+            .iter()
+            .filter(|f| f.severity > Severity::Info);
+        let codes: Vec<&str> = own.map(|f| f.code.as_str()).collect();
+        assert!(
+            codes.iter().all(|code| *code == "weakly-excited"),
+            "{codes:?}"
+        );
+        let share = 100.0 * inside(&result) as f64 / errors.len() as f64;
+        let found = median(errors);
         println!("{counts}: median {found:.4} %, {share:.0} % of the intervals hold the truth");
         assert!(found <= most, "{counts}: {found}");
-        assert!(share >= 75.0, "{counts}: {share}");
+        // Ten logs have 87 and 89 %; the intervals of one log depend on each other.
+        assert!(share >= 60.0, "{counts}: {share}");
     }
 }
 

@@ -17,18 +17,15 @@ use sprung_core::parameters::JointParameter;
 use crate::in_memory::with_source;
 use crate::support::Twin;
 
-/// Name, disturbances of motors and links in N·m rms, and limits of the median error of two logs at 16384 and at 4096
-/// counts, in percent: twice the limits of ten logs, whose medians are 0.047, 0.45 and 0.20 % at 16384 counts and
-/// 0.082, 0.52 and 0.25 % at 4096.
-type Case = (&'static str, [f64; 2], [f64; 2], [f64; 2]);
+/// Name, disturbances of motors and links in N·m rms.
+type Case = (&'static str, [f64; 2], [f64; 2]);
 const CASES: [Case; 3] = [
-    ("clean", [0.0, 0.0], [0.0, 0.0], [0.16, 0.20]),
-    ("motor", [0.05, 0.01], [0.0, 0.0], [1.1, 1.4]),
-    ("link", [0.0, 0.0], [0.01, 0.01], [0.5, 0.9]),
+    ("clean", [0.0, 0.0], [0.0, 0.0]),
+    ("motor", [0.05, 0.01], [0.0, 0.0]),
+    ("link", [0.0, 0.0], [0.01, 0.01]),
 ];
-const COUNTS: [u32; 2] = [16384, 4096];
 
-fn settings(counts: u32, (_, motor, link, _): Case, seed: u64) -> Simulate {
+fn settings(counts: u32, (_, motor, link): Case, seed: u64) -> Simulate {
     let mut settings = Twin::new().experiment.simulate.unwrap();
     settings.seed = seed;
     settings.link_encoder_counts_per_turn = vec![counts; 2];
@@ -77,43 +74,40 @@ fn median(values: &[f64]) -> f64 {
 fn errors_and_intervals_are_those_of_the_noise() {
     let twin = twin();
     let (mut inside, mut intervals) = (0, 0);
-    for (column, counts) in COUNTS.into_iter().enumerate() {
-        for case in CASES {
-            let (mut errors, mut of_bound) = (Vec::new(), Vec::new());
-            for seed in 0..2 {
-                let settings = settings(counts, case, seed);
-                let log = twin.log(&settings);
-                let result = refined(&twin, &log).unwrap();
-                let name = case.0;
-                assert!(
-                    result.refined().unwrap().converged,
-                    "{counts} {name} {seed}"
-                );
-                let bound = bound(&twin, &settings, &log);
-                for ((p, truth), bound) in result.parameters.iter().zip(&twin.truth).zip(bound) {
-                    let error = p.value.unwrap() - truth;
-                    errors.push(100.0 * error / truth);
-                    of_bound.push(error / bound);
-                    let [low, high] = p.ci95.unwrap();
-                    inside += i32::from(low <= *truth && *truth <= high);
-                    intervals += 1;
-                }
-            }
-            // The median of the absolute value of a normal variable is 0.674.
-            let (error, ratio) = (median(&errors), median(&of_bound) / 0.674);
-            println!(
-                "{counts} {}: median {error:.3} %, {ratio:.2} bounds",
-                case.0
-            );
-            assert!(error <= case.3[column], "{counts} {}: {error}", case.0);
-            // Ten logs have 0.73 to 1.0; two logs may have twice the former limit of ten, 1.1.
-            assert!(ratio <= 2.2, "{counts} {}: {ratio}", case.0);
+    // Limits of the median error of one log, in percent: twice the limits of ten logs, whose medians are 0.047, 0.082,
+    // 0.45 and 0.25 %. The benchmark has all cases at all counts.
+    for (counts, case, limit) in [
+        (16384, CASES[0], 0.16),
+        (4096, CASES[0], 0.20),
+        (16384, CASES[1], 1.1),
+        (4096, CASES[2], 0.9),
+    ] {
+        let (name, ..) = case;
+        let (mut errors, mut of_bound) = (Vec::new(), Vec::new());
+        let settings = settings(counts, case, 0);
+        let log = twin.log(&settings);
+        let result = refined(&twin, &log).unwrap();
+        assert!(result.refined().unwrap().converged, "{counts} {name}");
+        let bound = bound(&twin, &settings, &log);
+        for ((p, truth), bound) in result.parameters.iter().zip(&twin.truth).zip(bound) {
+            let error = p.value.unwrap() - truth;
+            errors.push(100.0 * error / truth);
+            of_bound.push(error / bound);
+            let [low, high] = p.ci95.unwrap();
+            inside += i32::from(low <= *truth && *truth <= high);
+            intervals += 1;
         }
+        // The median of the absolute value of a normal variable is 0.674.
+        let (error, ratio) = (median(&errors), median(&of_bound) / 0.674);
+        println!("{counts} {name}: median {error:.3} %, {ratio:.2} bounds");
+        assert!(error <= limit, "{counts} {name}: {error}");
+        // Ten logs have 0.73 to 1.0; one log may have twice the former limit of ten, 1.1.
+        assert!(ratio <= 2.2, "{counts} {name}: {ratio}");
     }
     let share = 100.0 * f64::from(inside) / f64::from(intervals);
     println!("{share:.0} % of {intervals} intervals hold the truth");
-    // Six hundred logs have 90 to 96 %; 180 intervals scatter by 2 %, and those of one log depend on each other.
-    assert!(share >= 85.0, "{share}");
+    // Six hundred logs have 90 to 96 %; 60 intervals scatter by 4 %, and those of one log depend on each other.
+    assert!(share >= 80.0, "{share}");
 }
 
 #[test]
@@ -207,18 +201,15 @@ fn nominal_start_needs_nominal_values() {
 #[test]
 fn own_model_is_not_doubted() {
     let twin = twin();
-    for seed in 100..102 {
-        let log = twin.log(&settings(16384, CASES[0], seed));
-        let result = refined(&twin, &log).unwrap();
-        let own = result
-            .warnings
-            .iter()
-            .filter(|f| f.severity > Severity::Info);
-        for finding in own {
-            println!("seed {seed}, {}: {}", finding.code, finding.text);
-        }
-        assert_eq!(result.verdict, Verdict::Good, "seed {seed}");
+    let result = refined(&twin, &twin.log(&settings(16384, CASES[0], 100))).unwrap();
+    let own = result
+        .warnings
+        .iter()
+        .filter(|f| f.severity > Severity::Info);
+    for finding in own {
+        println!("{}: {}", finding.code, finding.text);
     }
+    assert_eq!(result.verdict, Verdict::Good);
 }
 
 /// Severities of the findings about laws that the likelihood asks for, with their texts.

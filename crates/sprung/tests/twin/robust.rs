@@ -22,7 +22,7 @@ const SAME: f64 = 1.0;
 
 #[test]
 fn random_robots_are_found() {
-    for seed in 0..3 {
+    for seed in 0..2 {
         let search = searches::random(seed, DURATION_S);
         let (name, away) = search.worst();
         println!(
@@ -36,7 +36,8 @@ fn random_robots_are_found() {
 
 #[test]
 fn nominal_values_lead_where_least_squares_lead() {
-    for index in 0..4 {
+    // Coarse encoders, and disturbed links.
+    for index in [1, 3] {
         let search = searches::from_nominal_values(index, DURATION_S);
         let (name, away) = search.worst();
         println!(

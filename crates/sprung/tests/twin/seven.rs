@@ -357,39 +357,37 @@ fn wrong_cad(values: &BTreeMap<String, f64>, seed: u64) -> BTreeMap<String, f64>
 #[test]
 fn possible_bodies_are_no_farther_from_the_truth() {
     let values: BTreeMap<String, f64> = toml::from_str(TRUTH).unwrap();
-    for noise in [0.5, 2.0] {
-        let mut sums = [0.0; 2];
-        for seed in 1..=4 {
-            let arm = Arm::new(|e| e.robot.nominal = wrong_cad(&values, seed));
-            let log = arm.log(|settings| {
-                settings.duration_s = 6.0;
-                settings.seed = seed;
-                settings.torque_noise_nm = vec![noise; 7];
-            });
-            let found = arm.identify(&log);
-            let result = &found.identification.results[0];
-            let mut own = [0.0; 3];
-            for ((p, truth), parameter) in result
-                .parameters
-                .iter()
-                .zip(&arm.truth)
-                .zip(arm.model.parameters())
-            {
-                if parameter.joint.is_none() {
-                    own[0] += (p.value.unwrap() - truth).powi(2);
-                    own[1] += (p.physical.unwrap() - truth).powi(2);
-                    own[2] += truth.powi(2);
-                }
-            }
-            let own = [0, 1].map(|i| 100.0 * (own[i] / own[2]).sqrt());
-            println!("{noise} {seed}: {own:?} {:?}", result.physical);
-            for i in 0..2 {
-                sums[i] += own[i] / 4.0;
+    let mut sums = [0.0; 2];
+    for seed in 1..=2 {
+        let arm = Arm::new(|e| e.robot.nominal = wrong_cad(&values, seed));
+        let log = arm.log(|settings| {
+            settings.duration_s = 6.0;
+            settings.seed = seed;
+            settings.torque_noise_nm = vec![2.0; 7];
+        });
+        let found = arm.identify(&log);
+        let result = &found.identification.results[0];
+        let mut own = [0.0; 3];
+        for ((p, truth), parameter) in result
+            .parameters
+            .iter()
+            .zip(&arm.truth)
+            .zip(arm.model.parameters())
+        {
+            if parameter.joint.is_none() {
+                own[0] += (p.value.unwrap() - truth).powi(2);
+                own[1] += (p.physical.unwrap() - truth).powi(2);
+                own[2] += truth.powi(2);
             }
         }
-        println!("{noise}: {sums:?}");
-        assert!(sums[1] <= sums[0], "{sums:?}");
+        let own = [0, 1].map(|i| 100.0 * (own[i] / own[2]).sqrt());
+        println!("{seed}: {own:?} {:?}", result.physical);
+        for i in 0..2 {
+            sums[i] += own[i] / 2.0;
+        }
     }
+    println!("{sums:?}");
+    assert!(sums[1] <= sums[0], "{sums:?}");
 }
 
 #[test]

@@ -7,10 +7,10 @@ use sprung::description::{self, DiscretizationName, Experiment, Simulate, no_fil
 use sprung::estimate::fit;
 use sprung::log::{Channels, Input, LogSource};
 use sprung::model::{Model, Theta};
-use sprung::preprocess::SignalBlock;
 use sprung::progress::Unheard;
-use sprung::regression::Reduction;
 use sprung::simulate::{ClosedLoop, TwinSetup, record};
+use sprung_method::preprocess::SignalBlock;
+use sprung_method::regression::Reduction;
 
 pub(crate) struct Twin {
     pub(crate) experiment: Experiment,

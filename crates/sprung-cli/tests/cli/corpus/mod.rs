@@ -6,7 +6,7 @@
 mod bags;
 mod binary;
 mod experiments;
-#[path = "../../../../sprung/tests/formats/keys.rs"]
+#[path = "../../../../sprung-log/tests/formats/keys.rs"]
 mod keys;
 mod motions;
 mod seeds;
@@ -207,7 +207,7 @@ impl Found {
 
 /// Content of a fixture that another program wrote.
 fn fixture(name: &str) -> Vec<u8> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../sprung/tests/formats/fixtures");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../sprung-log/tests/formats/fixtures");
     std::fs::read(folder.join(name)).unwrap()
 }
 

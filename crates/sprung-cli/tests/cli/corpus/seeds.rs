@@ -48,7 +48,7 @@ pub(super) fn write(folder: &Path, corpus: &[Faulty]) {
         }
     }
     let crates = Path::new(env!("CARGO_MANIFEST_DIR"));
-    for path in entries(&crates.join("../sprung/tests/formats/fixtures")) {
+    for path in entries(&crates.join("../sprung-log/tests/formats/fixtures")) {
         let name = path.file_name().unwrap().to_str().unwrap().to_owned();
         put(&name, &name, &std::fs::read(&path).unwrap());
     }

@@ -202,7 +202,7 @@ impl Schema {
 }
 
 /// Pages with parts of an experiment file.
-const PAGES_WITH_PARTS: [&str; 10] = [
+const PAGES_WITH_PARTS: [&str; 11] = [
     "docs/logs.md",
     "docs/how-to/no-link-encoder.md",
     "docs/how-to/current-and-gears.md",
@@ -212,6 +212,7 @@ const PAGES_WITH_PARTS: [&str; 10] = [
     "docs/how-to/servos.md",
     "docs/how-to/covariates.md",
     "docs/how-to/gyroscope.md",
+    "docs/how-to/accelerometer.md",
     "docs/how-to/torque-sensor.md",
 ];
 
@@ -266,10 +267,9 @@ fn every_table_of_the_schema_has_a_section() {
     }
 }
 
-#[test]
-fn the_page_is_that_of_the_schema() {
-    let page = Schema::of_program().page();
-    let path = path_in_repository(PAGE);
+/// Compares a page with the program, or writes it.
+pub(super) fn same_or_written(file: &str, page: String) {
+    let path = path_in_repository(file);
     if std::env::var_os(WRITE).is_some() {
         std::fs::write(path, page).unwrap();
         return;
@@ -277,12 +277,17 @@ fn the_page_is_that_of_the_schema() {
     let present = std::fs::read_to_string(path).unwrap_or_default();
     assert!(
         present == page,
-        "{PAGE} is stale: run cargo xtask docs.\n{}",
+        "{file} is stale: run cargo xtask docs.\n{}",
         page.lines()
             .zip(present.lines())
             .find(|(one, other)| one != other)
             .map_or_else(String::new, |(new, old)| format!("new: {new}\nold: {old}"))
     );
+}
+
+#[test]
+fn the_page_is_that_of_the_schema() {
+    same_or_written(PAGE, Schema::of_program().page());
 }
 
 #[test]

@@ -5,6 +5,7 @@ mod commands;
 mod experiment;
 mod figures;
 mod tutorial;
+mod what_works;
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

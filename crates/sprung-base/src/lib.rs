@@ -1,0 +1,13 @@
+//! Values that every stage may return: findings, curves, named numbers, progress, digests.
+//!
+//! This crate is internal to `sprung`. Its items may change in any version; use the crate `sprung`, which re-exports the
+//! public names.
+
+pub mod curves;
+pub mod demo;
+pub mod finding;
+pub mod named;
+pub mod numbers;
+pub mod progress;
+pub mod sha256;
+pub mod stopwatch;

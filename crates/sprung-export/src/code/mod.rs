@@ -1,0 +1,160 @@
+//! Code of an identified robot, in C99 and in Rust, from the kernels of the model themselves.
+//!
+//! The kernels run once with symbols in place of numbers ([`graph`]) and leave the operations of each
+//! function ([`trace`]). The writers print these operations.
+
+mod c;
+mod emit;
+mod graph;
+mod proof;
+mod rust;
+mod trace;
+
+use std::collections::BTreeMap;
+
+use self::c::Program;
+use self::trace::Source;
+use super::error::ExportError;
+use super::format::Format;
+use super::provenance::sealed;
+use super::reload::Proof;
+use super::said::{How, Said, row};
+use super::standard::Extra;
+use crate::model::Model;
+use sprung_core::parameters::JointParameter;
+
+/// Largest number of joints.
+const JOINTS: usize = 32;
+
+/// Largest number of operations.
+const OPERATIONS: usize = 200_000;
+
+/// Largest relative differences of torques and of accelerations from the identified model.
+const TORQUE_TOLERANCE: f64 = 1e-12;
+const ACCELERATION_TOLERANCE: f64 = 1e-9;
+
+/// Returns the files of a robot in the order of [`Format::files`], and the comparison with the
+/// identified model.
+///
+/// - `origin`: lines about the origin, of which one holds the place of the hash.
+///
+/// # Errors
+///
+/// [`ExportError::TooLarge`], and [`ExportError::Differs`] if the code is not the identified model.
+pub(super) fn write(
+    format: Format,
+    name: &str,
+    model: &Model,
+    values: &BTreeMap<String, f64>,
+    origin: &[String],
+) -> Result<(Vec<String>, Proof), ExportError> {
+    let differs = |what: String| ExportError::Differs {
+        format: format.name(),
+        what,
+    };
+    let too_large = |what: String| ExportError::TooLarge {
+        format: format.name(),
+        what,
+    };
+    let n = model.joint_count();
+    if n > JOINTS {
+        return Err(too_large(format!(
+            "{n} joints, and code has at most {JOINTS}"
+        )));
+    }
+    let mut known = values.clone();
+    for parameter in model.parameters() {
+        let is_inertia = matches!(
+            parameter.joint,
+            None | Some((JointParameter::RotorInertia, _))
+        );
+        if !is_inertia && parameter.fixed.is_none() {
+            known.entry(parameter.name.clone()).or_insert(0.0);
+        }
+    }
+    let theta = model.theta(&known)?;
+    let bodies = model.bodies(&theta);
+    let source = Source {
+        model,
+        robot: model.robot(),
+        theta: &theta,
+        bodies: &bodies,
+    };
+    let traced = source.trace().map_err(|error| differs(error.to_string()))?;
+    let operations: usize = traced.iter().map(|own| own.operations.len()).sum();
+    if operations > OPERATIONS {
+        return Err(too_large(format!(
+            "{operations} operations, and code has at most {OPERATIONS}"
+        )));
+    }
+    let (proof, vectors) =
+        proof::prove(&source, &traced).map_err(|error| differs(error.to_string()))?;
+    for (what, difference, limit) in [
+        ("inverse dynamics", proof.inverse_dynamics, TORQUE_TOLERANCE),
+        ("the mass matrix", proof.mass_matrix, TORQUE_TOLERANCE),
+        ("accelerations", proof.accelerations, ACCELERATION_TOLERANCE),
+    ] {
+        if difference.is_nan() || difference > limit {
+            return Err(differs(format!("{what} by {difference:.1e}")));
+        }
+    }
+    let rotors = source.rotors().into_iter().enumerate();
+    let inverse_rotors: Vec<f64> = rotors
+        .map(|(joint, inertia)| {
+            let behind_spring = model.is_flexible(joint) && inertia > 0.0;
+            if behind_spring { 1.0 / inertia } else { 0.0 }
+        })
+        .collect();
+    let program = Program {
+        name,
+        origin,
+        joints: model.joints(),
+        parameters: model.parameters(),
+        theta: &theta,
+        rows: model.coordinates(),
+        traced: &traced,
+        inverse_rotors: &inverse_rotors,
+        vectors: &vectors,
+    };
+    let files = match format {
+        Format::Rust => vec![rust::write(&program)],
+        Format::Urdf | Format::Mjcf | Format::Sdf | Format::Json | Format::C => {
+            c::write(&program).into()
+        }
+    };
+    Ok((files.iter().map(|text| sealed(text)).collect(), proof))
+}
+
+/// Returns what the code says of the robot.
+pub(super) fn said(model: &Model, extras: &[Extra]) -> Vec<Said> {
+    let dynamics =
+        "inverse and forward dynamics, mass matrix, Coriolis torques, gravity and regressor";
+    let mut rows = vec![
+        row("links", How::Exact, dynamics),
+        row(
+            "rotor inertias",
+            How::Exact,
+            "without gyroscopic coupling, as identified",
+        ),
+        row(
+            "friction",
+            How::Exact,
+            "all identified laws, tanh(beta v) included",
+        ),
+    ];
+    if (0..model.joint_count()).any(|joint| model.is_flexible(joint)) {
+        let note = "stiffness, damping, cubic stiffness and preload, as identified";
+        rows.push(row("springs", How::Exact, note));
+    }
+    let is_change = |extra: &&Extra| matches!(extra.kind, JointParameter::Change(..));
+    let changes: Vec<&str> = (extras.iter().filter(is_change))
+        .map(|extra| extra.name.as_str())
+        .collect();
+    if !changes.is_empty() {
+        let names = changes.join(", ");
+        let note =
+            format!("{names}: the code has the friction at the references of the covariates");
+        rows.push(row("friction with covariates", How::Dropped, note));
+    }
+    rows
+}

@@ -1,0 +1,145 @@
+//! Rust without a standard library.
+
+use std::fmt::Write;
+
+use super::c::Program;
+use super::emit::{Language, calls, comment, is_zero, unused};
+use super::graph::Function;
+use super::trace::{Array, Shape, Traced};
+
+/// The template of the file.
+const FILE: &str = include_str!("templates/robot.rs.txt");
+
+const RUST: Language = Language {
+    declare: "let",
+    number: str::to_owned,
+    call,
+};
+
+fn call(function: Function, x: &str) -> String {
+    match function {
+        Function::Neg => format!("-{x}"),
+        Function::Sin | Function::Cos | Function::Exp | Function::Tanh | Function::Ln => {
+            format!("F::{}({x})", name(function))
+        }
+        Function::Recip => format!("inverse_of({x})"),
+        Function::Abs => format!("if {x} < 0.0 {{ -{x} }} else {{ {x} }}"),
+        Function::IsForward => format!("if {x} >= 0.0 {{ 1.0 }} else {{ 0.0 }}"),
+    }
+}
+
+/// Returns the name of a function that the caller gives, as the standard library has it; empty for
+/// others.
+fn name(function: Function) -> &'static str {
+    match function {
+        Function::Sin => "sin",
+        Function::Cos => "cos",
+        Function::Exp => "exp",
+        Function::Tanh => "tanh",
+        Function::Ln => "ln",
+        Function::Neg | Function::Recip | Function::Abs | Function::IsForward => "",
+    }
+}
+
+/// Returns the file.
+pub(super) fn write(program: &Program<'_>) -> String {
+    let mut text = String::new();
+    for line in program.origin {
+        let _ = writeln!(text, "// {}", comment(line));
+    }
+    let mut joints = String::new();
+    for (i, name) in program.joints.iter().enumerate() {
+        let _ = writeln!(joints, "//!   {i}: {}", comment(name));
+    }
+    let names: Vec<&str> = (calls(program.traced).into_iter())
+        .map(name)
+        .filter(|name| !name.is_empty())
+        .collect();
+    let functions =
+        |line: fn(&str) -> String| -> String { names.iter().map(|name| line(name)).collect() };
+    let declared = functions(|name| format!("    fn {name}(x: Real) -> Real;\n"));
+    let given = functions(|name| {
+        format!("        fn {name}(x: Real) -> Real {{\n            x.{name}()\n        }}\n")
+    });
+    let code: String = program.traced.iter().map(function).collect();
+    let mut vectors = String::new();
+    for vector in program.vectors {
+        let rows = vector
+            .all()
+            .map(|values| format!("&[{}]", RUST.constants(values)));
+        let _ = writeln!(
+            vectors,
+            "        [\n            {},\n        ],",
+            rows.join(",\n            ")
+        );
+    }
+    text += &FILE
+        .replace("%JOINTS%", &joints)
+        .replace("%N%", &program.joints.len().to_string())
+        .replace("%ROWS%", &program.rows.to_string())
+        .replace("%PARAMETERS%", &program.parameters.len().to_string())
+        .replace("%NAMES%", &program.parameter_lines("/// - "))
+        .replace("%THETA%", &RUST.lines(program.theta))
+        .replace("%DECLARED%", &declared)
+        .replace("%INVERSE_ROTORS%", &RUST.constants(program.inverse_rotors))
+        .replace("%FUNCTIONS%", &code)
+        .replace("%GIVEN%", &given)
+        .replace("%COUNT%", &program.vectors.len().to_string())
+        .replace("%VECTORS%", &vectors);
+    text
+}
+
+fn function(traced: &Traced) -> String {
+    let kind = |array: &Array| match array.shape {
+        Shape::Vector => "Vector",
+        Shape::Matrix => "Matrix",
+        Shape::Regressor => "Regressor",
+    };
+    let inputs: Vec<String> = (traced.inputs.iter())
+        .map(|array| format!("{}: &{}", array.name, kind(array)))
+        .collect();
+    let joined = |own: Vec<String>| match own.as_slice() {
+        [one] => one.clone(),
+        _ => format!("({})", own.join(", ")),
+    };
+    let outputs = traced.outputs.iter();
+    let kinds = outputs
+        .clone()
+        .map(|array| kind(array).to_owned())
+        .collect();
+    let names: Vec<&str> = outputs.clone().map(|array| array.name).collect();
+    let (statements, results) = RUST.body(traced);
+    let mut text = format!(
+        "/// {}\n///\n/// Returns {}.\npub fn {}<F: Functions>({}) -> {} {{\n",
+        traced.about,
+        names.join(" and "),
+        traced.name,
+        inputs.join(", "),
+        joined(kinds),
+    );
+    for name in unused(traced) {
+        let _ = writeln!(text, "    let _ = {name};");
+    }
+    for statement in statements {
+        let _ = writeln!(text, "    {statement}");
+    }
+    let mut at = 0;
+    let arrays = outputs
+        .map(|array| {
+            let own = at..at + array.length;
+            at += array.length;
+            if array.shape != Shape::Regressor {
+                return format!("[{}]", results[own].join(", "));
+            }
+            let name = array.name;
+            let _ = writeln!(text, "    let mut {name} = [0.0; ROWS * PARAMETERS];");
+            for i in own.filter(|i| !is_zero(traced.results[*i])) {
+                let result = results[i].trim_matches(['(', ')']);
+                let _ = writeln!(text, "    {name}[{i}] = {result};");
+            }
+            name.to_owned()
+        })
+        .collect();
+    let _ = writeln!(text, "    {}\n}}\n", joined(arrays));
+    text
+}

@@ -1,0 +1,52 @@
+//! The formats of an export.
+
+/// Format of an exported robot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// Unified Robot Description Format, of ROS.
+    Urdf,
+    /// Format of MuJoCo.
+    Mjcf,
+    /// Simulation Description Format, of Drake and Gazebo.
+    Sdf,
+    /// Parameters of links and actuators in JSON.
+    Json,
+    /// Dynamics as code in C99.
+    C,
+    /// Dynamics as code in Rust, without the standard library.
+    Rust,
+}
+
+impl Format {
+    /// Returns the name of the format.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Urdf => "URDF",
+            Self::Mjcf => "MJCF",
+            Self::Sdf => "SDF",
+            Self::Json => "JSON",
+            Self::C => "C",
+            Self::Rust => "Rust",
+        }
+    }
+
+    /// Returns the names of the exported files.
+    #[must_use]
+    pub const fn files(self) -> &'static [&'static str] {
+        match self {
+            Self::Urdf => &["robot.urdf"],
+            Self::Mjcf => &["robot.xml"],
+            Self::Sdf => &["robot.sdf"],
+            Self::Json => &["robot.json"],
+            Self::C => &["robot.h", "robot.c", "robot_test.c"],
+            Self::Rust => &["robot.rs"],
+        }
+    }
+
+    /// Returns whether the format is code.
+    #[must_use]
+    pub const fn is_code(self) -> bool {
+        matches!(self, Self::C | Self::Rust)
+    }
+}

@@ -1,0 +1,234 @@
+//! Assigns columns to quantities, and converts them to SI units on the output side.
+
+use sprung_core::chain::JointKind;
+use sprung_core::covariate::Covariate;
+
+use super::channel::{Channel, ChannelError};
+use super::from_keys::channels;
+use super::inertial::{InertialSensors, check_sensors};
+use super::mix::Mix;
+use super::origin::{Stream, TimeOrigin};
+use super::time::{sampling, time};
+use crate::clock::timing::Sampling;
+use crate::description::{
+    CsvForm, Instrumentation, Key, Log, MissingValues, Quantity, Robot, Scaling, Side, Signal, Unit,
+};
+
+/// The channels of a log: link positions, motor positions and motor torques, joint by joint.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Channels {
+    /// Source of the time.
+    pub time: TimeOrigin,
+    /// The stream that gives the time, if it is declared.
+    pub time_stream: Option<Stream>,
+    /// Factor from the reading to the time in s.
+    pub time_factor: f64,
+    /// When samples were taken, if it is declared.
+    pub sampling: Option<Sampling>,
+    /// Whether times are dates.
+    pub dates: bool,
+    /// Form of CSV files, as far as the description declares it.
+    pub csv: CsvForm,
+    /// Treatment of samples without a value.
+    pub nan: MissingValues,
+    /// Link, motor and torque channels.
+    pub all: Vec<Channel>,
+    /// Whether the torques acted exactly as logged, for example commands without noise.
+    pub exact_torque: bool,
+    /// The instruments of the joints.
+    pub instruments: Instrumentation,
+    /// The sensors of motion on the links, if the log has any.
+    pub inertial: Option<InertialSensors>,
+    /// Whether each joint is revolute; otherwise it is prismatic.
+    pub turns: Vec<bool>,
+    /// Offsets that are added to the positions of links and motors, rad, \[n\].
+    pub offsets: Vec<f64>,
+    /// The covariates on which the friction of joints depends.
+    pub covariates: Vec<CovariateOfJoint>,
+    /// Conversion of motor positions to joint positions, if they are recorded before a coupled
+    /// transmission.
+    pub position_mix: Option<Mix>,
+    /// Conversion of motor torques to joint torques, if they are recorded before a coupled
+    /// transmission.
+    pub torque_mix: Option<Mix>,
+}
+
+/// A covariate on which the friction of a joint depends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CovariateOfJoint {
+    /// Index of the joint, from 0.
+    pub joint: usize,
+    /// The covariate.
+    pub covariate: Covariate,
+    /// Its value at which friction has its parameters.
+    pub reference: f64,
+}
+
+/// Returns the covariates of the joints of a robot, joint by joint.
+fn covariates(robot: &Robot) -> Vec<CovariateOfJoint> {
+    let mut all = Vec::new();
+    for (joint, own) in robot.joint.iter().enumerate() {
+        for (covariate, reference) in Covariate::ALL.into_iter().zip(own.references()) {
+            if own.depends_on(covariate) {
+                all.push(CovariateOfJoint {
+                    joint,
+                    covariate,
+                    reference,
+                });
+            }
+        }
+    }
+    all
+}
+
+impl Channels {
+    /// Returns the channels that a description names.
+    ///
+    /// # Errors
+    ///
+    /// [`ChannelError`] if a quantity has no column or cannot be converted.
+    pub fn new(robot: &Robot, log: &Log) -> Result<Self, ChannelError> {
+        Self::of(&Signal::all().collect::<Vec<Signal>>(), robot, log)
+    }
+
+    /// Returns the channels that the description of a position servo names.
+    ///
+    /// # Errors
+    ///
+    /// [`ChannelError`] if a quantity has no column or cannot be converted.
+    pub fn of_servo(robot: &Robot, log: &Log) -> Result<Self, ChannelError> {
+        Self::of(&Signal::OF_SERVO, robot, log)
+    }
+
+    fn of(signals: &[Signal], robot: &Robot, log: &Log) -> Result<Self, ChannelError> {
+        let all = channels(signals, robot, log)?;
+        let timeless = |channel: &Channel| {
+            let stream = &channel.origin.stream;
+            stream.topic.is_none() && stream.time.is_none()
+        };
+        let (time, time_stream, time_factor) = match time(log) {
+            Some(time) => time,
+            None if !all.iter().any(timeless) => (TimeOrigin::Messages, None, 1.0),
+            None => {
+                return Err(ChannelError::NotSaid {
+                    what: "the time",
+                    keys: "time_s, time_ms, time_us, time_ns or period_s",
+                });
+            }
+        };
+        let inertial = InertialSensors::new(robot, &all);
+        check_sensors(robot, inertial.as_ref())?;
+        Ok(Self {
+            inertial,
+            instruments: Instrumentation::new(robot, Some(log)),
+            time,
+            time_stream,
+            time_factor,
+            sampling: sampling(log),
+            dates: (log.time.as_ref()).is_some_and(|time| time.unit.is_some_and(Unit::is_date)),
+            csv: log.csv.clone().unwrap_or_default(),
+            nan: log.nan.unwrap_or_default(),
+            all,
+            exact_torque: log.motor_torque_exact,
+            turns: (0..robot.joint.len())
+                .map(|i| robot.kind(i) == JointKind::Revolute)
+                .collect(),
+            offsets: (robot.joint.iter())
+                .map(|joint| joint.position_offset_deg.to_radians())
+                .collect(),
+            covariates: covariates(robot),
+            position_mix: mixed(robot, log.side(Scaling::PositionSide)).map(|(ratios, inverse)| {
+                Mix {
+                    forward: inverse,
+                    back: ratios,
+                }
+            }),
+            torque_mix: mixed(robot, torque_side(robot, log)).map(|(ratios, inverse)| Mix {
+                forward: transposed(&ratios),
+                back: transposed(&inverse),
+            }),
+        })
+    }
+
+    /// Returns the index in [`Channels::all`] of the channel with this quantity and joint.
+    #[must_use]
+    pub fn index(&self, quantity: Quantity, joint: usize) -> Option<usize> {
+        self.all
+            .iter()
+            .position(|c| c.quantity == quantity && c.joint == joint)
+    }
+
+    /// Returns the index in [`Channels::all`] of the channel that gives a signal of a joint.
+    #[must_use]
+    pub fn telling(&self, signal: Signal, joint: usize) -> Option<usize> {
+        (self.all.iter()).position(|c| c.quantity.signal() == signal && c.joint == joint)
+    }
+
+    /// Returns the index in [`Channels::all`] of the channel that gives a covariate of a joint: its own
+    /// one, or that of all joints; `None` for the time.
+    #[must_use]
+    pub fn of_covariate(&self, covariate: Covariate, joint: usize) -> Option<usize> {
+        let signal = Signal::Covariate(covariate);
+        (self.telling(signal, joint))
+            .or_else(|| (self.all.iter()).position(|c| c.quantity.signal() == signal))
+    }
+
+    /// Returns the channels with link and motor columns of a joint exchanged, to test whether they
+    /// are exchanged in the description; `None` if one of the two positions has no column of its
+    /// own. The order of the values in blocks stays.
+    #[must_use]
+    pub fn exchanged(&self, joint: usize) -> Option<Self> {
+        let link = self.index(Quantity::LinkPosition, joint)?;
+        let motor = self.index(Quantity::MotorPosition, joint)?;
+        let mut exchanged = self.clone();
+        exchanged.all[link].quantity = Quantity::MotorPosition;
+        exchanged.all[motor].quantity = Quantity::LinkPosition;
+        Some(exchanged)
+    }
+
+    /// Returns the channels with the columns of a quantity exchanged between two joints, for the
+    /// same test; `None` if one joint lacks the quantity.
+    #[must_use]
+    pub fn swapped(&self, quantity: Quantity, one: usize, two: usize) -> Option<Self> {
+        let (a, b) = (self.index(quantity, one)?, self.index(quantity, two)?);
+        let mut swapped = self.clone();
+        swapped.all[a].joint = two;
+        swapped.all[b].joint = one;
+        Some(swapped)
+    }
+}
+
+/// Returns the side on which torques were recorded, or for currents the side of the torque
+/// constants.
+fn torque_side(robot: &Robot, log: &Log) -> Option<Side> {
+    let as_torque = |(key, _): (&Key, _)| key.scaling == Scaling::TorqueSide;
+    if log.given().any(as_torque) {
+        log.side(Scaling::TorqueSide)
+    } else {
+        robot.joint.first().map(|joint| joint.torque_constant_side)
+    }
+}
+
+/// Returns the ratios of a coupled transmission and their inverse, if a quantity was recorded
+/// before the transmission.
+#[expect(clippy::type_complexity, reason = "a matrix and its inverse")]
+fn mixed(robot: &Robot, side: Option<Side>) -> Option<(Vec<Vec<f64>>, Vec<Vec<f64>>)> {
+    let ratios = robot.transmission_matrix.as_ref()?;
+    if side.unwrap_or_default() == Side::Output {
+        return None;
+    }
+    let n = ratios.len();
+    let matrix = faer::Mat::from_fn(n, n, |i, j| ratios[i][j]);
+    let inverse = {
+        use faer::linalg::solvers::DenseSolveCore;
+        matrix.partial_piv_lu().inverse()
+    };
+    let rows = (0..n).map(|i| (0..n).map(|j| inverse[(i, j)]).collect());
+    Some((ratios.clone(), rows.collect()))
+}
+
+fn transposed(matrix: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    (0..matrix.len())
+        .map(|j| matrix.iter().map(|row| row[j]).collect())
+        .collect()
+}

@@ -1,0 +1,16 @@
+//! Statistics of each channel of a log, and findings made from them.
+
+mod channel;
+mod check;
+mod covariates;
+mod faults;
+mod sizes;
+mod slope;
+mod summary;
+
+pub use channel::{Figures, Overview};
+pub use check::LOOKS_LIKE_DEGREES;
+pub use check::check;
+pub use sizes::Sizes;
+pub use slope::{rounded, slope_remedy};
+pub use summary::Summary;

@@ -1,0 +1,125 @@
+//! Rules that all files of arrays share: two sides, columns of equal length, no topics.
+
+use super::table::Request;
+use crate::error::LogError;
+
+/// Lengths of the two sides of a matrix.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Sides {
+    pub(super) rows: u64,
+    pub(super) columns: u64,
+}
+
+impl Sides {
+    /// Returns the sides of an array, of which those of length 1 are dropped.
+    ///
+    /// - `dimensions`: in MATLAB's order; their product does not overflow.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong, as a predicate, if more than two sides are longer than 1.
+    pub(super) fn of(dimensions: &[u64]) -> Result<Self, String> {
+        let long: Vec<u64> = dimensions.iter().copied().filter(|n| *n != 1).collect();
+        match long[..] {
+            [] => Ok(Self {
+                rows: 1,
+                columns: 1,
+            }),
+            [rows] => Ok(Self { rows, columns: 1 }),
+            [rows, columns] => Ok(Self { rows, columns }),
+            _ => {
+                let sides: Vec<String> = dimensions.iter().map(u64::to_string).collect();
+                Err(format!(
+                    "is an array of {}, and a log has two dimensions; reshape it to samples × columns \
+                     and save that",
+                    sides.join(" × ")
+                ))
+            }
+        }
+    }
+
+    /// Whether the samples run along the second side: they run along the longer one.
+    pub(super) fn lies(self) -> bool {
+        self.columns > self.rows
+    }
+
+    /// Returns the length of the longer side.
+    pub(super) fn samples(self) -> u64 {
+        self.rows.max(self.columns)
+    }
+
+    /// Returns the names of the columns of an array as MATLAB writes them, `t`, `q(:,1)` or `q(1,:)`,
+    /// with their indices from 0.
+    pub(super) fn columns_of(self, array: &str) -> impl Iterator<Item = (String, u64)> + '_ {
+        let width = self.rows.min(self.columns);
+        (0..width.min(MAX_LISTED_COLUMNS)).map(move |place| {
+            let name = match (width, self.lies()) {
+                (1, _) => array.to_owned(),
+                (_, false) => format!("{array}(:,{})", place + 1),
+                (_, true) => format!("{array}({},:)", place + 1),
+            };
+            (name, place)
+        })
+    }
+}
+
+/// Most columns of one array; it bounds the memory for their names.
+const MAX_LISTED_COLUMNS: u64 = 1 << 16;
+
+/// Checks that no topic is asked for: only bags have topics.
+pub(super) fn no_topics(request: &Request<'_>) -> Result<(), LogError> {
+    match request.topic {
+        None => Ok(()),
+        Some(topic) => Err(LogError::format(
+            request.whole_file(),
+            format!(" holds arrays and no topics, so there is no \"{topic}\"; name columns"),
+        )),
+    }
+}
+
+/// Checks that the wanted columns are of equal length, and returns it.
+///
+/// - `places`: indices of the wanted columns.
+/// - `of`: name and length of a column by its index.
+pub(super) fn same_rows<'a>(
+    file: &str,
+    places: &[usize],
+    of: impl Fn(usize) -> (&'a String, u64),
+) -> Result<u64, LogError> {
+    let Some((first, rows)) = places.first().map(|&place| of(place)) else {
+        return Ok(0);
+    };
+    for &place in places {
+        let (name, own) = of(place);
+        if own != rows {
+            return Err(LogError::format(
+                file,
+                format!(
+                    ": \"{first}\" has {rows} rows and \"{name}\" {own}; the channels of a log are of \
+                     one length, or have a time of their own: {{ file = \"…\", column = \"{name}\", \
+                     time = \"…\" }}"
+                ),
+            ));
+        }
+    }
+    Ok(rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sides_of_length_one_do_not_count() {
+        let sides = |dimensions: &[u64]| {
+            let sides = Sides::of(dimensions)?;
+            Ok::<_, String>((sides.rows, sides.columns))
+        };
+        assert_eq!(sides(&[100, 2]), Ok((100, 2)));
+        assert_eq!(sides(&[2, 1, 100]), Ok((2, 100)));
+        assert_eq!(sides(&[1, 1, 100]), Ok((100, 1)));
+        assert_eq!(sides(&[1, 1]), Ok((1, 1)));
+        let told = sides(&[100, 7, 2]).unwrap_err();
+        assert!(told.contains("array of 100 × 7 × 2"), "{told}");
+    }
+}

@@ -1,0 +1,220 @@
+//! Sources of bytes, and detection of a file's format by its first bytes.
+
+use std::fs::File;
+use std::io::{Chain, Cursor, Read, Result as IoResult, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+
+use super::error::LogError;
+
+/// A source of a log's bytes: a file, or bytes in memory.
+pub trait Input: Read + Seek + Send {
+    /// Returns the path of the file, or `None` if it is not known.
+    ///
+    /// HDF5 and `SQLite` need the path, because they open files themselves. `SQLite` copies an input without a path.
+    fn path(&self) -> Option<&Path> {
+        None
+    }
+}
+
+impl Input for File {}
+
+impl<T: AsRef<[u8]> + Send> Input for Cursor<T> {}
+
+/// A file together with its path.
+#[derive(Debug)]
+pub struct LogFile {
+    file: File,
+    path: PathBuf,
+}
+
+impl LogFile {
+    /// Returns a file with its path.
+    #[must_use]
+    pub fn new(file: File, path: &Path) -> Self {
+        let path = path.to_owned();
+        Self { file, path }
+    }
+}
+
+impl Input for LogFile {
+    fn path(&self) -> Option<&Path> {
+        Some(&self.path)
+    }
+}
+
+impl Read for LogFile {
+    fn read(&mut self, bytes: &mut [u8]) -> IoResult<usize> {
+        self.file.read(bytes)
+    }
+}
+
+impl Seek for LogFile {
+    fn seek(&mut self, to: SeekFrom) -> IoResult<u64> {
+        self.file.seek(to)
+    }
+}
+
+/// Number of bytes that are read to recognise a file.
+const PEEKED_BYTES: usize = 1 << 16;
+
+/// Format or compression of a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    Text,
+    Gzip,
+    Zstd,
+    Npy,
+    Zip,
+    Mat5,
+    Mat73,
+    Parquet,
+    ArrowFile,
+    ArrowStream,
+    Mcap,
+    Sqlite,
+    Empty,
+    /// A recognised format that sprung does not read: its name and the remedy.
+    Other(&'static str),
+}
+
+impl Kind {
+    /// Returns the name of the format for messages.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Text => "text",
+            Self::Gzip => "a gzip file",
+            Self::Zstd => "a zstd file",
+            Self::Npy => "an .npy file",
+            Self::Zip => "a zip archive",
+            Self::Mat5 => "a MATLAB file",
+            Self::Mat73 => "a MATLAB file of version 7.3 (HDF5)",
+            Self::Parquet => "a Parquet file",
+            Self::ArrowFile | Self::ArrowStream => "an Arrow file",
+            Self::Mcap => "an MCAP file",
+            Self::Sqlite => "an SQLite database",
+            Self::Empty => "an empty file",
+            Self::Other(_) => "a file of another kind",
+        }
+    }
+}
+
+/// First bytes of each recognised format.
+const MAGIC: [(&[u8], Kind); 20] = [
+    (b"\x1f\x8b", Kind::Gzip),
+    (b"\x28\xb5\x2f\xfd", Kind::Zstd),
+    (b"\x93NUMPY", Kind::Npy),
+    (b"PK\x03\x04", Kind::Zip),
+    (b"PK\x05\x06", Kind::Zip),
+    (b"MATLAB 5.0 MAT-file", Kind::Mat5),
+    (b"MATLAB 7.3 MAT-file", Kind::Mat73),
+    (b"PAR1", Kind::Parquet),
+    (
+        b"PARE",
+        Kind::Other("is encrypted Parquet; write it without encryption"),
+    ),
+    (b"ARROW1", Kind::ArrowFile),
+    (b"\xff\xff\xff\xff", Kind::ArrowStream),
+    (
+        b"FEA1",
+        Kind::Other("is Feather of version 1; write it again with version 2, which is Arrow IPC"),
+    ),
+    (b"\x89MCAP0\r\n", Kind::Mcap),
+    (b"SQLite format 3\0", Kind::Sqlite),
+    (
+        b"\x89HDF\r\n\x1a\n",
+        Kind::Other(
+            "is HDF5, which is not read; write the arrays as .npz, .mat version 7 or Parquet",
+        ),
+    ),
+    (
+        b"#ROSBAG V2.0",
+        Kind::Other(
+            "is a bag of ROS 1; convert it with rosbags-convert (pip install rosbags) and give the \
+             converted bag",
+        ),
+    ),
+    (
+        b"BZh",
+        Kind::Other("is compressed with bzip2; decompress it"),
+    ),
+    (
+        b"\xfd7zXZ\0",
+        Kind::Other("is compressed with xz; decompress it"),
+    ),
+    (b"\xff\xfe", Kind::Other("is UTF-16 text; save it as UTF-8")),
+    (b"\xfe\xff", Kind::Other("is UTF-16 text; save it as UTF-8")),
+];
+
+/// Returns the format of a file with these first bytes.
+pub(super) fn kind_of(start: &[u8]) -> Kind {
+    if start.is_empty() {
+        return Kind::Empty;
+    }
+    if let Some((_, kind)) = MAGIC.iter().find(|(magic, _)| start.starts_with(magic)) {
+        return *kind;
+    }
+    // The text of a MATLAB header is free, but its last four bytes are fixed.
+    match start.get(124..128) {
+        Some(b"\x00\x02IM" | b"\x02\x00MI") => return Kind::Mat73,
+        Some([_, _, b'I', b'M'] | [_, _, b'M', b'I']) => return Kind::Mat5,
+        _ => {}
+    }
+    if start.contains(&0) {
+        return Kind::Other(
+            "is a binary file in an unknown format; sprung reads CSV, Parquet, Arrow, .npy, .npz, \
+             .mat, MCAP and ROS 2 .db3",
+        );
+    }
+    Kind::Text
+}
+
+/// Returns the name of the format of a file with these first bytes; `None` for text and for an empty file.
+#[must_use]
+pub fn format_of(start: &[u8]) -> Option<&'static str> {
+    match kind_of(start) {
+        Kind::Text | Kind::Empty => None,
+        Kind::Other(_) => Some("a binary file"),
+        kind => Some(kind.name()),
+    }
+}
+
+/// A reader whose first bytes were read and put in front again.
+pub(super) type Peeked<R> = Chain<Cursor<Vec<u8>>, R>;
+
+/// Reads the first bytes of a reader. Returns these bytes, whether the reader ended with them, and
+/// a reader that begins with them again.
+///
+/// - `what`: name of this part of the file for the error message.
+pub(super) fn peek<R: Read>(
+    file: &str,
+    what: &str,
+    mut read: R,
+) -> Result<(Vec<u8>, bool, Peeked<R>), LogError> {
+    let mut start = Vec::new();
+    read.by_ref()
+        .take(PEEKED_BYTES as u64)
+        .read_to_end(&mut start)
+        .map_err(|error| LogError::read(file, what, error))?;
+    let whole = start.len() < PEEKED_BYTES;
+    let again = Cursor::new(start.clone()).chain(read);
+    Ok((start, whole, again))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn formats_are_recognised_by_first_bytes() {
+        assert_eq!(kind_of(b""), Kind::Empty);
+        assert_eq!(kind_of(b"t,q\n0,1\n"), Kind::Text);
+        assert_eq!(kind_of(b"\x93NUMPY\x01\x00"), Kind::Npy);
+        assert_eq!(kind_of(b"PAR1\x15"), Kind::Parquet);
+        assert!(matches!(kind_of(b"\x7fELF\0\0"), Kind::Other(_)));
+        let mut mat = vec![b' '; 200];
+        mat[126..128].copy_from_slice(b"IM");
+        assert_eq!(kind_of(&mat), Kind::Mat5);
+        mat[124..126].copy_from_slice(&[0, 2]);
+        assert_eq!(kind_of(&mat), Kind::Mat73);
+    }
+}

@@ -1,0 +1,508 @@
+//! Assigns the columns of a log to the quantities of a robot's joints.
+
+use sprung_core::chain::JointKind;
+
+use super::families::{Family, families, shortened};
+use super::positions::{Positions, positions, size, slopes};
+use super::read::Survey;
+use super::slopes::Slope;
+use super::times::time;
+use super::torques::{Torques, torques};
+use super::units::{Reading, absolute, by_slope, of_torques};
+use super::words::{Sort, tokens, words};
+use super::write::{Conversion, lines, number};
+use crate::description::{Chosen, ChosenJoint, ChosenLine, FILL_IN, JointOfStart, quoted};
+
+/// Why no columns of a log can be chosen.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ChooseError {
+    /// No column belongs to a joint.
+    #[error(
+        "no column of {file} belongs to a joint of the robot. Joints: {joints}. {has}: {columns}{nearest}. \
+         A column belongs to a joint if its name contains the name or the number of the joint; rename \
+         the columns, or run sprung new without --log and name them in experiment.toml"
+    )]
+    NoJoint {
+        /// Name of the log.
+        file: String,
+        /// The first names of joints.
+        joints: String,
+        /// What the log has: columns or topics.
+        has: &'static str,
+        /// The first names of columns.
+        columns: String,
+        /// The nearest pair of names; begins with a semicolon unless it is empty.
+        nearest: String,
+    },
+    /// The joints of the log have no motion that could be a position.
+    #[error(
+        "{file} has columns of the joints, but none of them changes; a log of a moving robot is needed"
+    )]
+    NothingMoves {
+        /// Name of the log.
+        file: String,
+    },
+}
+
+/// Assigns the columns of a log to quantities.
+///
+/// - `joints`: the joints of the robot; `files`: paths of the logs for the experiment.
+///
+/// # Errors
+///
+/// [`ChooseError`] if no column belongs to a joint.
+pub fn choose(
+    survey: &Survey,
+    joints: &[JointOfStart],
+    files: &[String],
+) -> Result<Chosen, ChooseError> {
+    let all = families(survey, joints);
+    let of_joints: Vec<&Family> = all
+        .iter()
+        .filter(|family| family.problem.is_none())
+        .collect();
+    let is_clock = |family: &&Family| family.meaning.sort == Some(Sort::Time);
+    let problems: Vec<&Family> = (all.iter())
+        .filter(|family| family.problem.is_some() && !is_clock(family))
+        .filter(|family| {
+            let is_ambiguous = family.problem.as_ref().is_some_and(|own| own.is_ambiguous);
+            family.columns.len() > 1 || is_ambiguous
+        })
+        .collect();
+    if of_joints.is_empty() && problems.iter().all(|family| family.meaning.sort.is_none()) {
+        return Err(no_joint(survey, joints));
+    }
+    let torque = torques(survey, &all);
+    let positions = positions(survey, &all, torque.family);
+    let decided = Decided {
+        survey,
+        robot: joints,
+        all: &all,
+        positions,
+        torque,
+    };
+    let own = decided.joints();
+    if own.is_empty() && problems.is_empty() {
+        return Err(ChooseError::NothingMoves {
+            file: survey.file.clone(),
+        });
+    }
+    Ok(decided.chosen(&own, files, &problems))
+}
+
+/// Returns the number of joints by the positions of a log: their largest family; `None` if the names
+/// of the columns have no numbers.
+#[must_use]
+pub fn joint_count(survey: &Survey) -> Option<usize> {
+    let all = families(survey, &[]);
+    let sizes = || {
+        let is_position = |family: &&Family| family.meaning.sort == Some(Sort::Position);
+        all.iter()
+            .filter(is_position)
+            .map(|family| family.columns.len())
+    };
+    match sizes().max() {
+        Some(1) if sizes().count() > 1 => None,
+        largest => largest,
+    }
+}
+
+fn no_joint(survey: &Survey, joints: &[JointOfStart]) -> ChooseError {
+    let names: Vec<String> = joints.iter().map(|joint| joint.name.clone()).collect();
+    let columns = survey.all_names();
+    let mut best: Option<(f64, &String, &String)> = None;
+    for joint in &names {
+        let wanted: Vec<String> = own_words(joint);
+        for column in &columns {
+            let own = own_words(column);
+            let Some(near) = (wanted.iter().filter(|word| word.len() > 2))
+                .flat_map(|word| own.iter().map(|other| strsim::jaro_winkler(word, other)))
+                .max_by(f64::total_cmp)
+            else {
+                continue;
+            };
+            if best.as_ref().is_none_or(|(most, ..)| near > *most) {
+                best = Some((near, joint, column));
+            }
+        }
+    }
+    let nearest = best
+        .filter(|(near, ..)| *near > 0.75)
+        .map_or_else(String::new, |(_, joint, column)| {
+            format!("; the nearest names are \"{column}\" and {joint}")
+        });
+    let is_bag = survey.sources.iter().any(|source| source.topic.is_some());
+    ChooseError::NoJoint {
+        file: survey.file.clone(),
+        joints: shortened(&names),
+        has: if is_bag { "Topics" } else { "Columns" },
+        columns: shortened(&columns),
+        nearest,
+    }
+}
+
+fn own_words(name: &str) -> Vec<String> {
+    words(&tokens(name))
+        .into_iter()
+        .map(str::to_owned)
+        .collect()
+}
+
+/// Returns the joints of a family among some joints.
+fn joints_in(family: &Family, joints: &[usize]) -> Vec<usize> {
+    let all = joints.iter().copied();
+    all.filter(|&joint| family.of[joint].is_some()).collect()
+}
+
+/// The chosen families of a log.
+struct Decided<'a> {
+    survey: &'a Survey,
+    robot: &'a [JointOfStart],
+    all: &'a [Family],
+    positions: Positions,
+    torque: Torques,
+}
+
+/// Units of the positions, and gear ratios.
+#[derive(Default)]
+struct Readings {
+    motor: Option<Reading>,
+    link: Option<Reading>,
+}
+
+impl Decided<'_> {
+    fn family(&self, index: Option<usize>) -> Option<&Family> {
+        index.map(|index| &self.all[index])
+    }
+
+    /// Returns the joints of the log: those with a motor position and a torque.
+    fn joints(&self) -> Vec<usize> {
+        let has = |family: Option<&Family>, joint: usize| {
+            family.is_none_or(|family| family.of[joint].is_some())
+        };
+        let motor = self.family(self.positions.motor);
+        let torque = self.family(self.torque.family);
+        if motor.is_none() && torque.is_none() {
+            let named: Vec<usize> = (0..self.robot.len())
+                .filter(|&joint| {
+                    (self.all.iter()).any(|family| {
+                        family.meaning.sort == Some(Sort::Position) && family.of[joint].is_some()
+                    })
+                })
+                .collect();
+            return named;
+        }
+        (0..self.robot.len())
+            .filter(|&joint| has(motor, joint) && has(torque, joint))
+            .collect()
+    }
+
+    fn chosen(&self, own: &[usize], files: &[String], problems: &[&Family]) -> Chosen {
+        let list: Vec<String> = files.iter().map(|file| quoted(file)).collect();
+        let file = match &list[..] {
+            [one] => one.clone(),
+            _ => format!("[{}]", list.join(", ")),
+        };
+        let mut chosen = Chosen {
+            lines: vec![ChosenLine::new("file", file, "")],
+            joints: (own.iter())
+                .map(|&joint| ChosenJoint {
+                    joint,
+                    lines: Vec::new(),
+                })
+                .collect(),
+            left_out: (0..self.robot.len())
+                .filter(|joint| !own.contains(joint))
+                .map(|joint| self.robot[joint].name.clone())
+                .collect(),
+            remarks: Vec::new(),
+        };
+        chosen.lines.extend(time(self.survey));
+        if self.lacks_values(own) {
+            let why = "Some samples have no value; they are left out";
+            chosen.lines.push(ChosenLine::new("nan", "\"gap\"", why));
+        }
+        let readings = self.readings(own);
+        self.springs(own, &mut chosen);
+        self.position_lines(own, &readings, &mut chosen);
+        self.torque_lines(own, &readings, &mut chosen);
+        chosen.remarks.extend(self.unused(problems));
+        chosen
+    }
+
+    /// Returns whether a column of the joints has samples without a value.
+    fn lacks_values(&self, own: &[usize]) -> bool {
+        let used = [
+            self.positions.motor,
+            self.positions.link,
+            self.torque.family,
+        ];
+        let columns = (used.into_iter().flatten()).flat_map(|family| {
+            own.iter()
+                .filter_map(move |&joint| self.all[family].of[joint])
+        });
+        columns
+            .map(|(source, column)| &self.survey.sources[source].columns[column])
+            .any(|column| column.figures.count < column.values.len())
+    }
+
+    /// Returns the units of the positions.
+    fn readings(&self, own: &[usize]) -> Readings {
+        let of = (self.robot, own);
+        let (motor, link) = (
+            self.family(self.positions.motor),
+            self.family(self.positions.link),
+        );
+        let Some(motor) = motor else {
+            return Readings::default();
+        };
+        let Some(link) = link else {
+            let is_motor = motor.meaning.motor > 1;
+            return Readings {
+                motor: Some(absolute(self.survey, motor, of, is_motor)),
+                link: None,
+            };
+        };
+        let both = joints_in(link, own);
+        let of_both = (self.robot, &both[..]);
+        let torque = self.family(self.torque.family);
+        let of_link = absolute(self.survey, link, of_both, false);
+        let in_si = |slopes: Vec<Option<Slope>>, reading: &Reading| -> Vec<Option<Slope>> {
+            let size = |joint: usize| {
+                let k = both.iter().position(|&own| own == joint);
+                k.map_or(1.0, |k| size(Some(reading.conversion.units[k])))
+            };
+            let scaled = |(joint, slope): (usize, Option<Slope>)| {
+                slope.map(|slope| Slope {
+                    value: slope.value / size(joint),
+                    error: slope.error / size(joint),
+                })
+            };
+            slopes.into_iter().enumerate().map(scaled).collect()
+        };
+        if of_link.open.is_none() {
+            let slopes = in_si(slopes(self.survey, (motor, link), torque), &of_link);
+            let of_motor = (both.len() == own.len())
+                .then(|| by_slope(self.survey, motor, of, &slopes))
+                .flatten();
+            let of_motor = of_motor
+                .unwrap_or_else(|| absolute(self.survey, motor, of, motor.meaning.motor > 1));
+            return Readings {
+                motor: Some(of_motor),
+                link: Some(of_link),
+            };
+        }
+        // The unit of the links is open; that of the motors may tell it.
+        let of_motor = absolute(self.survey, motor, of_both, true);
+        let known = of_motor.open.is_none() && of_motor.gears.is_none();
+        let by_motor = known.then(|| {
+            let slopes = in_si(slopes(self.survey, (link, motor), torque), &of_motor);
+            by_slope(self.survey, link, of_both, &slopes)
+        });
+        Readings {
+            link: Some(by_motor.flatten().unwrap_or(of_link)),
+            motor: Some(of_motor),
+        }
+    }
+
+    /// Writes the transmissions: joints without a link position are rigid.
+    fn springs(&self, own: &[usize], chosen: &mut Chosen) {
+        let link = self.family(self.positions.link.or(self.positions.deflection));
+        for (k, &joint) in own.iter().enumerate() {
+            let has_link = match link {
+                Some(family) => family.of[joint].is_some(),
+                None => self.positions.is_open,
+            };
+            if !has_link {
+                let why = "The log has one position of this joint, so its spring cannot be seen";
+                let line = ChosenLine::new("transmission", "\"rigid\"", why);
+                chosen.joints[k].lines.push(line);
+            }
+        }
+    }
+
+    fn position_lines(&self, own: &[usize], readings: &Readings, chosen: &mut Chosen) {
+        let why = &self.positions.why;
+        if self.positions.is_open {
+            let kind = own.first().map(|&joint| self.robot[joint].kind);
+            let (link, motor) = match kind {
+                Some(JointKind::Prismatic) => ("link_position_m", "motor_position_m"),
+                _ => ("link_position_rad", "motor_position_rad"),
+            };
+            let why = &format!("{why}{}", self.problem_of(&[Sort::Position]));
+            chosen.lines.push(ChosenLine::open(motor, why.clone()));
+            if self.positions.are_links_open {
+                chosen.lines.push(ChosenLine::open(link, ""));
+            }
+            return;
+        }
+        if let (Some(index), Some(reading)) = (self.positions.link, &readings.link) {
+            let family = &self.all[index];
+            let both = joints_in(family, own);
+            let part = ("link_position", family, &both[..]);
+            self.quantity(part, reading, why, chosen);
+        }
+        if let (Some(index), None) = (self.positions.deflection, self.positions.link) {
+            let family = &self.all[index];
+            let both = joints_in(family, own);
+            let of = (self.robot, &both[..]);
+            let reading = absolute(self.survey, family, of, false);
+            let part = ("link_deflection", family, &both[..]);
+            self.quantity(
+                part,
+                &reading,
+                "Deflections, link minus motor position",
+                chosen,
+            );
+        }
+        if let (Some(index), Some(reading)) = (self.positions.motor, &readings.motor) {
+            let why = if self.positions.link.is_some() {
+                ""
+            } else {
+                why.as_str()
+            };
+            let part = ("motor_position", &self.all[index], own);
+            self.quantity(part, reading, why, chosen);
+            Self::gears(reading, chosen);
+        }
+    }
+
+    /// Writes the lines of a quantity.
+    ///
+    /// - `why`: why these columns; the reason of their unit follows.
+    fn quantity(
+        &self,
+        (stem, family, joints): (&str, &Family, &[usize]),
+        reading: &Reading,
+        why: &str,
+        chosen: &mut Chosen,
+    ) {
+        let reasons: Vec<&str> = [
+            why,
+            &reading.why,
+            reading.open.as_deref().unwrap_or_default(),
+        ]
+        .into_iter()
+        .filter(|reason| !reason.is_empty())
+        .collect();
+        let why = reasons.join(". ");
+        let is_counts = reading.conversion.units.contains(&"counts");
+        let mut conversion = reading.conversion.clone();
+        if reading.open.is_some() && !is_counts {
+            conversion.units.fill(FILL_IN);
+        }
+        let part = (stem, family);
+        let own_lines = lines(self.survey, part, (self.robot, joints), &conversion, &why);
+        chosen.lines.extend(own_lines);
+    }
+
+    fn gears(reading: &Reading, chosen: &mut Chosen) {
+        let Some(gears) = &reading.gears else {
+            return;
+        };
+        chosen
+            .lines
+            .push(ChosenLine::new("motor_position_side", "\"motor\"", ""));
+        for (joint, gear) in chosen.joints.iter_mut().zip(gears) {
+            joint.lines.push(match gear {
+                Some(gear) => ChosenLine::new(
+                    "gear_ratio",
+                    number(*gear),
+                    "By the slope of the motor position over the link position; correct it by the data sheet",
+                ),
+                None => ChosenLine::open(
+                    "gear_ratio",
+                    "FILL IN the gear ratio, motor turns per joint turn: the motor positions were taken before \
+                     the gearbox",
+                ),
+            });
+        }
+    }
+
+    fn torque_lines(&self, own: &[usize], readings: &Readings, chosen: &mut Chosen) {
+        let Some(family) = self.family(self.torque.family) else {
+            let problem = self.problem_of(&[Sort::Torque, Sort::Current, Sort::Voltage]);
+            let why = format!("{}{problem}", self.torque.why);
+            let line = ChosenLine::open("motor_torque_nm", why);
+            chosen.lines.push(line);
+            return;
+        };
+        let (stem, usual) = match family.meaning.sort {
+            Some(Sort::Current) => ("motor_current", Some("A")),
+            Some(Sort::Voltage) => ("drive_voltage", Some("V")),
+            _ => ("motor_torque", None),
+        };
+        let mut conversion: Conversion = of_torques(family, self.robot, own, usual);
+        let mut why = self.torque.why.clone();
+        let reversed = readings.motor.as_ref().map(|motor| &motor.conversion.signs);
+        if let Some(signs) = reversed.filter(|signs| signs.iter().any(|sign| *sign < 0.0)) {
+            conversion.signs.clone_from(signs);
+            if !why.is_empty() {
+                why.push_str(". ");
+            }
+            why.push_str("Reversed with the motor positions");
+        }
+        let part = (stem, family);
+        let own_lines = lines(self.survey, part, (self.robot, own), &conversion, &why);
+        chosen.lines.extend(own_lines);
+        if stem == "motor_torque" {
+            return;
+        }
+        for joint in &mut chosen.joints {
+            joint.lines.push(ChosenLine::open(
+                "torque_constant_nm_per_a",
+                "FILL IN the motor torque per current, N·m/A, on the side of torque_constant_side: the log has \
+                 no torques",
+            ));
+            if stem == "drive_voltage" {
+                joint.lines.push(ChosenLine::open(
+                    "amplifier_gain_a_per_v",
+                    "FILL IN the current per command voltage of the amplifier, A/V",
+                ));
+            }
+        }
+    }
+
+    /// Returns why columns of these sorts do not belong to joints, as a further sentence.
+    fn problem_of(&self, sorts: &[Sort]) -> String {
+        let is_own = |family: &&Family| {
+            family
+                .meaning
+                .sort
+                .is_some_and(|sort| sorts.contains(&sort))
+        };
+        let told = (self.all.iter().filter(is_own)).find_map(|family| {
+            let problem = family.problem.as_ref()?;
+            Some(format!(
+                ". \"{}\" cannot be used: {}",
+                family.name, problem.text
+            ))
+        });
+        told.unwrap_or_default()
+    }
+
+    /// Returns sentences about columns of joints that are not used.
+    fn unused(&self, problems: &[&Family]) -> Vec<String> {
+        let used = [
+            self.positions.motor,
+            self.positions.link,
+            self.positions.deflection,
+            self.torque.family,
+        ];
+        let names: Vec<String> = (self.all.iter().enumerate())
+            .filter(|(k, family)| !used.contains(&Some(*k)) && family.problem.is_none())
+            .filter(|(_, family)| family.meaning.sort != Some(Sort::Time))
+            .map(|(_, family)| family.name.clone())
+            .collect();
+        let mut all = Vec::new();
+        if !names.is_empty() {
+            all.push(format!("Not used: {}", shortened(&names)));
+        }
+        for family in problems {
+            let problem = family.problem.as_ref().map_or("", |problem| &problem.text);
+            all.push(format!("Not used: \"{}\": {problem}", family.name));
+        }
+        all
+    }
+}

@@ -1,0 +1,21 @@
+//! Survey of a log of which nothing is known: its columns, and what they hold.
+//!
+//! [`Survey::read`] reads the names of all columns and a bounded number of samples. [`choose`]
+//! assigns columns to the quantities of a robot's joints, first by their names, then by what they
+//! hold, and explains each decision.
+
+mod choose;
+mod families;
+mod figures;
+mod positions;
+mod read;
+mod slopes;
+mod times;
+mod torques;
+mod units;
+mod words;
+mod write;
+
+pub use choose::ChooseError;
+pub use choose::{choose, joint_count};
+pub use read::Survey;

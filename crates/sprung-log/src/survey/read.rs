@@ -1,0 +1,306 @@
+//! Reads names and samples of all columns.
+
+use super::figures::Figures;
+use crate::columns::origin::Pick;
+use crate::description::{ColumnName, CsvForm, MissingValues};
+use crate::error::LogError;
+use crate::formats::contents::{Contents, TopicContents, contents};
+use crate::formats::open::open;
+use crate::formats::table::{Element, ElementPlace, Readings, Reopen, Request};
+use crate::source::Opener;
+
+/// Most samples of a column, and most samples of all columns of a source.
+const MAX_ROWS: usize = 20_000;
+const MAX_CELLS: usize = 1 << 22;
+
+/// Most columns that are read.
+const MAX_COLUMNS: usize = 1 << 12;
+
+/// Samples by which a column of numbers is told from a column of text.
+const PROBED_ROWS: usize = 16;
+
+/// Columns of a log with a part of their samples.
+#[derive(Clone, Debug, Default)]
+pub struct Survey {
+    /// Name of the log.
+    pub(super) file: String,
+    /// Sources of rows: the file itself, or the topics of a bag.
+    pub(super) sources: Vec<Source>,
+    /// Names of columns or topics that hold no numbers.
+    pub(super) others: Vec<String>,
+    /// Whether the file names its columns; otherwise they only have numbers.
+    pub(super) has_names: bool,
+}
+
+/// Columns that share their times.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Source {
+    /// The topic; `None` for a table.
+    pub(super) topic: Option<String>,
+    /// Times of the messages of a topic, s, from the first on; empty for a table.
+    pub(super) times: Vec<f64>,
+    /// Time of the first message, ns.
+    pub(super) begin: i64,
+    pub(super) columns: Vec<Column>,
+}
+
+/// A column of numbers.
+#[derive(Clone, Debug)]
+pub(super) struct Column {
+    /// Its name in the file, or the field of a topic.
+    pub(super) name: String,
+    /// Its number in the file, from 1.
+    pub(super) number: usize,
+    /// Its place in the field of a topic.
+    pub(super) place: ElementPlace,
+    /// Size of its unit in s, if the file defines it as a time.
+    pub(super) time_unit: Option<f64>,
+    pub(super) values: Vec<f64>,
+    pub(super) figures: Figures,
+}
+
+impl Survey {
+    /// Reads the names of the columns and a part of their samples.
+    ///
+    /// - `file`: name of the log, for messages.
+    ///
+    /// # Errors
+    ///
+    /// [`LogError`] if the log cannot be read.
+    pub fn read(file: &str, opener: &mut Opener<'_>) -> Result<Self, LogError> {
+        let mut reopen = || {
+            opener(None).map_err(|source| LogError::Io {
+                file: file.to_owned(),
+                source,
+            })
+        };
+        match contents(file, &mut reopen)? {
+            Contents::Columns { names, has_names } => table(file, &names, has_names, &mut reopen),
+            Contents::Topics { numeric, others } => Ok(bag(file, &numeric, others, &mut reopen)),
+        }
+    }
+
+    /// Returns the names of all columns and topics.
+    pub(super) fn all_names(&self) -> Vec<String> {
+        let own = self.sources.iter().flat_map(|source| {
+            (source.columns.iter()).map(|column| match &source.topic {
+                None => column.name.clone(),
+                Some(topic) => format!("{topic}.{}", column.label()),
+            })
+        });
+        own.chain(self.others.iter().cloned()).collect()
+    }
+
+    /// Returns whether another log has the same columns, or the name of one that it lacks.
+    #[must_use]
+    pub fn lacks_of(&self, other: &Self) -> Option<String> {
+        let own = self.all_names();
+        other
+            .all_names()
+            .into_iter()
+            .find(|name| !own.contains(name))
+    }
+}
+
+impl Column {
+    /// Returns its name with its place, for messages.
+    pub(super) fn label(&self) -> String {
+        match &self.place {
+            ElementPlace::Alone => self.name.clone(),
+            ElementPlace::Index(k) if self.name.contains('*') => {
+                self.name.replacen('*', &k.to_string(), 1)
+            }
+            ElementPlace::Index(k) => format!("{}[{k}]", self.name),
+            ElementPlace::Named(name) => format!("{}[{name}]", self.name),
+        }
+    }
+}
+
+/// Samples of some columns.
+type Samples = (Vec<Readings>, Option<f64>);
+
+/// Reads the first samples of some columns.
+///
+/// - `time`: index of the time among the columns.
+fn samples(
+    (file, topic): (&str, Option<&str>),
+    picks: &[Pick],
+    time: Option<usize>,
+    rows: usize,
+    reopen: Reopen<'_>,
+) -> Result<Samples, LogError> {
+    let request = Request {
+        file,
+        picks,
+        time,
+        dates: false,
+        topic,
+        csv: &CsvForm::default(),
+        nan: MissingValues::Gap,
+    };
+    let mut opened = open(&request, reopen)?;
+    let mut out = vec![Readings::default(); picks.len()];
+    let mut done = 0;
+    while done < rows {
+        match opened.table.read(rows - done, &mut out)? {
+            0 => break,
+            count => done += count,
+        }
+    }
+    Ok((out, opened.time_unit))
+}
+
+fn table(
+    file: &str,
+    names: &[String],
+    has_names: bool,
+    reopen: Reopen<'_>,
+) -> Result<Survey, LogError> {
+    let wanted: Vec<usize> = (0..names.len().min(MAX_COLUMNS)).collect();
+    let pick = |k: &usize| Pick::Column(ColumnName::Number(k + 1));
+    let rows = MAX_ROWS.min(MAX_CELLS / wanted.len().max(1));
+    let mut of = |columns: &[usize], rows: usize| {
+        let picks: Vec<Pick> = columns.iter().map(pick).collect();
+        samples((file, None), &picks, None, rows, reopen)
+    };
+    let mut found: Vec<(usize, Vec<f64>)> = Vec::new();
+    let into = |columns: &[usize], (readings, _): Samples| -> Vec<(usize, Vec<f64>)> {
+        let values = readings.into_iter().map(|one| {
+            // A time as a large integer needs its origin only to tell its unit.
+            let origin = one.origin as f64;
+            one.values.into_iter().map(|x| x + origin).collect()
+        });
+        columns.iter().copied().zip(values).collect()
+    };
+    match of(&wanted, rows) {
+        Ok(all) => found.extend(into(&wanted, all)),
+        Err(error) => {
+            // Texts stand beside the numbers, or arrays have different lengths.
+            let numeric: Vec<usize> = (wanted.iter().copied())
+                .filter(|&k| of(&[k], PROBED_ROWS).is_ok())
+                .collect();
+            if numeric.is_empty() {
+                return Err(error);
+            }
+            match of(&numeric, rows) {
+                Ok(all) => found.extend(into(&numeric, all)),
+                Err(_) => {
+                    for k in numeric {
+                        if let Ok(one) = of(&[k], rows) {
+                            found.extend(into(&[k], one));
+                        }
+                    }
+                }
+            }
+        }
+    }
+    let others = (wanted.iter())
+        .filter(|k| !found.iter().any(|(own, _)| own == *k))
+        .map(|&k| names[k].clone())
+        .collect();
+    let mut columns = Vec::new();
+    for (k, values) in found {
+        columns.push(Column {
+            name: names[k].clone(),
+            number: k + 1,
+            place: ElementPlace::Alone,
+            time_unit: time_unit_of(file, k, &values, reopen),
+            figures: Figures::of(&values),
+            values,
+        });
+    }
+    let source = Source {
+        topic: None,
+        columns,
+        ..Source::default()
+    };
+    Ok(Survey {
+        file: file.to_owned(),
+        sources: vec![source],
+        others,
+        has_names,
+    })
+}
+
+/// Returns the unit of a column in s, if the file defines it as a time.
+fn time_unit_of(file: &str, k: usize, values: &[f64], reopen: Reopen<'_>) -> Option<f64> {
+    let rises = values.len() > 1 && values.windows(2).all(|pair| pair[1] > pair[0]);
+    let pick = [Pick::Column(ColumnName::Number(k + 1))];
+    let one = rises.then(|| samples((file, None), &pick, Some(0), 1, reopen))?;
+    one.ok()?.1
+}
+
+fn bag(file: &str, numeric: &[TopicContents], others: Vec<String>, reopen: Reopen<'_>) -> Survey {
+    let mut survey = Survey {
+        file: file.to_owned(),
+        sources: Vec::new(),
+        others,
+        has_names: true,
+    };
+    for topic in numeric {
+        // A topic whose messages change their form is not for the robot.
+        match of_topic(file, topic, reopen) {
+            Ok(source) => survey.sources.push(source),
+            Err(_) => survey.others.push(topic.name.clone()),
+        }
+    }
+    survey
+}
+
+fn of_topic(file: &str, topic: &TopicContents, reopen: Reopen<'_>) -> Result<Source, LogError> {
+    let elements = &topic.elements[..topic.elements.len().min(MAX_COLUMNS)];
+    let time = Pick::Field {
+        field: String::new(),
+        joint: String::new(),
+        index: 0,
+        of: 1,
+    };
+    let picks: Vec<Pick> = std::iter::once(time)
+        .chain(elements.iter().map(pick_of))
+        .collect();
+    let rows = MAX_ROWS.min(MAX_CELLS / picks.len());
+    let place = (file, Some(topic.name.as_str()));
+    let (mut readings, unit) = samples(place, &picks, Some(0), rows, reopen)?;
+    let times = readings.remove(0);
+    let unit = unit.unwrap_or(1e-9);
+    let columns = (elements.iter().zip(readings).enumerate())
+        .map(|(k, (element, readings))| Column {
+            name: element.field.clone(),
+            number: k + 1,
+            place: element.place.clone(),
+            time_unit: None,
+            figures: Figures::of(&readings.values),
+            values: readings.values,
+        })
+        .collect();
+    let first = times.values.first().copied().unwrap_or_default();
+    Ok(Source {
+        topic: Some(topic.name.clone()),
+        times: times.values.iter().map(|t| (t - first) * unit).collect(),
+        begin: times.origin.saturating_add(first as i64),
+        columns,
+    })
+}
+
+fn pick_of(element: &Element) -> Pick {
+    let (joint, index, of) = match &element.place {
+        ElementPlace::Alone => (String::new(), 0, 1),
+        ElementPlace::Index(k) => (String::new(), *k, 1),
+        ElementPlace::Named(name) => (name.clone(), 0, 1),
+    };
+    let field = match &element.place {
+        // The element of a list without names.
+        ElementPlace::Index(k) if !element.field.contains('*') => {
+            format!("{}[{k}]", element.field)
+        }
+        ElementPlace::Alone | ElementPlace::Index(_) | ElementPlace::Named(_) => {
+            element.field.clone()
+        }
+    };
+    Pick::Field {
+        field,
+        joint,
+        index,
+        of,
+    }
+}

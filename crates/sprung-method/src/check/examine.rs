@@ -1,0 +1,223 @@
+//! Examines logs by their figures and the beginning of the first log.
+
+use serde::{Deserialize, Serialize};
+
+use super::filters::filters;
+use super::frequencies::one_frequency;
+use super::joints::joints as examine_joints;
+use super::result::JointFigures;
+use crate::finding::{Finding, Severity};
+use crate::log::{Channels, LOOKS_LIKE_DEGREES, Summary, Timing, check_timing};
+use crate::model::Model;
+use crate::prepare::{Excerpt, Prepared, inertial_findings};
+use crate::regression::LogFigures;
+
+/// Smallest jitter for a note, as a fraction of the period.
+const NOTED_JITTER_SHARE: f64 = 0.01;
+
+/// Codes of faults that wrong kinematics may cause.
+const MAY_FOLLOW_FROM_KINEMATICS: [&str; 3] =
+    ["delayed-channel", "torque-scale", "torque-unexplained"];
+
+/// Result of [`examine`].
+#[derive(Clone, Debug, Default)]
+pub struct Examination {
+    /// Findings, worst first.
+    pub findings: Vec<Finding>,
+    /// Figures of the joints; empty if the log is too short for the filters.
+    pub joints: Vec<JointFigures>,
+}
+
+/// What the figures of one log show without the other logs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OfLog {
+    findings: Vec<Finding>,
+    /// Whether any position of a joint changes, \[n\].
+    moves: Vec<bool>,
+}
+
+impl OfLog {
+    /// Examines the figures of one log.
+    ///
+    /// - `name`: name of the log for messages.
+    pub(crate) fn new(
+        name: &str,
+        channels: &Channels,
+        model: &Model,
+        figures: &LogFigures,
+    ) -> Self {
+        Self {
+            findings: about_log(name, channels, model, figures),
+            moves: (0..model.joint_count())
+                .map(|joint| moves(channels, &figures.summary, joint))
+                .collect(),
+        }
+    }
+
+    /// Examines the figures of each log.
+    pub(crate) fn of_each(prepared: &Prepared, figures: &[LogFigures]) -> Vec<Self> {
+        let (channels, model) = (prepared.reading().channels(), prepared.reading().model());
+        (figures.iter().zip(prepared.names()))
+            .map(|(figures, name)| Self::new(name, channels, model, figures))
+            .collect()
+    }
+}
+
+/// Examines logs by their figures and the beginning of the first log.
+///
+/// - `logs`: what the figures of each log show.
+#[must_use]
+pub fn examine(prepared: &Prepared, logs: &[OfLog]) -> Examination {
+    let (reading, excerpt) = (prepared.reading(), prepared.excerpt());
+    let (model, channels) = (reading.model(), reading.channels());
+    let mut findings: Vec<Finding> = (logs.iter())
+        .flat_map(|log| log.findings.iter().cloned())
+        .collect();
+    findings.extend(prepared.delays().findings(channels));
+    if let Some(name) = prepared.names().first() {
+        findings.extend(inertial_findings(reading, excerpt, name));
+    }
+    let mut joints = Vec::new();
+    if let (Some(name), Some(first)) = (prepared.names().first(), logs.first()) {
+        let reading = prepared.examined();
+        let moving: Vec<usize> = (0..model.joint_count())
+            .filter(|&joint| first.moves[joint])
+            .filter(|&joint| !is_wrong(&findings, channels, joint))
+            .collect();
+        let is_sound = (findings.iter()).all(|finding| finding.severity < Severity::Error);
+        let experiment = prepared.experiment();
+        match examine_joints(experiment, &reading, excerpt, name, &moving, is_sound) {
+            Some(examined) => {
+                // The equations tell the unit of the positions, which their range alone does not.
+                findings.retain(|found| found.code != LOOKS_LIKE_DEGREES);
+                findings.extend(filters(&reading, excerpt, name, &moving));
+                findings.extend(one_frequency(&reading, excerpt, name));
+                // The equations determine signs and scales more reliably than correlations.
+                let again = |found: &Finding| {
+                    (examined.findings.iter())
+                        .any(|other| other.code == found.code && same_joint(found, other, channels))
+                };
+                findings.retain(|found| !again(found));
+                findings.extend(examined.findings);
+                if (findings.iter()).all(|finding| {
+                    let may_follow = MAY_FOLLOW_FROM_KINEMATICS.contains(&finding.code.as_str());
+                    finding.severity == Severity::Info
+                        || finding.severity == Severity::Warning && may_follow
+                }) {
+                    findings.extend(examined.kinematics);
+                }
+                joints = examined.joints;
+            }
+            None => findings.push(too_short(name, excerpt)),
+        }
+    }
+    findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
+    Examination { findings, joints }
+}
+
+/// Returns findings about one log alone: its columns and its clock.
+fn about_log(name: &str, channels: &Channels, model: &Model, figures: &LogFigures) -> Vec<Finding> {
+    let mut findings = crate::log::check(name, channels, model.joints(), &figures.summary);
+    let timing = check_timing(name, channels, &figures.timing);
+    let uneven = (timing.iter()).any(|finding| finding.code == "uneven-sampling");
+    findings.extend(timing);
+    findings.extend(gaps(name, figures));
+    if !uneven {
+        findings.extend(jitter(name, &figures.timing));
+    }
+    findings
+}
+
+/// Returns whether any position of a joint changes.
+fn moves(channels: &Channels, summary: &Summary, joint: usize) -> bool {
+    (channels.all.iter().enumerate())
+        .filter(|(_, channel)| channel.joint == joint && channel.quantity.is_position())
+        .any(|(i, _)| {
+            summary
+                .extent(i)
+                .is_some_and(|extent| !extent.is_constant())
+        })
+}
+
+/// Returns whether a column of a joint has an error; findings from the joint's equations would be
+/// consequences of it.
+fn is_wrong(findings: &[Finding], channels: &Channels, joint: usize) -> bool {
+    let own = |column: &str| {
+        (channels.all.iter()).any(|channel| channel.joint == joint && channel.column == column)
+    };
+    (findings.iter())
+        .filter(|finding| finding.severity == Severity::Error)
+        .filter_map(|finding| finding.evidence.as_ref()?.column.as_ref())
+        .any(|column| own(column))
+}
+
+/// Returns whether two findings are about columns of one joint.
+fn same_joint(one: &Finding, other: &Finding, channels: &Channels) -> bool {
+    let joint = |finding: &Finding| {
+        let column = finding.evidence.as_ref()?.column.as_ref()?;
+        let channel = channels
+            .all
+            .iter()
+            .find(|channel| channel.column == *column)?;
+        Some(channel.joint)
+    };
+    joint(one).is_some() && joint(one) == joint(other)
+}
+
+fn gaps(file: &str, figures: &LogFigures) -> Option<Finding> {
+    let gaps = &figures.timing.gaps;
+    (gaps.count > 0).then(|| {
+        let lost = match figures.lost {
+            0 => String::new(),
+            lost => format!("; {lost} samples between gaps are too few for the filters"),
+        };
+        Finding::new(
+            if figures.lost > 0 {
+                Severity::Warning
+            } else {
+                Severity::Info
+            },
+            "gaps",
+            format!(
+                "{file} has {} gap{}, {:.3} s together, at which the filters restart{lost}",
+                gaps.count,
+                if gaps.count == 1 { "" } else { "s" },
+                gaps.duration
+            ),
+            "check that the recorder keeps up; the log need not be cut",
+        )
+        .seen(file, "", gaps.duration, "s")
+    })
+}
+
+/// Returns a finding about a slightly uneven clock.
+fn jitter(file: &str, timing: &Timing) -> Option<Finding> {
+    (timing.jitter > NOTED_JITTER_SHARE).then(|| {
+        Finding::new(
+            Severity::Info,
+            "jitter",
+            format!(
+                "{file}: steps of the time differ from the period of {:.4} ms by up to {:.1} %",
+                1e3 * timing.period,
+                100.0 * timing.jitter
+            ),
+            "nothing if the times are rounded; otherwise let the controller stamp each sample when it is \
+             taken",
+        )
+        .seen(file, "", 100.0 * timing.jitter, "%")
+    })
+}
+
+fn too_short(file: &str, excerpt: &Excerpt) -> Finding {
+    Finding::new(
+        Severity::Warning,
+        "too-short-to-examine",
+        format!(
+            "{file}: {:.3} s are too short for the filters, so torques, signs and delays were not \
+             checked",
+            excerpt.duration()
+        ),
+        "record a longer log; three periods of position_cutoff_hz pad each end",
+    )
+    .seen(file, "", excerpt.duration(), "s")
+}

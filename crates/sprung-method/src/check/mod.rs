@@ -1,0 +1,47 @@
+//! Checks a log before an identification.
+//!
+//! [`check`] reads logs once, in bounded memory, and returns findings; an identification calls
+//! [`examine`] with the figures of its own pass. [`crate::log`] checks single columns. This module
+//! makes the checks that need the robot's equations or the settings: whether the torque explains
+//! the motion, whether a channel is late, whether the filters remove motion. These checks use the
+//! beginning of the first log, an `Excerpt`.
+
+// A new law, parameter, quantity or format is named wherever it is told from the others.
+#![warn(clippy::wildcard_enum_match_arm)]
+
+mod assemble;
+mod bodies;
+mod columns;
+mod context;
+mod degrees;
+mod examine;
+mod filters;
+mod frequencies;
+mod joints;
+mod lines;
+mod offset;
+mod order;
+mod pass;
+mod refusal;
+mod relative;
+mod resolution;
+mod result;
+mod robot;
+mod run;
+mod scale;
+mod torque_sensors;
+mod trial;
+mod whole;
+
+pub use columns::reversed_torque;
+pub use examine::{OfLog, examine};
+pub use refusal::Refusal;
+pub(crate) use resolution::{UNEXPLAINED, beyond_resolution};
+pub(crate) use result::DELAYED_CHANNEL;
+pub use result::{
+    CheckReport, Checked, CheckedLog, ColumnFigures, DelayFigures, JointFigures, LikelyDelay, Place,
+};
+pub use run::check;
+
+#[doc(inline)]
+pub use crate::prepare::PrepareError;

@@ -1,0 +1,18 @@
+//! Least squares and its checks: sweeps of the cut-off, cross-checks.
+
+mod cross_checks;
+mod estimate;
+mod held_out_ratio;
+mod linear;
+mod parts;
+mod sweep;
+mod uncertainty;
+
+pub(crate) use cross_checks::Route;
+pub(in crate::estimate) use held_out_ratio::HeldOutRatio;
+pub(in crate::estimate) use linear::Linear;
+pub(crate) use sweep::cutoff_choice;
+
+pub(in crate::estimate) use estimate::least_squares;
+
+pub(in crate::estimate) use crate::fit::Fitted;

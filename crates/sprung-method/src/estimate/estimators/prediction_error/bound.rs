@@ -1,0 +1,160 @@
+//! Cramér-Rao bound of the parameters for a log with known noise.
+
+use std::collections::BTreeMap;
+
+use super::dynamics::Dynamics;
+use super::filter::{Keep, run};
+use super::levels::Levels;
+use super::measurements::{Extent, build, max_samples, read};
+use super::problem::add_prior;
+use super::solve;
+use super::unknowns::Unknowns;
+use crate::description::{Delay, Experiment, Simulate};
+use crate::estimate::errors::IdentifyError;
+use crate::log::{Channels, LogError, LogSource};
+use crate::model::Model;
+use crate::prepare::{PrepareError, as_given, excerpt};
+use crate::regression::PassError;
+
+/// The true values of a robot and its log.
+#[derive(Clone, Copy, Debug)]
+pub struct KnownTruth<'a> {
+    /// Parameters, \[p\], SI units.
+    pub theta: &'a [f64],
+    /// Noise and disturbances.
+    pub noise: &'a KnownNoise,
+    /// Delays of columns, s; zero for other columns.
+    pub delays: &'a BTreeMap<String, f64>,
+}
+
+/// Known noise of a log and known disturbances of its robot: standard deviations in N·m (N), \[n\].
+#[derive(Clone, Debug, PartialEq)]
+pub struct KnownNoise {
+    /// White noise of the logged torque.
+    pub torque: Vec<f64>,
+    /// Disturbance of the motor.
+    pub motor: Vec<f64>,
+    /// Disturbance of the link.
+    pub link: Vec<f64>,
+    /// Corner frequency of the spectrum of both disturbances, Hz.
+    pub corner: f64,
+}
+
+impl From<&Simulate> for KnownNoise {
+    fn from(settings: &Simulate) -> Self {
+        Self {
+            torque: settings.torque_noise_nm.clone(),
+            motor: settings.torque_disturbance_nm.clone(),
+            link: settings.link_torque_disturbance_nm.clone(),
+            corner: settings.torque_disturbance_hz,
+        }
+    }
+}
+
+/// Returns the Cramér-Rao bound of each parameter's standard deviation, \[p\]; zero for fixed
+/// parameters. Returns `None` if the log is too short or does not determine all parameters.
+///
+/// The bound is that of Gaussian measurements: the inverse of the information of the filter's
+/// innovations at the true parameters and the true noise. Encoders count as measurements at the
+/// edges of their counts. The counts between the edges contain further information, so an estimate
+/// from coarse encoders may have a smaller error than the bound.
+///
+/// Delays that the description asks to estimate are unknown too, and so are Stribeck velocities that
+/// it does not give.
+///
+/// - `model`: contains the true Stribeck velocities.
+///
+/// # Errors
+///
+/// [`IdentifyError`] if the description or the log is faulty.
+///
+/// # Source
+///
+/// Ljung, System Identification, chapter 7.
+pub fn information_bound(
+    experiment: &Experiment,
+    model: &Model,
+    truth: KnownTruth<'_>,
+    source: LogSource<'_>,
+) -> Result<Option<Vec<f64>>, IdentifyError> {
+    let KnownTruth { theta, noise, .. } = truth;
+    let log = experiment.log.as_ref().ok_or(PrepareError::NoLog)?;
+    let channels = Channels::new(&experiment.robot, log)?;
+    let failed = |error: LogError| IdentifyError::Pass(PassError::from(error));
+    let mut sources = [source];
+    let excerpt = excerpt(&channels, &mut sources[0]).map_err(failed)?;
+    let settings = &experiment.identify;
+    let (reading, _) = as_given(model, settings, &channels, &excerpt);
+    let delays = channels.all.iter();
+    let delays = delays.map(|channel| truth.delays.get(&channel.column).copied());
+    let delays: Vec<f64> = delays.map(Option::unwrap_or_default).collect();
+    let reading = reading.with_delays(&delays);
+    let open: Vec<usize> = (0..channels.all.len())
+        .filter(|&i| channels.all[i].delay == Some(Delay::Estimate))
+        .collect();
+    let limit = max_samples(model.coordinates());
+    let (raw, left_out) =
+        read(&channels, &mut sources, Extent::Beginning(limit)).map_err(failed)?;
+    let Some(measurements) = build(&reading, &excerpt, &raw, left_out)? else {
+        return Ok(None);
+    };
+    let parameters = model.parameters().iter().enumerate();
+    let free: Vec<usize> = parameters
+        .filter(|(_, parameter)| parameter.fixed.is_none())
+        .map(|(index, _)| index)
+        .collect();
+    let unknowns = Unknowns::new(model, &channels, &measurements, theta, free).with_effects(
+        model,
+        &channels,
+        &measurements,
+        &open,
+    );
+    let z = unknowns.point(theta);
+    let dynamics = Dynamics::new(model, theta);
+    let levels = levels(model, noise, measurements.sensors.len());
+    let keep = Keep::default();
+    let at = (z.as_slice(), &levels);
+    let Some((run, _)) = run(&measurements, &dynamics, &unknowns, at, keep, |_, _| ()) else {
+        return Ok(None);
+    };
+    let count = unknowns.values() + open.len();
+    let mut normal = run.sums.normal.first(count);
+    add_prior(&unknowns, &z, &mut normal);
+    let mut bound = vec![0.0; theta.len()];
+    let Some(covariance) = solve::covariance(&normal.information, count) else {
+        return Ok(None);
+    };
+    for (place, &index) in unknowns.free.iter().enumerate() {
+        bound[index] = covariance[place * (count + 1)].sqrt();
+    }
+    Ok(Some(bound))
+}
+
+fn levels(model: &Model, noise: &KnownNoise, sensors: usize) -> Levels {
+    let rows = 0..model.coordinates();
+    let of_row = |list: &[f64], row: usize| list.get(model.joint_of(row)).copied().unwrap_or(0.0);
+    Levels {
+        sensor_noise: vec![0.0; sensors],
+        reversal_noise: vec![0.0; model.coordinates()],
+        torque_noise: (rows.clone())
+            .map(|row| {
+                if model.is_torque_row(row) {
+                    of_row(&noise.torque, row)
+                } else {
+                    0.0
+                }
+            })
+            .collect(),
+        disturbance: rows
+            .map(|row| {
+                let moved = if model.is_torque_row(row) {
+                    &noise.motor
+                } else {
+                    &noise.link
+                };
+                of_row(moved, row)
+            })
+            .collect(),
+        corner: noise.corner,
+    }
+}

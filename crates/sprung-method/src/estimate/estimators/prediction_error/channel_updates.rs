@@ -1,0 +1,157 @@
+//! Estimates of delays, saturations and eccentricities of channels from the normal equations.
+
+use super::filter::NormalEquations;
+use super::sandwich::{Influence, widening};
+use super::solve::covariance as covariance_of;
+use super::unknowns::{Effect, Unknowns};
+use super::vector::dot;
+use crate::estimate::statistics::between_parts;
+
+/// Estimate of an effect of a channel: of its delay relative to the other channels, s, of the
+/// saturation of its torque, or of the eccentricity of its encoder, rad.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct ChannelUpdate {
+    /// Index in [`Channels::all`](crate::log::Channels::all).
+    pub(super) channel: usize,
+    pub(super) effect: Effect,
+    /// Assumed value.
+    pub(super) assumed: f64,
+    /// Estimated value minus assumed value.
+    pub(super) correction: f64,
+    /// Standard error of the value; infinite if the log does not determine it.
+    pub(super) standard_error: f64,
+    /// Moves of the refined parameters with this value, \[free\]; empty for an estimated delay.
+    pub(super) moves: Vec<f64>,
+    /// Whether the description asks to estimate this delay.
+    pub(super) estimated: bool,
+}
+
+impl ChannelUpdate {
+    /// Returns the estimated value.
+    pub(super) fn value(&self) -> f64 {
+        self.assumed + self.correction
+    }
+
+    /// Returns the correction in standard errors.
+    pub(super) fn significance(&self) -> f64 {
+        self.correction.abs() / self.standard_error
+    }
+}
+
+/// Estimate of an effect by one Gauss-Newton step.
+struct Step {
+    correction: f64,
+    // Moves of the other unknowns with the step.
+    moves: Vec<f64>,
+    influence: Influence,
+}
+
+/// Returns the estimate of each effect by one Gauss-Newton step, in which the other unknowns follow.
+/// Effects that are not to be estimated are moved one at a time.
+///
+/// The standard errors contain the scatter of the score over stretches of the log, and the changes
+/// of the effects between blocks. Those by the information alone are too small on real machines.
+///
+/// - `covariance`: covariance of the unknowns with values and the delays to be estimated, \[count ×
+///   count\].
+/// - `parts`: normal equations of blocks of the log.
+/// - `assumed`: assumed delay of each channel, s.
+pub(super) fn channel_updates(
+    unknowns: &Unknowns,
+    (normal, gradients): (&NormalEquations, &[Vec<f64>]),
+    covariance: &[f64],
+    parts: &[&NormalEquations],
+    duration: f64,
+    assumed: &[f64],
+) -> Vec<ChannelUpdate> {
+    let count = covariance.len().isqrt();
+    let steps = steps(unknowns, normal, covariance, count);
+    let of_parts: Vec<Vec<Step>> = (parts.iter())
+        .filter_map(|part| {
+            let own = covariance_of(&part.first(count).information, count)?;
+            Some(self::steps(unknowns, part, &own, count))
+        })
+        .collect();
+    let influences: Vec<&Influence> = steps.iter().map(|step| &step.influence).collect();
+    let widening = widening(&influences, gradients, duration);
+    (unknowns.effects().zip(&steps).enumerate())
+        .map(|(i, ((channel, effect), step))| {
+            let widened = |step: &Step| widening[i] * step.influence.variance.sqrt();
+            let moved: Vec<(f64, f64)> = (of_parts.iter())
+                .map(|of_part| (of_part[i].correction, widened(&of_part[i])))
+                .filter(|(value, error)| value.is_finite() && error.is_finite())
+                .collect();
+            let between = between_parts(&moved).map_or(0.0, |found| found.standard_error());
+            ChannelUpdate {
+                channel,
+                effect,
+                assumed: match effect {
+                    Effect::SensorDelay(_) | Effect::TorqueDelay(_) => assumed[channel],
+                    Effect::Saturation { .. } | Effect::Eccentricity { .. } => 0.0,
+                },
+                correction: step.correction,
+                standard_error: widened(step).hypot(between),
+                moves: step
+                    .moves
+                    .iter()
+                    .take(unknowns.free.len())
+                    .copied()
+                    .collect(),
+                estimated: unknowns.values() + i < count,
+            }
+        })
+        .collect()
+}
+
+fn steps(
+    unknowns: &Unknowns,
+    normal: &NormalEquations,
+    covariance: &[f64],
+    count: usize,
+) -> Vec<Step> {
+    let values = unknowns.values();
+    (0..unknowns.effects().count())
+        .map(|i| {
+            let (influence, moves) = match values + i {
+                at if at < count => (with_others(covariance, count, at), Vec::new()),
+                at => beside_others(normal, covariance, count, at),
+            };
+            let correction = -dot(&influence.row, &normal.gradient);
+            Step {
+                correction,
+                moves: moves.iter().map(|own| own * correction).collect(),
+                influence,
+            }
+        })
+        .collect()
+}
+
+/// Returns the influence on a delay to be estimated, with the other unknowns eliminated.
+fn with_others(covariance: &[f64], count: usize, at: usize) -> Influence {
+    Influence {
+        row: covariance[at * count..(at + 1) * count].to_vec(),
+        variance: covariance[at * (count + 1)],
+    }
+}
+
+/// Returns the influence on a delay that is not among the unknowns, with the unknowns eliminated,
+/// and the moves of the unknowns with a unit of the delay. Its variance is infinite if the log does
+/// not determine the delay.
+fn beside_others(
+    normal: &NormalEquations,
+    covariance: &[f64],
+    count: usize,
+    at: usize,
+) -> (Influence, Vec<f64>) {
+    let cross = &normal.information[at * normal.count..at * normal.count + count];
+    let mut row: Vec<f64> = (covariance.chunks(count).map(|row| -dot(row, cross))).collect();
+    let information = normal.information[at * (normal.count + 1)] + dot(&row, cross);
+    let variance = information.max(0.0).recip();
+    let moves = row.clone();
+    row.resize(at, 0.0);
+    row.push(1.0);
+    for entry in &mut row {
+        *entry /= information;
+    }
+    (Influence { row, variance }, moves)
+}

@@ -1,0 +1,150 @@
+//! A refinement in the form of the results.
+
+use super::findings::{correlations, largest_move};
+use super::hold_out::HeldOut;
+use super::ladder::Tried;
+use super::refined::Refined;
+use super::status::{Outcome, Status};
+use crate::estimate::result::{
+    HeldOutResidual, RefinedDelay, RefinedEccentricity, RefinedOffset, RefinedSaturation,
+    RefinedVelocity, Refinement, ResidualPrior, RowDisturbance, RungResult, SensorNoise,
+};
+use crate::log::Channels;
+use crate::model::Model;
+
+/// Returns the part of the result that describes a refinement; `None` if the rung has no result.
+///
+/// - `shown`: the rung that is used, or the nearest to it.
+/// - `status`: outcome of the refinement.
+pub(super) fn describe(
+    model: &Model,
+    channels: &Channels,
+    shown: &Tried,
+    status: &Status,
+) -> Option<Refinement> {
+    let refined = shown.refined()?;
+    let name = |index: usize| model.parameters()[index].name.clone();
+    let column = |channel: usize| channels.all[channel].column.clone();
+    Some(Refinement {
+        used: status.is_used(),
+        rung: shown.rung.name().to_owned(),
+        rungs: rungs(status),
+        values: values(model, refined),
+        converged: refined.converged(),
+        runs: refined.runs,
+        samples: refined.samples,
+        duration_s: refined.duration,
+        measurements: refined.measurements,
+        minus_log_likelihood: refined.loss,
+        disturbances: (refined.levels.iter().enumerate())
+            .map(|(row, level)| RowDisturbance {
+                row: model.row_name(row),
+                torque_noise_nm: level.torque_noise,
+                reversal_noise_nm: level.reversal_noise,
+                disturbance_nm: level.disturbance,
+                torque_nm: level.torque,
+                at_bound: level.at_bound,
+            })
+            .collect(),
+        disturbance_corner_hz: refined.corner,
+        cost_per_measurement: refined.cost,
+        held_out_residual: shown.held_out.and_then(residual),
+        sensor_noise: (refined.sensors.iter())
+            .map(|sensor| SensorNoise {
+                column: column(sensor.channel),
+                noise_rad: sensor.noise,
+                deviation_rad: sensor.scale,
+            })
+            .collect(),
+        encoder_offsets: (refined.offsets.iter())
+            .map(|offset| RefinedOffset {
+                joint: model.joints()[offset.joint].clone(),
+                column: column(offset.channel),
+                offset_rad: offset.value,
+                standard_error_rad: offset.standard_error,
+            })
+            .collect(),
+        delays: (refined.delays.iter())
+            .map(|delay| RefinedDelay {
+                column: column(delay.channel),
+                delay_s: delay.value(),
+                standard_error_s: Some(delay.standard_error).filter(|e| e.is_finite()),
+                used_s: delay.assumed,
+            })
+            .collect(),
+        saturations: (refined.saturations.iter())
+            .map(|own| RefinedSaturation {
+                column: column(own.channel),
+                share: own.value(),
+                standard_error: Some(own.standard_error).filter(|e| e.is_finite()),
+                largest_move: (largest_move(refined, &own.moves))
+                    .map(|(_, moved)| moved)
+                    .filter(|moved| moved.is_finite()),
+            })
+            .collect(),
+        eccentricities: (refined.eccentricities.iter())
+            .map(|own| RefinedEccentricity {
+                column: column(own.channel),
+                shape: own.effect.shape().to_owned(),
+                amplitude_rad: own.value(),
+                standard_error_rad: Some(own.standard_error).filter(|e| e.is_finite()),
+            })
+            .collect(),
+        residual_levels: (refined.residual.iter())
+            .map(|(joint, side, level)| ResidualPrior {
+                joint: model.joints()[*joint].clone(),
+                side: side.name().to_owned(),
+                level_nm: *level,
+            })
+            .collect(),
+        stribeck_velocities: (refined.velocities.iter())
+            .map(|own| RefinedVelocity {
+                joint: model.joints()[own.joint].clone(),
+                velocity: own.value,
+                standard_error: own.standard_error,
+            })
+            .collect(),
+        correlations: (correlations(refined).into_iter())
+            .map(|(a, b, correlation)| (name(a), name(b), correlation))
+            .collect(),
+        each_log: (refined.logs.iter())
+            .map(|log| {
+                let own = |index| refined.free.iter().position(|free| *free == index);
+                (0..model.parameters().len())
+                    .map(|index| own(index).map(|place| log[place]))
+                    .collect()
+            })
+            .collect(),
+    })
+}
+
+/// Returns the residuals of a comparison; `None` if the refinement has no finite one.
+fn residual(held: HeldOut) -> Option<HeldOutResidual> {
+    held.refined.is_finite().then_some(HeldOutResidual {
+        refined: held.refined,
+        linear: held.linear,
+    })
+}
+
+/// Returns the rungs that were tried.
+fn rungs(status: &Status) -> Vec<RungResult> {
+    let each = status.outcomes().iter();
+    each.map(|(rung, outcome)| RungResult {
+        name: rung.name().to_owned(),
+        used: matches!(outcome, Outcome::Used(_)),
+        held_out_residual: outcome.held_out().and_then(residual),
+        outcome: outcome.text(),
+    })
+    .collect()
+}
+
+/// Returns the refined value of each parameter with its standard error; `None` for a parameter that
+/// was not refined.
+fn values(model: &Model, refined: &Refined) -> Vec<Option<(f64, f64)>> {
+    (0..model.parameters().len())
+        .map(|index| {
+            let is_free = refined.free.contains(&index);
+            is_free.then(|| (refined.theta[index], refined.standard_error[index]))
+        })
+        .collect()
+}

@@ -1,0 +1,225 @@
+//! Accelerations of a robot at one instant, and their derivatives.
+
+use sprung_core::drives::State;
+use sprung_core::linearized::{Derivatives, Partial, Partials};
+use sprung_core::links::Step;
+use sprung_core::robot::Values;
+use sprung_core::scalar::Scalar;
+use sprung_core::spatial::BODY;
+
+use crate::model::{Model, Scratch, Theta};
+
+/// A robot with its parameters and work memory.
+#[derive(Clone, Debug)]
+pub(in crate::estimate::estimators::prediction_error) struct Dynamics {
+    pub(super) model: Model,
+    pub(super) theta: Theta,
+    bodies: Vec<[f64; BODY]>,
+    n: usize,
+    pub(super) rows: usize,
+    pub(super) motors: Vec<usize>,
+    scratch: Scratch,
+    // q, dq, phi, dphi.
+    joints: Vec<f64>,
+    // Covariates minus their references, [n × covariates]; empty if no friction depends on any.
+    pub(super) excess: Vec<f64>,
+    pub(super) inverse: Vec<f64>,
+    pub(super) by_position: Vec<f64>,
+    pub(super) by_velocity: Vec<f64>,
+    pub(super) entries: Vec<f64>,
+    // Column of theta of each entry.
+    pub(super) entry_columns: Vec<usize>,
+    pub(super) entry_rows: Vec<usize>,
+    partials: [Vec<Partial>; 4],
+    steps: Vec<Step<Partial>>,
+    // States and rates within an integration step.
+    pub(super) at: Vec<f64>,
+    pub(super) rate: Vec<f64>,
+    pub(super) sum: Vec<f64>,
+}
+
+impl Dynamics {
+    pub(in crate::estimate::estimators::prediction_error) fn new(
+        model: &Model,
+        theta: &[f64],
+    ) -> Self {
+        let robot = model.robot();
+        let (n, rows) = (robot.joints(), robot.rows());
+        let mut entry_columns = vec![0; model.robot().entries];
+        let mut entry_rows = vec![0; model.robot().entries];
+        for row in 0..rows {
+            let columns = model.equation_columns(row).iter();
+            for (entry, &column) in model.equation_entries(row).zip(columns) {
+                entry_columns[entry] = column;
+                entry_rows[entry] = row;
+            }
+        }
+        Self {
+            model: model.clone(),
+            bodies: model.bodies(theta),
+            theta: theta.to_vec(),
+            n,
+            rows,
+            motors: (0..n).map(|joint| robot.motor_coordinate(joint)).collect(),
+            scratch: Scratch::new(n),
+            joints: vec![0.0; 4 * n],
+            excess: Vec::new(),
+            inverse: vec![0.0; rows * rows],
+            by_position: vec![0.0; rows * rows],
+            by_velocity: vec![0.0; rows * rows],
+            entries: vec![0.0; model.robot().entries],
+            entry_columns,
+            entry_rows,
+            partials: std::array::from_fn(|_| vec![Partial::ZERO; n]),
+            steps: vec![Step::default(); n],
+            at: vec![0.0; 2 * rows],
+            rate: vec![0.0; rows],
+            sum: vec![0.0; 2 * rows],
+        }
+    }
+
+    pub(in crate::estimate::estimators::prediction_error) fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Replaces the parameters.
+    ///
+    /// - `velocities`: joints and Stribeck velocities that change, rad/s (m/s).
+    pub(in crate::estimate::estimators::prediction_error) fn set(
+        &mut self,
+        theta: &[f64],
+        velocities: impl IntoIterator<Item = (usize, f64)>,
+    ) {
+        self.theta.copy_from_slice(theta);
+        self.bodies = self.model.bodies(theta);
+        for (joint, velocity) in velocities {
+            self.model.set_stribeck(joint, velocity);
+        }
+    }
+
+    /// Replaces the covariates of the joints minus their references, \[n × covariates\]; empty if no
+    /// friction depends on any.
+    pub(in crate::estimate::estimators::prediction_error) fn set_excess(&mut self, excess: &[f64]) {
+        self.excess.clear();
+        self.excess.extend_from_slice(excess);
+    }
+
+    pub(super) fn unpack(&mut self, x: &[f64]) {
+        let (positions, velocities) = x.split_at(self.rows);
+        let n = self.n;
+        self.joints[..n].copy_from_slice(&positions[..n]);
+        self.joints[n..2 * n].copy_from_slice(&velocities[..n]);
+        for (joint, &motor) in self.motors.iter().enumerate() {
+            self.joints[2 * n + joint] = positions[motor];
+            self.joints[3 * n + joint] = velocities[motor];
+        }
+    }
+
+    /// Writes the accelerations at a state.
+    pub(super) fn accelerate(&mut self, x: &[f64], torque: &[f64]) {
+        self.unpack(x);
+        let state = state(&self.joints, self.n, &self.excess);
+        let values = Values {
+            theta: &self.theta,
+            bodies: &self.bodies,
+        };
+        let robot = self.model.robot();
+        let mut workspace = self.scratch.workspace();
+        let fits = robot.acceleration(&values, &state, torque, &mut workspace, &mut self.rate);
+        if fits.is_err() {
+            // The work memory has the right size, so this does not happen.
+            self.rate.fill(f64::NAN);
+        }
+    }
+
+    /// Writes the accelerations at a state and the inverse of the mass matrix.
+    pub(super) fn accelerate_and_invert(&mut self, x: &[f64], torque: &[f64]) {
+        self.unpack(x);
+        let state = state(&self.joints, self.n, &self.excess);
+        let values = Values {
+            theta: &self.theta,
+            bodies: &self.bodies,
+        };
+        let robot = self.model.robot();
+        let mut workspace = self.scratch.workspace();
+        let (rate, inverse) = (&mut self.rate, &mut self.inverse);
+        let fits = robot.motion(&values, &state, torque, &mut workspace, rate, inverse);
+        if fits.is_err() {
+            // The work memory has the right size, so this does not happen.
+            self.rate.fill(f64::NAN);
+        }
+    }
+
+    /// Writes the accelerations at a state, their derivatives by the state, and the regressor's
+    /// entries.
+    pub(super) fn differentiate(&mut self, x: &[f64], torque: &[f64]) {
+        self.accelerate_and_invert(x, torque);
+        let state = state(&self.joints, self.n, &self.excess);
+        let values = Values {
+            theta: &self.theta,
+            bodies: &self.bodies,
+        };
+        let robot = self.model.robot();
+        let mut workspace = self.scratch.workspace();
+        let [q, dq, ddq, tau] = &mut self.partials;
+        let mut partials = Partials {
+            numbers: [q, dq, ddq, tau],
+            steps: &mut self.steps,
+        };
+        let mut out = Derivatives {
+            by_position: &mut self.by_position,
+            by_velocity: &mut self.by_velocity,
+        };
+        let fits = robot.derivatives(
+            &values,
+            &state,
+            &self.rate,
+            &self.inverse,
+            &mut workspace,
+            &mut partials,
+            &mut out,
+        );
+        if fits.is_err() {
+            self.rate.fill(f64::NAN);
+        }
+        self.write_entries();
+    }
+
+    /// Writes the entries of the regressor at the state unpacked last.
+    pub(super) fn write_entries(&mut self) {
+        let state = state(&self.joints, self.n, &self.excess);
+        let mut workspace = self.scratch.workspace();
+        let robot = self.model.robot();
+        let fits = robot.torque_entries(&state, &self.rate, &mut workspace, &mut self.entries);
+        if fits.is_err() {
+            self.entries.fill(f64::NAN);
+        }
+    }
+}
+
+impl Dynamics {
+    /// Visits the derivatives of the torques by the logarithm of a joint's Stribeck velocity, at the
+    /// state unpacked last. The arguments of `visit` are the row and the derivative, N·m (N).
+    pub(super) fn visit_stribeck_torques(&self, joint: usize, mut visit: impl FnMut(usize, f64)) {
+        let robot = self.model.robot();
+        let drive = robot.drive(&state(&self.joints, self.n, &self.excess), joint);
+        for term in robot.terms.iter().filter(|term| term.joint == joint) {
+            let by_log = term.by_log_stribeck_velocity(&drive, &robot.shapes[joint]);
+            if by_log != 0.0 {
+                visit(term.row, self.theta[term.column] * by_log);
+            }
+        }
+    }
+}
+
+/// Returns positions and velocities of links and motors, each \[n\], with covariates.
+fn state<'s>(joints: &'s [f64], n: usize, excess: &'s [f64]) -> State<'s> {
+    let (link, motor) = joints.split_at(2 * n);
+    State {
+        q: &link[..n],
+        dq: &link[n..],
+        phi: &motor[..n],
+        dphi: &motor[n..],
+        excess,
+    }
+}

@@ -1,0 +1,109 @@
+//! Integration of the state and its derivatives over a period by the Runge-Kutta method of order 4.
+
+use super::motion::Dynamics;
+use super::step_size::Steps;
+use super::tangent::Tangent;
+use crate::estimate::estimators::prediction_error::vector::add;
+
+impl Dynamics {
+    /// Moves the state by one period.
+    ///
+    /// - `steps`: number of integration steps.
+    pub(in crate::estimate::estimators::prediction_error) fn advance(
+        &mut self,
+        x: &mut [f64],
+        torque: &[f64],
+        period: f64,
+        steps: usize,
+    ) {
+        let rows = self.rows;
+        let h = period / steps as f64;
+        let mut at = std::mem::take(&mut self.at);
+        for _ in 0..steps {
+            at.copy_from_slice(x);
+            self.sum.fill(0.0);
+            for (weight, ahead) in STAGES {
+                self.accelerate(&at, torque);
+                for i in 0..rows {
+                    self.sum[i] += weight * at[rows + i];
+                    self.sum[rows + i] += weight * self.rate[i];
+                }
+                next(x, h * ahead, &self.rate, &mut at);
+            }
+            add(x, h / 6.0, &self.sum);
+        }
+        self.at = at;
+    }
+
+    /// Moves the state by one period, together with its derivatives. They come from the equations
+    /// linearised in the middle of the period, or of each step if friction is not smooth.
+    pub(in crate::estimate::estimators::prediction_error) fn advance_tangent(
+        &mut self,
+        x: &mut [f64],
+        torque: &[f64],
+        period: f64,
+        steps: Steps,
+        tangent: &mut Tangent,
+    ) {
+        let rows = self.rows;
+        let h = period / steps.count as f64;
+        let mut at = std::mem::take(&mut self.at);
+        for step in 0..steps.count {
+            at.copy_from_slice(x);
+            self.sum.fill(0.0);
+            let middle = middle_stage(steps, step);
+            for (stage, (weight, ahead)) in STAGES.into_iter().enumerate() {
+                if middle == Some(stage) {
+                    self.differentiate(&at, torque);
+                    if steps.is_smooth {
+                        tangent.linearise(self, h, steps.count);
+                        tangent.advance(self, true);
+                    } else {
+                        tangent.linearise(self, h, 1);
+                        tangent.advance(self, step == 0);
+                    }
+                } else {
+                    self.accelerate(&at, torque);
+                }
+                for i in 0..rows {
+                    self.sum[i] += weight * at[rows + i];
+                    self.sum[rows + i] += weight * self.rate[i];
+                }
+                next(x, h * ahead, &self.rate, &mut at);
+            }
+            add(x, h / 6.0, &self.sum);
+        }
+        self.at = at;
+    }
+}
+
+/// Weight of each stage of the Runge-Kutta method of order 4 in sixths, and distance to the next
+/// stage in steps.
+const STAGES: [(f64, f64); 4] = [(1.0, 0.5), (2.0, 0.5), (2.0, 1.0), (1.0, 0.0)];
+
+/// Stage whose state is nearest to the motion in the middle of a step.
+const MIDDLE_STAGE: usize = 2;
+
+/// Returns the stage of a step at which the equations are linearised, if there is one.
+fn middle_stage(steps: Steps, step: usize) -> Option<usize> {
+    if !steps.is_smooth {
+        return Some(MIDDLE_STAGE);
+    }
+    // The middle of an even number of steps is the beginning of a step.
+    let stage = if steps.count.is_multiple_of(2) {
+        0
+    } else {
+        MIDDLE_STAGE
+    };
+    (step == steps.count / 2).then_some(stage)
+}
+
+/// Writes the state of the next stage.
+fn next(x: &[f64], step: f64, rate: &[f64], at: &mut [f64]) {
+    let rows = rate.len();
+    let (positions, velocities) = at.split_at_mut(rows);
+    for i in 0..rows {
+        positions[i] = x[i] + step * velocities[i];
+        velocities[i] = x[rows + i] + step * rate[i];
+    }
+}

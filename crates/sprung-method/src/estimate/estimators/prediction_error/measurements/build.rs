@@ -1,0 +1,77 @@
+//! From logs to measurements.
+
+use super::align::align;
+use super::read::RawSegment;
+use super::segment::{Measurements, Segment};
+use super::sensor::{Noise, Sensor, sensors};
+use super::torque::{fast_noise, torque_scale};
+use crate::estimate::estimators::prediction_error::reversals::Reversals;
+use crate::log::Channels;
+use crate::model::Model;
+use crate::prepare::{Excerpt, noise as noise_of};
+use crate::preprocess::Butterworth;
+use crate::regression::{PassError, Reading};
+
+/// Noise of positions that show no noise, standard deviation, rad (m).
+const MIN_POSITION_NOISE: f64 = 1e-9;
+
+/// Turns raw samples into the inputs of the filter; `None` if there are too few samples.
+///
+/// - `excerpt`: the beginning of the first log, for the noise of its channels.
+/// - `left_out`: whether the logs contain more samples.
+///
+/// # Errors
+///
+/// [`PassError`] if the filter of positions does not fit the logs.
+pub(in super::super) fn build(
+    reading: &Reading,
+    excerpt: &Excerpt,
+    raw: &[RawSegment],
+    left_out: bool,
+) -> Result<Option<Measurements>, PassError> {
+    let (model, channels) = (reading.model(), reading.channels());
+    let noise = |channel: usize| match noise_of(excerpt, channel) {
+        Some((_, Some(step))) => Noise::Counts(step),
+        Some((deviation, None)) => Noise::White(deviation.max(MIN_POSITION_NOISE)),
+        None => Noise::White(MIN_POSITION_NOISE),
+    };
+    let sensors = sensors(model, channels, reading.compliances(), raw, noise);
+    let order = reading.settings().position_filter_order;
+    let mut segments = Vec::new();
+    for raw in raw {
+        let filter = Butterworth::new(order, reading.position_cutoff_hz(), raw.period)?;
+        let delays = reading.delays();
+        let own = align(raw, model, channels, &sensors, delays, &filter);
+        segments.extend(own.into_iter().flatten());
+    }
+    if segments.is_empty() {
+        return Ok(None);
+    }
+    let speeds = joint_speeds(model, channels, &sensors, &segments);
+    Ok(Some(Measurements {
+        reversals: Reversals::new(model, &speeds),
+        torque_scale: torque_scale(model, &segments),
+        fast_noise: fast_noise(model.coordinates(), &segments),
+        sensors,
+        segments,
+        left_out,
+    }))
+}
+
+/// Returns the root mean square velocity of each joint: the largest of its sensors, because a
+/// sensor of the deflection moves less than the joint.
+fn joint_speeds(
+    model: &Model,
+    channels: &Channels,
+    sensors: &[Sensor],
+    segments: &[Segment],
+) -> Vec<f64> {
+    let mut speeds = vec![0.0_f64; model.joint_count()];
+    for (i, sensor) in sensors.iter().enumerate() {
+        let speed = &mut speeds[channels.all[sensor.channel].joint];
+        *speed = segments
+            .iter()
+            .fold(*speed, |most, own| most.max(own.speeds[i]));
+    }
+    speeds
+}

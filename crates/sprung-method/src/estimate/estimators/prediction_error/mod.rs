@@ -1,0 +1,275 @@
+//! The prediction-error estimator: refines the estimate of least squares and judges the refinement.
+//! NOTATION.md contains the equations.
+
+mod bound;
+mod cap;
+mod channel_updates;
+mod covariance;
+mod descent;
+mod describe;
+mod dynamics;
+mod expected_time;
+mod filter;
+mod findings;
+mod finish;
+mod guard;
+mod hold_out;
+mod ladder;
+mod level_search;
+mod levels;
+mod likelihood;
+mod likely;
+mod matrix;
+mod measurements;
+mod missing_laws;
+mod noisy_torque;
+mod parts;
+mod problem;
+mod refine;
+mod refined;
+mod residual_levels;
+mod reversals;
+mod rung;
+mod sandwich;
+mod solve;
+mod start_levels;
+mod state_layout;
+mod status;
+#[cfg(test)]
+mod tests;
+mod undeclared;
+mod unknowns;
+mod vector;
+
+use sprung_core::parameters::JointParameter;
+
+use crate::description::{Delay, Experiment};
+use crate::estimate::estimators::found::{Covariance, Criterion, Found, Numbers};
+use crate::estimate::laws::with_tested_laws;
+use crate::estimate::result::ErrorParts;
+use crate::estimate::statistics::NORMAL_95;
+use crate::finding::{Finding, Severity};
+use crate::fit::{Fitted, trace};
+use crate::log::LogSource;
+use crate::prepare::{Excerpt, OPEN_STIFFNESS, rms_speeds};
+use crate::progress::{Listener, Phase};
+use crate::regression::{PassError, Reading, System};
+use crate::stopwatch::Stopwatch;
+pub use bound::{KnownNoise, KnownTruth, information_bound};
+use describe::describe;
+use findings::{about, laws_by_likelihood};
+use guard::Guard;
+use ladder::{Tried, choose, climb, nearest};
+pub(in crate::estimate) use likely::likely;
+use measurements::{Extent, samples_in};
+use missing_laws::MissingLaw;
+use refine::{Refinery, Start};
+use refined::Refined;
+use rung::Rung;
+use start_levels::TorqueNoise;
+use status::Status;
+use undeclared::bias;
+
+/// Inputs of a refinement.
+#[derive(Clone, Copy)]
+pub(in crate::estimate) struct Before<'a> {
+    pub(in crate::estimate) experiment: &'a Experiment,
+    /// The beginning of the first log.
+    pub(in crate::estimate) excerpt: &'a Excerpt,
+    pub(in crate::estimate) system: &'a System,
+    pub(in crate::estimate) fitted: &'a Fitted,
+    /// Start values instead of the fitted ones, \[p\].
+    pub(in crate::estimate) nominal: Option<&'a [f64]>,
+    /// Findings about the logs. If a log itself is faulty, the refinement is not tried, because it
+    /// may take minutes to fail.
+    pub(in crate::estimate) about_logs: &'a [Finding],
+}
+
+/// Refines the estimate of least squares: climb the ladder, choose a rung, describe it.
+///
+/// If no rung can be used, the result contains the linear values and a finding with the reasons.
+///
+/// - `progress`: is called before each run of the filter.
+///
+/// # Errors
+///
+/// [`PassError`] if a log cannot be read again or the listener asks to stop.
+pub(in crate::estimate) fn prediction_error(
+    reading: &Reading,
+    sources: &mut [LogSource<'_>],
+    before: Before<'_>,
+    progress: &mut dyn Listener,
+) -> Result<Found, PassError> {
+    let begin = Stopwatch::start();
+    let (model, excerpt) = (reading.model(), before.excerpt);
+    let theta = start_values(reading, &before);
+    let start = start(reading, &before, &theta);
+    let wrong = wrong_log(before.about_logs);
+    let (mut tried, mut missing) = (Vec::new(), Vec::new());
+    if wrong.is_none() {
+        let memory = reading.settings().refinement_memory_mib;
+        let limit = samples_in(memory, model, reading.channels());
+        let extent = (Phase::Refining, Extent::Spread(limit));
+        if let Some(refinery) = Refinery::new(reading, sources, excerpt, &start, extent)? {
+            // A search from nominal values passes through worse ones.
+            let guard = match before.nominal {
+                Some(_) => None,
+                None => Guard::new(model, before.system, &before.fitted.theta),
+            };
+            let refinery = refinery.with_guard(guard);
+            tried = climb(&refinery, model, before.system, progress)?;
+            if let Some(used) = choose(&tried).map(|index| &tried[index]) {
+                missing = missing_laws(&refinery, used, before.experiment)?;
+            }
+        }
+    }
+    let used = choose(&tried);
+    let status = match wrong {
+        Some(wrong) => Status::NotTried {
+            code: wrong.code.clone(),
+        },
+        None => Status::of(model, &tried, used),
+    };
+    let shown = (used.or_else(|| nearest(&tried))).map(|index| tried.swap_remove(index));
+    let mut findings: Vec<Finding> = status.finding().into_iter().collect();
+    if let Some(refined) = shown.as_ref().and_then(Tried::refined) {
+        let mut own = about(reading, excerpt.period(), refined);
+        own.extend(laws_by_likelihood(model, refined, &missing));
+        if !refined.converged() {
+            // At other values than the likeliest ones, every effect seems to be missing.
+            own.iter_mut().for_each(Finding::note);
+        }
+        findings.extend(own);
+    }
+    let refinement =
+        (shown.as_ref()).and_then(|shown| describe(model, reading.channels(), shown, &status));
+    let rung = shown.as_ref().map_or(Rung::Free, |shown| shown.rung);
+    let numbers = match shown
+        .and_then(|shown| shown.end)
+        .map(|end| end.refined)
+        .filter(|_| status.is_used())
+    {
+        Some(refined) => {
+            let bias = bias(&refined, &missing);
+            refined_numbers(refined, rung, before.fitted, &bias)
+        }
+        None => Numbers {
+            points: trace(model, before.system).collect(),
+            ..Numbers::of(before.fitted)
+        },
+    };
+    Ok(Found {
+        numbers: Numbers {
+            criterion: Criterion::Likelihood(refinement.map(Box::new)),
+            elapsed: begin.seconds(),
+            ..numbers
+        },
+        findings,
+    })
+}
+
+/// Tests the laws that the model lacks, at the end of the rung that is used.
+fn missing_laws(
+    refinery: &Refinery<'_>,
+    used: &Tried,
+    experiment: &Experiment,
+) -> Result<Vec<MissingLaw>, PassError> {
+    let (reading, excerpt) = (refinery.reading, refinery.excerpt);
+    let speeds = rms_speeds(reading, excerpt);
+    let richer = with_tested_laws(experiment, reading.model(), &speeds);
+    match (&used.end, richer) {
+        (Some(end), Ok((richer, tested))) => {
+            refinery.missing_laws(used.rung, end, &richer, &tested)
+        }
+        _ => Ok(Vec::new()),
+    }
+}
+
+/// Returns the start values of a refinement, \[p\]. Where least squares leave the stiffness of a joint
+/// without link encoder open, its start is that of the preparation.
+fn start_values(reading: &Reading, before: &Before<'_>) -> Vec<f64> {
+    let (model, fitted) = (reading.model(), before.fitted);
+    let mut theta = before.nominal.unwrap_or(&fitted.theta).to_vec();
+    for joint in model.joints_without_link() {
+        let index = model.index(JointParameter::Stiffness, joint);
+        if let Some((index, known)) = index.zip(model.known_stiffness(joint)) {
+            let error = fitted.standard_error[index];
+            if error.is_nan() || error > OPEN_STIFFNESS * theta[index] {
+                theta[index] = known;
+            }
+        }
+    }
+    theta
+}
+
+/// Returns the start of a refinement after least squares.
+fn start<'a>(reading: &Reading, before: &Before<'_>, theta: &'a [f64]) -> Start<'a> {
+    let (model, channels) = (reading.model(), reading.channels());
+    let parameters = model.parameters().iter();
+    let free = (parameters.zip(&before.fitted.identifiable).enumerate())
+        .filter(|(_, (parameter, known))| **known && parameter.fixed.is_none())
+        .map(|(i, _)| i)
+        .collect();
+    Start {
+        theta,
+        free,
+        torque_noise: TorqueNoise::of(channels),
+        delays: (0..channels.all.len())
+            .filter(|&i| channels.all[i].delay == Some(Delay::Estimate))
+            .collect(),
+    }
+}
+
+/// Returns a finding that a log itself is faulty, if there is one.
+fn wrong_log(about_logs: &[Finding]) -> Option<&Finding> {
+    (about_logs.iter()).find(|finding| finding.severity >= Severity::Serious)
+}
+
+/// Returns the numerical result of a refinement that is used.
+///
+/// A lower rung is used because the model lacks an effect, so estimators that weigh the samples
+/// differently have different limits. Then the difference from least squares beyond both standard
+/// errors counts as a bias. The last rung takes slow disturbances for white noise, so its sampling
+/// error is at least that of least squares, which comes from stretches of the log.
+///
+/// - `undeclared`: possible errors by effects that the model lacks, \[p\].
+fn refined_numbers(refined: Refined, rung: Rung, fitted: &Fitted, undeclared: &[f64]) -> Numbers {
+    let error_parts: Vec<ErrorParts> = (0..refined.theta.len())
+        .map(|i| {
+            let (error, between) = (refined.standard_error[i], refined.between_parts[i]);
+            let own = (error.powi(2) - between.powi(2)).max(0.0).sqrt();
+            let both = error.hypot(fitted.standard_error[i]);
+            let difference = refined.theta[i] - fitted.theta[i];
+            let excess = (difference.powi(2) - both.powi(2)).max(0.0).sqrt();
+            ErrorParts {
+                sampling: match rung {
+                    Rung::Flat => own.max(fitted.sampling_error[i]),
+                    Rung::Free | Rung::Cap10 | Rung::Cap3 => own,
+                },
+                between_parts: between,
+                bias: match rung {
+                    Rung::Cap10 | Rung::Cap3 | Rung::Flat if excess.is_finite() => {
+                        excess.max(undeclared[i])
+                    }
+                    Rung::Free | Rung::Cap10 | Rung::Cap3 | Rung::Flat => undeclared[i],
+                },
+            }
+        })
+        .collect();
+    Numbers {
+        errors: (error_parts.iter())
+            .map(|parts| parts.sampling.hypot(parts.between_parts).hypot(parts.bias))
+            .collect(),
+        error_parts,
+        covariance: Some(Covariance {
+            free: refined.free,
+            values: refined.covariance,
+        }),
+        theta: refined.theta,
+        interval: NORMAL_95,
+        points: (refined.trace.into_iter())
+            .map(|(time, theta)| (time, Some(theta)))
+            .collect(),
+        ..Numbers::of(fitted)
+    }
+}

@@ -1,0 +1,139 @@
+//! Changes of the unknowns between parts of the logs: blocks of all samples, and single logs.
+
+use super::descent::Descent;
+use super::filter::{NormalEquations, Sums};
+use super::problem::{Problem, add_prior};
+use super::solve::{covariance, damped_step};
+use crate::estimate::statistics::between_parts;
+
+/// Number of blocks, and number of blocks of logs shorter than `SHORT_LOG_S`.
+const BLOCKS: usize = 8;
+
+/// Blocks of a short log, so that each contains a motion.
+const BLOCKS_OF_SHORT_LOG: usize = 4;
+
+/// Length below which a log is short, s: eight blocks of one second.
+const SHORT_LOG_S: f64 = 8.0;
+
+/// One of the consecutive blocks of all samples.
+pub(super) struct Block {
+    /// Normal equations of the block.
+    pub(super) normal: NormalEquations,
+    /// End of the block, as a fraction of all samples.
+    pub(super) end: f64,
+}
+
+/// Returns the blocks of the samples, of about equal length.
+///
+/// - `sums`: with the sums after growing parts.
+pub(super) fn blocks(problem: &Problem<'_>, sums: &Sums) -> Vec<Block> {
+    let duration = problem.measurements.duration();
+    let count = if duration < SHORT_LOG_S {
+        BLOCKS_OF_SHORT_LOG
+    } else {
+        BLOCKS
+    };
+    let whole = (1.0, &sums.normal);
+    let mut before = (0.0, NormalEquations::zero(sums.normal.count));
+    (1..=count)
+        .map(|block| {
+            let at = block * sums.growing.len() / count;
+            let kept = (sums.growing.get(at.wrapping_sub(1))).filter(|_| block < count);
+            let (end, up_to) = kept.map_or(whole, |(time, normal)| (time / duration, normal));
+            let own = Block {
+                normal: up_to.without(&before.1),
+                end,
+            };
+            before = (end, up_to.clone());
+            own
+        })
+        .collect()
+}
+
+/// Value and standard error of each unknown with a value, from a part of the measurements alone.
+pub(super) type Alone = Vec<(f64, f64)>;
+
+/// Returns the estimate from a part of the measurements, one step from the optimum of all
+/// measurements; `None` if the part does not determine all unknowns.
+pub(super) fn alone(
+    problem: &Problem<'_>,
+    descent: &Descent,
+    part: &NormalEquations,
+) -> Option<Alone> {
+    let count = problem.unknowns.values();
+    let own = with_prior(problem, descent, part);
+    let covariance = covariance(&own.information, count)?;
+    let z = step(descent, &own)?;
+    let error = |i: usize| covariance[i * (count + 1)].sqrt();
+    Some((0..count).map(|i| (z[i], error(i))).collect())
+}
+
+/// Returns the values of [`alone`].
+pub(super) fn values_alone(
+    problem: &Problem<'_>,
+    descent: &Descent,
+    part: &NormalEquations,
+) -> Option<Vec<f64>> {
+    step(descent, &with_prior(problem, descent, part))
+}
+
+fn step(descent: &Descent, own: &NormalEquations) -> Option<Vec<f64>> {
+    let step = damped_step(&own.information, &own.gradient, 0.0)?;
+    Some(descent.z.iter().zip(&step).map(|(x, d)| x + d).collect())
+}
+
+fn with_prior(problem: &Problem<'_>, descent: &Descent, part: &NormalEquations) -> NormalEquations {
+    let mut part = part.first(problem.unknowns.values());
+    add_prior(problem.unknowns, &descent.z, &mut part);
+    part
+}
+
+/// Returns the estimates with the standard error of each unknown multiplied by its factor.
+pub(super) fn widened(mut parts: Vec<Alone>, widening: &[f64]) -> Vec<Alone> {
+    for part in &mut parts {
+        for ((_, error), factor) in part.iter_mut().zip(widening) {
+            *error *= factor;
+        }
+    }
+    parts
+}
+
+/// Returns the standard error of an unknown by its changes between the parts; zero if the parts
+/// agree.
+pub(super) fn between(parts: &[Alone], unknown: usize) -> f64 {
+    let values: Vec<(f64, f64)> = (parts.iter())
+        .filter_map(|part| part.get(unknown).copied())
+        .collect();
+    between_parts(&values).map_or(0.0, |found| found.standard_error())
+}
+
+/// Returns the unknowns without each of the blocks in turn, and the end of each block as a fraction
+/// of the samples. Returns an empty list if the other blocks do not determine the unknowns.
+pub(super) fn without_blocks(
+    problem: &Problem<'_>,
+    descent: &Descent,
+    whole: &NormalEquations,
+    blocks: &[Block],
+) -> Vec<(f64, Vec<f64>)> {
+    let each: Option<Vec<(f64, Vec<f64>)>> = (blocks.iter())
+        .map(|block| {
+            let others = whole.without(&block.normal);
+            let z = values_alone(problem, descent, &others)?;
+            Some((block.end, z))
+        })
+        .collect();
+    each.unwrap_or_default()
+}
+
+/// Returns the standard deviation of an unknown between the blocks by the jackknife; infinite if
+/// there is none. A block with little information, for example one in which the robot stands
+/// still, may give any value alone, but hardly changes the estimate.
+pub(super) fn deviation(without: &[(f64, Vec<f64>)], unknown: usize) -> f64 {
+    let count = without.len() as f64;
+    let values = || without.iter().map(|(_, z)| z.get(unknown).copied());
+    let Some(sum) = values().sum::<Option<f64>>().filter(|_| count > 1.0) else {
+        return f64::INFINITY;
+    };
+    let squares: f64 = values().flatten().map(|x| (x - sum / count).powi(2)).sum();
+    ((count - 1.0) * squares).sqrt()
+}

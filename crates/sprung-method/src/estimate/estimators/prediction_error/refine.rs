@@ -1,0 +1,284 @@
+//! Prediction-error refinement: maximum likelihood on the innovations of an extended Kalman filter.
+//!
+//! The refinement needs neither controller nor reference, and only a fair start. Torques and links
+//! may be disturbed. The levels of the disturbances are estimated from the log.
+//!
+//! # Source
+//!
+//! Ljung, System Identification, chapters 7 and 10; Åström, Automatica 1980: "Maximum likelihood
+//! and prediction error methods".
+
+use super::channel_updates::ChannelUpdate;
+use super::descent::{Descent, descend};
+use super::expected_time::expected_seconds;
+use super::finish::finish;
+use super::guard::Guard;
+use super::levels::{Levels, UnknownLevels};
+use super::measurements::{Extent, Measurements, RawSegment, build, read};
+use super::problem::Problem;
+use super::refined::Refined;
+use super::residual_levels::ResidualLevel;
+use super::rung::Rung;
+use super::start_levels::{Searches, TorqueNoise, levels_after, start_levels, with_sensor_noise};
+use super::unknowns::Unknowns;
+use crate::estimate::estimators::feasible::feasible;
+use crate::log::LogSource;
+use crate::model::Theta;
+use crate::prepare::Excerpt;
+use crate::progress::{Listener, Phase, Stopped};
+use crate::regression::{PassError, Reading};
+
+/// Mean squared whitened innovation above which encoders get additional noise: their lines are
+/// uneven, or the joint is not where the model has it.
+const MAX_COST_OF_EXACT_ENCODERS: f64 = 2.0;
+
+/// Maximum number of rounds in which delays and prior levels are estimated; maximum remaining error
+/// of a delay, in standard errors; and maximum move of a delay in one round, in samples or standard
+/// errors. The effect of a delay is linear only for small moves.
+const MAX_DELAY_ROUNDS: usize = 6;
+
+/// Remaining error of a delay that does not change an estimate, in standard errors.
+const DELAY_TOLERANCE_SIGMAS: f64 = 0.1;
+
+/// Largest move of a delay in a round, in samples or standard errors; its effect is linear only for small moves.
+const MAX_DELAY_MOVE: f64 = 10.0;
+
+/// The prior levels of residual laws have settled if their logarithms change by less than this.
+const SETTLED_LEVEL_CHANGE: f64 = 0.1;
+
+/// Start of a refinement.
+pub(super) struct Start<'a> {
+    /// A parameter vector, \[p\].
+    pub(super) theta: &'a [f64],
+    /// Indices of the parameters to be refined.
+    pub(super) free: Vec<usize>,
+    pub(super) torque_noise: TorqueNoise,
+    /// Channels whose delays are to be estimated.
+    pub(super) delays: Vec<usize>,
+}
+
+/// The inputs of all rungs.
+pub(super) struct Refinery<'a> {
+    pub(super) reading: &'a Reading,
+    /// The beginning of the first log, for the noise of its channels.
+    pub(super) excerpt: &'a Excerpt,
+    pub(super) start: &'a Start<'a>,
+    theta: Theta,
+    phase: Phase,
+    guard: Option<Guard<'a>>,
+    pub(super) raw: Vec<RawSegment>,
+    pub(super) left_out: bool,
+}
+
+/// End of the refinement on one rung.
+pub(super) struct End {
+    pub(super) refined: Refined,
+    /// Values of the unknowns.
+    pub(super) z: Vec<f64>,
+    pub(super) levels: Levels,
+    /// Delay of each channel, s.
+    pub(super) delays: Vec<f64>,
+    /// Prior levels of the residual laws.
+    pub(super) residual: Vec<ResidualLevel>,
+}
+
+impl<'a> Refinery<'a> {
+    /// Reads the logs.
+    ///
+    /// - `extent`: samples that are used.
+    ///
+    /// Returns `None` if no robot has parameters near the start.
+    ///
+    /// # Errors
+    ///
+    /// [`PassError`] if a log cannot be read.
+    pub(super) fn new(
+        reading: &'a Reading,
+        sources: &mut [LogSource<'_>],
+        excerpt: &'a Excerpt,
+        start: &'a Start<'a>,
+        (phase, extent): (Phase, Extent),
+    ) -> Result<Option<Self>, PassError> {
+        let (model, channels) = (reading.model(), reading.channels());
+        let Ok((theta, _)) = feasible(model, start.theta) else {
+            return Ok(None);
+        };
+        let (raw, left_out) = read(channels, sources, extent)?;
+        Ok(Some(Self {
+            reading,
+            excerpt,
+            start,
+            theta,
+            phase,
+            guard: None,
+            raw,
+            left_out,
+        }))
+    }
+
+    /// Adds a comparison with least squares, which ends hopeless descents.
+    pub(super) fn with_guard(self, guard: Option<Guard<'a>>) -> Self {
+        Self { guard, ..self }
+    }
+
+    /// Refines the parameters on one rung: measurements, start levels, descent, result. Repeats this
+    /// while delays that are to be estimated or prior levels of residual laws move.
+    ///
+    /// - `before`: end of an earlier rung, from which this one starts.
+    /// - `progress`: is called before each run of the filter.
+    ///
+    /// Returns `None` if the logs are too short or the filter does not follow them from this start.
+    ///
+    /// # Errors
+    ///
+    /// [`PassError`] if the filter of positions does not fit a log, or the listener asks to stop.
+    pub(super) fn climb(
+        &self,
+        rung: Rung,
+        before: Option<&End>,
+        progress: &mut dyn Listener,
+    ) -> Result<Option<End>, PassError> {
+        let (model, start) = (self.reading.model(), self.start);
+        let mut delays = before
+            .map_or(self.reading.delays(), |end| &end.delays)
+            .to_vec();
+        let mut last: Option<Descent> = None;
+        let mut residual = before.map(|end| end.residual.clone());
+        let noisy_rows = start.torque_noise.rows(model);
+        for round in 1..=MAX_DELAY_ROUNDS {
+            let reading = self.reading.with_delays(&delays);
+            let Some(measurements) = build(&reading, self.excerpt, &self.raw, self.left_out)?
+            else {
+                return Ok(None);
+            };
+            let mut unknowns = self.unknowns(&measurements);
+            if let Some(levels) = residual.take() {
+                unknowns = unknowns.with_residual_levels(levels);
+            }
+            let (z, levels) = match last {
+                None => self.first(rung, before, &unknowns, &measurements),
+                Some(descent) => (descent.z, descent.levels),
+            };
+            let searches = Searches::new(model, &measurements, start.torque_noise, rung, &levels);
+            let problem = Problem {
+                model,
+                measurements: &measurements,
+                unknowns: &unknowns,
+                levels: &searches.shown,
+                noisy_rows: &noisy_rows,
+                // No lower rung follows the last one.
+                guard: self.guard.as_ref().filter(|_| rung != Rung::Flat),
+            };
+            if round == 1
+                && before.is_none()
+                && let Some(seconds) = expected_seconds(&problem, (&z, &levels))
+            {
+                progress.tell_expected(self.phase, seconds)?;
+            }
+            let every_sensor = &searches.every_sensor;
+            let found =
+                descend_with_noise(problem, every_sensor, (z, levels), self.phase, progress)?;
+            let Some((descent, problem)) = found else {
+                return Ok(None);
+            };
+            let Some(refined) = finish(&problem, &reading, &start.delays, &descent) else {
+                return Ok(None);
+            };
+            let used = delays.clone();
+            let moved = move_delays(&refined.delays, self.excerpt.period(), &mut delays);
+            let (levels, settled) = residual_levels(&unknowns.residual, &refined);
+            if round == MAX_DELAY_ROUNDS || !moved && settled {
+                return Ok(Some(End {
+                    refined,
+                    z: descent.z,
+                    levels: descent.levels,
+                    delays: used,
+                    residual: levels,
+                }));
+            }
+            residual = Some(levels);
+            last = Some(descent);
+        }
+        Ok(None)
+    }
+
+    fn unknowns(&self, measurements: &Measurements) -> Unknowns {
+        let (model, channels) = (self.reading.model(), self.reading.channels());
+        let free = self.start.free.clone();
+        Unknowns::new(model, channels, measurements, &self.theta, free)
+    }
+
+    /// Returns unknowns and levels at the start of a rung.
+    fn first(
+        &self,
+        rung: Rung,
+        before: Option<&End>,
+        unknowns: &Unknowns,
+        measurements: &Measurements,
+    ) -> (Vec<f64>, Levels) {
+        let model = self.reading.model();
+        let usual = start_levels(model, measurements, self.start.torque_noise, rung);
+        match before {
+            Some(end) => (end.z.clone(), levels_after(&end.levels, &usual, rung)),
+            None => (unknowns.point(&self.theta), usual),
+        }
+    }
+}
+
+/// Descends with noise only of the sensors that show noise. If the filter then does not follow the
+/// log, descends with noise of every sensor. Returns the end of the descent with its problem.
+fn descend_with_noise<'p>(
+    problem: Problem<'p>,
+    every_sensor: &'p UnknownLevels,
+    start: (Vec<f64>, Levels),
+    phase: Phase,
+    progress: &mut dyn Listener,
+) -> Result<Option<(Descent, Problem<'p>)>, Stopped> {
+    let descent = descend(&problem, start.clone(), phase, progress)?;
+    let fits_badly = |d: &Descent| d.cost > MAX_COST_OF_EXACT_ENCODERS * d.measurements as f64;
+    let same = problem.levels.all.len() == every_sensor.all.len();
+    if same || !descent.as_ref().is_none_or(fits_badly) {
+        return Ok(descent.map(|descent| (descent, problem)));
+    }
+    let problem = Problem {
+        levels: every_sensor,
+        ..problem
+    };
+    let (z, levels) = descent.map_or(start, |d| (d.z, d.levels));
+    let levels = with_sensor_noise(levels, problem.measurements);
+    let descent = descend(&problem, (z, levels), phase, progress)?;
+    Ok(descent.map(|descent| (descent, problem)))
+}
+
+/// Returns the prior levels of the residual laws after a refinement, and whether they have settled.
+fn residual_levels(before: &[ResidualLevel], refined: &Refined) -> (Vec<ResidualLevel>, bool) {
+    let values: Vec<f64> = refined.free.iter().map(|&i| refined.theta[i]).collect();
+    let mut settled = true;
+    let after = (before.iter())
+        .map(|own| {
+            let level = own.evidence(&values, &refined.covariance, values.len());
+            settled &= (level / own.level).ln().abs() < SETTLED_LEVEL_CHANGE;
+            ResidualLevel {
+                level,
+                ..own.clone()
+            }
+        })
+        .collect();
+    (after, settled)
+}
+
+/// Moves the delays that are to be estimated. Returns whether a delay was still far from its
+/// estimate.
+///
+/// - `period`: s; `delays`: delays of all channels, s.
+fn move_delays(updates: &[ChannelUpdate], period: f64, delays: &mut [f64]) -> bool {
+    let estimated = || updates.iter().filter(|update| update.estimated);
+    let far = |update: &ChannelUpdate| {
+        update.correction.abs() > DELAY_TOLERANCE_SIGMAS * update.standard_error
+    };
+    for update in estimated() {
+        let reach = MAX_DELAY_MOVE * period.max(update.standard_error);
+        delays[update.channel] += update.correction.clamp(-reach, reach);
+    }
+    estimated().any(far)
+}

@@ -1,0 +1,416 @@
+//! Unknowns of the refinement: parameters, offsets between encoders, effects of channels.
+
+use super::measurements::{Measurement, Measurements, Segment, Sensor};
+use super::residual_levels::ResidualLevel;
+use crate::estimate::estimators::prediction_error::state_layout::state_count;
+use crate::log::{Channels, Quantity, Signal};
+use crate::model::{Model, Theta};
+use sprung_core::friction::Scale;
+use sprung_core::parameters::JointParameter;
+
+/// A constant offset of one sensor.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Offset {
+    pub(super) joint: usize,
+    pub(super) sensor: usize,
+    /// Coordinate whose start value comes from this sensor.
+    coordinate: usize,
+    /// Standard deviation of the prior, rad (m).
+    pub(super) deviation: f64,
+}
+
+/// A Stribeck velocity that is estimated, by its logarithm.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Velocity {
+    pub(super) joint: usize,
+    /// Logarithm at the start.
+    start: f64,
+}
+
+/// Standard deviation of the prior of a Stribeck velocity, as a logarithm. It keeps the velocity of
+/// a joint without Stribeck friction near its start.
+const LOG_VELOCITY_DEVIATION: f64 = 1.5;
+
+/// Limit of a change of a Stribeck velocity, as a logarithm.
+const MAX_LOG_VELOCITY_CHANGE: f64 = 3.0;
+
+/// A normal prior of an unknown.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Prior {
+    /// Index of the unknown.
+    pub(super) at: usize,
+    pub(super) mean: f64,
+    pub(super) deviation: f64,
+}
+
+/// Effect of a channel that the filter does not model, only its derivative.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Effect {
+    /// Delay of a position sensor.
+    SensorDelay(usize),
+    /// Delay of the torque on a row.
+    TorqueDelay(usize),
+    /// Saturation of the torque on a row: `τ − s τ (τ/scale)²` acts instead of τ. The scale is the
+    /// standard deviation of the torque, N·m (N).
+    Saturation { row: usize, scale: f64 },
+    /// Eccentricity of the encoder of a revolute link: it reads `q + a sin q` or `q + a cos q`.
+    Eccentricity { sensor: usize, is_cosine: bool },
+}
+
+impl Effect {
+    /// Returns the function of the position that an eccentricity adds; other effects have none and
+    /// count as its sine.
+    pub(super) fn shape(self) -> &'static str {
+        match self {
+            Self::Eccentricity {
+                is_cosine: true, ..
+            } => "cosine",
+            Self::Eccentricity { .. }
+            | Self::SensorDelay(_)
+            | Self::TorqueDelay(_)
+            | Self::Saturation { .. } => "sine",
+        }
+    }
+}
+
+/// The unknowns: parameters that are not fixed, offsets, Stribeck velocities, and effects of
+/// channels.
+///
+/// Effects have columns but no values. That of a delay is linear only for small changes, so the
+/// measurements are built again for every delay.
+#[derive(Clone, Debug)]
+pub(super) struct Unknowns {
+    /// Parameter vector with the fixed values.
+    known: Theta,
+    /// Index in theta of each unknown parameter.
+    pub(super) free: Vec<usize>,
+    pub(super) offsets: Vec<Offset>,
+    pub(super) velocities: Vec<Velocity>,
+    /// Prior levels of the residual laws.
+    pub(super) residual: Vec<ResidualLevel>,
+    /// Channel of each effect, and the effect.
+    effects: Vec<(usize, Effect)>,
+}
+
+impl Unknowns {
+    /// - `theta`: the fixed values; the other entries are ignored.
+    /// - `free`: indices of the unknown parameters.
+    ///
+    /// A flexible joint without a preload parameter gets an offset, because its encoders may be
+    /// zeroed anywhere within a count.
+    pub(super) fn new(
+        model: &Model,
+        channels: &Channels,
+        measurements: &Measurements,
+        theta: &[f64],
+        free: Vec<usize>,
+    ) -> Self {
+        let deviation = |joint: usize| -> f64 {
+            let own = |channel: usize| channels.all[channel].joint == joint;
+            let sensors = measurements.sensors.iter().filter(|s| own(s.channel));
+            let variance: f64 = sensors.map(|s| s.noise.variance()).sum();
+            variance.sqrt()
+        };
+        let motors = |joint: usize| model.robot().motor_coordinate(joint);
+        let offsets = (0..model.joint_count())
+            .filter(|&joint| model.is_flexible(joint))
+            .filter(|&joint| model.index(JointParameter::Preload, joint).is_none())
+            .filter_map(|joint| {
+                // The motion shows only the difference of the two encoders, so one sensor gets the
+                // offset.
+                let sensor_of = |signal: Signal| {
+                    let index = channels.telling(signal, joint)?;
+                    measurements.sensors.iter().position(|s| s.channel == index)
+                };
+                let of_link = sensor_of(Signal::Link)?;
+                let is_absolute = measurements.sensors[of_link].coordinates == [(joint, 1.0)];
+                let (sensor, coordinate) = if is_absolute {
+                    (sensor_of(Signal::Motor).unwrap_or(of_link), motors(joint))
+                } else {
+                    (of_link, joint)
+                };
+                Some(Offset {
+                    joint,
+                    sensor,
+                    coordinate,
+                    deviation: deviation(joint),
+                })
+            })
+            .collect();
+        let has_friction = |joint: usize| {
+            let mut laws = model.parameters_of(Scale::Stribeck, joint);
+            laws.any(|index| free.contains(&index))
+        };
+        let velocities = (model.open_stribeck().iter().copied())
+            .filter(|&joint| has_friction(joint))
+            .map(|joint| Velocity {
+                joint,
+                start: model.stribeck_velocity(joint).ln(),
+            });
+        Self {
+            velocities: velocities.collect(),
+            residual: ResidualLevel::all(model, &free, theta),
+            known: theta.to_vec(),
+            free,
+            offsets,
+            effects: Vec::new(),
+        }
+    }
+
+    /// Returns the same unknowns with columns for the delay of each channel, the saturation of each
+    /// torque and the eccentricity of each link encoder. The columns of the delays to be estimated come first.
+    pub(super) fn with_effects(
+        mut self,
+        model: &Model,
+        channels: &Channels,
+        measurements: &Measurements,
+        estimated: &[usize],
+    ) -> Self {
+        let others = (0..channels.all.len()).filter(|i| !estimated.contains(i));
+        let delays = (estimated.iter().copied().chain(others)).filter_map(|i| {
+            let channel = &channels.all[i];
+            if channel.quantity == Quantity::MotorTorque {
+                return Some((i, Effect::TorqueDelay(model.torque_row(channel.joint))));
+            }
+            let sensor = measurements.sensors.iter().position(|s| s.channel == i)?;
+            Some((i, Effect::SensorDelay(sensor)))
+        });
+        let torques = (channels.all.iter().enumerate())
+            .filter(|(_, channel)| channel.quantity == Quantity::MotorTorque)
+            .map(|(i, channel)| {
+                let row = model.torque_row(channel.joint);
+                let scale = measurements.torque_scale[row];
+                (i, Effect::Saturation { row, scale })
+            });
+        let encoders = (measurements.sensors.iter().enumerate())
+            .filter(|(_, sensor)| {
+                let channel = &channels.all[sensor.channel];
+                let turns = channels.turns[channel.joint];
+                let is_link = channel.quantity.signal() == Signal::Link;
+                is_link && turns && sensor.coordinates == [(channel.joint, 1.0)]
+            })
+            .flat_map(|(i, sensor)| {
+                [false, true].map(|is_cosine| {
+                    let sensor_effect = Effect::Eccentricity {
+                        sensor: i,
+                        is_cosine,
+                    };
+                    (sensor.channel, sensor_effect)
+                })
+            });
+        self.effects = delays.chain(torques).chain(encoders).collect();
+        self
+    }
+
+    /// Returns the effects that have columns, with their channels.
+    pub(super) fn effects(&self) -> impl Iterator<Item = (usize, Effect)> {
+        self.effects.iter().copied()
+    }
+
+    /// Returns the number of unknowns with values.
+    pub(super) fn values(&self) -> usize {
+        self.first_velocity() + self.velocities.len()
+    }
+
+    fn first_velocity(&self) -> usize {
+        self.free.len() + self.offsets.len()
+    }
+
+    /// Returns the number of columns.
+    pub(super) fn columns(&self) -> usize {
+        self.values() + self.effects.len()
+    }
+
+    /// Returns the values of the unknowns for a parameter vector, with zero offsets and the Stribeck
+    /// velocities of the start.
+    pub(super) fn point(&self, theta: &[f64]) -> Vec<f64> {
+        let free = self.free.iter().map(|&i| theta[i]);
+        free.chain(self.offsets.iter().map(|_| 0.0))
+            .chain(self.velocities.iter().map(|velocity| velocity.start))
+            .collect()
+    }
+
+    /// Returns the same unknowns with other prior levels of the residual laws.
+    pub(super) fn with_residual_levels(mut self, levels: Vec<ResidualLevel>) -> Self {
+        self.residual = levels;
+        self
+    }
+
+    /// Returns the priors of residual laws, offsets and Stribeck velocities.
+    pub(super) fn priors(&self) -> impl Iterator<Item = Prior> {
+        let offsets = (self.offsets.iter()).map(|offset| (0.0, offset.deviation));
+        let velocities =
+            (self.velocities.iter()).map(|velocity| (velocity.start, LOG_VELOCITY_DEVIATION));
+        let residual = self.residual.iter().flat_map(|own| {
+            own.places.iter().map(|&at| Prior {
+                at,
+                mean: 0.0,
+                deviation: own.level,
+            })
+        });
+        residual.chain(
+            (offsets.chain(velocities).enumerate()).map(|(i, (mean, deviation))| Prior {
+                at: self.free.len() + i,
+                mean,
+                deviation,
+            }),
+        )
+    }
+
+    /// Returns the joints whose Stribeck velocities are estimated, with the velocities, rad/s (m/s).
+    pub(super) fn stribeck_velocities(&self, z: &[f64]) -> impl Iterator<Item = (usize, f64)> {
+        (self.velocities.iter().zip(&z[self.first_velocity()..]))
+            .map(|(velocity, log)| (velocity.joint, log.exp()))
+    }
+
+    /// Returns whether the Stribeck velocities are near their start.
+    pub(super) fn has_near_velocities(&self, z: &[f64]) -> bool {
+        (self.velocities.iter().zip(&z[self.first_velocity()..]))
+            .all(|(velocity, log)| (log - velocity.start).abs() <= MAX_LOG_VELOCITY_CHANGE)
+    }
+
+    /// Returns the place of each Stribeck velocity, after `before` other columns, with its joint.
+    pub(super) fn velocity_places(&self, before: usize) -> Vec<(usize, usize)> {
+        (self.velocities.iter().enumerate())
+            .map(|(i, velocity)| (velocity.joint, before + self.first_velocity() + i))
+            .collect()
+    }
+
+    /// Returns the parameter vector, \[p\].
+    pub(super) fn theta(&self, z: &[f64]) -> Theta {
+        let mut theta = self.known.clone();
+        for (&index, value) in self.free.iter().zip(z) {
+            theta[index] = *value;
+        }
+        theta
+    }
+
+    /// Returns the column of each parameter of theta, after `before` other columns.
+    pub(super) fn places(&self, before: usize) -> Vec<Option<usize>> {
+        let mut places = vec![None; self.known.len()];
+        for (place, &index) in self.free.iter().enumerate() {
+            places[index] = Some(before + place);
+        }
+        places
+    }
+
+    /// Returns the value of a parameter by its index in theta.
+    fn value(&self, z: &[f64], index: usize) -> f64 {
+        let place = self.free.iter().position(|free| *free == index);
+        place.map_or(self.known[index], |place| z[place])
+    }
+
+    /// Returns the expectation of a measurement at a state minus `H x`, rad (m): the offset of the
+    /// sensor, and for a torque sensor the rest of the spring's torque.
+    ///
+    /// - `x`: state; `rows`: number of coordinates.
+    pub(super) fn beyond_observation(
+        &self,
+        z: &[f64],
+        (sensor, measurement): (&Sensor, &Measurement),
+        (x, rows): (&[f64], usize),
+    ) -> f64 {
+        let spring = sensor.spring.as_ref().map_or(0.0, |own| {
+            own.beyond((x, rows, measurement.age), |index| self.value(z, index))
+        });
+        self.offset(z, measurement.sensor) + spring
+    }
+
+    /// Adds the derivatives of a torque sensor's innovation by the parameters, and returns further
+    /// entries of the derivative of its expectation by the state; `None` for a position.
+    pub(super) fn spring_innovation(
+        &self,
+        gradient: &mut [f64],
+        z: &[f64],
+        (sensor, measurement): (&Sensor, &Measurement),
+        (x, rows): (&[f64], usize),
+    ) -> Option<[(usize, f64); 4]> {
+        let own = sensor.spring.as_ref()?;
+        let value = |index| self.value(z, index);
+        Some(
+            own.slopes((x, rows, measurement.age), value, |index, slope| {
+                if let Some(place) = self.free.iter().position(|free| *free == index) {
+                    gradient[place] -= slope;
+                }
+            }),
+        )
+    }
+
+    /// Returns the offset of a sensor, rad (m).
+    pub(super) fn offset(&self, z: &[f64], sensor: usize) -> f64 {
+        let own = self.offsets.iter().position(|o| o.sensor == sensor);
+        own.map_or(0.0, |i| z[self.free.len() + i])
+    }
+
+    /// Corrects a start state by the offsets of its sensors.
+    pub(super) fn shift_start(&self, z: &[f64], x: &mut [f64]) {
+        for (offset, value) in self.offsets.iter().zip(&z[self.free.len()..]) {
+            x[offset.coordinate] -= value;
+        }
+    }
+
+    /// Returns the derivatives of the start state, \[3 rows × columns\].
+    pub(super) fn start(&self, rows: usize) -> Vec<f64> {
+        let count = self.columns();
+        let mut derivatives = vec![0.0; state_count(rows) * count];
+        for (i, offset) in self.offsets.iter().enumerate() {
+            derivatives[offset.coordinate * count + self.free.len() + i] = -1.0;
+        }
+        derivatives
+    }
+
+    /// Adds the derivatives of an innovation by offset, delay and eccentricity of its sensor.
+    ///
+    /// - `coordinates`: coordinates that the sensor measures; `x`: positions and velocities of all
+    ///   rows.
+    pub(super) fn innovation(
+        &self,
+        row: &mut [f64],
+        sensor: usize,
+        coordinates: &[(usize, f64)],
+        x: &[f64],
+    ) {
+        let (position, velocity) = x.split_at(x.len() / 2);
+        let sum =
+            |of: &[f64]| -> f64 { coordinates.iter().map(|&(c, weight)| weight * of[c]).sum() };
+        if let Some(i) = self.offsets.iter().position(|o| o.sensor == sensor) {
+            row[self.free.len() + i] -= 1.0;
+        }
+        for (i, (_, effect)) in self.effects.iter().enumerate() {
+            row[self.values() + i] += match *effect {
+                Effect::SensorDelay(own) if own == sensor => sum(velocity),
+                Effect::Eccentricity {
+                    sensor: own,
+                    is_cosine,
+                } if own == sensor => {
+                    let (sine, cosine) = sum(position).sin_cos();
+                    -if is_cosine { cosine } else { sine }
+                }
+                Effect::SensorDelay(_)
+                | Effect::TorqueDelay(_)
+                | Effect::Saturation { .. }
+                | Effect::Eccentricity { .. } => 0.0,
+            };
+        }
+    }
+
+    /// Adds the derivatives of the torque on a row by its delay and its saturation.
+    pub(super) fn torque(&self, columns: &mut [f64], segment: &Segment, k: usize, row: usize) {
+        let at = k * (segment.torque.len() / segment.samples()) + row;
+        for (i, (_, effect)) in self.effects.iter().enumerate() {
+            columns[self.values() + i] += match *effect {
+                // The torque of a late channel is logged later, so its derivative by the delay is
+                // its rate.
+                Effect::TorqueDelay(own) if own == row => segment.torque_rate[at],
+                Effect::Saturation { row: own, scale } if own == row => {
+                    let torque = segment.torque[at];
+                    -torque * (torque / scale).powi(2)
+                }
+                Effect::SensorDelay(_)
+                | Effect::TorqueDelay(_)
+                | Effect::Saturation { .. }
+                | Effect::Eccentricity { .. } => 0.0,
+            };
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! The main task: logs in, parameters out.
+
+use crate::description::{Estimator, Experiment};
+use crate::estimate::errors::IdentifyError;
+use crate::estimate::steps::{
+    Basis, Identified, Logs, ReadLogs, Ready, before_refinement, describe, examine, fit,
+    make_ready, pass, refine,
+};
+use crate::log::LogSource;
+use crate::model::Model;
+use crate::progress::Listener;
+use crate::stopwatch::Stopwatch;
+
+/// Identifies the parameters of a robot from its logs.
+///
+/// Each log is read block by block, so memory does not grow with the length of a log. The beginning
+/// of the first log is enough for searches (cut-off, delays, Stribeck velocities) and for further
+/// tests of suspicious results. The refinement reads the beginning of every log again.
+///
+/// - `sources`: the logs, all with the same columns.
+/// - `progress`: receives the choices made, the samples read, the runs of the filter and the
+///   simulations.
+///
+/// # Errors
+///
+/// [`IdentifyError`] if the description or a log is faulty, or if the two contradict each other. A
+/// poor fit is a result, not an error.
+///
+/// # Source
+///
+/// Section 2.3: prepare, pass, examine, fit, refine, describe.
+pub fn identify(
+    experiment: &Experiment,
+    model: &Model,
+    sources: &mut [LogSource<'_>],
+    progress: &mut dyn Listener,
+) -> Result<Identified, IdentifyError> {
+    identify_and_tell(experiment, model, sources, progress, &mut |_| ())
+}
+
+/// Identifies the parameters as [`identify`], and hands over the result of least squares before a
+/// refinement begins, because a refinement may take minutes.
+///
+/// - `first`: receives the result of least squares. It is not called if no refinement is asked for.
+///
+/// # Errors
+///
+/// The errors of [`identify`].
+pub fn identify_and_tell(
+    experiment: &Experiment,
+    model: &Model,
+    sources: &mut [LogSource<'_>],
+    progress: &mut dyn Listener,
+    first: &mut dyn FnMut(&Identified),
+) -> Result<Identified, IdentifyError> {
+    let clock = Stopwatch::start();
+    let mut logs = Logs::new(sources);
+    let ready = make_ready(experiment, model, logs.own, progress)?;
+    let read = pass(&ready, logs.own, progress)?;
+    conclude(&ready, &read, &mut logs, &clock, progress, first)
+}
+
+/// Makes the steps after the pass, which one machine or many machines have made.
+///
+/// - `logs`: the logs, for estimators that read them again.
+/// - `clock`: started before the first step.
+///
+/// # Errors
+///
+/// The errors of [`identify`].
+pub(super) fn conclude(
+    ready: &Ready,
+    read: &ReadLogs,
+    logs: &mut Logs<'_, '_>,
+    clock: &Stopwatch,
+    progress: &mut dyn Listener,
+    first: &mut dyn FnMut(&Identified),
+) -> Result<Identified, IdentifyError> {
+    let findings = &examine(ready, read)?;
+    let linear = &fit(ready, read)?;
+    let on_line_seconds = read.lsff.as_ref().map_or(0.0, |(_, seconds)| *seconds);
+    let basis = Basis {
+        ready,
+        read,
+        findings,
+        linear,
+        fit_seconds: clock.seconds() - on_line_seconds,
+    };
+    if (ready.prepared.reading().settings().estimator).contains(&Estimator::PredictionError) {
+        first(&before_refinement(&basis)?);
+    }
+    let estimates = refine(&basis, logs, progress)?;
+    describe(&basis, estimates, progress)
+}

@@ -1,0 +1,48 @@
+//! Tests a delay that the likelihood suggests by blocked hold-out, before it is recommended.
+
+use crate::finding::{Finding, Severity};
+use crate::prepare::{DelayGain, Prepared};
+
+/// Returns a finding about a late channel with the effect of its delay on the held-out error of the
+/// motor torques. A delay that raises this error is not recommended. Other findings stay.
+pub(in crate::estimate) fn with_held_out_delay(
+    mut finding: Finding,
+    prepared: &Prepared,
+) -> Finding {
+    let file = prepared.names().first();
+    if let (Some(evidence), Some(file)) = (&mut finding.evidence, file)
+        && evidence.file.is_empty()
+    {
+        evidence.file.clone_from(file);
+    }
+    let Some(gain) = gain(&finding, prepared) else {
+        return finding;
+    };
+    let words = gain.words();
+    if gain.is_higher() {
+        "delay-rejected".clone_into(&mut finding.code);
+        finding.severity = Severity::Info;
+        finding.text = format!(
+            "{}; but with this delay the held-out error of the motor torques rises {words}, so sprung \
+             does not recommend it",
+            finding.text
+        );
+        "nothing; a friction law or another effect may be missing in the model"
+            .clone_into(&mut finding.remedy);
+    } else {
+        finding.text = format!(
+            "{}. With this delay the held-out error of the motor torques goes {words}",
+            finding.text
+        );
+    }
+    finding
+}
+
+fn gain(finding: &Finding, prepared: &Prepared) -> Option<DelayGain> {
+    (finding.code == "late-channel").then_some(())?;
+    let evidence = finding.evidence.as_ref()?;
+    let (reading, column) = (prepared.reading(), evidence.column.as_ref()?);
+    let channels = &reading.channels().all;
+    let channel = (channels.iter()).position(|channel| channel.column == *column)?;
+    DelayGain::of(prepared.excerpt(), reading, channel, evidence.value)
+}

@@ -1,0 +1,62 @@
+//! Findings about the logs after the estimation: their effect on the results is then measured.
+
+use crate::check::DELAYED_CHANNEL;
+use crate::estimate::result::EstimateResult;
+use crate::estimate::statistics::CERTAIN_SIGMAS;
+use crate::finding::{Finding, Severity};
+use crate::numbers::in_ms;
+
+/// Codes of findings about noise, filters and excitation. They predict uncertain parameters. After
+/// the estimation the intervals and the promise contain the effect.
+const MEASURED_EFFECTS: [&str; 9] = [
+    "noisy-velocity",
+    "noisy-deflection",
+    "noisy-torque",
+    "hardly-moves",
+    "position-cutoff-low",
+    "position-cutoff-high",
+    "filter-cutoff",
+    "sampled-slowly",
+    "only-friction",
+];
+
+/// Code of a delay by likelihood.
+const LATE_CHANNEL: &str = "late-channel";
+
+/// Turns warnings about the logs into notes if their effect is measured: those about noise, filters
+/// and excitation, and delays that the likelihood of the whole robot refutes.
+pub(in crate::estimate) fn after_estimation(findings: &mut [Finding], results: &[EstimateResult]) {
+    for finding in (findings.iter_mut()).filter(|own| own.severity == Severity::Warning) {
+        let more = if MEASURED_EFFECTS.contains(&finding.code.as_str()) {
+            Some("The intervals and the promise contain the effect".to_owned())
+        } else {
+            (finding.code == DELAYED_CHANNEL)
+                .then(|| results.iter().find_map(|result| refuted(finding, result)))
+                .flatten()
+        };
+        if let Some(more) = more {
+            finding.severity = Severity::Info;
+            finding.text = format!("{}. {more}", finding.text);
+        }
+    }
+}
+
+/// Returns why the likelihood refutes a delay by least squares, if it does.
+fn refuted(finding: &Finding, result: &EstimateResult) -> Option<String> {
+    let refinement = result.refined()?;
+    let is_late = |own: &Finding| own.code == LATE_CHANNEL && own.severity >= Severity::Warning;
+    let column = finding.evidence.as_ref()?.column.as_ref()?;
+    let delay = refinement
+        .delays
+        .iter()
+        .find(|delay| delay.column == *column)?;
+    let error = delay.standard_error_s?;
+    let size = (delay.delay_s - delay.used_s).abs();
+    (size <= CERTAIN_SIGMAS * error && !result.warnings.iter().any(is_late)).then(|| {
+        format!(
+            "The likelihood of the whole robot does not confirm the delay ({:.3} ± {:.3} ms)",
+            in_ms(delay.delay_s),
+            in_ms(error)
+        )
+    })
+}

@@ -1,0 +1,359 @@
+//! Judgement of a result: findings about its parameters.
+
+mod at_rest;
+mod bodies;
+mod decide;
+mod delay_hold_out;
+mod gravity;
+mod measured_effects;
+mod parameters;
+mod promise;
+mod routes;
+mod scale;
+mod stability;
+
+use crate::numbers::in_percent;
+use sprung_core::parameters::JointParameter;
+
+use self::bodies::impossible_bodies;
+pub(super) use at_rest::at_rest;
+pub(super) use decide::decide;
+pub(super) use delay_hold_out::with_held_out_delay;
+pub(crate) use gravity::{tilt_is_possible, tilted};
+pub(super) use measured_effects::after_estimation;
+pub(super) use promise::promise;
+pub use promise::{percent, predictions};
+
+use self::parameters::{collinear, listed, little_torque, negative, negative_friction, weak};
+use self::routes::routes_disagree;
+use self::scale::{scale_collapse, stiffness_disagrees};
+use self::stability::{cutoff_drift, parts_disagree, shared_bias};
+use crate::check::{UNEXPLAINED, beyond_resolution, reversed_torque};
+use crate::estimate::estimators::least_squares::Linear;
+use crate::estimate::result::{EstimateResult, MotorRowResult, ParameterEstimate};
+use crate::finding::{Finding, Severity};
+use crate::log::{Channels, Signal};
+use crate::model::{Model, short};
+use crate::prepare::Sweep;
+
+/// Relative gaps between the stacked stiffness and the larger stiffness of the motor row. A gap
+/// above `SMALL_GAP` is reported if it exceeds two standard errors, a gap above `LARGE_GAP` always.
+const SMALL_GAP: f64 = 0.05;
+
+/// Gap that is reported whatever its standard error.
+const LARGE_GAP: f64 = 0.1;
+
+/// A model that leaves more than this fraction of a joint's torque unexplained does not predict it.
+const NOT_PREDICTED: f64 = 0.5;
+
+fn motor_row<'a>(
+    model: &Model,
+    result: &'a EstimateResult,
+    joint: usize,
+) -> Option<&'a MotorRowResult> {
+    let name = &model.joints()[joint];
+    result.motor_rows.iter().find(|row| row.joint == *name)
+}
+
+/// Returns a parameter of a flexible joint, if the joint has it.
+fn of<'a>(
+    model: &Model,
+    result: &'a EstimateResult,
+    kind: JointParameter,
+    joint: usize,
+) -> Option<&'a ParameterEstimate> {
+    // The rotor of a rigid joint is lumped with its link.
+    (model.is_flexible(joint)).then_some(())?;
+    Some(&result.parameters[model.index(kind, joint)?])
+}
+
+/// Returns the findings about a result.
+///
+/// - `linear`: result of least squares; `sweep`: its estimates with other cut-offs.
+/// - `channels`: the columns, for their names.
+#[must_use]
+pub(crate) fn judge(
+    model: &Model,
+    result: &EstimateResult,
+    linear: &Linear,
+    sweep: Option<&Sweep>,
+    channels: &Channels,
+) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    unidentifiable(model, result, &mut findings);
+    for (joint, name) in model.joints().iter().enumerate() {
+        impossible(model, result, joint, name, channels, &mut findings);
+        scale(model, result, joint, name, &mut findings);
+        unexplained(model, result, joint, name, &mut findings);
+    }
+    if result.refined().is_none() {
+        // Noise does not shrink an estimate by likelihood.
+        scale_collapse(model, result, &mut findings);
+    }
+    stiffness_disagrees(model, result, &linear.fitted, &mut findings);
+    findings.extend(routes_disagree(model, result, &linear.fitted));
+    findings.extend(no_promise(model, result));
+    negative_links(model, result, &mut findings);
+    findings.extend(impossible_bodies(model, result));
+    negative_friction(model, result, &mut findings);
+    weak(model, result, &mut findings);
+    if result.refined().is_none() {
+        // The standard errors of the likelihood already contain this uncertainty.
+        little_torque(model, result, &mut findings);
+    }
+    collinear(
+        model,
+        result,
+        &linear.fitted.weakest_direction,
+        &mut findings,
+    );
+    if result.has_linear_values() {
+        findings.extend(sweep.and_then(|sweep| cutoff_drift(model, result, sweep)));
+        findings.extend(shared_bias(result));
+    }
+    // A refinement compares several logs itself.
+    let is_refined = result.refined().is_some();
+    if result.has_linear_values() || is_refined && !linear.parts.are_logs {
+        findings.extend(parts_disagree(model, linear));
+    }
+    findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
+    findings
+}
+
+fn unidentifiable(model: &Model, result: &EstimateResult, findings: &mut Vec<Finding>) {
+    let unidentifiable: Vec<(usize, &ParameterEstimate)> = (result.parameters.iter().enumerate())
+        .filter(|(_, p)| !p.identifiable)
+        .collect();
+    if unidentifiable.is_empty() {
+        return;
+    }
+    let names: Vec<String> = unidentifiable.iter().map(|(_, p)| p.name.clone()).collect();
+    let vital = (unidentifiable.iter()).any(|&(i, _)| {
+        let kind = model.parameters()[i].joint.map(|(kind, _)| kind);
+        kind.map_or(model.tree().is_none(), JointParameter::is_vital)
+    });
+    findings.push(
+        Finding::new(
+            if vital {
+                Severity::Serious
+            } else {
+                Severity::Warning
+            },
+            "not-identifiable",
+            format!(
+                "the log does not determine {} (rank {} of {}): the motion does not excite them, \
+                 or excites only a combination of them",
+                listed(names.iter().map(|name| short(name).into_owned())),
+                result.rank,
+                result.unknowns
+            ),
+            "record a log in which these joints move on their own, with accelerations and with \
+             reversals of direction",
+        )
+        .about(names),
+    );
+}
+
+fn impossible(
+    model: &Model,
+    result: &EstimateResult,
+    joint: usize,
+    name: &str,
+    channels: &Channels,
+    findings: &mut Vec<Finding>,
+) {
+    let column = |signal: Signal| {
+        let channel = channels.telling(signal, joint);
+        channel.map_or("", |i| channels.all[i].column.as_str())
+    };
+    let link = column(Signal::Link);
+    if let Some(row) = motor_row(model, result, joint)
+        && (row.parameters.iter())
+            .filter(|p| {
+                !p.name.ends_with("rotor_inertia") && p.unit != "N·m" || p.name.ends_with("coulomb")
+            })
+            .all(negative)
+    {
+        findings.push(
+            reversed_torque(name, column(Signal::Torque))
+                .about(row.parameters.iter().map(|p| p.name.clone())),
+        );
+        return;
+    }
+    if let Some(stiffness) = of(model, result, JointParameter::Stiffness, joint)
+        && let Some(value) = stiffness.value.filter(|v| *v < 0.0)
+    {
+        findings.push(
+            Finding::new(
+                Severity::Serious,
+                "negative-stiffness",
+                format!(
+                    "{name}: the stiffness is negative ({value:.4} {}), which no spring has: a \
+                     channel is delayed against the others, or a sign is wrong",
+                    stiffness.unit
+                ),
+                &format!(
+                    "check signs and delays of \"{}\", \"{}\" and \"{}\"; set delay_s = {{ \"{}\" = \
+                     \"estimate\" }} in [log]",
+                    link,
+                    column(Signal::Motor),
+                    column(Signal::Torque),
+                    link
+                ),
+            )
+            .about([stiffness.name.clone()]),
+        );
+    }
+    if let Some(rotor) = of(model, result, JointParameter::RotorInertia, joint)
+        && let Some(value) = rotor.value.filter(|v| *v < 0.0)
+    {
+        findings.push(
+            Finding::new(
+                Severity::Serious,
+                "negative-inertia",
+                format!(
+                    "{name}: the rotor inertia is negative ({value:.4e} {}): the torque is delayed \
+                     against the motor position, or its sign is wrong, or the friction is much \
+                     larger than the inertia's torque",
+                    rotor.unit
+                ),
+                "check sign and delay of the torque; excite the joint with higher accelerations",
+            )
+            .about([rotor.name.clone()]),
+        );
+    }
+}
+
+/// Link parameters of a robot in closed form are inertias and belong to no joint.
+fn negative_links(model: &Model, result: &EstimateResult, findings: &mut Vec<Finding>) {
+    if model.tree().is_some() {
+        return;
+    }
+    let names: Vec<String> = (result.parameters.iter())
+        .zip(model.parameters())
+        .filter(|(_, p)| p.joint.is_none() && !p.name.ends_with(".coupling"))
+        .filter(|(estimate, _)| negative(estimate))
+        .map(|(estimate, _)| estimate.name.clone())
+        .collect();
+    if names.is_empty() {
+        return;
+    }
+    findings.push(
+        Finding::new(
+            Severity::Serious,
+            "negative-inertia",
+            format!(
+                "negative inertia of {}: a link position has the wrong sign or a delay, or the \
+                 links hardly accelerate",
+                names.join(", ")
+            ),
+            "check signs and delays of the link columns",
+        )
+        .about(names),
+    );
+}
+
+/// Compares the stacked stiffness with that of the motor row alone.
+fn scale(
+    model: &Model,
+    result: &EstimateResult,
+    joint: usize,
+    name: &str,
+    findings: &mut Vec<Finding>,
+) {
+    let Some(stacked) = of(model, result, JointParameter::Stiffness, joint) else {
+        return;
+    };
+    let alone = motor_row(model, result, joint)
+        .and_then(|row| row.parameters.iter().find(|p| p.name == stacked.name));
+    let (Some(value), Some(alone)) = (stacked.value, alone) else {
+        return;
+    };
+    let (Some(reference), Some(error)) = (alone.value, alone.standard_error) else {
+        return;
+    };
+    let error = error.hypot(stacked.standard_error.unwrap_or(0.0));
+    if result.refined().is_some() {
+        // Noise does not shrink an estimate by likelihood. `stiffness_disagrees` compares it.
+        return;
+    }
+    let gap = reference - value;
+    let sure = gap > LARGE_GAP * reference || gap > 2.0 * error;
+    if value > 0.0 && gap > SMALL_GAP * reference && sure {
+        findings.push(
+            Finding::new(
+                Severity::Warning,
+                "stacked-below-motor-rows",
+                format!(
+                    "{name}: the stacked estimate of the stiffness, {value:.4} {}, lies {:.0} % \
+                     below that of the motor row alone, {reference:.4}. The link rows have no \
+                     right-hand side, so their noise reduces the common scale of links and springs",
+                    stacked.unit,
+                    in_percent(gap / reference)
+                ),
+                "prefer the stiffness of estimator = \"prediction-error\", which noise does not shrink, or \
+                 that of the motor row; look for delays and for noise of the link positions",
+            )
+            .about([stacked.name.clone()]),
+        );
+    }
+}
+
+/// Reports joints without a promise: parts of the log do not determine the parameters that the other
+/// parts need.
+fn no_promise(model: &Model, result: &EstimateResult) -> Option<Finding> {
+    let promised = |joint: &String| result.promise.iter().any(|own| own.joint == *joint);
+    let without: Vec<&str> = (model.joints().iter())
+        .filter(|joint| !promised(joint))
+        .map(String::as_str)
+        .collect();
+    (!without.is_empty()).then(|| {
+        Finding::new(
+            Severity::Warning,
+            "no-promise",
+            format!(
+                "the log does not show how well the model predicts {} in a new experiment: without \
+                 one eighth of the log, the rest does not determine the parameters",
+                without.join(", ")
+            ),
+            "record a longer log in which all joints move all the time",
+        )
+    })
+}
+
+fn unexplained(
+    model: &Model,
+    result: &EstimateResult,
+    joint: usize,
+    name: &str,
+    findings: &mut Vec<Finding>,
+) {
+    if result.simulation.is_some() {
+        // The cost of the simulation reports the fit. The filtered rows contain the encoders'
+        // quantisation.
+        return;
+    }
+    let row = model.row_name(model.torque_row(joint));
+    let Some(relative) = result.relative_residual.get(&row) else {
+        return;
+    };
+    let share = result.resolution_share.get(&row).unwrap_or(0.0);
+    let missed = beyond_resolution(relative, share);
+    if missed > UNEXPLAINED {
+        findings.push(Finding::new(
+            if missed > NOT_PREDICTED {
+                Severity::Serious
+            } else {
+                Severity::Warning
+            },
+            "poor-fit",
+            format!(
+                "{name}: the residual of the motor row is {:.0} % of its torque (root mean \
+                 squares): the model does not explain this log",
+                in_percent(relative)
+            ),
+            "look at the fit over time: it shows a delay, a missing friction law or an offset of \
+             the torque",
+        ));
+    }
+}

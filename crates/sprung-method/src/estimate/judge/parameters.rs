@@ -1,0 +1,194 @@
+//! Findings about single parameters: weakly excited, collinear, impossible friction.
+
+use crate::estimate::result::{EstimateResult, ParameterEstimate};
+use crate::finding::{Finding, Severity};
+use crate::model::{Model, Parameter, short};
+use crate::numbers::in_percent;
+
+/// A parameter with a larger relative standard error is reported as weakly excited.
+const WEAK_RELATIVE_ERROR: f64 = 0.15;
+
+/// A stiffness or a rotor inertia with a larger relative standard error is hardly known at all.
+const UNKNOWN_RELATIVE_ERROR: f64 = 0.5;
+
+/// Ratio of a parameter's torque to the residual of its row. Below this ratio a bias may be as
+/// large as the value, and the standard errors do not show this bias.
+const LITTLE_TORQUE_OVER_RESIDUAL: f64 = 3.0;
+
+/// Condition number with scaled columns above which the collinear parameters are named.
+const COLLINEAR_CONDITION: f64 = 100.0;
+
+/// Maximum number of parameters that a message lists.
+const MAX_LISTED_PARAMETERS: usize = 8;
+
+pub(super) fn negative(estimate: &ParameterEstimate) -> bool {
+    estimate.value.is_some_and(|value| value < 0.0)
+}
+
+pub(super) fn negative_friction(
+    model: &Model,
+    result: &EstimateResult,
+    findings: &mut Vec<Finding>,
+) {
+    let (lost, wrong): (Vec<_>, Vec<_>) = (model.parameters().iter())
+        .zip(&result.parameters)
+        .filter(|(parameter, _)| parameter.is_friction())
+        .map(|(_, estimate)| estimate)
+        .filter(|estimate| negative(estimate))
+        .partition(|p| -p.value.unwrap_or(0.0) < 2.0 * p.standard_error.unwrap_or(0.0));
+    for (group, meaning) in [
+        (
+            wrong,
+            "friction that feeds energy in makes a simulation unstable. Possible causes are \
+             quantised positions and smoothing through the Coulomb transition",
+        ),
+        (lost, "the value is within two standard errors of zero"),
+    ] {
+        if group.is_empty() {
+            continue;
+        }
+        let list = list(&group, |p| {
+            format!("{:.4} {}", p.value.unwrap_or(0.0), p.unit)
+        });
+        findings.push(
+            Finding::new(
+                Severity::Warning,
+                "negative-friction",
+                format!("estimated friction is negative, {list}: {meaning}"),
+                "excite the joint at low and at high speed; until then simulate with zero",
+            )
+            .about(group.iter().map(|p| p.name.clone())),
+        );
+    }
+}
+
+/// Reports parameters with large relative errors. Their intervals are valid, and the promise contains
+/// their effect on the prediction, so this is a warning only for a stiffness or a rotor inertia that
+/// is hardly known at all.
+pub(super) fn weak(model: &Model, result: &EstimateResult, findings: &mut Vec<Finding>) {
+    let share = |p: &ParameterEstimate| Some(p.standard_error? / p.value?.abs());
+    let is_vital = |known: &Parameter| known.joint.is_some_and(|(kind, _)| kind.is_vital());
+    let weak: Vec<(&ParameterEstimate, &Parameter)> = (result.parameters.iter())
+        .zip(model.parameters())
+        // Negative friction has its own finding. Offsets and preloads may be zero, so their
+        // relative error means nothing.
+        .filter(|(p, known)| match known.joint {
+            Some((kind, _)) if kind.is_friction() => !negative(p),
+            Some(_) => is_vital(known),
+            None => true,
+        })
+        .filter(|(p, _)| share(p).is_some_and(|share| share > WEAK_RELATIVE_ERROR))
+        .collect();
+    let (unknown, uncertain): (Vec<_>, Vec<_>) = (weak.into_iter()).partition(|(p, known)| {
+        is_vital(known) && share(p).is_some_and(|share| share > UNKNOWN_RELATIVE_ERROR)
+    });
+    for (severity, group) in [(Severity::Warning, unknown), (Severity::Info, uncertain)] {
+        let group: Vec<&ParameterEstimate> = group.into_iter().map(|(p, _)| p).collect();
+        if group.is_empty() {
+            continue;
+        }
+        let list = list(&group, |p| {
+            format!("{:.0} %", in_percent(share(p).unwrap_or(0.0)))
+        });
+        findings.push(
+            Finding::new(
+                severity,
+                "weakly-excited",
+                format!("the log excites some parameters weakly; relative standard errors: {list}"),
+                "record larger amplitudes or a longer log, with motion that excites these \
+                 parameters",
+            )
+            .about(group.iter().map(|p| p.name.clone())),
+        );
+    }
+}
+
+/// Reports parameters whose torque is small compared with the residual of their row.
+pub(super) fn little_torque(model: &Model, result: &EstimateResult, findings: &mut Vec<Finding>) {
+    let little: Vec<&ParameterEstimate> = (result.parameters.iter())
+        .zip(model.parameters())
+        .filter(|(p, known)| {
+            // Offsets and preloads may be zero.
+            let counts = known
+                .joint
+                .is_none_or(|(kind, _)| kind.is_vital() || kind.is_friction());
+            counts
+                && p.torque_over_residual
+                    .is_some_and(|ratio| ratio < LITTLE_TORQUE_OVER_RESIDUAL)
+        })
+        .map(|(p, _)| p)
+        .collect();
+    if little.is_empty() || result.motor_rows.is_empty() && model.tree().is_none() {
+        return;
+    }
+    let list = list(&little, |p| {
+        format!("{:.1} times", p.torque_over_residual.unwrap_or(0.0))
+    });
+    findings.push(
+        Finding::new(
+            Severity::Info,
+            "little-torque",
+            format!(
+                "the torque of some parameters is hardly larger than the residual of their rows \
+                 ({list}): their bias may be as large as the value, and the standard errors do not \
+                 show it"
+            ),
+            "use higher accelerations or velocities of these joints, or finer encoders",
+        )
+        .about(little.iter().map(|p| p.name.clone())),
+    );
+}
+
+/// Returns `name value, name value, …`.
+fn list(parameters: &[&ParameterEstimate], value: impl Fn(&ParameterEstimate) -> String) -> String {
+    listed((parameters.iter()).map(|p| format!("{} {}", short(&p.name), value(p))))
+}
+
+/// Joins the first words of a list and adds the number of words left out.
+pub(super) fn listed(words: impl ExactSizeIterator<Item = String>) -> String {
+    let more = words.len().saturating_sub(MAX_LISTED_PARAMETERS);
+    let mut shown = words
+        .take(MAX_LISTED_PARAMETERS)
+        .collect::<Vec<String>>()
+        .join(", ");
+    if more > 0 {
+        shown = format!("{shown} and {more} more");
+    }
+    shown
+}
+
+pub(super) fn collinear(
+    model: &Model,
+    result: &EstimateResult,
+    weakest: &[f64],
+    findings: &mut Vec<Finding>,
+) {
+    let Some(condition) = result
+        .condition_number_scaled
+        .filter(|c| *c > COLLINEAR_CONDITION)
+    else {
+        return;
+    };
+    if result.rank < result.unknowns {
+        return;
+    }
+    let names: Vec<String> = (model.parameters().iter().zip(weakest))
+        .filter(|(_, part)| **part > 0.2)
+        .map(|(parameter, _)| parameter.name.clone())
+        .collect();
+    findings.push(
+        Finding::new(
+            // The intervals contain the uncertainty.
+            Severity::Info,
+            "collinear",
+            format!(
+                "the columns of {} are nearly collinear in this log (condition number \
+                 {condition:.0} after scaling): their separate values are far less certain than a \
+                 combination of them",
+                listed(names.iter().map(|name| short(name).into_owned()))
+            ),
+            "use a trajectory with more frequencies, with the joints moving independently",
+        )
+        .about(names),
+    );
+}

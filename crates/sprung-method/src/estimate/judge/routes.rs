@@ -1,0 +1,56 @@
+//! Contradiction between the refinement and least squares.
+
+use super::parameters::listed;
+use crate::estimate::result::EstimateResult;
+use crate::estimate::statistics::SIGNIFICANT_SIGMAS;
+use crate::finding::{Finding, Severity};
+use crate::fit::Fitted;
+use crate::model::Model;
+
+/// Reports parameters whose refined value contradicts least squares. Both weigh the samples
+/// differently, so an effect that the model lacks moves them apart.
+///
+/// - `fitted`: result of least squares.
+pub(super) fn routes_disagree(
+    model: &Model,
+    result: &EstimateResult,
+    fitted: &Fitted,
+) -> Option<Finding> {
+    result.refined()?;
+    let mut apart: Vec<(usize, f64)> = (result.parameters.iter().enumerate())
+        .filter(|(i, own)| !own.fixed && fitted.identifiable[*i])
+        .filter_map(|(i, own)| {
+            let error = own.standard_error?.hypot(fitted.standard_error[i]);
+            let difference = (own.value? - fitted.theta[i]).abs();
+            Some((i, difference / error)).filter(|(_, size)| *size > SIGNIFICANT_SIGMAS)
+        })
+        .collect();
+    if apart.is_empty() {
+        return None;
+    }
+    apart.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let list = apart.iter().map(|&(i, size)| {
+        let own = &result.parameters[i];
+        format!(
+            "{} ({:.4} and {:.4} {}, {size:.1} standard errors of the difference)",
+            model.parameters()[i].short(),
+            own.value.unwrap_or_default(),
+            fitted.theta[i],
+            own.unit
+        )
+    });
+    Some(
+        Finding::new(
+            Severity::Warning,
+            "routes-disagree",
+            format!(
+                "refinement and least squares contradict each other: {}. The model lacks an effect, \
+                 or a position is noisier than its counts",
+                listed(list)
+            ),
+            "try laws = \"auto\"; look for delays, play and uneven encoders; until then use neither \
+             value alone",
+        )
+        .about(apart.iter().map(|&(i, _)| result.parameters[i].name.clone())),
+    )
+}

@@ -1,0 +1,308 @@
+//! Laws of friction and springs by hold-out: which laws beyond those of the description predict
+//! parts of the log better that the fit has not seen.
+
+mod by_likelihood;
+mod candidates;
+mod chosen;
+mod dependence;
+mod ladder;
+mod normal;
+mod tested;
+
+use crate::numbers::{in_ms, in_percent};
+use candidates::{Candidate, Candidates, Change, Tier, changed, torque_channel};
+use chosen::{is_small, names, words};
+use ladder::{Ladder, Rung};
+use normal::Normal;
+
+pub(super) use by_likelihood::{open_delays, with_open_delays};
+pub(super) use chosen::{Chosen, laws_of};
+pub(super) use dependence::dependence;
+pub(super) use tested::{Tested, with_tested_laws};
+
+use crate::description::{Delay, Experiment, Laws};
+use crate::estimate::result::{LawDelay, LawRung, LawsByHoldOut};
+use crate::finding::{Finding, Severity};
+use crate::prepare::{Prepared, rms_speeds};
+use crate::regression::Reduction;
+
+/// Code of the finding that laws would predict the log better.
+pub(super) const LAWS_MISSING: &str = "laws-missing";
+
+/// Missing laws are a warning if they decrease the held-out residual of the torque by at least the first
+/// fraction. They also are if one of them decreases that of its joint's rows by the second one and the
+/// torque is not predicted worse.
+const LARGE_GAIN: f64 = 0.1;
+
+/// The same for the rows of one joint.
+const LARGE_GAIN_OF_JOINT: f64 = 0.08;
+
+/// Climbs the ladder of laws on the beginning of the first log.
+///
+/// The regression is formed once, with a column for each law that a joint can have. Each step adds
+/// the law whose column decreases the held-out residual of its joint's rows most, as long as the
+/// gain is at least 1 % and 3 times its standard deviation over the parts of the log. Offset,
+/// viscous and Coulomb friction come first. Residual laws come last and only where the settings
+/// ask for `"auto"`.
+///
+/// Returns `None` if the log is too short for parts.
+pub(super) fn choose_laws(prepared: &Prepared) -> Option<Chosen> {
+    let (experiment, reading) = (prepared.experiment(), prepared.reading());
+    let (model, channels) = (reading.model(), reading.channels());
+    let speeds = rms_speeds(reading, prepared.excerpt());
+    let found = Candidates::new(experiment, model, channels, &speeds).ok()?;
+    let probes: Vec<_> = found.probes.iter().map(|(probe, _)| *probe).collect();
+    let rows: Vec<usize> = (0..model.rows()).collect();
+    let empty = Reduction::with_probes(model, &rows, &probes).without_samples();
+    let signals = prepared.excerpt().smoothed(reading)?;
+    let system = signals.reduce_by(empty, reading)?;
+    let normal = Normal::new(model, &system, &found.probes)?;
+    let rows: Vec<[usize; 2]> = (0..model.joint_count())
+        .map(|joint| [joint, model.torque_row(joint)])
+        .collect();
+    let mut ladder = Ladder::new(&normal, &found.all, &rows)?;
+    let auto = |candidate: &Candidate| {
+        laws_of(experiment, candidate.joint) == Laws::Auto && candidate.change != Change::TorqueLoad
+    };
+    ladder.climb(&[Tier::Essential, Tier::Named, Tier::Residual], auto);
+    let made = ladder.rungs.len();
+    ladder.climb(&[Tier::Essential, Tier::Named], |candidate| {
+        !auto(candidate)
+    });
+    Some(describe(prepared, &found, &ladder, made))
+}
+
+fn describe(prepared: &Prepared, found: &Candidates, ladder: &Ladder<'_>, made: usize) -> Chosen {
+    let experiment = prepared.experiment();
+    let joints = prepared.reading().model().joints();
+    let rung = |(index, rung): (usize, &Rung)| {
+        let candidate = &found.all[rung.candidate];
+        let (of, law) = names(candidate.change);
+        let mut alike: Vec<String> = (rung.alike.iter())
+            .map(|&other| words(found.all[other].change))
+            .collect();
+        alike.dedup();
+        let channels = prepared.reading().channels();
+        let torque = torque_channel(channels, candidate.joint)
+            .filter(|_| candidate.change == Change::TorqueDelay);
+        let delay = torque
+            .zip(ladder.value(rung))
+            .map(|(channel, (later, error))| LawDelay {
+                column: channels.all[channel].column.clone(),
+                // A torque that acts later than its record was recorded too early.
+                delay_s: prepared.delays().values[channel] - later,
+                standard_error_s: error,
+            });
+        LawRung {
+            joint: joints[candidate.joint].clone(),
+            of: of.to_owned(),
+            law: law.to_owned(),
+            gain: rung.gain,
+            gain_scatter: rung.scatter,
+            held_out: rung.held_out,
+            stribeck_velocity: rung.stribeck_velocity,
+            stribeck_velocity_error: None,
+            not_told_apart_from: alike,
+            made: index < made && delay.as_ref().is_none_or(|delay| is_small(delay.delay_s)),
+            delay,
+        }
+    };
+    let result = LawsByHoldOut {
+        held_out: ladder.before,
+        rungs: ladder.rungs.iter().enumerate().map(rung).collect(),
+        ended: "no other law decreases the held-out residual of its joint by 1 % and by 3 times \
+                the scatter over the parts of the log"
+            .to_owned(),
+    };
+    Chosen {
+        finding: finding(&result),
+        open_velocities: open_velocities(experiment, &result),
+        experiment: (result.rungs.iter().any(|rung| rung.made))
+            .then(|| with_found_laws(experiment, &result)),
+        result,
+    }
+}
+
+/// Returns the joints whose Stribeck velocity the ladder found and the description does not give.
+fn open_velocities(experiment: &Experiment, result: &LawsByHoldOut) -> Vec<usize> {
+    let has_found = |name: &str| {
+        let mut rungs = result.rungs.iter().filter(|rung| rung.made);
+        rungs.any(|rung| rung.joint == name && rung.stribeck_velocity.is_some())
+    };
+    (experiment.robot.joint.iter().enumerate())
+        .filter(|(_, joint)| joint.stribeck_velocity_rad_per_s.is_none() && has_found(&joint.name))
+        .map(|(index, _)| index)
+        .collect()
+}
+
+/// Returns an experiment with the laws and the delays that a ladder added. Laws that it has already
+/// stay single.
+#[must_use]
+pub fn with_found_laws(experiment: &Experiment, found: &LawsByHoldOut) -> Experiment {
+    let mut with = experiment.clone();
+    for rung in found.rungs.iter().filter(|rung| rung.made) {
+        if let (Some(delay), Some(log)) = (&rung.delay, &mut with.log) {
+            let known = Delay::Known(delay.delay_s);
+            log.delay_s.insert(delay.column.clone(), known);
+        }
+        let joints = &mut with.robot.joint;
+        if let Some(joint) = joints.iter_mut().find(|joint| joint.name == rung.joint) {
+            let velocity = rung.stribeck_velocity;
+            *joint = changed(joint.clone(), &rung.of, &rung.law, velocity);
+        }
+    }
+    with
+}
+
+/// Returns the finding about laws that hold-out asks for and that were not added.
+fn finding(result: &LawsByHoldOut) -> Option<Finding> {
+    let missing: Vec<&LawRung> = result.rungs.iter().filter(|rung| !rung.made).collect();
+    let last = missing.last()?;
+    let made = result.rungs.iter().rfind(|rung| rung.made);
+    let before = made.map_or(result.held_out, |rung| rung.held_out);
+    let all: Vec<String> = (missing.iter())
+        .map(|rung| {
+            let alike = match &rung.not_told_apart_from[..] {
+                [] => String::new(),
+                others => format!(", or {}", others.join(" or ")),
+            };
+            let delay = rung.delay.as_ref().map_or_else(String::new, |delay| {
+                format!(
+                    " of {:.2} ± {:.2} ms",
+                    in_ms(delay.delay_s),
+                    in_ms(delay.standard_error_s)
+                )
+            });
+            format!(
+                "{}: {}{delay}{alike} ({:.0} % less in its rows)",
+                rung.joint,
+                rung.words(),
+                in_percent(rung.gain)
+            )
+        })
+        .collect();
+    let large = last.held_out < (1.0 - LARGE_GAIN) * before
+        || last.held_out <= before && missing.iter().any(|rung| rung.gain > LARGE_GAIN_OF_JOINT);
+    let severity = if large {
+        Severity::Warning
+    } else {
+        Severity::Info
+    };
+    Some(
+        Finding::new(
+            severity,
+            LAWS_MISSING,
+            format!(
+                "parts of the log that the fit has not seen are predicted better with laws that the \
+                 description lacks: {}; together they change the held-out residual of the torque from \
+                 {:.2} % to {:.2} %",
+                all.join("; "),
+                in_percent(before),
+                in_percent(last.held_out)
+            ),
+            "set laws = \"auto\", or add the laws to the joints",
+        )
+        .mended_by("[identify]", "laws = \"auto\""),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::demo;
+    use crate::description::{self, FrictionLaw, SpringTerm, no_files};
+
+    fn rung(of: &str, law: &str, made: bool) -> LawRung {
+        LawRung {
+            joint: "joint1".to_owned(),
+            of: of.to_owned(),
+            law: law.to_owned(),
+            gain: 0.3,
+            gain_scatter: 0.02,
+            held_out: 0.03,
+            not_told_apart_from: Vec::new(),
+            stribeck_velocity: (law == "stribeck").then_some(0.04),
+            stribeck_velocity_error: None,
+            delay: law.is_empty().then(|| LawDelay {
+                column: "tau1_nm".to_owned(),
+                delay_s: -1e-3,
+                standard_error_s: 1e-4,
+            }),
+            made,
+        }
+    }
+
+    fn found(rungs: Vec<LawRung>) -> LawsByHoldOut {
+        LawsByHoldOut {
+            held_out: 0.08,
+            rungs,
+            ended: String::new(),
+        }
+    }
+
+    #[test]
+    fn laws_that_were_made_enter_the_description_once() {
+        let experiment =
+            description::read("experiment.toml", demo::EXPERIMENT, &[], &mut no_files).unwrap();
+        let found = found(vec![
+            rung("motor_friction", "stribeck", true),
+            rung("link_friction", "viscous-asymmetric", true),
+            rung("spring", "cubic", true),
+            rung("torque delay", "", true),
+            rung("motor_friction", "quadratic", false),
+        ]);
+        let once = with_found_laws(&experiment, &found);
+        let twice = with_found_laws(&once, &found);
+        for with in [&once, &twice] {
+            let joint = &with.robot.joint[0];
+            let names =
+                |laws: &[FrictionLaw]| -> Vec<&str> { laws.iter().map(|law| law.name()).collect() };
+            assert_eq!(
+                names(joint.motor_laws()),
+                ["viscous", "coulomb", "stribeck"]
+            );
+            assert_eq!(names(joint.link_laws()), ["coulomb", "viscous-asymmetric"]);
+            assert_eq!(
+                joint.spring_terms(),
+                [SpringTerm::Linear, SpringTerm::Cubic]
+            );
+            assert_eq!(joint.stribeck_velocity_rad_per_s, Some(0.04));
+            let log = with.log.as_ref().unwrap();
+            assert_eq!(log.delay_s["tau1_nm"], Delay::Known(-1e-3));
+            assert!(crate::model::Model::new(with).is_ok());
+        }
+    }
+
+    #[test]
+    fn only_laws_that_were_not_made_are_missing() {
+        assert!(finding(&found(Vec::new())).is_none());
+        assert!(finding(&found(vec![rung("spring", "cubic", true)])).is_none());
+        let small = LawRung {
+            gain: 0.03,
+            ..rung("motor_friction", "quadratic", false)
+        };
+        let missing = finding(&found(vec![rung("spring", "cubic", true), small.clone()]));
+        let missing = missing.unwrap();
+        assert_eq!(missing.code, "laws-missing");
+        assert!(
+            missing
+                .text
+                .contains("joint1: motor_friction \"quadratic\"")
+        );
+        assert_eq!(missing.severity, Severity::Info);
+        let large = LawRung {
+            gain: 0.09,
+            ..small
+        };
+        let missing = finding(&found(vec![rung("spring", "cubic", true), large])).unwrap();
+        assert_eq!(missing.severity, Severity::Warning);
+        let no_torque = LawRung {
+            held_out: 0.081,
+            ..rung("link_friction", "offset", false)
+        };
+        let missing = finding(&found(vec![no_torque])).unwrap();
+        assert_eq!(missing.severity, Severity::Info);
+        let all = finding(&found(vec![rung("spring", "cubic", false)])).unwrap();
+        assert_eq!(all.severity, Severity::Warning);
+    }
+}

@@ -1,0 +1,297 @@
+//! What an identification chose from the first log, as a value that holds for all logs of the robot.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::description::{Estimator, Experiment};
+use crate::estimate::errors::FactorsError;
+use crate::estimate::laws::with_found_laws;
+use crate::estimate::result::{GENERATOR, LawsByHoldOut};
+use crate::estimate::steps::Ready;
+use crate::log::Channels;
+use crate::model::Model;
+use crate::prepare::PrepareError;
+use crate::regression::{Packed, Reading, TransitionWeights, VelocityNoise};
+use crate::sha256::sha256;
+
+/// Version of the stored choices and factors.
+pub(super) const FORMAT: u64 = 1;
+
+/// Choices from the beginning of the first log of a robot: laws, signs, gains, the cut-off of the
+/// positions, delays, velocities of friction laws, stiffnesses that place links without encoder,
+/// mountings of sensors on links and weights of samples.
+///
+/// All logs of the robot are reduced with the same choices. They are small, and `serde` stores them
+/// without loss.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Choices {
+    format: u64,
+    generator: String,
+    robot: String,
+    /// Hash of the parts of the experiment on which factors depend.
+    experiment: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    laws: Option<LawsByHoldOut>,
+    sign: BTreeMap<String, f64>,
+    gain: BTreeMap<String, f64>,
+    position_cutoff_hz: f64,
+    /// Delay of each column, in the order of the columns.
+    delay_s: Vec<f64>,
+    /// Of each joint.
+    stribeck_velocity: Vec<f64>,
+    residual_velocity: Vec<f64>,
+    /// Parameters about which the regression is linear in the stiffnesses without link encoder.
+    springs: Option<Packed>,
+    /// Mounting and bias of each sensor on a link.
+    mountings: Vec<Packed>,
+    weights: Option<StoredWeights>,
+}
+
+/// The numbers from which the weights of the samples are made.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct StoredWeights {
+    link: Packed,
+    motor: Packed,
+    theta: Packed,
+    slip: Packed,
+}
+
+impl Choices {
+    /// Returns the choices of a preparation.
+    ///
+    /// - `experiment`: as the file gives it.
+    pub(super) fn new(experiment: &Experiment, ready: &Ready) -> Self {
+        let prepared = &ready.prepared;
+        let reading = prepared.reading();
+        let (model, factors) = (reading.model(), prepared.factors());
+        let sensors = reading.channels().inertial.iter();
+        let weights = reading.weights().map(TransitionWeights::made_of);
+        let joints = 0..model.joint_count();
+        Self {
+            format: FORMAT,
+            generator: GENERATOR.to_owned(),
+            robot: experiment.robot.name.clone(),
+            experiment: fingerprint(experiment),
+            laws: ready.laws.as_ref().map(|chosen| chosen.result.clone()),
+            sign: (factors.signs.iter())
+                .map(|own| (own.column.clone(), own.value))
+                .collect(),
+            gain: (factors.gains.iter())
+                .map(|own| (own.column.clone(), own.value))
+                .collect(),
+            position_cutoff_hz: reading.position_cutoff_hz(),
+            delay_s: reading.delays().to_vec(),
+            stribeck_velocity: (joints.clone())
+                .map(|i| model.stribeck_velocity(i))
+                .collect(),
+            residual_velocity: joints.map(|i| model.shape(i).residual_velocity).collect(),
+            springs: model.springs().map(|theta| Packed(theta.to_vec())),
+            mountings: (sensors.flat_map(|own| &own.all))
+                .map(|own| Packed(own.found()))
+                .collect(),
+            weights: weights.map(|own| StoredWeights {
+                link: Packed(own.noise.link.clone()),
+                motor: Packed(own.noise.motor.clone()),
+                theta: Packed(own.theta.clone()),
+                slip: Packed(own.slip.clone()),
+            }),
+        }
+    }
+
+    /// Returns the settings with which each log of the robot is read.
+    ///
+    /// # Errors
+    ///
+    /// [`FactorsError`] if the choices are those of another version or another experiment.
+    pub(super) fn reading(&self, experiment: &Experiment) -> Result<Reading, FactorsError> {
+        let what = || "the choices".to_owned();
+        self.check(experiment, &what)?;
+        let not_readable = |why: String| FactorsError::NotReadable {
+            what: "the choices",
+            why,
+        };
+        let mut described = for_factors(experiment);
+        if let Some(laws) = &self.laws {
+            described = with_found_laws(&described, laws);
+        }
+        let log = described.log.as_mut();
+        let log = log.ok_or_else(|| not_readable(PrepareError::NoLog.to_string()))?;
+        log.settle(&self.sign, &self.gain);
+        let channels = Channels::new(&described.robot, log)
+            .map_err(|error| not_readable(error.to_string()))?;
+        let model = Model::new(&described).map_err(|error| not_readable(error.to_string()))?;
+        if !self.fits(&model, &channels) {
+            return Err(not_readable(
+                "they have another number of values".to_owned(),
+            ));
+        }
+        let shapes = self.stribeck_velocity.iter().zip(&self.residual_velocity);
+        let model = (shapes.enumerate()).fold(model, |model, (joint, (stribeck, residual))| {
+            (model.with_stribeck(joint, *stribeck)).with_residual_velocity(joint, *residual)
+        });
+        let channels = self.mounted(channels);
+        let mut reading = Reading::new(
+            &model,
+            &described.identify,
+            &channels,
+            self.position_cutoff_hz,
+        )
+        .with_delays(&self.delay_s);
+        if let Some(springs) = &self.springs {
+            reading = reading.with_springs(&springs.0);
+        }
+        if let Some(own) = &self.weights {
+            let noise = VelocityNoise {
+                link: own.link.0.clone(),
+                motor: own.motor.0.clone(),
+            };
+            let slip = own.slip.0.clone();
+            let weights = TransitionWeights::new(reading.model(), &noise, &own.theta.0, slip);
+            reading = reading.with_weights(weights);
+        }
+        Ok(reading)
+    }
+
+    /// Checks that the choices are those of this version and this experiment.
+    ///
+    /// - `what`: returns the name of the value for messages.
+    pub(super) fn check(
+        &self,
+        experiment: &Experiment,
+        what: &dyn Fn() -> String,
+    ) -> Result<(), FactorsError> {
+        if self.format != FORMAT || self.generator != GENERATOR {
+            return Err(FactorsError::OtherVersion {
+                what: what(),
+                generator: self.generator.clone(),
+                format: self.format,
+                known: FORMAT,
+            });
+        }
+        if self.robot != experiment.robot.name {
+            return Err(FactorsError::OtherRobot {
+                what: what(),
+                found: self.robot.clone(),
+                robot: experiment.robot.name.clone(),
+            });
+        }
+        if self.experiment != fingerprint(experiment) {
+            return Err(FactorsError::OtherExperiment { what: what() });
+        }
+        Ok(())
+    }
+
+    /// Checks that other choices are the same.
+    ///
+    /// - `what`: returns the name of the value with the other choices for messages.
+    pub(super) fn check_same(
+        &self,
+        other: &Self,
+        what: &dyn Fn() -> String,
+    ) -> Result<(), FactorsError> {
+        if other.format != self.format || other.generator != self.generator {
+            return Err(FactorsError::OtherVersion {
+                what: what(),
+                generator: other.generator.clone(),
+                format: other.format,
+                known: self.format,
+            });
+        }
+        if other.robot != self.robot {
+            return Err(FactorsError::OtherRobot {
+                what: what(),
+                found: other.robot.clone(),
+                robot: self.robot.clone(),
+            });
+        }
+        if other.experiment != self.experiment {
+            return Err(FactorsError::OtherExperiment { what: what() });
+        }
+        let differing = self.differing(other);
+        if differing.is_empty() {
+            return Ok(());
+        }
+        Err(FactorsError::OtherChoices {
+            what: what(),
+            differing,
+        })
+    }
+
+    /// Returns the names of the choices that differ.
+    fn differing(&self, other: &Self) -> Vec<&'static str> {
+        let same = |own: &[f64], other: &[f64]| own == other;
+        [
+            ("the laws", self.laws == other.laws),
+            ("signs", self.sign == other.sign),
+            ("gains", self.gain == other.gain),
+            (
+                "the cut-off of the positions",
+                same(&[self.position_cutoff_hz], &[other.position_cutoff_hz]),
+            ),
+            ("delays", same(&self.delay_s, &other.delay_s)),
+            (
+                "Stribeck velocities",
+                same(&self.stribeck_velocity, &other.stribeck_velocity),
+            ),
+            (
+                "velocities of residual laws",
+                same(&self.residual_velocity, &other.residual_velocity),
+            ),
+            ("stiffnesses", self.springs == other.springs),
+            (
+                "mountings of sensors on links",
+                self.mountings == other.mountings,
+            ),
+            ("weights of samples", self.weights == other.weights),
+        ]
+        .into_iter()
+        .filter_map(|(name, same)| (!same).then_some(name))
+        .collect()
+    }
+
+    /// Returns whether all lists have the lengths of a model and its columns.
+    fn fits(&self, model: &Model, channels: &Channels) -> bool {
+        let (n, p) = (model.joint_count(), model.parameters().len());
+        let sensors = (channels.inertial.as_ref()).map_or(&[][..], |own| &own.all);
+        self.delay_s.len() == channels.all.len()
+            && self.stribeck_velocity.len() == n
+            && self.residual_velocity.len() == n
+            && self.springs.as_ref().is_none_or(|own| own.0.len() == p)
+            && self.mountings.len() == sensors.len()
+            && (self.mountings.iter().zip(sensors))
+                .all(|(own, sensor)| own.0.len() == sensor.found().len())
+            && self.weights.as_ref().is_none_or(|own| {
+                own.link.0.len() == n
+                    && own.motor.0.len() == n
+                    && own.theta.0.len() == p
+                    && own.slip.0.len() == model.rows()
+            })
+    }
+
+    /// Returns the channels with the mountings and biases of the sensors on links.
+    fn mounted(&self, mut channels: Channels) -> Channels {
+        let sensors = (channels.inertial.iter_mut()).flat_map(|own| &mut own.all);
+        for (sensor, own) in sensors.zip(&self.mountings) {
+            sensor.take_found(&own.0);
+        }
+        channels
+    }
+}
+
+/// Returns the experiment with least squares as its only estimator.
+pub(super) fn for_factors(experiment: &Experiment) -> Experiment {
+    let mut own = experiment.clone();
+    own.identify.estimator = vec![Estimator::LeastSquares];
+    own
+}
+
+/// Returns a hash of the parts of an experiment on which factors depend.
+fn fingerprint(experiment: &Experiment) -> String {
+    let own = for_factors(experiment);
+    let log = own.log.map(|mut log| {
+        log.file = None;
+        log
+    });
+    sha256(format!("{:?}", (own.robot, log, own.identify)).as_bytes()).unwrap_or_default()
+}

@@ -1,0 +1,43 @@
+//! Estimators: from the regression of the logs to parameters, standard errors, findings and a
+//! verdict. `identify` makes the steps of `steps`.
+
+mod errors;
+mod estimators;
+mod identify;
+mod judge;
+mod late_channels;
+mod laws;
+mod many_logs;
+mod payload;
+mod physical;
+mod result;
+mod statistics;
+mod steps;
+
+pub use errors::{FactorsError, IdentifyError, LsffError};
+pub use estimators::lsff::Lsff;
+pub use estimators::prediction_error::{KnownNoise, KnownTruth, information_bound};
+pub use identify::{identify, identify_and_tell};
+pub use judge::{percent, predictions};
+pub use late_channels::late_channels;
+pub use laws::with_found_laws;
+pub use many_logs::{Choices, LogFactors};
+pub use many_logs::{choices, factors, identify_factors};
+pub(crate) use result::GENERATOR;
+pub use result::{
+    CovarianceOfErrors, CrossCheckResult, CutoffChoice, CutoffPoint, Decided, Decision, DelayUsed,
+    EncoderOffsetResult, ErrorParts, EstimateResult, GainUsed, HeldOutResidual, Identification,
+    JointPrediction, LawDelay, LawRung, LawsByHoldOut, LogInfo, ModelDependence, MotorRowResult,
+    ParameterEstimate, PayloadParameter, PayloadResult, PhysicalResult, RefinedDelay,
+    RefinedEccentricity, RefinedOffset, RefinedSaturation, RefinedVelocity, Refinement,
+    ResidualPrior, RowDisturbance, RungResult, SensorNoise, SettingsUsed, SignUsed, SimulationFit,
+    StandardParameter, Verdict, parameters_csv,
+};
+pub use statistics::NORMAL_95;
+pub(crate) use statistics::between_parts;
+pub use steps::Identified;
+
+pub use crate::fit::{fit, residual, torques, trace};
+pub use crate::frequency::{
+    Feature, FeatureKind, FrequencyResponse, JointResponse, ResponseCurves, SpringFromMotor, Unseen,
+};

@@ -1,0 +1,419 @@
+//! The contents of `identification.json` and `parameters.csv`.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::laws::LawsByHoldOut;
+use super::log_info::LogInfo;
+use super::payload::PayloadResult;
+use super::physical::{CovarianceOfErrors, PhysicalResult, StandardParameter};
+use super::promise::JointPrediction;
+use super::refinement::Refinement;
+use super::verdict::{Decision, Verdict};
+use crate::finding::Finding;
+use crate::frequency::{FrequencyResponse, SpringFromMotor};
+use crate::model::{residual_name, stribeck_name};
+use crate::named::Named;
+
+pub(crate) use crate::finding::GENERATOR;
+
+/// Complete result of an identification; format 1.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Identification {
+    /// Version of the file format; 1.
+    pub format: u32,
+    /// Program and version that wrote the file.
+    pub generator: String,
+    /// Name of the robot.
+    pub robot: String,
+    /// The only log, or the first of several.
+    pub log: LogInfo,
+    /// Further logs in their order. In curves each log follows the previous one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub further_logs: Vec<LogInfo>,
+    /// The settings that were used.
+    pub settings: SettingsUsed,
+    /// Laws that the held-out residual asks for; absent if the log is too short.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub laws: Option<LawsByHoldOut>,
+    /// Frequency responses of a log and of the first result; absent without a flexible joint.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frequency_response: Option<FrequencyResponse>,
+    /// Springs of rigid joints by the vibrations that their motors see; empty unless
+    /// `identify.springs_from_motor` asks for them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub springs_from_motor: Vec<SpringFromMotor>,
+    /// Payloads that some logs carried.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub payloads: Vec<PayloadResult>,
+    /// Findings about the logs.
+    pub findings: Vec<Finding>,
+    /// One result per estimator.
+    pub results: Vec<EstimateResult>,
+}
+
+impl Identification {
+    /// Returns the logs, in their order.
+    pub fn logs(&self) -> impl Iterator<Item = &LogInfo> {
+        std::iter::once(&self.log).chain(&self.further_logs)
+    }
+
+    /// Returns the file names of the logs with their windows, separated by commas.
+    #[must_use]
+    pub fn files(&self) -> String {
+        let files: Vec<String> = self.logs().map(LogInfo::name).collect();
+        files.join(", ")
+    }
+}
+
+/// Settings of an identification.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SettingsUsed {
+    /// λ of the filter pair, rad/s.
+    pub filter_cutoff_rad_per_s: f64,
+    /// Discretisation of the filter pair.
+    pub discretization: String,
+    /// Kind of sample weights.
+    #[serde(default)]
+    pub weights: String,
+    /// Cut-off of the zero-phase filter, Hz.
+    pub position_cutoff_hz: f64,
+    /// Reason and sweep of the cut-off, if it was chosen from the data.
+    #[serde(default)]
+    pub position_cutoff_choice: Option<CutoffChoice>,
+    /// Order of the zero-phase filter.
+    pub position_filter_order: usize,
+}
+
+impl SettingsUsed {
+    /// Returns whether two identifications used the same settings. Estimates with other cut-offs do
+    /// not count.
+    pub(crate) fn agree(&self, other: &Self) -> bool {
+        let without = |settings: &Self| Self {
+            position_cutoff_choice: None,
+            ..settings.clone()
+        };
+        without(self) == without(other)
+    }
+}
+
+/// A cut-off that was chosen from the data.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CutoffChoice {
+    /// Reason of the choice.
+    pub reason: String,
+    /// Estimates with other cut-offs, from the beginning of the log.
+    pub sweep: Vec<CutoffPoint>,
+}
+
+/// Estimates with one cut-off.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CutoffPoint {
+    /// Cut-off, Hz.
+    pub cutoff_hz: f64,
+    /// Parameter values in the order of theta.
+    pub values: Vec<f64>,
+    /// Residual of the filtered torque of each eighth of the samples with the parameters of the
+    /// other eighths, relative to the torque (root mean square over the joints).
+    #[serde(default)]
+    pub held_out_residual: Option<f64>,
+}
+
+/// Constant difference of the two encoders of a joint.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EncoderOffsetResult {
+    /// Name of the joint.
+    pub joint: String,
+    /// Reading of the link encoder minus that of the motor encoder without deflection, rad (m).
+    pub offset_rad: f64,
+    /// Its standard error, rad (m).
+    pub standard_error_rad: Option<f64>,
+}
+
+/// Result of one estimator.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EstimateResult {
+    /// Name of the estimator.
+    pub estimator: String,
+    /// Verdict on the result.
+    pub verdict: Verdict,
+    /// The decision behind the verdict, with the verdict in words.
+    #[serde(default)]
+    pub decision: Decision,
+    /// Errors that the result promises for a new experiment of the same kind: those on parts of the
+    /// logs that the fit has not seen. Joints without a finite promise are absent.
+    #[serde(default)]
+    pub promise: Vec<JointPrediction>,
+    /// Numerical rank of the stacked regressor.
+    pub rank: usize,
+    /// Number of parameters without a given value.
+    #[serde(default)]
+    pub unknowns: usize,
+    /// Condition number of the stacked regressor; absent if infinite.
+    pub condition_number: Option<f64>,
+    /// Condition number with columns scaled to unit length; absent if infinite.
+    pub condition_number_scaled: Option<f64>,
+    /// The parameters, in the order of theta.
+    pub parameters: Vec<ParameterEstimate>,
+    /// Covariance of the errors of the determined parameters; absent if the log gives none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub covariance: Option<CovarianceOfErrors>,
+    /// Constant differences of the encoders, if they were estimated.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub encoder_offsets: Vec<EncoderOffsetResult>,
+    /// Velocities at which Stribeck friction has fallen to 1/e, rad/s (m/s), by joint.
+    #[serde(default, skip_serializing_if = "Named::is_empty")]
+    pub stribeck_velocity: Named,
+    /// Velocities that scale the residual laws, rad/s (m/s), by joint.
+    #[serde(default, skip_serializing_if = "Named::is_empty")]
+    pub residual_velocity: Named,
+    /// Friction parameters beside residual laws: raw, projected, and their difference.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub dependence: Vec<ModelDependence>,
+    /// The program that found possible bodies; absent if it found none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub physical: Option<PhysicalResult>,
+    /// Inertial parameters of single links and inertias of rotors, of possible bodies near the estimate
+    /// and the nominal values; trees only.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub standard_parameters: Vec<StandardParameter>,
+    /// Fits of the motor rows alone; least squares and prediction error only.
+    #[serde(default)]
+    pub motor_rows: Vec<MotorRowResult>,
+    /// Fit of the simulated loop; output error only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub simulation: Option<SimulationFit>,
+    /// Fit of the filter; prediction error only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub refinement: Option<Refinement>,
+    /// Parameters by other routes; least squares and prediction error only.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub cross_checks: Vec<CrossCheckResult>,
+    /// Estimates by least squares from each of several logs, or from the quarters or halves of one
+    /// log; least squares and prediction error only.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub parts: Vec<PartResult>,
+    /// Root mean square residual of each row, N·m.
+    pub residual_rms: Named,
+    /// Residual of each torque row relative to its torque.
+    pub relative_residual: Named,
+    /// Part of the relative residual that the noise of the velocities causes through Coulomb
+    /// transitions, for each torque row; absent without weights.
+    #[serde(default, skip_serializing_if = "Named::is_empty")]
+    pub resolution_share: Named,
+    /// Findings about the result.
+    pub warnings: Vec<Finding>,
+    /// Computing time, s.
+    pub elapsed_s: f64,
+}
+
+/// Fit of a simulated closed loop to the positions of a log.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SimulationFit {
+    /// Number of simulated samples, from the beginning of the first log.
+    pub samples: u64,
+    /// Mean squared error of the positions over the variance of their sensors; about 1 if the loop
+    /// is exactly known.
+    pub cost_per_sample: f64,
+    /// Number of iterations of the search.
+    pub iterations: usize,
+    /// Root mean square error over the noise of the sensor, by column.
+    pub position_rms_over_noise: Named,
+    /// Offset in the reading of each position sensor, rad (m), by column.
+    pub offset_rad: Named,
+    /// Difference of the controller's torque from the logged torque beyond white noise, relative to
+    /// the torque, by joint.
+    pub torque_mismatch: Named,
+}
+
+/// A friction parameter beside residual laws, which explain a part of the same friction.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ModelDependence {
+    /// Name of the parameter.
+    pub name: String,
+    /// Unit.
+    pub unit: String,
+    /// Value beside the residual laws; it holds only together with them.
+    pub raw: f64,
+    /// Value of the model without residual laws that is nearest to all friction of this side, by
+    /// least squares along the motion.
+    pub projected: f64,
+    /// Projected value minus raw value: the dependence on the model.
+    pub difference: f64,
+}
+
+/// Estimate from one part of the logs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PartResult {
+    /// Beginning of the part on the time axis of all logs, s.
+    pub from_s: f64,
+    /// End of the part, s.
+    pub to_s: f64,
+    /// Value and standard error, in the order of `parameters`; absent for a parameter that is given
+    /// or that the part does not determine.
+    pub values: Vec<Option<(f64, f64)>>,
+}
+
+/// Contributions to the standard error of a parameter by least squares or by the refinement; the
+/// standard error is the root of the sum of their squares.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ErrorParts {
+    /// Disagreement of stretches of the logs. That of the refinement is at least the standard error
+    /// by the information.
+    pub sampling: f64,
+    /// Deviation between parts of the logs beyond their sampling errors.
+    pub between_parts: f64,
+    /// Size of the bias that all stretches share. Least squares: from cross-checks and from other
+    /// cut-offs. Refinement: the largest move by a law, a delay or a saturation of a torque that the
+    /// model lacks and the likelihood sees; on a lower rung at least the difference from least
+    /// squares beyond both standard errors.
+    pub bias: f64,
+}
+
+/// One parameter.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ParameterEstimate {
+    /// Name.
+    pub name: String,
+    /// The paper's symbol.
+    pub symbol: String,
+    /// Unit.
+    pub unit: String,
+    /// Estimate; absent if the data do not determine it.
+    pub value: Option<f64>,
+    /// Standard error.
+    pub standard_error: Option<f64>,
+    /// Contributions to the standard error; least squares and the refinement only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub error_parts: Option<ErrorParts>,
+    /// 95 % confidence interval.
+    pub ci95: Option<[f64; 2]>,
+    /// Value with possible bodies and possible drives, which simulators and controllers can use.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub physical: Option<f64>,
+    /// Nominal value from the description.
+    pub nominal: Option<f64>,
+    /// Whether the data determine it.
+    pub identifiable: bool,
+    /// Whether the experiment gives the value.
+    #[serde(default)]
+    pub fixed: bool,
+    /// Torque of the parameter in the log, N·m: the root mean square of its column times its value,
+    /// in the row where this is largest.
+    #[serde(default)]
+    pub torque_rms_nm: Option<f64>,
+    /// The same torque relative to the largest torque of a parameter in that row.
+    #[serde(default)]
+    pub torque_share: Option<f64>,
+    /// The same torque relative to the residual of the row, in the row where this ratio is largest.
+    #[serde(default)]
+    pub torque_over_residual: Option<f64>,
+}
+
+/// A motor row fitted alone.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MotorRowResult {
+    /// Name of the joint.
+    pub joint: String,
+    /// Parameters of the row.
+    pub parameters: Vec<ParameterEstimate>,
+    /// Condition number; absent if infinite.
+    pub condition_number: Option<f64>,
+    /// Residual relative to the torque; absent if there was no torque.
+    pub relative_residual: Option<f64>,
+    /// Squared ratio of the spring torque that only the spring explains to the residual; absent if
+    /// the stiffness was given.
+    #[serde(default)]
+    pub scale_number: Option<f64>,
+    /// Standard error of the stacked stiffness minus the motor row's stiffness, N·m/rad (N/m).
+    #[serde(default)]
+    pub stiffness_difference_standard_error: Option<f64>,
+}
+
+/// The parameters by another route.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CrossCheckResult {
+    /// `two-stage` or `scale-invariant`.
+    pub method: String,
+    /// Values by name of the parameter.
+    pub values: Named,
+}
+
+impl EstimateResult {
+    /// Returns the refinement if the values come from it.
+    #[must_use]
+    pub fn refined(&self) -> Option<&Refinement> {
+        self.refinement
+            .as_ref()
+            .filter(|refinement| refinement.used)
+    }
+
+    /// Returns whether the values are those of least squares.
+    #[must_use]
+    pub fn has_linear_values(&self) -> bool {
+        self.refined().is_none()
+            && (self.parameters.iter()).any(|parameter| parameter.error_parts.is_some())
+    }
+
+    /// Returns the values by name, without parameters that are not determined.
+    #[must_use]
+    pub fn values(&self) -> BTreeMap<String, f64> {
+        let stribeck = self.stribeck_velocity.iter();
+        let residual = self.residual_velocity.iter();
+        (self.parameters.iter())
+            .filter_map(|p| Some((p.name.clone(), p.value?)))
+            .chain(stribeck.map(|(joint, velocity)| (stribeck_name(joint), velocity)))
+            .chain(residual.map(|(joint, velocity)| (residual_name(joint), velocity)))
+            .collect()
+    }
+
+    /// Returns a parameter by its name.
+    #[must_use]
+    pub fn parameter(&self, name: &str) -> Option<&ParameterEstimate> {
+        self.parameters.iter().find(|p| p.name == name)
+    }
+}
+
+/// Returns the table of parameters as CSV, one row per parameter and estimator.
+#[must_use]
+pub fn parameters_csv(identification: &Identification) -> String {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let mut write = |row: &[&str]| {
+        // A write to a vector does not fail.
+        let _ = writer.write_record(row);
+    };
+    write(&[
+        "estimator",
+        "name",
+        "symbol",
+        "unit",
+        "value",
+        "standard_error",
+        "ci95_low",
+        "ci95_high",
+        "nominal",
+        "identifiable",
+        "torque_rms_nm",
+    ]);
+    let cell = |value: Option<f64>| value.map_or_else(String::new, |v| v.to_string());
+    for result in &identification.results {
+        for p in &result.parameters {
+            write(&[
+                &result.estimator,
+                &p.name,
+                &p.symbol,
+                &p.unit,
+                &cell(p.value),
+                &cell(p.standard_error),
+                &cell(p.ci95.map(|c| c[0])),
+                &cell(p.ci95.map(|c| c[1])),
+                &cell(p.nominal),
+                &p.identifiable.to_string(),
+                &cell(p.torque_rms_nm),
+            ]);
+        }
+    }
+    let bytes = writer.into_inner().unwrap_or_default();
+    String::from_utf8_lossy(&bytes).into_owned()
+}

@@ -1,0 +1,28 @@
+//! What is written to JSON, and nothing else.
+
+mod identification;
+mod laws;
+mod log_info;
+mod payload;
+mod physical;
+mod promise;
+mod refinement;
+mod verdict;
+
+pub(crate) use identification::GENERATOR;
+pub(super) use identification::PartResult;
+pub use identification::{
+    CrossCheckResult, CutoffChoice, CutoffPoint, EncoderOffsetResult, ErrorParts, EstimateResult,
+    Identification, ModelDependence, MotorRowResult, ParameterEstimate, SettingsUsed,
+    SimulationFit, parameters_csv,
+};
+pub use laws::{LawDelay, LawRung, LawsByHoldOut};
+pub use log_info::{DelayUsed, GainUsed, LogInfo, SignUsed};
+pub use payload::{PayloadParameter, PayloadResult};
+pub use physical::{CovarianceOfErrors, Decided, PhysicalResult, StandardParameter};
+pub use promise::JointPrediction;
+pub use refinement::{
+    HeldOutResidual, RefinedDelay, RefinedEccentricity, RefinedOffset, RefinedSaturation,
+    RefinedVelocity, Refinement, ResidualPrior, RowDisturbance, RungResult, SensorNoise,
+};
+pub use verdict::{Decision, Verdict};

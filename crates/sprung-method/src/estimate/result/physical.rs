@@ -1,0 +1,69 @@
+//! Possible bodies in the form of the files.
+
+use serde::{Deserialize, Serialize};
+
+use crate::named::Named;
+
+/// One inertial parameter of a single link, or the inertia of a rotor.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StandardParameter {
+    /// Name, as in `link1.izz`.
+    pub name: String,
+    /// Unit.
+    pub unit: String,
+    /// Value, of a body that can exist.
+    pub value: f64,
+    /// Standard error by the log and by the error of the nominal values; absent for a given value.
+    #[serde(default)]
+    pub standard_error: Option<f64>,
+    /// Nominal value.
+    pub nominal: Option<f64>,
+    /// What decided the value.
+    pub decided: Decided,
+    /// Part of the prior's variance that the log removed, 0 to 1.
+    #[serde(default)]
+    pub share_of_log: f64,
+}
+
+/// What decided a standard parameter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Decided {
+    /// The log removed most of the variance of the prior.
+    Log,
+    /// The log and the nominal values.
+    Both,
+    /// The nominal values: the log says hardly anything.
+    Nominal,
+    /// Nothing: there is no nominal value, and the log says hardly anything.
+    Nothing,
+    /// The experiment gives the value.
+    Given,
+}
+
+/// The program that found possible bodies.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PhysicalResult {
+    /// `nominal` if at least one link has a possible nominal body, else `none`.
+    pub prior: String,
+    /// Distance from the nominal bodies: `entropic` or `euclidean`.
+    pub distance: String,
+    /// Relative error of the nominal values.
+    pub prior_error: f64,
+    /// Distance of the possible values from the estimate, in standard errors, along all parameters.
+    pub moved_standard_errors: f64,
+    /// Residual of each torque row with the possible values over that with the estimate.
+    pub residual_ratio: Named,
+    /// Links whose nominal bodies cannot exist. They have no prior.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub impossible_nominal: Vec<String>,
+}
+
+/// Covariance of the errors of parameters.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CovarianceOfErrors {
+    /// Names of the parameters, one per row.
+    pub parameters: Vec<String>,
+    /// The lower triangle, row by row, in the products of the units of the parameters.
+    pub values: Vec<Vec<f64>>,
+}

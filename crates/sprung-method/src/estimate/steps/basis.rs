@@ -1,0 +1,56 @@
+//! What the steps hand to each other.
+
+use super::pass::ReadLogs;
+use super::prepare::Ready;
+use crate::description::Estimator;
+use crate::estimate::estimators::Found;
+use crate::estimate::estimators::least_squares::{Linear, least_squares};
+use crate::estimate::result::PayloadResult;
+use crate::finding::Finding;
+use crate::log::LogSource;
+
+/// The logs of a robot.
+pub(in crate::estimate) struct Logs<'a, 's> {
+    /// Logs that serve the robot's own parameters.
+    pub(in crate::estimate) own: &'a mut [LogSource<'s>],
+    /// Logs with an unknown payload.
+    pub(in crate::estimate) loaded: &'a mut [LogSource<'s>],
+}
+
+impl<'a, 's> Logs<'a, 's> {
+    /// Sorts logs by their purpose.
+    pub(in crate::estimate) fn new(sources: &'a mut [LogSource<'s>]) -> Self {
+        sources.sort_by_key(LogSource::has_unknown_payload);
+        let own = sources.partition_point(|source| !source.has_unknown_payload());
+        let (own, loaded) = sources.split_at_mut(own);
+        Self { own, loaded }
+    }
+}
+
+/// Results of the steps before the estimators.
+pub(in crate::estimate) struct Basis<'a> {
+    pub(in crate::estimate) ready: &'a Ready,
+    pub(in crate::estimate) read: &'a ReadLogs,
+    /// Findings about the logs.
+    pub(in crate::estimate) findings: &'a [Finding],
+    /// Result of least squares. Other estimators start from it and return it if they fail.
+    pub(in crate::estimate) linear: &'a Linear,
+    /// Time spent on reading the logs and on the fit, s.
+    pub(in crate::estimate) fit_seconds: f64,
+}
+
+impl Basis<'_> {
+    /// Returns the result of least squares as an estimator.
+    pub(super) fn least_squares(&self) -> Found {
+        let (model, fitted) = (self.ready.prepared.reading().model(), &self.linear.fitted);
+        least_squares(model, &self.read.system, fitted, self.fit_seconds)
+    }
+}
+
+/// Results of the estimators.
+pub(in crate::estimate) struct Estimates {
+    /// The robot's own parameters, in the order of the estimators.
+    pub(in crate::estimate) robot: Vec<(Estimator, Found)>,
+    /// Payloads, each with its findings.
+    pub(in crate::estimate) payloads: Vec<(PayloadResult, Vec<Finding>)>,
+}

@@ -1,0 +1,198 @@
+//! The last step: judges the estimates and assembles the identification.
+
+use super::basis::{Basis, Estimates};
+use super::curves::{fit_curves, over_time, trace_of};
+use super::frequency::{in_frequency, springs_of_motors};
+use super::identified::Identified;
+use super::one_result::result_of;
+use crate::description::Estimator;
+use crate::estimate::errors::IdentifyError;
+use crate::estimate::estimators::Found;
+use crate::estimate::estimators::least_squares::cutoff_choice;
+use crate::estimate::judge::{
+    after_estimation, decide, judge, tilt_is_possible, tilted, with_held_out_delay,
+};
+use crate::estimate::result::{
+    CutoffChoice, EstimateResult, GENERATOR, Identification, LogInfo, SettingsUsed,
+};
+use crate::finding::{Finding, Severity};
+use crate::frequency::{FrequencyResponse, SpringFromMotor};
+use crate::prepare::PrepareError;
+use crate::progress::{Listener, Phase};
+use crate::regression::Reading;
+
+/// Steps of the phase `Examining`: first the results, then gravity and frequencies.
+const EXAMINATION_STEPS: u64 = 2;
+
+/// Judges the estimates, examines suspicious results again, and assembles the identification.
+///
+/// # Errors
+///
+/// [`IdentifyError`] if the caller stops the run.
+pub(in crate::estimate) fn describe(
+    basis: &Basis<'_>,
+    estimates: Estimates,
+    progress: &mut dyn Listener,
+) -> Result<Identified, IdentifyError> {
+    let mut results: Vec<EstimateResult> = (estimates.robot.iter())
+        .map(|(estimator, found)| judged(basis, *estimator, found))
+        .collect();
+    progress.tell(Phase::Examining, 1, Some(EXAMINATION_STEPS))?;
+    let mut findings = basis.findings.to_vec();
+    findings.extend(look_again(basis, &results));
+    after_estimation(&mut findings, &results);
+    let response = in_frequency(basis, &estimates.robot, &mut results);
+    let (springs, about_springs) = springs_of_motors(basis);
+    findings.extend(about_springs);
+    // Findings about payloads do not concern the robot's own parameters.
+    for result in &mut results {
+        decide(result, &findings);
+    }
+    let about_payloads = estimates.payloads.iter().flat_map(|(_, own)| own);
+    findings.extend(about_payloads.cloned());
+    progress.tell(Phase::Examining, EXAMINATION_STEPS, Some(EXAMINATION_STEPS))?;
+    let judged = Judged {
+        results,
+        findings,
+        response,
+        springs,
+    };
+    assemble(basis, estimates, judged)
+}
+
+/// Returns the result of least squares as it is before a refinement, without the examinations that
+/// follow an estimation.
+///
+/// # Errors
+///
+/// [`IdentifyError`] if there is no log.
+pub(in crate::estimate) fn before_refinement(
+    basis: &Basis<'_>,
+) -> Result<Identified, IdentifyError> {
+    let found = basis.least_squares();
+    let mut result = judged(basis, Estimator::LeastSquares, &found);
+    let mut findings = basis.findings.to_vec();
+    findings.push(Finding::new(
+        Severity::Info,
+        "refinement-pending",
+        "these are the values of least squares, written before the refinement. The refinement has \
+         not ended, or it was stopped"
+            .to_owned(),
+        "let sprung identify end, or set estimator = \"least-squares\"",
+    ));
+    decide(&mut result, &findings);
+    let estimates = Estimates {
+        robot: vec![(Estimator::LeastSquares, found)],
+        payloads: Vec::new(),
+    };
+    let judged = Judged {
+        results: vec![result],
+        findings,
+        response: None,
+        springs: Vec::new(),
+    };
+    assemble(basis, estimates, judged)
+}
+
+/// Judged results of all estimators.
+struct Judged {
+    /// One per estimate.
+    results: Vec<EstimateResult>,
+    /// Findings about the logs and payloads.
+    findings: Vec<Finding>,
+    response: Option<FrequencyResponse>,
+    springs: Vec<SpringFromMotor>,
+}
+
+/// Assembles the identification and its curves.
+fn assemble(
+    basis: &Basis<'_>,
+    estimates: Estimates,
+    judged: Judged,
+) -> Result<Identified, IdentifyError> {
+    let (prepared, read) = (&basis.ready.prepared, basis.read);
+    let reading = prepared.reading();
+    let model = reading.model();
+    let with_choices = |info: &LogInfo| info.clone().with_choices(prepared);
+    let mut infos = read.infos.iter().map(with_choices);
+    let robot = estimates.robot;
+    let thetas = (robot.iter()).map(|(estimator, found)| (*estimator, &found.numbers.theta));
+    let fit = fit_curves(model, thetas, &read.system);
+    let traces = (robot.into_iter())
+        .filter(|(_, found)| !found.numbers.points.is_empty())
+        .map(|(estimator, found)| trace_of(model, estimator, found.numbers.points))
+        .collect();
+    let refined = judged.results.iter().find_map(EstimateResult::refined);
+    let laws = basis.ready.laws.as_ref();
+    let payloads = estimates.payloads.into_iter();
+    Ok(Identified {
+        trace: over_time(model, &read.system, traces),
+        fit,
+        identification: Identification {
+            format: 1,
+            generator: GENERATOR.to_owned(),
+            robot: prepared.experiment().robot.name.clone(),
+            log: infos.next().ok_or(PrepareError::NoLog)?,
+            further_logs: infos.collect(),
+            settings: settings_used(reading, cutoff_choice(prepared)),
+            laws: laws.map(|chosen| chosen.described(refined)),
+            frequency_response: judged.response,
+            springs_from_motor: judged.springs,
+            payloads: payloads.map(|(payload, _)| payload).collect(),
+            findings: judged.findings,
+            results: judged.results,
+        },
+    })
+}
+
+/// Returns the result of an estimator with all its findings.
+fn judged(basis: &Basis<'_>, estimator: Estimator, found: &Found) -> EstimateResult {
+    let (reading, linear) = (basis.ready.prepared.reading(), basis.linear);
+    let (model, channels) = (reading.model(), reading.channels());
+    let choice = (estimator, &reading.settings().physical);
+    let mut result = result_of(model, choice, &found.numbers, linear, &basis.read.system);
+    let judged = judge(
+        model,
+        &result,
+        linear,
+        basis.ready.prepared.sweep(),
+        channels,
+    );
+    result.warnings.extend(judged);
+    let findings = found.findings.iter().cloned();
+    result
+        .warnings
+        .extend(findings.map(|finding| with_held_out_delay(finding, &basis.ready.prepared)));
+    (result.warnings).sort_by_key(|finding| std::cmp::Reverse(finding.severity));
+    result
+}
+
+/// Examines the beginning of the first log again: tests whether gravity is tilted.
+fn look_again(basis: &Basis<'_>, results: &[EstimateResult]) -> Option<Finding> {
+    let prepared = &basis.ready.prepared;
+    let (reading, excerpt) = (prepared.reading(), prepared.excerpt());
+    if tilt_is_possible(prepared.experiment(), worst_residual(results)) {
+        return tilted(prepared.experiment(), reading, excerpt);
+    }
+    None
+}
+
+/// Returns the largest relative residual of the torque rows of the first result.
+fn worst_residual(results: &[EstimateResult]) -> f64 {
+    let first = results.first().into_iter();
+    first
+        .flat_map(|result| result.relative_residual.iter())
+        .fold(0.0, |worst, (_, share)| worst.max(share))
+}
+
+fn settings_used(reading: &Reading, choice: Option<CutoffChoice>) -> SettingsUsed {
+    let settings = reading.settings();
+    SettingsUsed {
+        filter_cutoff_rad_per_s: settings.filter_cutoff_rad_per_s,
+        discretization: settings.discretization.name().to_owned(),
+        weights: settings.weights.name().to_owned(),
+        position_cutoff_hz: reading.position_cutoff_hz(),
+        position_cutoff_choice: choice,
+        position_filter_order: settings.position_filter_order,
+    }
+}

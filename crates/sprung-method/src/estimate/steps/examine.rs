@@ -1,0 +1,39 @@
+//! The third step: findings about the logs, before anything is estimated from them.
+
+use super::pass::ReadLogs;
+use super::prepare::Ready;
+use super::refuse::refuse;
+use crate::check;
+use crate::estimate::errors::IdentifyError;
+use crate::estimate::judge::at_rest;
+use crate::estimate::laws::LAWS_MISSING;
+use crate::finding::{Finding, Severity};
+use crate::prepare::Prepared;
+
+/// Returns all findings about the logs.
+///
+/// # Errors
+///
+/// [`IdentifyError::Refused`] if the logs contradict the experiment file.
+pub(in crate::estimate) fn examine(
+    ready: &Ready,
+    read: &ReadLogs,
+) -> Result<Vec<Finding>, IdentifyError> {
+    let prepared = &ready.prepared;
+    let mut about_logs = examine_or_refuse(prepared, read)?;
+    // A faulty log looks like missing laws.
+    let is_faulty = (about_logs.iter()).any(|finding| finding.severity > Severity::Info);
+    let about_laws = (ready.laws.as_ref()).and_then(|chosen| chosen.finding.clone());
+    about_logs.extend(about_laws.filter(|finding| !(is_faulty && finding.code == LAWS_MISSING)));
+    about_logs.extend(at_rest(prepared, &read.system));
+    Ok(about_logs)
+}
+
+/// Returns the findings about the logs. Refuses logs that contradict the experiment file.
+fn examine_or_refuse(prepared: &Prepared, read: &ReadLogs) -> Result<Vec<Finding>, IdentifyError> {
+    let examined = check::examine(prepared, &read.examined);
+    refuse(prepared.reading().settings(), &examined.findings)?;
+    let mut findings = prepared.findings();
+    findings.extend(examined.findings);
+    Ok(findings)
+}

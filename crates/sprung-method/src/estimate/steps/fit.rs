@@ -1,0 +1,18 @@
+//! The fourth step: least squares.
+
+use super::pass::ReadLogs;
+use super::prepare::Ready;
+use crate::estimate::errors::IdentifyError;
+use crate::estimate::estimators::least_squares::Linear;
+
+/// Solves the regression of all logs by least squares, by other routes and from parts of the logs.
+///
+/// # Errors
+///
+/// [`IdentifyError::NotFinite`] if the regression or its solution is not finite.
+pub(in crate::estimate) fn fit(ready: &Ready, read: &ReadLogs) -> Result<Linear, IdentifyError> {
+    let prepared = &ready.prepared;
+    Linear::new(prepared, (&read.system, &read.spans)).ok_or_else(|| IdentifyError::NotFinite {
+        file: prepared.names().join(", "),
+    })
+}

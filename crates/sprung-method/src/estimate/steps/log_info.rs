@@ -1,0 +1,95 @@
+//! Figures of the logs in the form of the results.
+
+use std::collections::BTreeMap;
+
+use crate::description::{FilePart, Log};
+use crate::estimate::result::{DelayUsed, GainUsed, LogInfo, SignUsed};
+use crate::log::Sampling;
+use crate::numbers::in_percent;
+use crate::prepare::Prepared;
+use crate::regression::LogFigures;
+
+/// Returns the names of the logs as the experiment gives them, or the names of the opened logs if
+/// the experiment lists none.
+pub(in crate::estimate) fn log_names(log: Option<&Log>, opened: &[String]) -> Vec<String> {
+    // Logs with an unknown payload serve only the payload.
+    let has_unknown =
+        |file: &&FilePart| (file.payload.as_ref()).is_some_and(|own| own.known().is_none());
+    let files = log.into_iter().flat_map(|log| log.file.iter().flatten());
+    let names: Vec<String> = files
+        .filter(|file| !has_unknown(file))
+        .map(ToString::to_string)
+        .collect();
+    if names.len() == opened.len() {
+        names
+    } else {
+        opened.to_vec()
+    }
+}
+
+impl LogInfo {
+    /// Returns the figures of one log, without the choices that hold for all logs.
+    pub(in crate::estimate) fn of(file: &str, figures: &LogFigures) -> Self {
+        let timing = figures.timing;
+        Self {
+            file: timing.window.without(file),
+            window: timing.window,
+            samples: figures.summary.samples(),
+            period_s: timing.period,
+            duration_s: timing.duration,
+            jitter_percent: in_percent(timing.jitter),
+            jitter_rms_percent: in_percent(timing.jitter_rms),
+            sampling: timing.sampling.map_or("even", Sampling::name).to_owned(),
+            cycle_s: timing.sampling.and_then(Sampling::cycle),
+            recorded: timing.recorded,
+            interpolated: timing.interpolated,
+            dropped: timing.dropped.count,
+            repeated: timing.repeated.count,
+            without_value: timing.lacking.count,
+            frozen: timing.frozen.count,
+            gaps: timing.gaps.count,
+            delay_s: BTreeMap::new(),
+            sign: BTreeMap::new(),
+            gain: BTreeMap::new(),
+        }
+    }
+
+    /// Adds the delays, signs and gains, which hold for all logs.
+    pub(in crate::estimate) fn with_choices(self, prepared: &Prepared) -> Self {
+        let (delays, factors) = (prepared.delays(), prepared.factors());
+        let channels = prepared.reading().channels();
+        let delay_s: BTreeMap<String, DelayUsed> = (channels.all.iter().enumerate())
+            .filter(|(_, channel)| channel.delay.is_some())
+            .map(|(i, channel)| {
+                let (value, standard_error) = delays.used(i);
+                let used = DelayUsed {
+                    value,
+                    standard_error,
+                };
+                (channel.column.clone(), used)
+            })
+            .collect();
+        Self {
+            delay_s,
+            sign: (factors.signs.iter())
+                .map(|sign| {
+                    let used = SignUsed {
+                        value: sign.value,
+                        log_likelihood: sign.log_likelihood,
+                    };
+                    (sign.column.clone(), used)
+                })
+                .collect(),
+            gain: (factors.gains.iter())
+                .map(|gain| {
+                    let used = GainUsed {
+                        value: gain.value,
+                        standard_error: gain.standard_error,
+                    };
+                    (gain.column.clone(), used)
+                })
+                .collect(),
+            ..self
+        }
+    }
+}

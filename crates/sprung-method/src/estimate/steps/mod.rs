@@ -1,0 +1,25 @@
+//! The steps of an identification, in their order: prepare, pass, examine, fit, refine, describe.
+
+mod basis;
+mod curves;
+mod describe;
+mod examine;
+mod fit;
+mod frequency;
+mod identified;
+mod inputs;
+mod log_info;
+mod one_result;
+mod pass;
+mod prepare;
+mod refine;
+mod refuse;
+
+pub(super) use basis::{Basis, Logs};
+pub(super) use describe::{before_refinement, describe};
+pub(super) use examine::examine;
+pub(super) use fit::fit;
+pub use identified::Identified;
+pub(super) use pass::{ReadLogs, pass, reduce};
+pub(super) use prepare::{Ready, make_ready, prepare_with_laws};
+pub(super) use refine::refine;

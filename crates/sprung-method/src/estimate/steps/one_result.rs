@@ -1,0 +1,235 @@
+//! The result of one estimator in the form of the files.
+
+use sprung_core::friction::Scale;
+use sprung_core::parameters::JointParameter;
+
+use crate::description::{Estimator, Physical};
+use crate::estimate::estimators::least_squares::{Linear, Route};
+use crate::estimate::estimators::{Criterion, Numbers};
+use crate::estimate::judge::promise;
+use crate::estimate::laws::dependence;
+use crate::estimate::physical::{covariance, information, physical};
+use crate::estimate::result::{
+    CrossCheckResult, Decision, EncoderOffsetResult, EstimateResult, MotorRowResult,
+    ParameterEstimate, Verdict,
+};
+use crate::fit::{Fitted, MotorRow, residual, torques, unweighted};
+use crate::model::{Model, Parameter, Theta};
+use crate::named::Named;
+use crate::regression::System;
+
+/// Returns the result of an estimator, without findings.
+pub(super) fn result_of(
+    model: &Model,
+    (estimator, settings): (Estimator, &Physical),
+    found: &Numbers,
+    linear: &Linear,
+    system: &System,
+) -> EstimateResult {
+    let fitted = &linear.fitted;
+    let information = information(model, found, &found.errors, system);
+    let bodies = physical(model, settings, found, (information.as_ref(), system));
+    let Numbers {
+        theta,
+        errors,
+        identifiable,
+        ..
+    } = found;
+    let torques = torques(model, system, theta);
+    let parameters: Vec<ParameterEstimate> = model
+        .parameters()
+        .iter()
+        .enumerate()
+        .map(|(i, parameter)| {
+            let known = identifiable[i];
+            let mut estimate = estimate(
+                parameter,
+                known.then_some(theta[i]),
+                Some(errors[i]).filter(|e| known && e.is_finite()),
+                found.interval,
+            );
+            if known {
+                let torque = torques[i];
+                estimate.torque_rms_nm = finite(torque.rms);
+                estimate.torque_share = finite(torque.share);
+                estimate.torque_over_residual = finite(torque.over_residual);
+                estimate.physical = bodies.theta.as_ref().map(|theta| theta[i]);
+            }
+            if estimate.standard_error.is_some() {
+                estimate.error_parts = found.error_parts.get(i).copied();
+            }
+            estimate
+        })
+        .collect();
+    let encoder_offsets = encoder_offsets(model, &parameters);
+    let rows = residual(model, system, theta);
+    let named = |i: usize| model.row_name(i);
+    let (motor_rows, cross_checks) = if found.criterion.stands_beside_equations() {
+        (
+            motor_rows(model, fitted),
+            other_routes(model, &linear.routes),
+        )
+    } else {
+        (Vec::new(), Vec::new())
+    };
+    EstimateResult {
+        estimator: estimator.name().to_owned(),
+        verdict: Verdict::Good,
+        decision: Decision::default(),
+        promise: promise(model, system, theta, &linear.held_out),
+        rank: fitted.rank,
+        unknowns: fitted.unknowns,
+        condition_number: finite(fitted.condition_number),
+        condition_number_scaled: finite(fitted.condition_number_scaled),
+        parameters,
+        covariance: (information.as_ref()).and_then(|own| covariance(model, found, own)),
+        encoder_offsets,
+        stribeck_velocity: stribeck_velocities(model, &found.criterion),
+        residual_velocity: residual_velocities(model),
+        dependence: dependence(model, system, theta),
+        physical: bodies.result,
+        standard_parameters: bodies.standard,
+        motor_rows,
+        simulation: found.criterion.simulation().cloned(),
+        refinement: found.criterion.refinement().cloned(),
+        cross_checks,
+        parts: if found.criterion.stands_beside_equations() {
+            linear.parts.described()
+        } else {
+            Vec::new()
+        },
+        residual_rms: (rows.iter().enumerate())
+            .map(|(i, (rms, _))| (named(i), *rms))
+            .collect(),
+        relative_residual: (rows.iter().enumerate())
+            .filter(|(_, (_, rhs))| *rhs > 0.0)
+            .map(|(i, (rms, rhs))| {
+                let columns = model.row_columns(i).iter();
+                let values: Vec<f64> = columns.map(|&c| theta[c]).collect();
+                (
+                    named(i),
+                    unweighted(system, i, &values).unwrap_or(rms / rhs),
+                )
+            })
+            .collect(),
+        resolution_share: (rows.iter().enumerate())
+            .filter_map(|(i, _)| Some((named(i), system.kept().transition_share(i)?)))
+            .collect(),
+        warnings: bodies.findings,
+        elapsed_s: found.elapsed,
+    }
+}
+
+fn motor_rows(model: &Model, fitted: &Fitted) -> Vec<MotorRowResult> {
+    (fitted.motor_rows.iter())
+        .map(|row| describe_motor_row(model, row, fitted.interval))
+        .collect()
+}
+
+/// Returns the parameters from other ways to solve the same equations.
+fn other_routes(model: &Model, routes: &[(Route, Theta)]) -> Vec<CrossCheckResult> {
+    (routes.iter())
+        .map(|(route, theta)| CrossCheckResult {
+            method: route.name().to_owned(),
+            values: (model.parameters().iter().zip(theta))
+                .map(|(parameter, value)| (parameter.name.clone(), *value))
+                .collect(),
+        })
+        .collect()
+}
+
+/// Returns the offset of each link encoder from its motor encoder: minus the preload over the
+/// stiffness.
+fn encoder_offsets(model: &Model, parameters: &[ParameterEstimate]) -> Vec<EncoderOffsetResult> {
+    (model.joints().iter().enumerate())
+        .filter_map(|(joint, name)| {
+            let preload = &parameters[model.index(JointParameter::Preload, joint)?];
+            let stiffness = &parameters[model.index(JointParameter::Stiffness, joint)?];
+            let (p, k) = (preload.value?, stiffness.value?);
+            Some(EncoderOffsetResult {
+                joint: name.clone(),
+                offset_rad: finite(-p / k)?,
+                standard_error_rad: preload.standard_error.and_then(|e| finite(e / k.abs())),
+            })
+        })
+        .collect()
+}
+
+/// Returns the Stribeck velocities of the joints that have Stribeck friction: those of a refinement
+/// that is used, else those of the model.
+fn stribeck_velocities(model: &Model, criterion: &Criterion) -> Named {
+    let used = criterion.refinement().filter(|refinement| refinement.used);
+    let refined = |name: &str| {
+        let mut all = used?.stribeck_velocities.iter();
+        Some(all.find(|own| own.joint == name)?.velocity)
+    };
+    (model.joints().iter().enumerate())
+        .filter(|(joint, _)| model.has_law(Scale::Stribeck, *joint))
+        .map(|(joint, name)| {
+            let velocity = refined(name).unwrap_or(model.stribeck_velocity(joint));
+            (name.clone(), velocity)
+        })
+        .collect()
+}
+
+/// Returns the velocities that scale the residual laws of the joints that have such laws.
+fn residual_velocities(model: &Model) -> Named {
+    (model.joints().iter().enumerate())
+        .filter_map(|(joint, name)| Some((name.clone(), model.residual_velocity(joint)?)))
+        .collect()
+}
+
+fn describe_motor_row(model: &Model, row: &MotorRow, interval: f64) -> MotorRowResult {
+    MotorRowResult {
+        joint: model.joints()[row.joint].clone(),
+        parameters: (row.columns.iter().enumerate())
+            .map(|(i, &column)| {
+                let parameter = &model.parameters()[column];
+                let known = row.identifiable[i];
+                estimate(
+                    parameter,
+                    known.then_some(row.values[i]),
+                    finite(row.standard_error[i]).filter(|_| known),
+                    interval,
+                )
+            })
+            .collect(),
+        condition_number: finite(row.condition_number),
+        relative_residual: finite(row.relative_residual),
+        scale_number: row.scale_number.and_then(finite),
+        stiffness_difference_standard_error: (row.columns.iter())
+            .position(|&column| {
+                model.parameters()[column].joint == Some((JointParameter::Stiffness, row.joint))
+            })
+            .and_then(|at| finite(row.difference_error[at])),
+    }
+}
+
+fn estimate(
+    parameter: &Parameter,
+    value: Option<f64>,
+    standard_error: Option<f64>,
+    interval: f64,
+) -> ParameterEstimate {
+    let half = standard_error.and_then(|error| finite(interval * error));
+    ParameterEstimate {
+        name: parameter.name.clone(),
+        symbol: parameter.symbol.clone(),
+        unit: parameter.unit.to_owned(),
+        value,
+        standard_error,
+        error_parts: None,
+        ci95: value.zip(half).map(|(v, h)| [v - h, v + h]),
+        physical: None,
+        nominal: parameter.nominal,
+        identifiable: value.is_some(),
+        fixed: parameter.fixed.is_some(),
+        torque_rms_nm: None,
+        torque_share: None,
+        torque_over_residual: None,
+    }
+}
+
+fn finite(value: f64) -> Option<f64> {
+    Some(value).filter(|v| v.is_finite())
+}

@@ -1,0 +1,120 @@
+//! The fifth step: the estimators that the settings name, and the payloads of logs.
+
+use super::basis::{Basis, Estimates, Logs};
+use crate::description::{Estimator, Feature, Payload, Task, falls_back};
+use crate::estimate::errors::IdentifyError;
+use crate::estimate::estimators::lsff::on_line;
+use crate::estimate::estimators::output_error::output_error;
+use crate::estimate::estimators::prediction_error::{Before, prediction_error};
+use crate::estimate::estimators::{Criterion, Found};
+use crate::estimate::payload::{Loaded, payload_of};
+use crate::estimate::result::PayloadResult;
+use crate::finding::{Finding, Severity};
+use crate::log::LogSource;
+use crate::prepare::PrepareError;
+use crate::progress::{Listener, Phase};
+use crate::regression::read_through;
+
+/// Runs the estimators in the order of the settings, then estimates the payloads.
+///
+/// # Errors
+///
+/// [`IdentifyError`] if a log cannot be read again or the caller stops the run.
+pub(in crate::estimate) fn refine(
+    basis: &Basis<'_>,
+    logs: &mut Logs<'_, '_>,
+    progress: &mut dyn Listener,
+) -> Result<Estimates, IdentifyError> {
+    let estimators = basis.ready.prepared.reading().settings().estimator.iter();
+    let robot: Vec<(Estimator, Found)> = estimators
+        .map(|&estimator| Ok((estimator, run(basis, estimator, logs.own, progress)?)))
+        .collect::<Result<_, IdentifyError>>()?;
+    let payloads = payloads(basis, &robot, logs.loaded, progress)?;
+    Ok(Estimates { robot, payloads })
+}
+
+/// Runs one estimator. Every estimator has an arm here.
+///
+/// # Errors
+///
+/// [`IdentifyError`] if a log cannot be read again or the caller stops the run.
+fn run(
+    basis: &Basis<'_>,
+    estimator: Estimator,
+    sources: &mut [LogSource<'_>],
+    progress: &mut dyn Listener,
+) -> Result<Found, IdentifyError> {
+    let prepared = &basis.ready.prepared;
+    let (reading, excerpt) = (prepared.reading(), prepared.excerpt());
+    let fitted = &basis.linear.fitted;
+    Ok(match estimator {
+        Estimator::LeastSquares => basis.least_squares(),
+        Estimator::Lsff => on_line(basis.read.lsff.as_ref().ok_or(PrepareError::NoLog)?, fitted),
+        Estimator::OutputError => {
+            let controller = basis
+                .ready
+                .inputs
+                .controller
+                .as_ref()
+                .ok_or(PrepareError::NoLog)?;
+            output_error(reading, controller, excerpt, fitted, progress)?
+        }
+        Estimator::PredictionError if not_refined(sources).is_some() => {
+            let mut found = basis.least_squares();
+            found.numbers.criterion = Criterion::Likelihood(None);
+            found.findings.extend(not_refined(sources));
+            found
+        }
+        Estimator::PredictionError => {
+            let before = Before {
+                experiment: prepared.experiment(),
+                excerpt,
+                system: &basis.read.system,
+                fitted,
+                nominal: basis.ready.inputs.nominal.as_deref(),
+                about_logs: basis.findings,
+            };
+            prediction_error(reading, sources, before, progress)?
+        }
+    })
+}
+
+/// Returns a finding if the table of what works with what has no refinement of logs with payloads.
+fn not_refined(sources: &[LogSource<'_>]) -> Option<Finding> {
+    sources.iter().find(|own| own.payload().is_some())?;
+    let task = Task::Identify(Estimator::PredictionError);
+    let told = falls_back(Feature::KnownPayload, task)?;
+    let text = told.why.to_owned();
+    Some(Finding::new(Severity::Info, told.code, text, told.instead))
+}
+
+/// Estimates the payloads of logs, each from all logs with it, beside the first estimate.
+fn payloads(
+    basis: &Basis<'_>,
+    robot: &[(Estimator, Found)],
+    sources: &mut [LogSource<'_>],
+    progress: &mut dyn Listener,
+) -> Result<Vec<(PayloadResult, Vec<Finding>)>, IdentifyError> {
+    let reading = basis.ready.prepared.reading();
+    let name = |source: &LogSource<'_>| source.payload().map_or("", Payload::name).to_owned();
+    sources.sort_by_key(name);
+    let mut results = Vec::new();
+    for logs in sources.chunk_by_mut(|a, b| name(a) == name(b)) {
+        let passed = read_through(reading, logs, &mut (), Phase::Reading, progress)?;
+        let payload = logs.first().and_then(LogSource::payload);
+        let link = payload.and_then(|own| reading.model().link_of_payload(own).ok());
+        let (Some(link), Some((estimator, found))) = (link, robot.first()) else {
+            continue;
+        };
+        let loaded = Loaded {
+            name: &name(&logs[0]),
+            link,
+            logs: logs.iter().map(LogSource::label).collect(),
+            system: &passed.system,
+        };
+        let of_robot = (estimator.name(), &found.numbers);
+        let without = (&basis.read.system, &basis.linear.fitted);
+        results.extend(payload_of(reading.model(), &loaded, of_robot, without));
+    }
+    Ok(results)
+}

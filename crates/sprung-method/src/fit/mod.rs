@@ -1,0 +1,31 @@
+//! Least squares on a reduced system: parameters, and their standard errors by the jackknife.
+
+// A new law, parameter, quantity or format is named wherever it is told from the others.
+#![warn(clippy::wildcard_enum_match_arm)]
+
+mod change;
+mod free;
+mod growing;
+mod hold_out;
+mod jackknife;
+mod joint_fit;
+mod least_squares;
+mod motor_row;
+mod parts;
+mod residual;
+
+pub use growing::trace;
+pub use least_squares::fit;
+pub(crate) use least_squares::{Fitted, fit_quickly, student_95};
+pub(crate) use motor_row::MotorRow;
+pub use residual::{residual, torques};
+
+pub(crate) use change::{Direction, Steps, steps_along};
+pub(crate) use free::Free;
+#[cfg(test)]
+pub(crate) use growing::fits_of_growing;
+pub(crate) use hold_out::{HoldOut, Missed, is_clearly_below, over_reference};
+pub(crate) use joint_fit::{JointFit, joint_fits};
+pub(crate) use least_squares::fit_values;
+pub(crate) use parts::{PartFit, fit_of_log, fits_of_quarters};
+pub(crate) use residual::unweighted;

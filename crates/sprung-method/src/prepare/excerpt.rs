@@ -1,0 +1,144 @@
+//! The beginning of a log, kept in memory for searches that read it several times.
+
+use super::smoothed::Smoothed;
+use crate::log::{Channels, LogBlock, LogError, LogSource};
+use crate::regression::{Reading, Reduction, System, signals};
+
+/// Samples in an excerpt times joints, rounded up to a whole block: half a minute at 1 kHz for two
+/// joints.
+const EXCERPT_SAMPLES: usize = 60_000;
+
+/// The beginning of a log, kept in memory.
+#[derive(Clone, Debug)]
+pub struct Excerpt {
+    blocks: Vec<LogBlock>,
+    samples: usize,
+    limit: usize,
+    period: f64,
+}
+
+impl Excerpt {
+    /// Returns an empty excerpt of a log with period T, s, for a number of joints.
+    #[must_use]
+    pub fn new(period: f64, joints: usize) -> Self {
+        Self {
+            blocks: Vec::new(),
+            samples: 0,
+            limit: EXCERPT_SAMPLES / joints.max(2),
+            period,
+        }
+    }
+
+    /// Appends the next block; returns whether the excerpt accepts another block.
+    pub fn push(&mut self, block: &LogBlock) -> bool {
+        if self.samples < self.limit {
+            self.samples += block.len();
+            self.blocks.push(block.clone());
+        }
+        self.samples < self.limit
+    }
+
+    /// Returns the blocks of the excerpt.
+    #[must_use]
+    pub fn blocks(&self) -> &[LogBlock] {
+        &self.blocks
+    }
+
+    /// Returns the first blocks, with at least `samples` samples if the excerpt has as many.
+    #[must_use]
+    pub fn first(&self, samples: usize) -> Self {
+        let mut first = Self {
+            blocks: Vec::new(),
+            samples: 0,
+            limit: samples,
+            ..*self
+        };
+        for block in &self.blocks {
+            first.push(block);
+        }
+        first
+    }
+
+    /// Returns an excerpt without samples for as much time, with a period that is longer by a factor.
+    #[must_use]
+    pub(super) fn emptied(&self, factor: usize) -> Self {
+        Self {
+            blocks: Vec::new(),
+            samples: 0,
+            limit: self.limit.div_ceil(factor),
+            period: self.period * factor as f64,
+        }
+    }
+
+    /// Returns T, s.
+    #[must_use]
+    pub fn period(&self) -> f64 {
+        self.period
+    }
+
+    /// Returns a copy with one channel multiplied by a number.
+    #[must_use]
+    pub fn scaled(&self, channel: usize, by: f64) -> Self {
+        let mut scaled = self.clone();
+        for block in &mut scaled.blocks {
+            for value in &mut block.values[channel] {
+                *value *= by;
+            }
+        }
+        scaled
+    }
+
+    /// Returns the number of samples.
+    #[must_use]
+    pub fn samples(&self) -> usize {
+        self.samples
+    }
+
+    /// Returns the duration, s.
+    #[must_use]
+    pub fn duration(&self) -> f64 {
+        self.samples as f64 * self.period
+    }
+
+    /// Returns the values of a channel.
+    pub fn channel(&self, channel: usize) -> impl Iterator<Item = f64> + '_ {
+        (self.blocks.iter()).flat_map(move |block| block.values[channel].iter().copied())
+    }
+
+    /// Returns the signals of the excerpt; `None` if it is too short for the filters or the filters
+    /// do not fit its period.
+    #[must_use]
+    pub(crate) fn smoothed(&self, reading: &Reading) -> Option<Smoothed> {
+        let stretches = signals(reading, self.period, &self.blocks).ok()?;
+        Some(Smoothed::new(self.period, stretches))
+    }
+
+    /// Returns the regression of the excerpt; `None` as for [`Excerpt::smoothed`].
+    #[must_use]
+    pub fn reduce(&self, reading: &Reading) -> Option<System> {
+        self.smoothed(reading)?.reduce(reading)
+    }
+
+    /// Returns the regression of some rows of the excerpt; `None` as for [`Excerpt::smoothed`].
+    #[must_use]
+    pub fn reduce_rows(&self, reading: &Reading, rows: &[usize]) -> Option<System> {
+        let empty = Reduction::of_rows(reading.model(), rows);
+        self.smoothed(reading)?.reduce_by(empty, reading)
+    }
+}
+
+/// Reads the beginning of a log.
+///
+/// # Errors
+///
+/// [`LogError`] if it cannot be read.
+pub fn excerpt(channels: &Channels, source: &mut LogSource<'_>) -> Result<Excerpt, LogError> {
+    let mut log = source.open(channels)?;
+    let mut block = LogBlock::new(channels.all.len());
+    let mut more = log.read(&mut block)?;
+    let mut excerpt = Excerpt::new(log.timing().period, channels.instruments.joint_count());
+    while more {
+        more = excerpt.push(&block) && log.read(&mut block)?;
+    }
+    Ok(excerpt)
+}

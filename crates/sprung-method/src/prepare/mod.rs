@@ -1,0 +1,52 @@
+//! Makes all choices that an estimate needs, from the beginning of the first log: the cut-off of
+//! the position filter, signs and gains, delays by least squares, Stribeck velocities and weights
+//! of samples.
+
+// A new law, parameter, quantity or format is named wherever it is told from the others.
+#![warn(clippy::wildcard_enum_match_arm)]
+
+mod as_given;
+mod busiest;
+mod cutoff;
+mod delay;
+mod delays;
+mod excerpt;
+mod factors;
+mod found;
+mod gain;
+mod held_out;
+mod inertial_findings;
+mod mounting;
+mod noise;
+mod prepared;
+mod row;
+mod sign;
+mod smoothed;
+mod springs;
+mod stribeck;
+mod sweep;
+mod thinned;
+mod weights;
+
+pub(crate) use as_given::as_given;
+pub(crate) use cutoff::{choose_cutoff, limit_by_rate};
+pub(crate) use delay::estimate_delays;
+pub(crate) use delays::{DelayByLikelihood, Likely, VelocityByLikelihood};
+pub use delays::{DelayError, Delays};
+pub(crate) use excerpt::Excerpt;
+pub use excerpt::excerpt;
+pub use factors::{FactorError, Factors, find_factors};
+pub(crate) use held_out::DelayGain;
+pub(crate) use inertial_findings::inertial_findings;
+pub use noise::noise;
+pub(crate) use noise::{velocity_noise, white_noise};
+pub(crate) use prepared::Prepared;
+pub use prepared::{PrepareError, prepare};
+pub(crate) use row::{MotorRowFit, fit_motor_rows};
+pub(crate) use smoothed::CUTOFF_STEP;
+pub(crate) use springs::OPEN_STIFFNESS;
+pub(crate) use stribeck::rms_speeds;
+pub(crate) use sweep::Sweep;
+
+pub(crate) use noise::velocity_per_position;
+pub(crate) use row::{RowFit, fit_rows, independent};

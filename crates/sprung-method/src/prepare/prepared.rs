@@ -1,0 +1,372 @@
+//! Logs that are ready for an identification.
+
+use super::as_given::as_given;
+use super::delays::{DelayError, Delays, Likely, VelocityByLikelihood};
+use super::excerpt::{Excerpt, excerpt};
+use super::factors::{FactorError, Factors, find_factors};
+use super::held_out::held_out;
+use super::inertial_findings::about_stiffnesses;
+use super::springs::find_springs;
+use super::stribeck::{by_likelihood, find_stribeck, with_residual_velocities};
+use super::sweep::{Sweep, sweep};
+use super::weights::find_weights;
+use crate::description::{Delay, Experiment, Weights};
+use crate::finding::{Finding, Severity};
+use crate::fit::over_reference;
+use crate::log::{ChannelError, Channels, LogError, LogSource, time_unit};
+use crate::model::Model;
+use crate::progress::{Listener, Phase, Stopped};
+use crate::regression::Reading;
+
+/// Stribeck velocities by likelihood are used up to this ratio of held-out errors to those of the
+/// search by least squares.
+const MAX_ERROR_RATIO: f64 = 1.05;
+
+/// Number of choices for the progress: cut-off, delays, Stribeck velocities, weights.
+const CHOICES: u64 = 4;
+
+/// Errors of a preparation.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PrepareError {
+    /// The experiment names no log.
+    #[error("the experiment has no [log]; say which file to read")]
+    NoLog,
+    /// The description of the log is not complete.
+    #[error(transparent)]
+    Channel(#[from] ChannelError),
+    /// A delay cannot be estimated.
+    #[error(transparent)]
+    Delay(#[from] DelayError),
+    /// A sign or a gain cannot be estimated.
+    #[error(transparent)]
+    Factor(FactorError),
+    /// The log cannot be read.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// The caller stopped the preparation.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
+}
+
+impl From<FactorError> for PrepareError {
+    #[expect(clippy::wildcard_enum_match_arm, reason = "all other errors pass")]
+    fn from(error: FactorError) -> Self {
+        match error {
+            FactorError::Log(error) => Self::Log(error),
+            error => Self::Factor(error),
+        }
+    }
+}
+
+/// Logs with all choices that precede an estimate; [`prepare`] makes it.
+#[derive(Clone, Debug)]
+pub struct Prepared {
+    experiment: Experiment,
+    names: Vec<String>,
+    reading: Reading,
+    cutoff_reason: Option<String>,
+    // Cut-off that the noise of the positions allows, Hz.
+    noise_cutoff_hz: f64,
+    sweep: Option<Sweep>,
+    factors: Factors,
+    delays: Delays,
+    excerpt: Excerpt,
+    // Joints and findings about their Stribeck velocities.
+    about_stribeck: Vec<(usize, Finding)>,
+    about_springs: Vec<Finding>,
+    wrong_time_unit: Option<Finding>,
+}
+
+/// Prepares logs: finds open signs and gains, keeps the beginning of the first log, chooses the
+/// cut-off from it, and estimates delays by least squares and Stribeck velocities.
+///
+/// If the time of the log has another unit, no filter fits the log, so delays are not estimated.
+///
+/// - `sources`: the logs, all with the same columns.
+/// - `progress`: receives each choice.
+///
+/// # Errors
+///
+/// [`PrepareError`] if the description is not complete, the first log cannot be read, or it does
+/// not determine a quantity that is to be estimated from it.
+pub fn prepare(
+    experiment: &Experiment,
+    model: &Model,
+    sources: &mut [LogSource<'_>],
+    progress: &mut dyn Listener,
+) -> Result<Prepared, PrepareError> {
+    let (experiment, factors) = find_factors(experiment, model, sources)?;
+    let experiment = experiment.into_owned();
+    let log = experiment.log.as_ref().ok_or(PrepareError::NoLog)?;
+    let channels = Channels::new(&experiment.robot, log)?;
+    let names: Vec<String> = sources.iter().map(LogSource::label).collect();
+    progress.tell(Phase::Preparing, 1, Some(CHOICES))?;
+    let first = sources.first_mut().ok_or(PrepareError::NoLog)?;
+    let excerpt = excerpt(&channels, first)?;
+    let wrong_time_unit = time_unit(&first.label(), &channels, excerpt.period())
+        .filter(|finding| finding.severity == Severity::Error);
+    let beginning = Beginning {
+        names,
+        factors,
+        excerpt,
+        wrong_time_unit,
+    };
+    choose(experiment, model, (&channels, beginning), progress)
+}
+
+/// The beginning of the first log, which no further choice changes.
+struct Beginning {
+    names: Vec<String>,
+    factors: Factors,
+    excerpt: Excerpt,
+    wrong_time_unit: Option<Finding>,
+}
+
+/// Makes the choices after signs and gains.
+fn choose(
+    experiment: Experiment,
+    model: &Model,
+    (channels, beginning): (&Channels, Beginning),
+    progress: &mut dyn Listener,
+) -> Result<Prepared, PrepareError> {
+    let Beginning {
+        names,
+        factors,
+        excerpt,
+        wrong_time_unit,
+    } = beginning;
+    let mut choosing = |choice| progress.tell(Phase::Preparing, choice, Some(CHOICES));
+    let (reading, cutoff_reason) = as_given(model, &experiment.identify, channels, &excerpt);
+    choosing(2)?;
+    let delays = if wrong_time_unit.is_some() {
+        Delays::given(&reading)
+    } else {
+        Delays::new(&reading, &excerpt, &names.join(", "))?
+    };
+    choosing(3)?;
+    let reading = reading.with_delays(&delays.values);
+    let (reading, about_stribeck) = with_stribeck_velocities(reading, &excerpt);
+    let (reading, mut about_springs) = find_springs(&reading, &excerpt);
+    about_springs.extend(about_stiffnesses(&reading, &excerpt));
+    Ok(Prepared {
+        experiment,
+        names,
+        noise_cutoff_hz: reading.position_cutoff_hz(),
+        reading,
+        cutoff_reason,
+        sweep: None,
+        factors,
+        delays,
+        excerpt,
+        about_stribeck,
+        about_springs,
+        wrong_time_unit,
+    })
+}
+
+/// Returns the reading with estimates of the Stribeck velocities that the model leaves open, and
+/// findings about them.
+fn with_stribeck_velocities(
+    reading: Reading,
+    excerpt: &Excerpt,
+) -> (Reading, Vec<(usize, Finding)>) {
+    let reading = if reading.model().unknown_residual().is_empty() {
+        reading
+    } else {
+        reading.with_model(with_residual_velocities(&reading, excerpt))
+    };
+    if reading.model().unknown_stribeck().is_empty() {
+        return (reading, Vec::new());
+    }
+    let (model, findings) = find_stribeck(&reading, excerpt);
+    (reading.with_model(model), findings)
+}
+
+impl Prepared {
+    /// Makes all choices again for an experiment with other laws or delays, from the beginning of the
+    /// log that was read.
+    ///
+    /// - `experiment`: made from [`experiment`](Self::experiment).
+    ///
+    /// # Errors
+    ///
+    /// The errors of [`prepare`], but for those of reading.
+    pub(crate) fn again(
+        &self,
+        experiment: &Experiment,
+        model: &Model,
+        progress: &mut dyn Listener,
+    ) -> Result<Self, PrepareError> {
+        let log = experiment.log.as_ref().ok_or(PrepareError::NoLog)?;
+        let channels = Channels::new(&experiment.robot, log)?;
+        let beginning = Beginning {
+            names: self.names.clone(),
+            factors: self.factors.clone(),
+            excerpt: self.excerpt.clone(),
+            wrong_time_unit: self.wrong_time_unit.clone(),
+        };
+        choose(experiment.clone(), model, (&channels, beginning), progress)
+    }
+
+    /// Returns the experiment, including the estimated signs and gains.
+    #[must_use]
+    pub fn experiment(&self) -> &Experiment {
+        &self.experiment
+    }
+
+    /// Returns the names of the logs, for messages.
+    #[must_use]
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// Returns the settings for reading the logs.
+    #[must_use]
+    pub fn reading(&self) -> &Reading {
+        &self.reading
+    }
+
+    /// Returns the settings with which a check reads the logs: without weights, which could hide
+    /// faulty samples, and with the cut-off that the noise allows, which alters the motion least.
+    pub(crate) fn examined(&self) -> Reading {
+        (self.reading.without_weights()).with_position_cutoff(self.noise_cutoff_hz)
+    }
+
+    /// Returns the reason for the cut-off, if sprung chose it.
+    #[must_use]
+    pub fn cutoff_reason(&self) -> Option<&str> {
+        self.cutoff_reason.as_deref()
+    }
+
+    /// Returns the estimates with other cut-offs from the beginning of the first log; `None` before
+    /// the weights are known, or if the log is too short.
+    #[must_use]
+    pub(crate) fn sweep(&self) -> Option<&Sweep> {
+        self.sweep.as_ref()
+    }
+
+    /// Returns the estimated signs and gains.
+    #[must_use]
+    pub fn factors(&self) -> &Factors {
+        &self.factors
+    }
+
+    /// Returns the delays in use.
+    #[must_use]
+    pub fn delays(&self) -> &Delays {
+        &self.delays
+    }
+
+    /// Returns the beginning of the first log.
+    #[must_use]
+    pub fn excerpt(&self) -> &Excerpt {
+        &self.excerpt
+    }
+
+    /// Returns findings about signs, gains and Stribeck velocities.
+    #[must_use]
+    pub fn findings(&self) -> Vec<Finding> {
+        let file = self.names.first().map_or("", String::as_str);
+        let mut findings = self.factors.findings(file);
+        findings.extend(
+            self.about_stribeck
+                .iter()
+                .map(|(_, finding)| finding.clone()),
+        );
+        findings.extend_from_slice(&self.about_springs);
+        findings
+    }
+
+    /// Returns the error that the time of the first log has another unit, if sprung detected it.
+    #[must_use]
+    pub fn wrong_time_unit(&self) -> Option<&Finding> {
+        self.wrong_time_unit.as_ref()
+    }
+
+    /// Adds the delays by likelihood to those by least squares, and uses those that hold-out accepts.
+    /// Uses the Stribeck velocities by likelihood, unless they raise this error.
+    #[must_use]
+    pub(crate) fn with_likely(mut self, likely: &Likely) -> Self {
+        self = self.with_velocities(&likely.velocities);
+        self.delays
+            .refine(&likely.delays, &self.reading, &self.excerpt);
+        let mut channels = self.reading.channels().clone();
+        for channel in self.delays.rejected() {
+            channels.all[channel].delay = Some(Delay::Known(self.delays.values[channel]));
+        }
+        self.reading = (self.reading.with_channels(channels)).with_delays(&self.delays.values);
+        self
+    }
+
+    /// Replaces Stribeck velocities and the findings about them, unless the new velocities raise the
+    /// held-out error of the motor torques.
+    #[must_use]
+    fn with_velocities(mut self, velocities: &[VelocityByLikelihood]) -> Self {
+        if velocities.is_empty() {
+            return self;
+        }
+        let model = velocities
+            .iter()
+            .fold(self.reading.model().clone(), |model, own| {
+                model.with_stribeck(own.joint, own.velocity)
+            });
+        let reading = self.reading.with_model(model);
+        let errors = held_out(&self.excerpt, &self.reading).zip(held_out(&self.excerpt, &reading));
+        if errors
+            .is_some_and(|(searched, likely)| over_reference(likely, searched) > MAX_ERROR_RATIO)
+        {
+            return self;
+        }
+        for own in velocities {
+            let finding = by_likelihood(reading.model(), own);
+            self.about_stribeck.retain(|(joint, _)| *joint != own.joint);
+            self.about_stribeck.push((own.joint, finding));
+        }
+        self.reading = reading;
+        self
+    }
+
+    /// Returns whether a joint has this Stribeck velocity.
+    #[must_use]
+    pub(crate) fn uses(&self, own: &VelocityByLikelihood) -> bool {
+        let used = self.reading.model().stribeck_velocity(own.joint);
+        (used - own.velocity).abs() <= f64::EPSILON * own.velocity
+    }
+
+    /// Adds the weights of samples that the settings request, and sweeps the cut-off of the
+    /// positions. If sprung chooses the cut-off and a lower one predicts held-out torque better,
+    /// the lower one replaces it.
+    ///
+    /// # Errors
+    ///
+    /// [`Stopped`] if the progress listener stops the work.
+    pub fn weighted(mut self, progress: &mut dyn Listener) -> Result<Self, Stopped> {
+        progress.tell(Phase::Preparing, CHOICES, Some(CHOICES))?;
+        self.weigh();
+        let from_noise = self.reading.position_cutoff_hz();
+        self.sweep = sweep(&self.reading, &self.excerpt, self.cutoff_reason.is_some());
+        let chosen = (self.sweep.as_ref()).map(|sweep| sweep.points[sweep.chosen].cutoff_hz);
+        if let Some((chosen, reason)) = chosen.zip(self.cutoff_reason.as_mut())
+            && chosen < 0.999 * from_noise
+        {
+            *reason = format!(
+                "it predicts held-out parts of the log better than {from_noise:.3} Hz, the highest \
+                 cut-off that the noise allows ({reason})"
+            );
+            self.reading = self.reading.without_weights().with_position_cutoff(chosen);
+            self.weigh();
+        }
+        Ok(self)
+    }
+
+    fn weigh(&mut self) {
+        let weights = match self.reading.settings().weights {
+            Weights::None => None,
+            Weights::Transition => find_weights(&self.reading, &self.excerpt),
+        };
+        if let Some(weights) = weights {
+            self.reading = self.reading.with_weights(weights);
+        }
+    }
+}

@@ -1,0 +1,60 @@
+//! Errors of a validation.
+
+use crate::log::ChannelError;
+use crate::model::ModelError;
+use crate::progress::Stopped;
+use crate::regression::PassError;
+
+/// Errors of a validation.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ValidateError {
+    /// The experiment has no `[[validate]]` block.
+    #[error(
+        "the experiment has no [[validate]] block; add one with a name, a log and a controller"
+    )]
+    NoRuns,
+    /// The experiment names no log.
+    #[error("the experiment has no [log]; say which columns its logs have")]
+    NoLog,
+    /// The description of a log is not complete.
+    #[error(transparent)]
+    Channel(#[from] ChannelError),
+    /// A delay is to be estimated, but only an identification estimates delays.
+    #[error(
+        "the delay of \"{column}\" is to be estimated, but the parameter file does not contain the \
+         estimate; give it as a number in delay_s"
+    )]
+    UnknownDelay {
+        /// Name of the column.
+        column: String,
+    },
+    /// A sign or a gain is to be estimated, but only an identification estimates them.
+    #[error(
+        "the sign or gain of \"{column}\" is to be estimated, but the parameter file does not contain the \
+         estimate; give it as a number"
+    )]
+    UnknownFactor {
+        /// Name of the column.
+        column: String,
+    },
+    /// The model has no parameter with a name of the parameter file.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// A log is faulty or does not fit the filters.
+    #[error(transparent)]
+    Pass(PassError),
+    /// The caller stopped the validation.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
+}
+
+impl From<PassError> for ValidateError {
+    #[expect(clippy::wildcard_enum_match_arm, reason = "all other errors pass")]
+    fn from(error: PassError) -> Self {
+        match error {
+            PassError::Stopped(stopped) => Self::Stopped(stopped),
+            error => Self::Pass(error),
+        }
+    }
+}

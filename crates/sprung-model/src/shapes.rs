@@ -1,0 +1,128 @@
+//! Values in which the friction laws of a model are not linear.
+
+use std::collections::BTreeMap;
+
+use sprung_core::friction::{Scale, Shape};
+use sprung_core::parameters::JointParameter;
+
+use super::Model;
+
+impl Model {
+    /// Returns the joints with an unknown Stribeck velocity, which is to be searched.
+    #[must_use]
+    pub fn unknown_stribeck(&self) -> &[usize] {
+        &self.fixed.unknown_stribeck
+    }
+
+    /// Returns the indices in theta of a joint's friction parameters whose laws have a scale.
+    pub fn parameters_of(&self, scale: Scale, joint: usize) -> impl Iterator<Item = usize> {
+        let is_own = move |kind: JointParameter| matches!(kind, JointParameter::Friction(_, law) if law.scale() == scale);
+        (self.parameters().iter().enumerate())
+            .filter(move |(_, parameter)| {
+                (parameter.joint).is_some_and(|(kind, own)| own == joint && is_own(kind))
+            })
+            .map(|(index, _)| index)
+    }
+
+    /// Returns whether a joint has friction laws of a scale.
+    #[must_use]
+    pub fn has_law(&self, scale: Scale, joint: usize) -> bool {
+        self.parameters_of(scale, joint).next().is_some()
+    }
+
+    /// Returns the constants in which the friction laws of a joint are not linear.
+    #[must_use]
+    pub fn shape(&self, joint: usize) -> &Shape {
+        &self.shapes[joint]
+    }
+
+    /// Returns β of the Coulomb friction of a joint, s/rad (s/m).
+    #[must_use]
+    pub fn sharpness(&self, joint: usize) -> f64 {
+        self.shapes[joint].sharpness
+    }
+
+    /// Returns the Stribeck velocity of a joint, rad/s (m/s).
+    #[must_use]
+    pub fn stribeck_velocity(&self, joint: usize) -> f64 {
+        self.shapes[joint].stribeck_velocity
+    }
+
+    /// Returns a copy with another Stribeck velocity of a joint.
+    #[must_use]
+    pub fn with_stribeck(&self, joint: usize, velocity: f64) -> Self {
+        let mut changed = self.clone();
+        changed.set_stribeck(joint, velocity);
+        changed
+    }
+
+    /// Replaces the Stribeck velocity of a joint, rad/s (m/s).
+    pub fn set_stribeck(&mut self, joint: usize, velocity: f64) {
+        self.shapes[joint].stribeck_velocity = velocity;
+    }
+
+    /// Returns the joints whose Stribeck velocity the refinement estimates: those whose velocity
+    /// the description does not give.
+    #[must_use]
+    pub fn open_stribeck(&self) -> &[usize] {
+        &self.open_stribeck
+    }
+
+    /// Returns a copy in which the refinement estimates the Stribeck velocities of these joints too.
+    #[must_use]
+    pub fn with_open_stribeck(mut self, joints: &[usize]) -> Self {
+        self.open_stribeck.extend(joints);
+        self.open_stribeck.sort_unstable();
+        self.open_stribeck.dedup();
+        self
+    }
+
+    /// Returns the joints with residual laws whose velocity scale a log must give.
+    #[must_use]
+    pub fn unknown_residual(&self) -> &[usize] {
+        &self.fixed.unknown_residual
+    }
+
+    /// Returns the velocity that scales the residual laws of a joint, rad/s (m/s); `None` if the
+    /// joint has no residual laws.
+    #[must_use]
+    pub fn residual_velocity(&self, joint: usize) -> Option<f64> {
+        let has = self.fixed.residual.contains(&joint);
+        has.then(|| self.shapes[joint].residual_velocity)
+    }
+
+    /// Returns a copy with another velocity scale of the residual laws of a joint.
+    #[must_use]
+    pub fn with_residual_velocity(&self, joint: usize, velocity: f64) -> Self {
+        let mut changed = self.clone();
+        changed.shapes[joint].residual_velocity = velocity;
+        changed
+    }
+
+    /// Returns a copy with the velocities of the Stribeck and residual laws in named values.
+    #[must_use]
+    pub fn shaped(&self, values: &BTreeMap<String, f64>) -> Self {
+        let mut changed = self.clone();
+        for (shape, name) in changed.shapes.iter_mut().zip(&self.fixed.names) {
+            if let Some(velocity) = values.get(&stribeck_name(name)) {
+                shape.stribeck_velocity = *velocity;
+            }
+            if let Some(velocity) = values.get(&residual_name(name)) {
+                shape.residual_velocity = *velocity;
+            }
+        }
+        changed
+    }
+}
+
+/// Returns the name of a joint's Stribeck velocity among named values.
+#[must_use]
+pub fn stribeck_name(joint: &str) -> String {
+    format!("{joint}.stribeck_velocity")
+}
+
+/// Returns the name of the velocity that scales the residual laws of a joint among named values.
+#[must_use]
+pub fn residual_name(joint: &str) -> String {
+    format!("{joint}.residual_velocity")
+}

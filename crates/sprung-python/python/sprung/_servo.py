@@ -1,0 +1,265 @@
+"""Position servos, whose logs have targets and positions and no torque."""
+
+from __future__ import annotations
+
+import json
+import os
+import warnings
+from collections.abc import Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from sprung import _sprung
+from sprung._errors import ExperimentError, SprungWarning
+from sprung._experiment import Experiment, Log, Overrides, _run
+from sprung._files import write_text
+from sprung._finding import Finding, findings
+from sprung._parameters import Parameter, Parameters
+from sprung._progress import Progress, heard
+from sprung._result import _Pickled, _Report
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+
+class Servo:
+    """A position servo on a pendulum, its logs, and its digital twin.
+
+    Args:
+        source: path of ``experiment.toml`` or of its folder, a dict with the same tables, or an
+            `Experiment`.
+        overrides: keys of the experiment and their values, as ``--set`` of the command line.
+        folder: folder to which the paths in a dict are relative; the working folder if absent.
+
+    Raises:
+        ExperimentError: if the experiment is wrong or describes no servo.
+    """
+
+    def __init__(
+        self,
+        source: str | os.PathLike[str] | Mapping[str, Any] | Experiment,
+        overrides: Overrides = (),
+        *,
+        folder: str | os.PathLike[str] | None = None,
+    ) -> None:
+        if isinstance(source, Experiment):
+            self._experiment = source._with(overrides)
+        else:
+            self._experiment = Experiment(source, overrides, folder=folder)
+        if not self._experiment._session.is_servo:
+            raise ExperimentError(
+                f"{self._experiment.robot} is no position servo",
+                "no-servo",
+                "use sprung.Experiment, or add [robot.joint.servo] to its joint",
+            )
+
+    @property
+    def experiment(self) -> Experiment:
+        """The experiment."""
+        return self._experiment
+
+    def check(
+        self, log: Log | None = None, *, threads: int = 0, progress: Progress = None
+    ) -> ServoCheck:
+        """Tells before any fit which parameters the logs determine.
+
+        Args:
+            log: as for `identify`.
+            threads: number of threads; 0 for one per processor.
+            progress: callback, or whether to show a bar.
+
+        Raises:
+            LogError: if a log cannot be read.
+        """
+        session, logs = self._experiment._given(log)
+        with heard(progress, "checking") as callback:
+            return ServoCheck(session.check_servo(logs, _run(threads, callback)))
+
+    def identify(
+        self, log: Log | None = None, *, threads: int = 0, progress: Progress = None
+    ) -> ServoResult:
+        """Identifies the parameters.
+
+        Args:
+            log: nothing for the logs that the experiment names; otherwise columns in memory with
+                the names of ``[log]``, or paths, as for `Experiment.identify`. Payloads belong to the
+                files that the experiment names: give columns for each of them, in their order.
+            threads: number of threads; 0 for one per processor. Results do not depend on it.
+            progress: callback, or whether to show a bar.
+
+        Returns:
+            The result, with a Python warning for each warning about it.
+
+        Raises:
+            LogError: if a log cannot be read, or the servo does not move in it.
+            ExperimentError: if columns or settings are wrong.
+            Stopped: if the callback stopped the run.
+        """
+        session, logs = self._experiment._given(log)
+        with heard(progress, "identifying") as callback:
+            result = ServoResult(session.identify_servo(logs, _run(threads, callback)))
+        for finding in result.findings:
+            if finding.severity in {"warning", "serious"}:
+                warnings.warn(SprungWarning.of(finding), stacklevel=2)
+        return result
+
+    def simulate(
+        self,
+        *,
+        result: ServoResult | None = None,
+        seed: int | None = None,
+        threads: int = 0,
+        progress: Progress = None,
+    ) -> list[dict[str, NDArray[np.float64]]]:
+        """Simulates the logs of the digital twin that ``[simulate]`` describes.
+
+        Args:
+            result: identification with the parameters of the twin; ``[simulate]`` if absent.
+            seed: seed of encoder phases and disturbances.
+            threads: number of threads; 0 for one per processor.
+            progress: callback, or whether to show a bar.
+
+        Returns:
+            a log for each file of the experiment: columns by name, each with the shape (samples,).
+        """
+        handle = None if result is None else result._identified()
+        with heard(progress, "simulating") as callback:
+            run = _run(threads, callback)
+            logs = self._experiment._session.simulate_servo(handle, seed, run)
+        return [columns for _, columns in logs]
+
+    def truth(self) -> dict[str, float]:
+        """Returns the true parameters of the digital twin, by name."""
+        return self._experiment._session.truth_of_servo()
+
+    def __repr__(self) -> str:
+        return f"<sprung.Servo of {self._experiment.robot!r}>"
+
+
+class ServoResult(_Report):
+    """The identified parameters of a position servo."""
+
+    def __init__(self, handle: _sprung.IdentifiedServo | _PickledServo) -> None:
+        self._handle = handle
+
+    def _identified(self) -> _sprung.IdentifiedServo:
+        if isinstance(self._handle, _sprung.IdentifiedServo):
+            return self._handle
+        raise ExperimentError(
+            "this result came out of a pickle, which has no parameters for a twin",
+            "servo-pickled",
+            "identify again",
+        )
+
+    @cached_property
+    def contents(self) -> dict[str, Any]:
+        """The contents of ``servo.json``."""
+        own: dict[str, Any] = json.loads(self.to_json())
+        return own
+
+    @property
+    def joint(self) -> str:
+        """Name of the servo's joint."""
+        return str(self.contents["joint"])
+
+    @cached_property
+    def parameters(self) -> Parameters:
+        """The parameters, by name."""
+        own = [{**given, "identifiable": True} for given in self.contents["parameters"]]
+        return Parameters([Parameter.of(given) for given in own])
+
+    @cached_property
+    def braking(self) -> Parameter:
+        """Viscous friction and back-EMF together: torque per velocity while the drive is on."""
+        return Parameter.of({**self.contents["braking"], "identifiable": True})
+
+    @property
+    def scale(self) -> str:
+        """What gives the scale of all torques: ``known-load``, ``given`` or ``none``."""
+        return str(self.contents["scale"])
+
+    @property
+    def fit(self) -> dict[str, float]:
+        """Distance of the simulated from the logged positions."""
+        return dict(self.contents["fit"])
+
+    @cached_property
+    def findings(self) -> list[Finding]:
+        """Findings about the logs and the result."""
+        return findings(self.contents["findings"])
+
+    @property
+    def usable(self) -> bool:
+        """Whether no finding is serious."""
+        return self._handle.usable
+
+    def to_json(self) -> str:
+        """Returns the text of ``servo.json``."""
+        return self._handle.json()
+
+    def save(self, folder: str | os.PathLike[str]) -> Path:
+        """Writes the files of ``sprung identify``: result, parameters, report."""
+        folder = Path(folder)
+        write_text(folder / "parameters.csv", self._handle.parameters_csv())
+        write_text(folder / "report.html", self._html())
+        write_text(folder / "servo.json", self.to_json())
+        return folder
+
+    def _html(self) -> str:
+        return self._handle.report()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        parts = (self.to_json(), self._html(), self._handle.parameters_csv(), self.usable)
+        return _servo_result, parts
+
+    def __repr__(self) -> str:
+        return "\n".join(f"  {parameter}" for parameter in self.parameters.values())
+
+
+class _PickledServo(_Pickled):
+    """JSON, report and table of a result that came out of a pickle."""
+
+    def __init__(self, json_text: str, page: str, table: str, usable: bool) -> None:
+        super().__init__(json_text, page)
+        self._table = table
+        self.usable = usable
+
+    def parameters_csv(self) -> str:
+        return self._table
+
+
+def _servo_result(json_text: str, page: str, table: str, usable: bool) -> ServoResult:
+    return ServoResult(_PickledServo(json_text, page, table, usable))
+
+
+class ServoCheck:
+    """What the logs of a servo can tell, before any fit."""
+
+    def __init__(self, json_text: str) -> None:
+        self._json = json_text
+
+    @cached_property
+    def contents(self) -> dict[str, Any]:
+        """The contents of ``servo-check.json``."""
+        own: dict[str, Any] = json.loads(self._json)
+        return own
+
+    @property
+    def least_errors(self) -> dict[str, float | None]:
+        """Smallest standard error of each parameter; ``None`` if it is given or not determined."""
+        return {own["name"]: own["least_error"] for own in self.contents["parameters"]}
+
+    @cached_property
+    def findings(self) -> list[Finding]:
+        """Findings about the logs, with remedies."""
+        return findings(self.contents["findings"])
+
+    def to_json(self) -> str:
+        """Returns the text of ``servo-check.json``."""
+        return self._json
+
+    def __repr__(self) -> str:
+        lines = [str(finding) for finding in self.findings] or ["no findings"]
+        return "\n".join(lines)

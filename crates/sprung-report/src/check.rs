@@ -1,0 +1,274 @@
+//! Composes the report of a check: the findings about a log and their evidence.
+
+use super::document::{
+    Badge, Block, Column, Document, Figure, Fold, Layout, Panel, Row, Series, Style, Table, Tone,
+};
+use super::numbers::{or_dash, significant};
+use super::section::{folded, section, shown};
+use super::verdict::{as_sentence, first_sentence};
+use crate::curves::Curves;
+use crate::finding::{Finding, Severity};
+use sprung_method::check::{CheckReport, Checked, CheckedLog, Place};
+
+/// Composes the report of a check.
+///
+/// - `command`: the command that made the report; `experiment`: the text of the experiment file.
+#[must_use]
+pub fn compose_check(checked: &Checked, command: &str, experiment: &str) -> Document {
+    let report = &checked.report;
+    let mut sections = vec![
+        section(
+            "findings",
+            "Findings",
+            "An error means that the log contradicts the experiment file; sprung identify refuses \
+             such a log. A warning makes results doubtful. Each finding contains a remedy and, if \
+             possible, the line of the experiment file for it.",
+            findings(checked),
+        ),
+        section(
+            "joints",
+            "Joints",
+            "These figures come from the beginning of the first log. The table shows the percentage \
+             of each joint's filtered torque that its motion explains, and the delay of one channel \
+             that would explain the torque best, with its standard error. A delay within a few \
+             standard errors of zero is not significant. Below the resonance of a joint, motor and \
+             link move equally far; at the resonance, the motor moves less.",
+            vec![Block::Table(joints(report))],
+        ),
+    ];
+    for (k, log) in report.logs.iter().enumerate() {
+        sections.push(folded(
+            Fold::Screen,
+            &format!("log-{k}"),
+            &log.name(),
+            &format!(
+                "{} samples in {} s, {} Hz; steps of the time differ by up to {} %; {} gaps, {} s in \
+                 total.",
+                log.samples,
+                significant(log.duration_s, 5),
+                significant(log.rate_hz, 5),
+                significant(log.jitter_percent, 2),
+                log.gaps,
+                significant(log.gap_duration_s, 3)
+            ),
+            vec![Block::Table(columns(log))],
+        ));
+    }
+    sections.push(section(
+        "overview",
+        "The first log",
+        "Smallest and largest value of each part of the log.",
+        vec![Block::Figure(overview(report, &checked.overview))],
+    ));
+    sections.push(folded(
+        Fold::Detail,
+        "settings",
+        "Settings",
+        "The command that made this report, and the experiment file.",
+        vec![
+            Block::Code(command.to_owned()),
+            Block::Code(experiment.to_owned()),
+        ],
+    ));
+    let above_notes = |finding: &&Finding| finding.severity > Severity::Info;
+    let worst = (report.findings.iter().filter(above_notes)).max_by_key(|one| one.severity);
+    Document {
+        title: report.robot.clone(),
+        subtitle: format!(
+            "Check of {}",
+            (report.logs.iter().map(CheckedLog::name))
+                .collect::<Vec<_>>()
+                .join(", ")
+        ),
+        generator: report.generator.clone(),
+        verdict: Some(badge(report)),
+        summary: summary(report),
+        reason: worst.map_or_else(String::new, |finding| first_sentence(&finding.text)),
+        what_to_do: worst.map_or_else(
+            || "Run sprung identify.".to_owned(),
+            |finding| as_sentence(&finding.remedy),
+        ),
+        sections,
+    }
+}
+
+/// Returns what the check means for an identification, in a sentence.
+fn summary(report: &CheckReport) -> String {
+    match report.worst() {
+        None | Some(Severity::Info) => {
+            "The log agrees with the experiment file: it is ready for an identification."
+        }
+        Some(Severity::Warning | Severity::Serious) => {
+            "An identification is possible, but the findings reduce the trust in its results."
+        }
+        Some(Severity::Error) => {
+            "The log contradicts the experiment file, so sprung identify refuses it."
+        }
+    }
+    .to_owned()
+}
+
+fn badge(report: &CheckReport) -> Badge {
+    let (tone, text) = match report.worst() {
+        None | Some(Severity::Info) => (Tone::Good, "nothing wrong was found"),
+        Some(Severity::Warning) => (Tone::Doubtful, "warnings"),
+        Some(Severity::Serious) => (Tone::Bad, "serious findings"),
+        Some(Severity::Error) => (Tone::Bad, "errors: identify refuses this log"),
+    };
+    Badge {
+        tone,
+        text: text.to_owned(),
+    }
+}
+
+/// Returns the findings, each with a figure of the samples concerned.
+fn findings(checked: &Checked) -> Vec<Block> {
+    let all = &checked.report.findings;
+    if all.is_empty() {
+        return vec![Block::Paragraph("No findings.".to_owned())];
+    }
+    let mut blocks = Vec::new();
+    for (k, finding) in all.iter().enumerate() {
+        let mut shown = shown(finding);
+        shown.title = format!("{}: {}", finding.severity.word(), shown.title);
+        blocks.push(Block::Findings(vec![shown]));
+        blocks.extend(finding.setting.iter().map(|line| Block::Code(line.clone())));
+        let place = checked.places.iter().find(|place| place.finding == k);
+        blocks.extend(place.map(|place| Block::Figure(of_place(finding, place))));
+    }
+    blocks
+}
+
+fn of_place(finding: &Finding, place: &Place) -> Figure {
+    Figure {
+        id: format!("place-{}", place.finding),
+        caption: format!("\"{}\" around the place of {}.", place.column, finding.code),
+        x_label: "time [s]".to_owned(),
+        layout: Layout::Stack,
+        panels: vec![Panel {
+            y_label: format!("{} [{}]", place.column, place.unit),
+            x: place.time.clone(),
+            series: vec![Series {
+                name: place.column.clone(),
+                values: place.values.iter().map(|value| Some(*value)).collect(),
+                style: Style::Measured,
+                clipped: false,
+            }],
+            ..Panel::default()
+        }],
+    }
+}
+
+fn heads(names: &[(&str, bool)]) -> Vec<Column> {
+    (names.iter())
+        .map(|(heading, numeric)| Column {
+            heading: (*heading).to_owned(),
+            numeric: *numeric,
+        })
+        .collect()
+}
+
+fn joints(report: &CheckReport) -> Table {
+    let rows = report.joints.iter().map(|joint| Row {
+        cells: vec![
+            joint.joint.clone(),
+            significant(joint.explained_percent, 4),
+            or_dash(joint.slope, 4),
+            or_dash(joint.stiffness, 4),
+            (joint.delay.as_ref()).map_or_else(|| "–".to_owned(), |delay| delay.column.clone()),
+            or_dash(joint.delay.as_ref().map(|delay| 1e3 * delay.delay_s), 3),
+            or_dash(
+                (joint.delay.as_ref()).map(|delay| 1e3 * delay.standard_error_s),
+                2,
+            ),
+            or_dash(joint.encoder_offset_rad, 3),
+        ],
+        tone: Tone::Neutral,
+    });
+    Table {
+        caption: String::new(),
+        columns: heads(&[
+            ("joint", false),
+            ("torque explained [%]", true),
+            ("motor over link", true),
+            ("stiffness, motor row alone [N·m/rad]", true),
+            ("latest channel", false),
+            ("delay [ms]", true),
+            ("± s.e. [ms]", true),
+            ("encoder offset [rad]", true),
+        ]),
+        rows: rows.collect(),
+        ..Table::default()
+    }
+}
+
+fn columns(log: &CheckedLog) -> Table {
+    let rows = log.columns.iter().map(|column| Row {
+        cells: vec![
+            column.label(),
+            column.joint.clone(),
+            column.quantity.replace('_', " "),
+            column.unit.clone(),
+            significant(column.min, 4),
+            significant(column.max, 4),
+            significant(column.deviation, 3),
+            or_dash(column.noise, 2),
+            or_dash(column.step, 3),
+            or_dash(column.effective_bits, 3),
+            significant(column.longest_still_s, 3),
+        ],
+        tone: Tone::Neutral,
+    });
+    Table {
+        caption: String::new(),
+        columns: heads(&[
+            ("column", false),
+            ("joint", false),
+            ("quantity", false),
+            ("unit", false),
+            ("smallest", true),
+            ("largest", true),
+            ("deviation", true),
+            ("noise", true),
+            ("step", true),
+            ("effective bits", true),
+            ("longest standstill [s]", true),
+        ]),
+        rows: rows.collect(),
+        ..Table::default()
+    }
+}
+
+fn overview(report: &CheckReport, curves: &Curves) -> Figure {
+    let unit = |column: &str| {
+        (report.logs.first())
+            .and_then(|log| log.columns.iter().find(|one| one.column == column))
+            .map_or("", |one| one.unit.as_str())
+    };
+    let panels = curves.columns.iter().enumerate().map(|(i, column)| {
+        let series = (curves.sets.iter())
+            .zip([Style::Measured, Style::First])
+            .map(|(set, style)| Series {
+                name: set.label.clone(),
+                values: set.values[i].clone(),
+                style,
+                clipped: false,
+            });
+        Panel {
+            y_label: format!("{column} [{}]", unit(column)),
+            x: curves
+                .sets
+                .first()
+                .map_or_else(Vec::new, |set| set.time.clone()),
+            series: series.collect(),
+            ..Panel::default()
+        }
+    });
+    Figure {
+        id: "overview".to_owned(),
+        caption: "All columns; drag to zoom.".to_owned(),
+        x_label: "time [s]".to_owned(),
+        layout: Layout::Grid,
+        panels: panels.collect(),
+    }
+}

@@ -1,0 +1,250 @@
+//! Renders a document as one self-contained HTML file.
+
+mod base64;
+pub(super) mod error;
+mod figures;
+mod view;
+
+use minijinja::syntax::SyntaxConfig;
+use minijinja::{Environment, UndefinedBehavior, Value, context};
+
+use self::error::ReportError;
+use super::document::Document;
+
+const TEMPLATE: &str = include_str!("assets/report.html.jinja");
+const STYLE: &str = include_str!("assets/report.css");
+const SCRIPTS: [&str; 3] = [
+    include_str!("assets/plots.js"),
+    include_str!("assets/downloads.js"),
+    include_str!("assets/report.js"),
+];
+const PLOT_STYLE: &str = include_str!("assets/uplot/uPlot.min.css");
+const PLOT_SCRIPT: &str = include_str!("assets/uplot/uPlot.iife.min.js");
+const PLOT_LICENSE: &str = include_str!("assets/uplot/LICENSE");
+
+/// Renders a document as one HTML file without references to other files.
+///
+/// # Errors
+///
+/// [`ReportError`] if a curve and its horizontal axis differ in length, or if the axis contains a
+/// value that is not finite or decreases.
+pub fn render(document: &Document) -> Result<String, ReportError> {
+    let figures = figures::to_json(document)?;
+    let verdict = document.verdict.as_ref().map_or_else(
+        || Value::from(()),
+        |badge| context! { tone => view::tone(badge.tone), text => badge.text.as_str() },
+    );
+    let mut environment = Environment::new();
+    environment.set_undefined_behavior(UndefinedBehavior::Strict);
+    let syntax = SyntaxConfig::builder()
+        .trim_blocks(true)
+        .lstrip_blocks(true)
+        .build()?;
+    environment.set_syntax(syntax);
+    // The name ends in `.html`, so the template engine escapes all texts.
+    let page = environment.render_named_str(
+        "report.html",
+        TEMPLATE,
+        context! {
+            title => document.title.as_str(),
+            subtitle => document.subtitle.as_str(),
+            generator => document.generator.as_str(),
+            verdict,
+            summary => document.summary.as_str(),
+            reason => document.reason.as_str(),
+            what_to_do => document.what_to_do.as_str(),
+            sections => view::sections(document),
+            figures => Value::from_safe_string(figures),
+            style => Value::from_safe_string(STYLE.to_owned()),
+            script => Value::from_safe_string(SCRIPTS.join("\n")),
+            plot_style => Value::from_safe_string(PLOT_STYLE.to_owned()),
+            plot_script => Value::from_safe_string(PLOT_SCRIPT.to_owned()),
+            plot_license => Value::from_safe_string(PLOT_LICENSE.to_owned()),
+        },
+    )?;
+    Ok(page)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::document::{
+        Badge, Block, Column, Figure, Finding, Fold, IntervalRow, Intervals, Mark, Panel, Row,
+        Section, Series, Style, Table, Tone,
+    };
+
+    const HOSTILE: &str = "<b>x</b></script><script>alert(1)</script>";
+
+    /// Returns a document in which every text contains markup.
+    fn hostile() -> Document {
+        let text = || HOSTILE.to_owned();
+        let table = Table {
+            caption: text(),
+            columns: vec![Column {
+                heading: text(),
+                numeric: true,
+            }],
+            rows: vec![Row {
+                cells: vec![text()],
+                tone: Tone::Bad,
+            }],
+            ..Table::default()
+        };
+        let figure = Figure {
+            id: text(),
+            caption: text(),
+            x_label: text(),
+            panels: vec![Panel {
+                y_label: text(),
+                x: vec![0.0, 1.0],
+                series: vec![Series {
+                    name: text(),
+                    values: vec![Some(1.0), None],
+                    style: Style::Measured,
+                    clipped: false,
+                }],
+                errors: Some(text()),
+                note: text(),
+            }],
+            ..Figure::default()
+        };
+        let intervals = Intervals {
+            caption: text(),
+            names: vec![text()],
+            ticks: vec![(0.0, text())],
+            rows: vec![IntervalRow {
+                group: text(),
+                label: text(),
+                scale: text(),
+                marks: vec![None],
+                tone: Tone::Doubtful,
+            }],
+        };
+        let finding = Finding {
+            severity: Tone::Doubtful,
+            code: text(),
+            title: text(),
+            text: text(),
+            remedy: text(),
+        };
+        Document {
+            title: text(),
+            subtitle: text(),
+            generator: text(),
+            verdict: Some(Badge {
+                tone: Tone::Good,
+                text: text(),
+            }),
+            summary: text(),
+            reason: text(),
+            what_to_do: text(),
+            sections: vec![Section {
+                id: text(),
+                heading: text(),
+                lead: text(),
+                fold: Fold::Detail,
+                blocks: vec![
+                    Block::Paragraph(text()),
+                    Block::Code(text()),
+                    Block::KeyValues(vec![(text(), text())]),
+                    Block::Table(table),
+                    Block::Figure(figure),
+                    Block::Intervals(intervals),
+                    Block::Findings(vec![finding]),
+                ],
+            }],
+        }
+    }
+
+    #[test]
+    fn no_text_becomes_markup() {
+        let page = render(&hostile()).unwrap();
+        let plain = render(&Document::default()).unwrap();
+        assert!(!page.contains("<b>x"));
+        assert!(!page.contains("alert(1)</"));
+        assert!(page.contains("&lt;b&gt;x"));
+        for tag in ["<script", "</script"] {
+            assert_eq!(page.matches(tag).count(), plain.matches(tag).count());
+        }
+        assert_eq!(plain.matches("<script").count(), 3);
+    }
+
+    #[test]
+    fn the_page_refers_to_nothing_outside() {
+        let page = render(&hostile()).unwrap();
+        // The first line of the plotting library contains its home page.
+        let page = page.replacen("/*! https://github.com/leeoniya/uPlot", "", 1);
+        for reference in ["http://", "https://", "src=", "@import", "url(", "<link"] {
+            assert!(!page.contains(reference), "{reference}");
+        }
+        assert!(
+            page.split("href=\"")
+                .skip(1)
+                .all(|rest| rest.starts_with('#'))
+        );
+    }
+
+    #[test]
+    fn marks_stand_where_their_values_do() {
+        let mark = Mark {
+            at: 0.5,
+            interval: Some([0.25, 0.75]),
+        };
+        let intervals = Intervals {
+            names: vec!["a".into(), "b".into()],
+            rows: vec![IntervalRow {
+                marks: vec![Some(mark), None],
+                ..IntervalRow::default()
+            }],
+            ..Intervals::default()
+        };
+        let document = Document {
+            sections: vec![Section {
+                blocks: vec![Block::Intervals(intervals)],
+                ..Section::default()
+            }],
+            ..Document::default()
+        };
+        let page = render(&document).unwrap();
+        // CSS measures the left end from the left side and the right end from the right side.
+        assert!(page.contains("class=\"bar c0\" style=\"left:62.50%;right:12.50%\""));
+        assert!(page.contains("class=\"mark c0 m0\" style=\"left:75.00%\""));
+        assert!(!page.contains("class=\"bar c1\""));
+    }
+
+    #[test]
+    fn an_empty_document_is_a_page() {
+        let page = render(&Document::default()).unwrap();
+        assert!(page.starts_with("<!DOCTYPE html>"));
+        assert!(page.contains("\"figures\":[]}</script>"));
+        assert!(!page.contains("class=\"toc\""));
+    }
+
+    #[test]
+    fn decimals_line_up_in_numeric_columns() {
+        let cell = |text: &str| Row {
+            cells: vec![text.into()],
+            tone: Tone::Neutral,
+        };
+        let table = Table {
+            caption: String::new(),
+            columns: vec![Column {
+                heading: "value".into(),
+                numeric: true,
+            }],
+            rows: ["1.25", "3", "fixed"].map(cell).into(),
+            ..Table::default()
+        };
+        let document = Document {
+            sections: vec![Section {
+                blocks: vec![Block::Table(table)],
+                ..Section::default()
+            }],
+            ..Document::default()
+        };
+        let page = render(&document).unwrap();
+        assert!(page.contains("<td class=\"num\">1.25</td>"));
+        assert!(page.contains("<td class=\"num whole\" style=\"--pad:2\">3</td>"));
+        assert!(page.contains("<td class=\"num\">fixed</td>"));
+    }
+}

@@ -1,0 +1,50 @@
+//! Reports as self-contained HTML files.
+//!
+//! [`compose`] creates the contents of a report, and [`render`] writes it as HTML.
+//!
+//! This crate is internal to `sprung`. Its items may change in any version; use the crate `sprung`, which re-exports the
+//! public names.
+
+// A new law, parameter, quantity or format is named wherever it is told from the others.
+#![warn(clippy::wildcard_enum_match_arm)]
+
+mod check;
+mod comparison;
+mod compose;
+mod contents;
+mod document;
+mod frequency;
+mod glossary;
+mod groups;
+mod html;
+mod intervals;
+mod laws;
+mod numbers;
+mod overview;
+mod payload;
+mod plots;
+mod refined_delays;
+mod refinement;
+mod robot_tables;
+mod section;
+mod servo;
+mod settings;
+mod springs;
+mod stability;
+mod tables;
+mod validation_tables;
+mod verdict;
+
+use sprung_base::{curves, finding, named};
+use sprung_method::{compare, estimate, validate};
+use sprung_model as model;
+
+pub use check::compose_check;
+pub use comparison::compose_comparison;
+pub use compose::compose;
+pub use contents::Contents;
+pub use document::*;
+pub use html::error::ReportError;
+pub use html::render;
+pub use numbers::significant;
+pub use servo::compose_servo;

@@ -1,0 +1,381 @@
+//! `[identify]`: estimators and filters.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::choice::choose;
+use super::physical::Physical;
+
+/// Settings of the identification.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct Identify {
+    /// One estimator or several: `"prediction-error"` (the default), `"least-squares"`, `"lsff"`,
+    /// `"output-error"`.
+    #[serde(deserialize_with = "one_or_many")]
+    #[schemars(with = "OneOrManyEstimators")]
+    pub estimator: Vec<Estimator>,
+    /// Start values of the refinement: `"least-squares"` (the default), or `"nominal"`, which needs
+    /// nominal values.
+    pub start: StartName,
+    /// Corner λ of the filter pair, rad/s.
+    pub filter_cutoff_rad_per_s: f64,
+    /// Discretisation of the filter pair: `"matched"` (the default) or `"paper"`. `"paper"` with
+    /// `weights = "none"` and a number for the cut-off is the published method.
+    pub discretization: DiscretizationName,
+    /// Cut-off of the zero-phase Butterworth filter of the positions, Hz. With `"auto"` (the default)
+    /// the noise of the positions gives the highest cut-off; a lower one replaces it if it predicts
+    /// held-out parts of the log better.
+    pub position_cutoff_hz: Cutoff,
+    /// Order of the position filter.
+    pub position_filter_order: usize,
+    /// Weights of the samples in least squares: with `"transition"` (the default) samples count less
+    /// where velocity noise disturbs Coulomb friction; with `"none"` all samples count the same.
+    pub weights: Weights,
+    /// Constant offset between the two encoders of a joint: `"none"` (the default for `planar-2r`) or
+    /// `"estimate"` (the default for other robots).
+    pub encoder_offset: Option<EncoderOffset>,
+    /// Momentum at the start of a log and behind each gap: `"measured"` (the default), or
+    /// `"estimate"` for logs whose first velocity is not reliable.
+    pub initial_momentum: InitialMomentum,
+    /// Action if the check finds an error in a log: `"refuse"` (the default), or `"go-on"`, which
+    /// identifies and lists the error among the findings.
+    pub on_check_error: OnCheckError,
+    /// Laws of friction and springs beyond those of the joints, and delays of torques. With `"auto"`
+    /// sprung adds those that predict held-out parts of the log better; with `"declared"` (the
+    /// default) the finding `laws-missing` names them.
+    pub laws: Laws,
+    /// Memory that the refinement may use, MiB. Of longer logs it uses pieces that are spread evenly.
+    pub refinement_memory_mib: usize,
+    /// Whether to find springs of rigid joints from the vibrations that their motors see. All joints must
+    /// be rigid, without coupled transmission.
+    pub springs_from_motor: bool,
+    /// How sprung finds inertial parameters of single links that bodies can have.
+    pub physical: Physical,
+    /// Forgetting rate δ of LSFF, 1/s.
+    pub lsff_forgetting_per_s: f64,
+    /// Diagonal of the initial gain matrix of LSFF.
+    pub lsff_initial_gain: f64,
+    /// Windows `p1`, `p2` of the velocity estimator of LSFF, samples.
+    pub lsff_velocity_window: [usize; 2],
+}
+
+impl Default for Identify {
+    fn default() -> Self {
+        Self {
+            estimator: vec![Estimator::PredictionError],
+            start: StartName::LeastSquares,
+            filter_cutoff_rad_per_s: 30.0,
+            discretization: DiscretizationName::Matched,
+            position_cutoff_hz: Cutoff::Auto,
+            position_filter_order: 2,
+            weights: Weights::Transition,
+            encoder_offset: None,
+            initial_momentum: InitialMomentum::Measured,
+            on_check_error: OnCheckError::Refuse,
+            laws: Laws::Declared,
+            refinement_memory_mib: 256,
+            springs_from_motor: false,
+            physical: Physical::default(),
+            lsff_forgetting_per_s: 1.0,
+            lsff_initial_gain: 10.0,
+            lsff_velocity_window: [4, 4],
+        }
+    }
+}
+
+/// An estimator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(try_from = "String")]
+#[schemars(extend("enum" = ["prediction-error", "least-squares", "lsff", "output-error"]))]
+pub enum Estimator {
+    /// Maximum likelihood on the innovations of an extended Kalman filter, started from least
+    /// squares.
+    PredictionError,
+    /// Least squares on the filtered regression.
+    LeastSquares,
+    /// Recursive least squares with forgetting factor, sample by sample.
+    Lsff,
+    /// Fit of the closed loop, simulated with the controller of the file.
+    OutputError,
+}
+
+impl Estimator {
+    /// Returns the name in files and tables.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::PredictionError => "prediction-error",
+            Self::LeastSquares => "least-squares",
+            Self::Lsff => "lsff",
+            Self::OutputError => "output-error",
+        }
+    }
+}
+
+impl TryFrom<String> for Estimator {
+    type Error = String;
+
+    fn try_from(word: String) -> Result<Self, String> {
+        let all = [
+            Self::PredictionError,
+            Self::LeastSquares,
+            Self::Lsff,
+            Self::OutputError,
+        ];
+        let index = choose("estimator", &word, &all.map(Self::name))?;
+        Ok(all[index])
+    }
+}
+
+/// Start values of the refinement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(try_from = "String")]
+#[schemars(extend("enum" = ["least-squares", "nominal"]))]
+pub enum StartName {
+    /// The estimates of least squares.
+    LeastSquares,
+    /// The nominal values of the file.
+    Nominal,
+}
+
+impl TryFrom<String> for StartName {
+    type Error = String;
+
+    fn try_from(word: String) -> Result<Self, String> {
+        let index = choose("start", &word, &["least-squares", "nominal"])?;
+        Ok([Self::LeastSquares, Self::Nominal][index])
+    }
+}
+
+#[derive(JsonSchema)]
+#[schemars(untagged)]
+#[expect(dead_code, reason = "describes the schema of one estimator or several")]
+enum OneOrManyEstimators {
+    One(Estimator),
+    Many(Vec<Estimator>),
+}
+
+fn one_or_many<'de, D: serde::Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Vec<Estimator>, D::Error> {
+    struct Visitor;
+    impl<'de> serde::de::Visitor<'de> for Visitor {
+        type Value = Vec<Estimator>;
+
+        fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+            f.write_str("the name of an estimator or a list of names")
+        }
+
+        fn visit_str<E: serde::de::Error>(self, word: &str) -> Result<Self::Value, E> {
+            Estimator::try_from(word.to_owned())
+                .map(|one| vec![one])
+                .map_err(E::custom)
+        }
+
+        fn visit_seq<A: serde::de::SeqAccess<'de>>(
+            self,
+            mut list: A,
+        ) -> Result<Self::Value, A::Error> {
+            let mut all = Vec::new();
+            while let Some(one) = list.next_element()? {
+                all.push(one);
+            }
+            Ok(all)
+        }
+    }
+    deserializer.deserialize_any(Visitor)
+}
+
+/// Cut-off of the position filter: a number, or `"auto"`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Cutoff {
+    /// Given, Hz.
+    Fixed(f64),
+    /// Chosen by sprung from the noise of the positions.
+    Auto,
+}
+
+impl<'de> Deserialize<'de> for Cutoff {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Visitor;
+        impl serde::de::Visitor<'_> for Visitor {
+            type Value = Cutoff;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                f.write_str("a frequency in Hz or \"auto\"")
+            }
+
+            fn visit_f64<E>(self, value: f64) -> Result<Cutoff, E> {
+                Ok(Cutoff::Fixed(value))
+            }
+
+            fn visit_i64<E>(self, value: i64) -> Result<Cutoff, E> {
+                Ok(Cutoff::Fixed(value as f64))
+            }
+
+            fn visit_str<E: serde::de::Error>(self, word: &str) -> Result<Cutoff, E> {
+                choose("position cut-off", word, &["auto"])
+                    .map(|_| Cutoff::Auto)
+                    .map_err(E::custom)
+            }
+        }
+        deserializer.deserialize_any(Visitor)
+    }
+}
+
+impl JsonSchema for Cutoff {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Cutoff".into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({
+            "description": "Hz, or \"auto\"",
+            "anyOf": [{ "type": "number" }, { "const": "auto" }],
+        })
+    }
+}
+
+/// Discretisation of the filter pair.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(try_from = "String")]
+#[schemars(extend("enum" = ["matched", "paper"]))]
+pub enum DiscretizationName {
+    /// Tustin for the regressor, zero-order hold for the torque, which the amplifier holds.
+    Matched,
+    /// Zero-order hold for both, as in the paper.
+    Paper,
+}
+
+impl DiscretizationName {
+    /// Returns the name in files and tables.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Matched => "matched",
+            Self::Paper => "paper",
+        }
+    }
+}
+
+impl TryFrom<String> for DiscretizationName {
+    type Error = String;
+
+    fn try_from(word: String) -> Result<Self, String> {
+        let index = choose("discretization", &word, &["matched", "paper"])?;
+        Ok([Self::Matched, Self::Paper][index])
+    }
+}
+
+/// Weights of the samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(try_from = "String")]
+#[schemars(extend("enum" = ["transition", "none"]))]
+pub enum Weights {
+    /// Samples count less if velocity noise disturbs Coulomb friction, near a reversal.
+    Transition,
+    /// All samples have weight 1, as in the paper.
+    None,
+}
+
+impl Weights {
+    /// Returns the name in files and tables.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Transition => "transition",
+            Self::None => "none",
+        }
+    }
+}
+
+impl TryFrom<String> for Weights {
+    type Error = String;
+
+    fn try_from(word: String) -> Result<Self, String> {
+        let index = choose("weights", &word, &["transition", "none"])?;
+        Ok([Self::Transition, Self::None][index])
+    }
+}
+
+/// Constant offset between the two encoders of a joint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(try_from = "String")]
+#[schemars(extend("enum" = ["none", "estimate"]))]
+pub enum EncoderOffset {
+    /// Assumed to be zero.
+    None,
+    /// Estimated with the parameters.
+    Estimate,
+}
+
+impl TryFrom<String> for EncoderOffset {
+    type Error = String;
+
+    fn try_from(word: String) -> Result<Self, String> {
+        let index = choose("encoder_offset", &word, &["none", "estimate"])?;
+        Ok([Self::None, Self::Estimate][index])
+    }
+}
+
+/// Momentum at the start of a log and behind each gap.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(try_from = "String")]
+#[schemars(extend("enum" = ["measured", "estimate"]))]
+pub enum InitialMomentum {
+    /// Computed from the first sample.
+    Measured,
+    /// Estimated with the parameters, because the velocity of the first sample may be wrong.
+    Estimate,
+}
+
+impl TryFrom<String> for InitialMomentum {
+    type Error = String;
+
+    fn try_from(word: String) -> Result<Self, String> {
+        let index = choose("initial_momentum", &word, &["measured", "estimate"])?;
+        Ok([Self::Measured, Self::Estimate][index])
+    }
+}
+
+/// Action if the check finds that a log contradicts the experiment file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(try_from = "String")]
+#[schemars(extend("enum" = ["refuse", "go-on"]))]
+pub enum OnCheckError {
+    /// Refuse to identify.
+    Refuse,
+    /// Identify, and list the error among the findings.
+    GoOn,
+}
+
+impl TryFrom<String> for OnCheckError {
+    type Error = String;
+
+    fn try_from(word: String) -> Result<Self, String> {
+        let index = choose("on_check_error", &word, &["refuse", "go-on"])?;
+        Ok([Self::Refuse, Self::GoOn][index])
+    }
+}
+
+/// Laws of friction and springs beyond those that a joint declares, and delays of torques.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(try_from = "String")]
+#[schemars(extend("enum" = ["declared", "auto"]))]
+pub enum Laws {
+    /// The declared laws alone; a finding names the laws that predict held-out parts of the log
+    /// better.
+    Declared,
+    /// Laws that predict held-out parts of the log better are added.
+    Auto,
+}
+
+impl TryFrom<String> for Laws {
+    type Error = String;
+
+    fn try_from(word: String) -> Result<Self, String> {
+        let index = choose("laws", &word, &["declared", "auto"])?;
+        Ok([Self::Declared, Self::Auto][index])
+    }
+}

@@ -1,0 +1,158 @@
+//! Finds keys that the schema does not contain, with their place in the file.
+
+use std::ops::Range;
+use std::sync::LazyLock;
+
+use serde_json::Value;
+use toml::de::{DeTable, DeValue};
+
+use super::choice::nearest;
+use super::types::ExperimentFile;
+
+/// A message and its place in the file.
+pub(super) struct Misfit {
+    /// Bytes of the text, if known.
+    pub(super) span: Option<Range<usize>>,
+    /// The fault and the remedy.
+    pub(super) message: String,
+    /// Code of a refusal of the table of what works with what.
+    pub(super) code: Option<&'static str>,
+}
+
+/// Keys of earlier versions: block, key, and what replaces it.
+const REMOVED: [(&str, &str, &str); 1] = [(
+    "identify",
+    "instruments",
+    "sprung no longer has instrumental variables, because they were no better than least squares; remove the \
+     key. Where noise shrinks stiffnesses (finding stacked-below-motor-rows), set estimator = \
+     \"prediction-error\"",
+)];
+
+/// Checks that every key is one of the schema's.
+pub(super) fn check(table: &DeTable<'_>) -> Result<(), Misfit> {
+    static SCHEMA: LazyLock<Value> = LazyLock::new(|| {
+        schemars::generate::SchemaSettings::default()
+            .with(|settings| settings.inline_subschemas = true)
+            .into_generator()
+            .into_root_schema_for::<ExperimentFile>()
+            .to_value()
+    });
+    walk(table, &SCHEMA, "")
+}
+
+#[expect(clippy::wildcard_enum_match_arm, reason = "plain values have no keys")]
+fn walk(table: &DeTable<'_>, schema: &Value, place: &str) -> Result<(), Misfit> {
+    let Some(properties) = branch(schema, "properties").and_then(Value::as_object) else {
+        return Ok(());
+    };
+    for (key, value) in table {
+        let name = key.get_ref().as_ref();
+        let Some(schema) = properties.get(name) else {
+            let removed = (REMOVED.iter()).find(|own| own.0 == place && own.1 == name);
+            let place = if place.is_empty() {
+                "the file".to_owned()
+            } else {
+                format!("[{place}]")
+            };
+            let known: Vec<&str> = properties.keys().map(String::as_str).collect();
+            let hint = match (removed, nearest(name, known.iter().copied())) {
+                (Some((.., instead)), _) => (*instead).to_owned(),
+                (None, Some(one)) => format!("did you mean \"{one}\"?"),
+                (None, None) => format!("known keys are {}", known.join(", ")),
+            };
+            return Err(Misfit {
+                span: Some(key.span()),
+                message: format!("unknown key \"{name}\" in {place}; {hint}"),
+                code: None,
+            });
+        };
+        let place = if place.is_empty() {
+            name.to_owned()
+        } else {
+            format!("{place}.{name}")
+        };
+        match value.get_ref() {
+            DeValue::Table(table) => match branch(schema, "items") {
+                // An override selects elements by name or index; a table in place of a list is one
+                // column and has its keys.
+                Some(items) if !is_single_element(table, schema) => {
+                    for (_, item) in table {
+                        if let DeValue::Table(table) = item.get_ref() {
+                            walk(table, items, &place)?;
+                        }
+                    }
+                }
+                _ => walk(table, schema, &place)?,
+            },
+            DeValue::Array(array) => {
+                if let Some(items) = branch(schema, "items") {
+                    for item in array {
+                        if let DeValue::Table(table) = item.get_ref() {
+                            walk(table, items, &place)?;
+                        }
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+/// Returns whether a table in place of a list is a single element; otherwise it overrides elements
+/// of the list.
+fn is_single_element(table: &DeTable<'_>, schema: &Value) -> bool {
+    let elements = |(_, value): (_, &toml::Spanned<DeValue<'_>>)| value.get_ref().is_table();
+    branch(schema, "properties").is_some() && !table.iter().all(elements)
+}
+
+/// Returns a part of a schema, also from the alternatives of `anyOf`.
+fn branch<'a>(schema: &'a Value, part: &str) -> Option<&'a Value> {
+    schema.get(part).or_else(|| {
+        (schema.get("anyOf")?.as_array()?.iter()).find_map(|alternative| branch(alternative, part))
+    })
+}
+
+/// Returns the place of a path of keys and indices in the file: that of the deepest part of the
+/// path that exists.
+pub(super) fn span_of(table: &DeTable<'_>, path: &[&str]) -> Option<Range<usize>> {
+    let (first, rest) = path.split_first()?;
+    let (key, value) = table.get_key_value(*first)?;
+    Some(span_in(value.get_ref(), rest).unwrap_or_else(|| key.span()))
+}
+
+#[expect(clippy::wildcard_enum_match_arm, reason = "plain values have no parts")]
+fn span_in(value: &DeValue<'_>, path: &[&str]) -> Option<Range<usize>> {
+    match value {
+        DeValue::Table(table) => span_of(table, path),
+        DeValue::Array(array) => {
+            let (first, rest) = path.split_first()?;
+            let item = array.get(first.parse::<usize>().ok()?)?;
+            Some(span_in(item.get_ref(), rest).unwrap_or_else(|| item.span()))
+        }
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{no_files, read};
+    use sprung_base::demo;
+
+    #[test]
+    fn a_removed_key_names_what_replaces_it() {
+        let text =
+            demo::EXPERIMENT.replace("[identify]", "[identify]\ninstruments = \"simulated\"");
+        let error = read("experiment.toml", &text, &[], &mut no_files).unwrap_err();
+        let error = error.to_string();
+        let line = 1 + text
+            .lines()
+            .position(|own| own.starts_with("instruments"))
+            .unwrap();
+        let line = format!("line {line}");
+        let unknown = "unknown key \"instruments\" in [identify]";
+        for part in [line.as_str(), unknown, "prediction-error"] {
+            assert!(error.contains(part), "{error}");
+        }
+    }
+}

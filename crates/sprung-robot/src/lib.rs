@@ -1,0 +1,77 @@
+//! The experiment file: the robot, the log, and the settings of identification and validation.
+//!
+//! [`read`] turns the text of `experiment.toml` into an [`Experiment`], or into an error that names
+//! the line and the remedy. It checks lengths and signs, so all later stages can rely on them.
+//!
+//! This crate is internal to `sprung`. Its items may change in any version; use the crate `sprung`, which re-exports the
+//! public names.
+
+// A new law, parameter, quantity or format is named wherever it is told from the others.
+#![warn(clippy::wildcard_enum_match_arm)]
+
+mod capabilities;
+mod check;
+mod choice;
+mod columns;
+mod covariates;
+mod factor;
+mod friction;
+mod friction_covariates;
+mod given;
+mod identify;
+mod inertial;
+mod instruments;
+mod keys;
+mod log;
+mod nominal;
+mod overlay;
+mod payload;
+mod physical;
+mod quantities;
+mod read;
+mod robot;
+mod run;
+mod servo;
+mod template;
+mod tree;
+mod types;
+mod unfilled;
+mod units;
+mod urdf;
+mod window;
+
+use sprung_base::numbers;
+
+pub use capabilities::{Feature, Task, falls_back, refuse, refuse_task};
+pub use capabilities::{Language, NotSupported, OwnCall, what_works};
+pub use columns::{Column, ColumnName, Columns, PerJoint, StartsAt};
+pub use covariates::{CovariateColumns, Drifts};
+pub use factor::{Delay, Factor};
+pub use friction::FrictionLaw;
+pub use friction_covariates::FrictionCovariates;
+pub use identify::{
+    Cutoff, DiscretizationName, EncoderOffset, Estimator, Identify, InitialMomentum, Laws,
+    OnCheckError, StartName, Weights,
+};
+pub use inertial::{Axis, Inertial, InertialFinding};
+pub use instruments::{
+    Instrument, Instrumentation, LinkPosition, RightHandSide, RowFilter, SpringTorque,
+};
+pub use log::{CsvForm, Log, MissingValues, SamplingTimes};
+pub use nominal::Nominal;
+pub use payload::Payload;
+pub use physical::{Distance, Physical, Prior};
+pub use quantities::Quantity;
+pub use quantities::{Joints, Key, KeyUnit, Scaling};
+pub use quantities::{Measures, Row, Signal};
+pub use read::{DescriptionError, Experiment, no_files, read, schema};
+pub use robot::{DhJoint, Joint, Kinematics, Robot, Side, SpringTerm, Transmission, Tree};
+pub use run::{Controller, ControllerKind, Feedforward, Reference, Simulate, Sine, Validate};
+pub use servo::ServoDrive;
+pub use template::{Chosen, ChosenJoint, ChosenLine, JointOfStart, quoted};
+pub use template::{Start, StartError, template};
+pub use unfilled::FILL_IN;
+pub use units::Dimension;
+pub use units::Unit;
+pub use urdf::{TreeJoint, Urdf, UrdfError, UrdfJoint};
+pub use window::{FilePart, Window};

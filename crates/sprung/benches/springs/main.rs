@@ -1,0 +1,43 @@
+//! Springs of the 2-DOF arm from its motors alone: errors and intervals of logs with different phases.
+//!
+//! `cargo bench -p sprung --bench springs [-- --seeds 6]`
+#![expect(clippy::print_stdout, reason = "a benchmark says what it measured")]
+
+#[path = "../../tests/twin/in_memory.rs"]
+mod in_memory;
+#[path = "twin.rs"]
+mod springs;
+
+use rayon::prelude::*;
+use springs::{Errors, vibrations};
+
+fn main() {
+    if !std::env::args().any(|argument| argument == "--bench") {
+        println!("cargo bench -p sprung --bench springs prints the table");
+        return;
+    }
+    let seeds = seeds();
+    let all: Vec<Vec<Errors>> = (0..seeds)
+        .into_par_iter()
+        .map(|seed| vibrations(seed).0)
+        .collect();
+    for own in all.iter().flatten() {
+        let ([stiffness, of_stiffness], [rotor, of_rotor]) = (own.stiffness, own.rotor);
+        println!(
+            "{}: stiffness {:+.2} % ({of_stiffness:+.1}), rotor {:+.2} % ({of_rotor:+.1})",
+            own.joint,
+            100.0 * stiffness,
+            100.0 * rotor
+        );
+    }
+    let held: usize = all.iter().flatten().map(Errors::held).sum();
+    let count = 2 * all.iter().flatten().count();
+    println!("{held} of {count} intervals contain the truth");
+}
+
+/// Returns the number after `--seeds`, or 6.
+fn seeds() -> u64 {
+    let mut words = std::env::args().skip_while(|word| word != "--seeds");
+    let seeds = words.nth(1).map(|word| word.parse());
+    seeds.map_or(6, |seeds| seeds.expect("--seeds needs a number"))
+}

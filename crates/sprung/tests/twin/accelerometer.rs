@@ -1,0 +1,286 @@
+//! Accelerometers on the links of the demo's arm, described by its lengths.
+//!
+//! `cargo test --release -p sprung --test twin -- accelerometer --nocapture` prints the figures of
+//! docs/how-to/accelerometer.md.
+
+use sprung::check::check;
+use sprung::demo;
+use sprung::description::{self, Simulate, no_files};
+use sprung::estimate::{EstimateResult, identify};
+use sprung::finding::{Finding, Severity};
+use sprung::model::{Model, Theta};
+use sprung::progress::Unheard;
+
+use crate::in_memory::with_source;
+use crate::support::Twin;
+
+/// Length of the first link, m.
+const LENGTH: f64 = 0.3;
+
+const LINKS: &str = "link_position_rad  = [\"q1_rad\", \"q2_rad\"]";
+const GYROSCOPES: &str = "gyroscope_z_rad_per_s = [\"w1\", \"w2\"]";
+
+/// One axis on each link, along its motion, or three tilted ones.
+const ONE_AXIS: &str = "accelerometer_y_m_per_s2 = [\"a1\", \"a2\"]";
+const THREE_AXES: &str = "accelerometer_x_m_per_s2 = \"ax*\"\naccelerometer_y_m_per_s2 = \"ay*\"\n\
+                          accelerometer_z_m_per_s2 = \"az*\"";
+const ALONG_LINKS: [&str; 2] = [
+    "accelerometer_rpy_deg = [0, 0, 0]\naccelerometer_xyz_m = [0.25, 0, 0]",
+    "accelerometer_rpy_deg = [0, 0, 0]\naccelerometer_xyz_m = [0.2, 0, 0]",
+];
+const TILTED: [&str; 2] = [
+    "accelerometer_rpy_deg = [10, -20, 30]\naccelerometer_xyz_m = [0.25, 0.02, 0.01]",
+    "accelerometer_rpy_deg = [-70, 15, 40]\naccelerometer_xyz_m = [0.2, -0.03, 0.02]",
+];
+
+/// 0.1 mg/√Hz at 1 kHz, and biases of 20 and -30 mg.
+const NOISE: f64 = 0.022;
+const BIAS: [f64; 2] = [0.2, -0.3];
+
+/// The demo's arm with other sensors on its links.
+///
+/// - `mounting`: lines of each joint.
+fn text(columns: &str, mounting: [&str; 2]) -> String {
+    let estimators = "[\"prediction-error\", \"least-squares\", \"lsff\"]";
+    let kinematics = format!("dh_modified = [{{}}, {{ a_m = {LENGTH} }}]");
+    let text = (demo::EXPERIMENT)
+        .replacen(LINKS, columns, 1)
+        .replacen(estimators, "[\"least-squares\"]", 1)
+        .replacen("kinematics = \"planar-2r\"", &kinematics, 1);
+    // The nominal values have the names of the other description.
+    let (begin, rest) = text.split_once("[robot.nominal]").unwrap();
+    let (_, joints) = rest.split_once("[[robot.joint]]").unwrap();
+    let mut text = format!("{begin}[[robot.joint]]{joints}");
+    for (joint, mounting) in mounting.iter().enumerate() {
+        let name = format!("name = \"joint{}\"", joint + 1);
+        text = text.replacen(&name, &format!("{name}\n{mounting}"), 1);
+    }
+    text
+}
+
+fn twin(text: &str) -> Twin {
+    let experiment = description::read("experiment.toml", text, &[], &mut no_files).unwrap();
+    let model = Model::new(&experiment).unwrap();
+    let known: toml::Table = toml::from_str(demo::TRUTH).unwrap();
+    let known = |name: &str| known.get(name).and_then(toml::Value::as_float);
+    let [total, coupling, second] =
+        ["link1.inertia_total", "link2.coupling", "link2.inertia"].map(|name| known(name).unwrap());
+    let value = |name: &str| match name {
+        _ if name.starts_with("link1.izz") => total - second,
+        _ if name.starts_with("link2.izz") => second,
+        _ if name.starts_with("link2.mx") => coupling / LENGTH,
+        _ => known(name).unwrap_or(0.0),
+    };
+    let truth: Theta = (model.parameters().iter())
+        .map(|parameter| value(&parameter.name))
+        .collect();
+    Twin {
+        experiment,
+        model,
+        truth,
+    }
+}
+
+fn log(twin: &Twin, change: impl FnOnce(&mut Simulate)) -> Vec<u8> {
+    let mut settings = twin.experiment.simulate.clone().unwrap();
+    settings.duration_s = 30.0;
+    settings.accelerometer_noise_m_per_s2 = vec![NOISE; 2];
+    settings.accelerometer_bias_m_per_s2 = BIAS.to_vec();
+    settings.gyroscope_noise_rad_per_s = vec![0.0022; 2];
+    settings.gyroscope_bias_rad_per_s = vec![0.02, -0.03];
+    change(&mut settings);
+    twin.log(&settings)
+}
+
+fn identified(twin: &Twin, log: &[u8]) -> (EstimateResult, Vec<Finding>) {
+    let found = with_source(log, |source| {
+        identify(&twin.experiment, &twin.model, &mut [source], &mut Unheard).unwrap()
+    });
+    let found = found.identification;
+    (found.results[0].clone(), found.findings)
+}
+
+/// Largest errors of the stiffnesses, of the inertias of the links and of the rotor inertias, in percent.
+fn errors(twin: &Twin, log: &[u8]) -> [f64; 3] {
+    let (result, findings) = identified(twin, log);
+    for finding in &findings {
+        println!("  {}: {}", finding.code, finding.text);
+    }
+    let worst = |endings: &[&str]| {
+        (result.parameters.iter().zip(&twin.truth))
+            .filter(|(p, _)| endings.iter().any(|ending| p.name.contains(ending)))
+            .filter(|(_, truth)| **truth != 0.0)
+            .map(|(p, truth)| {
+                let value = p.value.unwrap();
+                let sigmas = (value - truth) / p.standard_error.unwrap();
+                let error = 100.0 * (value / truth - 1.0);
+                println!("  {}: {error:+.3} %, {sigmas:+.1} standard errors", p.name);
+                error.abs()
+            })
+            .fold(0.0, f64::max)
+    };
+    [
+        worst(&[".stiffness"]),
+        worst(&["link1.", "link2."]),
+        worst(&[".rotor_inertia"]),
+    ]
+}
+
+#[test]
+fn stiffnesses_and_inertias_follow_from_accelerations() {
+    let cases = [
+        ("link encoders", LINKS, ["", ""]),
+        ("gyroscopes", GYROSCOPES, ["", ""]),
+        ("one axis", ONE_AXIS, ALONG_LINKS),
+        ("three axes", THREE_AXES, TILTED),
+    ];
+    let mut all = Vec::new();
+    for (name, columns, mounting) in cases {
+        println!("{name}");
+        let twin = twin(&text(columns, mounting));
+        let found = errors(&twin, &log(&twin, |_| ()));
+        println!("{name}: stiffnesses, inertias of links and of rotors within {found:.2?} %");
+        all.push(found);
+    }
+    for found in &all[2..] {
+        assert!(
+            found[0] < 2.0 && found[1] < 5.0 && found[2] < 20.0,
+            "{all:?}"
+        );
+    }
+}
+
+/// Springs that are a hundred times stiffer and a motion that is five times larger: the links follow their motors.
+fn stiffer(columns: &str, mounting: [&str; 2]) -> Twin {
+    let text = text(columns, mounting).replace("amplitude_deg = 3.0", "amplitude_deg = 15.0");
+    let mut twin = twin(&text);
+    for (value, parameter) in twin.truth.iter_mut().zip(twin.model.parameters()) {
+        if parameter.name.ends_with(".stiffness") {
+            *value *= 100.0;
+        }
+    }
+    twin
+}
+
+#[test]
+fn a_mounting_is_proposed_and_must_be_given() {
+    let recorded = twin(&text(THREE_AXES, TILTED));
+    let found = checked(&recorded, &twin(&text(THREE_AXES, ["", ""])), |_| ());
+    let notes: Vec<&Finding> = (found.iter())
+        .filter(|own| own.code == "accelerometer-mounting")
+        .collect();
+    assert_eq!(notes.len(), 2, "{found:#?}");
+    for note in notes {
+        println!("{}", note.text);
+        assert_eq!(note.severity, Severity::Error);
+    }
+    let open = (found.iter()).find(|own| own.code == "link-by-accelerometer");
+    let text = &open.unwrap().text;
+    assert!(
+        text.contains("leaves open that of joint1, joint2"),
+        "{text}"
+    );
+}
+
+fn checked(recorded: &Twin, twin: &Twin, change: impl FnOnce(&mut Simulate)) -> Vec<Finding> {
+    let log = log(recorded, change);
+    with_source(&log, |source| {
+        let checked = check(&twin.experiment, &twin.model, &mut [source], &mut Unheard).unwrap();
+        checked.report.findings
+    })
+}
+
+#[test]
+fn good_accelerometers_cause_notes_only() {
+    let own = twin(&text(ONE_AXIS, ALONG_LINKS));
+    let found = checked(&own, &own, |_| ());
+    println!("{found:#?}");
+    assert!(found.iter().all(|own| own.severity == Severity::Info));
+    let codes: Vec<&str> = found.iter().map(|own| own.code.as_str()).collect();
+    assert!(codes.contains(&"link-by-accelerometer") && codes.contains(&"accelerometer-bias"));
+}
+
+#[test]
+fn faulty_accelerometers_are_named() {
+    let own = stiffer(ONE_AXIS, ALONG_LINKS);
+    let reversed = format!("{ONE_AXIS}\nsign = {{ a2 = -1 }}");
+    for (code, columns, limit) in [
+        ("accelerometer-saturated", ONE_AXIS, 2.0),
+        ("accelerometer-sign", &reversed, f64::INFINITY),
+        (
+            "accelerometer-scale",
+            "accelerometer_y_g = [\"a1\", \"a2\"]",
+            f64::INFINITY,
+        ),
+    ] {
+        let found = checked(&stiffer(columns, ALONG_LINKS), &own, |settings| {
+            settings.accelerometer_limit_m_per_s2 = vec![limit; 2];
+        });
+        let named = (found.iter().find(|finding| finding.code == code))
+            .unwrap_or_else(|| panic!("{code}: {found:#?}"));
+        println!("{}", named.text);
+        assert_eq!(named.severity, Severity::Error);
+    }
+}
+
+#[test]
+fn mistakes_are_named() {
+    let refused = |text: &str| {
+        let found = description::read("experiment.toml", text, &[], &mut no_files);
+        found.err().unwrap().to_string()
+    };
+    let own = text(ONE_AXIS, ALONG_LINKS);
+    let both = refused(&text(&format!("{ONE_AXIS}\n{GYROSCOPES}"), ALONG_LINKS));
+    assert!(
+        both.contains("keep the gyroscopes or the accelerometers"),
+        "{both}"
+    );
+    let two = refused(&own.replace(
+        ONE_AXIS,
+        &format!("{ONE_AXIS}\naccelerometer_x_m_per_s2 = [\"b1\", \"b2\"]"),
+    ));
+    assert!(
+        two.contains("an accelerometer has one axis or three"),
+        "{two}"
+    );
+    let refinement = refused(&own.replacen("[\"least-squares\"]", "[\"prediction-error\"]", 1));
+    assert!(
+        refinement.contains("joint1 has an accelerometer") && refinement.contains("least-squares"),
+        "{refinement}"
+    );
+    let corner = refused(&own.replace(
+        ONE_AXIS,
+        &format!("{ONE_AXIS}\naccelerometer_corner_hz = 0.0"),
+    ));
+    assert!(
+        corner.contains("accelerometer_corner_hz = 0 must be positive"),
+        "{corner}"
+    );
+    // These need the whole robot.
+    let unsuited = |text: &str| {
+        let experiment = description::read("experiment.toml", text, &[], &mut no_files).unwrap();
+        let log = experiment.log.as_ref().unwrap();
+        let found = sprung::log::Channels::new(&experiment.robot, log);
+        found.err().unwrap().to_string()
+    };
+    let kinematics = format!("dh_modified = [{{}}, {{ a_m = {LENGTH} }}]");
+    let lengths = unsuited(&own.replacen(&kinematics, "kinematics = \"planar-2r\"", 1));
+    assert!(
+        lengths.contains("planar-2r") && lengths.contains("joint1"),
+        "{lengths}"
+    );
+    let half = unsuited(&text(
+        ONE_AXIS,
+        [ALONG_LINKS[0], "accelerometer_xyz_m = [0.2, 0, 0]"],
+    ));
+    assert!(
+        half.contains("joint2") && half.contains("give both"),
+        "{half}"
+    );
+    let axis = "accelerometer_rpy_deg = [0, 0, 0]\naccelerometer_xyz_m = [0, 0, 0.1]";
+    let on_axis = unsuited(&text(ONE_AXIS, [axis, ALONG_LINKS[1]]));
+    assert!(
+        on_axis.contains("joint1") && on_axis.contains("away from the axis"),
+        "{on_axis}"
+    );
+}
