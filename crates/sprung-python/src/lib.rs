@@ -27,6 +27,8 @@ fn _sprung(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<worked::Checked>()?;
     module.add_class::<worked::Validated>()?;
     module.add_class::<servo::IdentifiedServo>()?;
+    module.add_class::<many_logs::RobotChoices>()?;
+    module.add_class::<many_logs::ReducedLogs>()?;
     module.add_class::<dynamics::Dynamics>()?;
     module.add_class::<arrow::Columns>()?;
     module.add_class::<arrow::Numbers>()?;

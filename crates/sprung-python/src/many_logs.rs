@@ -8,7 +8,7 @@ use sprung::estimate::IdentifyError;
 use sprung::log::{Input, LogSource};
 use sprung::session::{Choices, Disk, Files, LogFactors, SessionError};
 
-use crate::errors::wrong_input;
+use crate::errors::{exception, wrong_input};
 use crate::runner::Run;
 use crate::session::Session;
 use crate::worked::Identified;
@@ -42,7 +42,71 @@ fn source(session: &sprung::session::Session, name: String, path: PathBuf) -> So
     }
 }
 
-/// Makes the choices that hold for all logs of a robot; returns JSON.
+/// What sprung chose from the first log of a robot, which holds for all its logs.
+#[pyclass(frozen, eq, name = "Choices", module = "sprung._sprung")]
+#[derive(PartialEq)]
+pub(crate) struct RobotChoices(Choices);
+
+#[pymethods]
+impl RobotChoices {
+    /// Reads what `to_json` returned.
+    #[staticmethod]
+    fn from_json(py: Python<'_>, text: &str) -> PyResult<Self> {
+        let read = serde_json::from_str(text).map_err(|error| {
+            let message = format!("the choices cannot be read: {error}");
+            let remedy = "give what Choices.to_json returned";
+            wrong_input(py, "choices", &message, remedy)
+        })?;
+        Ok(Self(read))
+    }
+
+    /// The choices as JSON.
+    fn to_json(&self) -> String {
+        // Names of keys are texts, so nothing can fail.
+        serde_json::to_string(&self.0).unwrap_or_default()
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, (String,))> {
+        Ok((slf.getattr("from_json")?, (slf.get().to_json(),)))
+    }
+}
+
+/// The logs of a robot, reduced to the factors of least squares.
+#[pyclass(frozen, eq, name = "LogFactors", module = "sprung._sprung")]
+#[derive(PartialEq)]
+pub(crate) struct ReducedLogs(LogFactors);
+
+#[pymethods]
+impl ReducedLogs {
+    /// Reads what `to_json` returned.
+    #[staticmethod]
+    fn from_json(py: Python<'_>, text: &str) -> PyResult<Self> {
+        let read = LogFactors::from_json(text).map_err(|error| {
+            let remedy = "give what LogFactors.to_json returned";
+            wrong_input(py, "factors", &error.to_string(), remedy)
+        })?;
+        Ok(Self(read))
+    }
+
+    /// The factors as JSON.
+    fn to_json(&self) -> String {
+        self.0.to_json()
+    }
+
+    /// Joins the factors of other logs of the same robot.
+    fn merge(&self, py: Python<'_>, other: &Self) -> PyResult<Self> {
+        let merged = self.0.clone().merge(other.0.clone());
+        merged
+            .map(Self)
+            .map_err(|error| exception(py, &SessionError::from(IdentifyError::from(error))))
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, (String,))> {
+        Ok((slf.getattr("from_json")?, (slf.get().to_json(),)))
+    }
+}
+
+/// Makes the choices that hold for all logs of a robot.
 #[pyfunction]
 pub(crate) fn choices(
     py: Python<'_>,
@@ -50,43 +114,35 @@ pub(crate) fn choices(
     name: String,
     path: PathBuf,
     run: Run,
-) -> PyResult<String> {
+) -> PyResult<RobotChoices> {
     let session = Arc::new(session.inner().without_files());
     let first = source(&session, name, path);
     let made = run.work(py, move |progress| {
         first.with(|log| session.choices_with(log, progress))
     })?;
-    Ok(serde_json::to_string(&made).unwrap_or_default())
+    Ok(RobotChoices(made))
 }
 
-/// Reduces a log with choices; returns JSON.
+/// Reduces a log with choices.
 ///
 /// - `order`: its number among all logs of the robot.
 #[pyfunction]
 pub(crate) fn factors(
     py: Python<'_>,
     session: &Session,
-    choices: &str,
+    choices: &RobotChoices,
     order: usize,
     name: String,
     path: PathBuf,
     run: Run,
-) -> PyResult<String> {
-    let choices: Choices = serde_json::from_str(choices).map_err(|error| {
-        let text = format!("the choices cannot be read: {error}");
-        wrong_input(
-            py,
-            "choices",
-            &text,
-            "give what Experiment.choices returned",
-        )
-    })?;
+) -> PyResult<ReducedLogs> {
+    let choices = choices.0.clone();
     let session = Arc::new(session.inner().without_files());
     let log = source(&session, name, path);
     let reduced = run.work(py, move |progress| {
         log.with(|log| session.factors_with(&choices, (order, log), progress))
     })?;
-    Ok(reduced.to_json())
+    Ok(ReducedLogs(reduced))
 }
 
 /// Identifies the parameters from the factors of all logs.
@@ -96,24 +152,16 @@ pub(crate) fn factors(
 pub(crate) fn identify_factors(
     py: Python<'_>,
     session: &Session,
-    factors: Vec<String>,
+    factors: &ReducedLogs,
     name: String,
     path: PathBuf,
     run: Run,
 ) -> PyResult<Identified> {
     let text = session.inner().text().to_owned();
+    let all = factors.0.clone();
     let session = Arc::new(session.inner().without_files());
     let first = source(&session, name, path);
     let found = run.work(py, move |progress| {
-        let mut all: Option<LogFactors> = None;
-        for one in &factors {
-            let one = LogFactors::from_json(one).map_err(IdentifyError::from)?;
-            all = Some(match all {
-                None => one,
-                Some(all) => all.merge(one).map_err(IdentifyError::from)?,
-            });
-        }
-        let all = all.ok_or(SessionError::NoLogFile)?;
         first.with(|log| session.identify_factors_with(log, &all, progress))
     })?;
     Ok(Identified::new(found, text))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import pickle
 import subprocess
 import sys
 import tracemalloc
@@ -122,7 +123,23 @@ def test_factors_of_logs_merge(experiment: sprung.Experiment, log: Log, tmp_path
     with pytest.raises(sprung.ExperimentError):
         other.identify_factors(factors, paths[0])
     with pytest.raises(sprung.InputError):
-        experiment.factors(paths[0], 0, "{}")
+        sprung.Choices.from_json("{}")
+    with pytest.raises(sprung.InputError):
+        sprung.LogFactors.from_json("{}")
+
+
+def test_choices_and_factors_are_values_that_travel(
+    experiment: sprung.Experiment, log: Log, tmp_path: Path
+) -> None:
+    pandas = pytest.importorskip("pandas")
+    path = tmp_path / "log.csv"
+    pandas.DataFrame(log).to_csv(path, index=False, float_format="%.17g")
+    choices = experiment.choices(path)
+    assert pickle.loads(pickle.dumps(choices)) == choices
+    assert sprung.Choices.from_json(choices.to_json()) == choices
+    factors = experiment.factors(path, 0, choices)
+    assert pickle.loads(pickle.dumps(factors)) == factors
+    assert sprung.LogFactors.from_json(factors.to_json()) == factors
 
 
 def test_covariance_has_the_standard_errors(result: sprung.Result) -> None:

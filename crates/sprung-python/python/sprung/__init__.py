@@ -26,12 +26,13 @@ from sprung._model import Model, Motion
 from sprung._parameters import Parameter, Parameters
 from sprung._result import Check, Comparison, Result, Validation, compare, load
 from sprung._servo import Servo, ServoCheck, ServoResult
-from sprung._sprung import GENERATOR
+from sprung._sprung import GENERATOR, Choices, LogFactors
 
 __version__ = GENERATOR.removeprefix("sprung ")
 
 __all__ = [
     "Check",
+    "Choices",
     "Comparison",
     "Evidence",
     "Experiment",
@@ -40,6 +41,7 @@ __all__ = [
     "Finding",
     "InputError",
     "LogError",
+    "LogFactors",
     "Model",
     "Motion",
     "Parameter",

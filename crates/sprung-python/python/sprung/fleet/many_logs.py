@@ -10,10 +10,13 @@ import functools
 import json
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from . import files
 from .manifest import Part, Task
+
+if TYPE_CHECKING:
+    from sprung import Choices, LogFactors
 
 _FOLDER = "factors"
 _ESTIMATOR = "identify.estimator="
@@ -53,21 +56,26 @@ def order_of(part: Part) -> int:
     return int(part.name.rsplit("-", 1)[1])
 
 
-def store(out: str, task: Task, order: int, outcome: str | Failed) -> int:
+def store(out: str, task: Task, order: int, outcome: LogFactors | Failed) -> int:
     """Writes the factors of a log, or its failure; returns the number of bytes."""
-    content = {"failed": outcome.__dict__} if isinstance(outcome, Failed) else {"factors": outcome}
+    failed = isinstance(outcome, Failed)
+    content = {"failed": outcome.__dict__} if failed else {"factors": outcome.to_json()}
     data = json.dumps(content).encode()
     files.write(_url(out, task, order), data)
     return len(data)
 
 
-def stored(out: str, task: Task, order: int) -> str | Failed | None:
+def stored(out: str, task: Task, order: int) -> LogFactors | Failed | None:
     """Returns the factors of a log, or its failure; ``None`` if there are none."""
+    from sprung import LogFactors
+
     try:
         content = json.loads(files.read(_url(out, task, order)))
+        if "failed" in content:
+            return Failed(**content["failed"])
+        return LogFactors.from_json(content["factors"])
     except (FileNotFoundError, ValueError):
         return None
-    return Failed(**content["failed"]) if "failed" in content else str(content["factors"])
 
 
 def forget(out: str) -> None:
@@ -77,18 +85,18 @@ def forget(out: str) -> None:
         system.rm(path, recursive=True)
 
 
-def reduce_log(task: Task, order: int, experiment: str, paths: Sequence[str], overrides: tuple[str, ...]) -> str:
+def reduce_log(task: Task, order: int, experiment: str, paths: Sequence[str], overrides: tuple[str, ...]) -> LogFactors:
     """Reduces a log of a robot with the choices of its first log.
 
     - paths: local paths of the first log and of this one.
     """
     first, own = paths
     made = _choices(experiment, overrides, task.logs[0], first)
-    reduced: str = _experiment(experiment, overrides).factors(own, order, made, name=task.logs[order], threads=1)
+    reduced: LogFactors = _experiment(experiment, overrides).factors(own, order, made, name=task.logs[order], threads=1)
     return reduced
 
 
-def identify(task: Task, factors: Sequence[str], experiment: str, first: str, overrides: tuple[str, ...]) -> Any:
+def identify(task: Task, factors: Sequence[LogFactors], experiment: str, first: str, overrides: tuple[str, ...]) -> Any:
     """Identifies a robot from the factors of its logs; returns the contents of identification.json."""
     own = _experiment(experiment, overrides)
     return own.identify_factors(factors, first, name=task.logs[0], threads=1).identification
@@ -102,8 +110,8 @@ def _experiment(path: str, overrides: tuple[str, ...]) -> Any:
 
 
 @functools.lru_cache(maxsize=256)
-def _choices(experiment: str, overrides: tuple[str, ...], name: str, first: str) -> str:
-    made: str = _experiment(experiment, overrides).choices(first, name=name, threads=1)
+def _choices(experiment: str, overrides: tuple[str, ...], name: str, first: str) -> Choices:
+    made: Choices = _experiment(experiment, overrides).choices(first, name=name, threads=1)
     return made
 
 

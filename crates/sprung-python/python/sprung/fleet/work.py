@@ -10,10 +10,13 @@ import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from . import dataset, files, many_logs
 from .manifest import Part, Task, experiment_file
+
+if TYPE_CHECKING:
+    from sprung import LogFactors
 
 Identify: TypeAlias = Callable[[str, list[str], list[str]], Mapping[str, Any]]
 """Identifies an experiment (path) from logs (paths) with settings (``key=value``); contents of identification.json."""
@@ -82,7 +85,7 @@ def map_died(part: Part, settings: Settings, reason: str) -> Done:
     return Done(0, 0, 0, many_logs.store(settings.out, task, order, failed))
 
 
-def _factors(task: Task, order: int, settings: Settings) -> str | many_logs.Failed:
+def _factors(task: Task, order: int, settings: Settings) -> LogFactors | many_logs.Failed:
     log = task.logs[order]
     try:
         with contextlib.ExitStack() as stack:
@@ -103,7 +106,7 @@ def _merged(task: Task, settings: Settings) -> list[dataset.Row]:
         many_logs.stored(settings.out, task, order) or _factors(task, order, settings)
         for order in range(len(task.logs))
     ]
-    factors = [own for own in outcomes if isinstance(own, str)]
+    factors = [own for own in outcomes if not isinstance(own, many_logs.Failed)]
     failed = [own for own in outcomes if isinstance(own, many_logs.Failed)]
     rows = [dataset.failure_row(task, own.code, own.text, own.place, own.remedy) for own in failed]
     if factors:
