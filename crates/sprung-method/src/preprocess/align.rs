@@ -256,7 +256,8 @@ impl Aligner {
             match lead.reading {
                 Reading::Sample => column.extend_from_slice(&buffer[at..at + ready]),
                 Reading::Held(w) => {
-                    column.extend((at..at + ready).map(|k| w[0] * buffer[k] + w[1] * buffer[k + 1]))
+                    let held = (at..at + ready).map(|k| w[0] * buffer[k] + w[1] * buffer[k + 1]);
+                    column.extend(held);
                 }
                 Reading::Cubic(w) => column.extend((at..at + ready).map(|k| {
                     w[0] * buffer[k - 1]
