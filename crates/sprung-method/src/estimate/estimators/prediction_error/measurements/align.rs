@@ -1,6 +1,7 @@
 //! Alignment: raw samples become torques and measurements without their delays.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
 use super::encoder_edges::{EdgePosition, encoder_edges};
 use super::measurement::Measurement;
@@ -122,12 +123,15 @@ pub(super) fn align(
     let per_sample = excess.len() / window.samples;
     let torque_rate = rates(&torque, rows, filter, period)?;
     let first = first_of_samples(&found, window.samples);
+    let change = raw.payload.as_ref().map(|own| model.change_by_payload(own));
+    let carried: Option<Arc<[f64]>> = change.flatten().map(Into::into);
     let each = stretches.iter().zip(begins).map(|(stretch, begins)| {
         let (start, start_deviation) = start_state(rows, sensors, &begins)?;
         let of_rows = stretch.from * rows..stretch.to * rows;
         let own = first[stretch.from]..first[stretch.to];
         Some(Segment {
             log: raw.log,
+            carried: carried.clone(),
             burn_in: stretch.burn_in,
             period,
             torque: torque[of_rows.clone()].to_vec(),
