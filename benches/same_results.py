@@ -116,6 +116,13 @@ CASES = {
                "joint2.motor_viscous_per_k": -0.002},
         estimators=BOTH,
     ),
+    "delays": Case(
+        "demo",
+        logs={"identification.csv": [SHORT]},
+        told=[(DEMO_TORQUES, DEMO_TORQUES + '\ndelay_s = { q2_rad = -0.002, tau1_nm = 0.0028 }')],
+        late={"q1_rad": 2, "phi1_rad": 2, "phi2_rad": 2, "tau1_nm": 5, "tau2_nm": 2},
+        estimators=BOTH,
+    ),
     "logs": Case(
         "demo",
         logs={"one.csv": [SHORT], "two.csv": ["simulate.duration_s=2.5", "simulate.seed=2"],

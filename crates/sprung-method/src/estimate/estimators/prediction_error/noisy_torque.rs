@@ -168,6 +168,7 @@ impl<'a> NoiseSource<'a> {
         let mut changes: Vec<(usize, usize, usize, f64)> = Vec::new();
         let mut bias = NoiseBias::zero(values);
         let (segment, sensors) = (&measurements.segments[segment], &measurements.sensors);
+        dynamics.carry(segment.carried.as_deref());
         let noise = (logged_noise.as_slice(), STATE_STRIDE);
         let behind = noise_behind(sensors, segment, run, self.levels, noise);
         let decay = self.levels.decay(period).factor;

@@ -89,6 +89,7 @@ impl Case {
                 period,
                 torque_rate: vec![0.0; torque.len()],
                 excess: Vec::new(),
+                carried: None,
                 torque,
                 measurements: taken,
                 first,

@@ -232,6 +232,7 @@ impl Case {
                     period: PERIOD,
                     torque_rate: vec![0.0; torque.len()],
                     excess: Vec::new(),
+                    carried: None,
                     torque,
                     measurements: taken,
                     first,
