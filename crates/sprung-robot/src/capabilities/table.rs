@@ -55,6 +55,11 @@ pub(super) const fn row(feature: Feature) -> [Answer; Task::COUNT] {
         "a prediction needs the mass of the payload",
         "give mass_kg and com_m of the payload, or use a log without it",
     ));
+    const LOADED: Answer = Refused(reason(
+        "payload-not-subtracted",
+        "it takes the load of the log for a part of the robot",
+        "set estimator = \"prediction-error\" or \"least-squares\", or leave the log out",
+    ));
     const ONE_PASS: Answer = Refused(reason(
         "payload-needs-one-pass",
         "an estimated payload needs one pass over all logs",
@@ -73,6 +78,7 @@ pub(super) const fn row(feature: Feature) -> [Answer; Task::COUNT] {
         Feature::Accelerometer => [Works, Works, ACCELEROMETER, ACCELEROMETER, ACCELEROMETER, Works, Works,     Works,   Works,  Works,   Works,   Works],
         Feature::Servo         => [Works, Works, Works,     Works,      Works,       SERVO,    SERVO,     Works,   SERVO,  SERVO,   SERVO,   SERVO],
         Feature::Covariates    => [Works, Works, Works,     COVARIATES, Works,       Works,    Works,     Works,   Works,  Works,   Works,   Works],
+        Feature::KnownPayload  => [Works, Works, LOADED,    LOADED,     Works,       Works,    Works,     Works,   Works,  Works,   Works,   Works],
         Feature::UnknownPayload => [Works, Works, Works,    Works,      Works,       ONE_PASS, VALIDATED, Works,   Works,  Works,   Works,   Works],
         Feature::CoupledTransmission
                                => [Works, Works, Works,     Works,      Works,       Works,    Works,     Works,   Works,  COUPLED, COUPLED, Works],
@@ -82,7 +88,6 @@ pub(super) const fn row(feature: Feature) -> [Answer; Task::COUNT] {
         | Feature::TorqueSensorAlone
         | Feature::MotorOnly
         | Feature::ClosedForm
-        | Feature::KnownPayload
         | Feature::SpringsFromMotor
         | Feature::SeveralJoints
         | Feature::FlexibleJoint
