@@ -169,6 +169,37 @@ mod tests {
     use super::*;
 
     #[test]
+    fn all_programs_run_also_after_one_that_fails() {
+        let program = |name: &str| Binary {
+            name: name.to_owned(),
+            kind: Kind::Tests,
+            path: ["/bin/", name].concat().into(),
+            package: "/".into(),
+        };
+        let names = ["false", "true", "no such program", "echo"];
+        let (outcome, value) = Outcome::beside(&names.map(program), || 7);
+        let mut failed = outcome.failed;
+        failed.sort();
+        assert_eq!(failed, ["false", "no such program"]);
+        assert_eq!(value, 7);
+    }
+
+    #[test]
+    fn programs_that_take_minutes_begin_first() {
+        let program = |name: &str| Binary {
+            name: name.to_owned(),
+            kind: Kind::Tests,
+            path: name.into(),
+            package: "/".into(),
+        };
+        let all = ["a", LONGEST[1], "b", LONGEST[0]].map(program);
+        let names: Vec<&str> = (longest_first(&all).iter())
+            .map(|binary| binary.name.as_str())
+            .collect();
+        assert_eq!(names, [LONGEST[1], LONGEST[0], "a", "b"]);
+    }
+
+    #[test]
     fn lines_of_libtest_are_understood() {
         let mut outcome = Outcome::default();
         for line in [
