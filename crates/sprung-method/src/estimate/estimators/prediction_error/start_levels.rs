@@ -8,17 +8,20 @@ use crate::log::Channels;
 use crate::model::Model;
 
 /// Start level relative to the standard deviation of the torque: of noise and disturbance of motors, and of links while
-/// friction reverses.
+/// friction reverses. Half of it moves an estimate by 0.05 standard errors, twice of it by 0.02
+/// (`benches/numbers/run.py`).
 const START: f64 = 0.01;
 
-/// Start level of motors while friction reverses, and largest start level of the torque's noise.
+/// Start level of motors while friction reverses, and largest start level of the torque's noise. Twice of it moves an
+/// estimate by 0.03 standard errors, half of it by less than 0.01 (`benches/numbers/run.py`).
 const LARGE_START: f64 = 0.1;
 
 /// Noise of a torque that is declared exact, which the likelihood needs above zero, and start level of a sensor's
 /// noise, relative to the standard deviation of its readings.
 const SMALL_START: f64 = 1e-3;
 
-/// Start level of links: they have no torque of their own, so less disturbs them.
+/// Start level of links: they have no torque of their own, so less disturbs them. Half or twice of it moves an estimate
+/// by 0.03 standard errors (`benches/numbers/run.py`).
 const START_LINK_LEVEL: f64 = 0.003;
 
 /// Accuracy of the logged torque.
