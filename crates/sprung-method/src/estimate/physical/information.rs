@@ -5,12 +5,10 @@ use faer::linalg::solvers::DenseSolveCore;
 
 use crate::estimate::estimators::{Covariance, Numbers};
 use crate::estimate::result::CovarianceOfErrors;
+use crate::estimate::statistics::ROUNDING;
 use crate::fit::{Free, residual};
 use crate::model::Model;
 use crate::regression::System;
-
-/// Least residual of a row relative to the largest right-hand side; a log without noise has none.
-const LEAST_RESIDUAL: f64 = 1e-9;
 
 /// Information about theta.
 pub(in crate::estimate) struct Information {
@@ -143,7 +141,7 @@ pub(in crate::estimate) fn of_equations(
     let mut information = Mat::zeros(p, p);
     let factors = free.factors(system.whole()?);
     for ((columns, factor), (residual, _)) in free.columns.iter().zip(&factors).zip(&residuals) {
-        let by = residual.max(LEAST_RESIDUAL * largest).powi(-2);
+        let by = residual.max(ROUNDING * largest).powi(-2);
         for (i, &row) in columns.iter().enumerate() {
             for (j, &column) in columns.iter().enumerate() {
                 let product: f64 = (0..=i.min(j))

@@ -10,25 +10,13 @@ use super::prior::{BodyPrior, add_prior, impossible, priors};
 use crate::description::{Distance, Physical};
 use crate::estimate::estimators::Numbers;
 use crate::estimate::result::{Decided, PhysicalResult, StandardParameter};
+use crate::estimate::statistics::{LARGE_SHARE, ROUNDING};
 use crate::finding::{Finding, Severity};
 use crate::fit::residual;
 use crate::model::{
     Block, Model, NoSolution, Parameter, Program, Theta, TreeLinks, second_moments,
 };
 use crate::regression::System;
-
-/// Largest difference of the function from its minimum; the function is half a sum of squared standard
-/// errors.
-const GAP: f64 = 1e-9;
-
-/// Weight that keeps parameters of drives finite which the log does not determine.
-const RIDGE: f64 = 1e-9;
-
-/// Shares of the log above which the log decides, and below which it does not.
-const DECIDES: f64 = 0.9;
-
-/// Share below which the log does not decide; the complement of the share above which it does.
-const DOES_NOT_DECIDE: f64 = 0.1;
 
 /// Returns possible bodies with possible drives near an estimate.
 ///
@@ -57,7 +45,7 @@ pub(in crate::estimate) fn physical(
         .links()
         .map_or_else(Vec::new, |links| impossible(model, links));
     bodies.findings.extend(about_nominal(&impossible));
-    let x = match problem.program.minimise(&problem.start, GAP) {
+    let x = match problem.program.minimise(&problem.start, ROUNDING) {
         Ok(x) => x,
         Err(reason) => {
             bodies.findings.push(problem.none(reason));
@@ -287,7 +275,7 @@ impl<'a> Problem<'a> {
             let parameter = &self.model.parameters()[index];
             let value = numbers.theta[index];
             let own = self.of_log[unknown * (n + 1)];
-            let ridge = RIDGE * if own > 0.0 { own } else { 1.0 };
+            let ridge = ROUNDING * if own > 0.0 { own } else { 1.0 };
             self.program.quadratic[unknown * (n + 1)] += ridge;
             self.program.linear[unknown] += ridge * value;
             self.start[unknown] = value;
@@ -356,8 +344,8 @@ impl<'a> Problem<'a> {
                     nominal: links.nominal(index),
                     decided: match unknown {
                         None => Decided::Given,
-                        Some(_) if share > DECIDES => Decided::Log,
-                        Some(_) if share > DOES_NOT_DECIDE => Decided::Both,
+                        Some(_) if share > (1.0 - LARGE_SHARE) => Decided::Log,
+                        Some(_) if share > LARGE_SHARE => Decided::Both,
                         Some(_) if self.priors[at].is_nominal => Decided::Nominal,
                         Some(_) => Decided::Nothing,
                     },

@@ -22,6 +22,7 @@ use super::rung::Rung;
 use super::start_levels::{Searches, TorqueNoise, levels_after, start_levels, with_sensor_noise};
 use super::unknowns::Unknowns;
 use crate::estimate::estimators::feasible::feasible;
+use crate::estimate::statistics::MAX_ROUNDS;
 use crate::log::LogSource;
 use crate::model::Theta;
 use crate::prepare::Excerpt;
@@ -32,19 +33,11 @@ use crate::regression::{PassError, Reading};
 /// uneven, or the joint is not where the model has it.
 const MAX_COST_OF_EXACT_ENCODERS: f64 = 2.0;
 
-/// Maximum number of rounds in which delays and prior levels are estimated; maximum remaining error
-/// of a delay, in standard errors; and maximum move of a delay in one round, in samples or standard
-/// errors. The effect of a delay is linear only for small moves.
-const MAX_DELAY_ROUNDS: usize = 6;
-
-/// Remaining error of a delay that does not change an estimate, in standard errors.
-const DELAY_TOLERANCE_SIGMAS: f64 = 0.1;
+/// Change that does not change an estimate: of a delay, in standard errors, and of the logarithm of a prior level.
+const SETTLED: f64 = 0.1;
 
 /// Largest move of a delay in a round, in samples or standard errors; its effect is linear only for small moves.
 const MAX_DELAY_MOVE: f64 = 10.0;
-
-/// The prior levels of residual laws have settled if their logarithms change by less than this.
-const SETTLED_LEVEL_CHANGE: f64 = 0.1;
 
 /// Start of a refinement.
 pub(super) struct Start<'a> {
@@ -145,7 +138,7 @@ impl<'a> Refinery<'a> {
         let mut last: Option<Descent> = None;
         let mut residual = before.map(|end| end.residual.clone());
         let noisy_rows = start.torque_noise.rows(model);
-        for round in 1..=MAX_DELAY_ROUNDS {
+        for round in 1..=MAX_ROUNDS {
             let reading = self.reading.with_delays(&delays);
             let Some(measurements) = build(&reading, self.excerpt, &self.raw, self.left_out)?
             else {
@@ -187,7 +180,7 @@ impl<'a> Refinery<'a> {
             let used = delays.clone();
             let moved = move_delays(&refined.delays, self.excerpt.period(), &mut delays);
             let (levels, settled) = residual_levels(&unknowns.residual, &refined);
-            if round == MAX_DELAY_ROUNDS || !moved && settled {
+            if round == MAX_ROUNDS || !moved && settled {
                 return Ok(Some(End {
                     refined,
                     z: descent.z,
@@ -257,7 +250,7 @@ fn residual_levels(before: &[ResidualLevel], refined: &Refined) -> (Vec<Residual
     let after = (before.iter())
         .map(|own| {
             let level = own.evidence(&values, &refined.covariance, values.len());
-            settled &= (level / own.level).ln().abs() < SETTLED_LEVEL_CHANGE;
+            settled &= (level / own.level).ln().abs() < SETTLED;
             ResidualLevel {
                 level,
                 ..own.clone()
@@ -273,9 +266,7 @@ fn residual_levels(before: &[ResidualLevel], refined: &Refined) -> (Vec<Residual
 /// - `period`: s; `delays`: delays of all channels, s.
 fn move_delays(updates: &[ChannelUpdate], period: f64, delays: &mut [f64]) -> bool {
     let estimated = || updates.iter().filter(|update| update.estimated);
-    let far = |update: &ChannelUpdate| {
-        update.correction.abs() > DELAY_TOLERANCE_SIGMAS * update.standard_error
-    };
+    let far = |update: &ChannelUpdate| update.correction.abs() > SETTLED * update.standard_error;
     for update in estimated() {
         let reach = MAX_DELAY_MOVE * period.max(update.standard_error);
         delays[update.channel] += update.correction.clamp(-reach, reach);

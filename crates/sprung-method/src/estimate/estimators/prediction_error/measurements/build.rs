@@ -6,14 +6,12 @@ use super::segment::{Measurements, Segment};
 use super::sensor::{Noise, Sensor, sensors};
 use super::torque::{fast_noise, torque_scale};
 use crate::estimate::estimators::prediction_error::reversals::Reversals;
+use crate::estimate::statistics::ROUNDING;
 use crate::log::Channels;
 use crate::model::Model;
 use crate::prepare::{Excerpt, noise as noise_of};
 use crate::preprocess::Butterworth;
 use crate::regression::{PassError, Reading};
-
-/// Noise of positions that show no noise, standard deviation, rad (m).
-const MIN_POSITION_NOISE: f64 = 1e-9;
 
 /// Turns raw samples into the inputs of the filter; `None` if there are too few samples.
 ///
@@ -32,8 +30,8 @@ pub(in super::super) fn build(
     let (model, channels) = (reading.model(), reading.channels());
     let noise = |channel: usize| match noise_of(excerpt, channel) {
         Some((_, Some(step))) => Noise::Counts(step),
-        Some((deviation, None)) => Noise::White(deviation.max(MIN_POSITION_NOISE)),
-        None => Noise::White(MIN_POSITION_NOISE),
+        Some((deviation, None)) => Noise::White(deviation.max(ROUNDING)),
+        None => Noise::White(ROUNDING),
     };
     let sensors = sensors(model, channels, reading.compliances(), raw, noise);
     let order = reading.settings().position_filter_order;

@@ -20,6 +20,6 @@ mod torque;
 
 pub(super) use build::build;
 pub(super) use measurement::Measurement;
-pub(super) use read::{Extent, RawSegment, max_samples, read, samples_in};
+pub(super) use read::{Extent, MAX_SEARCH_WORK, RawSegment, max_samples, read, samples_in};
 pub(super) use segment::{Measurements, Segment};
 pub(super) use sensor::{Noise, Sensor, observe};

@@ -30,8 +30,9 @@ pub(in super::super) enum Extent {
     Spread(usize),
 }
 
-/// Maximum work of the filter in a search that is repeated: samples times rows times rows.
-const MAX_SEARCH_WORK: usize = 2_400_000;
+/// Work of the filter that takes less than a minute, so that a search may be repeated and its duration need not be told:
+/// samples times rows times rows.
+pub(in crate::estimate::estimators::prediction_error) const MAX_SEARCH_WORK: usize = 2_400_000;
 
 /// Maximum memory of the linearizations about which levels are searched, and of the segments in
 /// work, bytes.
