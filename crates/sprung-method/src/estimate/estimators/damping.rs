@@ -6,8 +6,11 @@ use crate::estimate::statistics::ROUNDING;
 /// matches.
 const FIRST: f64 = 1e-3;
 
-/// Growth after a failed step and decrease after a successful one, as Marquardt recommends.
-const FACTOR: f64 = 10.0;
+/// Growth after a failed step. Marquardt recommends a factor of about 10.
+const GROWTH: f64 = 8.0;
+
+/// Decrease after a successful step. Marquardt recommends a factor of about 10.
+const DECREASE: f64 = 10.0;
 
 /// Steps that are tried. The last of them is at most a hundredth of a Gauss-Newton step, so that a cost that it does not
 /// decrease is at its minimum but for rounding.
@@ -35,11 +38,11 @@ impl Damping {
     /// Grows after a step that did not decrease the cost. A damping far below that of the first step would repeat
     /// the step.
     pub(super) fn failed(&mut self) {
-        self.0 = f64::max(FACTOR * self.0, FIRST / FACTOR);
+        self.0 = f64::max(GROWTH * self.0, FIRST / DECREASE);
     }
 
     /// Decreases after a step that decreased the cost.
     pub(super) fn succeeded(&mut self) {
-        self.0 = f64::max(self.0 / FACTOR, ROUNDING);
+        self.0 = f64::max(self.0 / DECREASE, ROUNDING);
     }
 }

@@ -2,9 +2,11 @@
 
 use super::promise::percent;
 use crate::estimate::result::{Decision, EstimateResult, JointPrediction, Verdict};
-use crate::estimate::statistics::MAX_NAMED;
 use crate::finding::{Finding, Severity};
 use crate::model::short;
+
+/// Maximum number of parameters of a finding that the sentence names. It changes words only.
+const MAX_NAMED_PARAMETERS: usize = 4;
 
 /// Decides on a result: sets its verdict and the decision behind it.
 ///
@@ -82,9 +84,9 @@ impl<'a> Reason<'a> {
 
     /// Returns the names of the first parameters.
     fn names(&self) -> String {
-        let shown = self.parameters.iter().take(MAX_NAMED);
+        let shown = self.parameters.iter().take(MAX_NAMED_PARAMETERS);
         let mut names: Vec<String> = shown.map(|name| short(name).into_owned()).collect();
-        let more = self.parameters.len().saturating_sub(MAX_NAMED);
+        let more = self.parameters.len().saturating_sub(MAX_NAMED_PARAMETERS);
         if more > 0 {
             names.push(format!("{more} more"));
         }

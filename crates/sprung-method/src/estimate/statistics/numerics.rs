@@ -12,4 +12,4 @@ pub(in crate::estimate) const MAX_ROUNDS: usize = 6;
 
 /// Added to the diagonal of scaled normal equations, so that a direction that the log does not determine has a solution.
 /// Rounding is 1e-16 and adds up over the unknowns; every determined direction has more.
-pub(in crate::estimate) const RIDGE: f64 = 1e-12;
+pub(in crate::estimate) const RIDGE: f64 = 1e-13;

@@ -13,8 +13,5 @@ pub(in crate::estimate) const UNKNOWN_RELATIVE_ERROR: f64 = 0.5;
 /// friction still reverses, and hides laws that depend on the velocity.
 pub(in crate::estimate) const SATURATED_ARGUMENT: f64 = 2.0;
 
-/// Parameters that a sentence names; a longer list is not read.
-pub(in crate::estimate) const MAX_NAMED: usize = 4;
-
 /// Relative change that does not count: a tenth of the one that matters.
 pub(in crate::estimate) const NEGLIGIBLE_SHARE: f64 = 0.01;

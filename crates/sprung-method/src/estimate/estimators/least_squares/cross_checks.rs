@@ -1,13 +1,10 @@
 //! The same equations solved by other routes, whose errors have other causes.
 
-use crate::estimate::statistics::{MAX_ITERATIONS, ROUNDING};
+use crate::estimate::statistics::{MAX_ITERATIONS, MAX_ROUNDS, ROUNDING};
 use crate::fit::Free;
 use crate::model::{Model, Theta};
 use crate::regression::{System, SystemPart, Triangle, solve, solve_quickly};
 use sprung_core::parameters::JointParameter;
-
-/// Number of times that the rows are weighted anew by their residuals.
-const REWEIGHTINGS: usize = 5;
 
 /// A route to the parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -92,7 +89,7 @@ impl Rows<'_> {
         let touched = self.places(&links, &second);
         let mut scales = vec![1.0; n];
         let mut found = Vec::new();
-        for _ in 0..=REWEIGHTINGS {
+        for _ in 0..MAX_ROUNDS {
             let weighted: Vec<Triangle> = (reduced.iter().zip(&scales))
                 .map(|(factor, scale)| factor.scaled(1.0 / scale))
                 .collect();

@@ -4,10 +4,12 @@ use super::descent::Ending;
 use super::hold_out::HeldOut;
 use super::ladder::Tried;
 use super::rung::Rung;
-use crate::estimate::statistics::MAX_NAMED;
 use crate::finding::{Finding, Severity};
 use crate::model::Model;
 use crate::numbers::in_percent;
+
+/// Maximum number of parameters named if a rung did not converge. It changes words only.
+const MAX_NAMED_PARAMETERS: usize = 3;
 
 /// Outcome of a refinement. It determines whether the refinement is used.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,7 +62,7 @@ impl Outcome {
             (Ending::AtBound | Ending::GivenUp | Ending::OnlyNoise | Ending::OutOfRuns, _) => {
                 Self::NotConverged {
                     runs: refined.runs,
-                    moved: (refined.moved.iter().take(MAX_NAMED))
+                    moved: (refined.moved.iter().take(MAX_NAMED_PARAMETERS))
                         .map(|(index, by)| (model.parameters()[*index].short().into_owned(), *by))
                         .collect(),
                 }
