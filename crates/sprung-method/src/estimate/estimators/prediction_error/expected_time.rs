@@ -1,5 +1,7 @@
 //! Expected duration of a refinement.
 
+use std::sync::Arc;
+
 use super::dynamics::Dynamics;
 use super::filter::{Keep, run};
 use super::levels::Levels;
@@ -27,7 +29,7 @@ pub(super) fn expected_seconds(
         return None;
     }
     let beginning = Measurements {
-        segments: vec![measurements.segments.first()?.beginning(SAMPLES)],
+        segments: Arc::new(vec![measurements.segments.first()?.beginning(SAMPLES)]),
         ..measurements.without_segments()
     };
     let dynamics = Dynamics::new(problem.model, &problem.unknowns.theta(z));

@@ -295,6 +295,8 @@ impl AboutTorques {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::*;
     use crate::estimate::estimators::prediction_error::filter::{Keep, run};
     use crate::estimate::estimators::prediction_error::levels::Disturbances;
@@ -319,7 +321,7 @@ mod tests {
             };
             (0..4).map(one).sum::<f64>() * 3_f64.sqrt()
         };
-        for segment in &mut case.measurements.segments {
+        for segment in Arc::make_mut(&mut case.measurements.segments) {
             for k in 0..segment.samples() {
                 for index in segment.first[k]..segment.first[k + 1] {
                     let measurement = &mut segment.measurements[index];

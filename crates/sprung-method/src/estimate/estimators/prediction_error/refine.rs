@@ -8,6 +8,8 @@
 //! Ljung, System Identification, chapters 7 and 10; Åström, Automatica 1980: "Maximum likelihood
 //! and prediction error methods".
 
+use std::sync::{Arc, Mutex, PoisonError};
+
 use super::channel_updates::ChannelUpdate;
 use super::descent::{Descent, descend};
 use super::expected_time::expected_seconds;
@@ -59,8 +61,10 @@ pub(super) struct Refinery<'a> {
     theta: Theta,
     phase: Phase,
     guard: Option<Guard<'a>>,
-    pub(super) raw: Vec<RawSegment>,
-    pub(super) left_out: bool,
+    raw: Vec<RawSegment>,
+    left_out: bool,
+    /// The measurements that were used last, with the delays of their channels, s.
+    made: Mutex<Option<(Vec<f64>, Arc<Measurements>)>>,
 }
 
 /// End of the refinement on one rung.
@@ -106,7 +110,30 @@ impl<'a> Refinery<'a> {
             guard: None,
             raw,
             left_out,
+            made: Mutex::new(None),
         }))
+    }
+
+    /// Returns the measurements with some delays of the channels, s; `None` if there are too few samples. Those that were
+    /// used last are kept.
+    ///
+    /// # Errors
+    ///
+    /// [`PassError`] if the filter of positions does not fit a log.
+    pub(super) fn measurements(
+        &self,
+        delays: &[f64],
+    ) -> Result<Option<Arc<Measurements>>, PassError> {
+        let mut made = self.made.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, own)) = made.as_ref().filter(|(of, _)| of == delays) {
+            return Ok(Some(own.clone()));
+        }
+        // Two at a time would need twice the memory.
+        *made = None;
+        let reading = self.reading.with_delays(delays);
+        let own = build(&reading, self.excerpt, &self.raw, self.left_out)?.map(Arc::new);
+        *made = own.clone().map(|own| (delays.to_vec(), own));
+        Ok(own)
     }
 
     /// Adds a comparison with least squares, which ends hopeless descents.
@@ -140,22 +167,22 @@ impl<'a> Refinery<'a> {
         let noisy_rows = start.torque_noise.rows(model);
         for round in 1..=MAX_ROUNDS {
             let reading = self.reading.with_delays(&delays);
-            let Some(measurements) = build(&reading, self.excerpt, &self.raw, self.left_out)?
-            else {
+            let Some(measurements) = self.measurements(&delays)? else {
                 return Ok(None);
             };
-            let mut unknowns = self.unknowns(&measurements);
+            let measurements = &*measurements;
+            let mut unknowns = self.unknowns(measurements);
             if let Some(levels) = residual.take() {
                 unknowns = unknowns.with_residual_levels(levels);
             }
             let (z, levels) = match last {
-                None => self.first(rung, before, &unknowns, &measurements),
+                None => self.first(rung, before, &unknowns, measurements),
                 Some(descent) => (descent.z, descent.levels),
             };
-            let searches = Searches::new(model, &measurements, start.torque_noise, rung, &levels);
+            let searches = Searches::new(model, measurements, start.torque_noise, rung, &levels);
             let problem = Problem {
                 model,
-                measurements: &measurements,
+                measurements,
                 unknowns: &unknowns,
                 levels: &searches.shown,
                 noisy_rows: &noisy_rows,

@@ -1,5 +1,7 @@
 //! From logs to measurements.
 
+use std::sync::Arc;
+
 use super::align::align;
 use super::read::RawSegment;
 use super::segment::{Measurements, Segment};
@@ -51,9 +53,32 @@ pub(in super::super) fn build(
         torque_scale: torque_scale(model, &segments),
         fast_noise: fast_noise(model.coordinates(), &segments),
         sensors,
-        segments,
+        segments: Arc::new(segments),
         left_out,
     }))
+}
+
+/// Returns the same samples for a model that has more laws of friction.
+pub(in super::super) fn with_laws(
+    measurements: &Measurements,
+    model: &Model,
+    channels: &Channels,
+) -> Measurements {
+    let sensors = measurements.sensors.iter().map(|sensor| Sensor {
+        spring: (sensor.spring.as_ref()).map(|own| own.of_model(model)),
+        ..sensor.clone()
+    });
+    let speeds = joint_speeds(
+        model,
+        channels,
+        &measurements.sensors,
+        &measurements.segments,
+    );
+    Measurements {
+        sensors: sensors.collect(),
+        reversals: Reversals::new(model, &speeds),
+        ..measurements.clone()
+    }
 }
 
 /// Returns the root mean square velocity of each joint: the largest of its sensors, because a

@@ -18,7 +18,7 @@ mod start_state;
 mod stretches;
 mod torque;
 
-pub(super) use build::build;
+pub(super) use build::{build, with_laws};
 pub(super) use measurement::Measurement;
 pub(super) use read::{Extent, MAX_SEARCH_WORK, RawSegment, max_samples, read, samples_in};
 pub(super) use segment::{Measurements, Segment};

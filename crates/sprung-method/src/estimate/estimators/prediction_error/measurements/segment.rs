@@ -108,7 +108,7 @@ impl Segment {
 #[derive(Clone, Debug)]
 pub(in super::super) struct Measurements {
     pub(in super::super) sensors: Vec<Sensor>,
-    pub(in super::super) segments: Vec<Segment>,
+    pub(in super::super) segments: Arc<Vec<Segment>>,
     /// Standard deviation of the torque of each row's joint, N·m (N).
     pub(in super::super) torque_scale: Vec<f64>,
     /// Velocities at which the Coulomb friction of each row reverses.
@@ -125,7 +125,7 @@ impl Measurements {
     pub(in super::super) fn without_segments(&self) -> Self {
         Self {
             sensors: self.sensors.clone(),
-            segments: Vec::new(),
+            segments: Arc::default(),
             torque_scale: self.torque_scale.clone(),
             reversals: self.reversals.clone(),
             fast_noise: self.fast_noise.clone(),
