@@ -353,7 +353,7 @@ fn couple(mix: &Mix, columns: &mut [Vec<f64>], samples: std::ops::Range<usize>) 
 mod tests {
     use super::*;
     use crate::description::{Instrument, Instrumentation};
-    use crate::log::{Channel, Quantity};
+    use crate::log::{Channel, CovariateOfJoint, Quantity};
 
     const PERIOD: f64 = 1e-3;
     const JOINTS: usize = 2;
@@ -465,6 +465,11 @@ mod tests {
         channels.all.push(Channel {
             quantity: Quantity::Covariate(Covariate::Temperature),
             ..channels.all[0].clone()
+        });
+        channels.covariates.push(CovariateOfJoint {
+            joint: 1,
+            covariate: Covariate::Temperature,
+            reference: 20.0,
         });
         let delays = [0.0, 0.0, 0.0, -0.0014, 0.0, 0.002_25, 0.0016];
         let ramp: Vec<f64> = (0..100).map(f64::from).collect();
