@@ -15,9 +15,6 @@ use crate::log::Channels;
 use crate::model::Model;
 use crate::preprocess::{Aligner, Butterworth, RawBlock, ZeroPhase};
 
-/// Smallest number of samples of a segment.
-const MIN_SAMPLES: usize = 3;
-
 /// Samples of a segment for which all channels have values after their delays are removed.
 struct Window<'a> {
     /// Delay of each channel, s.
@@ -87,7 +84,8 @@ pub(super) fn align(
         begin: (aligner.shift() / period).round() as usize,
         samples: inputs.len(),
     };
-    if window.samples < MIN_SAMPLES {
+    // Two samples show no acceleration.
+    if window.samples <= 2 {
         return None;
     }
     let stretches = stretches(window.samples, period);
