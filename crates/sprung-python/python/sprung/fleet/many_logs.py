@@ -58,8 +58,10 @@ def order_of(part: Part) -> int:
 
 def store(out: str, task: Task, order: int, outcome: LogFactors | Failed) -> int:
     """Writes the factors of a log, or its failure; returns the number of bytes."""
-    failed = isinstance(outcome, Failed)
-    content = {"failed": outcome.__dict__} if failed else {"factors": outcome.to_json()}
+    if isinstance(outcome, Failed):
+        content: dict[str, Any] = {"failed": outcome.__dict__}
+    else:
+        content = {"factors": outcome.to_json()}
     data = json.dumps(content).encode()
     files.write(_url(out, task, order), data)
     return len(data)
