@@ -206,9 +206,10 @@ pub struct Joint {
     /// frame of the link, degrees, as in a URDF. If absent, sprung finds it from the motion of the motors.
     pub gyroscope_rpy_deg: Option<[f64; 3]>,
     /// Mounting of the accelerometer on the link of this joint: roll, pitch and yaw of the sensor in the
-    /// frame of the link, degrees, as in a URDF. If absent, `sprung check` proposes it.
+    /// frame of the link, degrees, as in a URDF. If absent, sprung finds it by the equations of motion if
+    /// the log determines it.
     pub accelerometer_rpy_deg: Option<[f64; 3]>,
-    /// Place of the accelerometer on the link of this joint, in the frame of the link, m; proposed with the
+    /// Place of the accelerometer on the link of this joint, in the frame of the link, m; found with the
     /// mounting if absent.
     pub accelerometer_xyz_m: Option<[f64; 3]>,
     /// Drive law of a position servo, for logs with targets and no torque.

@@ -3,6 +3,7 @@
 use super::cutoff::choose_cutoff;
 use super::excerpt::Excerpt;
 use super::mounting::mounted;
+use super::mounting_by_equations::with_mountings;
 use crate::description::{Cutoff, Delay, Identify};
 use crate::log::Channels;
 use crate::model::Model;
@@ -30,5 +31,6 @@ pub(crate) fn as_given(
         Some(Delay::Estimate) | None => 0.0,
     });
     let reading = Reading::new(model, settings, channels, cutoff);
-    (reading.with_delays(&known.collect::<Vec<f64>>()), reason)
+    let reading = reading.with_delays(&known.collect::<Vec<f64>>());
+    (with_mountings(&reading, excerpt), reason)
 }

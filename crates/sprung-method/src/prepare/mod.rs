@@ -17,6 +17,7 @@ mod gain;
 mod held_out;
 mod inertial_findings;
 mod mounting;
+mod mounting_by_equations;
 mod noise;
 mod prepared;
 mod row;

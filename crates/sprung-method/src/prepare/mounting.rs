@@ -147,14 +147,18 @@ fn masked(sensor: &InertialSensor, reading: Vector) -> Vector {
 }
 
 /// Mean reading of an accelerometer over two windows, and the motion of its link by the motors.
-struct Window {
+pub(super) struct Window {
     reading: Vector,
     motion: LinkMotion,
 }
 
 /// Returns the means over pairs of neighbouring windows. Their weights rise and fall linearly, so the second
 /// difference of positions is the mean acceleration.
-fn windows(channels: &Channels, sensor: &InertialSensor, excerpt: &Excerpt) -> Vec<Window> {
+pub(super) fn windows(
+    channels: &Channels,
+    sensor: &InertialSensor,
+    excerpt: &Excerpt,
+) -> Vec<Window> {
     let Some(own) = &channels.inertial else {
         return Vec::new();
     };
@@ -200,22 +204,44 @@ fn mount_accelerometers(channels: &Channels, own: &mut InertialSensors, excerpt:
             continue;
         }
         if !own.all[i].is_mounted {
-            let starts = rotations().into_iter().map(|mounting| {
-                let start = InertialSensor {
-                    mounting,
-                    ..own.all[i].clone()
-                };
-                placed(own, start, &windows)
-            });
-            let best = starts.min_by(|a, b| a.1.total_cmp(&b.1));
-            if let Some((best, _)) = best {
-                own.all[i] = best;
-            }
+            fit_windows(own, i, &windows);
         }
-        let sensor = &own.all[i];
-        let rest: Vec<Vector> = windows.iter().map(|w| residual(own, sensor, w)).collect();
-        own.all[i].bias = mean(&rest);
+        own.all[i].bias = mean_residual(own, &own.all[i], &windows);
     }
+}
+
+/// Gives a sensor the mounting with the least sum of squares.
+pub(super) fn fit_windows(own: &mut InertialSensors, i: usize, windows: &[Window]) {
+    let starts = rotations().into_iter().map(|mounting| {
+        let start = InertialSensor {
+            mounting,
+            position: [0.0; 3],
+            ..own.all[i].clone()
+        };
+        placed(own, start, windows)
+    });
+    let best = starts.min_by(|a, b| a.1.total_cmp(&b.1));
+    if let Some((best, _)) = best {
+        own.all[i] = best;
+    }
+    let sensor = &mut own.all[i];
+    let mut axes = (0..3).filter(|&axis| sensor.channels[axis].is_some());
+    if let (Some(axis), None) = (axes.next(), axes.next()) {
+        // Along its only axis the place matters by the squared velocity alone, so noise decides it.
+        let axis: Vector = std::array::from_fn(|row| sensor.mounting[row][axis]);
+        let along = dot(&axis, &sensor.position);
+        sensor.position = std::array::from_fn(|k| sensor.position[k] - along * axis[k]);
+    }
+}
+
+/// Returns the mean reading that the motion does not explain.
+pub(super) fn mean_residual(
+    own: &InertialSensors,
+    sensor: &InertialSensor,
+    windows: &[Window],
+) -> Vector {
+    let rest: Vec<Vector> = windows.iter().map(|w| residual(own, sensor, w)).collect();
+    mean(&rest)
 }
 
 /// Returns the reading that an accelerometer's mounting leaves.
@@ -225,7 +251,7 @@ fn residual(own: &InertialSensors, sensor: &InertialSensor, window: &Window) -> 
 }
 
 /// Number of unknowns of a mounting: rotation vector, then place.
-const UNKNOWNS: usize = 6;
+pub(super) const UNKNOWNS: usize = 6;
 
 /// Gauss-Newton steps from each start; most starts end after ten.
 const MAX_STEPS: usize = 30;
@@ -297,7 +323,7 @@ fn placed(
 }
 
 /// Returns a sensor turned by a rotation vector and moved, rad and m.
-fn moved(sensor: &InertialSensor, step: &[f64; UNKNOWNS]) -> InertialSensor {
+pub(super) fn moved(sensor: &InertialSensor, step: &[f64; UNKNOWNS]) -> InertialSensor {
     let turn = [step[0], step[1], step[2]];
     let angle = dot(&turn, &turn).sqrt();
     let mounting = if angle > 0.0 {

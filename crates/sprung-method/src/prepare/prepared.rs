@@ -6,6 +6,7 @@ use super::excerpt::{Excerpt, excerpt};
 use super::factors::{FactorError, Factors, find_factors};
 use super::held_out::held_out;
 use super::inertial_findings::about_stiffnesses;
+use super::mounting_by_equations::with_mountings;
 use super::springs::find_springs;
 use super::stribeck::{by_likelihood, find_stribeck, with_residual_velocities};
 use super::sweep::{Sweep, sweep};
@@ -145,7 +146,11 @@ fn choose(
         Delays::new(&reading, &excerpt, &names.join(", "))?
     };
     choosing(3)?;
-    let reading = reading.with_delays(&delays.values);
+    let are_other = delays.values != reading.delays();
+    let mut reading = reading.with_delays(&delays.values);
+    if are_other {
+        reading = with_mountings(&reading, &excerpt);
+    }
     let (reading, about_stribeck) = with_stribeck_velocities(reading, &excerpt);
     let (reading, mut about_springs) = find_springs(&reading, &excerpt);
     about_springs.extend(about_stiffnesses(&reading, &excerpt));

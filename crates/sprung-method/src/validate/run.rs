@@ -232,6 +232,9 @@ impl Run<'_> {
             .map(|first| excerpt(self.channels, first))
             .transpose()?;
         let reading = self.reading(candidates, beginning.as_ref());
+        if self.settings.on_check_error == OnCheckError::Refuse {
+            refuse_open_mountings(&reading)?;
+        }
         let payloads: Vec<Option<Theta>> = (sources.iter())
             .map(|source| self.model.change_by_payload(source.payload()?))
             .collect();
@@ -294,4 +297,25 @@ fn channel_delays(
             }
         })
         .collect()
+}
+
+/// Checks that the mountings of all sensors are known.
+fn refuse_open_mountings(reading: &Reading) -> Result<(), LogError> {
+    let Some(own) = &reading.channels().inertial else {
+        return Ok(());
+    };
+    let open = own
+        .all
+        .iter()
+        .find(|sensor| sensor.needs_mounting(own.kind));
+    open.map_or(Ok(()), |sensor| {
+        Err(LogError::Implausible {
+            message: format!(
+                "{}: the {} has no given mounting, and this log does not determine it; give {}",
+                reading.model().joints()[sensor.joint],
+                own.kind.word(),
+                own.kind.mounting_keys()
+            ),
+        })
+    })
 }
