@@ -116,6 +116,13 @@ CASES = {
                "joint2.motor_viscous_per_k": -0.002},
         estimators=BOTH,
     ),
+    "delays": Case(
+        "demo",
+        logs={"identification.csv": [SHORT]},
+        told=[(DEMO_TORQUES, DEMO_TORQUES + '\ndelay_s = { q2_rad = -0.002, tau1_nm = 0.0028 }')],
+        late={"q1_rad": 2, "phi1_rad": 2, "phi2_rad": 2, "tau1_nm": 5, "tau2_nm": 2},
+        estimators=BOTH,
+    ),
     "logs": Case(
         "demo",
         logs={"one.csv": [SHORT], "two.csv": ["simulate.duration_s=2.5", "simulate.seed=2"],
@@ -142,9 +149,9 @@ LEFT_OUT = {"elapsed_s", "generator"}
 NUMBER = re.compile(r"[-+]?\d+\.?\d*(?:e[-+]?\d+)?")
 
 
-def run(*words):
+def run(*words, env=None):
     """Runs a command. Exit code 1 is accepted, because it means an unusable result."""
-    done = subprocess.run([str(word) for word in words], capture_output=True, text=True)
+    done = subprocess.run([str(word) for word in words], capture_output=True, text=True, env=env)
     if done.returncode > 1:
         sys.exit(f"{' '.join(map(str, words))}: exit code {done.returncode}\n{done.stderr}")
 
@@ -235,15 +242,15 @@ def prepared(name, old, logs, work):
     return folder
 
 
-def identified(binary, folder, estimator):
+def identified(binary, folder, estimator, out="found", env=None):
     """Identifies an example and returns its identification.json, or servo.json if it is a servo."""
-    out = folder / "found"
+    out = folder / out
     if estimator is None:
-        run(binary, "identify", folder, "--quiet", "--out", out)
+        run(binary, "identify", folder, "--quiet", "--out", out, env=env)
         result = json.loads((out / "servo.json").read_text())
     else:
         run(binary, "identify", folder, "--quiet", "--out", out,
-            "--set", f'identify.estimator=["{estimator}"]')
+            "--set", f'identify.estimator=["{estimator}"]', env=env)
         result = json.loads((out / "identification.json").read_text())
     shutil.rmtree(out)
     return result
@@ -310,6 +317,11 @@ class Comparison:
             self.value(f"{path}.{key}", a[key], b[key], own)
 
 
+def errors_of(result):
+    """Returns the standard errors of a result, by parameter."""
+    return {p["name"]: p["standard_error"] for p in result["parameters"] if p.get("standard_error")}
+
+
 def is_number(value):
     return isinstance(value, (int, float)) and not isinstance(value, bool)
 
@@ -338,8 +350,7 @@ def main():
                 before = identified(old, folder, estimator)
                 after = identified(new, folder, estimator)
                 result = before if estimator is None else before["results"][0]
-                errors = {p["name"]: p["standard_error"] for p in result["parameters"]
-                          if p.get("standard_error")}
+                errors = errors_of(result)
                 refined = (result.get("refinement") or {}).get("used")
                 allowed = REFINEMENT if estimator == "prediction-error" else LEAST_SQUARES
                 comparison = Comparison(errors, allowed)

@@ -29,14 +29,13 @@ pub(crate) struct Binary {
 /// Builds the programs that `cargo test` with these arguments would run.
 ///
 /// Returns `None`, and prints why, if one does not compile.
-pub(crate) fn build(arguments: &[&str]) -> Option<Vec<Binary>> {
-    let mut command = Command::new(env!("CARGO"));
-    command
+pub(crate) fn build(mut cargo: Command, arguments: &[&str]) -> Option<Vec<Binary>> {
+    cargo
         .arg("test")
         .args(arguments)
         .args(["--no-run", "--message-format=json-render-diagnostics"])
         .stdout(Stdio::piped());
-    let mut child = match command.spawn() {
+    let mut child = match cargo.spawn() {
         Ok(child) => child,
         Err(error) => {
             eprintln!("── cannot run cargo: {error}");

@@ -1,7 +1,9 @@
 //! Runs test programs, shows what they print, and collects times and skipped tests.
 
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{BufRead, BufReader, Read};
+use std::num::NonZero;
 use std::process::{Command, Stdio};
+use std::sync::Mutex;
 
 use crate::binaries::{Binary, Kind};
 
@@ -23,24 +25,67 @@ impl Outcome {
     pub(crate) fn of(binaries: &[Binary]) -> Self {
         let mut outcome = Self::default();
         for binary in binaries {
-            println!("── {}", binary.name);
-            let failed_before = outcome.failed.len();
-            match run(binary) {
-                Ok((success, lines)) => {
-                    for line in &lines {
-                        outcome.take(&binary.name, line);
-                    }
-                    if !success && outcome.failed.len() == failed_before {
-                        outcome.failed.push(binary.name.clone());
-                    }
-                }
-                Err(error) => {
-                    eprintln!("── cannot run {}: {error}", binary.path.display());
-                    outcome.failed.push(binary.name.clone());
-                }
-            }
+            outcome.add(binary, &[]);
         }
         outcome
+    }
+
+    /// Runs all programs, two at a time, also after a failure; the second begins when `beside` has returned.
+    ///
+    /// The tests of a program share what half of the processors can do, so the last test of a program leaves none idle.
+    pub(crate) fn beside<T: Send>(
+        binaries: &[Binary],
+        beside: impl FnOnce() -> T + Send,
+    ) -> (Self, T) {
+        let processors = std::thread::available_parallelism().map_or(1, NonZero::get);
+        let arguments = [format!("--test-threads={}", processors.div_ceil(2))];
+        let queue = Mutex::new(longest_first(binaries).into_iter());
+        let next = || queue.lock().ok()?.next();
+        let work = || {
+            let mut outcome = Self::default();
+            while let Some(binary) = next() {
+                outcome.add(binary, &arguments);
+            }
+            outcome
+        };
+        std::thread::scope(|scope| {
+            let second = scope.spawn(|| {
+                let value = beside();
+                (work(), value)
+            });
+            let mut all = work();
+            let (other, value) =
+                (second.join()).unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+            all.join(other);
+            (all, value)
+        })
+    }
+
+    fn join(&mut self, other: Self) {
+        self.ended += other.ended;
+        self.times.extend(other.times);
+        self.skipped.extend(other.skipped);
+        self.failed.extend(other.failed);
+    }
+
+    /// Runs a program and shows what it printed.
+    fn add(&mut self, binary: &Binary, arguments: &[String]) {
+        let failed_before = self.failed.len();
+        match run(binary, arguments) {
+            Ok((success, lines)) => {
+                println!("── {}\n{}", binary.name, lines.join("\n"));
+                for line in &lines {
+                    self.take(&binary.name, line);
+                }
+                if !success && self.failed.len() == failed_before {
+                    self.failed.push(binary.name.clone());
+                }
+            }
+            Err(error) => {
+                eprintln!("── cannot run {}: {error}", binary.path.display());
+                self.failed.push(binary.name.clone());
+            }
+        }
     }
 
     /// Takes a line that a program printed.
@@ -74,14 +119,24 @@ impl Outcome {
     }
 }
 
-/// Runs a program as cargo would, forwards what it prints, and returns its success and its lines.
-fn run(binary: &Binary) -> std::io::Result<(bool, Vec<String>)> {
+/// Programs that take minutes. They begin first, so that none of them runs alone at the end.
+const LONGEST: [&str; 2] = ["sprung-cli test cli", "sprung test twin"];
+
+fn longest_first(binaries: &[Binary]) -> Vec<&Binary> {
+    let mut all: Vec<&Binary> = binaries.iter().collect();
+    all.sort_by_key(|binary| !LONGEST.contains(&binary.name.as_str()));
+    all
+}
+
+/// Runs a program as cargo would; returns its success and the lines that it printed.
+fn run(binary: &Binary, arguments: &[String]) -> std::io::Result<(bool, Vec<String>)> {
     let mut command = Command::new(&binary.path);
     if binary.kind == Kind::Tests {
         // Times of tests are unstable in libtest: the variable admits them on a stable toolchain.
         command
             .env("RUSTC_BOOTSTRAP", "1")
-            .args(["-Z", "unstable-options", "--report-time"]);
+            .args(["-Z", "unstable-options", "--report-time"])
+            .args(arguments);
     }
     let mut child = command
         .current_dir(&binary.package)
@@ -92,35 +147,57 @@ fn run(binary: &Binary) -> std::io::Result<(bool, Vec<String>)> {
         .spawn()?;
     let (stdout, stderr) = (child.stdout.take(), child.stderr.take());
     let lines = std::thread::scope(|scope| {
-        let errors = scope.spawn(|| forward(stderr, std::io::stderr()));
-        let mut lines = forward(stdout, std::io::stdout());
+        let errors = scope.spawn(|| read(stderr));
+        let mut lines = read(stdout);
         lines.extend(errors.join().unwrap_or_default());
         lines
     });
     Ok((child.wait()?.success(), lines))
 }
 
-/// Copies lines from a pipe to the terminal; returns them.
-fn forward(from: Option<impl Read>, mut to: impl Write) -> Vec<String> {
-    let mut lines = Vec::new();
-    let Some(from) = from else { return lines };
-    let mut reader = BufReader::new(from);
-    let mut bytes = Vec::new();
-    while reader
-        .read_until(b'\n', &mut bytes)
-        .is_ok_and(|read| read > 0)
-    {
-        // A terminal that is gone does not end the tests.
-        let _ = to.write_all(&bytes).and_then(|()| to.flush());
-        lines.push(String::from_utf8_lossy(&bytes).trim_end().to_owned());
-        bytes.clear();
-    }
+/// Returns the lines from a pipe.
+fn read(from: Option<impl Read>) -> Vec<String> {
+    let Some(from) = from else { return Vec::new() };
+    let lines = BufReader::new(from).split(b'\n').map_while(Result::ok);
     lines
+        .map(|line| String::from_utf8_lossy(&line).trim_end().to_owned())
+        .collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn all_programs_run_also_after_one_that_fails() {
+        let program = |name: &str| Binary {
+            name: name.to_owned(),
+            kind: Kind::Tests,
+            path: ["/bin/", name].concat().into(),
+            package: "/".into(),
+        };
+        let names = ["false", "true", "no such program", "echo"];
+        let (outcome, value) = Outcome::beside(&names.map(program), || 7);
+        let mut failed = outcome.failed;
+        failed.sort();
+        assert_eq!(failed, ["false", "no such program"]);
+        assert_eq!(value, 7);
+    }
+
+    #[test]
+    fn programs_that_take_minutes_begin_first() {
+        let program = |name: &str| Binary {
+            name: name.to_owned(),
+            kind: Kind::Tests,
+            path: name.into(),
+            package: "/".into(),
+        };
+        let all = ["a", LONGEST[1], "b", LONGEST[0]].map(program);
+        let names: Vec<&str> = (longest_first(&all).iter())
+            .map(|binary| binary.name.as_str())
+            .collect();
+        assert_eq!(names, [LONGEST[1], LONGEST[0], "a", "b"]);
+    }
 
     #[test]
     fn lines_of_libtest_are_understood() {

@@ -62,11 +62,21 @@ impl Steps {
     pub(crate) fn cargo(&mut self, name: &str, arguments: &[&str]) {
         let what = format!("cargo {}", arguments.join(" "));
         self.step(name, &what, || {
-            let mut command = Command::new(env!("CARGO"));
+            let mut command = cargo();
             let denied = ("RUSTDOCFLAGS", "--deny warnings");
             succeeds(command.args(arguments).env(denied.0, denied.1))
         });
     }
+}
+
+/// Returns cargo for a run of all checks: it compiles each crate once and as a whole.
+///
+/// The parts that cargo keeps for the next change of a crate cost processor time, and they are not optimised together, so
+/// identification takes longer.
+pub(crate) fn cargo() -> Command {
+    let mut command = Command::new(env!("CARGO"));
+    command.env("CARGO_INCREMENTAL", "0");
+    command
 }
 
 /// Runs a command; returns `None`, and prints why, if it does not succeed.

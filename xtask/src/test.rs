@@ -1,14 +1,12 @@
 //! `cargo xtask test`: what must pass, on a fresh machine.
 
-use std::fs::File;
-use std::path::PathBuf;
-use std::process::{Child, Command, ExitCode};
+use std::process::{Command, ExitCode};
 
 use crate::binaries::{Binary, build};
 use crate::install::{browser, hdf5};
 use crate::run::Outcome;
-use crate::steps::Steps;
-use crate::{summary, target};
+use crate::steps::{Steps, cargo};
+use crate::summary;
 
 /// Features of the whole workspace where libhdf5 is, so that nothing is compiled twice.
 const WITH_HDF5: &str = "--features=sprung/mat73,sprung-cli/mat73";
@@ -32,18 +30,19 @@ const QUICK: [&str; 7] = [
 
 /// Runs every check.
 ///
-/// The tests leave a processor idle at times, and so does what [`compiled`] compiles: they run at the same time.
-/// Nothing is built that no test runs: the lints compile the benchmarks and the module for Python.
+/// Two programs run at a time; what [`compiled`] checks is the first of one row. Nothing is built that no test runs: the lints compile the benchmarks and the module for Python.
 pub(crate) fn everything() -> ExitCode {
     browser();
     let features = features(hdf5());
     let mut steps = Steps::default();
     steps.cargo("format", &["fmt", "--all", "--check"]);
-    let binaries = binaries(&mut steps, &["--workspace", "--tests", features]);
-    let beside = Beside::start();
-    let outcome = tests(&mut steps, binaries.as_deref());
-    let what = "cargo xtask test compiled, beside the tests";
-    steps.step("compiled", what, || beside?.end());
+    let all = ["--workspace", "--tests", features];
+    let binaries = binaries(&mut steps, cargo(), &all);
+    let outcome = tests(&mut steps, binaries.as_deref(), || {
+        let done = compile_beside();
+        done.is_none()
+            .then(|| "cargo xtask test compiled".to_owned())
+    });
     finish(&steps, &outcome)
 }
 
@@ -68,8 +67,9 @@ pub(crate) fn quick() -> ExitCode {
     let mut arguments = vec!["--workspace", "--lib", features(hdf5())];
     arguments.extend(QUICK.iter().flat_map(|name| ["--test", name]));
     let mut steps = Steps::default();
-    let binaries = binaries(&mut steps, &arguments);
-    let outcome = tests(&mut steps, binaries.as_deref());
+    // Cargo keeps parts of crates, so that the build after a change is short.
+    let binaries = binaries(&mut steps, Command::new(env!("CARGO")), &arguments);
+    let outcome = tests(&mut steps, binaries.as_deref(), || None);
     finish(&steps, &outcome)
 }
 
@@ -79,58 +79,44 @@ pub(crate) fn features(has_hdf5: bool) -> &'static str {
 }
 
 /// Builds the test programs that cargo's arguments name.
-fn binaries(steps: &mut Steps, arguments: &[&str]) -> Option<Vec<Binary>> {
+fn binaries(steps: &mut Steps, cargo: Command, arguments: &[&str]) -> Option<Vec<Binary>> {
     let what = format!("cargo test {} --no-run", arguments.join(" "));
-    steps.step("build", &what, || build(arguments))
+    steps.step("build", &what, || build(cargo, arguments))
 }
 
-/// Runs test programs; does nothing if they were not built.
-fn tests(steps: &mut Steps, binaries: Option<&[Binary]>) -> Outcome {
+/// Runs test programs and, beside them, a check that returns its name if it fails; without programs the check alone.
+fn tests(
+    steps: &mut Steps,
+    binaries: Option<&[Binary]>,
+    beside: impl FnOnce() -> Option<String> + Send,
+) -> Outcome {
     let mut outcome = Outcome::default();
-    let Some(binaries) = binaries else {
-        return outcome;
-    };
+    let binaries = binaries.unwrap_or_default();
     let what = format!("{} programs", binaries.len());
     steps.step("tests", &what, || {
-        outcome = Outcome::of(binaries);
+        let (of_programs, failed) = Outcome::beside(binaries, beside);
+        outcome = of_programs;
+        outcome.failed.extend(failed);
         outcome.failed.is_empty().then_some(())
     });
     outcome
 }
 
-/// [`compiled`] in a process of its own, beside the tests: its processor time counts when it is waited for.
-struct Beside {
-    child: Child,
-    /// What it prints, which would stand among the lines of the tests.
-    output: PathBuf,
-}
-
-impl Beside {
-    /// Starts; returns `None`, and prints why, if that fails.
-    fn start() -> Option<Self> {
-        let output = target().join("compiled.txt");
-        let started = File::create(&output).and_then(|file| {
-            let mut command = Command::new(std::env::current_exe()?);
-            command
-                .args(["test", "compiled"])
-                .stdout(file.try_clone()?)
-                .stderr(file)
-                .spawn()
-        });
-        started
-            .inspect_err(|error| eprintln!("── cannot start the checks beside the tests: {error}"))
-            .map(|child| Self { child, output })
-            .ok()
-    }
-
-    /// Waits for the end and shows what was printed; returns `None` if a check failed.
-    fn end(mut self) -> Option<()> {
-        let status = self.child.wait();
-        match std::fs::read_to_string(&self.output) {
-            Ok(text) => eprint!("{text}"),
-            Err(error) => eprintln!("── cannot read {}: {error}", self.output.display()),
+/// Runs [`compiled`] in a process of its own and shows what it printed; returns `None` if a check failed.
+fn compile_beside() -> Option<()> {
+    let program = std::env::current_exe();
+    let run = program.and_then(|own| Command::new(own).args(["test", "compiled"]).output());
+    match run {
+        Ok(output) => {
+            let [out, errors] =
+                [&output.stdout, &output.stderr].map(|own| String::from_utf8_lossy(own));
+            eprint!("{out}{errors}");
+            output.status.success().then_some(())
         }
-        status.is_ok_and(|status| status.success()).then_some(())
+        Err(error) => {
+            eprintln!("── cannot start the checks beside the tests: {error}");
+            None
+        }
     }
 }
 

@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use sprung::export::Format;
 
 const EXIT_CODES: &str = "Exit codes:
   0  done
@@ -245,8 +247,8 @@ pub(crate) struct Export {
     /// Format: urdf (robot.urdf), mjcf (robot.xml, of MuJoCo), sdf (robot.sdf, of Drake), json
     /// (robot.json, parameters of links and actuators), c (robot.h, robot.c and a test) or rust
     /// (robot.rs, without the standard library).
-    #[arg(long, value_enum, value_name = "FORMAT")]
-    pub(crate) format: ExportFormat,
+    #[arg(long, value_parser = formats(), value_name = "FORMAT")]
+    pub(crate) format: Format,
     /// identification.json, or a TOML file with values by name [default: identification.json in
     /// the results folder].
     #[arg(long, value_name = "FILE")]
@@ -261,12 +263,8 @@ pub(crate) struct Export {
     pub(crate) common: Common,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum ExportFormat {
-    Urdf,
-    Mjcf,
-    Sdf,
-    Json,
-    C,
-    Rust,
+/// Returns the words of all formats, each with its format.
+fn formats() -> impl TypedValueParser<Value = Format> {
+    PossibleValuesParser::new(Format::ALL.map(Format::word))
+        .try_map(|word| Format::of_word(&word).ok_or("no format has this name"))
 }

@@ -18,6 +18,35 @@ pub enum Format {
 }
 
 impl Format {
+    /// All formats.
+    pub const ALL: [Self; 6] = [
+        Self::Urdf,
+        Self::Mjcf,
+        Self::Sdf,
+        Self::Json,
+        Self::C,
+        Self::Rust,
+    ];
+
+    /// Returns the word by which a user chooses the format.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Urdf => "urdf",
+            Self::Mjcf => "mjcf",
+            Self::Sdf => "sdf",
+            Self::Json => "json",
+            Self::C => "c",
+            Self::Rust => "rust",
+        }
+    }
+
+    /// Returns the format that a user chooses by a word; `None` if there is none.
+    #[must_use]
+    pub fn of_word(word: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|own| own.word() == word)
+    }
+
     /// Returns the name of the format.
     #[must_use]
     pub const fn name(self) -> &'static str {

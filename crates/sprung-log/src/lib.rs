@@ -39,7 +39,7 @@ pub use clock::{Sampling, Timing};
 pub use clock::{check_timing, time_unit};
 pub use columns::Mix;
 pub use columns::{Channel, Origin, TimeOrigin};
-pub use columns::{ChannelError, Channels};
+pub use columns::{ChannelError, Channels, CovariateOfJoint};
 pub use columns::{InertialSensor, InertialSensors, LinkMotion};
 pub use error::{LogError, Place};
 pub use figures::{Figures, Overview, Summary};

@@ -393,19 +393,11 @@ impl Session {
         file: PathBuf,
         run: Run,
     ) -> PyResult<Vec<(String, String)>> {
-        let format = match format {
-            "urdf" => Format::Urdf,
-            "mjcf" => Format::Mjcf,
-            "sdf" => Format::Sdf,
-            "json" => Format::Json,
-            "c" => Format::C,
-            "rust" => Format::Rust,
-            other => {
-                let text = format!("the format \"{other}\" is not known");
-                let remedy = "give urdf, mjcf, sdf, json, c or rust";
-                return Err(wrong_input(py, "format", &text, remedy));
-            }
-        };
+        let format = Format::of_word(format).ok_or_else(|| {
+            let text = format!("the format \"{format}\" is not known");
+            let remedy = format!("give one of {}", Format::ALL.map(Format::word).join(", "));
+            wrong_input(py, "format", &text, &remedy)
+        })?;
         let form = if rigid { Form::Rigid } else { Form::Flexible };
         let session = Arc::clone(&self.inner);
         let parameters = Parameters::from(identified.found().identification.clone());

@@ -42,7 +42,7 @@ mod window;
 
 use sprung_base::numbers;
 
-pub use capabilities::{Feature, Task, falls_back, refuse, refuse_task};
+pub use capabilities::{Feature, Task, refuse, refuse_task};
 pub use capabilities::{Language, NotSupported, OwnCall, what_works};
 pub use columns::{Column, ColumnName, Columns, PerJoint, StartsAt};
 pub use covariates::{CovariateColumns, Drifts};

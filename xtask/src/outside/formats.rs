@@ -1,10 +1,8 @@
 //! Logs written again by NumPy, SciPy, h5py, pandas, Arrow, MCAP and rosbags.
 
-use std::process::Command;
-
 use super::python::Python;
 use crate::install::hdf5;
-use crate::steps::succeeds;
+use crate::steps::{cargo, succeeds};
 use crate::test::features;
 use crate::test::{FORMATS, check_of};
 
@@ -21,7 +19,7 @@ pub(super) fn check(python: &Python) -> Option<()> {
         .ok()?;
     let tests = ["test", "--workspace", "--test", "formats", features(hdf5())];
     succeeds(
-        Command::new(env!("CARGO"))
+        cargo()
             .args(tests)
             .args(["--", "same"])
             .env("SPRUNG_TEST_FORMATS", folder),
@@ -30,7 +28,7 @@ pub(super) fn check(python: &Python) -> Option<()> {
 
 /// Checks the feature `mat73-static`, with the CMake of pip: that of Debian 12 is too old for libhdf5.
 pub(super) fn with_own_libhdf5(python: &Python) -> Option<()> {
-    let mut command = Command::new(env!("CARGO"));
+    let mut command = cargo();
     command.args(check_of(FORMATS, "mat73-static"));
     succeeds(command.env("CMAKE", python.script("cmake")))
 }

@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use super::python::Python;
 use crate::install::hdf5;
-use crate::steps::succeeds;
+use crate::steps::{cargo, succeeds};
 use crate::target;
 use crate::test::features;
 
@@ -57,11 +57,7 @@ pub(super) fn check(python: &Python) -> Option<()> {
 /// Builds the program as the tests do, so that nothing is compiled twice.
 pub(super) fn build() -> Option<()> {
     let build = ["build", "--quiet", "--workspace", "--bin", "sprung"];
-    succeeds(
-        Command::new(env!("CARGO"))
-            .args(build)
-            .arg(features(hdf5())),
-    )
+    succeeds(cargo().args(build).arg(features(hdf5())))
 }
 
 /// Runs the program.

@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use serde::Serialize;
-use sprung::export::{Earlier, Exported, Form, Format, Proof, Said, earlier};
+use sprung::export::{Earlier, Exported, Form, Proof, Said, earlier};
 use sprung::session::{Parameters, Session, Usability, find_identification};
 
-use crate::args::{Export, ExportFormat};
+use crate::args::Export;
 use crate::exit_code::{ExitCode, Failure};
 use crate::output::{Folder, results_folder};
 use crate::terminal::{Grid, Terminal};
@@ -23,14 +23,7 @@ pub(crate) fn run(args: &Export) -> Result<ExitCode, Failure> {
     let common = &args.common;
     let terminal = Terminal::new(common.voice, common.json);
     let session = Session::open(&args.experiment, &common.overrides)?;
-    let format = match args.format {
-        ExportFormat::Urdf => Format::Urdf,
-        ExportFormat::Mjcf => Format::Mjcf,
-        ExportFormat::Sdf => Format::Sdf,
-        ExportFormat::Json => Format::Json,
-        ExportFormat::C => Format::C,
-        ExportFormat::Rust => Format::Rust,
-    };
+    let format = args.format;
     session.allow_export(format)?;
     let path = results_folder(&session, common);
     let file = match &args.parameters {

@@ -143,11 +143,21 @@ measure().then(show, (error) => show('failed: ' + error));
     Some(result.to_owned())
 }
 
+/// From phones to wide screens, and both sides of the widths where the page changes.
+const WIDTHS: [u32; 13] = [
+    360, 390, 480, 599, 600, 768, 1024, 1280, 1320, 1400, 1440, 1920, 2560,
+];
+
 /// Returns, for each width of the page, what lies outside of it or is cut off by a box around it.
+fn overflows(page: &Path, fragment: &str, widths: &[u32]) -> Option<String> {
+    let script = OVERFLOWS.replace("WIDTHS", &format!("{widths:?}"));
+    measured(page, fragment, (1320, 1000), &script)
+}
+
 const OVERFLOWS: &str = "
   const found = [];
   frame.remove();
-  for (const width of [360, 390, 480, 599, 600, 768, 1024, 1280, 1320, 1400, 1440, 1920, 2560]) {
+  for (const width of WIDTHS) {
     // The browser draws no frames here, so a page does not learn that its width has changed.
     const frame = await open(width, 1000);
     const page = frame.contentDocument;
@@ -167,19 +177,30 @@ const OVERFLOWS: &str = "
 #[test]
 fn no_part_of_a_report_is_cut_off() {
     let report = demo().join("sprung-out/report.html");
-    for fragment in ["", "#all"] {
-        let Some(found) = measured(&report, fragment, (1320, 1000), OVERFLOWS) else {
-            return;
-        };
-        assert_eq!(found, "fits", "{fragment}");
+    if let Some(found) = overflows(&report, "", &WIDTHS) {
+        assert_eq!(found, "fits");
     }
+}
+
+#[test]
+fn no_part_of_an_unfolded_report_is_cut_off() {
+    let report = demo().join("sprung-out/report.html");
+    if let Some(found) = overflows(&report, "#all", &WIDTHS) {
+        assert_eq!(found, "fits");
+    }
+}
+
+#[test]
+fn a_paragraph_that_is_too_wide_is_found() {
     let folder = TempDir::new().unwrap();
-    let text = std::fs::read_to_string(&report).unwrap();
+    let text = std::fs::read_to_string(demo().join("sprung-out/report.html")).unwrap();
     let wide = folder.path().join("wide.html");
     let (head, tail) = text.split_once("<main>").unwrap();
     let paragraph = "<main><p style=\"width:700px;max-width:none\">wide</p>";
     std::fs::write(&wide, format!("{head}{paragraph}{tail}")).unwrap();
-    let found = measured(&wide, "", (1320, 1000), OVERFLOWS).unwrap();
+    let Some(found) = overflows(&wide, "", &[360, 768]) else {
+        return;
+    };
     assert!(found.starts_with("360: page 7"), "{found}");
     assert!(!found.contains("768:"), "{found}");
 }
@@ -211,7 +232,7 @@ fn no_part_of_other_reports_is_cut_off() {
     for (command, page) in commands {
         let output = crate::common::sprung(command);
         assert!(page.exists(), "{}", crate::common::stderr(&output));
-        let Some(found) = measured(&page, "#all", (1320, 1000), OVERFLOWS) else {
+        let Some(found) = overflows(&page, "#all", &WIDTHS) else {
             return;
         };
         assert_eq!(found, "fits", "{command:?}");

@@ -17,7 +17,7 @@ mod time;
 
 pub use channel::Channel;
 pub use channel::ChannelError;
-pub use channels::Channels;
+pub use channels::{Channels, CovariateOfJoint};
 pub use inertial::{InertialSensor, InertialSensors, LinkMotion};
 pub use mix::Mix;
 pub use origin::{Origin, TimeOrigin};

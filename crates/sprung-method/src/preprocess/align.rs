@@ -12,13 +12,22 @@ fn place(joint: usize, covariate: Covariate) -> usize {
     joint * Covariate::COUNT + covariate as usize
 }
 
+/// Where the value of an output sample comes from, relative to the sample `samples` ahead of the output sample.
+#[derive(Clone, Copy, Debug)]
+enum Reading {
+    /// The sample itself.
+    Sample,
+    /// Mean of two values that are each held for a period, weighted by the durations for which they act.
+    Held([f64; 2]),
+    /// Lagrange weights of the samples -1, 0, 1, 2 around it.
+    Cubic([f64; 4]),
+}
+
 /// Offset of a channel ahead of the output sample.
 #[derive(Clone, Copy, Debug)]
 struct Lead {
     samples: usize,
-    // Lagrange weights of the samples -1, 0, 1, 2 around it; `None` if the delay is a whole number
-    // of samples.
-    weights: Option<[f64; 4]>,
+    reading: Reading,
 }
 
 /// Fraction of a sample that counts as zero.
@@ -34,18 +43,33 @@ fn cubic(f: f64) -> [f64; 4] {
     ]
 }
 
+/// Splits a delay relative to the earliest one into whole samples and a fraction.
+fn split(lead: f64) -> (usize, f64) {
+    let whole = (lead + WHOLE_SAMPLE_TOLERANCE).floor();
+    // Limits absurd delays to a number of samples that no log reaches.
+    (whole.min(1e15) as usize, lead - whole)
+}
+
+/// Forms the positions of links and motors of aligned samples.
+#[derive(Clone, Debug)]
+struct Positions {
+    compliances: Vec<f64>,
+    deflections: Deflections,
+}
+
 /// Aligns the channels of a log in time.
 #[derive(Clone, Debug)]
 pub(crate) struct Aligner {
     channels: Channels,
-    compliances: Vec<f64>,
-    leads: Vec<Lead>,
+    // `None` for a channel that is left out.
+    leads: Vec<Option<Lead>>,
     reach: usize,
     // Time from the first sample in the buffers to the event, s.
     shift: f64,
     time: Vec<f64>,
     buffers: Vec<Vec<f64>>,
-    deflections: Deflections,
+    // `None` if the positions are left out.
+    positions: Option<Positions>,
 }
 
 impl Aligner {
@@ -66,20 +90,20 @@ impl Aligner {
         let mut leads: Vec<Lead> = delays
             .iter()
             .map(|delay| {
-                let lead = (delay - earliest) / period;
-                let whole = (lead + WHOLE_SAMPLE_TOLERANCE).floor();
-                let fraction = lead - whole;
-                Lead {
-                    // Limits absurd delays to a number of samples that no log reaches.
-                    samples: whole.min(1e15) as usize,
-                    weights: (fraction > WHOLE_SAMPLE_TOLERANCE).then(|| cubic(fraction)),
-                }
+                let (samples, fraction) = split((delay - earliest) / period);
+                let reading = if fraction > WHOLE_SAMPLE_TOLERANCE {
+                    Reading::Cubic(cubic(fraction))
+                } else {
+                    Reading::Sample
+                };
+                Lead { samples, reading }
             })
             .collect();
         let longest = leads.iter().map(|lead| lead.samples).max().unwrap_or(0);
         let mut reach = longest;
         let mut shift = -earliest;
-        if leads.iter().any(|lead| lead.weights.is_some()) {
+        let is_cubic = |lead: &Lead| matches!(lead.reading, Reading::Cubic(_));
+        if leads.iter().any(is_cubic) {
             // A cubic needs one sample before and two samples after.
             for lead in &mut leads {
                 lead.samples += 1;
@@ -87,15 +111,68 @@ impl Aligner {
             reach = longest + 3;
             shift += period;
         }
+        let positions = Positions {
+            compliances: compliances.to_vec(),
+            deflections: Deflections::new(channels, period),
+        };
+        Self {
+            positions: Some(positions),
+            ..Self::of(
+                channels,
+                leads.into_iter().map(Some).collect(),
+                reach,
+                shift,
+            )
+        }
+    }
+
+    /// Returns an aligner for the torques that act from a sample of the log to the next, and for the covariates at
+    /// these samples. It leaves out all other channels, but loses the samples at the ends that they need.
+    ///
+    /// - `delays`: delay of each channel behind the event, s, in the order of [`Channels::all`]; `period`: T, s.
+    #[must_use]
+    pub(crate) fn at_samples(channels: &Channels, delays: &[f64], period: f64) -> Self {
+        let earliest = delays.iter().copied().fold(0.0, f64::min);
+        let first = (-earliest / period).ceil() * period;
+        let lead = |delay: &f64| (delay + first) / period;
+        let leads = (channels.all.iter().zip(delays)).map(|(channel, delay)| {
+            let lead = lead(delay);
+            match channel.quantity.signal() {
+                Signal::Torque => {
+                    let (samples, fraction) = split(lead);
+                    let part = fraction.max(0.0);
+                    let reading = Reading::Held([1.0 - part, part]);
+                    Some(Lead { samples, reading })
+                }
+                // Covariates are slow.
+                Signal::Covariate(_) => Some(Lead {
+                    samples: lead.round().min(1e15) as usize,
+                    reading: Reading::Sample,
+                }),
+                Signal::Link
+                | Signal::Motor
+                | Signal::Target
+                | Signal::Switch
+                | Signal::Spring
+                | Signal::Inertial(..) => None,
+            }
+        });
+        let leads = leads.collect();
+        let longest = delays.iter().map(lead).fold(0.0, f64::max);
+        // The held value of the latest channel changes during the period behind the sample.
+        let reach = longest.ceil().min(1e15) as usize + 1;
+        Self::of(channels, leads, reach, first)
+    }
+
+    fn of(channels: &Channels, leads: Vec<Option<Lead>>, reach: usize, shift: f64) -> Self {
         Self {
             channels: channels.clone(),
-            compliances: compliances.to_vec(),
             reach,
             shift,
             time: Vec::new(),
-            deflections: Deflections::new(channels, period),
             buffers: vec![Vec::new(); leads.len()],
             leads,
+            positions: None,
         }
     }
 
@@ -106,11 +183,29 @@ impl Aligner {
         self.reach
     }
 
+    /// Returns the time from the first sample of a segment to the first finished sample, s.
+    #[must_use]
+    pub(crate) fn shift(&self) -> f64 {
+        self.shift
+    }
+
     /// Processes a block and appends the finished samples to `out`.
     pub(crate) fn push(&mut self, block: &LogBlock, out: &mut RawBlock) {
-        self.time.extend_from_slice(&block.time);
-        for (buffer, values) in self.buffers.iter_mut().zip(&block.values) {
-            buffer.extend_from_slice(values);
+        self.push_columns(block.time.iter().copied(), &block.values, out);
+    }
+
+    /// The same for columns that are not in a block.
+    pub(crate) fn push_columns(
+        &mut self,
+        time: impl Iterator<Item = f64>,
+        columns: &[Vec<f64>],
+        out: &mut RawBlock,
+    ) {
+        self.time.extend(time);
+        for ((buffer, lead), values) in self.buffers.iter_mut().zip(&self.leads).zip(columns) {
+            if lead.is_some() {
+                buffer.extend_from_slice(values);
+            }
         }
         let ready = self.time.len().saturating_sub(self.reach);
         if ready == 0 {
@@ -119,10 +214,28 @@ impl Aligner {
         let before = out.len();
         out.time
             .extend(self.time[..ready].iter().map(|time| time + self.shift));
-        for ((channel, lead), buffer) in
-            self.channels.all.iter().zip(&self.leads).zip(&self.buffers)
-        {
+        self.read(ready, out);
+        if let Some(mix) = &self.channels.torque_mix {
+            couple(mix, &mut out.tau, before..before + ready);
+        }
+        self.relate_covariates(before, out);
+        if let Some(positions) = &mut self.positions {
+            positions.form(&self.channels, before, out);
+        }
+        self.time.drain(..ready);
+        for buffer in &mut self.buffers {
+            buffer.drain(..ready.min(buffer.len()));
+        }
+    }
+
+    /// Appends the values of `ready` samples from the buffers.
+    fn read(&self, ready: usize, out: &mut RawBlock) {
+        let all = (self.channels.all.iter().zip(&self.leads)).zip(&self.buffers);
+        for ((channel, lead), buffer) in all {
             let joint = channel.joint;
+            let Some(lead) = lead else {
+                continue;
+            };
             let column = match channel.quantity.signal() {
                 Signal::Link => &mut out.q[joint],
                 Signal::Motor => &mut out.phi[joint],
@@ -130,7 +243,7 @@ impl Aligner {
                 // Logs of robots have no such channels.
                 Signal::Target | Signal::Switch => continue,
                 Signal::Spring => &mut out.spring[joint],
-                // Link positions are formed from them below.
+                // Link positions are formed from them later.
                 Signal::Inertial(_, axis) => {
                     let at = joint * 3 + axis as usize;
                     out.inertial
@@ -140,68 +253,19 @@ impl Aligner {
                 Signal::Covariate(covariate) => &mut out.excess[place(joint, covariate)],
             };
             let at = lead.samples;
-            match lead.weights {
-                None => column.extend_from_slice(&buffer[at..at + ready]),
-                Some(w) => column.extend((at..at + ready).map(|k| {
+            match lead.reading {
+                Reading::Sample => column.extend_from_slice(&buffer[at..at + ready]),
+                Reading::Held(w) => {
+                    let held = (at..at + ready).map(|k| w[0] * buffer[k] + w[1] * buffer[k + 1]);
+                    column.extend(held);
+                }
+                Reading::Cubic(w) => column.extend((at..at + ready).map(|k| {
                     w[0] * buffer[k - 1]
                         + w[1] * buffer[k]
                         + w[2] * buffer[k + 1]
                         + w[3] * buffer[k + 2]
                 })),
             }
-        }
-        for (mix, columns) in [
-            (&self.channels.position_mix, &mut out.phi),
-            (&self.channels.torque_mix, &mut out.tau),
-        ] {
-            if let Some(mix) = mix {
-                for k in before..before + ready {
-                    let joints = Mix::apply(&mix.forward, &RawBlock::at(columns, k));
-                    for (column, value) in columns.iter_mut().zip(joints) {
-                        column[k] = value;
-                    }
-                }
-            }
-        }
-        for (offset, (q, phi)) in
-            (self.channels.offsets.iter()).zip(out.q.iter_mut().zip(&mut out.phi))
-        {
-            // Rigid joints and differences of positions are corrected below.
-            for column in [phi, q] {
-                for value in column.iter_mut().skip(before) {
-                    *value += offset;
-                }
-            }
-        }
-        for channel in &self.channels.all {
-            if let Measures::Position { link, motor } = channel.quantity.measures()
-                && link * motor != 0.0
-            {
-                let offset = self.channels.offsets[channel.joint];
-                let phi = &out.phi[channel.joint][before..];
-                for (q, phi) in out.q[channel.joint][before..].iter_mut().zip(phi) {
-                    *q -= motor * (phi - offset);
-                }
-            }
-        }
-        self.relate_covariates(before, out);
-        for (joint, instrument) in self.channels.instruments.iter().enumerate() {
-            let phi = &out.phi[joint][before..];
-            match instrument.link_position() {
-                LinkPosition::Motor => out.q[joint].extend_from_slice(phi),
-                LinkPosition::ByTorque => {
-                    let compliance = self.compliances[joint];
-                    let pairs = phi.iter().zip(&out.spring[joint][before..]);
-                    out.q[joint].extend(pairs.map(|(phi, spring)| phi - compliance * spring));
-                }
-                // These positions are there already, and those follow.
-                LinkPosition::Column | LinkPosition::ByMotion(_) => {}
-            }
-        }
-        self.deflections.form(&self.channels, before, out);
-        self.time.drain(..ready);
-        for buffer in &mut self.buffers {
-            buffer.drain(..ready);
         }
     }
 
@@ -232,11 +296,64 @@ impl Aligner {
     }
 }
 
+impl Positions {
+    /// Forms the positions of samples from `before` on.
+    fn form(&mut self, channels: &Channels, before: usize, out: &mut RawBlock) {
+        if let Some(mix) = &channels.position_mix {
+            couple(mix, &mut out.phi, before..out.time.len());
+        }
+        for (offset, (q, phi)) in (channels.offsets.iter()).zip(out.q.iter_mut().zip(&mut out.phi))
+        {
+            // Rigid joints and differences of positions are corrected below.
+            for column in [phi, q] {
+                for value in column.iter_mut().skip(before) {
+                    *value += offset;
+                }
+            }
+        }
+        for channel in &channels.all {
+            if let Measures::Position { link, motor } = channel.quantity.measures()
+                && link * motor != 0.0
+            {
+                let offset = channels.offsets[channel.joint];
+                let phi = &out.phi[channel.joint][before..];
+                for (q, phi) in out.q[channel.joint][before..].iter_mut().zip(phi) {
+                    *q -= motor * (phi - offset);
+                }
+            }
+        }
+        for (joint, instrument) in channels.instruments.iter().enumerate() {
+            let phi = &out.phi[joint][before..];
+            match instrument.link_position() {
+                LinkPosition::Motor => out.q[joint].extend_from_slice(phi),
+                LinkPosition::ByTorque => {
+                    let compliance = self.compliances[joint];
+                    let pairs = phi.iter().zip(&out.spring[joint][before..]);
+                    out.q[joint].extend(pairs.map(|(phi, spring)| phi - compliance * spring));
+                }
+                // These positions are there already, and those follow.
+                LinkPosition::Column | LinkPosition::ByMotion(_) => {}
+            }
+        }
+        self.deflections.form(channels, before, out);
+    }
+}
+
+/// Turns the values of motors into those of joints.
+fn couple(mix: &Mix, columns: &mut [Vec<f64>], samples: std::ops::Range<usize>) {
+    for k in samples {
+        let joints = Mix::apply(&mix.forward, &RawBlock::at(columns, k));
+        for (column, value) in columns.iter_mut().zip(joints) {
+            column[k] = value;
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::description::{Instrument, Instrumentation};
-    use crate::log::{Channel, Quantity};
+    use crate::log::{Channel, CovariateOfJoint, Quantity};
 
     const PERIOD: f64 = 1e-3;
     const JOINTS: usize = 2;
@@ -339,6 +456,43 @@ mod tests {
                     signal(joint, time) + signal(JOINTS + joint, time) + 0.3 * joint as f64;
                 assert!((samples.q[joint][k] - expected).abs() < 1e-12);
             }
+        }
+    }
+
+    #[test]
+    fn torques_are_held_and_covariates_are_nearest_at_samples_of_the_log() {
+        let mut channels = channels(Quantity::LinkPosition);
+        channels.all.push(Channel {
+            quantity: Quantity::Covariate(Covariate::Temperature),
+            ..channels.all[0].clone()
+        });
+        channels.covariates.push(CovariateOfJoint {
+            joint: 1,
+            covariate: Covariate::Temperature,
+            reference: 20.0,
+        });
+        let delays = [0.0, 0.0, 0.0, -0.0014, 0.0, 0.002_25, 0.0016];
+        let ramp: Vec<f64> = (0..100).map(f64::from).collect();
+        let mut aligner = Aligner::at_samples(&channels, &delays, PERIOD);
+        let mut out = RawBlock::new(JOINTS);
+        for columns in [&ramp[..40], &ramp[40..]] {
+            let times = columns.iter().map(|k| k * PERIOD);
+            aligner.push_columns(times, &vec![columns.to_vec(); delays.len()], &mut out);
+        }
+        // Two samples of the early motor position, three of the late torque, and one that it is held.
+        assert!((aligner.shift() - 0.002).abs() < 1e-12);
+        assert_eq!(out.len(), 100 - 2 - 3 - 1);
+        assert!(out.q[0].is_empty() && out.phi[1].is_empty());
+        for (k, time) in out.time.iter().enumerate() {
+            let sample = (k + 2) as f64;
+            let near = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-9);
+            near(*time, sample * PERIOD);
+            near(out.tau[0][k], sample);
+            near(out.tau[1][k], sample + 2.25);
+            near(
+                out.excess[place(1, Covariate::Temperature)][k],
+                sample + 2.0 - 20.0,
+            );
         }
     }
 }

@@ -13,8 +13,8 @@ pub(crate) use experiment::payload_feature;
 pub use experiment::refuse_task;
 pub use feature::Feature;
 pub use page::what_works;
+pub use table::refuse;
 pub(crate) use table::together;
-pub use table::{falls_back, refuse};
 pub use task::Task;
 pub use task::{Language, OwnCall};
 

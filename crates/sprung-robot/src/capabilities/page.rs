@@ -35,15 +35,13 @@ fn features_and_tasks(page: &mut String) -> std::fmt::Result {
     for feature in Feature::ALL.into_iter().filter(|one| is_in_table(*one)) {
         let cells = row(feature).map(|answer| match answer {
             Answer::Works => "yes",
-            Answer::FallsBack(_) => "least squares",
             Answer::Refused(_) => "no",
         });
         writeln!(page, "| {} | {} |", feature.name(), cells.join(" | "))?;
     }
     writeln!(
         page,
-        "\nA position servo has an estimator of its own; `estimator` in `[identify]` has no effect on it. *least squares*: \
-         the result is\nthat of least squares, and a finding says so.\n"
+        "\nA position servo has an estimator of its own; `estimator` in `[identify]` has no effect on it.\n"
     )
 }
 
@@ -97,14 +95,14 @@ fn refusals(page: &mut String) -> std::fmt::Result {
         let answers = row(feature);
         let mut told: Vec<Reason> = Vec::new();
         for answer in answers {
-            let (Answer::Refused(reason) | Answer::FallsBack(reason)) = answer else {
+            let Answer::Refused(reason) = answer else {
                 continue;
             };
             if told.contains(&reason) {
                 continue;
             }
             told.push(reason);
-            let own = |task: &Task| matches!(answers[task.place()], Answer::Refused(one) | Answer::FallsBack(one) if one == reason);
+            let own = |task: &Task| answers[task.place()] == Answer::Refused(reason);
             let tasks: Vec<String> = Task::ALL.into_iter().filter(own).map(heading).collect();
             writeln!(
                 page,

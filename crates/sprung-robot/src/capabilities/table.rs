@@ -9,8 +9,6 @@ use super::{NotSupported, Refusal};
 pub(super) enum Answer {
     /// It works.
     Works,
-    /// The result is that of least squares, with a finding of this code.
-    FallsBack(Reason),
     /// It is refused.
     Refused(Reason),
 }
@@ -23,18 +21,7 @@ pub(super) struct Reason {
     pub(super) instead: &'static str,
 }
 
-/// A task that returns the values of least squares, with its finding.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct FallsBack {
-    /// Code of the finding.
-    pub code: &'static str,
-    /// Why.
-    pub why: &'static str,
-    /// What to do instead.
-    pub instead: &'static str,
-}
-
-use Answer::{FallsBack as Falls, Refused, Works};
+use Answer::{Refused, Works};
 
 const fn reason(code: &'static str, why: &'static str, instead: &'static str) -> Reason {
     Reason { code, why, instead }
@@ -68,11 +55,10 @@ pub(super) const fn row(feature: Feature) -> [Answer; Task::COUNT] {
         "a prediction needs the mass of the payload",
         "give mass_kg and com_m of the payload, or use a log without it",
     ));
-    const NOT_REFINED: Answer = Falls(reason(
-        "payload-not-refined",
-        "some logs carried a known payload, and the refinement follows one robot for all logs. These are the \
-         values of least squares",
-        "to refine them, identify the logs without payload alone",
+    const LOADED: Answer = Refused(reason(
+        "payload-not-subtracted",
+        "it takes the load of the log for a part of the robot",
+        "set estimator = \"prediction-error\" or \"least-squares\", or leave the log out",
     ));
     const ONE_PASS: Answer = Refused(reason(
         "payload-needs-one-pass",
@@ -92,7 +78,7 @@ pub(super) const fn row(feature: Feature) -> [Answer; Task::COUNT] {
         Feature::Accelerometer => [Works, Works, ACCELEROMETER, ACCELEROMETER, ACCELEROMETER, Works, Works,     Works,   Works,  Works,   Works,   Works],
         Feature::Servo         => [Works, Works, Works,     Works,      Works,       SERVO,    SERVO,     Works,   SERVO,  SERVO,   SERVO,   SERVO],
         Feature::Covariates    => [Works, Works, Works,     COVARIATES, Works,       Works,    Works,     Works,   Works,  Works,   Works,   Works],
-        Feature::KnownPayload  => [Works, Works, Works,     Works,      NOT_REFINED, Works,    Works,     Works,   Works,  Works,   Works,   Works],
+        Feature::KnownPayload  => [Works, Works, LOADED,    LOADED,     Works,       Works,    Works,     Works,   Works,  Works,   Works,   Works],
         Feature::UnknownPayload => [Works, Works, Works,    Works,      Works,       ONE_PASS, VALIDATED, Works,   Works,  Works,   Works,   Works],
         Feature::CoupledTransmission
                                => [Works, Works, Works,     Works,      Works,       Works,    Works,     Works,   Works,  COUPLED, COUPLED, Works],
@@ -290,7 +276,7 @@ pub(super) const PAIRS: [Pair; 21] = [
 /// [`NotSupported`] if the table refuses it.
 pub fn refuse(feature: Feature, of: &str, task: Task) -> Result<(), NotSupported> {
     match row(feature)[task.place()] {
-        Works | Falls(_) => Ok(()),
+        Works => Ok(()),
         Refused(reason) => Err(refusal(
             feature,
             of,
@@ -317,16 +303,6 @@ pub(crate) fn together(one: Feature, of: &str, other: Feature) -> Result<(), Not
             format!(", which excludes {}", other.noun()),
             pair.reason,
         )),
-    }
-}
-
-/// Returns the finding of a task that gives the values of least squares with a feature; `None` if it
-/// works.
-#[must_use]
-pub fn falls_back(feature: Feature, task: Task) -> Option<FallsBack> {
-    match row(feature)[task.place()] {
-        Falls(Reason { code, why, instead }) => Some(FallsBack { code, why, instead }),
-        Works | Refused(_) => None,
     }
 }
 

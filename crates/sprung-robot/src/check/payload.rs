@@ -40,6 +40,12 @@ pub(super) fn check_payloads(file: &ExperimentFile) -> Result<(), Fault> {
             together(feature, &name, other).map_err(|own| refused(path, &own))?;
         }
     }
+    for (feature, name) in parts().filter_map(payload_feature) {
+        for &estimator in &file.identify.estimator {
+            refuse(feature, &name, Task::Identify(estimator))
+                .map_err(|own| refused(&["identify", "estimator"], &own))?;
+        }
+    }
     for (feature, name) in of_runs.filter_map(payload_feature) {
         refuse(feature, &name, Task::Validate).map_err(|own| refused(&["validate"], &own))?;
     }

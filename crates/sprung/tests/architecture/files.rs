@@ -6,6 +6,7 @@
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use syn::visit::{self, Visit};
 use syn::{Item, UseTree, Visibility};
@@ -42,6 +43,7 @@ pub(crate) const LIBRARY: [(&str, &[&str]); 9] = [
 /// Files of a crate or of the library, and which uses which.
 pub(crate) struct Files {
     scopes: BTreeMap<ModulePath, Scope>,
+    uses: OnceLock<BTreeSet<Use>>,
 }
 
 /// One file uses another.
@@ -69,11 +71,15 @@ impl Files {
         Self::of(&[], texts(root, &[]))
     }
 
-    /// Reads all crates of the library as if they were one. Its list of public names uses nothing.
-    pub(crate) fn library() -> Self {
-        let mut all = Self {
-            scopes: BTreeMap::new(),
-        };
+    /// Returns all crates of the library as if they were one; all tests share them. Its list of public names uses
+    /// nothing.
+    pub(crate) fn library() -> &'static Self {
+        static LIBRARY: OnceLock<Files> = OnceLock::new();
+        LIBRARY.get_or_init(Self::read_library)
+    }
+
+    fn read_library() -> Self {
+        let mut all = BTreeMap::new();
         for (name, prefix) in LIBRARY {
             let read = Self::of(
                 prefix,
@@ -81,7 +87,7 @@ impl Files {
             );
             for (module, scope) in read.scopes {
                 let is_list = name == "sprung" && module.is_empty();
-                match all.scopes.entry(module) {
+                match all.entry(module) {
                     Entry::Vacant(place) if !is_list => {
                         place.insert(scope);
                     }
@@ -90,7 +96,14 @@ impl Files {
                 }
             }
         }
-        all
+        Self::with(all)
+    }
+
+    fn with(scopes: BTreeMap<ModulePath, Scope>) -> Self {
+        Self {
+            scopes,
+            uses: OnceLock::new(),
+        }
     }
 
     /// Reads files from memory: module, path and text of each.
@@ -120,11 +133,15 @@ impl Files {
             reader.visit_file(&parsed);
             scopes.insert(module, scope);
         }
-        Self { scopes }
+        Self::with(scopes)
     }
 
     /// Returns which file uses which, without repetition.
-    pub(crate) fn uses(&self) -> BTreeSet<Use> {
+    pub(crate) fn uses(&self) -> &BTreeSet<Use> {
+        self.uses.get_or_init(|| self.find_uses())
+    }
+
+    fn find_uses(&self) -> BTreeSet<Use> {
         let mut all = BTreeSet::new();
         for (module, scope) in &self.scopes {
             for path in &scope.used {
@@ -164,7 +181,7 @@ impl Files {
     /// Returns the uses between children of one module, each a file or a folder with all its files, with the
     /// names of both children.
     pub(crate) fn uses_between_children(&self, module: &[String]) -> Vec<(String, String, Use)> {
-        between_children(&self.uses(), module)
+        between_children(self.uses(), module)
     }
 
     /// Returns the uses that close a circle between children of one module, of each module with folders, and
@@ -178,7 +195,7 @@ impl Files {
             .collect();
         let child = |name: &String| vec![name.clone()];
         let of_module = |module: &ModulePath| -> Vec<(String, String)> {
-            let between = between_children(&uses, module);
+            let between = between_children(uses, module);
             let edges: BTreeSet<Use> = (between.iter())
                 .map(|(from, to, _)| Use {
                     from: child(from),
@@ -186,8 +203,9 @@ impl Files {
                     name: String::new(),
                 })
                 .collect();
+            let reached = Reached::of(&edges);
             (between.iter())
-                .filter(|(from, to, _)| reaches(&edges, &child(to), &child(from)))
+                .filter(|(from, to, _)| reached.has(&child(to), &child(from)))
                 .map(|(_, _, found)| (module.join("/"), found.words()))
                 .collect()
         };
@@ -198,8 +216,9 @@ impl Files {
     pub(crate) fn circles(&self) -> Vec<String> {
         let uses = self.uses();
         let file = |module: &ModulePath| self.scopes[module].file.display();
+        let reached = Reached::of(uses);
         (uses.iter())
-            .filter(|u| reaches(&uses, &u.to, &u.from))
+            .filter(|u| reached.has(&u.to, &u.from))
             .map(|u| format!("{} uses {} of {}", file(&u.from), u.name, file(&u.to)))
             .collect()
     }
@@ -221,24 +240,30 @@ fn between_children(uses: &BTreeSet<Use>, module: &[String]) -> Vec<(String, Str
         .collect()
 }
 
-/// Returns whether one file uses another, directly or by others.
-fn reaches(uses: &BTreeSet<Use>, from: &ModulePath, to: &ModulePath) -> bool {
-    let mut seen = BTreeSet::from([from]);
-    let mut open = vec![from];
-    while let Some(at) = open.pop() {
-        if at == to {
-            return true;
+/// For each file that uses others, all files that it uses, directly or by others.
+struct Reached<'u>(BTreeMap<&'u ModulePath, BTreeSet<&'u ModulePath>>);
+
+impl<'u> Reached<'u> {
+    fn of(uses: &'u BTreeSet<Use>) -> Self {
+        let mut direct: BTreeMap<&ModulePath, BTreeSet<&ModulePath>> = BTreeMap::new();
+        for found in uses {
+            direct.entry(&found.from).or_default().insert(&found.to);
         }
-        // Uses are in the order of the using files.
-        let first = Use {
-            from: at.clone(),
-            to: ModulePath::new(),
-            name: String::new(),
+        let all_of = |from: &'u ModulePath| {
+            let mut seen = BTreeSet::new();
+            let mut open = vec![from];
+            while let Some(at) = open.pop() {
+                let next = direct.get(at).into_iter().flatten().copied();
+                open.extend(next.filter(|to| seen.insert(*to)));
+            }
+            seen
         };
-        let next = uses.range(first..).take_while(|u| u.from == *at);
-        open.extend(next.map(|u| &u.to).filter(|module| seen.insert(module)));
+        Self(direct.keys().map(|from| (*from, all_of(from))).collect())
     }
-    false
+
+    fn has(&self, from: &ModulePath, to: &ModulePath) -> bool {
+        self.0.get(from).is_some_and(|reached| reached.contains(to))
+    }
 }
 
 /// Returns the module path of the root of a crate of the library; `None` if the name is that of no such crate.

@@ -1,5 +1,6 @@
-//! Validation on a log with a known payload.
+//! Validation and refinement on a log with a known payload.
 
+use sprung::estimate::EstimateResult;
 use sprung::progress::Unheard;
 use sprung::session::Parameters;
 use sprung::validate::RunResult;
@@ -14,8 +15,8 @@ const LOADED: [&str; 4] = [
     "robot.nominal.\"link2.izz\"=0.024",
 ];
 
-/// Validates the arm without payload on a log with it.
-fn validated(file: &str) -> RunResult {
+/// Returns logs of the arm: without payload, and with it.
+fn empty_and_loaded() -> Files {
     let loaded = LOADED.map(str::to_owned);
     let mut files = Files::new();
     for (name, overrides) in [("0.csv", &[][..]), ("1.csv", &loaded)] {
@@ -25,6 +26,12 @@ fn validated(file: &str) -> RunResult {
         twin.write(&mut log, &mut Unheard).unwrap();
         files.insert(name.to_owned(), log);
     }
+    files
+}
+
+/// Validates the arm without payload on a log with it.
+fn validated(file: &str) -> RunResult {
+    let files = empty_and_loaded();
     let text = ARM.replace(
         "log = { file = \"0.csv\" }",
         &format!("log = {{ file = {file} }}"),
@@ -34,6 +41,37 @@ fn validated(file: &str) -> RunResult {
     let parameters = Parameters::from(found);
     let validated = own.validate(&parameters, &mut Unheard).unwrap();
     validated.validation.runs.into_iter().next().unwrap()
+}
+
+/// Refines the arm by the log without payload and the one with it.
+fn refined(file: &str) -> EstimateResult {
+    let text = ARM.replace(
+        "[log]\nfile = \"0.csv\"",
+        &format!("[log]\nfile = [\"0.csv\", {file}]"),
+    );
+    let overrides = ["identify.estimator=\"prediction-error\"".to_owned()];
+    let own = session(&empty_and_loaded(), &text, &overrides).unwrap();
+    let found = own.identify(&mut Unheard).unwrap().identification;
+    found.results.into_iter().next().unwrap()
+}
+
+/// Returns the largest relative error of a parameter.
+fn largest_error(result: &EstimateResult) -> f64 {
+    let own = result.parameters.iter();
+    own.filter_map(|own| Some((own.value?, own.nominal.filter(|truth| *truth != 0.0)?)))
+        .map(|(value, truth)| (value / truth - 1.0).abs())
+        .fold(0.0, f64::max)
+}
+
+#[test]
+fn a_known_payload_does_not_change_the_refined_robot() {
+    let known = refined("{ path = \"1.csv\", payload = { mass_kg = 0.3, com_m = [0.2, 0, 0] } }");
+    let ignored = refined("\"1.csv\"");
+    let (with, without) = (largest_error(&known), largest_error(&ignored));
+    println!("largest error: {with:.4}, without the payload {without:.4}");
+    assert!(known.refinement.as_ref().is_some_and(|own| own.used));
+    // Measured 0.0017 and 0.88.
+    assert!(with < 0.01 && without > 0.1, "{with} {without}");
 }
 
 #[test]

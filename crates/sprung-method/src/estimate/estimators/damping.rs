@@ -1,5 +1,7 @@
 //! Damping of the steps of a least-squares search.
 
+use crate::estimate::statistics::ROUNDING;
+
 /// Damping of the first step. The steps of all searches reach their end from it without a failed step where the model
 /// matches.
 const FIRST: f64 = 1e-3;
@@ -7,17 +9,11 @@ const FIRST: f64 = 1e-3;
 /// Growth after a failed step. Marquardt recommends a factor of about 10.
 const GROWTH: f64 = 8.0;
 
-/// Least damping after a failed step: a smaller one would repeat the step.
-const MIN_AFTER_FAILURE: f64 = 1e-4;
-
 /// Decrease after a successful step. Marquardt recommends a factor of about 10.
 const DECREASE: f64 = 10.0;
 
-/// Least damping. It is far above the rounding of an information whose columns are scaled.
-const MIN: f64 = 1e-9;
-
-/// Steps that are tried. The last of them is 10⁻³ times a Gauss-Newton step, so that a cost that it does not decrease is
-/// at its minimum but for rounding.
+/// Steps that are tried. The last of them is at most a hundredth of a Gauss-Newton step, so that a cost that it does not
+/// decrease is at its minimum but for rounding.
 pub(super) const MAX_TRIES: usize = 8;
 
 /// Damping μ of a step: `(A + μ diag A) Δz = −g`.
@@ -39,13 +35,14 @@ impl Damping {
         self.0
     }
 
-    /// Grows after a step that did not decrease the cost.
+    /// Grows after a step that did not decrease the cost. A damping far below that of the first step would repeat
+    /// the step.
     pub(super) fn failed(&mut self) {
-        self.0 = f64::max(GROWTH * self.0, MIN_AFTER_FAILURE);
+        self.0 = f64::max(GROWTH * self.0, FIRST / DECREASE);
     }
 
     /// Decreases after a step that decreased the cost.
     pub(super) fn succeeded(&mut self) {
-        self.0 = f64::max(self.0 / DECREASE, MIN);
+        self.0 = f64::max(self.0 / DECREASE, ROUNDING);
     }
 }

@@ -1,14 +1,12 @@
 //! Findings about joints at rest, where friction is anywhere between both bounds of its law.
 
+use crate::estimate::statistics::LARGE_SHARE;
 use crate::finding::{Finding, Severity};
 use crate::model::Model;
 use crate::numbers::in_percent;
 use crate::prepare::Prepared;
 use crate::preprocess::SignalBlock;
 use crate::regression::{System, signals};
-
-/// Fraction of the samples at rest above which a joint counts as nearly always at rest.
-const NEARLY_ALWAYS: f64 = 0.9;
 
 /// Fraction of the samples at rest below which presliding is not searched.
 const MIN_REST_SHARE: f64 = 0.02;
@@ -36,7 +34,7 @@ pub(in crate::estimate) fn at_rest(prepared: &Prepared, system: &System) -> Vec<
         .map(|joint| system.share_at_rest(model.torque_row(joint)))
         .collect();
     let mut findings: Vec<Finding> = (shares.iter().enumerate())
-        .filter(|(_, share)| **share >= NEARLY_ALWAYS)
+        .filter(|(_, share)| **share >= 1.0 - LARGE_SHARE)
         .map(|(joint, share)| nearly_always(model, joint, *share))
         .collect();
     if shares.iter().all(|share| *share < MIN_REST_SHARE) {
@@ -50,7 +48,7 @@ pub(in crate::estimate) fn at_rest(prepared: &Prepared, system: &System) -> Vec<
             continue;
         }
         if let Some(found) = presliding(&segments, joint, model.sharpness(joint), period) {
-            findings.push(found.finding(&model.joints()[joint], *share >= NEARLY_ALWAYS));
+            findings.push(found.finding(&model.joints()[joint], *share >= 1.0 - LARGE_SHARE));
         }
     }
     findings

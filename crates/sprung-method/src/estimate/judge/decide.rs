@@ -5,7 +5,7 @@ use crate::estimate::result::{Decision, EstimateResult, JointPrediction, Verdict
 use crate::finding::{Finding, Severity};
 use crate::model::short;
 
-/// Maximum number of parameters of a finding that the sentence names.
+/// Maximum number of parameters of a finding that the sentence names. It changes words only.
 const MAX_NAMED_PARAMETERS: usize = 4;
 
 /// Decides on a result: sets its verdict and the decision behind it.

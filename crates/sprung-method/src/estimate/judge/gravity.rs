@@ -1,6 +1,7 @@
 //! Gravity in the wrong frame: tests whether a tilt of gravity, or another zero of a joint, explains the residual.
 
 use crate::description::Experiment;
+use crate::estimate::statistics::{LARGE_SHARE, NEGLIGIBLE_SHARE};
 use crate::finding::{Finding, Severity};
 use crate::fit::{fit_quickly, residual};
 use crate::model::Model;
@@ -12,15 +13,8 @@ use crate::regression::Reading;
 /// gravity.
 const BETTER_RESIDUAL_SHARE: f64 = 0.7;
 
-/// Relative residual of a torque row above which the tilt of gravity is tested.
-const SUSPICIOUS_RESIDUAL_SHARE: f64 = 0.01;
-
 /// Number of samples used for the test, rounded up to whole blocks.
 const SAMPLES_TESTED: usize = 4096;
-
-/// The search continues after its coarse steps if the residual is below this fraction of the
-/// initial residual.
-const PROMISING_RESIDUAL_SHARE: f64 = 0.9;
 
 /// Successive angles by which the search turns the best direction, degrees.
 const TURNS_DEG: [f64; 5] = [20.0, 10.0, 5.0, 2.5, 1.25];
@@ -28,18 +22,13 @@ const TURNS_DEG: [f64; 5] = [20.0, 10.0, 5.0, 2.5, 1.25];
 /// Angles by which the zero of a joint is tried, degrees: descriptions differ by right angles.
 const ZEROS_DEG: [f64; 3] = [90.0, -90.0, 180.0];
 
-/// One of two explanations is named alone if its residual is below this fraction of that of the other.
-const CLEARLY_BETTER_SHARE: f64 = 0.9;
-
 /// Returns whether the test of a tilt of gravity is worthwhile.
 ///
 /// - `worst`: largest residual of a torque row relative to its torque.
 #[must_use]
 pub(crate) fn tilt_is_possible(experiment: &Experiment, worst: f64) -> bool {
     let robot = &experiment.robot;
-    robot.tree.is_some()
-        && robot.gravity().iter().any(|g| *g != 0.0)
-        && worst >= SUSPICIOUS_RESIDUAL_SHARE
+    robot.tree.is_some() && robot.gravity().iter().any(|g| *g != 0.0) && worst >= NEGLIGIBLE_SHARE
 }
 
 /// Reports a direction of gravity or a zero of a joint that explains the motor torques far better than the given ones, if
@@ -58,7 +47,7 @@ pub(crate) fn tilted(
     let tilt = best_tilt(given, now, cost).filter(|(_, cost)| counts(*cost));
     let zero = best_zero(experiment, reading, &excerpt).filter(|zero| counts(zero.cost));
     let clearly =
-        |one: f64, other: Option<f64>| other.is_none_or(|other| one < CLEARLY_BETTER_SHARE * other);
+        |one: f64, other: Option<f64>| other.is_none_or(|other| one < (1.0 - LARGE_SHARE) * other);
     let shares = |cost: f64| {
         format!(
             "the model leaves {:.1} % of the motor torques unexplained instead of {:.1} % (root mean \
@@ -139,7 +128,7 @@ fn best_tilt(
     for towards in 0..6 {
         attempt(turned(given, towards, TURNS_DEG[2].to_radians()), &mut best);
     }
-    if best.1 > PROMISING_RESIDUAL_SHARE * now {
+    if best.1 > (1.0 - LARGE_SHARE) * now {
         return None;
     }
     for turn in TURNS_DEG {

@@ -12,6 +12,7 @@ mod routes;
 mod scale;
 mod stability;
 
+use crate::estimate::statistics::{LARGE_SHARE, SMALL_SHARE};
 use crate::numbers::in_percent;
 use sprung_core::parameters::JointParameter;
 
@@ -35,13 +36,6 @@ use crate::finding::{Finding, Severity};
 use crate::log::{Channels, Signal};
 use crate::model::{Model, short};
 use crate::prepare::Sweep;
-
-/// Relative gaps between the stacked stiffness and the larger stiffness of the motor row. A gap
-/// above `SMALL_GAP` is reported if it exceeds two standard errors, a gap above `LARGE_GAP` always.
-const SMALL_GAP: f64 = 0.05;
-
-/// Gap that is reported whatever its standard error.
-const LARGE_GAP: f64 = 0.1;
 
 /// A model that leaves more than this fraction of a joint's torque unexplained does not predict it.
 const NOT_PREDICTED: f64 = 0.5;
@@ -278,8 +272,8 @@ fn scale(
         return;
     }
     let gap = reference - value;
-    let sure = gap > LARGE_GAP * reference || gap > 2.0 * error;
-    if value > 0.0 && gap > SMALL_GAP * reference && sure {
+    let sure = gap > LARGE_SHARE * reference || gap > 2.0 * error;
+    if value > 0.0 && gap > SMALL_SHARE * reference && sure {
         findings.push(
             Finding::new(
                 Severity::Warning,

@@ -1,15 +1,13 @@
 //! Findings about single parameters: weakly excited, collinear, impossible friction.
 
 use crate::estimate::result::{EstimateResult, ParameterEstimate};
+use crate::estimate::statistics::UNKNOWN_RELATIVE_ERROR;
 use crate::finding::{Finding, Severity};
 use crate::model::{Model, Parameter, short};
 use crate::numbers::in_percent;
 
 /// A parameter with a larger relative standard error is reported as weakly excited.
 const WEAK_RELATIVE_ERROR: f64 = 0.15;
-
-/// A stiffness or a rotor inertia with a larger relative standard error is hardly known at all.
-const UNKNOWN_RELATIVE_ERROR: f64 = 0.5;
 
 /// Ratio of a parameter's torque to the residual of its row. Below this ratio a bias may be as
 /// large as the value, and the standard errors do not show this bias.

@@ -1,6 +1,6 @@
 //! Whether the common scale of links and springs can be trusted.
 
-use crate::estimate::statistics::{CERTAIN_SIGMAS, SIGNIFICANT_SIGMAS};
+use crate::estimate::statistics::{CERTAIN_SIGMAS, SIGNIFICANT_SIGMAS, SMALL_SHARE};
 use crate::numbers::in_percent;
 use sprung_core::parameters::JointParameter;
 
@@ -14,9 +14,6 @@ use crate::model::Model;
 /// it is above.
 const SAFE_SCALE: f64 = 20.0;
 
-/// A significant difference above this fraction of the stiffness, or above this number of standard
-/// errors, is a warning. A smaller one is an information.
-const STIFFNESS_SHARE_THAT_MATTERS: f64 = 0.05;
 /// Reports the joints whose torque contains too little of their spring's torque. It is a warning if
 /// the motor row alone does not confirm the stiffness.
 pub(super) fn scale_collapse(model: &Model, result: &EstimateResult, findings: &mut Vec<Finding>) {
@@ -25,7 +22,7 @@ pub(super) fn scale_collapse(model: &Model, result: &EstimateResult, findings: &
             continue;
         };
         let is_confirmed = difference(model, result, row).is_some_and(|found| {
-            let limit = STIFFNESS_SHARE_THAT_MATTERS * found.alone.abs();
+            let limit = SMALL_SHARE * found.alone.abs();
             SIGNIFICANT_SIGMAS * found.error <= limit && found.gap().abs() <= limit
         });
         findings.push(
@@ -125,7 +122,7 @@ pub(super) fn stiffness_disagrees(
         if gap.abs() <= SIGNIFICANT_SIGMAS * error || gap == 0.0 {
             continue;
         }
-        let is_large = gap.abs() > STIFFNESS_SHARE_THAT_MATTERS * found.alone.abs();
+        let is_large = gap.abs() > SMALL_SHARE * found.alone.abs();
         let severity = if is_large || gap.abs() > CERTAIN_SIGMAS * error {
             Severity::Warning
         } else {

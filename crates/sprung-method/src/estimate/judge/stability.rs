@@ -5,7 +5,7 @@ use crate::estimate::estimators::least_squares::Linear;
 use crate::estimate::result::EstimateResult;
 use crate::estimate::statistics::between_parts;
 use crate::estimate::statistics::kind_of_change;
-use crate::estimate::statistics::{CERTAIN_SIGMAS, FALSE_ALARM_PROBABILITY};
+use crate::estimate::statistics::{CERTAIN_SIGMAS, FALSE_ALARM_PROBABILITY, LARGE_SHARE};
 use crate::finding::{Finding, Severity};
 use crate::model::Model;
 use crate::prepare::Sweep;
@@ -13,9 +13,6 @@ use crate::prepare::Sweep;
 /// Parts agree if their scatter has at least this probability.
 const AGREEMENT_PROBABILITY: f64 = 0.05;
 
-/// A change is a warning if it exceeds this fraction of the parameter's value. A smaller change is
-/// an information. A change with the cut-off is also a warning beyond this number of standard errors.
-const CHANGE_THAT_MATTERS: f64 = 0.1;
 /// Lowest cut-off at which estimates are compared, as a fraction of the cut-off in use.
 const LOWEST_COMPARED_CUTOFF: f64 = 0.49;
 
@@ -39,7 +36,7 @@ pub(super) fn parts_disagree(model: &Model, linear: &Linear) -> Option<Finding> 
             continue;
         }
         let deviation = found.variance.sqrt();
-        if deviation > CHANGE_THAT_MATTERS * linear.fitted.theta[i].abs()
+        if deviation > LARGE_SHARE * linear.fitted.theta[i].abs()
             && deviation > linear.fitted.bias[i]
             && (linear.parts.are_logs || most_parts_disagree(&values))
             && (parameter.joint).is_none_or(|(kind, _)| kind.is_vital() || kind.is_friction())
@@ -128,7 +125,7 @@ pub(super) fn cutoff_drift(
             continue;
         };
         let error = estimate.standard_error.unwrap_or(f64::INFINITY);
-        if change(&farthest.theta) > CHANGE_THAT_MATTERS * own.theta[i].abs()
+        if change(&farthest.theta) > LARGE_SHARE * own.theta[i].abs()
             || change(&farthest.theta) > CERTAIN_SIGMAS * error
         {
             severity = Severity::Warning;

@@ -5,15 +5,13 @@ use sprung_core::friction::{Family, Law, Shape};
 use sprung_core::parameters::{JointParameter, Side};
 
 use crate::description::{Experiment, FrictionLaw, Joint, Quantity, SpringTerm};
+use crate::estimate::statistics::SATURATED_ARGUMENT;
 use crate::log::Channels;
 use crate::model::{Model, ModelError};
 use crate::regression::Probe;
 
 /// Stribeck velocities that are tried, relative to the root mean square of the joint's velocity.
 const STRIBECK_VELOCITIES: [f64; 8] = [0.04, 0.063, 0.1, 0.16, 0.25, 0.4, 0.63, 1.0];
-
-/// Least argument of `tanh(beta v)` at the Stribeck velocity.
-const MIN_STRIBECK_ARGUMENT: f64 = 2.0;
 
 /// A change of a joint's laws.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -132,7 +130,7 @@ impl Candidates {
                 for share in STRIBECK_VELOCITIES {
                     // The Coulomb transition hides Stribeck friction of a lower velocity.
                     let velocity = share * speed;
-                    if velocity * shape.sharpness < MIN_STRIBECK_ARGUMENT {
+                    if velocity * shape.sharpness < SATURATED_ARGUMENT {
                         continue;
                     }
                     let shape = Shape {

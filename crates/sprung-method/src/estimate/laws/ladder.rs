@@ -2,22 +2,16 @@
 
 use super::candidates::{Candidate, Tier};
 use super::normal::{Fits, Normal};
-use crate::estimate::statistics::SIGNIFICANT_SIGMAS;
-
-/// Least gain of a change in the torque row of its joint, as a fraction of the held-out residual.
-const MIN_GAIN: f64 = 0.01;
+use crate::estimate::statistics::{MAX_ITERATIONS, NEGLIGIBLE_SHARE, SIGNIFICANT_SIGMAS};
 
 /// Least gain in the link row alone. The row contains no measured torque, and the steps of two
 /// encoders leave an offset in it.
 const MIN_LINK_GAIN: f64 = 0.2;
 
 /// Two changes explain the same if the second one gains at least this fraction of the first, less
-/// by at most [`SIGNIFICANT_SIGMAS`] standard deviations of the difference, and less than [`MIN_GAIN`] after
+/// by at most [`SIGNIFICANT_SIGMAS`] standard deviations of the difference, and less than [`NEGLIGIBLE_SHARE`] after
 /// it.
 const ALIKE_SHARE: f64 = 0.8;
-
-/// Limit of the changes.
-const MAX_RUNGS: usize = 24;
 
 /// One change.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,7 +44,7 @@ struct Gain {
 impl Gain {
     fn counts(&self) -> bool {
         self.is_large
-            && self.of_root() >= MIN_GAIN
+            && self.of_root() >= NEGLIGIBLE_SHARE
             && self.of_squares > SIGNIFICANT_SIGMAS * self.scatter
     }
 
@@ -106,7 +100,7 @@ impl<'a> Ladder<'a> {
     /// counts.
     pub(super) fn climb(&mut self, tiers: &[Tier], may: impl Fn(&Candidate) -> bool) {
         for tier in tiers {
-            while self.rungs.len() < MAX_RUNGS {
+            while self.rungs.len() < MAX_ITERATIONS {
                 let gains = self.gains(|candidate| candidate.tier() == *tier && may(candidate));
                 let best = (gains.iter().filter(|gain| gain.counts()))
                     .max_by(|a, b| a.of_squares.total_cmp(&b.of_squares));
@@ -184,7 +178,7 @@ impl<'a> Ladder<'a> {
     fn mark_alike(&mut self, mut rivals: Vec<usize>) {
         rivals.retain(|&rival| {
             let rest = self.gain(rival, &self.candidates[rival]);
-            rest.is_none_or(|rest| rest.of_root() < MIN_GAIN)
+            rest.is_none_or(|rest| rest.of_root() < NEGLIGIBLE_SHARE)
         });
         if let Some(rung) = self.rungs.last_mut() {
             rung.alike = rivals;
@@ -226,8 +220,13 @@ impl<'a> Ladder<'a> {
             (1.0 - (after / totals[i]).sqrt(), rows[i] == motor)
         });
         of_squares.is_finite().then(|| Gain {
-            is_large: own
-                .any(|(gain, of_torque)| gain >= if of_torque { MIN_GAIN } else { MIN_LINK_GAIN }),
+            is_large: own.any(|(gain, of_torque)| {
+                gain >= if of_torque {
+                    NEGLIGIBLE_SHARE
+                } else {
+                    MIN_LINK_GAIN
+                }
+            }),
             candidate: index,
             of_squares,
             scatter: deviation_of_sum(&of_parts),

@@ -9,6 +9,7 @@ mod ladder;
 mod normal;
 mod tested;
 
+use crate::estimate::statistics::LARGE_SHARE;
 use crate::numbers::{in_ms, in_percent};
 use candidates::{Candidate, Candidates, Change, Tier, changed, torque_channel};
 use chosen::{is_small, names, words};
@@ -29,12 +30,8 @@ use crate::regression::Reduction;
 /// Code of the finding that laws would predict the log better.
 pub(super) const LAWS_MISSING: &str = "laws-missing";
 
-/// Missing laws are a warning if they decrease the held-out residual of the torque by at least the first
-/// fraction. They also are if one of them decreases that of its joint's rows by the second one and the
-/// torque is not predicted worse.
-const LARGE_GAIN: f64 = 0.1;
-
-/// The same for the rows of one joint.
+/// Gain of one law, as a fraction of the held-out residual of its joint's rows, above which missing laws are a warning
+/// although the whole torque gains less than [`LARGE_SHARE`].
 const LARGE_GAIN_OF_JOINT: f64 = 0.08;
 
 /// Climbs the ladder of laws on the beginning of the first log.
@@ -181,7 +178,7 @@ fn finding(result: &LawsByHoldOut) -> Option<Finding> {
             )
         })
         .collect();
-    let large = last.held_out < (1.0 - LARGE_GAIN) * before
+    let large = last.held_out < (1.0 - LARGE_SHARE) * before
         || last.held_out <= before && missing.iter().any(|rung| rung.gain > LARGE_GAIN_OF_JOINT);
     let severity = if large {
         Severity::Warning

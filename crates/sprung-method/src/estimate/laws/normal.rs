@@ -3,16 +3,12 @@
 //! Each part is predicted by a fit of the other parts. A candidate's columns border the factored
 //! normal equations, so testing a candidate costs two substitutions and no factorisation.
 
-use crate::estimate::statistics::HELD_OUT_PARTS;
+use crate::estimate::statistics::{HELD_OUT_PARTS, RIDGE};
 use sprung_core::linear::{factor, solve};
 
 use crate::fit::Free;
 use crate::model::Model;
 use crate::regression::{Probe, System, Triangle};
-
-/// Added to the diagonal of the normal equations of columns with unit length, so that parameters
-/// that the log does not determine stay small.
-const RIDGE: f64 = 1e-10;
 
 /// Part of a column's squared length that the other columns must leave, otherwise the log does not
 /// determine its parameter.

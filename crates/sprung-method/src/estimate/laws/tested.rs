@@ -5,14 +5,12 @@ use sprung_core::parameters::{JointParameter, Side};
 
 use super::candidates::changed;
 use crate::description::Experiment;
+use crate::estimate::statistics::SATURATED_ARGUMENT;
 use crate::model::{Model, ModelError};
 
 /// Stribeck velocity of the tested law, relative to the root mean square of the joint's velocity,
 /// and least argument of `tanh(beta v)` at this velocity.
 const STRIBECK_OVER_SPEED: f64 = 0.15;
-
-/// Below this argument `tanh` is not yet 1 (0.964 at 2), so the law looks like Coulomb friction.
-const MIN_STRIBECK_ARGUMENT: f64 = 2.0;
 
 /// Word of the cubic term of a spring.
 const CUBIC: &str = "cubic";
@@ -66,7 +64,7 @@ pub(in crate::estimate) fn with_tested_laws(
         }
         let mut add = |of, law, kind| {
             let velocity = (STRIBECK_OVER_SPEED * speeds[joint])
-                .max(MIN_STRIBECK_ARGUMENT / model.sharpness(joint));
+                .max(SATURATED_ARGUMENT / model.sharpness(joint));
             let is_stribeck = law == Family::Stribeck.word();
             *described = changed(described.clone(), of, law, is_stribeck.then_some(velocity));
             kinds.push((joint, of, law, kind));

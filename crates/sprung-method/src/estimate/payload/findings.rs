@@ -1,6 +1,6 @@
 //! Findings about a payload.
 
-use crate::estimate::statistics::CERTAIN_SIGMAS;
+use crate::estimate::statistics::{CERTAIN_SIGMAS, UNKNOWN_RELATIVE_ERROR};
 use sprung_core::friction::Law;
 use sprung_core::parameters::{JointParameter, Side};
 
@@ -8,9 +8,6 @@ use crate::estimate::result::PayloadResult;
 use crate::finding::{Finding, Severity};
 use crate::model::Model;
 use crate::regression::System;
-
-/// Relative standard error of the mass above which the logs do not determine the payload.
-const UNKNOWN_MASS: f64 = 0.5;
 
 /// Ratio of the velocities of a joint below which it moves in some logs only.
 const STANDS: f64 = 0.02;
@@ -44,7 +41,7 @@ pub(super) fn about_payload(result: &PayloadResult, distance: Option<f64>) -> Ve
     let Some((mass, error)) = mass else {
         return findings;
     };
-    if error > UNKNOWN_MASS * mass.abs() {
+    if error > UNKNOWN_RELATIVE_ERROR * mass.abs() {
         findings.push(Finding::new(
             Severity::Warning,
             "payload-not-determined",

@@ -9,21 +9,11 @@ use crate::estimate::estimators::Numbers;
 use crate::estimate::physical::{information, of_equations, widened};
 use crate::estimate::possible::inverse;
 use crate::estimate::result::{PayloadParameter, PayloadResult};
-use crate::estimate::statistics::NORMAL_95;
+use crate::estimate::statistics::{NORMAL_95, RIDGE, ROUNDING};
 use crate::finding::Finding;
 use crate::fit::{Fitted, fit_values, residual};
 use crate::model::{Block, Model, Program, Theta, second_moments};
 use crate::regression::System;
-
-/// Weight that keeps the equations solvable where the logs determine nothing; relative to each unknown.
-const RIDGE: f64 = 1e-12;
-
-/// Variance of a parameter, relative to that without other unknowns, above which the logs determine it
-/// only together with others.
-const COLLINEAR: f64 = 1e9;
-
-/// Largest difference of the possible body's function from its minimum.
-const GAP: f64 = 1e-9;
 
 /// Logs of a robot with a payload.
 pub(in crate::estimate) struct Loaded<'a> {
@@ -223,7 +213,7 @@ fn solve(
         values: (0..BODY).map(|k| solution[(first + k, 0)]).collect(),
         covariance: Mat::from_fn(BODY, BODY, |i, j| inverse[(first + i, first + j)]),
         is_determined: (first..n)
-            .map(|i| own[i] > 0.0 && inverse[(i, i)] * own[i] < COLLINEAR)
+            .map(|i| own[i] > 0.0 && inverse[(i, i)] * own[i] < 1.0 / ROUNDING)
             .collect(),
     })
 }
@@ -246,7 +236,7 @@ fn possible(solved: &Solved) -> Option<Vec<f64>> {
     for k in [4, 6, 9] {
         start[k] = 0.02 * size;
     }
-    program.minimise(&start, GAP).ok()
+    program.minimise(&start, ROUNDING).ok()
 }
 
 fn body() -> Block {

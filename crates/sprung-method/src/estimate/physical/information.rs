@@ -5,12 +5,10 @@ use faer::Mat;
 use crate::estimate::estimators::{Covariance, Numbers};
 use crate::estimate::possible::{Normal, inverse, median, ratios};
 use crate::estimate::result::CovarianceOfErrors;
+use crate::estimate::statistics::ROUNDING;
 use crate::fit::residual;
 use crate::model::Model;
 use crate::regression::System;
-
-/// Least residual of a row relative to the largest right-hand side; a log without noise has none.
-const LEAST_RESIDUAL: f64 = 1e-9;
 
 /// Information about theta.
 pub(in crate::estimate) struct Information {
@@ -128,7 +126,7 @@ pub(in crate::estimate) fn of_equations(
     let residuals = residual(model, system, theta);
     let largest = residuals.iter().map(|row| row.1).fold(0.0, f64::max);
     let weights: Vec<f64> = (residuals.iter())
-        .map(|(residual, _)| residual.max(LEAST_RESIDUAL * largest).recip())
+        .map(|(residual, _)| residual.max(ROUNDING * largest).recip())
         .collect();
     Some(Normal::new(model, system, &weights)?.information)
 }

@@ -9,16 +9,11 @@ use crate::description::{Distance, Physical};
 use crate::estimate::estimators::Numbers;
 use crate::estimate::possible::{Possible, Robots, inverse};
 use crate::estimate::result::{Decided, PhysicalResult, StandardParameter};
+use crate::estimate::statistics::LARGE_SHARE;
 use crate::finding::{Finding, Severity};
 use crate::fit::residual;
 use crate::model::Model;
 use crate::regression::System;
-
-/// Shares of the log above which the log decides, and below which it does not.
-const DECIDES: f64 = 0.9;
-
-/// Share below which the log does not decide; the complement of the share above which it does.
-const DOES_NOT_DECIDE: f64 = 0.1;
 
 /// Returns possible bodies with possible drives near an estimate.
 ///
@@ -131,8 +126,8 @@ fn standard(robots: &Robots<'_>, found: &Possible) -> Vec<StandardParameter> {
                 nominal: links.nominal(index),
                 decided: match unknown {
                     None => Decided::Given,
-                    Some(_) if share > DECIDES => Decided::Log,
-                    Some(_) if share > DOES_NOT_DECIDE => Decided::Both,
+                    Some(_) if share > 1.0 - LARGE_SHARE => Decided::Log,
+                    Some(_) if share > LARGE_SHARE => Decided::Both,
                     Some(_) if robots.priors[at].is_nominal => Decided::Nominal,
                     Some(_) => Decided::Nothing,
                 },

@@ -16,4 +16,5 @@ mod prior;
 mod robots;
 
 pub(in crate::estimate) use information::{Normal, inverse, median, ratios};
-pub(in crate::estimate) use robots::{BESIDE_LOG, Possible, Robots};
+pub(in crate::estimate) use prior::BESIDE_LOG;
+pub(in crate::estimate) use robots::{Possible, Robots};

@@ -7,20 +7,10 @@ use sprung_core::spatial::BODY;
 
 use super::prior::{BodyPrior, add_prior, impossible, priors};
 use crate::description::Physical;
+use crate::estimate::statistics::ROUNDING;
 use crate::model::{
     Block, Model, NoSolution, Parameter, Program, Region, Theta, TreeLinks, second_moments,
 };
-
-/// Largest difference of the function from its minimum; the function is half a sum of squared standard
-/// errors.
-const GAP: f64 = 1e-9;
-
-/// Weight that keeps parameters of drives finite which the log does not determine.
-const RIDGE: f64 = 1e-9;
-
-/// Weight of the prior beside the log where the log decides. Nominal values that are wrong by three of their errors then
-/// move a parameter that the log determines as well as they do by a thirtieth of its standard error.
-pub(in crate::estimate) const BESIDE_LOG: f64 = 1e-2;
 
 /// Velocities at which a sum of friction laws must take energy, over the largest of the log.
 const VELOCITIES: [f64; 7] = [0.01, 0.03, 0.1, 0.2, 0.4, 0.7, 1.0];
@@ -63,7 +53,7 @@ pub(in crate::estimate) struct Possible {
 }
 
 impl<'a> Robots<'a> {
-    /// - `settings`, and the weight of the prior beside the log: one, or [`BESIDE_LOG`].
+    /// - `settings`, and the weight of the prior beside the log: one, or `BESIDE_LOG`.
     /// - `speeds`: largest speed of each joint in the log, rad/s (m/s), \[n\].
     pub(in crate::estimate) fn new(
         model: &'a Model,
@@ -165,9 +155,9 @@ impl<'a> Robots<'a> {
             let unknown = self.standard.len() + at;
             let own = of_log[unknown * (n + 1)];
             let (ridge, scale) = if own > 0.0 {
-                (RIDGE * own, own.sqrt().recip())
+                (ROUNDING * own, own.sqrt().recip())
             } else {
-                (RIDGE, 1.0)
+                (ROUNDING, 1.0)
             };
             program.quadratic[unknown * (n + 1)] += ridge;
             program.linear[unknown] += ridge * near[index];
@@ -176,7 +166,7 @@ impl<'a> Robots<'a> {
                 start[unknown] = near[index].max(1e-3 * scale);
             }
         }
-        let x = program.minimise(&start, GAP)?;
+        let x = program.minimise(&start, ROUNDING)?;
         Ok(Possible {
             theta: self.theta(&x),
             of_all: program.hessian(&x),

@@ -21,9 +21,6 @@ use crate::prepare::PrepareError;
 use crate::progress::{Listener, Phase};
 use crate::regression::Reading;
 
-/// Steps of the phase `Examining`: first the results, then gravity and frequencies.
-const EXAMINATION_STEPS: u64 = 2;
-
 /// Judges the estimates, examines suspicious results again, and assembles the identification.
 ///
 /// # Errors
@@ -37,7 +34,7 @@ pub(in crate::estimate) fn describe(
     let mut results: Vec<EstimateResult> = (estimates.robot.iter())
         .map(|(estimator, found)| judged(basis, *estimator, found))
         .collect();
-    progress.tell(Phase::Examining, 1, Some(EXAMINATION_STEPS))?;
+    progress.tell(Phase::Examining, 1, Some(2))?;
     let mut findings = basis.findings.to_vec();
     findings.extend(look_again(basis, &results));
     after_estimation(&mut findings, &results);
@@ -50,7 +47,7 @@ pub(in crate::estimate) fn describe(
     }
     let about_payloads = estimates.payloads.iter().flat_map(|(_, own)| own);
     findings.extend(about_payloads.cloned());
-    progress.tell(Phase::Examining, EXAMINATION_STEPS, Some(EXAMINATION_STEPS))?;
+    progress.tell(Phase::Examining, 2, Some(2))?;
     let judged = Judged {
         results,
         findings,

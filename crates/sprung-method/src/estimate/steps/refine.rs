@@ -1,15 +1,15 @@
 //! The fifth step: the estimators that the settings name, and the payloads of logs.
 
 use super::basis::{Basis, Estimates, Logs};
-use crate::description::{Estimator, Feature, Payload, Task, falls_back};
+use crate::description::{Estimator, Payload};
 use crate::estimate::errors::IdentifyError;
+use crate::estimate::estimators::Found;
 use crate::estimate::estimators::lsff::on_line;
 use crate::estimate::estimators::output_error::output_error;
 use crate::estimate::estimators::prediction_error::{Before, prediction_error};
-use crate::estimate::estimators::{Criterion, Found};
 use crate::estimate::payload::{Loaded, payload_of};
 use crate::estimate::result::PayloadResult;
-use crate::finding::{Finding, Severity};
+use crate::finding::Finding;
 use crate::log::LogSource;
 use crate::prepare::PrepareError;
 use crate::progress::{Listener, Phase};
@@ -59,12 +59,6 @@ fn run(
                 .ok_or(PrepareError::NoLog)?;
             output_error(reading, controller, excerpt, fitted, progress)?
         }
-        Estimator::PredictionError if not_refined(sources).is_some() => {
-            let mut found = basis.least_squares();
-            found.numbers.criterion = Criterion::Likelihood(None);
-            found.findings.extend(not_refined(sources));
-            found
-        }
         Estimator::PredictionError => {
             let before = Before {
                 experiment: prepared.experiment(),
@@ -77,15 +71,6 @@ fn run(
             prediction_error(reading, sources, before, progress)?
         }
     })
-}
-
-/// Returns a finding if the table of what works with what has no refinement of logs with payloads.
-fn not_refined(sources: &[LogSource<'_>]) -> Option<Finding> {
-    sources.iter().find(|own| own.payload().is_some())?;
-    let task = Task::Identify(Estimator::PredictionError);
-    let told = falls_back(Feature::KnownPayload, task)?;
-    let text = told.why.to_owned();
-    Some(Finding::new(Severity::Info, told.code, text, told.instead))
 }
 
 /// Estimates the payloads of logs, each from all logs with it, beside the first estimate.

@@ -1,22 +1,10 @@
 //! The same equations solved by other routes, whose errors have other causes.
 
+use crate::estimate::statistics::{MAX_ITERATIONS, MAX_ROUNDS, ROUNDING};
 use crate::fit::Free;
 use crate::model::{Model, Theta};
 use crate::regression::{System, SystemPart, Triangle, solve, solve_quickly};
 use sprung_core::parameters::JointParameter;
-
-/// Number of times that the rows are weighted anew by their residuals.
-const REWEIGHTINGS: usize = 5;
-
-/// Maximum number of Gauss-Newton steps of the scale-invariant estimate. The estimate has converged
-/// if a step changes every unknown by less than the given fraction.
-const GAUSS_NEWTON_STEPS: usize = 50;
-
-/// Relative change of a settled estimate: far below its errors, far above rounding.
-const SETTLED_CHANGE: f64 = 1e-9;
-
-/// Lower limit of a row's residual when weights are formed, as a fraction of the largest residual.
-const EXACT_RESIDUAL_SHARE: f64 = 1e-9;
 
 /// A route to the parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -101,7 +89,7 @@ impl Rows<'_> {
         let touched = self.places(&links, &second);
         let mut scales = vec![1.0; n];
         let mut found = Vec::new();
-        for _ in 0..=REWEIGHTINGS {
+        for _ in 0..MAX_ROUNDS {
             let weighted: Vec<Triangle> = (reduced.iter().zip(&scales))
                 .map(|(factor, scale)| factor.scaled(1.0 / scale))
                 .collect();
@@ -126,7 +114,7 @@ impl Rows<'_> {
     /// over the other rows by Gauss-Newton steps. The scales `s_i` follow the residuals.
     fn scale_invariant(&self, start: &[f64]) -> Option<Vec<f64>> {
         let mut x = start.to_vec();
-        for step in 0..GAUSS_NEWTON_STEPS {
+        for step in 0..MAX_ITERATIONS {
             let scales = floored(
                 (0..self.factors.len())
                     .map(|row| self.relative_residual(row, &x))
@@ -152,7 +140,7 @@ impl Rows<'_> {
                 return None;
             }
             let settled = (x.iter().zip(&next))
-                .all(|(before, after)| (after - before).abs() <= SETTLED_CHANGE * after.abs());
+                .all(|(before, after)| (after - before).abs() <= ROUNDING * after.abs());
             x = next;
             if settled && step > 0 {
                 return Some(x);
@@ -220,6 +208,6 @@ fn floored(scales: Vec<f64>) -> Vec<f64> {
         return vec![1.0; scales.len()];
     }
     (scales.into_iter())
-        .map(|scale| scale.max(EXACT_RESIDUAL_SHARE * largest))
+        .map(|scale| scale.max(ROUNDING * largest))
         .collect()
 }

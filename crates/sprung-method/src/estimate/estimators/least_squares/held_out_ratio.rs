@@ -1,11 +1,9 @@
 //! Errors on parts of the logs that a fit has not seen.
 
+use crate::estimate::statistics::HELD_OUT_PARTS;
 use crate::fit::{HoldOut, Missed};
 use crate::model::Model;
 use crate::regression::System;
-
-/// Number of consecutive parts of the logs that are left out in turn.
-const PARTS: usize = 8;
 
 /// Ratio of the error on parts that a fit has not seen to the error on all parts with the fit of all
 /// parts, row by row: at least 1; infinite if the other parts do not determine the parameters.
@@ -17,7 +15,7 @@ impl HeldOutRatio {
     ///
     /// - `linear`: least squares of all parts, \[p\].
     pub(in crate::estimate) fn new(model: &Model, system: &System, linear: &[f64]) -> Self {
-        let hold_out = HoldOut::new(model, system, PARTS);
+        let hold_out = HoldOut::new(model, system, HELD_OUT_PARTS);
         let seen = (0..hold_out.len()).fold(Missed::default(), |sum, part| {
             sum.with(&hold_out.missed(part, linear))
         });

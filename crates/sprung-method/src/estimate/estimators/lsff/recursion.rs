@@ -7,6 +7,7 @@ use sprung_core::velocity::AveragedVelocity;
 
 use crate::description::{DiscretizationName, Identify};
 use crate::estimate::errors::LsffError;
+use crate::estimate::statistics::NEGLIGIBLE_SHARE;
 use crate::model::{Model, Theta};
 use crate::preprocess::{Decimator, RawBlock};
 use crate::regression::FilteredRegression;
@@ -17,9 +18,6 @@ const TRACE_POINTS: usize = 512;
 /// Upper limit of the diagonal factor D of the gain P. In the paper's experiment (10 s, δ = 1, P(0)
 /// = 10) D stays below 3e5. It reaches the limit after 16 s without excitation.
 const GAIN_LIMIT: f64 = 1e8;
-
-/// Maximum relative difference between the sampling periods of the logs.
-const PERIOD_TOLERANCE: f64 = 0.01;
 
 /// The on-line estimator. It takes raw samples.
 #[derive(Clone, Debug)]
@@ -93,7 +91,7 @@ impl Lsff {
     ///
     /// [`LsffError::Periods`] if it differs by more than 1 %.
     pub fn check_period(&self, period: f64) -> Result<(), LsffError> {
-        if (period / self.period - 1.0).abs() < PERIOD_TOLERANCE {
+        if (period / self.period - 1.0).abs() < NEGLIGIBLE_SHARE {
             return Ok(());
         }
         Err(LsffError::Periods {

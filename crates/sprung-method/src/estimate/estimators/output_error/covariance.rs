@@ -3,13 +3,11 @@
 use faer::{Mat, Side};
 
 use super::levenberg::Found;
+use crate::estimate::statistics::HELD_OUT_PARTS;
 
 /// Maximum number of samples of a block over which errors may be correlated, and minimum number of
 /// blocks in a log.
 const MAX_BLOCK_SAMPLES: usize = 250;
-
-/// Blocks below which the scatter between blocks is no variance; as for parts that are held out.
-const MIN_BLOCKS: usize = 8;
 
 /// Eigenvalue of the scaled normal matrix, relative to the largest one, below which its direction
 /// is flat.
@@ -34,7 +32,7 @@ pub(super) fn standard_errors(found: &Found, samples: usize) -> Vec<Option<f64>>
     let Some((inverse, determined)) = inverse(&found.normal) else {
         return vec![None; m];
     };
-    let block = MAX_BLOCK_SAMPLES.min(samples / MIN_BLOCKS).max(1);
+    let block = MAX_BLOCK_SAMPLES.min(samples / HELD_OUT_PARTS).max(1);
     let sums: Vec<Vec<f64>> = (found.jacobian.iter())
         .map(|column| block_sums(column, &found.residuals, samples, block))
         .collect();

@@ -4,14 +4,10 @@ use super::controller::TorqueMatch;
 use super::levenberg::{Ending, FAILED_FIT_COST};
 use super::record::Record;
 use crate::estimate::result::SimulationFit;
-use crate::estimate::statistics::CERTAIN_SIGMAS;
+use crate::estimate::statistics::{CERTAIN_SIGMAS, LARGE_SHARE};
 use crate::finding::{Finding, Severity};
 use crate::model::{Model, short};
 use crate::numbers::in_percent;
-
-/// Relative difference between the controller's torque and the logged torque, beyond white noise,
-/// above which another controller ran.
-const OTHER_CONTROLLER_TORQUE_SHARE: f64 = 0.1;
 
 /// Minimum difference of the logged torque's scale that is reported, and its significance in
 /// standard errors.
@@ -146,7 +142,7 @@ pub(super) fn controller(model: &Model, torques: &[Option<TorqueMatch>]) -> Vec<
             continue;
         };
         findings.extend(late(name, torque));
-        if torque.relative > OTHER_CONTROLLER_TORQUE_SHARE {
+        if torque.relative > LARGE_SHARE {
             findings.push(Finding::new(
                 Severity::Serious,
                 "controller-does-not-match",

@@ -1,13 +1,10 @@
 //! The Levenberg-Marquardt method with forward differences.
 
 use crate::estimate::estimators::damping::{Damping, MAX_TRIES};
-use crate::estimate::statistics::{MIN_COST_SAVED, SHORT_STEP_SIGMAS};
+use crate::estimate::statistics::{MAX_ITERATIONS, MIN_COST_SAVED, SHORT_STEP_SIGMAS};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use rayon::prelude::*;
-
-/// Maximum number of evaluations of the derivatives.
-const MAX_EVALUATIONS: usize = 30;
 
 /// Maximum relative error of the predicted decrease of the cost for which the next iteration reuses
 /// the derivatives. New derivatives cost one simulation per unknown.
@@ -159,7 +156,7 @@ pub(super) fn minimise(problem: &Problem<'_>) -> Result<Found, NoStart> {
         if arrived && fresh {
             ending = Ending::Converged;
         }
-        if ending != Ending::Limit || (evaluated >= MAX_EVALUATIONS && !good) {
+        if ending != Ending::Limit || (evaluated >= MAX_ITERATIONS && !good) {
             return Ok(Found {
                 cost: dot(&residuals, &residuals),
                 x,

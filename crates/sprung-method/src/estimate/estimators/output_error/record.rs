@@ -9,8 +9,9 @@ use crate::regression::Reading;
 /// Minimum number of samples of a fit.
 const MIN_SAMPLES: usize = 100;
 
-/// Smallest noise of a position, rad (m): a hundred times the error of the integration.
-const MIN_NOISE_RAD: f64 = 1e-8;
+/// Smallest noise of a position, and smallest tolerance of the integration, rad (m). It is a hundred times the error of
+/// the integration.
+pub(super) const MIN_NOISE_RAD: f64 = 1e-8;
 
 /// Ratio of the measured noise to the quantisation noise above which the position has further
 /// noise.

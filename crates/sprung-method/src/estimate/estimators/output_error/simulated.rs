@@ -1,7 +1,7 @@
 //! The simulated closed loop as a function of its unknowns.
 
 use super::levenberg::Problem;
-use super::record::{Position, Record};
+use super::record::{MIN_NOISE_RAD, Position, Record};
 use super::simulation_counter::SimulationCounter;
 use crate::description::Controller;
 use crate::log::Signal;
@@ -15,9 +15,6 @@ use crate::simulate::ClosedLoop;
 /// error is 2e-10 rad over the 10 s experiment, a thousandth of the effect of a difference step of
 /// half a standard error.
 const TOLERANCE_SHARE_OF_NOISE: f64 = 1e-3;
-
-/// Least tolerance, rad.
-const MIN_TOLERANCE_RAD: f64 = 1e-8;
 
 /// Largest tolerance: an encoder of 2^22 counts has this resolution.
 const MAX_TOLERANCE_RAD: f64 = 1e-6;
@@ -64,7 +61,7 @@ impl<'a> Loop<'a> {
             model,
             controller,
             record,
-            tolerance: tolerance.clamp(MIN_TOLERANCE_RAD, MAX_TOLERANCE_RAD),
+            tolerance: tolerance.clamp(MIN_NOISE_RAD, MAX_TOLERANCE_RAD),
             base,
             free,
         }

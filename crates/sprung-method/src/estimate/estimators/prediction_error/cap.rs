@@ -4,9 +4,7 @@
 
 use super::levels::{Level, Levels, UnknownLevels};
 use super::likelihood::Score;
-
-/// A disturbance above this fraction of its cap is at the cap.
-const AT_CAP: f64 = 1.0 - 1e-9;
+use crate::estimate::statistics::ROUNDING;
 
 /// Returns the disturbances that the cap holds: those at the cap that would grow. Moves their
 /// logarithms to their upper bounds, so that they follow the cap.
@@ -24,7 +22,7 @@ pub(super) fn held_by_cap(
         let (Some(at), Some(cap)) = (own, unknown.cap(levels, row)) else {
             return false;
         };
-        let held = levels.disturbance[row] >= AT_CAP * cap && gradient[at] < 0.0;
+        let held = levels.disturbance[row] >= (1.0 - ROUNDING) * cap && gradient[at] < 0.0;
         if held {
             logarithms[at] = unknown.bounds[at].1.ln();
         }

@@ -16,13 +16,13 @@ use super::solve::{damped_step, length};
 use super::vector::add;
 use crate::estimate::estimators::damping::{Damping, MAX_TRIES};
 use crate::estimate::estimators::prediction_error::state_layout::transition_size;
-use crate::estimate::statistics::{MIN_COST_SAVED, SHORT_STEP_SIGMAS};
+use crate::estimate::statistics::{
+    LARGE_SHARE, MAX_ITERATIONS, MAX_ROUNDS, MIN_COST_SAVED, SHORT_STEP_SIGMAS,
+};
 use crate::progress::{Listener, Phase, Stopped};
 
-/// Maximum number of runs of the filter.
-const MAX_FILTER_RUNS: usize = 30;
-
-/// First run whose step is taken. The start levels may be far off, so levels are searched before.
+/// First run whose step is taken. The start levels may be far off, so levels are searched before. A step in the first
+/// run moves an estimate by 1.6 standard errors (`benches/numbers/run.py`).
 const FIRST_STEP: usize = 2;
 
 /// Last run after which levels are searched. If the model lacks an effect, step and levels may
@@ -32,38 +32,29 @@ const LAST_LEVEL_SEARCH: usize = 18;
 /// The levels have settled if their search raises the log-likelihood by less than this value.
 const SETTLED_GAIN: f64 = 0.5;
 
-/// Number of successive searches with a disturbance at its upper bound after which the descent
-/// ends. In this case the model lacks an effect that no disturbance can replace.
-const MAX_SEARCHES_AT_BOUND: usize = 6;
-
 /// A descent is given up if its residual in the filtered torque exceeds that of least squares by
 /// this factor in several successive runs without falling, because held-out blocks will not be
 /// predicted better. The first runs may pass through such values while the levels are still far off.
 const MAX_RESIDUAL_RATIO: f64 = 1.3;
 
-/// Successive runs above the limit; one or two occur while levels are far off.
+/// Successive runs above the limit, or in which noise of the logged torque explains all information in some direction;
+/// one or two occur while levels are far off. With more, the search would go to zero inertia.
 const MAX_RUNS_ABOVE: usize = 3;
 
 /// Runs before it find the levels.
 const FIRST_COMPARED_RUN: usize = 5;
 
-/// A residual that falls by this factor in a run still approaches least squares.
-const FALLING: f64 = 0.9;
-
-/// A descent is given up if the expected information by noise of the logged torque exceeds the whole
-/// information in some direction in this number of successive runs. There the log does not tell
-/// inertias from noise, and the search would go to zero inertia.
-const MAX_RUNS_OF_NOISE: usize = 3;
-
 /// Maximum number of entries of the transitions about which levels are searched. They stay in
 /// memory.
 const MAX_TRANSITION_NUMBERS: usize = 9_000_000;
 
-/// While a search for levels gains more log-likelihood than this value, the levels are far off, and
-/// this fraction of each searched segment is enough.
+/// While a search for levels gains more log-likelihood than this value, the levels are far off, and this fraction of
+/// each searched segment is enough. Half of it moves an estimate by 0.02 standard errors, twice of it by nothing
+/// (`benches/numbers/run.py`).
 const FAR_GAIN: f64 = 100.0;
 
-/// Share of each segment that is enough while the levels are far off; the cost is proportional to it.
+/// Share of each segment that is enough while the levels are far off; the cost is proportional to it. Half or twice of
+/// it moves an estimate by 0.05 standard errors (`benches/numbers/run.py`).
 const FAR_SHARE: f64 = 0.4;
 
 /// Reason why a descent ended.
@@ -77,7 +68,7 @@ pub(super) enum Ending {
     GivenUp,
     /// The noise of the logged torque explained all information in some direction.
     OnlyNoise,
-    /// The filter ran [`MAX_FILTER_RUNS`] times.
+    /// The filter ran [`MAX_ITERATIONS`] times.
     OutOfRuns,
 }
 
@@ -145,8 +136,8 @@ pub(super) fn descend(
     let mut damping = Damping::first();
     let mut search = LevelSearch::default();
     let mut moved = vec![0.0; z.len()];
-    for runs in 1..=MAX_FILTER_RUNS {
-        progress.tell(phase, runs as u64, Some(MAX_FILTER_RUNS as u64))?;
+    for runs in 1..=MAX_ITERATIONS {
+        progress.tell(phase, runs as u64, Some(MAX_ITERATIONS as u64))?;
         let noise = NoiseSource::new(problem, (&z, &levels));
         let ran = run(
             measurements,
@@ -230,7 +221,8 @@ impl LevelSearch {
         self.ratio = guard.ratio(&problem.unknowns.theta(z));
         if self.ratio <= MAX_RESIDUAL_RATIO {
             self.above = 0;
-        } else if self.ratio > FALLING * before {
+        } else if self.ratio > (1.0 - LARGE_SHARE) * before {
+            // A residual that falls by more still approaches least squares.
             self.above += 1;
         }
     }
@@ -269,11 +261,12 @@ impl LevelSearch {
             Some(Ending::Converged)
         } else if self.above == MAX_RUNS_ABOVE {
             Some(Ending::GivenUp)
-        } else if self.noise == MAX_RUNS_OF_NOISE {
+        } else if self.noise == MAX_RUNS_ABOVE {
             Some(Ending::OnlyNoise)
-        } else if self.at_bound == MAX_SEARCHES_AT_BOUND {
+        } else if self.at_bound == MAX_ROUNDS {
+            // The model lacks an effect that no disturbance can replace.
             Some(Ending::AtBound)
-        } else if runs == MAX_FILTER_RUNS {
+        } else if runs == MAX_ITERATIONS {
             Some(Ending::OutOfRuns)
         } else {
             None

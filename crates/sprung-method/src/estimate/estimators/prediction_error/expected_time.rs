@@ -1,9 +1,11 @@
 //! Expected duration of a refinement.
 
+use std::sync::Arc;
+
 use super::dynamics::Dynamics;
 use super::filter::{Keep, run};
 use super::levels::Levels;
-use super::measurements::{Measurements, Segment};
+use super::measurements::{MAX_SEARCH_WORK, Measurements, Segment};
 use super::problem::Problem;
 use crate::stopwatch::Stopwatch;
 
@@ -14,10 +16,6 @@ const SAMPLES: usize = 200;
 /// twelve times, searches levels after each run, and ends with two runs with more unknowns.
 const RUNS: f64 = 24.0;
 
-/// Work below which the duration is not measured, because it is below a minute: samples times rows
-/// times rows.
-const SHORT_WORK: usize = 2_000_000;
-
 /// Returns the expected duration of a refinement, s; `None` if it is short.
 ///
 /// - `z`, `levels`: its start.
@@ -27,11 +25,11 @@ pub(super) fn expected_seconds(
 ) -> Option<f64> {
     let measurements = problem.measurements;
     let samples: usize = (measurements.segments.iter()).map(Segment::samples).sum();
-    if samples * problem.model.coordinates().pow(2) < SHORT_WORK {
+    if samples * problem.model.coordinates().pow(2) < MAX_SEARCH_WORK {
         return None;
     }
     let beginning = Measurements {
-        segments: vec![measurements.segments.first()?.beginning(SAMPLES)],
+        segments: Arc::new(vec![measurements.segments.first()?.beginning(SAMPLES)]),
         ..measurements.without_segments()
     };
     let dynamics = Dynamics::new(problem.model, &problem.unknowns.theta(z));

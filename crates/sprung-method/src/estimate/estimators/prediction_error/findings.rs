@@ -7,7 +7,7 @@ use super::unknowns::Effect;
 use crate::estimate::statistics::between_parts;
 use crate::estimate::statistics::kind_of_change;
 use crate::estimate::statistics::upper_tail;
-use crate::estimate::statistics::{CERTAIN_SIGMAS, FALSE_ALARM_PROBABILITY};
+use crate::estimate::statistics::{CERTAIN_SIGMAS, FALSE_ALARM_PROBABILITY, SMALL_SHARE};
 use crate::finding::{Finding, Severity};
 use crate::log::Channels;
 use crate::model::{Model, short};
@@ -29,10 +29,6 @@ const MIN_DELAY_SAMPLES: f64 = 0.1;
 /// A delay is a warning if it exceeds this fraction of a sample, too. Effects of half a sample may come
 /// from the order in which a controller reads and writes.
 const LONG_DELAY_SAMPLES: f64 = 0.5;
-
-/// Disturbances above this fraction of the motor's torque are reported. Above the larger fraction
-/// they are a warning.
-const REPORTED_DISTURBANCE_SHARE: f64 = 0.05;
 
 /// Share above which the disturbance is a warning.
 const LARGE_DISTURBANCE_SHARE: f64 = 0.15;
@@ -111,7 +107,7 @@ pub(super) fn about(reading: &Reading, period: f64, refined: &Refined) -> Vec<Fi
     findings.extend(together(model, refined));
     findings.extend(disagree(model, refined));
     let unexplained: Vec<String> = (refined.levels.iter().enumerate())
-        .filter(|(_, level)| level.disturbance > REPORTED_DISTURBANCE_SHARE * level.torque)
+        .filter(|(_, level)| level.disturbance > SMALL_SHARE * level.torque)
         .map(|(row, level)| {
             let part = in_percent(level.disturbance / level.torque);
             // The row's name ends in the unit.

@@ -6,6 +6,7 @@ use super::channel_updates::{ChannelUpdate, channel_updates};
 use super::descent::Descent;
 use super::dynamics::Dynamics;
 use super::filter::{Keep, StretchRun, Sums, run};
+use super::hold_out::PARTS;
 use super::levels::Levels;
 use super::noisy_torque::{NoiseBias, NoiseSource};
 use super::parts::{
@@ -19,10 +20,6 @@ use super::unknowns::{Effect, Unknowns};
 use super::vector::{add, dot};
 use crate::model::{Model, Theta};
 use crate::regression::Reading;
-
-/// Maximum number of points of the trace, a multiple of the number of blocks, and number of parts of
-/// the logs between two points.
-const MAX_TRACE_POINTS: usize = 64;
 
 /// Parts from which a point of the trace is averaged.
 const PARTS_OF_POINT: usize = 6;
@@ -148,7 +145,7 @@ pub(super) fn last_run(
 ) -> Option<(Sums, NoiseBias)> {
     let dynamics = Dynamics::new(problem.model, &unknowns.theta(z));
     let measurements = problem.measurements;
-    let part = (measurements.samples()).div_ceil(MAX_TRACE_POINTS * PARTS_OF_POINT);
+    let part = (measurements.samples()).div_ceil(PARTS * PARTS_OF_POINT);
     let keep = Keep {
         linearization: true,
         part: Some(part),

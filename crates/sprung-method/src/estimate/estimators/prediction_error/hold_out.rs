@@ -9,8 +9,8 @@ use crate::fit::{HoldOut, Missed, over_reference};
 use crate::model::{Model, Theta};
 use crate::regression::System;
 
-/// Number of parts of the regression that the blocks consist of.
-const PARTS: usize = 64;
+/// Parts of the logs that the blocks and the points of the trace consist of: a multiple of the number of blocks.
+pub(super) const PARTS: usize = 64;
 
 /// Residuals of two estimates in the filtered torque of blocks that they had not used: root mean
 /// squares over the torque rows, relative to the joints' torques.

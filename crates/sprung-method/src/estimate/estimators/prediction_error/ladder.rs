@@ -8,18 +8,13 @@ use super::hold_out::{Blocks, HeldOut};
 use super::refine::{End, Refinery};
 use super::refined::Refined;
 use super::rung::Rung;
+use crate::estimate::statistics::SMALL_SHARE;
 use crate::model::Model;
 use crate::progress::Listener;
 use crate::regression::{PassError, System};
 
-/// Maximum held-out residual of a rung that is used, relative to least squares.
-const MAX_ERROR_RATIO: f64 = 1.05;
-
 /// Held-out residuals whose ratio is below this value are equal; the earlier rung is used.
 const TIE: f64 = 1.02;
-
-/// A rung with at most this ratio to least squares ends the ladder.
-const PASSES_CLEARLY: f64 = 1.0;
 
 /// A rung that was tried.
 pub(super) struct Tried {
@@ -41,7 +36,7 @@ impl Tried {
         let refined = self.refined()?;
         let ratio = self.held_out.map_or(1.0, HeldOut::ratio);
         let sound = refined.converged() && !refined.at_bound();
-        (sound && ratio <= MAX_ERROR_RATIO).then_some(ratio)
+        (sound && ratio <= 1.0 + SMALL_SHARE).then_some(ratio)
     }
 }
 
@@ -87,7 +82,7 @@ pub(super) fn climb(
 /// squares.
 fn is_enough(tried: &[Tried]) -> bool {
     let ratio = tried.last().and_then(Tried::passed);
-    ratio.is_some_and(|ratio| ratio <= PASSES_CLEARLY)
+    ratio.is_some_and(|ratio| ratio <= 1.0)
 }
 
 /// Returns the index of the rung that is used: of the rungs whose held-out residual is at most

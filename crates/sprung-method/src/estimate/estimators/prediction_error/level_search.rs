@@ -7,46 +7,40 @@ use super::cap::{follow_cap, held_by_cap};
 use super::levels::{Level, Levels, UnknownLevels};
 use super::likelihood::{LevelLikelihood, Score};
 use super::solve::damped_step;
-
-/// Maximum number of scoring steps, and largest change of a logarithm in one step.
-const MAX_STEPS: usize = 6;
+use crate::estimate::statistics::{MAX_ROUNDS, NEGLIGIBLE_SHARE, ROUNDING};
 
 /// Largest change of a logarithm in a step: a factor of 4.5, beyond which the quadratic model of the likelihood fails.
+/// Half of it stops a search early and moves an estimate by 1.1 standard errors, twice of it by 0.04
+/// (`benches/numbers/run.py`).
 const MAX_LOG_CHANGE: f64 = 1.5;
 
 /// Limit of the factor that scales the information, and of its inverse.
 const MAX_CORRECTION: f64 = 30.0;
 
-/// The search ends if a step predicts a smaller gain of the log-likelihood, absolute or relative to
-/// the gain of the search so far. The estimate does not depend on such a gain, and the next run of
-/// the filter begins a new search.
+/// The search ends if a step predicts a smaller gain of the log-likelihood; the next run of the filter begins a new
+/// search. Twice of it moves an estimate by 0.04 standard errors, half of it by less than 0.01
+/// (`benches/numbers/run.py`).
 const MIN_PREDICTED_GAIN: f64 = 0.1;
 
-/// Gain relative to the gain of the search so far, below which the next run of the filter is worth more.
+/// Gain relative to the gain of the search so far, below which the next run of the filter is worth more. Twice of it
+/// moves an estimate by 0.04 standard errors, half of it by less than 0.01 (`benches/numbers/run.py`).
 const MIN_RELATIVE_GAIN: f64 = 0.02;
 
-/// Factor that shortens a step while it does not raise the likelihood, and fraction of the step
-/// below which the search ends.
+/// Factor that shortens a step while it does not raise the likelihood. Its inverse is the growth of the added
+/// information while the longest step is too long. Half or twice of it moves an estimate by 0.04 standard errors
+/// (`benches/numbers/run.py`).
 const SHORTENING: f64 = 0.25;
 
-/// Fraction of a step below which no shorter one is tried.
-const MIN_STEP_FRACTION: f64 = 0.01;
-
-/// Initial information that is added for every logarithm, and factor by which it grows while the
-/// longest step is too long.
+/// Initial information that is added for every logarithm: a prior whose standard deviation is a factor of 24.
 const START_ADDED_INFORMATION: f64 = 0.1;
 
-/// Growth of the added information, as the inverse of the shortening of a step.
-const ADDED_INFORMATION_GROWTH: f64 = 4.0;
-
-/// Change of a logarithm that counts as zero.
-const NO_CHANGE: f64 = 1e-9;
-
-/// Expected corner frequency of the disturbances, Hz, and its standard deviation as a factor. This
-/// prior is needed because a log with small disturbances does not determine the corner.
+/// Expected corner frequency of the disturbances, Hz, and its standard deviation as a factor. This prior is needed
+/// because a log with small disturbances does not determine the corner. Half of it moves an estimate by 0.06 standard
+/// errors, twice of it by 0.01 (`benches/numbers/run.py`).
 pub(super) const EXPECTED_CORNER_HZ: f64 = 1.5;
 
-/// Standard deviation of the corner frequency, as a factor.
+/// Standard deviation of the corner frequency, as a factor. Half of it moves an estimate by 0.3 standard errors, twice
+/// of it by 0.04 (`benches/numbers/run.py`).
 const CORNER_FACTOR: f64 = 3.0;
 
 /// Searches the levels with the greatest likelihood. Returns them and the increase of the
@@ -64,7 +58,7 @@ pub(super) fn search_levels(
         return (levels, 0.0);
     };
     let first = score.loss;
-    for _ in 0..MAX_STEPS {
+    for _ in 0..MAX_ROUNDS {
         let held = held_by_cap(unknown, &levels, &score.gradient, &mut logs);
         follow_cap(unknown, &held, &mut score);
         let Some((step, predicted)) = scoring_step(unknown, &logs, &score) else {
@@ -83,7 +77,7 @@ pub(super) fn search_levels(
                 break Some((there, found));
             }
             part *= SHORTENING;
-            if part < MIN_STEP_FRACTION {
+            if part < NEGLIGIBLE_SHARE {
                 break None;
             }
         };
@@ -153,7 +147,7 @@ fn scoring_step(unknown: &UnknownLevels, logs: &[f64], score: &Score) -> Option<
         let own: Vec<f64> = free.iter().map(|&i| gradient[i]).collect();
         let step = damped_step(&part, &own, 0.0)?;
         if step.iter().any(|step| step.abs() > MAX_LOG_CHANGE) {
-            added *= ADDED_INFORMATION_GROWTH;
+            added /= SHORTENING;
             continue;
         }
         let mut all = vec![0.0; count];
@@ -163,7 +157,7 @@ fn scoring_step(unknown: &UnknownLevels, logs: &[f64], score: &Score) -> Option<
             let inside = (logs[i] + step).clamp(low.ln(), high.ln());
             all[i] = inside - logs[i];
             let cut = (all[i] - step).abs();
-            if most_cut.is_none_or(|(_, most)| cut > most) && cut > NO_CHANGE {
+            if most_cut.is_none_or(|(_, most)| cut > most) && cut > ROUNDING {
                 most_cut = Some((i, cut));
             }
         }
@@ -171,7 +165,7 @@ fn scoring_step(unknown: &UnknownLevels, logs: &[f64], score: &Score) -> Option<
         match most_cut {
             // A level at its bound whose step points outward is fixed. A level whose step is cut is
             // fixed too if the whole step would lower the likelihood.
-            Some((i, _)) if all[i].abs() < NO_CHANGE || predicted <= 0.0 => fixed[i] = true,
+            Some((i, _)) if all[i].abs() < ROUNDING || predicted <= 0.0 => fixed[i] = true,
             _ => return Some((all, predicted)),
         }
     }

@@ -1,22 +1,22 @@
 //! Levels of noise and disturbances, and which of them are unknown.
 
 use super::measurements::{Measurement, Measurements};
+use crate::estimate::statistics::NEGLIGIBLE_SHARE;
 
-/// Bounds of the torque levels, relative to the torque's standard deviation. A larger disturbance
-/// is an effect that the model lacks. White noise may be larger, for example that of a current
-/// sensor.
+/// Bounds of the torque levels, relative to the torque's standard deviation. A larger disturbance is an effect that the
+/// model lacks. White noise may be larger, for example that of a current sensor. Twice of it moves an estimate of a
+/// short log of the demo by 2.6 standard errors, half of it by 0.3 (`benches/numbers/run.py`).
 const MIN_TORQUE_LEVEL: f64 = 1e-4;
 
 /// Largest noise of a torque, relative to its standard deviation.
 const MAX_TORQUE_NOISE: f64 = 0.5;
 
-/// The same where the noise contains errors of the model.
+/// The same where the noise contains errors of the model, and while friction reverses: a joint that friction holds at
+/// rest needs a noise of several times the torque.
 const MAX_WITH_MODEL_ERROR: f64 = 10.0;
 
 /// Largest disturbance, relative to the standard deviation of the torque; a larger one replaces the model.
 const MAX_DISTURBANCE: f64 = 0.25;
-/// A joint that friction holds at rest needs a noise of several times the torque.
-const MAX_REVERSAL_NOISE: f64 = 10.0;
 
 /// Bounds of a sensor's noise, relative to the standard deviation of its readings.
 const MIN_SENSOR_NOISE: f64 = 1e-8;
@@ -24,12 +24,9 @@ const MIN_SENSOR_NOISE: f64 = 1e-8;
 /// Largest noise of a sensor relative to the standard deviation of its reading.
 const MAX_SENSOR_NOISE: f64 = 0.3;
 
-/// Bounds of the corner frequency of the disturbances, Hz. A log with small disturbances does not
-/// determine the corner.
+/// Bounds of the corner frequency of the disturbances, Hz. A log with small disturbances does not determine the corner.
+/// Half or twice of both moves an estimate of a short log by 0.15 standard errors (`benches/numbers/run.py`).
 const CORNER_BOUNDS_HZ: (f64, f64) = (0.2, 10.0);
-
-/// A level above this fraction of its upper bound is at the bound.
-const AT_BOUND: f64 = 0.99;
 
 /// Levels of noise and disturbances. They determine Q and R of the filter.
 #[derive(Clone, Debug, PartialEq)]
@@ -169,7 +166,7 @@ impl UnknownLevels {
         };
         let bounds = all.iter().map(|level| match *level {
             Level::TorqueNoise(row) => of_torque(row, most_noise),
-            Level::ReversalNoise(row) => of_torque(row, MAX_REVERSAL_NOISE),
+            Level::ReversalNoise(row) => of_torque(row, MAX_WITH_MODEL_ERROR),
             Level::Disturbance(row) => of_torque(row, most_disturbance),
             Level::SensorNoise(sensor) => {
                 let scale = measurements.sensors[sensor].scale;
@@ -235,7 +232,8 @@ impl UnknownLevels {
 
     /// Returns whether the disturbance of a row is at its upper bound.
     pub(super) fn disturbance_at_bound(&self, levels: &Levels, row: usize) -> bool {
-        self.index(Level::Disturbance(row))
-            .is_some_and(|at| levels.disturbance[row] > AT_BOUND * self.bounds[at].1)
+        self.index(Level::Disturbance(row)).is_some_and(|at| {
+            levels.disturbance[row] > (1.0 - NEGLIGIBLE_SHARE) * self.bounds[at].1
+        })
     }
 }

@@ -6,7 +6,7 @@ use super::refined::Refined;
 use super::rung::Rung;
 use super::start_levels::TorqueNoise;
 use crate::description::{Delay, Estimator};
-use crate::estimate::statistics::SIGNIFICANT_SIGMAS;
+use crate::estimate::statistics::{MIN_DELAY_SAMPLES, SIGNIFICANT_SIGMAS};
 use crate::fit::fit;
 use crate::log::LogSource;
 use crate::prepare::{DelayByLikelihood, Excerpt, Likely, VelocityByLikelihood, fit_motor_rows};
@@ -23,9 +23,6 @@ const VELOCITY_STARTS: [f64; 2] = [1.0, 3.0];
 
 /// Two Stribeck velocities are equal if they differ by less than this fraction.
 const SAME_VELOCITY_SHARE: f64 = 0.02;
-
-/// Least standard error of a compared delay, in samples.
-const MIN_DELAY_ERROR_SAMPLES: f64 = 0.05;
 
 /// Estimates the requested delays and the Stribeck velocities that the description leaves open, by
 /// likelihood.
@@ -129,7 +126,7 @@ fn agree(one: &Refined, other: &Refined, period: f64) -> bool {
         .filter(|(d, _)| d.estimated);
     let same = estimated.into_iter().all(|(a, b)| {
         let difference = (a.assumed + a.correction - b.assumed - b.correction).abs();
-        difference < SIGNIFICANT_SIGMAS * a.standard_error.max(MIN_DELAY_ERROR_SAMPLES * period)
+        difference < SIGNIFICANT_SIGMAS * a.standard_error.max(MIN_DELAY_SAMPLES * period)
     });
     let velocities = one.velocities.iter().zip(&other.velocities);
     let same_velocities = velocities

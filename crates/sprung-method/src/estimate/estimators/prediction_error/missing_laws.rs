@@ -8,7 +8,7 @@
 //! Rao, Proc. Camb. Phil. Soc. 1948: the score test, also called the Lagrange multiplier test.
 
 use super::finish::last_run;
-use super::measurements::build;
+use super::measurements::with_laws;
 use super::problem::{Problem, add_prior};
 use super::refine::{End, Refinery};
 use super::rung::Rung;
@@ -62,9 +62,10 @@ impl Refinery<'_> {
     ) -> Result<Vec<MissingLaw>, PassError> {
         let own = self.reading.model();
         let reading = (self.reading.with_model(richer.clone())).with_delays(&end.delays);
-        let Some(measurements) = build(&reading, self.excerpt, &self.raw, self.left_out)? else {
+        let Some(measurements) = self.measurements(&end.delays)? else {
             return Ok(Vec::new());
         };
+        let measurements = with_laws(&measurements, richer, reading.channels());
         let place = |name: &str| richer.parameters().iter().position(|p| p.name == name);
         let mut theta = vec![0.0; richer.parameters().len()];
         for (parameter, value) in own.parameters().iter().zip(&end.refined.theta) {

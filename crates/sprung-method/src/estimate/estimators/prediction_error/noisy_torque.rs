@@ -26,11 +26,9 @@ use super::vector::{add, scale, widen};
 use crate::estimate::estimators::prediction_error::state_layout::state_count;
 
 /// Number of samples per sample whose gradient and information by noise in the period after the sample
-/// are computed, and whose gradient by noise before the sample. All vary slowly.
+/// are computed, and whose gradient by noise before the sample. All vary slowly; the information varies slower, so every
+/// second of these samples is enough for it.
 const GRADIENT_STRIDE: usize = 2;
-
-/// Samples between those whose information is computed; it changes slower than the gradient.
-const INFORMATION_STRIDE: usize = 4;
 
 /// Samples between those whose state is kept.
 const STATE_STRIDE: usize = 8;
@@ -168,6 +166,7 @@ impl<'a> NoiseSource<'a> {
         let mut changes: Vec<(usize, usize, usize, f64)> = Vec::new();
         let mut bias = NoiseBias::zero(values);
         let (segment, sensors) = (&measurements.segments[segment], &measurements.sensors);
+        dynamics.carry(segment.carried.as_deref());
         let noise = (logged_noise.as_slice(), STATE_STRIDE);
         let behind = noise_behind(sensors, segment, run, self.levels, noise);
         let decay = self.levels.decay(period).factor;
@@ -209,10 +208,11 @@ impl<'a> NoiseSource<'a> {
                         }
                     });
                 }
-                if sample.is_multiple_of(INFORMATION_STRIDE) {
+                if sample.is_multiple_of(2 * GRADIENT_STRIDE) {
                     bias.information.resize(values * values, 0.0);
                     for own in changes.chunk_by(|a, b| a.0 == b.0) {
-                        let variance = logged_noise[own[0].0].powi(2) * INFORMATION_STRIDE as f64;
+                        let variance =
+                            logged_noise[own[0].0].powi(2) * (2 * GRADIENT_STRIDE) as f64;
                         for &(_, row, place, torque) in own {
                             let about = &about.entries[row * rows..][..rows];
                             let entries = &mut bias.information[place * values..][..=place];
@@ -295,6 +295,8 @@ impl AboutTorques {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::*;
     use crate::estimate::estimators::prediction_error::filter::{Keep, run};
     use crate::estimate::estimators::prediction_error::levels::Disturbances;
@@ -319,7 +321,7 @@ mod tests {
             };
             (0..4).map(one).sum::<f64>() * 3_f64.sqrt()
         };
-        for segment in &mut case.measurements.segments {
+        for segment in Arc::make_mut(&mut case.measurements.segments) {
             for k in 0..segment.samples() {
                 for index in segment.first[k]..segment.first[k + 1] {
                     let measurement = &mut segment.measurements[index];

@@ -4,16 +4,8 @@ use super::descent::Descent;
 use super::filter::{NormalEquations, Sums};
 use super::problem::{Problem, add_prior};
 use super::solve::{covariance, damped_step};
+use crate::estimate::statistics::HELD_OUT_PARTS;
 use crate::estimate::statistics::between_parts;
-
-/// Number of blocks, and number of blocks of logs shorter than `SHORT_LOG_S`.
-const BLOCKS: usize = 8;
-
-/// Blocks of a short log, so that each contains a motion.
-const BLOCKS_OF_SHORT_LOG: usize = 4;
-
-/// Length below which a log is short, s: eight blocks of one second.
-const SHORT_LOG_S: f64 = 8.0;
 
 /// One of the consecutive blocks of all samples.
 pub(super) struct Block {
@@ -28,10 +20,11 @@ pub(super) struct Block {
 /// - `sums`: with the sums after growing parts.
 pub(super) fn blocks(problem: &Problem<'_>, sums: &Sums) -> Vec<Block> {
     let duration = problem.measurements.duration();
-    let count = if duration < SHORT_LOG_S {
-        BLOCKS_OF_SHORT_LOG
+    // Each block contains a motion, which takes a second or more.
+    let count = if duration < HELD_OUT_PARTS as f64 {
+        HELD_OUT_PARTS / 2
     } else {
-        BLOCKS
+        HELD_OUT_PARTS
     };
     let whole = (1.0, &sums.normal);
     let mut before = (0.0, NormalEquations::zero(sums.normal.count));

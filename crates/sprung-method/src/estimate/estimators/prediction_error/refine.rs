@@ -8,6 +8,8 @@
 //! Ljung, System Identification, chapters 7 and 10; Åström, Automatica 1980: "Maximum likelihood
 //! and prediction error methods".
 
+use std::sync::{Arc, Mutex, PoisonError};
+
 use super::channel_updates::ChannelUpdate;
 use super::descent::{Descent, descend};
 use super::expected_time::expected_seconds;
@@ -22,6 +24,7 @@ use super::rung::Rung;
 use super::start_levels::{Searches, TorqueNoise, levels_after, start_levels, with_sensor_noise};
 use super::unknowns::Unknowns;
 use crate::estimate::estimators::feasible::feasible;
+use crate::estimate::statistics::MAX_ROUNDS;
 use crate::log::LogSource;
 use crate::model::Theta;
 use crate::prepare::Excerpt;
@@ -32,19 +35,11 @@ use crate::regression::{PassError, Reading};
 /// uneven, or the joint is not where the model has it.
 const MAX_COST_OF_EXACT_ENCODERS: f64 = 2.0;
 
-/// Maximum number of rounds in which delays and prior levels are estimated; maximum remaining error
-/// of a delay, in standard errors; and maximum move of a delay in one round, in samples or standard
-/// errors. The effect of a delay is linear only for small moves.
-const MAX_DELAY_ROUNDS: usize = 6;
-
-/// Remaining error of a delay that does not change an estimate, in standard errors.
-const DELAY_TOLERANCE_SIGMAS: f64 = 0.1;
+/// Change that does not change an estimate: of a delay, in standard errors, and of the logarithm of a prior level.
+const SETTLED: f64 = 0.1;
 
 /// Largest move of a delay in a round, in samples or standard errors; its effect is linear only for small moves.
 const MAX_DELAY_MOVE: f64 = 10.0;
-
-/// The prior levels of residual laws have settled if their logarithms change by less than this.
-const SETTLED_LEVEL_CHANGE: f64 = 0.1;
 
 /// Start of a refinement.
 pub(super) struct Start<'a> {
@@ -66,8 +61,10 @@ pub(super) struct Refinery<'a> {
     theta: Theta,
     phase: Phase,
     guard: Option<Guard<'a>>,
-    pub(super) raw: Vec<RawSegment>,
-    pub(super) left_out: bool,
+    raw: Vec<RawSegment>,
+    left_out: bool,
+    /// The measurements that were used last, with the delays of their channels, s.
+    made: Mutex<Option<(Vec<f64>, Arc<Measurements>)>>,
 }
 
 /// End of the refinement on one rung.
@@ -113,7 +110,30 @@ impl<'a> Refinery<'a> {
             guard: None,
             raw,
             left_out,
+            made: Mutex::new(None),
         }))
+    }
+
+    /// Returns the measurements with some delays of the channels, s; `None` if there are too few samples. Those that were
+    /// used last are kept.
+    ///
+    /// # Errors
+    ///
+    /// [`PassError`] if the filter of positions does not fit a log.
+    pub(super) fn measurements(
+        &self,
+        delays: &[f64],
+    ) -> Result<Option<Arc<Measurements>>, PassError> {
+        let mut made = self.made.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, own)) = made.as_ref().filter(|(of, _)| of == delays) {
+            return Ok(Some(own.clone()));
+        }
+        // Two at a time would need twice the memory.
+        *made = None;
+        let reading = self.reading.with_delays(delays);
+        let own = build(&reading, self.excerpt, &self.raw, self.left_out)?.map(Arc::new);
+        *made = own.clone().map(|own| (delays.to_vec(), own));
+        Ok(own)
     }
 
     /// Adds a comparison with least squares, which ends hopeless descents.
@@ -145,24 +165,24 @@ impl<'a> Refinery<'a> {
         let mut last: Option<Descent> = None;
         let mut residual = before.map(|end| end.residual.clone());
         let noisy_rows = start.torque_noise.rows(model);
-        for round in 1..=MAX_DELAY_ROUNDS {
+        for round in 1..=MAX_ROUNDS {
             let reading = self.reading.with_delays(&delays);
-            let Some(measurements) = build(&reading, self.excerpt, &self.raw, self.left_out)?
-            else {
+            let Some(measurements) = self.measurements(&delays)? else {
                 return Ok(None);
             };
-            let mut unknowns = self.unknowns(&measurements);
+            let measurements = &*measurements;
+            let mut unknowns = self.unknowns(measurements);
             if let Some(levels) = residual.take() {
                 unknowns = unknowns.with_residual_levels(levels);
             }
             let (z, levels) = match last {
-                None => self.first(rung, before, &unknowns, &measurements),
+                None => self.first(rung, before, &unknowns, measurements),
                 Some(descent) => (descent.z, descent.levels),
             };
-            let searches = Searches::new(model, &measurements, start.torque_noise, rung, &levels);
+            let searches = Searches::new(model, measurements, start.torque_noise, rung, &levels);
             let problem = Problem {
                 model,
-                measurements: &measurements,
+                measurements,
                 unknowns: &unknowns,
                 levels: &searches.shown,
                 noisy_rows: &noisy_rows,
@@ -187,7 +207,7 @@ impl<'a> Refinery<'a> {
             let used = delays.clone();
             let moved = move_delays(&refined.delays, self.excerpt.period(), &mut delays);
             let (levels, settled) = residual_levels(&unknowns.residual, &refined);
-            if round == MAX_DELAY_ROUNDS || !moved && settled {
+            if round == MAX_ROUNDS || !moved && settled {
                 return Ok(Some(End {
                     refined,
                     z: descent.z,
@@ -257,7 +277,7 @@ fn residual_levels(before: &[ResidualLevel], refined: &Refined) -> (Vec<Residual
     let after = (before.iter())
         .map(|own| {
             let level = own.evidence(&values, &refined.covariance, values.len());
-            settled &= (level / own.level).ln().abs() < SETTLED_LEVEL_CHANGE;
+            settled &= (level / own.level).ln().abs() < SETTLED;
             ResidualLevel {
                 level,
                 ..own.clone()
@@ -273,9 +293,7 @@ fn residual_levels(before: &[ResidualLevel], refined: &Refined) -> (Vec<Residual
 /// - `period`: s; `delays`: delays of all channels, s.
 fn move_delays(updates: &[ChannelUpdate], period: f64, delays: &mut [f64]) -> bool {
     let estimated = || updates.iter().filter(|update| update.estimated);
-    let far = |update: &ChannelUpdate| {
-        update.correction.abs() > DELAY_TOLERANCE_SIGMAS * update.standard_error
-    };
+    let far = |update: &ChannelUpdate| update.correction.abs() > SETTLED * update.standard_error;
     for update in estimated() {
         let reach = MAX_DELAY_MOVE * period.max(update.standard_error);
         delays[update.channel] += update.correction.clamp(-reach, reach);

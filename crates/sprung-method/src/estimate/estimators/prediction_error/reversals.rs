@@ -6,12 +6,8 @@
 use sprung_core::friction::Conditions;
 use sprung_core::parameters::{JointParameter, Side};
 
+use crate::estimate::statistics::SATURATED_ARGUMENT;
 use crate::model::Model;
-
-/// Velocity below which friction reverses: times the sharpness β, and as a share of the joint's root
-/// mean square velocity; the larger one counts. A sharpness is often a guess, and on a real machine
-/// friction changes over a range of velocities that does not depend on this guess.
-const REVERSAL_VELOCITY: f64 = 2.0;
 
 /// The same as a share of the joint's root mean square velocity.
 const REVERSAL_SHARE: f64 = 0.1;
@@ -77,7 +73,7 @@ impl Reversals {
             };
             let reversal = Reversal {
                 coordinates,
-                inverse_velocity: (REVERSAL_VELOCITY / shape.sharpness)
+                inverse_velocity: (SATURATED_ARGUMENT / shape.sharpness)
                     .max(REVERSAL_SHARE * speeds[term.joint])
                     .recip(),
             };

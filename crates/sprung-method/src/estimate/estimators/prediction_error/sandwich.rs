@@ -10,13 +10,11 @@
 //! misspecified models".
 
 use super::vector::dot;
+use crate::estimate::statistics::HELD_OUT_PARTS;
 
 /// Lengths of the stretches, s. Friction repeats with the motion, so the longest stretch has the
 /// length of a motion.
 const STRETCHES_S: [f64; 4] = [0.25, 0.5, 1.0, 2.0];
-
-/// Maximum length of a stretch as a fraction of the log. Few stretches give a poor variance.
-const MAX_STRETCH_SHARE: f64 = 0.125;
 
 /// A number that is a linear function of the gradient about the optimum: an unknown, or the delay
 /// of a channel.
@@ -56,7 +54,8 @@ pub(super) fn widening(
         .collect();
     for stretch in STRETCHES_S {
         let length = (stretch / duration * parts as f64).round() as usize;
-        if length == 0 || length as f64 > MAX_STRETCH_SHARE * parts as f64 {
+        // Fewer stretches give a poor variance.
+        if length == 0 || length * HELD_OUT_PARTS > parts {
             continue;
         }
         let stretches = parts + 1 - length;

@@ -1,12 +1,9 @@
 //! Solution of small symmetric systems.
 
+use crate::estimate::statistics::RIDGE;
 use faer::linalg::solvers::{DenseSolveCore, Solve};
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Mat, Par, Side};
-
-/// Information added in every direction, relative to its scale, so that an undetermined direction
-/// has a solution.
-const RELATIVE_RIDGE: f64 = 1e-13;
 
 /// Returns the information scaled to unit diagonal, and the scale factors. An unknown without
 /// information keeps its scale.
@@ -25,7 +22,7 @@ fn scaled(information: &[f64], count: usize, damping: f64) -> (Mat<f64>, Vec<f64
         let (row, column) = (i.max(j), i.min(j));
         let entry = information[row * count + column] * scales[i] * scales[j];
         if i == j {
-            entry * (1.0 + damping) + RELATIVE_RIDGE
+            entry * (1.0 + damping) + RIDGE
         } else {
             entry
         }

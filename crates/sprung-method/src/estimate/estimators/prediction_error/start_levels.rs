@@ -7,28 +7,22 @@ use super::rung::Rung;
 use crate::log::Channels;
 use crate::model::Model;
 
-/// Start levels relative to the torque's standard deviation: noise and disturbance of motor
-/// torques, both of links, noise of both while friction reverses, and noise of a torque that is
-/// declared exact.
-const START_MOTOR_LEVEL: f64 = 0.01;
+/// Start level relative to the standard deviation of the torque: of noise and disturbance of motors, and of links while
+/// friction reverses. Half of it moves an estimate by 0.05 standard errors, twice of it by 0.02
+/// (`benches/numbers/run.py`).
+const START: f64 = 0.01;
 
-/// Start level of links: they have no torque of their own, so less disturbs them.
+/// Start level of motors while friction reverses, and largest start level of the torque's noise. Twice of it moves an
+/// estimate by 0.03 standard errors, half of it by less than 0.01 (`benches/numbers/run.py`).
+const LARGE_START: f64 = 0.1;
+
+/// Noise of a torque that is declared exact, which the likelihood needs above zero, and start level of a sensor's
+/// noise, relative to the standard deviation of its readings.
+const SMALL_START: f64 = 1e-3;
+
+/// Start level of links: they have no torque of their own, so less disturbs them. Half or twice of it moves an estimate
+/// by 0.03 standard errors (`benches/numbers/run.py`).
 const START_LINK_LEVEL: f64 = 0.003;
-
-/// Start level of motors while friction reverses.
-const START_MOTOR_REVERSAL: f64 = 0.1;
-
-/// Start level of links while friction reverses.
-const START_LINK_REVERSAL: f64 = 0.01;
-
-/// Noise of a torque that is declared exact; zero would make the likelihood infinite.
-const EXACT_TORQUE_NOISE: f64 = 1e-3;
-
-/// Maximum start level of the torque's noise, relative to the torque's standard deviation.
-const MAX_START_NOISE: f64 = 0.1;
-
-/// Start level of a sensor's noise, relative to the standard deviation of its readings.
-const START_SENSOR_NOISE: f64 = 1e-3;
 
 /// Accuracy of the logged torque.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,22 +72,22 @@ pub(super) fn start_levels(
             })
             .collect()
     };
-    let mut reversal_noise = scaled(START_MOTOR_REVERSAL, START_LINK_REVERSAL);
+    let mut reversal_noise = scaled(LARGE_START, START);
     for (noise, reverses) in reversal_noise.iter_mut().zip(measurements.reversals.rows()) {
         if !reverses {
             *noise = 0.0;
         }
     }
     let mut noise = match (torque_noise, rung) {
-        (TorqueNoise::Exact, Rung::Free) => scaled(EXACT_TORQUE_NOISE, START_LINK_LEVEL),
-        _ => scaled(START_MOTOR_LEVEL, START_LINK_LEVEL),
+        (TorqueNoise::Exact, Rung::Free) => scaled(SMALL_START, START_LINK_LEVEL),
+        _ => scaled(START, START_LINK_LEVEL),
     };
     // Too little noise at the start biases the inertia of a light rotor, and then the levels
     // attribute the error to disturbances.
     for row in torque_noise.rows(model) {
         let scale = measurements.torque_scale[row];
         let fast = measurements.fast_noise[row];
-        noise[row] = fast.clamp(EXACT_TORQUE_NOISE * scale, MAX_START_NOISE * scale);
+        noise[row] = fast.clamp(SMALL_START * scale, LARGE_START * scale);
     }
     let sensors = measurements.sensors.iter();
     Levels {
@@ -101,13 +95,13 @@ pub(super) fn start_levels(
         reversal_noise,
         disturbance: match rung {
             Rung::Flat => vec![0.0; model.coordinates()],
-            Rung::Free | Rung::Cap10 | Rung::Cap3 => scaled(START_MOTOR_LEVEL, START_LINK_LEVEL),
+            Rung::Free | Rung::Cap10 | Rung::Cap3 => scaled(START, START_LINK_LEVEL),
         },
         corner: EXPECTED_CORNER_HZ,
         sensor_noise: sensors
             .map(|sensor| match sensor.noise {
                 Noise::Counts(_) => 0.0,
-                Noise::White(_) => START_SENSOR_NOISE * sensor.scale,
+                Noise::White(_) => SMALL_START * sensor.scale,
             })
             .collect(),
     }
@@ -134,7 +128,7 @@ pub(super) fn levels_after(before: &Levels, usual: &Levels, rung: Rung) -> Level
 /// Returns levels in which every sensor has noise.
 pub(super) fn with_sensor_noise(mut levels: Levels, measurements: &Measurements) -> Levels {
     for (level, sensor) in levels.sensor_noise.iter_mut().zip(&measurements.sensors) {
-        *level = level.max(START_SENSOR_NOISE * sensor.scale);
+        *level = level.max(SMALL_START * sensor.scale);
     }
     levels
 }

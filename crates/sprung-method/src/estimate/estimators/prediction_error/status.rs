@@ -8,7 +8,7 @@ use crate::finding::{Finding, Severity};
 use crate::model::Model;
 use crate::numbers::in_percent;
 
-/// Maximum number of parameters named if a rung did not converge.
+/// Maximum number of parameters named if a rung did not converge. It changes words only.
 const MAX_NAMED_PARAMETERS: usize = 3;
 
 /// Outcome of a refinement. It determines whether the refinement is used.

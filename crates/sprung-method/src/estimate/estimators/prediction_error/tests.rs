@@ -89,6 +89,7 @@ impl Case {
                 period,
                 torque_rate: vec![0.0; torque.len()],
                 excess: Vec::new(),
+                carried: None,
                 torque,
                 measurements: taken,
                 first,
@@ -103,7 +104,7 @@ impl Case {
             channels,
             measurements: Measurements {
                 sensors,
-                segments,
+                segments: segments.into(),
                 torque_scale: vec![2.0, 0.2, 2.0, 0.2],
                 fast_noise: vec![0.0; 4],
                 reversals,

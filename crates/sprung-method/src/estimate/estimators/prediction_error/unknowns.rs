@@ -28,11 +28,8 @@ pub(super) struct Velocity {
 }
 
 /// Standard deviation of the prior of a Stribeck velocity, as a logarithm. It keeps the velocity of
-/// a joint without Stribeck friction near its start.
+/// a joint without Stribeck friction near its start, and the velocity never leaves twice this deviation.
 const LOG_VELOCITY_DEVIATION: f64 = 1.5;
-
-/// Limit of a change of a Stribeck velocity, as a logarithm.
-const MAX_LOG_VELOCITY_CHANGE: f64 = 3.0;
 
 /// A normal prior of an unknown.
 #[derive(Clone, Copy, Debug)]
@@ -266,7 +263,7 @@ impl Unknowns {
     /// Returns whether the Stribeck velocities are near their start.
     pub(super) fn has_near_velocities(&self, z: &[f64]) -> bool {
         (self.velocities.iter().zip(&z[self.first_velocity()..]))
-            .all(|(velocity, log)| (log - velocity.start).abs() <= MAX_LOG_VELOCITY_CHANGE)
+            .all(|(velocity, log)| (log - velocity.start).abs() <= 2.0 * LOG_VELOCITY_DEVIATION)
     }
 
     /// Returns the place of each Stribeck velocity, after `before` other columns, with its joint.

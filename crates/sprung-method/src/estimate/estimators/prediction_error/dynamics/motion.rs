@@ -97,6 +97,22 @@ impl Dynamics {
         }
     }
 
+    /// Adds a payload to the parameters until they are replaced.
+    ///
+    /// - `change`: of the parameters, \[p\]; `None` without a payload.
+    pub(in crate::estimate::estimators::prediction_error) fn carry(
+        &mut self,
+        change: Option<&[f64]>,
+    ) {
+        let Some(change) = change else {
+            return;
+        };
+        for (own, by) in self.theta.iter_mut().zip(change) {
+            *own += by;
+        }
+        self.bodies = self.model.bodies(&self.theta);
+    }
+
     /// Replaces the covariates of the joints minus their references, \[n × covariates\]; empty if no
     /// friction depends on any.
     pub(in crate::estimate::estimators::prediction_error) fn set_excess(&mut self, excess: &[f64]) {

@@ -81,19 +81,16 @@ impl Dynamics {
 /// stage in steps.
 const STAGES: [(f64, f64); 4] = [(1.0, 0.5), (2.0, 0.5), (2.0, 1.0), (1.0, 0.0)];
 
-/// Stage whose state is nearest to the motion in the middle of a step.
-const MIDDLE_STAGE: usize = 2;
-
 /// Returns the stage of a step at which the equations are linearised, if there is one.
 fn middle_stage(steps: Steps, step: usize) -> Option<usize> {
     if !steps.is_smooth {
-        return Some(MIDDLE_STAGE);
+        return Some(STAGES.len() / 2);
     }
     // The middle of an even number of steps is the beginning of a step.
     let stage = if steps.count.is_multiple_of(2) {
         0
     } else {
-        MIDDLE_STAGE
+        STAGES.len() / 2
     };
     (step == steps.count / 2).then_some(stage)
 }

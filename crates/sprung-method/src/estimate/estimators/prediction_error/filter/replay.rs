@@ -33,9 +33,11 @@ pub(in super::super) fn replay(
         .with_max_len(1)
         .map(|(segment, stretch)| {
             let start = start_state(dynamics.rows(), segment, unknowns, z);
+            let mut dynamics = dynamics.clone();
+            dynamics.carry(segment.carried.as_deref());
             let mut replay = Replay {
                 measurements,
-                dynamics: dynamics.clone(),
+                dynamics,
                 unknowns,
                 z,
                 x: start,

@@ -53,6 +53,7 @@ pub(in super::super) fn run<T: Send>(
         .with_max_len(1)
         .map(|(index, (segment, start))| {
             let mut dynamics = dynamics.clone();
+            dynamics.carry(segment.carried.as_deref());
             let filter = Filter::new(&mut dynamics, unknowns, z, levels, &measurements.reversals);
             let (sums, mut run) = run_segment(measurements, filter, segment, *start, keep)?;
             let own = each(index, &mut run);

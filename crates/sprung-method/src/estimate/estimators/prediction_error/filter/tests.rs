@@ -1,5 +1,7 @@
 //! The filter compared with a dense textbook filter, for a carriage on a spring.
 
+use std::sync::Arc;
+
 use super::run::{Keep, run};
 use super::state::Filter;
 use crate::description::{self, no_files};
@@ -226,19 +228,20 @@ impl Case {
         Self {
             measurements: Measurements {
                 sensors: sensors.collect(),
-                segments: vec![Segment {
+                segments: Arc::new(vec![Segment {
                     burn_in: 0,
                     log: 0,
                     period: PERIOD,
                     torque_rate: vec![0.0; torque.len()],
                     excess: Vec::new(),
+                    carried: None,
                     torque,
                     measurements: taken,
                     first,
                     start: vec![0.0, 1e-3, 0.1, 0.2],
                     start_deviation: vec![1e-3, 2e-3, 0.1, 0.2],
                     speeds: Vec::new(),
-                }],
+                }]),
                 torque_scale: vec![5.0, 5.0],
                 fast_noise: vec![0.0; 2],
                 reversals: Reversals::new(&model, &[0.0]),

@@ -1,8 +1,8 @@
 //! Alignment: raw samples become torques and measurements without their delays.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
-use super::covariates::covariates;
 use super::encoder_edges::{EdgePosition, encoder_edges};
 use super::measurement::Measurement;
 use super::read::RawSegment;
@@ -13,7 +13,7 @@ use super::stretches::stretches;
 use super::torque::torques;
 use crate::log::Channels;
 use crate::model::Model;
-use crate::preprocess::{Butterworth, ZeroPhase};
+use crate::preprocess::{Aligner, Butterworth, RawBlock, ZeroPhase};
 
 /// Samples of a segment for which all channels have values after their delays are removed.
 struct Window<'a> {
@@ -26,25 +26,7 @@ struct Window<'a> {
     samples: usize,
 }
 
-impl<'a> Window<'a> {
-    /// Returns `None` if there are too few samples.
-    fn new(length: usize, delays: &'a [f64], period: f64) -> Option<Self> {
-        let shifts = delays.iter().map(|delay| delay / period);
-        let latest = shifts
-            .clone()
-            .fold(0.0, |most, shift| f64::max(most, shift.max(0.0)));
-        let earliest = shifts.fold(0.0, |least, shift| f64::min(least, shift.min(0.0)));
-        let begin = (-earliest).ceil() as usize;
-        let left_out = begin + latest.ceil() as usize;
-        let samples = length.checked_sub(left_out + 1).filter(|left| *left > 2)?;
-        Some(Self {
-            delays,
-            period,
-            begin,
-            samples,
-        })
-    }
-
+impl Window<'_> {
     /// Returns the delay of a channel in samples.
     fn shift(&self, channel: usize) -> f64 {
         self.delays[channel] / self.period
@@ -92,7 +74,20 @@ pub(super) fn align(
     filter: &Butterworth,
 ) -> Option<Vec<Segment>> {
     let (period, rows) = (raw.period, model.coordinates());
-    let window = Window::new(raw.values.first()?.len(), delays, period)?;
+    let mut aligner = Aligner::at_samples(channels, delays, period);
+    let mut inputs = RawBlock::new(model.joint_count());
+    let times = (0..raw.values.first()?.len()).map(|k| raw.begin + k as f64 * period);
+    aligner.push_columns(times, &raw.values, &mut inputs);
+    let window = Window {
+        delays,
+        period,
+        begin: (aligner.shift() / period).round() as usize,
+        samples: inputs.len(),
+    };
+    // Two samples show no acceleration.
+    if window.samples <= 2 {
+        return None;
+    }
     let stretches = stretches(window.samples, period);
     // An encoder gives at most one position per sample.
     let mut found: Vec<(usize, Measurement)> = Vec::with_capacity(sensors.len() * window.samples);
@@ -121,17 +116,20 @@ pub(super) fn align(
         speeds.push((squares / velocity.len().max(1) as f64).sqrt());
     }
     found.sort_by_key(|(sample, measurement)| (*sample, measurement.sensor));
-    let torque = torques(raw, model, channels, delays, window.begin, window.samples);
-    let excess = covariates(raw, model, channels, delays, (window.begin, window.samples));
-    let per_sample = excess.len() / window.samples.max(1);
+    let torque = torques(model, &inputs);
+    let excess = covariates(channels, &inputs);
+    let per_sample = excess.len() / window.samples;
     let torque_rate = rates(&torque, rows, filter, period)?;
     let first = first_of_samples(&found, window.samples);
+    let change = raw.payload.as_ref().map(|own| model.change_by_payload(own));
+    let carried: Option<Arc<[f64]>> = change.flatten().map(Into::into);
     let each = stretches.iter().zip(begins).map(|(stretch, begins)| {
         let (start, start_deviation) = start_state(rows, sensors, &begins)?;
         let of_rows = stretch.from * rows..stretch.to * rows;
         let own = first[stretch.from]..first[stretch.to];
         Some(Segment {
             log: raw.log,
+            carried: carried.clone(),
             burn_in: stretch.burn_in,
             period,
             torque: torque[of_rows.clone()].to_vec(),
@@ -147,6 +145,17 @@ pub(super) fn align(
         })
     });
     each.collect()
+}
+
+/// Returns the covariates of the joints minus their references, \[samples × n × covariates\]; empty if
+/// no friction depends on any.
+fn covariates(channels: &Channels, inputs: &RawBlock) -> Vec<f64> {
+    if channels.covariates.is_empty() {
+        return Vec::new();
+    }
+    (0..inputs.len())
+        .flat_map(|k| inputs.excess_at(k))
+        .collect()
 }
 
 /// Visits the positions that a channel measures.

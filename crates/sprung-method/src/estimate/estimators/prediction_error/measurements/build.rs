@@ -1,19 +1,19 @@
 //! From logs to measurements.
 
+use std::sync::Arc;
+
 use super::align::align;
 use super::read::RawSegment;
 use super::segment::{Measurements, Segment};
 use super::sensor::{Noise, Sensor, sensors};
 use super::torque::{fast_noise, torque_scale};
 use crate::estimate::estimators::prediction_error::reversals::Reversals;
+use crate::estimate::statistics::ROUNDING;
 use crate::log::Channels;
 use crate::model::Model;
 use crate::prepare::{Excerpt, noise as noise_of};
 use crate::preprocess::Butterworth;
 use crate::regression::{PassError, Reading};
-
-/// Noise of positions that show no noise, standard deviation, rad (m).
-const MIN_POSITION_NOISE: f64 = 1e-9;
 
 /// Turns raw samples into the inputs of the filter; `None` if there are too few samples.
 ///
@@ -32,8 +32,8 @@ pub(in super::super) fn build(
     let (model, channels) = (reading.model(), reading.channels());
     let noise = |channel: usize| match noise_of(excerpt, channel) {
         Some((_, Some(step))) => Noise::Counts(step),
-        Some((deviation, None)) => Noise::White(deviation.max(MIN_POSITION_NOISE)),
-        None => Noise::White(MIN_POSITION_NOISE),
+        Some((deviation, None)) => Noise::White(deviation.max(ROUNDING)),
+        None => Noise::White(ROUNDING),
     };
     let sensors = sensors(model, channels, reading.compliances(), raw, noise);
     let order = reading.settings().position_filter_order;
@@ -53,9 +53,32 @@ pub(in super::super) fn build(
         torque_scale: torque_scale(model, &segments),
         fast_noise: fast_noise(model.coordinates(), &segments),
         sensors,
-        segments,
+        segments: Arc::new(segments),
         left_out,
     }))
+}
+
+/// Returns the same samples for a model that has more laws of friction.
+pub(in super::super) fn with_laws(
+    measurements: &Measurements,
+    model: &Model,
+    channels: &Channels,
+) -> Measurements {
+    let sensors = measurements.sensors.iter().map(|sensor| Sensor {
+        spring: (sensor.spring.as_ref()).map(|own| own.of_model(model)),
+        ..sensor.clone()
+    });
+    let speeds = joint_speeds(
+        model,
+        channels,
+        &measurements.sensors,
+        &measurements.segments,
+    );
+    Measurements {
+        sensors: sensors.collect(),
+        reversals: Reversals::new(model, &speeds),
+        ..measurements.clone()
+    }
 }
 
 /// Returns the root mean square velocity of each joint: the largest of its sensors, because a

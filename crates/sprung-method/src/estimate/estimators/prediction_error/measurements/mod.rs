@@ -7,7 +7,6 @@
 
 mod align;
 mod build;
-mod covariates;
 mod deviation;
 mod encoder_edges;
 mod measurement;
@@ -19,8 +18,8 @@ mod start_state;
 mod stretches;
 mod torque;
 
-pub(super) use build::build;
+pub(super) use build::{build, with_laws};
 pub(super) use measurement::Measurement;
-pub(super) use read::{Extent, RawSegment, max_samples, read, samples_in};
+pub(super) use read::{Extent, MAX_SEARCH_WORK, RawSegment, max_samples, read, samples_in};
 pub(super) use segment::{Measurements, Segment};
 pub(super) use sensor::{Noise, Sensor, observe};

@@ -4,6 +4,7 @@ use crate::estimate::estimators::prediction_error::state_layout::state_count;
 use std::mem::size_of;
 
 use super::measurement::Measurement;
+use crate::description::Payload;
 use crate::estimate::estimators::prediction_error::vector::Short;
 use crate::log::{Channels, LogBlock, LogError, LogSource, Quantity};
 use crate::model::Model;
@@ -15,6 +16,8 @@ pub(in super::super) struct RawSegment {
     pub(super) period: f64,
     /// Time of the first sample since the beginning of the log, s.
     pub(super) begin: f64,
+    /// What the robot carried.
+    pub(super) payload: Option<Payload>,
     pub(super) values: Vec<Vec<f64>>,
 }
 
@@ -27,8 +30,9 @@ pub(in super::super) enum Extent {
     Spread(usize),
 }
 
-/// Maximum work of the filter in a search that is repeated: samples times rows times rows.
-const MAX_SEARCH_WORK: usize = 2_400_000;
+/// Work of the filter that takes less than a minute, so that a search may be repeated and its duration need not be told:
+/// samples times rows times rows.
+pub(in crate::estimate::estimators::prediction_error) const MAX_SEARCH_WORK: usize = 2_400_000;
 
 /// Maximum memory of the linearizations about which levels are searched, and of the segments in
 /// work, bytes.
@@ -68,6 +72,7 @@ struct Piece {
     period: f64,
     /// Time of the first sample since the beginning of the log, s.
     begin: f64,
+    payload: Option<Payload>,
     /// Whether it continues the piece before.
     continues: bool,
     values: Vec<Vec<f64>>,
@@ -124,6 +129,7 @@ impl Kept {
             let (own, next) = rest.split_at_mut(count);
             rest = next;
             let samples = own.iter().map(length).sum();
+            let payload = own[0].payload.take();
             let channels = own[0].values.len();
             // One channel after the other, so that little is in memory twice.
             let values = (0..channels).map(|channel| {
@@ -137,6 +143,7 @@ impl Kept {
                 log,
                 period,
                 begin,
+                payload,
                 values: values.collect(),
             });
         }
@@ -182,6 +189,7 @@ fn read_log(
     kept: &mut Kept,
 ) -> Result<bool, LogError> {
     let count = channels.all.len();
+    let payload = source.payload().cloned();
     let mut log = source.open(channels)?;
     let mut block = LogBlock::new(count);
     let mut going = log.read(&mut block)?;
@@ -193,6 +201,7 @@ fn read_log(
         log: log_index,
         period,
         begin: time - origin,
+        payload: payload.clone(),
         continues,
         values: vec![Vec::new(); count],
     };
@@ -229,6 +238,7 @@ mod tests {
                 log: 0,
                 period: 1e-3,
                 begin: 0.0,
+                payload: None,
                 continues,
                 values: vec![vec![index as f64; 10]],
             });

@@ -1,5 +1,7 @@
 //! Measurements of positions, in the order in which the filter processes them.
 
+use std::sync::Arc;
+
 use super::measurement::Measurement;
 use super::sensor::Sensor;
 use crate::estimate::estimators::prediction_error::reversals::Reversals;
@@ -10,6 +12,8 @@ use crate::estimate::estimators::prediction_error::reversals::Reversals;
 pub(in super::super) struct Segment {
     /// Index of the log.
     pub(in super::super) log: usize,
+    /// Change of the parameters by the known payload of the log, \[p\].
+    pub(in super::super) carried: Option<Arc<[f64]>>,
     /// Number of samples at the beginning that only bring the filter to its state. The stretch before
     /// counts their measurements.
     pub(in super::super) burn_in: usize,
@@ -61,6 +65,7 @@ impl Segment {
         let rows = self.torque.len() / self.samples().max(1);
         Self {
             burn_in: 0,
+            carried: self.carried.clone(),
             torque: self.torque[..samples * rows].to_vec(),
             torque_rate: self.torque_rate[..samples * rows].to_vec(),
             excess: self.excess[..samples * self.width_of_excess()].to_vec(),
@@ -103,7 +108,7 @@ impl Segment {
 #[derive(Clone, Debug)]
 pub(in super::super) struct Measurements {
     pub(in super::super) sensors: Vec<Sensor>,
-    pub(in super::super) segments: Vec<Segment>,
+    pub(in super::super) segments: Arc<Vec<Segment>>,
     /// Standard deviation of the torque of each row's joint, N·m (N).
     pub(in super::super) torque_scale: Vec<f64>,
     /// Velocities at which the Coulomb friction of each row reverses.
@@ -120,7 +125,7 @@ impl Measurements {
     pub(in super::super) fn without_segments(&self) -> Self {
         Self {
             sensors: self.sensors.clone(),
-            segments: Vec::new(),
+            segments: Arc::default(),
             torque_scale: self.torque_scale.clone(),
             reversals: self.reversals.clone(),
             fast_noise: self.fast_noise.clone(),

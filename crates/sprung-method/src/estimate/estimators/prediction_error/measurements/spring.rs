@@ -54,6 +54,11 @@ impl SpringReading {
         }
     }
 
+    /// Returns the same reading with the terms of another model.
+    pub(super) fn of_model(&self, model: &Model) -> Self {
+        Self::new(model, self.link, self.stiffness)
+    }
+
     /// Returns coordinates and weights of the deflection.
     pub(super) fn coordinates(&self) -> Vec<(usize, f64)> {
         vec![(self.link, -1.0), (self.motor, 1.0)]

@@ -1,11 +1,10 @@
 //! Torques on the rows.
 
 use super::deviation::deviation;
-use super::read::RawSegment;
 use super::segment::Segment;
-use crate::log::{Channels, Mix, Quantity};
 use crate::model::Model;
 use crate::prepare::white_noise;
+use crate::preprocess::RawBlock;
 
 /// Minimum scale of a joint's torque, relative to the largest scale.
 const MIN_RELATIVE_TORQUE_SCALE: f64 = 1e-3;
@@ -45,39 +44,13 @@ pub(super) fn fast_noise(rows: usize, segments: &[Segment]) -> Vec<f64> {
 }
 
 /// Returns the torque on each row, held during a period, N·m (N), \[samples × rows\].
-///
-/// - `delays`: delay of each channel, s; `begin`: index of the first sample.
-pub(super) fn torques(
-    raw: &RawSegment,
-    model: &Model,
-    channels: &Channels,
-    delays: &[f64],
-    begin: usize,
-    samples: usize,
-) -> Vec<f64> {
-    let (n, rows) = (model.joint_count(), model.coordinates());
-    let mut torque = vec![0.0; samples * rows];
-    let mut joints = vec![0.0; n];
-    for k in 0..samples {
-        for (i, channel) in channels.all.iter().enumerate() {
-            if channel.quantity == Quantity::MotorTorque {
-                // With a delay of a fraction of a sample two logged torques act during a period.
-                // Their mean is weighted by their durations.
-                let lead = delays[i] / raw.period + begin as f64;
-                let whole = (lead + 1e-9).floor();
-                let part = (lead - whole).max(0.0);
-                let at = k + whole.max(0.0) as usize;
-                let values = &raw.values[i];
-                let last = values.len() - 1;
-                joints[channel.joint] =
-                    (1.0 - part) * values[at.min(last)] + part * values[(at + 1).min(last)];
-            }
-        }
-        if let Some(mix) = &channels.torque_mix {
-            joints = Mix::apply(&mix.forward, &joints);
-        }
-        for (joint, tau) in joints.iter().enumerate() {
-            torque[k * rows + model.torque_row(joint)] = *tau;
+pub(super) fn torques(model: &Model, inputs: &RawBlock) -> Vec<f64> {
+    let rows = model.coordinates();
+    let mut torque = vec![0.0; inputs.len() * rows];
+    for (joint, tau) in inputs.tau.iter().enumerate() {
+        let own = torque[model.torque_row(joint)..].iter_mut().step_by(rows);
+        for (on_row, tau) in own.zip(tau) {
+            *on_row = *tau;
         }
     }
     torque
