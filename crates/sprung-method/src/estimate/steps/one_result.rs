@@ -65,6 +65,9 @@ pub(super) fn result_of(
                 estimate.torque_rms_nm = finite(torque.rms);
                 estimate.torque_share = finite(torque.share);
                 estimate.torque_over_residual = finite(torque.over_residual);
+                estimate.unconstrained = (linear.unconstrained.as_ref())
+                    .filter(|_| matches!(found.criterion, Criterion::Equations))
+                    .map(|theta| theta[i]);
                 estimate.physical = bodies.theta.as_ref().map(|theta| theta[i]);
             }
             if estimate.standard_error.is_some() {
@@ -232,6 +235,7 @@ fn estimate(
         standard_error,
         error_parts: None,
         ci95: value.zip(half).map(|(v, h)| [v - h, v + h]),
+        unconstrained: None,
         physical: None,
         nominal: parameter.nominal,
         identifiable: value.is_some(),

@@ -21,8 +21,6 @@ pub(in crate::estimate) struct Linear {
     pub(in crate::estimate) fitted: Fitted,
     /// Parameters of the same equations without constraints, \[p\]; `None` if there are none in the settings.
     pub(in crate::estimate) unconstrained: Option<Theta>,
-    /// Reason why no robot that can exist was found.
-    pub(in crate::estimate) none_possible: Option<String>,
     /// Largest speed of each joint, rad/s (m/s), \[n\].
     pub(in crate::estimate) speeds: Vec<f64>,
     /// Other routes to the parameters.
@@ -71,7 +69,6 @@ impl Linear {
             held_out,
             fitted,
             unconstrained: None,
-            none_possible: None,
             speeds,
             routes,
             parts,
@@ -83,15 +80,11 @@ impl Linear {
         Some(linear)
     }
 
-    /// Replaces the parameters by those of the best robot that can exist.
+    /// Replaces the parameters by those of the best robot that can exist. Limits that contradict each other leave them;
+    /// a finding about the bodies of the result names the limits.
     fn constrain(&mut self, model: &Model, settings: &Physical, system: &System) {
-        let found = possible(model, settings, system, &self.fitted, &self.speeds);
-        match found {
-            Ok(theta) => {
-                let before = std::mem::replace(&mut self.fitted.theta, theta);
-                self.unconstrained = Some(before);
-            }
-            Err(why) => self.none_possible = Some(why),
+        if let Some(theta) = possible(model, settings, system, &self.fitted, &self.speeds) {
+            self.unconstrained = Some(std::mem::replace(&mut self.fitted.theta, theta));
         }
     }
 }
