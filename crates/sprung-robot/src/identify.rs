@@ -50,6 +50,9 @@ pub struct Identify {
     /// Whether to find springs of rigid joints from the vibrations that their motors see. All joints must
     /// be rigid, without coupled transmission.
     pub springs_from_motor: bool,
+    /// Robots among which least squares searches: with `"none"` (the default) all, as in the paper; with `"possible"`
+    /// those that can exist, with possible bodies, positive stiffnesses and friction that takes energy.
+    pub constraints: Constraints,
     /// How sprung finds inertial parameters of single links that bodies can have.
     pub physical: Physical,
     /// Forgetting rate δ of LSFF, 1/s.
@@ -76,6 +79,7 @@ impl Default for Identify {
             laws: Laws::Declared,
             refinement_memory_mib: 256,
             springs_from_motor: false,
+            constraints: Constraints::None,
             physical: Physical::default(),
             lsff_forgetting_per_s: 1.0,
             lsff_initial_gain: 10.0,
@@ -265,6 +269,37 @@ impl TryFrom<String> for DiscretizationName {
     fn try_from(word: String) -> Result<Self, String> {
         let index = choose("discretization", &word, &["matched", "paper"])?;
         Ok([Self::Matched, Self::Paper][index])
+    }
+}
+
+/// Robots among which least squares searches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(try_from = "String")]
+#[schemars(extend("enum" = ["possible", "none"]))]
+pub enum Constraints {
+    /// Robots that can exist.
+    Possible,
+    /// All robots, as in the paper.
+    None,
+}
+
+impl Constraints {
+    /// Returns the name in files and tables.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Possible => "possible",
+            Self::None => "none",
+        }
+    }
+}
+
+impl TryFrom<String> for Constraints {
+    type Error = String;
+
+    fn try_from(word: String) -> Result<Self, String> {
+        let index = choose("constraints", &word, &["possible", "none"])?;
+        Ok([Self::Possible, Self::None][index])
     }
 }
 

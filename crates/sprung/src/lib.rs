@@ -84,8 +84,8 @@ pub mod demo {
 pub mod description {
     #[doc(inline)]
     pub use sprung_robot::{
-        Column, ColumnName, Columns, Controller, ControllerKind, CsvForm, Cutoff, Delay,
-        DescriptionError, DhJoint, DiscretizationName, Distance, EncoderOffset, Estimator,
+        Column, ColumnName, Columns, Constraints, Controller, ControllerKind, CsvForm, Cutoff,
+        Delay, DescriptionError, DhJoint, DiscretizationName, Distance, EncoderOffset, Estimator,
         Experiment, FILL_IN, Factor, Feedforward, FilePart, FrictionCovariates, FrictionLaw,
         Identify, InitialMomentum, Joint, Kinematics, Language, Laws, Log, MissingValues, Nominal,
         NotSupported, OnCheckError, OwnCall, Payload, PerJoint, Physical, Prior, Reference, Robot,

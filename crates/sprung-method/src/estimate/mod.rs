@@ -10,6 +10,7 @@ mod laws;
 mod many_logs;
 mod payload;
 mod physical;
+mod possible;
 mod result;
 mod statistics;
 mod steps;

@@ -5,8 +5,12 @@ use faer::Mat;
 use super::free::Free;
 use super::jackknife::{influences, scatter};
 use super::motor_row::{MotorRow, Reduced, motor_row};
+use super::residual::residual;
 use crate::model::{Model, Theta};
 use crate::regression::{System, Triangle, solve, solve_quickly};
+
+/// Least residual of a row relative to the largest one; a log without noise has none.
+const LEAST_RESIDUAL: f64 = 1e-9;
 
 /// Limits of the number of jackknife groups; each group is a stretch of the log.
 const MAX_GROUPS: usize = 32;
@@ -46,11 +50,19 @@ pub struct Fitted {
     pub interval: f64,
     /// Solutions of the motor rows alone, one per flexible joint.
     pub motor_rows: Vec<MotorRow>,
-    /// Factors of each row without the known parameters, stretch by stretch.
+    /// Weight of each row.
+    pub(super) weights: Vec<f64>,
+    /// Weighted factors of each row without the known parameters, stretch by stretch.
     pub(super) groups: Vec<Vec<Triangle>>,
 }
 
 impl Fitted {
+    /// Returns the weight of each row, \[rows\].
+    #[must_use]
+    pub(crate) fn weights(&self) -> &[f64] {
+        &self.weights
+    }
+
     /// Adds errors that all stretches of a log share to the standard errors.
     ///
     /// - `between_parts`, `bias`: standard deviations, \[p\]; zero for known parameters.
@@ -82,12 +94,23 @@ impl Fitted {
 /// Eq. (28).
 #[must_use]
 pub fn fit(model: &Model, system: &System, memory: f64) -> Option<Fitted> {
+    fit_weighted(model, system, memory, vec![1.0; model.rows()])
+}
+
+/// Solves the system as [`fit`], with rows multiplied by weights, \[rows\].
+#[must_use]
+pub(crate) fn fit_weighted(
+    model: &Model,
+    system: &System,
+    memory: f64,
+    weights: Vec<f64>,
+) -> Option<Fitted> {
     let free = Free::new(model);
-    let whole = free.factors(system.whole()?);
+    let whole = weighted(free.factors(system.whole()?), &weights);
     let count = (system.duration() / memory) as usize;
     let groups: Vec<Vec<Triangle>> = (system.groups(count.clamp(MIN_GROUPS, MAX_GROUPS)))
         .into_iter()
-        .map(|group| free.factors(group))
+        .map(|group| weighted(free.factors(group), &weights))
         .collect();
     let solution = solve(&free.parts(&whole), free.unknowns.len())?;
     let stacked = influences(&solution, &free.columns, &groups);
@@ -117,8 +140,43 @@ pub fn fit(model: &Model, system: &System, memory: f64) -> Option<Fitted> {
         condition_number_scaled: solution.condition_number_scaled,
         interval: student_95(groups.len().saturating_sub(1)),
         motor_rows,
+        weights,
         groups,
     })
+}
+
+/// Returns the factors of rows that are multiplied by weights.
+pub(super) fn weighted(factors: Vec<Triangle>, weights: &[f64]) -> Vec<Triangle> {
+    (factors.into_iter().zip(weights))
+        .map(|(factor, weight)| factor.scaled(*weight))
+        .collect()
+}
+
+/// Returns the weight of each row for which residuals of all joints count the same, \[rows\]: the reciprocal
+/// of the residual of the joint's torque row. Link rows without a right-hand side have the weight of their motor,
+/// because a row with a right-hand side of zero and a weight of its own would shrink the parameters.
+///
+/// - `theta`: an estimate, \[p\].
+#[must_use]
+pub(crate) fn row_weights(model: &Model, system: &System, theta: &[f64]) -> Vec<f64> {
+    let residuals = residual(model, system, theta);
+    let largest = residuals.iter().map(|row| row.0).fold(0.0, f64::max);
+    let n = model.joint_count();
+    (residuals.iter().enumerate())
+        .map(|(row, (own, right))| {
+            let has_scale = *right > 0.0 || row >= n;
+            let own = if has_scale {
+                *own
+            } else {
+                residuals[model.torque_row(row)].0
+            };
+            if largest > 0.0 {
+                own.max(LEAST_RESIDUAL * largest).recip()
+            } else {
+                1.0
+            }
+        })
+        .collect()
 }
 
 /// Returns the moves of all parameters from the influences of the groups on the unknowns.

@@ -16,7 +16,7 @@ mod residual;
 
 pub use growing::trace;
 pub use least_squares::fit;
-pub(crate) use least_squares::{Fitted, fit_quickly, student_95};
+pub(crate) use least_squares::{Fitted, fit_quickly, fit_weighted, row_weights, student_95};
 pub(crate) use motor_row::MotorRow;
 pub use residual::{residual, torques};
 

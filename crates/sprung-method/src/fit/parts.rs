@@ -2,7 +2,7 @@
 
 use super::free::Free;
 use super::jackknife::{influences, scatter};
-use super::least_squares::Fitted;
+use super::least_squares::{Fitted, weighted};
 use crate::model::Model;
 use crate::regression::{System, Triangle, solve};
 
@@ -84,11 +84,16 @@ pub(crate) fn fits_of_quarters(model: &Model, fitted: &Fitted) -> Vec<PartFit> {
     Vec::new()
 }
 
-/// Returns the estimate from one log; `None` if it has too few stretches.
-pub(crate) fn fit_of_log(model: &Model, system: &System, log: usize) -> Option<PartFit> {
+/// Returns the estimate from one log with the weights of a fit; `None` if it has too few stretches.
+pub(crate) fn fit_of_log(
+    model: &Model,
+    system: &System,
+    log: usize,
+    fitted: &Fitted,
+) -> Option<PartFit> {
     let free = Free::new(model);
     let stretches: Vec<Vec<Triangle>> = (system.groups_of_log(log, STRETCHES_OF_PART).into_iter())
-        .map(|factors| free.factors(factors))
+        .map(|factors| weighted(free.factors(factors), &fitted.weights))
         .collect();
     (stretches.len() >= MIN_STRETCHES)
         .then(|| PartFit::new(model, &free, &stretches))

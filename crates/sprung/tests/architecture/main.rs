@@ -42,11 +42,12 @@ const ORDER: [&str; 24] = [
 const LEAVES: [&str; 1] = ["demo"];
 
 /// Folders and files of `estimate` in order. Each uses only those before it.
-const ESTIMATE: [&str; 12] = [
+const ESTIMATE: [&str; 13] = [
     "errors",
     "result",
     "statistics",
     "laws",
+    "possible",
     "estimators",
     "physical",
     "payload",

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use sprung::description::{
-    self, Cutoff, EncoderOffset, Estimator, Experiment, Payload, Simulate, no_files,
+    self, Constraints, Cutoff, EncoderOffset, Estimator, Experiment, Payload, Simulate, no_files,
 };
-use sprung::estimate::{Decided, EstimateResult, Identified, identify};
+use sprung::estimate::{Decided, EstimateResult, Identified, ParameterEstimate, identify};
 use sprung::log::{Channels, Input, LogSource};
 use sprung::model::{Model, Theta};
 use sprung::progress::Unheard;
@@ -388,6 +388,51 @@ fn possible_bodies_are_no_farther_from_the_truth() {
     }
     println!("{sums:?}");
     assert!(sums[1] <= sums[0], "{sums:?}");
+}
+
+#[test]
+fn constrained_least_squares_gives_a_robot_that_can_exist() {
+    let arm = Arm::new(|experiment| {
+        experiment.robot.nominal.clear();
+        experiment.identify.constraints = Constraints::Possible;
+    });
+    let log = arm.log(|settings| {
+        settings.duration_s = 6.0;
+        settings.torque_noise_nm = vec![2.0; 7];
+    });
+    let found = arm.identify(&log);
+    let result = &found.identification.results[0];
+    let of = |value: &dyn Fn(&ParameterEstimate) -> Option<f64>| -> Vec<f64> {
+        result
+            .parameters
+            .iter()
+            .map(|p| value(p).unwrap())
+            .collect()
+    };
+    let (value, before) = (of(&|p| p.value), of(&|p| p.unconstrained));
+    let errors: Vec<f64> = (result.parameters.iter())
+        .map(|p| p.standard_error.unwrap_or(f64::INFINITY))
+        .collect();
+    let far = |theta: &[f64]| arm.model.distance_from_bodies(theta, &errors).unwrap();
+    let distances = [far(&before), far(&value)];
+    println!("standard errors from possible bodies: {distances:?}");
+    // The search for the distance ends at half a standard error.
+    assert!(distances[0] > 3.0 && distances[1] < 0.5, "{distances:?}");
+    arm.model.check_inertias(&value).unwrap();
+    for (value, parameter) in value.iter().zip(arm.model.parameters()) {
+        let is_friction = parameter.is_friction();
+        assert!(!is_friction || *value >= 0.0, "{}", parameter.name);
+    }
+    let error = |theta: &[f64]| -> f64 {
+        let of_links = (theta.iter().zip(&arm.truth).zip(arm.model.parameters()))
+            .filter(|(_, parameter)| parameter.joint.is_none());
+        of_links
+            .map(|((own, truth), _)| (own - truth).powi(2))
+            .sum()
+    };
+    let ratio = (error(&value) / error(&before)).sqrt();
+    println!("error of the links over that without constraints: {ratio:.3}");
+    assert!(ratio < 1.0, "{ratio}");
 }
 
 #[test]

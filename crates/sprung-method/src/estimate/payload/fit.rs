@@ -6,7 +6,8 @@ use sprung_core::spatial::{BODY, BODY_NAMES, BODY_UNITS};
 
 use super::findings::{about_joints, about_payload};
 use crate::estimate::estimators::Numbers;
-use crate::estimate::physical::{information, inverse, of_equations, widened};
+use crate::estimate::physical::{information, of_equations, widened};
+use crate::estimate::possible::inverse;
 use crate::estimate::result::{PayloadParameter, PayloadResult};
 use crate::estimate::statistics::{NORMAL_95, RIDGE, ROUNDING};
 use crate::finding::Finding;

@@ -1,12 +1,12 @@
 //! Information about theta: the metric in which possible bodies are near to an estimate.
 
 use faer::Mat;
-use faer::linalg::solvers::DenseSolveCore;
 
 use crate::estimate::estimators::{Covariance, Numbers};
+use crate::estimate::possible::{Normal, inverse, median, ratios};
 use crate::estimate::result::CovarianceOfErrors;
 use crate::estimate::statistics::ROUNDING;
-use crate::fit::{Free, residual};
+use crate::fit::residual;
 use crate::model::Model;
 use crate::regression::System;
 
@@ -41,19 +41,8 @@ pub(in crate::estimate) fn information(
         Some(own) => of_covariance(own, p)?,
         None => of_equations(model, &numbers.theta, system)?,
     };
-    let known = known(model, numbers, errors);
-    let part = Mat::from_fn(known.len(), known.len(), |i, j| {
-        information[(known[i], known[j])]
-    });
-    let covariance = inverse(&part)?;
-    let ratio = |(at, &i): (usize, &usize)| {
-        let ratio = errors[i].powi(2) / covariance[(at, at)];
-        (ratio > 0.0 && ratio.is_finite()).then_some((i, ratio))
-    };
-    let ratios: Vec<(usize, f64)> = known.iter().enumerate().filter_map(ratio).collect();
-    let mut sorted: Vec<f64> = ratios.iter().map(|(_, ratio)| *ratio).collect();
-    sorted.sort_by(f64::total_cmp);
-    let inflation = *sorted.get(sorted.len() / 2)?;
+    let ratios = ratios(&information, &known(model, numbers, errors), errors)?;
+    let inflation = median(&ratios)?;
     let mut factors = vec![inflation.sqrt(); p];
     for (i, ratio) in ratios {
         factors[i] = ratio.sqrt();
@@ -134,34 +123,10 @@ pub(in crate::estimate) fn of_equations(
     theta: &[f64],
     system: &System,
 ) -> Option<Mat<f64>> {
-    let p = theta.len();
-    let free = Free::new(model);
     let residuals = residual(model, system, theta);
     let largest = residuals.iter().map(|row| row.1).fold(0.0, f64::max);
-    let mut information = Mat::zeros(p, p);
-    let factors = free.factors(system.whole()?);
-    for ((columns, factor), (residual, _)) in free.columns.iter().zip(&factors).zip(&residuals) {
-        let by = residual.max(ROUNDING * largest).powi(-2);
-        for (i, &row) in columns.iter().enumerate() {
-            for (j, &column) in columns.iter().enumerate() {
-                let product: f64 = (0..=i.min(j))
-                    .map(|k| factor.entry(k, i) * factor.entry(k, j))
-                    .sum();
-                information[(free.unknowns[row], free.unknowns[column])] += by * product;
-            }
-        }
-    }
-    Some(information)
-}
-
-/// Returns the inverse of a symmetric positive definite matrix, with unknowns scaled to one size; `None`
-/// if it has none.
-pub(in crate::estimate) fn inverse(matrix: &Mat<f64>) -> Option<Mat<f64>> {
-    let n = matrix.nrows();
-    let scale: Vec<f64> = (0..n).map(|i| matrix[(i, i)].sqrt().recip()).collect();
-    let scaled = Mat::from_fn(n, n, |i, j| matrix[(i, j)] * scale[i] * scale[j]);
-    let inverse = scaled.llt(faer::Side::Lower).ok()?.inverse();
-    Some(Mat::from_fn(n, n, |i, j| {
-        inverse[(i, j)] * scale[i] * scale[j]
-    }))
+    let weights: Vec<f64> = (residuals.iter())
+        .map(|(residual, _)| residual.max(ROUNDING * largest).recip())
+        .collect();
+    Some(Normal::new(model, system, &weights)?.information)
 }

@@ -15,8 +15,7 @@
 
 mod bodies;
 mod information;
-mod prior;
 mod problem;
 
-pub(super) use information::{covariance, information, inverse, of_equations, widened};
+pub(super) use information::{covariance, information, of_equations, widened};
 pub(super) use problem::physical;

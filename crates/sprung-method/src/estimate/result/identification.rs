@@ -289,6 +289,9 @@ pub struct ParameterEstimate {
     pub error_parts: Option<ErrorParts>,
     /// 95 % confidence interval.
     pub ci95: Option<[f64; 2]>,
+    /// Estimate without constraints, as diagnosis; absent with `constraints = "none"`. Least squares only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unconstrained: Option<f64>,
     /// Value with possible bodies and possible drives, which simulators and controllers can use.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub physical: Option<f64>,

@@ -9,6 +9,7 @@ use crate::estimate::estimators::{Criterion, Numbers};
 use crate::estimate::judge::promise;
 use crate::estimate::laws::dependence;
 use crate::estimate::physical::{covariance, information, physical};
+use crate::estimate::possible::BESIDE_LOG;
 use crate::estimate::result::{
     CrossCheckResult, Decision, EncoderOffsetResult, EstimateResult, MotorRowResult,
     ParameterEstimate, Verdict,
@@ -27,8 +28,19 @@ pub(super) fn result_of(
     system: &System,
 ) -> EstimateResult {
     let fitted = &linear.fitted;
+    // Bodies beside a constrained estimate are its own.
+    let weight = match linear.unconstrained {
+        Some(_) => BESIDE_LOG,
+        None => 1.0,
+    };
     let information = information(model, found, &found.errors, system);
-    let bodies = physical(model, settings, found, (information.as_ref(), system));
+    let bodies = physical(
+        model,
+        (settings, weight),
+        found,
+        (information.as_ref(), system),
+        &linear.speeds,
+    );
     let Numbers {
         theta,
         errors,
@@ -53,6 +65,9 @@ pub(super) fn result_of(
                 estimate.torque_rms_nm = finite(torque.rms);
                 estimate.torque_share = finite(torque.share);
                 estimate.torque_over_residual = finite(torque.over_residual);
+                estimate.unconstrained = (linear.unconstrained.as_ref())
+                    .filter(|_| matches!(found.criterion, Criterion::Equations))
+                    .map(|theta| theta[i]);
                 estimate.physical = bodies.theta.as_ref().map(|theta| theta[i]);
             }
             if estimate.standard_error.is_some() {
@@ -220,6 +235,7 @@ fn estimate(
         standard_error,
         error_parts: None,
         ci95: value.zip(half).map(|(v, h)| [v - h, v + h]),
+        unconstrained: None,
         physical: None,
         nominal: parameter.nominal,
         identifiable: value.is_some(),

@@ -5,6 +5,7 @@ mod estimate;
 mod held_out_ratio;
 mod linear;
 mod parts;
+mod possible;
 mod sweep;
 mod uncertainty;
 

@@ -38,7 +38,7 @@ impl Parts {
         Self {
             are_logs: true,
             parts: (spans.iter().enumerate())
-                .filter_map(|(log, span)| Some((*span, fit_of_log(model, system, log)?)))
+                .filter_map(|(log, span)| Some((*span, fit_of_log(model, system, log, fitted)?)))
                 .collect(),
         }
     }

@@ -1,0 +1,20 @@
+//! Robots that can exist: possible bodies, springs and friction, as a convex set.
+//!
+//! The estimate minimises the squared residuals of the equations over this set. It has one unknown per inertial
+//! parameter of a link, so a full set of parameters comes out. The log decides the base parameters; the nominal values,
+//! or compact bodies of ordinary density, decide the rest.
+//!
+//! # Source
+//!
+//! Sousa and Cortesão, "Physical feasibility of robot base inertial parameter identification: a linear
+//! matrix inequality approach", International Journal of Robotics Research, 2014. Lee, Wensing and Park,
+//! "Geometric robot dynamic identification: a convex programming approach", IEEE Transactions on
+//! Robotics, 2020, for the entropic distance.
+
+mod information;
+mod prior;
+mod robots;
+
+pub(in crate::estimate) use information::{Normal, inverse, median, ratios};
+pub(in crate::estimate) use prior::BESIDE_LOG;
+pub(in crate::estimate) use robots::{Possible, Robots};

@@ -1,0 +1,367 @@
+//! The robots that can exist, as a convex set.
+
+use faer::Mat;
+use sprung_core::friction::{Conditions, Law};
+use sprung_core::parameters::{JointParameter, Side};
+use sprung_core::spatial::BODY;
+
+use super::prior::{BodyPrior, add_prior, impossible, priors};
+use crate::description::Physical;
+use crate::estimate::statistics::ROUNDING;
+use crate::model::{
+    Block, Model, NoSolution, Parameter, Program, Region, Theta, TreeLinks, second_moments,
+};
+
+/// Velocities at which a sum of friction laws must take energy, over the largest of the log.
+const VELOCITIES: [f64; 7] = [0.01, 0.03, 0.1, 0.2, 0.4, 0.7, 1.0];
+
+/// Robots that can exist: bodies inside their regions, positive rotor inertias, stiffnesses and dampings,
+/// friction that takes energy. The unknowns are the inertial parameters of all links and rotors that are not
+/// given, then the other parameters of theta.
+pub(in crate::estimate) struct Robots<'a> {
+    pub(in crate::estimate) model: &'a Model,
+    /// Standard index of each of the first unknowns; the others are parameters of theta.
+    pub(in crate::estimate) standard: Vec<usize>,
+    /// Prior of each link, then of each rotor; empty for a robot in closed form.
+    pub(in crate::estimate) priors: Vec<BodyPrior>,
+    /// Links whose nominal bodies cannot exist.
+    pub(in crate::estimate) impossible_nominal: Vec<String>,
+    /// Indices in theta of the other unknowns.
+    others: Vec<usize>,
+    /// What each block says, as the subject of a sentence.
+    subjects: Vec<String>,
+    /// Change of theta by each unknown, \[p\] each.
+    columns: Vec<Theta>,
+    /// Theta without the unknowns.
+    constant: Theta,
+    /// Bodies of the prior; zeros for the other unknowns.
+    start: Vec<f64>,
+    /// The prior as a program without a log.
+    prior: Program,
+}
+
+/// The robot that fits a log best among those that can exist.
+pub(in crate::estimate) struct Possible {
+    /// Unknowns of [`Robots`].
+    pub(in crate::estimate) x: Vec<f64>,
+    /// Parameters, \[p\].
+    pub(in crate::estimate) theta: Theta,
+    /// Second derivatives of the log's part of the function, \[unknowns × unknowns\].
+    pub(in crate::estimate) of_log: Vec<f64>,
+    /// Second derivatives of the whole function, \[unknowns × unknowns\].
+    pub(in crate::estimate) of_all: Option<Vec<f64>>,
+}
+
+impl<'a> Robots<'a> {
+    /// - `settings`, and the weight of the prior beside the log: one, or `BESIDE_LOG`.
+    /// - `speeds`: largest speed of each joint in the log, rad/s (m/s), \[n\].
+    pub(in crate::estimate) fn new(
+        model: &'a Model,
+        settings: (&Physical, f64),
+        speeds: &[f64],
+    ) -> Self {
+        let p = model.parameters().len();
+        let links = model.links();
+        let standard: Vec<usize> = links.map_or_else(Vec::new, |links| {
+            let all = 0..links.standard();
+            all.filter(|index| !links.known.contains_key(index))
+                .collect()
+        });
+        let is_other = |(_, own): &(usize, &Parameter)| {
+            let of_bodies = match own.joint {
+                None | Some((JointParameter::RotorInertia, _)) => links.is_some(),
+                Some(_) => false,
+            };
+            own.fixed.is_none() && !of_bodies
+        };
+        let others: Vec<usize> = (model.parameters().iter().enumerate())
+            .filter(is_other)
+            .map(|(i, _)| i)
+            .collect();
+        let mut columns: Vec<Theta> = (standard.iter())
+            .map(|&index| model.change_by_standard(index))
+            .collect();
+        columns.extend(others.iter().map(|&i| {
+            let mut unit = vec![0.0; p];
+            unit[i] = 1.0;
+            unit
+        }));
+        let n = columns.len();
+        let mut robots = Self {
+            model,
+            standard,
+            priors: Vec::new(),
+            impossible_nominal: links.map_or_else(Vec::new, |links| impossible(model, links)),
+            others,
+            subjects: Vec::new(),
+            columns,
+            constant: (model.parameters().iter())
+                .map(|own| own.fixed.unwrap_or(0.0))
+                .collect(),
+            start: vec![0.0; n],
+            prior: Program {
+                quadratic: vec![0.0; n * n],
+                linear: vec![0.0; n],
+                blocks: Vec::new(),
+            },
+        };
+        if let Some(links) = links {
+            robots.add_bodies(links, settings);
+            robots.add_masses(links, settings.0);
+        } else {
+            robots.add_planar();
+        }
+        robots.add_drives();
+        robots.add_friction(speeds);
+        robots
+    }
+
+    /// Returns the robot that minimises `½ θᵀ H θ − gᵀ θ`.
+    ///
+    /// - `information`: H, \[p × p\]; `gradient`: g, \[p\].
+    /// - `near`: parameters near the minimum, \[p\].
+    ///
+    /// # Errors
+    ///
+    /// [`NoSolution`] if the given values and limits contradict each other.
+    pub(in crate::estimate) fn best(
+        &self,
+        information: &Mat<f64>,
+        gradient: &[f64],
+        near: &[f64],
+    ) -> Result<Possible, NoSolution> {
+        let (n, p) = (self.columns.len(), self.constant.len());
+        let t = Mat::from_fn(p, n, |i, j| self.columns[j][i]);
+        let by = information * &t;
+        let quadratic = t.transpose() * &by;
+        let constant = Mat::from_fn(p, 1, |i, _| self.constant[i]);
+        let rest = Mat::from_fn(p, 1, |i, _| gradient[i]) - information * &constant;
+        let linear = t.transpose() * &rest;
+        let of_log: Vec<f64> = (0..n * n)
+            .map(|at| {
+                let (i, j) = (at / n, at % n);
+                f64::midpoint(quadratic[(i, j)], quadratic[(j, i)])
+            })
+            .collect();
+        let mut program = self.prior.clone();
+        for (own, more) in program.quadratic.iter_mut().zip(&of_log) {
+            *own += more;
+        }
+        for (i, own) in program.linear.iter_mut().enumerate() {
+            *own += linear[(i, 0)];
+        }
+        let mut start = self.start.clone();
+        for (at, &index) in self.others.iter().enumerate() {
+            let unknown = self.standard.len() + at;
+            let own = of_log[unknown * (n + 1)];
+            let (ridge, scale) = if own > 0.0 {
+                (ROUNDING * own, own.sqrt().recip())
+            } else {
+                (ROUNDING, 1.0)
+            };
+            program.quadratic[unknown * (n + 1)] += ridge;
+            program.linear[unknown] += ridge * near[index];
+            start[unknown] = near[index];
+            if must_be_positive(&self.model.parameters()[index]) {
+                start[unknown] = near[index].max(1e-3 * scale);
+            }
+        }
+        let x = program.minimise(&start, ROUNDING)?;
+        Ok(Possible {
+            theta: self.theta(&x),
+            of_all: program.hessian(&x),
+            of_log,
+            x,
+        })
+    }
+
+    /// Returns the parameters of a robot, \[p\].
+    fn theta(&self, x: &[f64]) -> Theta {
+        let mut theta = self.constant.clone();
+        for (column, x) in self.columns.iter().zip(x) {
+            for (own, by) in theta.iter_mut().zip(column) {
+                *own += x * by;
+            }
+        }
+        theta
+    }
+
+    /// Returns the reason why there is no such robot, as a sentence without a full stop.
+    pub(in crate::estimate) fn why(&self, reason: NoSolution) -> String {
+        match reason {
+            NoSolution::Contradiction(block) => format!(
+                "the given values and limits contradict each other: {} cannot be positive together \
+                 with the others",
+                self.subjects[block]
+            ),
+            NoSolution::Singular => "the search failed".to_owned(),
+        }
+    }
+
+    fn add(&mut self, block: Block, subject: String) {
+        self.prior.blocks.push(block);
+        self.subjects.push(subject);
+    }
+
+    /// Adds the bodies and rotors of a tree with their regions and priors.
+    fn add_bodies(&mut self, links: &TreeLinks, settings: (&Physical, f64)) {
+        let n = self.model.joint_count();
+        let regions = Region::all(&links.tree);
+        self.priors = priors(self.model, links, settings.0, &regions);
+        let known = |index: usize| links.known.get(&index).copied().unwrap_or(0.0);
+        let mut added = Vec::new();
+        for (at, prior) in self.priors.iter().enumerate() {
+            let (first, count) = match at.checked_sub(n) {
+                None => (at * BODY, BODY),
+                Some(joint) => (n * BODY + joint, 1),
+            };
+            let unknown = |index: usize| self.standard.binary_search(&index).ok();
+            let unknowns: Vec<Option<usize>> = (first..first + count).map(unknown).collect();
+            if unknowns.iter().all(Option::is_none) {
+                continue;
+            }
+            let name = links.name(first);
+            let (mut block, subject) = if count == BODY {
+                let link = name.strip_suffix(".m").unwrap_or(name);
+                let factors = regions[at].factors();
+                let constant = (unknowns.iter().enumerate())
+                    .filter(|(_, unknown)| unknown.is_none())
+                    .map(|(k, _)| factors[k] * known(first + k))
+                    .sum();
+                let terms = (unknowns.iter().zip(factors))
+                    .filter_map(|(unknown, factor)| Some(((*unknown)?, factor)));
+                let region = Block::scalar(constant, terms);
+                added.push((region, format!("the mass of {link} inside its region")));
+                let moments = second_moments(|k| unknowns[k].ok_or_else(|| known(first + k)));
+                (moments, format!("the second moments of the mass of {link}"))
+            } else {
+                let scalar = Block::scalar(0.0, unknowns[0].map(|own| (own, 1.0)));
+                (scalar, name.to_owned())
+            };
+            for (own, value) in unknowns.iter().zip(&prior.values) {
+                if let Some(own) = own {
+                    self.start[*own] = *value;
+                }
+            }
+            add_prior(&mut self.prior, &mut block, prior, &unknowns, settings);
+            added.push((block, subject));
+        }
+        for (block, subject) in added {
+            self.add(block, subject);
+        }
+    }
+
+    /// Adds the limits of masses.
+    fn add_masses(&mut self, links: &TreeLinks, settings: &Physical) {
+        let n = self.model.joint_count();
+        let mut limits: Vec<(String, Vec<usize>, [f64; 2])> = Vec::new();
+        if let Some(limit) = settings.total_mass_kg {
+            limits.push((
+                "the total mass".to_owned(),
+                (0..n).map(|link| link * BODY).collect(),
+                limit,
+            ));
+        }
+        for (name, limit) in &settings.mass_kg {
+            let of = |link: &usize| links.name(link * BODY).strip_suffix(".m") == Some(name);
+            let masses = (0..n).filter(of).map(|link| link * BODY).collect();
+            limits.push((format!("the mass of {name}"), masses, *limit));
+        }
+        for (subject, masses, [least, largest]) in limits {
+            let known: f64 = masses
+                .iter()
+                .filter_map(|index| links.known.get(index))
+                .sum();
+            let unknowns: Vec<usize> = (masses.iter())
+                .filter_map(|index| self.standard.binary_search(index).ok())
+                .collect();
+            let terms = |by: f64| unknowns.iter().map(move |&own| (own, by));
+            self.add(
+                Block::scalar(known - least, terms(1.0)),
+                format!("{subject} above {least} kg"),
+            );
+            self.add(
+                Block::scalar(largest - known, terms(-1.0)),
+                format!("{subject} below {largest} kg"),
+            );
+        }
+    }
+
+    /// Adds the bodies of the paper's arm: `theta1 - theta3` and `theta3` are inertias of two bodies
+    /// that `theta2` couples.
+    fn add_planar(&mut self) {
+        let unknown = |index: usize| self.others.iter().position(|own| *own == index);
+        let entries: [Vec<(usize, usize, f64)>; 3] = [
+            vec![(0, 0, 1.0)],
+            vec![(0, 1, 1.0)],
+            vec![(0, 0, -1.0), (1, 1, 1.0)],
+        ];
+        let mut block = Block::new(2, Vec::new());
+        for (index, own) in entries.into_iter().enumerate() {
+            match unknown(index) {
+                Some(unknown) => block.terms.push((unknown, own)),
+                None => block.add_constant(&own, self.constant[index]),
+            }
+        }
+        if !block.terms.is_empty() {
+            self.add(block, "the inertia of the links".to_owned());
+        }
+    }
+
+    /// Adds the parameters that are no part of bodies: positive stiffnesses, and friction that takes
+    /// energy.
+    fn add_drives(&mut self) {
+        for at in 0..self.others.len() {
+            let parameter = &self.model.parameters()[self.others[at]];
+            if must_be_positive(parameter) {
+                let own = Block::scalar(0.0, [(self.standard.len() + at, 1.0)]);
+                let name = parameter.name.clone();
+                self.add(own, name);
+            }
+        }
+    }
+
+    /// Adds the sums of friction laws of which some may be negative: the sum takes energy at every velocity of the
+    /// log.
+    fn add_friction(&mut self, speeds: &[f64]) {
+        for (joint, speed) in speeds.iter().enumerate() {
+            for side in [Side::Link, Side::Motor] {
+                let laws: Vec<(usize, Law)> = Law::all()
+                    .filter(|law| *law != Law::Offset)
+                    .filter_map(|law| {
+                        let kind = JointParameter::Friction(side, law);
+                        Some((self.model.index(kind, joint)?, law))
+                    })
+                    .collect();
+                if laws.iter().all(|(_, law)| law.takes_energy()) {
+                    continue;
+                }
+                let name = format!("{} friction of {}", side.name(), self.model.joints()[joint]);
+                for velocity in VELOCITIES.iter().flat_map(|v| [v * speed, -v * speed]) {
+                    let at = Conditions {
+                        velocity,
+                        deflection: 0.0,
+                    };
+                    let shape = self.model.shape(joint);
+                    let sign = velocity.signum();
+                    let (mut known, mut terms) = (0.0, Vec::new());
+                    for (index, law) in &laws {
+                        let torque = sign * law.column(&at, shape);
+                        match self.others.binary_search(index) {
+                            Ok(at) => terms.push((self.standard.len() + at, torque)),
+                            Err(_) => known += torque * self.constant[*index],
+                        }
+                    }
+                    self.add(Block::scalar(known, terms), name.clone());
+                }
+            }
+        }
+    }
+}
+
+/// Returns whether a parameter of a drive is that of no robot if it is negative.
+fn must_be_positive(parameter: &Parameter) -> bool {
+    parameter
+        .joint
+        .is_some_and(|(kind, _)| kind.is_vital() || kind.is_friction())
+}
