@@ -142,6 +142,7 @@ mod tests {
                 bias,
             }),
             ci95: Some([value - half, value + half]),
+            unconstrained: None,
             physical: None,
             nominal: None,
             identifiable: true,

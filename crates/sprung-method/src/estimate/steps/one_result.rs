@@ -116,23 +116,30 @@ pub(super) fn result_of(
         residual_rms: (rows.iter().enumerate())
             .map(|(i, (rms, _))| (named(i), *rms))
             .collect(),
-        relative_residual: (rows.iter().enumerate())
-            .filter(|(_, (_, rhs))| *rhs > 0.0)
-            .map(|(i, (rms, rhs))| {
-                let columns = model.row_columns(i).iter();
-                let values: Vec<f64> = columns.map(|&c| theta[c]).collect();
-                (
-                    named(i),
-                    unweighted(system, i, &values).unwrap_or(rms / rhs),
-                )
-            })
-            .collect(),
+        relative_residual: relative_residuals(model, system, theta, &rows),
         resolution_share: (rows.iter().enumerate())
             .filter_map(|(i, _)| Some((named(i), system.kept().transition_share(i)?)))
             .collect(),
         warnings: bodies.findings,
         elapsed_s: found.elapsed,
     }
+}
+
+/// Returns the residual of each row with a right-hand side, relative to it.
+///
+/// - `rows`: root mean squares of the residual and of the right-hand side of each row, N·m (N).
+fn relative_residuals(model: &Model, system: &System, theta: &[f64], rows: &[(f64, f64)]) -> Named {
+    (rows.iter().enumerate())
+        .filter(|(_, (_, rhs))| *rhs > 0.0)
+        .map(|(i, (rms, rhs))| {
+            let columns = model.row_columns(i).iter();
+            let values: Vec<f64> = columns.map(|&c| theta[c]).collect();
+            (
+                model.row_name(i),
+                unweighted(system, i, &values).unwrap_or(rms / rhs),
+            )
+        })
+        .collect()
 }
 
 fn motor_rows(model: &Model, fitted: &Fitted) -> Vec<MotorRowResult> {
