@@ -40,7 +40,9 @@ pub(super) fn check_payloads(file: &ExperimentFile) -> Result<(), Fault> {
             together(feature, &name, other).map_err(|own| refused(path, &own))?;
         }
     }
-    for (feature, name) in parts().filter_map(payload_feature) {
+    // The estimator of servos is another one.
+    let loaded = parts().filter(|_| !is_servo).filter_map(payload_feature);
+    for (feature, name) in loaded {
         for &estimator in &file.identify.estimator {
             refuse(feature, &name, Task::Identify(estimator))
                 .map_err(|own| refused(&["identify", "estimator"], &own))?;

@@ -396,7 +396,7 @@ fn constrained_least_squares_gives_a_robot_that_can_exist() {
         experiment.robot.nominal.clear();
         experiment.identify.constraints = Constraints::Possible;
     });
-    let log = arm.log(|settings| {
+    let log = Arm::new(|_| ()).log(|settings| {
         settings.duration_s = 6.0;
         settings.torque_noise_nm = vec![2.0; 7];
     });
