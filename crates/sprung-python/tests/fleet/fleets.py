@@ -13,7 +13,7 @@ from typing import Any
 from sprung.fleet.arrow import pa, pq
 
 FOLDER = Path(__file__).resolve().parent
-DEMO = Path(__file__).resolve().parents[3] / "sprung" / "src" / "demo"
+DEMO = Path(__file__).resolve().parents[3] / "sprung-base" / "src" / "demo"
 OVERRIDES = {"identify.estimator": "least-squares"}
 
 
