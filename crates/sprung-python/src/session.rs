@@ -195,7 +195,9 @@ impl Session {
         logs: Option<Vec<Named<'_>>>,
         run: Run,
     ) -> PyResult<String> {
-        let (session, logs) = self.given(py, logs)?;
+        // The payloads of a servo's logs belong to the files that the experiment names.
+        let (_, logs) = self.given(py, logs)?;
+        let session = Arc::clone(&self.inner);
         let (parameters, findings) = run.work(py, move |progress| match logs {
             None => session.check_servo(progress),
             Some(logs) => session.check_servo_with(&mut InMemory::sources(logs), progress),
@@ -211,7 +213,9 @@ impl Session {
         run: Run,
     ) -> PyResult<IdentifiedServo> {
         let text = self.inner.text().to_owned();
-        let (session, logs) = self.given(py, logs)?;
+        // The payloads of a servo's logs belong to the files that the experiment names.
+        let (_, logs) = self.given(py, logs)?;
+        let session = Arc::clone(&self.inner);
         let found = run.work(py, move |progress| match logs {
             None => session.identify_servo(progress),
             Some(logs) => session.identify_servo_with(&mut InMemory::sources(logs), progress),
