@@ -16,16 +16,16 @@ pub struct Region {
 
 impl Region {
     /// Returns the regions of all links: the ball about the origins of the own joint and of the joints that the link
-    /// carries, with a margin.
+    /// carries, with a margin; `None` for a link that carries no joint, because it may carry a tool.
     #[must_use]
-    pub fn all(tree: &Tree) -> Vec<Self> {
+    pub fn all(tree: &Tree) -> Vec<Option<Self>> {
         (0..tree.joints.len())
             .map(|link| {
                 let carried = (tree.joints.iter()).filter(|joint| joint.parent == Some(link));
                 let origins: Vec<[f64; 3]> = std::iter::once([0.0; 3])
                     .chain(carried.map(|joint| joint.origin))
                     .collect();
-                Self::about(&origins)
+                (origins.len() > 1).then(|| Self::about(&origins))
             })
             .collect()
     }

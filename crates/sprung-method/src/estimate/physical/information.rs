@@ -3,7 +3,7 @@
 use faer::Mat;
 
 use crate::estimate::estimators::{Covariance, Numbers};
-use crate::estimate::possible::{Normal, inverse, median, ratios};
+use crate::estimate::possible::{Normal, inverse, known, median, ratios};
 use crate::estimate::result::CovarianceOfErrors;
 use crate::estimate::statistics::ROUNDING;
 use crate::fit::residual;
@@ -41,7 +41,11 @@ pub(in crate::estimate) fn information(
         Some(own) => of_covariance(own, p)?,
         None => of_equations(model, &numbers.theta, system)?,
     };
-    let ratios = ratios(&information, &known(model, numbers, errors), errors)?;
+    let ratios = ratios(
+        &information,
+        &known(model, &numbers.identifiable, errors),
+        errors,
+    )?;
     let inflation = median(&ratios)?;
     let mut factors = vec![inflation.sqrt(); p];
     for (i, ratio) in ratios {
@@ -70,7 +74,7 @@ pub(in crate::estimate) fn covariance(
     numbers: &Numbers,
     information: &Information,
 ) -> Option<CovarianceOfErrors> {
-    let known = known(model, numbers, &numbers.errors);
+    let known = known(model, &numbers.identifiable, &numbers.errors);
     let own = information.of_errors();
     let inverse = inverse(&Mat::from_fn(known.len(), known.len(), |i, j| {
         own[(known[i], known[j])]
@@ -83,14 +87,6 @@ pub(in crate::estimate) fn covariance(
             .map(|i| (0..=i).map(|j| inverse[(i, j)]).collect())
             .collect(),
     })
-}
-
-/// Returns the parameters that the log determines with a standard error.
-fn known(model: &Model, numbers: &Numbers, errors: &[f64]) -> Vec<usize> {
-    (0..numbers.theta.len())
-        .filter(|&i| numbers.identifiable[i] && model.parameters()[i].fixed.is_none())
-        .filter(|&i| errors[i] > 0.0 && errors[i].is_finite())
-        .collect()
 }
 
 /// Returns an information matrix after the standard error of each parameter grew by a factor.

@@ -7,7 +7,7 @@ use super::bodies::Bodies;
 use super::information::Information;
 use crate::description::{Distance, Physical};
 use crate::estimate::estimators::Numbers;
-use crate::estimate::possible::{Possible, Robots, inverse};
+use crate::estimate::possible::{Beside, Possible, Robots, inverse};
 use crate::estimate::result::{Decided, PhysicalResult, StandardParameter};
 use crate::estimate::statistics::LARGE_SHARE;
 use crate::finding::{Finding, Severity};
@@ -17,15 +17,14 @@ use crate::regression::System;
 
 /// Returns possible bodies with possible drives near an estimate.
 ///
-/// - `settings`, and the weight of the prior beside the log.
 /// - `information`: information about theta; `None` if the log gives none.
-/// - `speeds`: largest speed of each joint in the log, rad/s (m/s), \[n\].
+/// - `beside`: what the prior stands beside; constrained estimates have their own bodies.
 pub(in crate::estimate) fn physical(
     model: &Model,
-    (settings, weight): (&Physical, f64),
+    settings: &Physical,
     numbers: &Numbers,
     (information, system): (Option<&Information>, &System),
-    speeds: &[f64],
+    beside: Beside<'_>,
 ) -> Bodies {
     let mut bodies = Bodies {
         theta: None,
@@ -40,7 +39,7 @@ pub(in crate::estimate) fn physical(
     else {
         return bodies;
     };
-    let robots = Robots::new(model, (settings, weight), speeds);
+    let robots = Robots::new(model, settings, &numbers.theta, beside);
     bodies
         .findings
         .extend(about_nominal(&robots.impossible_nominal));

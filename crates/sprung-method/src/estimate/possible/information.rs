@@ -59,6 +59,20 @@ impl Normal {
     }
 }
 
+/// Returns the parameters that the log determines with a standard error.
+///
+/// - `identifiable`: whether the log determines each parameter, \[p\]; `errors`: standard errors, \[p\].
+pub(in crate::estimate) fn known(
+    model: &Model,
+    identifiable: &[bool],
+    errors: &[f64],
+) -> Vec<usize> {
+    (0..errors.len())
+        .filter(|&i| identifiable[i] && model.parameters()[i].fixed.is_none())
+        .filter(|&i| errors[i] > 0.0 && errors[i].is_finite())
+        .collect()
+}
+
 /// Returns the squared standard error of each parameter over the variance by an information matrix.
 ///
 /// - `known`: parameters that the log determines, with a standard error in `errors`, \[p\].

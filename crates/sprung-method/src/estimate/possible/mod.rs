@@ -1,8 +1,8 @@
 //! Robots that can exist: possible bodies, springs and friction, as a convex set.
 //!
 //! The estimate minimises the squared residuals of the equations over this set. It has one unknown per inertial
-//! parameter of a link, so a full set of parameters comes out. The log decides the base parameters; the nominal values,
-//! or compact bodies of ordinary density, decide the rest.
+//! parameter of a link, so a full set of parameters comes out. The log decides the base parameters; the nominal values
+//! decide the rest.
 //!
 //! # Source
 //!
@@ -15,6 +15,6 @@ mod information;
 mod prior;
 mod robots;
 
-pub(in crate::estimate) use information::{Normal, inverse, median, ratios};
-pub(in crate::estimate) use prior::BESIDE_LOG;
+pub(in crate::estimate) use information::{Normal, inverse, known, median, ratios};
+pub(in crate::estimate) use prior::Beside;
 pub(in crate::estimate) use robots::{Possible, Robots};

@@ -3,25 +3,38 @@
 use sprung_core::spatial::BODY;
 
 use crate::description::{Distance, Physical, Prior};
-use crate::model::{Block, Model, Program, Region, TreeLinks, is_possible, second_moments};
+use crate::model::{Block, Model, Program, TreeLinks, is_possible, second_moments};
 
 /// Least eigenvalue of the second moments of a nominal body relative to their trace. Thinner bodies
 /// would make the entropic distance infinite in one direction.
 const THINNEST: f64 = 1e-4;
 
-/// Weight of the prior beside the log where the log decides. Nominal values that are wrong by three of their errors then
+/// Weight of the entropic distance from bodies of equal size in all directions, where no nominal body
+/// is given, and beside the Euclidean distance. It only decides where nothing else does.
+const WEAK: f64 = 1e-3;
+
+/// Weight of nominal values beside a log where the log decides. Values that are wrong by three of their errors then
 /// move a parameter that the log determines as well as they do by a thirtieth of its standard error.
-pub(in crate::estimate) const BESIDE_LOG: f64 = 1e-2;
+const WHERE_LOG_DECIDES: f64 = 1e-2;
 
-/// Relative error of the body of a link without nominal values.
-const ERROR_OF_COMPACT_BODY: f64 = 1.0;
+/// What the prior and the regions of the links stand beside.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::estimate) enum Beside<'a> {
+    /// A finished estimate, whose bodies are wanted: nominal values count with their errors.
+    Estimate,
+    /// A log with these largest speeds of the joints, rad/s (m/s), \[n\]. It decides: nominal values count a hundred
+    /// times less, the mass of a link without them lies near its joints, and sums of friction laws take energy.
+    Log(&'a [f64]),
+}
 
-/// Radius of the ball that a link without nominal values is, over that of its region. A third of the length is usual
-/// for the modules of cobots.
-const COMPACT: f64 = 1.0 / 3.0;
-
-/// Density of this ball, kg/m³: that of water, between hollow castings and steel.
-const DENSITY: f64 = 1000.0;
+impl Beside<'_> {
+    fn weight(self) -> f64 {
+        match self {
+            Self::Estimate => 1.0,
+            Self::Log(_) => WHERE_LOG_DECIDES,
+        }
+    }
+}
 
 /// Prior of one link, or of one rotor.
 #[derive(Clone, Debug)]
@@ -34,63 +47,54 @@ pub(in crate::estimate) struct BodyPrior {
 
 /// Returns the prior of each link, then of each rotor.
 ///
-/// - `regions`: of the links.
+/// - `size`: typical size of the link parameters, kg·m².
 pub(super) fn priors(
     model: &Model,
     links: &TreeLinks,
     settings: &Physical,
-    regions: &[Region],
+    size: f64,
 ) -> Vec<BodyPrior> {
     let n = model.joint_count();
     let nominal = |index: usize| match settings.prior {
         Prior::Nominal => links.nominal(index),
         Prior::None => links.known.get(&index).copied(),
     };
-    let compact: Vec<[f64; BODY]> = regions.iter().map(ball).collect();
-    let of_links = (0..n).map(|link| {
+    let links = (0..n).map(|link| {
         let values: Option<Vec<f64>> = (0..BODY).map(|k| nominal(link * BODY + k)).collect();
         let possible = values.filter(|own| {
             let body: Result<[f64; BODY], _> = own.as_slice().try_into();
             body.is_ok_and(|body| is_possible(&body, THINNEST))
         });
-        BodyPrior {
-            is_nominal: possible.is_some(),
-            values: possible.unwrap_or_else(|| compact[link].to_vec()),
+        match possible {
+            Some(values) => BodyPrior {
+                values,
+                is_nominal: true,
+            },
+            None => BodyPrior {
+                values: vec![
+                    size,
+                    0.0,
+                    0.0,
+                    0.0,
+                    2.0 * size,
+                    0.0,
+                    2.0 * size,
+                    0.0,
+                    0.0,
+                    2.0 * size,
+                ],
+                is_nominal: false,
+            },
         }
     });
     let rotors = (0..n).map(|joint| {
         let own = nominal(n * BODY + joint).filter(|value| *value > 0.0);
         BodyPrior {
+            values: vec![own.unwrap_or(size)],
             is_nominal: own.is_some(),
-            values: vec![own.unwrap_or(compact[joint][BODY - 1])],
         }
     });
-    of_links.chain(rotors).collect()
-}
-
-/// Returns the inertial parameters of a compact ball at the centre of a region.
-fn ball(region: &Region) -> [f64; BODY] {
-    let radius = COMPACT * region.radius;
-    let mass = DENSITY * 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
-    let c = region.centre;
-    let squares: f64 = c.iter().map(|x| x * x).sum();
-    let own = 0.4 * radius * radius;
-    let inertia = |i: usize, j: usize| {
-        let diagonal = if i == j { own + squares } else { 0.0 };
-        mass * (diagonal - c[i] * c[j])
-    };
-    [
-        mass,
-        mass * c[0],
-        mass * c[1],
-        mass * c[2],
-        inertia(0, 0),
-        inertia(0, 1),
-        inertia(1, 1),
-        inertia(0, 2),
-        inertia(1, 2),
-        inertia(2, 2),
-    ]
+    links.chain(rotors).collect()
 }
 
 /// Returns the names of links whose nominal bodies are given but cannot exist.
@@ -113,34 +117,22 @@ pub(super) fn impossible(model: &Model, links: &TreeLinks) -> Vec<String> {
 ///
 /// - `block`: the second moments of the body in the program, or its rotor inertia.
 /// - `unknowns`: unknown of each parameter of the body; `None` for known values.
-/// - `settings`, and the weight of the prior beside the log.
+/// - `settings`, and what the prior stands beside.
 pub(super) fn add_prior(
     program: &mut Program,
     block: &mut Block,
     prior: &BodyPrior,
     unknowns: &[Option<usize>],
-    (settings, weight_of_prior): (&Physical, f64),
+    (settings, beside): (&Physical, Beside<'_>),
 ) {
-    let relative = if prior.is_nominal {
-        settings.prior_error
-    } else {
-        ERROR_OF_COMPACT_BODY
-    };
+    let relative = settings.prior_error;
     let quadratic = prior.is_nominal && settings.distance == Distance::Euclidean;
-    // A body whose mass is wrong by the relative error is one standard error away. Beside the Euclidean distance the
-    // entropic one only keeps the body possible.
-    let relative_of_entropy = if quadratic {
-        ERROR_OF_COMPACT_BODY
-    } else {
-        relative
-    };
-    // A compact body is a guess, so it never stands against the log.
+    // A body whose mass is wrong by the relative error is one standard error away.
     let weight = if prior.is_nominal && !quadratic {
-        weight_of_prior
+        beside.weight() / (block.rows as f64 * relative * relative)
     } else {
-        BESIDE_LOG
+        WEAK
     };
-    let weight = weight / (block.rows as f64 * relative_of_entropy.powi(2));
     block.entropy = weight;
     let own = match prior.values.len() {
         BODY => second_moments(|k| Err(prior.values[k])),
@@ -164,7 +156,7 @@ pub(super) fn add_prior(
     let scales = scales(&prior.values);
     for ((unknown, value), scale) in unknowns.iter().zip(&prior.values).zip(scales) {
         let Some(unknown) = unknown else { continue };
-        let weight = weight_of_prior * (relative * scale).powi(-2);
+        let weight = beside.weight() * (relative * scale).powi(-2);
         program.quadratic[unknown * (n + 1)] += weight;
         program.linear[*unknown] += weight * value;
     }

@@ -5,7 +5,7 @@ use sprung_core::friction::{Conditions, Law};
 use sprung_core::parameters::{JointParameter, Side};
 use sprung_core::spatial::BODY;
 
-use super::prior::{BodyPrior, add_prior, impossible, priors};
+use super::prior::{Beside, BodyPrior, add_prior, impossible, priors};
 use crate::description::Physical;
 use crate::estimate::statistics::ROUNDING;
 use crate::model::{
@@ -15,7 +15,7 @@ use crate::model::{
 /// Velocities at which a sum of friction laws must take energy, over the largest of the log.
 const VELOCITIES: [f64; 7] = [0.01, 0.03, 0.1, 0.2, 0.4, 0.7, 1.0];
 
-/// Robots that can exist: bodies inside their regions, positive rotor inertias, stiffnesses and dampings,
+/// Robots that can exist: possible bodies, positive rotor inertias, stiffnesses and dampings,
 /// friction that takes energy. The unknowns are the inertial parameters of all links and rotors that are not
 /// given, then the other parameters of theta.
 pub(in crate::estimate) struct Robots<'a> {
@@ -53,12 +53,12 @@ pub(in crate::estimate) struct Possible {
 }
 
 impl<'a> Robots<'a> {
-    /// - `settings`, and the weight of the prior beside the log: one, or `BESIDE_LOG`.
-    /// - `speeds`: largest speed of each joint in the log, rad/s (m/s), \[n\].
+    /// - `near`: an estimate, for the size of bodies without nominal values, \[p\].
     pub(in crate::estimate) fn new(
         model: &'a Model,
-        settings: (&Physical, f64),
-        speeds: &[f64],
+        settings: &Physical,
+        near: &[f64],
+        beside: Beside<'_>,
     ) -> Self {
         let p = model.parameters().len();
         let links = model.links();
@@ -106,13 +106,16 @@ impl<'a> Robots<'a> {
             },
         };
         if let Some(links) = links {
-            robots.add_bodies(links, settings);
-            robots.add_masses(links, settings.0);
+            robots.add_bodies(links, near, (settings, beside));
+            robots.add_masses(links, settings);
         } else {
             robots.add_planar();
         }
         robots.add_drives();
-        robots.add_friction(speeds);
+        match beside {
+            Beside::Estimate => (),
+            Beside::Log(speeds) => robots.add_friction(speeds),
+        }
         robots
     }
 
@@ -204,10 +207,16 @@ impl<'a> Robots<'a> {
     }
 
     /// Adds the bodies and rotors of a tree with their regions and priors.
-    fn add_bodies(&mut self, links: &TreeLinks, settings: (&Physical, f64)) {
+    fn add_bodies(&mut self, links: &TreeLinks, near: &[f64], settings: (&Physical, Beside<'_>)) {
         let n = self.model.joint_count();
-        let regions = Region::all(&links.tree);
-        self.priors = priors(self.model, links, settings.0, &regions);
+        let size = (near.iter().zip(self.model.parameters()))
+            .filter(|(_, own)| own.joint.is_none())
+            .fold(1e-3_f64, |max, (value, _)| max.max(value.abs()));
+        self.priors = priors(self.model, links, settings.0, size);
+        let regions = match settings.1 {
+            Beside::Estimate => vec![None; n],
+            Beside::Log(_) => Region::all(&links.tree),
+        };
         let known = |index: usize| links.known.get(&index).copied().unwrap_or(0.0);
         let mut added = Vec::new();
         for (at, prior) in self.priors.iter().enumerate() {
@@ -223,15 +232,19 @@ impl<'a> Robots<'a> {
             let name = links.name(first);
             let (mut block, subject) = if count == BODY {
                 let link = name.strip_suffix(".m").unwrap_or(name);
-                let factors = regions[at].factors();
-                let constant = (unknowns.iter().enumerate())
-                    .filter(|(_, unknown)| unknown.is_none())
-                    .map(|(k, _)| factors[k] * known(first + k))
-                    .sum();
-                let terms = (unknowns.iter().zip(factors))
-                    .filter_map(|(unknown, factor)| Some(((*unknown)?, factor)));
-                let region = Block::scalar(constant, terms);
-                added.push((region, format!("the mass of {link} inside its region")));
+                // A nominal body tells more than the joints.
+                if let Some(region) = regions[at].filter(|_| !prior.is_nominal) {
+                    let factors = region.factors();
+                    let (mut constant, mut terms) = (0.0, Vec::new());
+                    for (k, (unknown, factor)) in unknowns.iter().zip(factors).enumerate() {
+                        match unknown {
+                            Some(unknown) => terms.push((*unknown, factor)),
+                            None => constant += factor * known(first + k),
+                        }
+                    }
+                    let region = Block::scalar(constant, terms);
+                    added.push((region, format!("the mass of {link} inside its region")));
+                }
                 let moments = second_moments(|k| unknowns[k].ok_or_else(|| known(first + k)));
                 (moments, format!("the second moments of the mass of {link}"))
             } else {

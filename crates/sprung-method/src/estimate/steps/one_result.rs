@@ -9,7 +9,7 @@ use crate::estimate::estimators::{Criterion, Numbers};
 use crate::estimate::judge::promise;
 use crate::estimate::laws::dependence;
 use crate::estimate::physical::{covariance, information, physical};
-use crate::estimate::possible::BESIDE_LOG;
+use crate::estimate::possible::Beside;
 use crate::estimate::result::{
     CrossCheckResult, Decision, EncoderOffsetResult, EstimateResult, MotorRowResult,
     ParameterEstimate, Verdict,
@@ -29,17 +29,17 @@ pub(super) fn result_of(
 ) -> EstimateResult {
     let fitted = &linear.fitted;
     // Bodies beside a constrained estimate are its own.
-    let weight = match linear.unconstrained {
-        Some(_) => BESIDE_LOG,
-        None => 1.0,
+    let beside = match linear.unconstrained {
+        Some(_) => Beside::Log(&linear.speeds),
+        None => Beside::Estimate,
     };
     let information = information(model, found, &found.errors, system);
     let bodies = physical(
         model,
-        (settings, weight),
+        settings,
         found,
         (information.as_ref(), system),
-        &linear.speeds,
+        beside,
     );
     let Numbers {
         theta,

@@ -3,7 +3,7 @@
 use faer::Mat;
 
 use crate::description::Physical;
-use crate::estimate::possible::{BESIDE_LOG, Normal, Robots};
+use crate::estimate::possible::{Beside, Normal, Robots, known};
 use crate::fit::Fitted;
 use crate::model::{Model, Theta};
 use crate::regression::System;
@@ -23,13 +23,11 @@ pub(super) fn possible(
     fitted: &Fitted,
     speeds: &[f64],
 ) -> Option<Theta> {
-    let known: Vec<usize> = (0..fitted.theta.len())
-        .filter(|&i| fitted.identifiable[i] && model.parameters()[i].fixed.is_none())
-        .filter(|&i| fitted.standard_error[i] > 0.0 && fitted.standard_error[i].is_finite())
-        .collect();
+    let errors = &fitted.standard_error;
+    let known = known(model, &fitted.identifiable, errors);
     let normal = Normal::new(model, system, fitted.weights())?;
-    let normal = normal.scaled(&known, &fitted.standard_error)?;
-    let robots = Robots::new(model, (settings, BESIDE_LOG), speeds);
+    let normal = normal.scaled(&known, errors)?;
+    let robots = Robots::new(model, settings, &fitted.theta, Beside::Log(speeds));
     let found = robots
         .best(&normal.information, &normal.gradient, &fitted.theta)
         .ok()?;
