@@ -145,31 +145,60 @@ impl Program {
     /// [`NoSolution`].
     pub fn minimise(&self, start: &[f64], gap: f64) -> Result<Vec<f64>, NoSolution> {
         let mut x = self.feasible(start)?;
-        let rows = self.blocks.iter().map(|block| block.rows).sum::<usize>();
-        let last = gap / rows.max(1) as f64;
+        let last = gap / self.rows().max(1) as f64;
         // A large μ makes the way short, but without a size unknowns that nothing else determines grow
         // with it.
         let is_bounded = self.blocks.iter().all(|block| block.size.is_finite());
         let value = self.value(&x, 0.0).filter(|_| is_bounded);
-        let mut barrier = value.map_or(1.0, |value| f64::max(1.0, 0.1 * value.abs()));
-        barrier = barrier.max(last);
+        let first = value.map_or(1.0, |value| f64::max(1.0, 0.1 * value.abs()));
+        self.follow(&mut x, [first.max(last), last])?;
+        Ok(x)
+    }
+
+    /// Returns the rows of all matrices together. A point of the central path is farther from the minimum by at most
+    /// their number times μ.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        self.blocks.iter().map(|block| block.rows).sum()
+    }
+
+    /// Moves unknowns along the central path, from one μ to a smaller one.
+    ///
+    /// - `x`: unknowns that make all matrices positive definite.
+    ///
+    /// # Errors
+    ///
+    /// [`NoSolution::Singular`].
+    pub fn follow(&self, x: &mut [f64], [mut barrier, last]: [f64; 2]) -> Result<(), NoSolution> {
         loop {
             for _ in 0..MAX_STEPS {
-                if !self.step(&mut x, barrier).ok_or(NoSolution::Singular)? {
+                if !self.step(x, barrier).ok_or(NoSolution::Singular)? {
                     break;
                 }
             }
             if barrier <= last {
-                return Ok(x);
+                return Ok(());
             }
             barrier = (barrier * BARRIER_STEP).max(last);
         }
+    }
+
+    /// Returns whether unknowns make all matrices positive definite.
+    #[must_use]
+    pub fn is_inside(&self, x: &[f64]) -> bool {
+        self.blocks.iter().all(|block| block.inverse(x).is_some())
     }
 
     /// Returns the second derivatives of the function without the barrier, \[unknowns × unknowns\].
     #[must_use]
     pub fn hessian(&self, x: &[f64]) -> Option<Vec<f64>> {
         Some(self.point(x, 0.0)?.hessian)
+    }
+
+    /// Returns the second derivatives of the function with the barrier, \[unknowns × unknowns\].
+    #[must_use]
+    pub fn hessian_with_barrier(&self, x: &[f64], barrier: f64) -> Option<Vec<f64>> {
+        Some(self.point(x, barrier)?.hessian)
     }
 
     /// Returns unknowns that make all matrices positive definite, near `start`.

@@ -50,8 +50,8 @@ pub struct Identify {
     /// Whether to find springs of rigid joints from the vibrations that their motors see. All joints must
     /// be rigid, without coupled transmission.
     pub springs_from_motor: bool,
-    /// Robots among which least squares searches: with `"none"` (the default) all, as in the paper; with `"possible"`
-    /// those that can exist, with possible bodies, positive stiffnesses and friction that takes energy.
+    /// Robots among which least squares and the refinement search: with `"possible"` (the default) those that can exist,
+    /// with possible bodies, positive stiffnesses and friction that takes energy; with `"none"` all, as in the paper.
     pub constraints: Constraints,
     /// How sprung finds inertial parameters of single links that bodies can have.
     pub physical: Physical,
@@ -79,7 +79,7 @@ impl Default for Identify {
             laws: Laws::Declared,
             refinement_memory_mib: 256,
             springs_from_motor: false,
-            constraints: Constraints::None,
+            constraints: Constraints::Possible,
             physical: Physical::default(),
             lsff_forgetting_per_s: 1.0,
             lsff_initial_gain: 10.0,

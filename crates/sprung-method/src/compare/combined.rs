@@ -143,6 +143,7 @@ mod tests {
             }),
             ci95: Some([value - half, value + half]),
             unconstrained: None,
+            one_sided: false,
             physical: None,
             nominal: None,
             identifiable: true,

@@ -2,6 +2,7 @@
 //! the other parts.
 
 use super::free::Free;
+use super::least_squares::weighted;
 use crate::model::{Model, Theta};
 use crate::regression::{System, SystemPart, Triangle, solve, solve_quickly};
 
@@ -27,6 +28,8 @@ pub(crate) struct HoldOut<'a> {
     free: Free,
     // Factors of each row in all its columns, part by part.
     parts: Vec<Vec<Triangle>>,
+    // Weight of each row in fits.
+    weights: Option<Vec<f64>>,
 }
 
 impl<'a> HoldOut<'a> {
@@ -36,7 +39,21 @@ impl<'a> HoldOut<'a> {
             model,
             free: Free::new(model),
             parts: system.groups(count),
+            weights: None,
         }
+    }
+
+    /// Multiplies rows by weights in fits, \[rows\].
+    pub(crate) fn weighted(self, weights: &[f64]) -> Self {
+        Self {
+            weights: Some(weights.to_vec()),
+            ..self
+        }
+    }
+
+    /// Returns the factors of each row in all its columns, part by part.
+    pub(crate) fn parts(&self) -> &[Vec<Triangle>] {
+        &self.parts
     }
 
     /// Returns the number of parts.
@@ -92,6 +109,10 @@ impl<'a> HoldOut<'a> {
 
     /// Returns the least-squares fit of one factor per row.
     fn fit_of(&self, factors: Vec<Triangle>) -> Option<Theta> {
+        let factors = match &self.weights {
+            None => factors,
+            Some(weights) => weighted(factors, weights),
+        };
         let factors = self.free.factors(factors);
         let parts: Vec<SystemPart<'_>> = self.free.parts(&factors);
         let unknowns = self.free.unknowns.len();

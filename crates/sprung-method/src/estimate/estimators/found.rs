@@ -16,7 +16,9 @@ pub(in crate::estimate) struct Found {
 pub(in crate::estimate) struct Numbers {
     /// Parameters, \[p\].
     pub(in crate::estimate) theta: Theta,
-    /// Standard errors, \[p\].
+    /// Parameters by the same criterion without constraints, \[p\]; `None` if the estimator has no constraints.
+    pub(in crate::estimate) unconstrained: Option<Theta>,
+    /// Standard errors without constraints, \[p\].
     pub(in crate::estimate) errors: Vec<f64>,
     /// Contributions to the standard errors, \[p\]; empty if the estimator gives none.
     pub(in crate::estimate) error_parts: Vec<ErrorParts>,
@@ -88,6 +90,7 @@ impl Numbers {
     pub(in crate::estimate) fn of(fitted: &Fitted) -> Self {
         Self {
             theta: fitted.theta.clone(),
+            unconstrained: None,
             errors: fitted.standard_error.clone(),
             error_parts: (0..fitted.theta.len())
                 .map(|i| ErrorParts {

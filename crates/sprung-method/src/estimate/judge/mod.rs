@@ -1,9 +1,9 @@
 //! Judgement of a result: findings about its parameters.
 
 mod at_rest;
-mod bodies;
 mod decide;
 mod delay_hold_out;
+mod existence;
 mod gravity;
 mod measured_effects;
 mod parameters;
@@ -16,7 +16,7 @@ use crate::estimate::statistics::{LARGE_SHARE, SMALL_SHARE};
 use crate::numbers::in_percent;
 use sprung_core::parameters::JointParameter;
 
-use self::bodies::impossible_bodies;
+use self::existence::impossible_robot;
 pub(super) use at_rest::at_rest;
 pub(super) use decide::decide;
 pub(super) use delay_hold_out::with_held_out_delay;
@@ -25,15 +25,15 @@ pub(super) use measured_effects::after_estimation;
 pub(super) use promise::promise;
 pub use promise::{percent, predictions};
 
-use self::parameters::{collinear, listed, little_torque, negative, negative_friction, weak};
+use self::parameters::{collinear, listed, little_torque, weak};
 use self::routes::routes_disagree;
 use self::scale::{scale_collapse, stiffness_disagrees};
 use self::stability::{cutoff_drift, parts_disagree, shared_bias};
-use crate::check::{UNEXPLAINED, beyond_resolution, reversed_torque};
+use crate::check::{UNEXPLAINED, beyond_resolution};
 use crate::estimate::estimators::least_squares::Linear;
 use crate::estimate::result::{EstimateResult, MotorRowResult, ParameterEstimate};
 use crate::finding::{Finding, Severity};
-use crate::log::{Channels, Signal};
+use crate::log::Channels;
 use crate::model::{Model, short};
 use crate::prepare::Sweep;
 
@@ -69,14 +69,13 @@ fn of<'a>(
 pub(crate) fn judge(
     model: &Model,
     result: &EstimateResult,
-    linear: &Linear,
+    linear: &Linear<'_>,
     sweep: Option<&Sweep>,
     channels: &Channels,
 ) -> Vec<Finding> {
     let mut findings = Vec::new();
     unidentifiable(model, result, &mut findings);
     for (joint, name) in model.joints().iter().enumerate() {
-        impossible(model, result, joint, name, channels, &mut findings);
         scale(model, result, joint, name, &mut findings);
         unexplained(model, result, joint, name, &mut findings);
     }
@@ -87,9 +86,7 @@ pub(crate) fn judge(
     stiffness_disagrees(model, result, &linear.fitted, &mut findings);
     findings.extend(routes_disagree(model, result, &linear.fitted));
     findings.extend(no_promise(model, result));
-    negative_links(model, result, &mut findings);
-    findings.extend(impossible_bodies(model, result));
-    negative_friction(model, result, &mut findings);
+    findings.extend(impossible_robot(model, result, linear, channels));
     weak(model, result, &mut findings);
     if result.refined().is_none() {
         // The standard errors of the likelihood already contain this uncertainty.
@@ -143,105 +140,6 @@ fn unidentifiable(model: &Model, result: &EstimateResult, findings: &mut Vec<Fin
             ),
             "record a log in which these joints move on their own, with accelerations and with \
              reversals of direction",
-        )
-        .about(names),
-    );
-}
-
-fn impossible(
-    model: &Model,
-    result: &EstimateResult,
-    joint: usize,
-    name: &str,
-    channels: &Channels,
-    findings: &mut Vec<Finding>,
-) {
-    let column = |signal: Signal| {
-        let channel = channels.telling(signal, joint);
-        channel.map_or("", |i| channels.all[i].column.as_str())
-    };
-    let link = column(Signal::Link);
-    if let Some(row) = motor_row(model, result, joint)
-        && (row.parameters.iter())
-            .filter(|p| {
-                !p.name.ends_with("rotor_inertia") && p.unit != "N·m" || p.name.ends_with("coulomb")
-            })
-            .all(negative)
-    {
-        findings.push(
-            reversed_torque(name, column(Signal::Torque))
-                .about(row.parameters.iter().map(|p| p.name.clone())),
-        );
-        return;
-    }
-    if let Some(stiffness) = of(model, result, JointParameter::Stiffness, joint)
-        && let Some(value) = stiffness.value.filter(|v| *v < 0.0)
-    {
-        findings.push(
-            Finding::new(
-                Severity::Serious,
-                "negative-stiffness",
-                format!(
-                    "{name}: the stiffness is negative ({value:.4} {}), which no spring has: a \
-                     channel is delayed against the others, or a sign is wrong",
-                    stiffness.unit
-                ),
-                &format!(
-                    "check signs and delays of \"{}\", \"{}\" and \"{}\"; set delay_s = {{ \"{}\" = \
-                     \"estimate\" }} in [log]",
-                    link,
-                    column(Signal::Motor),
-                    column(Signal::Torque),
-                    link
-                ),
-            )
-            .about([stiffness.name.clone()]),
-        );
-    }
-    if let Some(rotor) = of(model, result, JointParameter::RotorInertia, joint)
-        && let Some(value) = rotor.value.filter(|v| *v < 0.0)
-    {
-        findings.push(
-            Finding::new(
-                Severity::Serious,
-                "negative-inertia",
-                format!(
-                    "{name}: the rotor inertia is negative ({value:.4e} {}): the torque is delayed \
-                     against the motor position, or its sign is wrong, or the friction is much \
-                     larger than the inertia's torque",
-                    rotor.unit
-                ),
-                "check sign and delay of the torque; excite the joint with higher accelerations",
-            )
-            .about([rotor.name.clone()]),
-        );
-    }
-}
-
-/// Link parameters of a robot in closed form are inertias and belong to no joint.
-fn negative_links(model: &Model, result: &EstimateResult, findings: &mut Vec<Finding>) {
-    if model.tree().is_some() {
-        return;
-    }
-    let names: Vec<String> = (result.parameters.iter())
-        .zip(model.parameters())
-        .filter(|(_, p)| p.joint.is_none() && !p.name.ends_with(".coupling"))
-        .filter(|(estimate, _)| negative(estimate))
-        .map(|(estimate, _)| estimate.name.clone())
-        .collect();
-    if names.is_empty() {
-        return;
-    }
-    findings.push(
-        Finding::new(
-            Severity::Serious,
-            "negative-inertia",
-            format!(
-                "negative inertia of {}: a link position has the wrong sign or a delay, or the \
-                 links hardly accelerate",
-                names.join(", ")
-            ),
-            "check signs and delays of the link columns",
         )
         .about(names),
     );

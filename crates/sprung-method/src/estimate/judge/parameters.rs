@@ -19,47 +19,6 @@ const COLLINEAR_CONDITION: f64 = 100.0;
 /// Maximum number of parameters that a message lists.
 const MAX_LISTED_PARAMETERS: usize = 8;
 
-pub(super) fn negative(estimate: &ParameterEstimate) -> bool {
-    estimate.value.is_some_and(|value| value < 0.0)
-}
-
-pub(super) fn negative_friction(
-    model: &Model,
-    result: &EstimateResult,
-    findings: &mut Vec<Finding>,
-) {
-    let (lost, wrong): (Vec<_>, Vec<_>) = (model.parameters().iter())
-        .zip(&result.parameters)
-        .filter(|(parameter, _)| parameter.is_friction())
-        .map(|(_, estimate)| estimate)
-        .filter(|estimate| negative(estimate))
-        .partition(|p| -p.value.unwrap_or(0.0) < 2.0 * p.standard_error.unwrap_or(0.0));
-    for (group, meaning) in [
-        (
-            wrong,
-            "friction that feeds energy in makes a simulation unstable. Possible causes are \
-             quantised positions and smoothing through the Coulomb transition",
-        ),
-        (lost, "the value is within two standard errors of zero"),
-    ] {
-        if group.is_empty() {
-            continue;
-        }
-        let list = list(&group, |p| {
-            format!("{:.4} {}", p.value.unwrap_or(0.0), p.unit)
-        });
-        findings.push(
-            Finding::new(
-                Severity::Warning,
-                "negative-friction",
-                format!("estimated friction is negative, {list}: {meaning}"),
-                "excite the joint at low and at high speed; until then simulate with zero",
-            )
-            .about(group.iter().map(|p| p.name.clone())),
-        );
-    }
-}
-
 /// Reports parameters with large relative errors. Their intervals are valid, and the promise contains
 /// their effect on the prediction, so this is a warning only for a stiffness or a rotor inertia that
 /// is hardly known at all.
@@ -68,10 +27,11 @@ pub(super) fn weak(model: &Model, result: &EstimateResult, findings: &mut Vec<Fi
     let is_vital = |known: &Parameter| known.joint.is_some_and(|(kind, _)| kind.is_vital());
     let weak: Vec<(&ParameterEstimate, &Parameter)> = (result.parameters.iter())
         .zip(model.parameters())
-        // Negative friction has its own finding. Offsets and preloads may be zero, so their
+        // An interval that ends at zero tells itself how little is known. Offsets and preloads may be zero, so their
         // relative error means nothing.
         .filter(|(p, known)| match known.joint {
-            Some((kind, _)) if kind.is_friction() => !negative(p),
+            _ if p.one_sided => false,
+            Some((kind, _)) if kind.is_friction() => p.value.is_none_or(|value| value >= 0.0),
             Some(_) => is_vital(known),
             None => true,
         })
@@ -138,7 +98,10 @@ pub(super) fn little_torque(model: &Model, result: &EstimateResult, findings: &m
 }
 
 /// Returns `name value, name value, …`.
-fn list(parameters: &[&ParameterEstimate], value: impl Fn(&ParameterEstimate) -> String) -> String {
+pub(super) fn list(
+    parameters: &[&ParameterEstimate],
+    value: impl Fn(&ParameterEstimate) -> String,
+) -> String {
     listed((parameters.iter()).map(|p| format!("{} {}", short(&p.name), value(p))))
 }
 

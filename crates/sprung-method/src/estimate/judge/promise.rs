@@ -1,6 +1,6 @@
 //! The prediction error that a result promises for a new experiment of the same kind.
 
-use crate::estimate::estimators::least_squares::HeldOutRatio;
+use crate::estimate::estimators::least_squares::HeldOut;
 use crate::estimate::result::JointPrediction;
 use crate::fit::{JointFit, joint_fits};
 use crate::model::Model;
@@ -49,13 +49,13 @@ pub(in crate::estimate) fn promise(
     model: &Model,
     system: &System,
     theta: &[f64],
-    ratio: &HeldOutRatio,
+    held_out: &HeldOut,
 ) -> Vec<JointPrediction> {
     let mut predictions = predictions(model, system, theta);
     for (joint, prediction) in predictions.iter_mut().enumerate() {
-        prediction.torque_error_nm *= ratio.of_row(model.torque_row(joint));
+        prediction.torque_error_nm *= held_out.ratio(model.torque_row(joint));
         if let Some(error) = &mut prediction.deflection_error_rad {
-            *error *= ratio.of_row(joint);
+            *error *= held_out.ratio(joint);
         }
     }
     predictions.retain(|prediction| {

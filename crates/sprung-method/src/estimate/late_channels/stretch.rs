@@ -168,6 +168,7 @@ impl<'a, 's> Stretch<'a, 's> {
             excerpt,
             system: &system,
             fitted: &fitted,
+            possible: None,
             nominal: None,
             about_logs: &[],
         };

@@ -2,8 +2,9 @@
 
 use faer::Mat;
 
+use crate::estimate::estimators::least_squares::PossibleFit;
 use crate::estimate::estimators::{Covariance, Numbers};
-use crate::estimate::possible::{Normal, inverse, known, median, ratios};
+use crate::estimate::possible::{Estimated, Limits, Normal, inverse, known, median, ratios};
 use crate::estimate::result::CovarianceOfErrors;
 use crate::estimate::statistics::ROUNDING;
 use crate::fit::residual;
@@ -69,10 +70,13 @@ impl Information {
 
 /// Returns the covariance of the errors of the determined parameters; its diagonal has the squares of the
 /// standard errors.
+///
+/// - `factor`: standard error of a parameter of possible robots over that without constraints, by index.
 pub(in crate::estimate) fn covariance(
     model: &Model,
     numbers: &Numbers,
     information: &Information,
+    factor: impl Fn(usize) -> f64,
 ) -> Option<CovarianceOfErrors> {
     let known = known(model, &numbers.identifiable, &numbers.errors);
     let own = information.of_errors();
@@ -84,9 +88,48 @@ pub(in crate::estimate) fn covariance(
             .map(|&i| model.parameters()[i].name.clone())
             .collect(),
         values: (0..known.len())
-            .map(|i| (0..=i).map(|j| inverse[(i, j)]).collect())
+            .map(|i| {
+                let entry = |j: usize| inverse[(i, j)] * factor(known[i]) * factor(known[j]);
+                (0..=i).map(entry).collect()
+            })
             .collect(),
     })
+}
+
+/// Returns the interval of each parameter of a robot that can exist, \[p\]; `None` for a parameter without one.
+pub(in crate::estimate) fn limits(
+    (possible, unconstrained): (&PossibleFit<'_>, &[f64]),
+    numbers: &Numbers,
+    information: &Information,
+) -> Option<Vec<Option<Limits>>> {
+    if !numbers.interval.is_finite() {
+        return None;
+    }
+    let known = known(
+        possible.robots.model,
+        &numbers.identifiable,
+        &numbers.errors,
+    );
+    let of_equations;
+    let estimated = Estimated {
+        information: if numbers.covariance.is_some() {
+            &information.matrix
+        } else {
+            of_equations = possible.information();
+            &of_equations
+        },
+        unconstrained,
+        theta: &numbers.theta,
+        errors: &numbers.errors,
+    };
+    let found = possible
+        .robots
+        .limits(&estimated, &known, numbers.interval)?;
+    let mut all = vec![None; numbers.theta.len()];
+    for (&i, own) in known.iter().zip(found) {
+        all[i] = own;
+    }
+    Some(all)
 }
 
 /// Returns an information matrix after the standard error of each parameter grew by a factor.

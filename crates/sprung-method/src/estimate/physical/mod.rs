@@ -17,5 +17,5 @@ mod bodies;
 mod information;
 mod problem;
 
-pub(super) use information::{covariance, information, of_equations, widened};
-pub(super) use problem::physical;
+pub(super) use information::{covariance, information, limits, of_equations, widened};
+pub(super) use problem::{bodies_of, physical};

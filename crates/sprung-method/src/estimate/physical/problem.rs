@@ -7,24 +7,58 @@ use super::bodies::Bodies;
 use super::information::Information;
 use crate::description::{Distance, Physical};
 use crate::estimate::estimators::Numbers;
-use crate::estimate::possible::{Beside, Possible, Robots, inverse};
+use crate::estimate::possible::{Beside, Possible, Robots, inverse, squared_distance};
 use crate::estimate::result::{Decided, PhysicalResult, StandardParameter};
 use crate::estimate::statistics::LARGE_SHARE;
 use crate::finding::{Finding, Severity};
 use crate::fit::residual;
-use crate::model::Model;
+use crate::model::{Model, NoSolution};
 use crate::regression::System;
 
-/// Returns possible bodies with possible drives near an estimate.
+/// Returns possible bodies with possible drives near an estimate without constraints.
 ///
 /// - `information`: information about theta; `None` if the log gives none.
-/// - `beside`: what the prior stands beside; constrained estimates have their own bodies.
 pub(in crate::estimate) fn physical(
     model: &Model,
     settings: &Physical,
     numbers: &Numbers,
+    about: (Option<&Information>, &System),
+) -> Bodies {
+    let robots = Robots::new(model, settings, &numbers.theta, Beside::Estimate);
+    bodies(
+        &robots,
+        settings,
+        numbers,
+        about,
+        |robots, information, theta| robots.nearest(information, theta),
+    )
+}
+
+/// Returns the bodies of a robot that can exist.
+///
+/// - `information`: information about theta; `None` if the log gives none.
+pub(in crate::estimate) fn bodies_of(
+    robots: &Robots<'_>,
+    settings: &Physical,
+    numbers: &Numbers,
+    about: (Option<&Information>, &System),
+) -> Bodies {
+    bodies(
+        robots,
+        settings,
+        numbers,
+        about,
+        |robots, information, theta| robots.robot_of(information, theta),
+    )
+}
+
+/// - `search`: returns the robot of an estimate with its information.
+fn bodies(
+    robots: &Robots<'_>,
+    settings: &Physical,
+    numbers: &Numbers,
     (information, system): (Option<&Information>, &System),
-    beside: Beside<'_>,
+    search: impl Fn(&Robots<'_>, &Mat<f64>, &[f64]) -> Result<Possible, NoSolution>,
 ) -> Bodies {
     let mut bodies = Bodies {
         theta: None,
@@ -39,14 +73,11 @@ pub(in crate::estimate) fn physical(
     else {
         return bodies;
     };
-    let robots = Robots::new(model, settings, &numbers.theta, beside);
+    let model = robots.model;
     bodies
         .findings
         .extend(about_nominal(&robots.impossible_nominal));
-    let own = Mat::from_fn(numbers.theta.len(), 1, |i, _| numbers.theta[i]);
-    let gradient = information * &own;
-    let gradient: Vec<f64> = (0..numbers.theta.len()).map(|i| gradient[(i, 0)]).collect();
-    let found = match robots.best(information, &gradient, &numbers.theta) {
+    let found = match search(robots, information, &numbers.theta) {
         Ok(found) => found,
         Err(reason) => {
             bodies.findings.push(none(&robots.why(reason)));
@@ -54,9 +85,8 @@ pub(in crate::estimate) fn physical(
         }
     };
     let theta = found.theta.clone();
-    let moved = Mat::from_fn(theta.len(), 1, |i, _| theta[i] - numbers.theta[i]);
-    let squares = (moved.transpose() * information * &moved)[(0, 0)];
-    bodies.standard = standard(&robots, &found);
+    let squares = squared_distance(information, &theta, &numbers.theta);
+    bodies.standard = standard(robots, &found);
     bodies.result = Some(PhysicalResult {
         prior: if robots.priors.iter().any(|own| own.is_nominal) {
             "nominal"
@@ -77,7 +107,7 @@ pub(in crate::estimate) fn physical(
             .filter(|(row, (_, (own, _)))| model.is_torque_row(*row) && *own > 0.0)
             .map(|(row, ((possible, _), (own, _)))| (model.row_name(row), possible / own))
             .collect(),
-        impossible_nominal: robots.impossible_nominal,
+        impossible_nominal: robots.impossible_nominal.clone(),
     });
     bodies.theta = Some(theta);
     bodies

@@ -5,9 +5,10 @@ use faer::linalg::solvers::DenseSolveCore;
 
 use crate::fit::Free;
 use crate::model::Model;
-use crate::regression::System;
+use crate::regression::{System, Triangle};
 
 /// Normal equations of all rows: `H θ = g`.
+#[derive(Clone)]
 pub(in crate::estimate) struct Normal {
     /// H, \[p × p\]; zero for known parameters.
     pub(in crate::estimate) information: Mat<f64>,
@@ -22,13 +23,18 @@ impl Normal {
         system: &System,
         weights: &[f64],
     ) -> Option<Self> {
+        Some(Self::of(model, system.whole()?, weights))
+    }
+
+    /// Returns the normal equations of one factor per row.
+    pub(in crate::estimate) fn of(model: &Model, factors: Vec<Triangle>, weights: &[f64]) -> Self {
         let p = model.parameters().len();
         let free = Free::new(model);
         let mut normal = Self {
             information: Mat::zeros(p, p),
             gradient: vec![0.0; p],
         };
-        let factors = free.factors(system.whole()?);
+        let factors = free.factors(factors);
         for ((columns, factor), weight) in free.columns.iter().zip(&factors).zip(weights) {
             let by = weight * weight;
             let product = |i: usize, j: usize| -> f64 {
@@ -43,19 +49,43 @@ impl Normal {
                 }
             }
         }
-        Some(normal)
+        normal
     }
 
-    /// Divides the equations such that standard errors that follow from them have the median of given ones.
+    /// Adds the equations of other samples.
+    pub(in crate::estimate) fn with(mut self, more: Self) -> Self {
+        self.information += more.information;
+        for (own, more) in self.gradient.iter_mut().zip(more.gradient) {
+            *own += more;
+        }
+        self
+    }
+
+    /// Returns the equations of all samples but those of a part.
+    pub(in crate::estimate) fn without(&self, part: &Self) -> Self {
+        Self {
+            information: &self.information - &part.information,
+            gradient: (self.gradient.iter().zip(&part.gradient))
+                .map(|(all, part)| all - part)
+                .collect(),
+        }
+    }
+
+    /// Returns the divisor of the equations with which the standard errors that follow from them have the median of given
+    /// ones.
     ///
     /// - `known`: parameters that the log determines; `errors`: their standard errors among all, \[p\].
-    pub(in crate::estimate) fn scaled(mut self, known: &[usize], errors: &[f64]) -> Option<Self> {
-        let by = median(&ratios(&self.information, known, errors)?)?;
+    pub(in crate::estimate) fn scale(&self, known: &[usize], errors: &[f64]) -> Option<f64> {
+        median(&ratios(&self.information, known, errors)?)
+    }
+
+    /// Divides the equations by a number.
+    pub(in crate::estimate) fn divided(mut self, by: f64) -> Self {
         self.information /= faer::Scale(by);
         for own in &mut self.gradient {
             *own /= by;
         }
-        Some(self)
+        self
     }
 }
 

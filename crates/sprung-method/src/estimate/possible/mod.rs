@@ -12,9 +12,13 @@
 //! Robotics, 2020, for the entropic distance.
 
 mod information;
+mod limits;
 mod prior;
 mod robots;
+mod search;
 
 pub(in crate::estimate) use information::{Normal, inverse, known, median, ratios};
+pub(in crate::estimate) use limits::{Estimated, Limits};
 pub(in crate::estimate) use prior::Beside;
-pub(in crate::estimate) use robots::{Possible, Robots};
+pub(in crate::estimate) use robots::Robots;
+pub(in crate::estimate) use search::{Possible, squared_distance};

@@ -1,13 +1,11 @@
 //! The robots that can exist, as a convex set.
 
-use faer::Mat;
 use sprung_core::friction::{Conditions, Law};
 use sprung_core::parameters::{JointParameter, Side};
 use sprung_core::spatial::BODY;
 
 use super::prior::{Beside, BodyPrior, add_prior, impossible, priors};
 use crate::description::Physical;
-use crate::estimate::statistics::ROUNDING;
 use crate::model::{
     Block, Model, NoSolution, Parameter, Program, Region, Theta, TreeLinks, second_moments,
 };
@@ -27,29 +25,17 @@ pub(in crate::estimate) struct Robots<'a> {
     /// Links whose nominal bodies cannot exist.
     pub(in crate::estimate) impossible_nominal: Vec<String>,
     /// Indices in theta of the other unknowns.
-    others: Vec<usize>,
+    pub(super) others: Vec<usize>,
     /// What each block says, as the subject of a sentence.
     subjects: Vec<String>,
     /// Change of theta by each unknown, \[p\] each.
-    columns: Vec<Theta>,
+    pub(super) columns: Vec<Theta>,
     /// Theta without the unknowns.
-    constant: Theta,
+    pub(super) constant: Theta,
     /// Bodies of the prior; zeros for the other unknowns.
-    start: Vec<f64>,
+    pub(super) start: Vec<f64>,
     /// The prior as a program without a log.
-    prior: Program,
-}
-
-/// The robot that fits a log best among those that can exist.
-pub(in crate::estimate) struct Possible {
-    /// Unknowns of [`Robots`].
-    pub(in crate::estimate) x: Vec<f64>,
-    /// Parameters, \[p\].
-    pub(in crate::estimate) theta: Theta,
-    /// Second derivatives of the log's part of the function, \[unknowns × unknowns\].
-    pub(in crate::estimate) of_log: Vec<f64>,
-    /// Second derivatives of the whole function, \[unknowns × unknowns\].
-    pub(in crate::estimate) of_all: Option<Vec<f64>>,
+    pub(super) prior: Program,
 }
 
 impl<'a> Robots<'a> {
@@ -119,67 +105,8 @@ impl<'a> Robots<'a> {
         robots
     }
 
-    /// Returns the robot that minimises `½ θᵀ H θ − gᵀ θ`.
-    ///
-    /// - `information`: H, \[p × p\]; `gradient`: g, \[p\].
-    /// - `near`: parameters near the minimum, \[p\].
-    ///
-    /// # Errors
-    ///
-    /// [`NoSolution`] if the given values and limits contradict each other.
-    pub(in crate::estimate) fn best(
-        &self,
-        information: &Mat<f64>,
-        gradient: &[f64],
-        near: &[f64],
-    ) -> Result<Possible, NoSolution> {
-        let (n, p) = (self.columns.len(), self.constant.len());
-        let t = Mat::from_fn(p, n, |i, j| self.columns[j][i]);
-        let by = information * &t;
-        let quadratic = t.transpose() * &by;
-        let constant = Mat::from_fn(p, 1, |i, _| self.constant[i]);
-        let rest = Mat::from_fn(p, 1, |i, _| gradient[i]) - information * &constant;
-        let linear = t.transpose() * &rest;
-        let of_log: Vec<f64> = (0..n * n)
-            .map(|at| {
-                let (i, j) = (at / n, at % n);
-                f64::midpoint(quadratic[(i, j)], quadratic[(j, i)])
-            })
-            .collect();
-        let mut program = self.prior.clone();
-        for (own, more) in program.quadratic.iter_mut().zip(&of_log) {
-            *own += more;
-        }
-        for (i, own) in program.linear.iter_mut().enumerate() {
-            *own += linear[(i, 0)];
-        }
-        let mut start = self.start.clone();
-        for (at, &index) in self.others.iter().enumerate() {
-            let unknown = self.standard.len() + at;
-            let own = of_log[unknown * (n + 1)];
-            let (ridge, scale) = if own > 0.0 {
-                (ROUNDING * own, own.sqrt().recip())
-            } else {
-                (ROUNDING, 1.0)
-            };
-            program.quadratic[unknown * (n + 1)] += ridge;
-            program.linear[unknown] += ridge * near[index];
-            start[unknown] = near[index];
-            if must_be_positive(&self.model.parameters()[index]) {
-                start[unknown] = near[index].max(1e-3 * scale);
-            }
-        }
-        let x = program.minimise(&start, ROUNDING)?;
-        Ok(Possible {
-            theta: self.theta(&x),
-            of_all: program.hessian(&x),
-            of_log,
-            x,
-        })
-    }
-
     /// Returns the parameters of a robot, \[p\].
-    fn theta(&self, x: &[f64]) -> Theta {
+    pub(super) fn theta(&self, x: &[f64]) -> Theta {
         let mut theta = self.constant.clone();
         for (column, x) in self.columns.iter().zip(x) {
             for (own, by) in theta.iter_mut().zip(column) {
@@ -373,7 +300,7 @@ impl<'a> Robots<'a> {
 }
 
 /// Returns whether a parameter of a drive is that of no robot if it is negative.
-fn must_be_positive(parameter: &Parameter) -> bool {
+pub(super) fn must_be_positive(parameter: &Parameter) -> bool {
     parameter
         .joint
         .is_some_and(|(kind, _)| kind.is_vital() || kind.is_friction())

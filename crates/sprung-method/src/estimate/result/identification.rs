@@ -284,15 +284,20 @@ pub struct ParameterEstimate {
     pub value: Option<f64>,
     /// Standard error.
     pub standard_error: Option<f64>,
-    /// Contributions to the standard error; least squares and the refinement only.
+    /// Contributions to the standard error without constraints; least squares and the refinement only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error_parts: Option<ErrorParts>,
-    /// 95 % confidence interval.
+    /// 95 % confidence interval. Over robots that can exist it is that by profile likelihood, and the standard error is
+    /// half of it over its quantile.
     pub ci95: Option<[f64; 2]>,
-    /// Estimate without constraints, as diagnosis; absent with `constraints = "none"`. Least squares only.
+    /// Whether the interval ends at zero, the bound of the parameter: the log tells only how large it is at most.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub one_sided: bool,
+    /// Estimate without constraints, as diagnosis; absent with `constraints = "none"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unconstrained: Option<f64>,
-    /// Value with possible bodies and possible drives, which simulators and controllers can use.
+    /// Value with possible bodies and possible drives beside an estimate without constraints; absent if the value itself
+    /// is that of a robot that can exist.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub physical: Option<f64>,
     /// Nominal value from the description.
@@ -343,6 +348,23 @@ pub struct CrossCheckResult {
     pub values: Named,
 }
 
+impl ParameterEstimate {
+    /// Returns the value that the equations give without constraints.
+    #[must_use]
+    pub fn by_equations(&self) -> Option<f64> {
+        self.unconstrained.or(self.value)
+    }
+
+    /// Returns the standard error of the value that the equations give without constraints.
+    #[must_use]
+    pub fn error_by_equations(&self) -> Option<f64> {
+        let parts = self
+            .error_parts
+            .map(|parts| parts.sampling.hypot(parts.between_parts).hypot(parts.bias));
+        parts.or(self.standard_error)
+    }
+}
+
 impl EstimateResult {
     /// Returns the refinement if the values come from it.
     #[must_use]
@@ -369,6 +391,14 @@ impl EstimateResult {
             .chain(stribeck.map(|(joint, velocity)| (stribeck_name(joint), velocity)))
             .chain(residual.map(|(joint, velocity)| (residual_name(joint), velocity)))
             .collect()
+    }
+
+    /// Returns whether the values are those of a robot that can exist.
+    #[must_use]
+    pub fn is_constrained(&self) -> bool {
+        self.parameters
+            .iter()
+            .any(|own| own.unconstrained.is_some())
     }
 
     /// Returns a parameter by its name.

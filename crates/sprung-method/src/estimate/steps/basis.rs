@@ -34,7 +34,7 @@ pub(in crate::estimate) struct Basis<'a> {
     /// Findings about the logs.
     pub(in crate::estimate) findings: &'a [Finding],
     /// Result of least squares. Other estimators start from it and return it if they fail.
-    pub(in crate::estimate) linear: &'a Linear,
+    pub(in crate::estimate) linear: &'a Linear<'a>,
     /// Time spent on reading the logs and on the fit, s.
     pub(in crate::estimate) fit_seconds: f64,
 }
@@ -42,8 +42,8 @@ pub(in crate::estimate) struct Basis<'a> {
 impl Basis<'_> {
     /// Returns the result of least squares as an estimator.
     pub(super) fn least_squares(&self) -> Found {
-        let (model, fitted) = (self.ready.prepared.reading().model(), &self.linear.fitted);
-        least_squares(model, &self.read.system, fitted, self.fit_seconds)
+        let model = self.ready.prepared.reading().model();
+        least_squares(model, &self.read.system, self.linear, self.fit_seconds)
     }
 }
 

@@ -10,7 +10,10 @@ use crate::estimate::estimators::least_squares::Linear;
 /// # Errors
 ///
 /// [`IdentifyError::NotFinite`] if the regression or its solution is not finite.
-pub(in crate::estimate) fn fit(ready: &Ready, read: &ReadLogs) -> Result<Linear, IdentifyError> {
+pub(in crate::estimate) fn fit<'a>(
+    ready: &'a Ready,
+    read: &ReadLogs,
+) -> Result<Linear<'a>, IdentifyError> {
     let prepared = &ready.prepared;
     Linear::new(prepared, (&read.system, &read.spans)).ok_or_else(|| IdentifyError::NotFinite {
         file: prepared.names().join(", "),

@@ -8,8 +8,7 @@ use crate::estimate::estimators::least_squares::{Linear, Route};
 use crate::estimate::estimators::{Criterion, Numbers};
 use crate::estimate::judge::promise;
 use crate::estimate::laws::dependence;
-use crate::estimate::physical::{covariance, information, physical};
-use crate::estimate::possible::Beside;
+use crate::estimate::physical::{bodies_of, covariance, information, limits, physical};
 use crate::estimate::result::{
     CrossCheckResult, Decision, EncoderOffsetResult, EstimateResult, MotorRowResult,
     ParameterEstimate, Verdict,
@@ -24,29 +23,29 @@ pub(super) fn result_of(
     model: &Model,
     (estimator, settings): (Estimator, &Physical),
     found: &Numbers,
-    linear: &Linear,
+    linear: &Linear<'_>,
     system: &System,
 ) -> EstimateResult {
     let fitted = &linear.fitted;
-    // Bodies beside a constrained estimate are its own.
-    let beside = match linear.unconstrained {
-        Some(_) => Beside::Log(&linear.speeds),
-        None => Beside::Estimate,
-    };
     let information = information(model, found, &found.errors, system);
-    let bodies = physical(
-        model,
-        settings,
-        found,
-        (information.as_ref(), system),
-        beside,
-    );
+    let about = (information.as_ref(), system);
+    // A constrained estimate is that of a robot that can exist; its bodies are its own.
+    let constrained = linear.possible.as_ref().zip(found.unconstrained.as_deref());
+    let bodies = match constrained {
+        Some((possible, _)) => bodies_of(&possible.robots, settings, found, about),
+        None => physical(model, settings, found, about),
+    };
+    let limits = (constrained.zip(information.as_ref()))
+        .and_then(|(constrained, information)| limits(constrained, found, information));
     let Numbers {
-        theta,
         errors,
         identifiable,
         ..
     } = found;
+    let theta = match (constrained, &bodies.theta) {
+        (Some(_), Some(own)) => own,
+        _ => &found.theta,
+    };
     let torques = torques(model, system, theta);
     let parameters: Vec<ParameterEstimate> = model
         .parameters()
@@ -65,10 +64,16 @@ pub(super) fn result_of(
                 estimate.torque_rms_nm = finite(torque.rms);
                 estimate.torque_share = finite(torque.share);
                 estimate.torque_over_residual = finite(torque.over_residual);
-                estimate.unconstrained = (linear.unconstrained.as_ref())
-                    .filter(|_| matches!(found.criterion, Criterion::Equations))
+                estimate.unconstrained = constrained.map(|(_, theta)| theta[i]);
+                estimate.physical = (bodies.theta.as_ref())
+                    .filter(|_| constrained.is_none())
                     .map(|theta| theta[i]);
-                estimate.physical = bodies.theta.as_ref().map(|theta| theta[i]);
+            }
+            if let Some(own) = limits.as_ref().and_then(|limits| limits[i]) {
+                estimate.ci95 = Some(own.ends);
+                estimate.one_sided = own.is_one_sided;
+                estimate.standard_error =
+                    finite((own.ends[1] - own.ends[0]) / (2.0 * found.interval));
             }
             if estimate.standard_error.is_some() {
                 estimate.error_parts = found.error_parts.get(i).copied();
@@ -97,7 +102,13 @@ pub(super) fn result_of(
         condition_number: finite(fitted.condition_number),
         condition_number_scaled: finite(fitted.condition_number_scaled),
         parameters,
-        covariance: (information.as_ref()).and_then(|own| covariance(model, found, own)),
+        covariance: (information.as_ref()).and_then(|own| {
+            let of_constraints = |i: usize| {
+                let own = limits.as_ref()?[i]?;
+                finite((own.ends[1] - own.ends[0]) / (2.0 * found.interval * errors[i]))
+            };
+            covariance(model, found, own, |i| of_constraints(i).unwrap_or(1.0))
+        }),
         encoder_offsets,
         stribeck_velocity: stribeck_velocities(model, &found.criterion),
         residual_velocity: residual_velocities(model),
@@ -242,6 +253,7 @@ fn estimate(
         standard_error,
         error_parts: None,
         ci95: value.zip(half).map(|(v, h)| [v - h, v + h]),
+        one_sided: false,
         unconstrained: None,
         physical: None,
         nominal: parameter.nominal,

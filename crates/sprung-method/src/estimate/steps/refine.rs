@@ -65,6 +65,7 @@ fn run(
                 excerpt,
                 system: &basis.read.system,
                 fitted,
+                possible: basis.linear.possible.as_ref(),
                 nominal: basis.ready.inputs.nominal.as_deref(),
                 about_logs: basis.findings,
             };

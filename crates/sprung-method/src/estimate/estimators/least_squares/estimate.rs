@@ -1,7 +1,8 @@
 //! Least squares as an estimator.
 
+use super::linear::{Linear, linear_numbers};
 use crate::estimate::estimators::found::{Found, Numbers};
-use crate::fit::{Fitted, trace};
+use crate::fit::trace;
 use crate::model::Model;
 use crate::regression::System;
 
@@ -11,14 +12,14 @@ use crate::regression::System;
 pub(in crate::estimate) fn least_squares(
     model: &Model,
     system: &System,
-    fitted: &Fitted,
+    linear: &Linear<'_>,
     elapsed: f64,
 ) -> Found {
     Found {
         numbers: Numbers {
             points: trace(model, system).collect(),
             elapsed,
-            ..Numbers::of(fitted)
+            ..linear_numbers(&linear.fitted, linear.possible.as_ref())
         },
         findings: Vec::new(),
     }

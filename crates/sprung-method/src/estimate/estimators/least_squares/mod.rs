@@ -2,7 +2,7 @@
 
 mod cross_checks;
 mod estimate;
-mod held_out_ratio;
+mod held_out;
 mod linear;
 mod parts;
 mod possible;
@@ -10,8 +10,9 @@ mod sweep;
 mod uncertainty;
 
 pub(crate) use cross_checks::Route;
-pub(in crate::estimate) use held_out_ratio::HeldOutRatio;
-pub(in crate::estimate) use linear::Linear;
+pub(in crate::estimate) use held_out::{HeldOut, Price};
+pub(in crate::estimate) use linear::{Linear, linear_numbers};
+pub(in crate::estimate) use possible::PossibleFit;
 pub(crate) use sweep::cutoff_choice;
 
 pub(in crate::estimate) use estimate::least_squares;

@@ -5,6 +5,7 @@
 //! derivatives only by noise of the logged torque. The expectation of this correlation is
 //! subtracted, so the gains affect the precision of the estimate but do not bias it.
 
+use super::constrained::step;
 use super::dynamics::Dynamics;
 use super::filter::{FilterRun, Keep, NormalEquations, Trajectory, replay, run};
 use super::level_search::search_levels;
@@ -12,7 +13,7 @@ use super::levels::Levels;
 use super::likelihood::{LevelLikelihood, Searched};
 use super::noisy_torque::{MAX_NOISE_SHARE, NoiseBias, NoiseSource};
 use super::problem::{Problem, add_prior};
-use super::solve::{damped_step, length};
+use super::solve::length;
 use super::vector::add;
 use crate::estimate::estimators::damping::{Damping, MAX_TRIES};
 use crate::estimate::estimators::prediction_error::state_layout::transition_size;
@@ -309,7 +310,7 @@ fn is_short(step: &Step, normal: &NormalEquations, moved: &mut [f64]) -> bool {
 /// V contain the prior, A is corrected by `A_n` and g by `g_n`.
 ///
 /// ```text
-/// (A + μ diag A) Δz = −g        saved = V(z) − V(z + Δz) + 2 g_n · Δz + Δz · A_n Δz > 0
+/// min ½ Δzᵀ (A + μ diag A) Δz + gᵀ Δz        saved = V(z) − V(z + Δz) + 2 g_n · Δz + Δz · A_n Δz > 0
 /// ```
 fn lower(
     problem: &Problem<'_>,
@@ -321,7 +322,7 @@ fn lower(
 ) -> Option<Step> {
     let normal = &gradient.normal;
     for _ in 0..MAX_TRIES {
-        if let Some(by) = damped_step(&normal.information, &normal.gradient, damping.value()) {
+        if let Some(by) = step(problem, z, normal, damping.value()) {
             let at: Vec<f64> = z.iter().zip(&by).map(|(x, d)| x + d).collect();
             let there = (problem.is_feasible(&at))
                 .then(|| replay(problem.measurements, dynamics, problem.unknowns, &at, run))

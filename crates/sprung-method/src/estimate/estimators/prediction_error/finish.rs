@@ -10,7 +10,7 @@ use super::hold_out::PARTS;
 use super::levels::Levels;
 use super::noisy_torque::{NoiseBias, NoiseSource};
 use super::parts::{
-    Alone, alone, between, blocks, deviation, values_alone, widened, without_blocks,
+    Alone, alone, between, blocks, deviation, possible_alone, values_alone, widened, without_blocks,
 };
 use super::problem::{Problem, add_prior};
 use super::refined::{Refined, RowLevel, SensorLevel, SensorOffset, StribeckVelocity};
@@ -60,7 +60,9 @@ pub(super) fn finish(
         .collect();
     let of_blocks = widened(of_blocks.unwrap_or_default(), &widening);
     let sampling = |place: usize| widening[place] * information[place * (count + 1)].sqrt();
-    let without = without_blocks(problem, descent, &sums.normal, &blocks);
+    let without = without_blocks(&sums.normal, &blocks, |part| {
+        values_alone(problem, descent, part)
+    });
     let between = |place: usize| {
         let of_blocks = between(&of_blocks, place).min(deviation(&without, place));
         of_blocks.max(between(&logs, place))
@@ -85,6 +87,16 @@ pub(super) fn finish(
         reading.delays(),
     );
     let [delays, saturations, eccentricities] = by_kind(updates);
+    let unconstrained = match problem.robots {
+        None => None,
+        Some(_) => Some(unknowns.theta(&values_alone(problem, descent, &sums.normal)?)),
+    };
+    let possible_without = match problem.robots {
+        None => without.clone(),
+        Some(_) => without_blocks(&sums.normal, &blocks, |part| {
+            possible_alone(problem, descent, part)
+        }),
+    };
     Some(Refined {
         covariance: (0..width * width)
             .map(|at| covariance[at / width * count + at % width])
@@ -128,7 +140,8 @@ pub(super) fn finish(
         eccentricities,
         by_noise: moves_by_noise(&influence, count, &bias, width),
         trace: trace(problem, descent, &sums),
-        without: (without.into_iter())
+        unconstrained,
+        without: (possible_without.into_iter())
             .map(|(end, z)| (end, unknowns.theta(&z)))
             .collect(),
         logs,

@@ -5,6 +5,7 @@
 //! left out in turn.
 
 use super::refined::Refined;
+use crate::estimate::estimators::least_squares::PossibleFit;
 use crate::fit::{HoldOut, Missed, over_reference};
 use crate::model::{Model, Theta};
 use crate::regression::System;
@@ -40,8 +41,15 @@ pub(super) struct Blocks<'a> {
 impl<'a> Blocks<'a> {
     /// Splits the regression into the blocks of a refinement and evaluates least squares.
     ///
+    /// - `possible`: least squares over the robots that can exist; `None` without constraints.
+    ///
     /// Returns `None` if least squares has no solution without one of the blocks.
-    pub(super) fn new(model: &'a Model, system: &System, refined: &Refined) -> Option<Self> {
+    pub(super) fn new(
+        model: &'a Model,
+        system: &System,
+        refined: &Refined,
+        possible: Option<&PossibleFit<'_>>,
+    ) -> Option<Self> {
         // The samples of a refinement are spread evenly over the logs.
         let parts = HoldOut::new(model, system, PARTS);
         let block_of = (0..parts.len())
@@ -56,7 +64,7 @@ impl<'a> Blocks<'a> {
             linear: 0.0,
         };
         let linear: Option<Vec<Theta>> = (0..refined.without.len())
-            .map(|block| blocks.fit_without(block))
+            .map(|block| blocks.fit_without(block, possible))
             .collect();
         let linear = linear?;
         blocks.linear = blocks.residual(|block| linear.get(block))?;
@@ -73,8 +81,12 @@ impl<'a> Blocks<'a> {
     }
 
     /// Returns the estimate of least squares from all blocks but one.
-    fn fit_without(&self, block: usize) -> Option<Theta> {
-        (self.parts).fit(|part| self.block_of[part].is_some_and(|own| own != block))
+    fn fit_without(&self, block: usize, possible: Option<&PossibleFit<'_>>) -> Option<Theta> {
+        let is_used = |part: usize| self.block_of[part].is_some_and(|own| own != block);
+        match possible {
+            None => self.parts.fit(is_used),
+            Some(possible) => possible.fit(&self.parts, is_used),
+        }
     }
 
     /// Returns the residual of one estimate per block; `None` if a block has no estimate or the

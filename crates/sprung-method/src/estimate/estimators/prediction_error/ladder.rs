@@ -62,7 +62,7 @@ pub(super) fn climb(
             .and_then(|last| last.end.as_ref());
         let end = refinery.climb(rung, from, progress)?;
         if let (None, Some(end)) = (&blocks, &end) {
-            blocks = Blocks::new(model, system, &end.refined);
+            blocks = Blocks::new(model, system, &end.refined, refinery.possible);
         }
         let held_out =
             (blocks.as_ref().zip(end.as_ref())).map(|(blocks, end)| blocks.compare(&end.refined));

@@ -98,6 +98,7 @@ impl Refinery<'_> {
             levels: &searches.shown,
             noisy_rows: &noise.rows(richer),
             guard: None,
+            robots: None,
         };
         let Some((sums, _)) = last_run(&problem, &unknowns, (&z, &end.levels)) else {
             return Ok(Vec::new());

@@ -4,6 +4,7 @@
 mod bound;
 mod cap;
 mod channel_updates;
+mod constrained;
 mod covariance;
 mod descent;
 mod describe;
@@ -45,6 +46,7 @@ use sprung_core::parameters::JointParameter;
 
 use crate::description::{Delay, Experiment};
 use crate::estimate::estimators::found::{Covariance, Criterion, Found, Numbers};
+use crate::estimate::estimators::least_squares::{PossibleFit, linear_numbers};
 use crate::estimate::laws::with_tested_laws;
 use crate::estimate::result::ErrorParts;
 use crate::estimate::statistics::NORMAL_95;
@@ -70,6 +72,9 @@ use start_levels::TorqueNoise;
 use status::Status;
 use undeclared::bias;
 
+/// Least start value of a rotor inertia or stiffness, in its standard errors.
+const INSIDE: f64 = 0.3;
+
 /// Inputs of a refinement.
 #[derive(Clone, Copy)]
 pub(in crate::estimate) struct Before<'a> {
@@ -78,6 +83,8 @@ pub(in crate::estimate) struct Before<'a> {
     pub(in crate::estimate) excerpt: &'a Excerpt,
     pub(in crate::estimate) system: &'a System,
     pub(in crate::estimate) fitted: &'a Fitted,
+    /// Least squares over the robots that can exist; `None` without constraints.
+    pub(in crate::estimate) possible: Option<&'a PossibleFit<'a>>,
     /// Start values instead of the fitted ones, \[p\].
     pub(in crate::estimate) nominal: Option<&'a [f64]>,
     /// Findings about the logs. If a log itself is faulty, the refinement is not tried, because it
@@ -116,7 +123,7 @@ pub(in crate::estimate) fn prediction_error(
                 Some(_) => None,
                 None => Guard::new(model, before.system, &before.fitted.theta),
             };
-            let refinery = refinery.with_guard(guard);
+            let refinery = refinery.with_guard(guard).with_possible(before.possible);
             tried = climb(&refinery, model, before.system, progress)?;
             if let Some(used) = choose(&tried).map(|index| &tried[index]) {
                 missing = missing_laws(&refinery, used, before.experiment)?;
@@ -155,7 +162,7 @@ pub(in crate::estimate) fn prediction_error(
         }
         None => Numbers {
             points: trace(model, before.system).collect(),
-            ..Numbers::of(before.fitted)
+            ..linear_numbers(before.fitted, before.possible)
         },
     };
     Ok(Found {
@@ -196,6 +203,16 @@ fn start_values(reading: &Reading, before: &Before<'_>) -> Vec<f64> {
             let error = fitted.standard_error[index];
             if error.is_nan() || error > OPEN_STIFFNESS * theta[index] {
                 theta[index] = known;
+            }
+        }
+    }
+    if before.possible.is_some() && before.nominal.is_none() {
+        // Motors and springs at their bound have motions that no step of time resolves.
+        for (i, parameter) in model.parameters().iter().enumerate() {
+            let is_vital = parameter.joint.is_some_and(|(kind, _)| kind.is_vital());
+            let least = INSIDE * fitted.standard_error[i];
+            if is_vital && fitted.identifiable[i] && least.is_finite() {
+                theta[i] = theta[i].max(least);
             }
         }
     }
@@ -266,6 +283,7 @@ fn refined_numbers(refined: Refined, rung: Rung, fitted: &Fitted, undeclared: &[
             values: refined.covariance,
         }),
         theta: refined.theta,
+        unconstrained: refined.unconstrained,
         interval: NORMAL_95,
         points: (refined.trace.into_iter())
             .map(|(time, theta)| (time, Some(theta)))

@@ -1,5 +1,6 @@
 //! Changes of the unknowns between parts of the logs: blocks of all samples, and single logs.
 
+use super::constrained;
 use super::descent::Descent;
 use super::filter::{NormalEquations, Sums};
 use super::problem::{Problem, add_prior};
@@ -100,20 +101,28 @@ pub(super) fn between(parts: &[Alone], unknown: usize) -> f64 {
     between_parts(&values).map_or(0.0, |found| found.standard_error())
 }
 
-/// Returns the unknowns without each of the blocks in turn, and the end of each block as a fraction
-/// of the samples. Returns an empty list if the other blocks do not determine the unknowns.
-pub(super) fn without_blocks(
+/// Returns the values of [`alone`] of the likeliest robot that can exist.
+pub(super) fn possible_alone(
     problem: &Problem<'_>,
     descent: &Descent,
+    part: &NormalEquations,
+) -> Option<Vec<f64>> {
+    let own = with_prior(problem, descent, part);
+    let step = constrained::step(problem, &descent.z, &own, 0.0)?;
+    Some(descent.z.iter().zip(&step).map(|(x, d)| x + d).collect())
+}
+
+/// Returns the unknowns without each of the blocks in turn, and the end of each block as a fraction
+/// of the samples. Returns an empty list if the other blocks do not determine the unknowns.
+///
+/// - `values`: returns the unknowns of some normal equations.
+pub(super) fn without_blocks(
     whole: &NormalEquations,
     blocks: &[Block],
+    values: impl Fn(&NormalEquations) -> Option<Vec<f64>>,
 ) -> Vec<(f64, Vec<f64>)> {
     let each: Option<Vec<(f64, Vec<f64>)>> = (blocks.iter())
-        .map(|block| {
-            let others = whole.without(&block.normal);
-            let z = values_alone(problem, descent, &others)?;
-            Some((block.end, z))
-        })
+        .map(|block| Some((block.end, values(&whole.without(&block.normal))?)))
         .collect();
     each.unwrap_or_default()
 }

@@ -5,6 +5,7 @@ use super::guard::Guard;
 use super::levels::{Levels, UnknownLevels};
 use super::measurements::Measurements;
 use super::unknowns::Unknowns;
+use crate::estimate::possible::Robots;
 use crate::model::Model;
 
 /// Model, measurements and unknowns of a descent.
@@ -18,6 +19,8 @@ pub(super) struct Problem<'a> {
     pub(super) noisy_rows: &'a [usize],
     /// Comparison with least squares, from which the descent starts; `None` without a comparison.
     pub(super) guard: Option<&'a Guard<'a>>,
+    /// The robots that can exist; `None` without constraints.
+    pub(super) robots: Option<&'a Robots<'a>>,
 }
 
 impl Problem<'_> {

@@ -24,6 +24,7 @@ use super::rung::Rung;
 use super::start_levels::{Searches, TorqueNoise, levels_after, start_levels, with_sensor_noise};
 use super::unknowns::Unknowns;
 use crate::estimate::estimators::feasible::feasible;
+use crate::estimate::estimators::least_squares::PossibleFit;
 use crate::estimate::statistics::MAX_ROUNDS;
 use crate::log::LogSource;
 use crate::model::Theta;
@@ -61,6 +62,8 @@ pub(super) struct Refinery<'a> {
     theta: Theta,
     phase: Phase,
     guard: Option<Guard<'a>>,
+    /// Least squares over the robots that can exist; `None` without constraints.
+    pub(super) possible: Option<&'a PossibleFit<'a>>,
     raw: Vec<RawSegment>,
     left_out: bool,
     /// The measurements that were used last, with the delays of their channels, s.
@@ -108,6 +111,7 @@ impl<'a> Refinery<'a> {
             theta,
             phase,
             guard: None,
+            possible: None,
             raw,
             left_out,
             made: Mutex::new(None),
@@ -139,6 +143,11 @@ impl<'a> Refinery<'a> {
     /// Adds a comparison with least squares, which ends hopeless descents.
     pub(super) fn with_guard(self, guard: Option<Guard<'a>>) -> Self {
         Self { guard, ..self }
+    }
+
+    /// Keeps the parameters to those of robots that can exist.
+    pub(super) fn with_possible(self, possible: Option<&'a PossibleFit<'a>>) -> Self {
+        Self { possible, ..self }
     }
 
     /// Refines the parameters on one rung: measurements, start levels, descent, result. Repeats this
@@ -188,6 +197,7 @@ impl<'a> Refinery<'a> {
                 noisy_rows: &noisy_rows,
                 // No lower rung follows the last one.
                 guard: self.guard.as_ref().filter(|_| rung != Rung::Flat),
+                robots: self.possible.map(|own| &own.robots),
             };
             if round == 1
                 && before.is_none()

@@ -11,6 +11,8 @@ use crate::model::Theta;
 pub(super) struct Refined {
     /// The parameter vector including fixed values, \[p\].
     pub(super) theta: Theta,
+    /// Parameters of the likeliest robot, possible or not, \[p\]; `None` without constraints.
+    pub(super) unconstrained: Option<Theta>,
     /// Standard error of each parameter, \[p\]: zero for fixed parameters, infinite if the log does
     /// not determine the parameter.
     pub(super) standard_error: Vec<f64>,
