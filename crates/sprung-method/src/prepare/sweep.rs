@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::excerpt::Excerpt;
 use super::smoothed::CUTOFF_STEP;
-use crate::fit::HoldOut;
+use crate::fit::{HoldOut, Missed};
 use crate::model::Theta;
 use crate::regression::Reading;
 
@@ -16,9 +16,14 @@ const LOWEST_HZ: f64 = 5.0;
 /// Number of parts of the beginning of a log, each of which is held out once.
 const HOLD_OUT_PARTS: usize = 8;
 
-/// A lower cut-off replaces the one that the noise asks for if its held-out residual is below this
-/// fraction of that one's residual.
-const BETTER_SHARE: f64 = 0.98;
+/// Standard errors by which the held-out residual of a cut-off may exceed the least one. Higher cut-offs smear less, so
+/// the highest of those that chance may separate is used.
+///
+/// # Source
+///
+/// Breiman, Friedman, Olshen and Stone, "Classification and regression trees", 1984, section 3.4.3: the rule of one
+/// standard error.
+const BY_CHANCE: f64 = 1.0;
 
 /// Estimates with several cut-offs.
 #[derive(Clone, Debug)]
@@ -39,6 +44,26 @@ pub(crate) struct CutoffAt {
     /// Residual of the filtered torque of each part with the estimate of the other parts, relative
     /// to the torque.
     pub(crate) held_out: Option<f64>,
+    /// The same without each part in turn.
+    without_each: Vec<f64>,
+}
+
+impl CutoffAt {
+    /// Returns whether the held-out residual exceeds another one by more than chance: by the scatter of the ratio of both
+    /// without each part in turn.
+    fn is_worse_than(&self, other: &Self) -> bool {
+        let (Some(own), Some(least)) = (self.held_out, other.held_out) else {
+            return true;
+        };
+        let ratios: Vec<f64> = (self.without_each.iter().zip(&other.without_each))
+            .map(|(own, least)| own / least)
+            .collect();
+        let count = ratios.len() as f64;
+        let mean = ratios.iter().sum::<f64>() / count;
+        let squares: f64 = ratios.iter().map(|ratio| (ratio - mean).powi(2)).sum();
+        let error = ((count - 1.0) / count * squares).sqrt();
+        own / least - 1.0 > BY_CHANCE * error
+    }
 }
 
 /// Sweeps the cut-off of a reading and chooses among the lower cut-offs; `None` if the beginning of
@@ -68,14 +93,13 @@ pub(crate) fn sweep(reading: &Reading, excerpt: &Excerpt, free: bool) -> Option<
     let noise =
         (points.iter()).position(|point| (point.cutoff_hz / from_noise - 1.0).abs() < 1e-3)?;
     let mut chosen = noise;
-    if let Some(own) = points[noise].held_out.filter(|_| free) {
-        let candidates = (points[..noise].iter().enumerate())
-            .filter(|(_, point)| point.cutoff_hz > 0.999 * LOWEST_HZ)
-            .filter_map(|(i, point)| Some((i, point.held_out?)));
-        chosen = candidates
-            .filter(|(_, residual)| *residual < BETTER_SHARE * own)
-            .min_by(|a, b| a.1.total_cmp(&b.1))
-            .map_or(noise, |(i, _)| i);
+    if free && points[noise].held_out.is_some() {
+        let is_candidate = |i: &usize| *i == noise || points[*i].cutoff_hz > 0.999 * LOWEST_HZ;
+        let candidates: Vec<usize> = (0..=noise).filter(is_candidate).collect();
+        let residual = |i: usize| points[i].held_out.unwrap_or(f64::INFINITY);
+        let best = (candidates.iter().copied()).min_by(|&a, &b| residual(a).total_cmp(&residual(b)))?;
+        let as_good = |i: &&usize| !points[**i].is_worse_than(&points[best]);
+        chosen = candidates.iter().rev().find(as_good).copied().unwrap_or(best);
     }
     Some(Sweep { points, chosen })
 }
@@ -92,11 +116,20 @@ fn estimate(reading: &Reading, excerpt: &Excerpt, cutoff_hz: f64) -> Option<Cuto
     }
     let system = excerpt.smoothed(&own)?.thinned(reading).reduce(&own)?;
     let hold_out = HoldOut::new(model, &system, HOLD_OUT_PARTS);
+    let theta = hold_out.fit_determined()?;
+    let missed: Option<Vec<Missed>> = (hold_out.fits_without_each().into_iter().enumerate())
+        .map(|(part, fit)| Some(hold_out.missed(part, &fit?)))
+        .collect();
+    let missed = missed.unwrap_or_default();
+    let without = |left_out: Option<usize>| {
+        let kept = (missed.iter().enumerate()).filter(|(part, _)| Some(*part) != left_out);
+        let sum = kept.fold(Missed::default(), |sum, (_, own)| sum.with(own));
+        sum.of_torque_rows()
+    };
     Some(CutoffAt {
         cutoff_hz,
-        theta: hold_out.fit_determined()?,
-        held_out: hold_out
-            .missed_by_fits()
-            .and_then(|missed| missed.of_torque_rows()),
+        theta,
+        held_out: without(None),
+        without_each: (0..missed.len()).filter_map(|part| without(Some(part))).collect(),
     })
 }
