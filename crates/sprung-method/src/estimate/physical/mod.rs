@@ -16,6 +16,7 @@
 mod bodies;
 mod information;
 mod problem;
+mod regions;
 
 pub(super) use information::{covariance, information, of_equations, widened};
 pub(super) use problem::physical;

@@ -5,6 +5,7 @@ use sprung_core::spatial::BODY;
 
 use super::bodies::Bodies;
 use super::information::Information;
+use super::regions::about_regions;
 use crate::description::{Distance, Physical};
 use crate::estimate::estimators::Numbers;
 use crate::estimate::possible::{Beside, Possible, Robots, inverse};
@@ -43,6 +44,9 @@ pub(in crate::estimate) fn physical(
     bodies
         .findings
         .extend(about_nominal(&robots.impossible_nominal));
+    if let (Beside::Log(_), Some(tree)) = (beside, model.tree()) {
+        bodies.findings.extend(about_regions(tree, &robots.outside));
+    }
     let own = Mat::from_fn(numbers.theta.len(), 1, |i, _| numbers.theta[i]);
     let gradient = information * &own;
     let gradient: Vec<f64> = (0..numbers.theta.len()).map(|i| gradient[(i, 0)]).collect();

@@ -23,7 +23,7 @@ pub(in crate::estimate) enum Beside<'a> {
     /// A finished estimate, whose bodies are wanted: nominal values count with their errors.
     Estimate,
     /// A log with these largest speeds of the joints, rad/s (m/s), \[n\]. It decides: nominal values count a hundred
-    /// times less, the mass of a link without them lies near its joints, and sums of friction laws take energy.
+    /// times less, masses lie in the regions of their links, and sums of friction laws take energy.
     Log(&'a [f64]),
 }
 

@@ -26,6 +26,8 @@ pub(in crate::estimate) struct Robots<'a> {
     pub(in crate::estimate) priors: Vec<BodyPrior>,
     /// Links whose nominal bodies cannot exist.
     pub(in crate::estimate) impossible_nominal: Vec<String>,
+    /// Links whose nominal bodies lie outside their geometry.
+    pub(in crate::estimate) outside: Vec<String>,
     /// Indices in theta of the other unknowns.
     others: Vec<usize>,
     /// What each block says, as the subject of a sentence.
@@ -92,6 +94,7 @@ impl<'a> Robots<'a> {
             standard,
             priors: Vec::new(),
             impossible_nominal: links.map_or_else(Vec::new, |links| impossible(model, links)),
+            outside: Vec::new(),
             others,
             subjects: Vec::new(),
             columns,
@@ -232,8 +235,11 @@ impl<'a> Robots<'a> {
             let name = links.name(first);
             let (mut block, subject) = if count == BODY {
                 let link = name.strip_suffix(".m").unwrap_or(name);
-                // A nominal body tells more than the joints.
-                if let Some(region) = regions[at].filter(|_| !prior.is_nominal) {
+                let fits = |own: &Region| !prior.is_nominal || own.holds(&prior.values);
+                if regions[at].is_some_and(|own| own.of_geometry && !fits(&own)) {
+                    self.outside.push(link.to_owned());
+                }
+                if let Some(region) = regions[at].filter(fits) {
                     let factors = region.factors();
                     let (mut constant, mut terms) = (0.0, Vec::new());
                     for (k, (unknown, factor)) in unknowns.iter().zip(factors).enumerate() {
