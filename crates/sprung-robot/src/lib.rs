@@ -23,6 +23,7 @@ mod inertial;
 mod instruments;
 mod keys;
 mod log;
+mod named_files;
 mod nominal;
 mod overlay;
 mod payload;
@@ -40,7 +41,7 @@ mod units;
 mod urdf;
 mod window;
 
-use sprung_base::numbers;
+use sprung_base::{ellipsoid, numbers};
 
 pub use capabilities::{Feature, Task, refuse, refuse_task};
 pub use capabilities::{Language, NotSupported, OwnCall, what_works};
@@ -58,13 +59,14 @@ pub use instruments::{
     Instrument, Instrumentation, LinkPosition, RightHandSide, RowFilter, SpringTorque,
 };
 pub use log::{CsvForm, Log, MissingValues, SamplingTimes};
+pub use named_files::{NamedFiles, no_files};
 pub use nominal::Nominal;
 pub use payload::Payload;
 pub use physical::{Distance, Physical, Prior};
 pub use quantities::Quantity;
 pub use quantities::{Joints, Key, KeyUnit, Scaling};
 pub use quantities::{Measures, Row, Signal};
-pub use read::{DescriptionError, Experiment, no_files, read, schema};
+pub use read::{DescriptionError, Experiment, read, schema};
 pub use robot::{DhJoint, Joint, Kinematics, Robot, Side, SpringTerm, Transmission, Tree};
 pub use run::{Controller, ControllerKind, Feedforward, Reference, Simulate, Sine, Validate};
 pub use servo::ServoDrive;
@@ -73,5 +75,5 @@ pub use template::{Start, StartError, template};
 pub use unfilled::FILL_IN;
 pub use units::Dimension;
 pub use units::Unit;
-pub use urdf::{TreeJoint, Urdf, UrdfError, UrdfJoint};
+pub use urdf::{NoShape, Shape, TreeJoint, Urdf, UrdfError, UrdfJoint};
 pub use window::{FilePart, Window};

@@ -9,9 +9,10 @@ use super::check::{Fault, check, check_format, check_log_over};
 use super::identify::Identify;
 use super::keys::{self, Misfit};
 use super::log::Log;
+use super::named_files::NamedFiles;
 use super::robot::Robot;
 use super::run::{Controller, Simulate, Validate};
-use super::tree::{Open, TreeError, tree};
+use super::tree::{TreeError, tree};
 use super::types::ExperimentFile;
 use super::unfilled;
 
@@ -132,7 +133,7 @@ pub enum DescriptionError {
 /// - `overrides`: assignments `key.path=value`, applied in order. The path selects an element of a
 ///   list by its `name` or index, as in `robot.joint.joint1.gear_ratio=100`. A value that is not
 ///   TOML becomes a string.
-/// - `open`: returns the text of a file that the experiment names, such as a URDF.
+/// - `files`: opens the files that the experiment names, such as a URDF and its meshes.
 ///
 /// # Errors
 ///
@@ -141,7 +142,7 @@ pub fn read(
     file: &str,
     text: &str,
     overrides: &[String],
-    open: Open<'_>,
+    files: &mut dyn NamedFiles,
 ) -> Result<Experiment, DescriptionError> {
     let mut table = DeTable::parse(text).map_err(|error| at(file, text, &error))?;
     let assignments = overrides
@@ -177,7 +178,7 @@ pub fn read(
         })?;
     }
     unfilled::check(table.get_ref()).map_err(|misfit| locate(file, text, misfit))?;
-    interpret(file, text, table.clone(), open).map_err(|error| {
+    interpret(file, text, table.clone(), files).map_err(|error| {
         let elsewhere = matches!(
             error,
             DescriptionError::Unreadable { .. } | DescriptionError::Urdf { .. }
@@ -187,7 +188,7 @@ pub fn read(
         }
         // Spans of overrides are no positions in the file. If the file alone has no error, the
         // overrides caused it.
-        if let Err(of_file) = interpret(file, text, written, open) {
+        if let Err(of_file) = interpret(file, text, written, files) {
             of_file
         } else {
             let (message, code) = match error {
@@ -207,15 +208,6 @@ pub fn read(
     })
 }
 
-/// Opens no file: for experiments that name only logs.
-///
-/// # Errors
-///
-/// Always [`std::io::ErrorKind::NotFound`].
-pub fn no_files(_: &std::path::Path) -> std::io::Result<String> {
-    Err(std::io::ErrorKind::NotFound.into())
-}
-
 /// Returns the JSON schema of `experiment.toml`.
 #[must_use]
 pub fn schema() -> serde_json::Value {
@@ -226,7 +218,7 @@ fn interpret(
     file: &str,
     text: &str,
     table: Spanned<DeTable<'_>>,
-    open: Open<'_>,
+    files: &mut dyn NamedFiles,
 ) -> Result<Experiment, DescriptionError> {
     let spans = table.get_ref().clone();
     let mut read = ExperimentFile::deserialize(toml::Deserializer::from(table))
@@ -243,7 +235,7 @@ fn interpret(
     check_format(&read)
         .and_then(|()| kinematics(&read.robot))
         .map_err(located)?;
-    read.robot.tree = tree(file, &read.robot, open).map_err(|error| match error {
+    read.robot.tree = tree(file, &read.robot, files).map_err(|error| match error {
         TreeError::Fault(fault) => located(fault),
         TreeError::Unreadable(message) => DescriptionError::Unreadable { message },
         TreeError::Urdf(message) => DescriptionError::Urdf { message },

@@ -17,6 +17,7 @@ use super::friction_covariates::FrictionCovariates;
 use super::identify::Laws;
 use super::nominal::Nominal;
 use super::servo::ServoDrive;
+use super::urdf::{NoShape, Shape};
 
 /// The robot: its kinematics, joints and drives.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -101,6 +102,8 @@ pub struct Tree {
     pub links: Vec<String>,
     /// Inertial parameters of the links in their joints' frames, if given.
     pub inertial: Vec<Option<[f64; BODY]>>,
+    /// Shapes of the links in their joints' frames, or why they are not known.
+    pub shapes: Vec<Result<Shape, NoShape>>,
 }
 
 /// One row of a Denavit-Hartenberg table.

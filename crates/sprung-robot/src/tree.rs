@@ -5,11 +5,9 @@ use std::path::Path;
 use sprung_core::chain::{ChainJoint, JointKind};
 
 use super::check::{Fault, fault};
+use super::named_files::{NamedFiles, mesh};
 use super::robot::{Robot, Tree};
-use super::urdf::{Urdf, UrdfError};
-
-/// Returns the text of a file that an experiment names, except logs.
-pub(crate) type Open<'a> = &'a mut dyn FnMut(&Path) -> std::io::Result<String>;
+use super::urdf::{NoShape, Urdf, UrdfError};
 
 /// Why a robot's tree cannot be built.
 #[derive(Debug)]
@@ -25,13 +23,18 @@ pub(super) enum TreeError {
 /// Returns the tree that a robot describes; `None` for kinematics in closed form.
 ///
 /// - `file`: the experiment file; paths in it are relative to its folder.
-pub(super) fn tree(file: &str, robot: &Robot, open: Open<'_>) -> Result<Option<Tree>, TreeError> {
+pub(super) fn tree(
+    file: &str,
+    robot: &Robot,
+    files: &mut dyn NamedFiles,
+) -> Result<Option<Tree>, TreeError> {
     if let Some(path) = &robot.urdf {
-        return from_urdf(file, robot, path, open).map(Some);
+        return from_urdf(file, robot, path, files).map(Some);
     }
     let named = (0..robot.joint.len()).map(|i| format!("link{}", i + 1));
     let of = |joints: Vec<ChainJoint>| Tree {
         inertial: vec![None; joints.len()],
+        shapes: vec![Err(NoShape::Table); joints.len()],
         links: named.collect(),
         joints,
     };
@@ -63,10 +66,15 @@ pub(super) fn tree(file: &str, robot: &Robot, open: Open<'_>) -> Result<Option<T
     Ok(None)
 }
 
-fn from_urdf(file: &str, robot: &Robot, path: &Path, open: Open<'_>) -> Result<Tree, TreeError> {
+fn from_urdf(
+    file: &str,
+    robot: &Robot,
+    path: &Path,
+    files: &mut dyn NamedFiles,
+) -> Result<Tree, TreeError> {
     let folder = Path::new(file).parent().unwrap_or(Path::new(""));
     let name = folder.join(path).display().to_string();
-    let text = open(path).map_err(|error| {
+    let text = files.text(path).map_err(|error| {
         TreeError::Unreadable(format!(
             "cannot read {name}, the urdf of [robot]: {error}; its path is relative to the experiment file"
         ))
@@ -87,7 +95,11 @@ fn from_urdf(file: &str, robot: &Robot, path: &Path, open: Open<'_>) -> Result<T
     let joints = urdf
         .tree(&moving)
         .map_err(|error| listed(&error, &moving))?;
+    let shapes = urdf
+        .shapes(&moving, &mut |name| mesh(files, path, name))
+        .map_err(|error| listed(&error, &moving))?;
     Ok(Tree {
+        shapes,
         links: joints.iter().map(|joint| joint.link.clone()).collect(),
         inertial: joints.iter().map(|joint| joint.inertial).collect(),
         joints: joints.into_iter().map(|joint| joint.joint).collect(),

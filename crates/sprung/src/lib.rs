@@ -83,15 +83,18 @@ pub mod demo {
 /// The experiment file: the robot, the log, and the settings of identification and validation.
 pub mod description {
     #[doc(inline)]
+    pub use sprung_base::ellipsoid::Ellipsoid;
+    #[doc(inline)]
     pub use sprung_robot::{
         Column, ColumnName, Columns, Constraints, Controller, ControllerKind, CsvForm, Cutoff,
         Delay, DescriptionError, DhJoint, DiscretizationName, Distance, EncoderOffset, Estimator,
         Experiment, FILL_IN, Factor, Feedforward, FilePart, FrictionCovariates, FrictionLaw,
-        Identify, InitialMomentum, Joint, Kinematics, Language, Laws, Log, MissingValues, Nominal,
-        NotSupported, OnCheckError, OwnCall, Payload, PerJoint, Physical, Prior, Reference, Robot,
-        SamplingTimes, ServoDrive, Side, Simulate, Sine, SpringTerm, Start, StartError, StartName,
-        StartsAt, Transmission, Tree, TreeJoint, Unit, Urdf, UrdfError, UrdfJoint, Validate,
-        Weights, Window, no_files, read, schema, template, what_works,
+        Identify, InitialMomentum, Joint, Kinematics, Language, Laws, Log, MissingValues,
+        NamedFiles, NoShape, Nominal, NotSupported, OnCheckError, OwnCall, Payload, PerJoint,
+        Physical, Prior, Reference, Robot, SamplingTimes, ServoDrive, Shape, Side, Simulate, Sine,
+        SpringTerm, Start, StartError, StartName, StartsAt, Transmission, Tree, TreeJoint, Unit,
+        Urdf, UrdfError, UrdfJoint, Validate, Weights, Window, no_files, read, schema, template,
+        what_works,
     };
 }
 

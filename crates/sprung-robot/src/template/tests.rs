@@ -34,7 +34,7 @@ fn filled(text: &str) -> String {
 
 fn accept(text: &str) -> Result<Experiment, DescriptionError> {
     let text = &filled(text);
-    read("experiment.toml", text, &[], &mut |path| {
+    read("experiment.toml", text, &[], &mut |path: &Path| {
         assert_eq!(path, Path::new("../a folder/gantry.urdf"));
         Ok(MIXED.to_owned())
     })
@@ -86,7 +86,11 @@ fn an_unfilled_place_is_an_error_with_its_line() {
         .lines()
         .position(|line| line.starts_with("file = "))
         .unwrap();
-    let read = |text: &str| read("experiment.toml", text, &[], &mut |_| Ok(MIXED.to_owned()));
+    let read = |text: &str| {
+        read("experiment.toml", text, &[], &mut |_: &Path| {
+            Ok(MIXED.to_owned())
+        })
+    };
     let error = read(&text).unwrap_err().to_string();
     assert!(
         error.starts_with(&format!(

@@ -41,7 +41,8 @@ impl Placement {
         }
     }
 
-    fn point(&self, p: &Vector) -> Vector {
+    /// Returns a point of this frame in the frame that carries it.
+    pub(super) fn point(&self, p: &Vector) -> Vector {
         std::array::from_fn(|i| self.origin[i] + dot(&self.rotation[i], p))
     }
 }

@@ -1,7 +1,8 @@
-//! Robot descriptions in URDF: links, joints, inertias.
+//! Robot descriptions in URDF: links, joints, inertias, shapes.
 //!
 //! [`Urdf::parse`] checks a complete file; [`Urdf::tree`] reduces it to the joints that move in an
-//! experiment. sprung does not read meshes, transmissions and simulator settings.
+//! experiment. Faults of geometry are no errors, because only the places of masses depend on it. sprung does not read
+//! transmissions and simulator settings.
 //!
 //! # Source
 //!
@@ -9,8 +10,12 @@
 
 mod body;
 mod error;
+mod geometry;
+mod mesh;
+mod no_shape;
 mod parse;
 mod robot;
+mod shape;
 mod tree;
 mod xml;
 
@@ -20,4 +25,7 @@ mod refusals;
 mod tests;
 
 pub use error::UrdfError;
+pub(crate) use no_shape::LARGEST_MESH;
+pub use no_shape::NoShape;
 pub use robot::{TreeJoint, Urdf, UrdfJoint};
+pub use shape::Shape;

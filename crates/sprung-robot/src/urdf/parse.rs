@@ -4,8 +4,9 @@ use std::collections::HashMap;
 
 use sprung_core::chain::JointKind;
 
-use super::body::{Body, Placement};
+use super::body::Body;
 use super::error::{UrdfError, near};
+use super::geometry::{geometries, placement};
 use super::robot::{Freedom, Joint, Limits, Link, Mobility, Urdf, UrdfJoint};
 use super::xml::{Element, Source};
 
@@ -70,6 +71,7 @@ fn read_links(robot: &Element<'_, '_>) -> Result<Vec<Link>, UrdfError> {
             name: name.to_owned(),
             line,
             body: inertial.map(|inertial| body(name, &inertial)).transpose()?,
+            geometry: geometries(&element),
         });
     }
     if links.is_empty() {
@@ -134,17 +136,6 @@ fn body(link: &str, inertial: &Element<'_, '_>) -> Result<Body, UrdfError> {
         placement: placement(inertial)?,
         inertia: [[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]],
     })
-}
-
-/// Returns the `<origin>` of an element; the identity if it is absent.
-fn placement(element: &Element<'_, '_>) -> Result<Placement, UrdfError> {
-    let Some(origin) = element.child("origin")? else {
-        return Ok(Placement::IDENTITY);
-    };
-    Ok(Placement::new(
-        origin.triple("xyz")?.unwrap_or_default(),
-        origin.triple("rpy")?.unwrap_or_default(),
-    ))
 }
 
 fn read_joints(robot: &Element<'_, '_>, links: &[Link]) -> Result<Vec<Joint>, UrdfError> {

@@ -3,6 +3,8 @@
 use sprung_core::chain::{ChainJoint, JointKind};
 
 use super::body::{Body, Placement};
+use super::error::UrdfError;
+use super::geometry::Geometry;
 
 /// A robot description: the checked links and joints of a file.
 ///
@@ -61,6 +63,8 @@ pub(super) struct Link {
     pub(super) name: String,
     pub(super) line: usize,
     pub(super) body: Option<Body>,
+    /// Its forms, or why one cannot be used.
+    pub(super) geometry: Vec<Result<Geometry, UrdfError>>,
 }
 
 #[derive(Clone, Debug)]

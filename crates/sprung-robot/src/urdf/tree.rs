@@ -10,9 +10,9 @@ use super::robot::{Freedom, Joint, Mobility, TreeJoint, Urdf};
 /// Place of a link or a joint: the moving joint that carries it (`None`: the base), and its frame in
 /// that joint's frame.
 #[derive(Clone, Copy)]
-struct Seat {
-    carrier: Option<usize>,
-    placement: Placement,
+pub(super) struct Seat {
+    pub(super) carrier: Option<usize>,
+    pub(super) placement: Placement,
 }
 
 const BASE: Seat = Seat {
@@ -113,7 +113,10 @@ fn tree(urdf: &Urdf, moving: &[&str]) -> Result<Vec<TreeJoint>, UrdfError> {
 }
 
 /// Returns the indices of the named joints and their motion.
-fn choose<'a>(urdf: &'a Urdf, moving: &[&str]) -> Result<Vec<(usize, &'a Freedom)>, UrdfError> {
+pub(super) fn choose<'a>(
+    urdf: &'a Urdf,
+    moving: &[&str],
+) -> Result<Vec<(usize, &'a Freedom)>, UrdfError> {
     let file = || urdf.file.clone();
     let mut chosen: Vec<(usize, &Freedom)> = Vec::with_capacity(moving.len());
     for &name in moving {
@@ -154,7 +157,7 @@ fn choose<'a>(urdf: &'a Urdf, moving: &[&str]) -> Result<Vec<(usize, &'a Freedom
 }
 
 /// Returns the seats of all joints and of all links.
-fn seats(urdf: &Urdf, chosen: &[(usize, &Freedom)]) -> (Vec<Seat>, Vec<Seat>) {
+pub(super) fn seats(urdf: &Urdf, chosen: &[(usize, &Freedom)]) -> (Vec<Seat>, Vec<Seat>) {
     let mut place = vec![None; urdf.joints.len()];
     for (k, (at, _)) in chosen.iter().enumerate() {
         place[*at] = Some(k);

@@ -8,6 +8,7 @@ use super::bag::of_bag;
 use super::error::SessionError;
 use super::switch::finish;
 use sprung_log::{Input, LogFile};
+use sprung_robot::NamedFiles;
 
 /// Opens the files that an experiment names.
 ///
@@ -68,6 +69,22 @@ impl Files for Disk {
 
     fn settle(&self, folder: &Path) -> Result<(), SessionError> {
         finish(folder)
+    }
+}
+
+/// The files that an experiment names, by their paths relative to a folder.
+pub(super) struct InFolder<'a>(pub(super) &'a dyn Files, pub(super) &'a Path);
+
+impl NamedFiles for InFolder<'_> {
+    fn text(&mut self, path: &Path) -> IoResult<String> {
+        self.0.text(&self.1.join(path))
+    }
+
+    fn bytes(&mut self, path: &Path, limit: u64) -> IoResult<Vec<u8>> {
+        let mut bytes = Vec::new();
+        let file = self.0.open(&self.1.join(path))?;
+        file.take(limit).read_to_end(&mut bytes)?;
+        Ok(bytes)
     }
 }
 

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::error::SessionError;
-use super::files::{Disk, Files, read_text};
+use super::files::{Disk, Files, InFolder, read_text};
 use super::mistaken::{EXPERIMENT_FILE, experiment_file};
 use sprung_model::Model;
 use sprung_robot::{Experiment, Log, Validate};
@@ -84,8 +84,8 @@ impl Session {
         folder: PathBuf,
         files: Arc<dyn Files>,
     ) -> Result<Self, SessionError> {
-        let mut open = |path: &Path| files.text(&folder.join(path));
-        let experiment = sprung_robot::read(name, text, overrides, &mut open)?;
+        let mut named = InFolder(&*files, &folder);
+        let experiment = sprung_robot::read(name, text, overrides, &mut named)?;
         Ok(Self {
             model: model(name, &experiment)?,
             experiment,

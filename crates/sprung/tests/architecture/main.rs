@@ -11,9 +11,10 @@ use std::path::{Path, PathBuf};
 use files::{Files, LIBRARY};
 
 /// Modules of `sprung` in order. A module uses only modules before it.
-const ORDER: [&str; 24] = [
+const ORDER: [&str; 25] = [
     "finding",
     "curves",
+    "ellipsoid",
     "named",
     "numbers",
     "progress",

@@ -16,6 +16,7 @@
 mod bodies;
 mod information;
 mod problem;
+mod regions;
 
 pub(super) use information::{covariance, information, limits, of_equations, widened};
 pub(super) use problem::{bodies_of, physical};

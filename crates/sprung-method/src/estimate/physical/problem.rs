@@ -5,6 +5,7 @@ use sprung_core::spatial::BODY;
 
 use super::bodies::Bodies;
 use super::information::Information;
+use super::regions::about_regions;
 use crate::description::{Distance, Physical};
 use crate::estimate::estimators::Numbers;
 use crate::estimate::possible::{Beside, Possible, Robots, inverse, squared_distance};

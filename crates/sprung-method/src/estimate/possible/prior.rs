@@ -3,7 +3,7 @@
 use sprung_core::spatial::BODY;
 
 use crate::description::{Distance, Physical, Prior};
-use crate::model::{Block, Model, Program, TreeLinks, is_possible, second_moments};
+use crate::model::{Block, Model, Program, Region, TreeLinks, is_possible, second_moments};
 
 /// Least eigenvalue of the second moments of a nominal body relative to their trace. Thinner bodies
 /// would make the entropic distance infinite in one direction.
@@ -17,13 +17,21 @@ const WEAK: f64 = 1e-3;
 /// move a parameter that the log determines as well as they do by a thirtieth of its standard error.
 const WHERE_LOG_DECIDES: f64 = 1e-2;
 
+/// Mass of a link of a cobot with a region of this radius, kg and m: links of arms of 0.5 to 1.5 m reach have 1 to 5 kg.
+const ORDINARY_MASS: f64 = 2.0;
+const ORDINARY_REGION: f64 = 0.25;
+
+/// Radius of a link without a region, m, and reflected inertia of a rotor, kg·m²: those of a cobot's wrist.
+const ORDINARY_RADIUS: f64 = 0.1;
+const ORDINARY_ROTOR: f64 = 0.1;
+
 /// What the prior and the regions of the links stand beside.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::estimate) enum Beside<'a> {
     /// A finished estimate, whose bodies are wanted: nominal values count with their errors.
     Estimate,
     /// A log with these largest speeds of the joints, rad/s (m/s), \[n\]. It decides: nominal values count a hundred
-    /// times less, the mass of a link without them lies near its joints, and sums of friction laws take energy.
+    /// times less, masses lie in the regions of their links, and sums of friction laws take energy.
     Log(&'a [f64]),
 }
 
@@ -51,13 +59,17 @@ pub(in crate::estimate) struct BodyPrior {
 pub(super) fn priors(
     model: &Model,
     links: &TreeLinks,
-    settings: &Physical,
+    (settings, beside): (&Physical, Beside<'_>),
     size: f64,
 ) -> Vec<BodyPrior> {
     let n = model.joint_count();
     let nominal = |index: usize| match settings.prior {
         Prior::Nominal => links.nominal(index),
         Prior::None => links.known.get(&index).copied(),
+    };
+    let regions = match beside {
+        Beside::Estimate => vec![None; n],
+        Beside::Log(_) => Region::all(&links.tree),
     };
     let links = (0..n).map(|link| {
         let values: Option<Vec<f64>> = (0..BODY).map(|k| nominal(link * BODY + k)).collect();
@@ -71,18 +83,10 @@ pub(super) fn priors(
                 is_nominal: true,
             },
             None => BodyPrior {
-                values: vec![
-                    size,
-                    0.0,
-                    0.0,
-                    0.0,
-                    2.0 * size,
-                    0.0,
-                    2.0 * size,
-                    0.0,
-                    0.0,
-                    2.0 * size,
-                ],
+                values: match beside {
+                    Beside::Estimate => round([0.0; 3], size, size).to_vec(),
+                    Beside::Log(_) => compact(regions[link].as_ref()).to_vec(),
+                },
                 is_nominal: false,
             },
         }
@@ -90,11 +94,44 @@ pub(super) fn priors(
     let rotors = (0..n).map(|joint| {
         let own = nominal(n * BODY + joint).filter(|value| *value > 0.0);
         BodyPrior {
-            values: vec![own.unwrap_or(size)],
+            values: vec![own.unwrap_or(match beside {
+                Beside::Estimate => size,
+                Beside::Log(_) => ORDINARY_ROTOR,
+            })],
             is_nominal: own.is_some(),
         }
     });
     links.chain(rotors).collect()
+}
+
+/// Returns a compact body of ordinary density: a ball of half the size of the link's region about its centre.
+fn compact(region: Option<&Region>) -> [f64; BODY] {
+    let Some(region) = region else {
+        return round([0.0; 3], ORDINARY_MASS, ORDINARY_MASS * ORDINARY_RADIUS.powi(2) / 5.0);
+    };
+    let size = region.ellipsoid.radius();
+    let radius = 0.5 * size;
+    // The regions of an arm are wider than its links, which are tubes with motors.
+    let mass = ORDINARY_MASS * size / ORDINARY_REGION;
+    round(region.ellipsoid.centre, mass, mass * radius.powi(2) / 5.0)
+}
+
+/// Returns a body with the same second moments about its centre in all directions.
+fn round(centre: [f64; 3], mass: f64, moment: f64) -> [f64; BODY] {
+    let [x, y, z] = centre;
+    let inertia = |a: f64, b: f64| 2.0 * moment + mass * (a * a + b * b);
+    [
+        mass,
+        mass * x,
+        mass * y,
+        mass * z,
+        inertia(y, z),
+        -mass * x * y,
+        inertia(x, z),
+        -mass * x * z,
+        -mass * y * z,
+        inertia(x, y),
+    ]
 }
 
 /// Returns the names of links whose nominal bodies are given but cannot exist.

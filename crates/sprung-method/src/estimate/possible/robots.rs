@@ -24,6 +24,8 @@ pub(in crate::estimate) struct Robots<'a> {
     pub(in crate::estimate) priors: Vec<BodyPrior>,
     /// Links whose nominal bodies cannot exist.
     pub(in crate::estimate) impossible_nominal: Vec<String>,
+    /// Links whose nominal bodies lie outside their geometry.
+    pub(in crate::estimate) outside: Vec<String>,
     /// Indices in theta of the other unknowns.
     pub(super) others: Vec<usize>,
     /// What each block says, as the subject of a sentence.
@@ -78,6 +80,7 @@ impl<'a> Robots<'a> {
             standard,
             priors: Vec::new(),
             impossible_nominal: links.map_or_else(Vec::new, |links| impossible(model, links)),
+            outside: Vec::new(),
             others,
             subjects: Vec::new(),
             columns,
@@ -139,7 +142,7 @@ impl<'a> Robots<'a> {
         let size = (near.iter().zip(self.model.parameters()))
             .filter(|(_, own)| own.joint.is_none())
             .fold(1e-3_f64, |max, (value, _)| max.max(value.abs()));
-        self.priors = priors(self.model, links, settings.0, size);
+        self.priors = priors(self.model, links, settings, size);
         let regions = match settings.1 {
             Beside::Estimate => vec![None; n],
             Beside::Log(_) => Region::all(&links.tree),
@@ -159,8 +162,11 @@ impl<'a> Robots<'a> {
             let name = links.name(first);
             let (mut block, subject) = if count == BODY {
                 let link = name.strip_suffix(".m").unwrap_or(name);
-                // A nominal body tells more than the joints.
-                if let Some(region) = regions[at].filter(|_| !prior.is_nominal) {
+                let fits = |own: &Region| !prior.is_nominal || own.holds(&prior.values);
+                if regions[at].is_some_and(|own| own.of_geometry && !fits(&own)) {
+                    self.outside.push(link.to_owned());
+                }
+                if let Some(region) = regions[at].filter(fits) {
                     let factors = region.factors();
                     let (mut constant, mut terms) = (0.0, Vec::new());
                     for (k, (unknown, factor)) in unknowns.iter().zip(factors).enumerate() {
