@@ -97,9 +97,15 @@ pub(crate) fn sweep(reading: &Reading, excerpt: &Excerpt, free: bool) -> Option<
         let is_candidate = |i: &usize| *i == noise || points[*i].cutoff_hz > 0.999 * LOWEST_HZ;
         let candidates: Vec<usize> = (0..=noise).filter(is_candidate).collect();
         let residual = |i: usize| points[i].held_out.unwrap_or(f64::INFINITY);
-        let best = (candidates.iter().copied()).min_by(|&a, &b| residual(a).total_cmp(&residual(b)))?;
+        let best =
+            (candidates.iter().copied()).min_by(|&a, &b| residual(a).total_cmp(&residual(b)))?;
         let as_good = |i: &&usize| !points[**i].is_worse_than(&points[best]);
-        chosen = candidates.iter().rev().find(as_good).copied().unwrap_or(best);
+        chosen = candidates
+            .iter()
+            .rev()
+            .find(as_good)
+            .copied()
+            .unwrap_or(best);
     }
     Some(Sweep { points, chosen })
 }
@@ -130,6 +136,8 @@ fn estimate(reading: &Reading, excerpt: &Excerpt, cutoff_hz: f64) -> Option<Cuto
         cutoff_hz,
         theta,
         held_out: without(None),
-        without_each: (0..missed.len()).filter_map(|part| without(Some(part))).collect(),
+        without_each: (0..missed.len())
+            .filter_map(|part| without(Some(part)))
+            .collect(),
     })
 }

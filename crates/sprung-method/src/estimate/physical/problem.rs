@@ -44,13 +44,17 @@ pub(in crate::estimate) fn bodies_of(
     numbers: &Numbers,
     about: (Option<&Information>, &System),
 ) -> Bodies {
-    bodies(
+    let mut own = bodies(
         robots,
         settings,
         numbers,
         about,
         |robots, information, theta| robots.robot_of(information, theta),
-    )
+    );
+    if let Some(tree) = robots.model.tree() {
+        own.findings.extend(about_regions(tree, &robots.outside));
+    }
+    own
 }
 
 /// - `search`: returns the robot of an estimate with its information.

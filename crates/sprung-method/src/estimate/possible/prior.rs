@@ -107,7 +107,11 @@ pub(super) fn priors(
 /// Returns a compact body of ordinary density: a ball of half the size of the link's region about its centre.
 fn compact(region: Option<&Region>) -> [f64; BODY] {
     let Some(region) = region else {
-        return round([0.0; 3], ORDINARY_MASS, ORDINARY_MASS * ORDINARY_RADIUS.powi(2) / 5.0);
+        return round(
+            [0.0; 3],
+            ORDINARY_MASS,
+            ORDINARY_MASS * ORDINARY_RADIUS.powi(2) / 5.0,
+        );
     };
     let size = region.ellipsoid.radius();
     let radius = 0.5 * size;
