@@ -25,6 +25,9 @@ pub(super) fn number(heading: impl Into<String>) -> Column {
 
 fn with_error(estimate: &ParameterEstimate) -> String {
     let value = or_dash(estimate.value, 5);
+    if let Some(most) = estimate.at_most() {
+        return format!("{value} (< {})", significant(most, 2));
+    }
     match estimate.standard_error {
         Some(error) => format!("{value} ± {}", significant(error, 2)),
         None => value,

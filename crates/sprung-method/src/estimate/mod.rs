@@ -27,12 +27,12 @@ pub use many_logs::{choices, factors, identify_factors};
 pub(crate) use result::GENERATOR;
 pub use result::{
     CovarianceOfErrors, CrossCheckResult, CutoffChoice, CutoffPoint, Decided, Decision, DelayUsed,
-    EncoderOffsetResult, ErrorParts, EstimateResult, GainUsed, HeldOutResidual, Identification,
-    JointPrediction, LawDelay, LawRung, LawsByHoldOut, LogInfo, ModelDependence, MotorRowResult,
-    ParameterEstimate, PayloadParameter, PayloadResult, PhysicalResult, RefinedDelay,
-    RefinedEccentricity, RefinedOffset, RefinedSaturation, RefinedVelocity, Refinement,
-    ResidualPrior, RowDisturbance, RungResult, SensorNoise, SettingsUsed, SignUsed, SimulationFit,
-    StandardParameter, Verdict, parameters_csv,
+    EncoderOffsetResult, ErrorParts, EstimateResult, GainUsed, HeldOutResidual,
+    IDENTIFICATION_FORMAT, Identification, JointPrediction, LawDelay, LawRung, LawsByHoldOut,
+    LogInfo, ModelDependence, MotorRowResult, ParameterEstimate, PayloadParameter, PayloadResult,
+    PhysicalResult, RefinedDelay, RefinedEccentricity, RefinedOffset, RefinedSaturation,
+    RefinedVelocity, Refinement, ResidualPrior, RowDisturbance, RungResult, SensorNoise,
+    SettingsUsed, SignUsed, SimulationFit, StandardParameter, Verdict, parameters_csv,
 };
 pub use statistics::NORMAL_95;
 pub(crate) use statistics::between_parts;

@@ -16,7 +16,8 @@ _COLUMNS = (
     "standard_error",
     "ci95_low",
     "ci95_high",
-    "physical",
+    "one_sided",
+    "unconstrained",
     "nominal",
     "identifiable",
     "fixed",
@@ -33,7 +34,9 @@ class Parameter:
         value: estimate; ``None`` if the log does not determine it.
         standard_error: standard error of the estimate; ``None`` if there is none.
         ci95: interval that contains the true value in 95 % of experiments; ``None`` if there is none.
-        physical: value of possible bodies and drives near the estimate; ``None`` if there is none.
+        one_sided: whether the interval ends at zero, the bound of the parameter: the log tells only how
+            large it is at most.
+        unconstrained: estimate without constraints, as diagnosis; ``None`` if there were no constraints.
         nominal: value of the maker; ``None`` if there is none.
         identifiable: whether the log determines it.
         fixed: whether its value was given and not estimated.
@@ -44,7 +47,8 @@ class Parameter:
     value: float | None
     standard_error: float | None = None
     ci95: tuple[float, float] | None = None
-    physical: float | None = None
+    one_sided: bool = False
+    unconstrained: float | None = None
     nominal: float | None = None
     identifiable: bool = True
     fixed: bool = False
@@ -59,7 +63,8 @@ class Parameter:
             value=given.get("value"),
             standard_error=given.get("standard_error"),
             ci95=(ci95[0], ci95[1]) if ci95 else None,
-            physical=given.get("physical"),
+            one_sided=given.get("one_sided", False),
+            unconstrained=given.get("unconstrained"),
             nominal=given.get("nominal"),
             identifiable=given["identifiable"],
             fixed=given.get("fixed", False),
@@ -68,6 +73,8 @@ class Parameter:
     def __str__(self) -> str:
         if self.value is None:
             return f"{self.name}: not determined"
+        if self.one_sided and self.ci95 is not None:
+            return f"{self.name} = {self.value:.6g} (< {self.ci95[1]:.2g}) {self.unit}".rstrip()
         error = "" if self.standard_error is None else f" ± {self.standard_error:.2g}"
         return f"{self.name} = {self.value:.6g}{error} {self.unit}".rstrip()
 
@@ -140,7 +147,8 @@ def _row(parameter: Parameter) -> dict[str, Any]:
         "standard_error": parameter.standard_error,
         "ci95_low": low,
         "ci95_high": high,
-        "physical": parameter.physical,
+        "one_sided": parameter.one_sided,
+        "unconstrained": parameter.unconstrained,
         "nominal": parameter.nominal,
         "identifiable": parameter.identifiable,
         "fixed": parameter.fixed,

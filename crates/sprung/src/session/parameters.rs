@@ -6,7 +6,7 @@ use std::path::Path;
 use super::error::SessionError;
 use super::files::{Disk, Files, read_text};
 use super::load::Session;
-use sprung_method::estimate::{Identification, with_found_laws};
+use sprung_method::estimate::{IDENTIFICATION_FORMAT, Identification, with_found_laws};
 use sprung_method::validate::ParameterSet;
 use sprung_model::Model;
 use sprung_robot::Experiment;
@@ -108,9 +108,9 @@ impl From<Identification> for Parameters {
 fn of_json(text: &str) -> Result<Parameters, String> {
     let identification: Identification =
         serde_json::from_str(text).map_err(|error| error.to_string())?;
-    if identification.format != 1 {
+    if !(1..=IDENTIFICATION_FORMAT).contains(&identification.format) {
         return Err(format!(
-            "format {} is not known; this version reads format 1",
+            "format {} is not known; this version reads formats 1 to {IDENTIFICATION_FORMAT}: identify the robot again",
             identification.format
         ));
     }

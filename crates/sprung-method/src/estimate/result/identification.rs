@@ -1,5 +1,6 @@
 //! The contents of `identification.json` and `parameters.csv`.
 
+use crate::description::Constraints;
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
@@ -77,6 +78,10 @@ pub struct SettingsUsed {
     /// Kind of sample weights.
     #[serde(default)]
     pub weights: String,
+    /// Robots among which least squares and the refinement searched: `possible` or `none`. Results of format 1 do not
+    /// say it; theirs are `none`.
+    #[serde(default = "unconstrained")]
+    pub constraints: String,
     /// Cut-off of the zero-phase filter, Hz.
     pub position_cutoff_hz: f64,
     /// Reason and sweep of the cut-off, if it was chosen from the data.
@@ -84,6 +89,10 @@ pub struct SettingsUsed {
     pub position_cutoff_choice: Option<CutoffChoice>,
     /// Order of the zero-phase filter.
     pub position_filter_order: usize,
+}
+
+fn unconstrained() -> String {
+    Constraints::None.name().to_owned()
 }
 
 impl SettingsUsed {
@@ -271,6 +280,9 @@ pub struct ErrorParts {
     pub bias: f64,
 }
 
+/// Version of the form of `identification.json`.
+pub const IDENTIFICATION_FORMAT: u32 = 2;
+
 /// One parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ParameterEstimate {
@@ -353,6 +365,12 @@ impl ParameterEstimate {
     #[must_use]
     pub fn by_equations(&self) -> Option<f64> {
         self.unconstrained.or(self.value)
+    }
+
+    /// Returns the upper end of an interval that ends at zero, the bound of the parameter.
+    #[must_use]
+    pub fn at_most(&self) -> Option<f64> {
+        self.ci95.filter(|_| self.one_sided).map(|[_, most]| most)
     }
 
     /// Returns the standard error of the value that the equations give without constraints.

@@ -13,8 +13,8 @@ pub(crate) use identification::GENERATOR;
 pub(super) use identification::PartResult;
 pub use identification::{
     CrossCheckResult, CutoffChoice, CutoffPoint, EncoderOffsetResult, ErrorParts, EstimateResult,
-    Identification, ModelDependence, MotorRowResult, ParameterEstimate, SettingsUsed,
-    SimulationFit, parameters_csv,
+    IDENTIFICATION_FORMAT, Identification, ModelDependence, MotorRowResult, ParameterEstimate,
+    SettingsUsed, SimulationFit, parameters_csv,
 };
 pub use laws::{LawDelay, LawRung, LawsByHoldOut};
 pub use log_info::{DelayUsed, GainUsed, LogInfo, SignUsed};

@@ -13,7 +13,8 @@ use crate::estimate::judge::{
     after_estimation, decide, judge, tilt_is_possible, tilted, with_held_out_delay,
 };
 use crate::estimate::result::{
-    CutoffChoice, EstimateResult, GENERATOR, Identification, LogInfo, SettingsUsed,
+    CutoffChoice, EstimateResult, GENERATOR, IDENTIFICATION_FORMAT, Identification, LogInfo,
+    SettingsUsed,
 };
 use crate::finding::{Finding, Severity};
 use crate::frequency::{FrequencyResponse, SpringFromMotor};
@@ -126,7 +127,7 @@ fn assemble(
         trace: over_time(model, &read.system, traces),
         fit,
         identification: Identification {
-            format: 1,
+            format: IDENTIFICATION_FORMAT,
             generator: GENERATOR.to_owned(),
             robot: prepared.experiment().robot.name.clone(),
             log: infos.next().ok_or(PrepareError::NoLog)?,
@@ -188,6 +189,7 @@ fn settings_used(reading: &Reading, choice: Option<CutoffChoice>) -> SettingsUse
         filter_cutoff_rad_per_s: settings.filter_cutoff_rad_per_s,
         discretization: settings.discretization.name().to_owned(),
         weights: settings.weights.name().to_owned(),
+        constraints: settings.constraints.name().to_owned(),
         position_cutoff_hz: reading.position_cutoff_hz(),
         position_cutoff_choice: choice,
         position_filter_order: settings.position_filter_order,

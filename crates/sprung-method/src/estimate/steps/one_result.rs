@@ -9,6 +9,7 @@ use crate::estimate::estimators::{Criterion, Numbers};
 use crate::estimate::judge::promise;
 use crate::estimate::laws::dependence;
 use crate::estimate::physical::{bodies_of, covariance, information, limits, physical};
+use crate::estimate::possible::Limits;
 use crate::estimate::result::{
     CrossCheckResult, Decision, EncoderOffsetResult, EstimateResult, MotorRowResult,
     ParameterEstimate, Verdict,
@@ -17,6 +18,9 @@ use crate::fit::{Fitted, MotorRow, residual, torques, unweighted};
 use crate::model::{Model, Parameter, Theta};
 use crate::named::Named;
 use crate::regression::System;
+
+/// Distance from a bound at which the search for robots that can exist ends, relative to the interval.
+const SEARCH_ACCURACY: f64 = 1e-4;
 
 /// Returns the result of an estimator, without findings.
 pub(super) fn result_of(
@@ -42,9 +46,9 @@ pub(super) fn result_of(
         identifiable,
         ..
     } = found;
-    let theta = match (constrained, &bodies.theta) {
-        (Some(_), Some(own)) => own,
-        _ => &found.theta,
+    let theta = &match (constrained, &bodies.theta) {
+        (Some(_), Some(own)) => without_rounding(model, own, limits.as_deref()),
+        _ => found.theta.clone(),
     };
     let torques = torques(model, system, theta);
     let parameters: Vec<ParameterEstimate> = model
@@ -134,6 +138,18 @@ pub(super) fn result_of(
         warnings: bodies.findings,
         elapsed_s: found.elapsed,
     }
+}
+
+/// Returns parameters with friction of zero where it lies at its bound, up to the accuracy of the search.
+fn without_rounding(model: &Model, theta: &[f64], limits: Option<&[Option<Limits>]>) -> Theta {
+    let of = |(i, value): (usize, &f64)| {
+        let most = limits
+            .and_then(|limits| limits[i])
+            .map_or(0.0, |own| own.ends[1]);
+        let is_zero = model.parameters()[i].is_friction() && value.abs() < SEARCH_ACCURACY * most;
+        if is_zero { 0.0 } else { *value }
+    };
+    theta.iter().enumerate().map(of).collect()
 }
 
 /// Returns the residual of each row with a right-hand side, relative to it.
