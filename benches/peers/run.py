@@ -29,8 +29,8 @@ SAME_PARAMETERS = 1e-9
 
 # The settings of the NumPy script and of the script with Pinocchio. The latter differentiates twice
 # instead of filtering the regression, so its parameters differ.
-OF_NUMPY = ["--set", 'identify.weights="none"', "--set", "identify.position_cutoff_hz=10"]
-OF_PINOCCHIO = ["--set", 'identify.weights="none"', "--set", "identify.position_cutoff_hz=40"]
+OF_NUMPY = ["--set", 'identify.weights="none"', "--set", 'identify.constraints="none"', "--set", "identify.position_cutoff_hz=10"]
+OF_PINOCCHIO = ["--set", 'identify.weights="none"', "--set", 'identify.constraints="none"', "--set", "identify.position_cutoff_hz=40"]
 LEAST_SQUARES = ["--set", 'identify.estimator=["least-squares"]']
 REFINED = ["--set", 'identify.estimator=["prediction-error"]']
 

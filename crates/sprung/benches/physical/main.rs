@@ -1,10 +1,11 @@
-//! Errors of the base parameters of the twin with seven joints: by least squares, and by possible bodies
-//! with nominal values that are wrong by 30 %. Then errors and intervals of payloads of a twin with six
+//! Errors of the base parameters of the twin with seven joints, with and without constraints, with nominal values that
+//! are wrong by 30 %. Then values near their bounds. Then errors and intervals of payloads of a twin with six
 //! joints.
 //!
-//! `cargo bench -p sprung --bench physical [-- --seeds 20] [--only bodies|payload]`
+//! `cargo bench -p sprung --bench physical [-- --seeds 20] [--only bodies|bounds|payload]`
 #![expect(clippy::print_stdout, reason = "a benchmark says what it measured")]
 
+mod bounds;
 #[path = "../../tests/twin/in_memory.rs"]
 mod in_memory;
 mod payload;
@@ -33,10 +34,8 @@ const NOMINAL_ERROR: f64 = 0.3;
 
 /// Results of one log.
 struct Draw {
-    /// Errors of the base parameters, %: least squares, possible bodies.
+    /// Errors of the base parameters, %: without and with constraints.
     errors: [f64; 2],
-    /// Largest residual of a torque row over that of least squares.
-    residual_ratio: f64,
 }
 
 fn main() {
@@ -50,6 +49,9 @@ fn main() {
     if wanted("bodies") {
         bodies(seeds);
     }
+    if wanted("bounds") {
+        bounds::bounds(seeds);
+    }
     if wanted("payload") {
         payload::payloads(seeds);
     }
@@ -61,10 +63,8 @@ fn bodies(seeds: u32) {
         "Twin with seven joints, {DURATION_S} s, least squares, {seeds} logs per row. Error of the base \
          parameters of the links: length of the difference over the length of the truth.\n"
     );
-    println!(
-        "| torque noise | distance | least squares | possible bodies | largest residual ratio |"
-    );
-    println!("|---|---|---|---|---|");
+    println!("| torque noise | distance | without constraints | robots that can exist |");
+    println!("|---|---|---|---|");
     for noise in [0.5, 2.0] {
         for (name, distance) in [
             ("entropic", Distance::Entropic),
@@ -77,12 +77,8 @@ fn bodies(seeds: u32) {
             let mean = |of: &dyn Fn(&Draw) -> f64| -> f64 {
                 draws.iter().map(of).sum::<f64>() / f64::from(seeds)
             };
-            let largest = draws
-                .iter()
-                .map(|draw| draw.residual_ratio)
-                .fold(0.0, f64::max);
             println!(
-                "| {noise} N·m | {name} | {:.2} % | {:.2} % | {largest:.3} |",
+                "| {noise} N·m | {name} | {:.2} % | {:.2} % |",
                 mean(&|draw| draw.errors[0]),
                 mean(&|draw| draw.errors[1]),
             );
@@ -127,19 +123,14 @@ fn draw(noise: f64, distance: Distance, seed: u32) -> Draw {
     let (mut squares, mut all) = ([0.0; 2], 0.0);
     for ((own, truth), parameter) in result.parameters.iter().zip(&truth).zip(model.parameters()) {
         if parameter.joint.is_none() {
-            for (sum, value) in squares.iter_mut().zip([own.value, own.physical]) {
+            for (sum, value) in squares.iter_mut().zip([own.unconstrained, own.value]) {
                 *sum += (value.unwrap_or(f64::NAN) - truth).powi(2);
             }
             all += truth * truth;
         }
     }
-    let ratios = result
-        .physical
-        .iter()
-        .flat_map(|own| own.residual_ratio.iter());
     Draw {
         errors: squares.map(|own| 100.0 * (own / all).sqrt()),
-        residual_ratio: ratios.fold(0.0, |max, (_, own)| f64::max(max, own)),
     }
 }
 
