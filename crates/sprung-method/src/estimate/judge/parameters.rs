@@ -30,7 +30,7 @@ pub(super) fn weak(model: &Model, result: &EstimateResult, findings: &mut Vec<Fi
         // An interval that ends at zero tells itself how little is known. Offsets and preloads may be zero, so their
         // relative error means nothing.
         .filter(|(p, known)| match known.joint {
-            _ if p.one_sided => false,
+            Some((kind, joint)) if p.one_sided => kind.is_vital() && model.is_flexible(joint),
             Some((kind, _)) if kind.is_friction() => p.value.is_none_or(|value| value >= 0.0),
             Some(_) => is_vital(known),
             None => true,
