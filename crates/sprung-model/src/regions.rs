@@ -152,7 +152,7 @@ mod tests {
     }
 
     /// Two joints, 0.2 m apart along x.
-    fn tree(shapes: [Result<Shape, NoShape>; 2]) -> Tree {
+    fn tree(shapes: &[Result<Shape, NoShape>; 2]) -> Tree {
         let joint = |parent, x| ChainJoint {
             parent,
             rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
@@ -170,7 +170,7 @@ mod tests {
 
     #[test]
     fn without_geometry_a_point_mass_is_inside_up_to_the_radius_of_the_ball() {
-        let all = Region::all(&tree([Err(NoShape::Table), Err(NoShape::Table)]));
+        let all = Region::all(&tree(&[Err(NoShape::Table), Err(NoShape::Table)]));
         assert_eq!(all[1], None);
         let region = all[0].unwrap();
         assert!(!region.of_geometry);
@@ -211,7 +211,7 @@ mod tests {
     #[test]
     fn mass_in_the_geometry_is_inside_and_a_tool_has_room() {
         let own = boxed([-0.05, -0.05, -0.05], [0.35, 0.05, 0.05]);
-        let all = Region::all(&tree([Ok(own), Ok(own)]));
+        let all = Region::all(&tree(&[Ok(own), Ok(own)]));
         let [upper, fore] = [all[0].unwrap(), all[1].unwrap()];
         assert!(upper.of_geometry && fore.of_geometry);
         // On the corners of the box, and up to the margin beyond the ellipsoid about them, 0.2·√3 m from its centre.

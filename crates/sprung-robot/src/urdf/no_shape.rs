@@ -72,9 +72,23 @@ pub enum NoShape {
         /// The scale that makes metres of millimetres; `None` for a form without a scale.
         scale: Option<Vector>,
     },
+    /// The geometry is far from the joint.
+    #[error("the geometry of {link} is {distance:.0} m away from its joint")]
+    Far {
+        /// Name of the link that the joint moves.
+        link: String,
+        /// Its largest distance, m.
+        distance: f64,
+    },
 }
 
 impl NoShape {
+    /// Returns whether a length is so large that its unit is probably another.
+    #[must_use]
+    pub fn is_of_another_unit(&self) -> bool {
+        matches!(self, Self::Unit { .. } | Self::Far { .. })
+    }
+
     /// Returns what to do.
     #[must_use]
     pub fn remedy(&self) -> String {
@@ -96,6 +110,7 @@ impl NoShape {
                 scale: Some([x, y, z]),
                 ..
             } => format!("write scale=\"{} {} {}\" in its <mesh>", Shown(*x), Shown(*y), Shown(*z)),
+            Self::Far { .. } => "write the <origin> of the geometry in metres".to_owned(),
             Self::Unit { scale: None, .. } => "write its lengths in metres".to_owned(),
         }
     }

@@ -62,13 +62,16 @@ impl Urdf {
             }
         }
         let shapes = points.into_iter().zip(&chosen).map(|(points, (at, _))| {
+            let link = || self.links[self.joints[*at].child].name.clone();
             let points = outermost(&points?);
-            let hull = Ellipsoid::about(&points).ok_or_else(|| NoShape::Absent {
-                link: self.links[self.joints[*at].child].name.clone(),
-            })?;
+            let hull = Ellipsoid::about(&points).ok_or_else(|| NoShape::Absent { link: link() })?;
             let reach = (points.iter())
                 .map(|point| point.iter().map(|x| x * x).sum::<f64>().sqrt())
                 .fold(0.0, f64::max);
+            if reach > longest {
+                let (link, distance) = (link(), reach);
+                return Err(NoShape::Far { link, distance });
+            }
             Ok(Shape { hull, reach })
         });
         Ok(shapes.collect())
@@ -302,6 +305,11 @@ mod tests {
                 form("visual", "", "<sphere radius='big'/>"),
                 &[],
                 "radius=\"big\"",
+            ),
+            (
+                form("visual", "xyz='1e30 0 0'", "<sphere radius='1'/>"),
+                &[],
+                "the geometry of upper is 1",
             ),
             (
                 form("visual", "xyz='a'", "<sphere radius='1'/>"),

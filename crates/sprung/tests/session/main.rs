@@ -7,6 +7,7 @@ mod errors;
 mod loaded;
 mod many_logs;
 mod proof;
+mod regions;
 mod stopped;
 mod support;
 mod verbs;

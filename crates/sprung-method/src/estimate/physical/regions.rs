@@ -16,7 +16,7 @@ pub(super) fn about_regions(tree: &Tree, outside: &[String]) -> Vec<Finding> {
         .zip(&tree.shapes)
         .filter_map(|(at, own)| Some((at, own.as_ref().err()?)))
     {
-        if matches!(fault, NoShape::Unit { .. }) {
+        if fault.is_of_another_unit() {
             units.push((link, fault));
         } else if *fault != NoShape::Table {
             others.push((link, fault));
