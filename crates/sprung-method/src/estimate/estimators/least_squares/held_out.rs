@@ -125,7 +125,7 @@ mod tests {
         assert!((one.ratio - 1.0525_f64.sqrt()).abs() < 1e-12);
         // Ratios without each part are 1.0344 three times and 1 once.
         let left: f64 = (3.21_f64 / 3.0).sqrt() - 1.0;
-        let expected = left * (0.75 * (3.0 / 16.0 + 9.0 / 16.0)).sqrt();
+        let expected = 0.75 * left;
         assert!((one.standard_error - expected).abs() < 1e-9, "{one:?}");
         assert!(price(&[1.0], &[0.0]).is_none());
     }

@@ -359,6 +359,7 @@ mod tests {
             levels: &search_of(case, Disturbances::Free).1,
             noisy_rows: &[2, 3],
             guard: None,
+            robots: None,
         };
         let at = (z.as_slice(), levels);
         let noise = NoiseSource::new(&problem, at);
