@@ -220,6 +220,13 @@ impl Prepared {
         &self.experiment
     }
 
+    /// Returns the same logs with another model of the same equations.
+    #[must_use]
+    pub(crate) fn with_model(mut self, model: Model) -> Self {
+        self.reading = self.reading.with_model(model);
+        self
+    }
+
     /// Returns the names of the logs, for messages.
     #[must_use]
     pub fn names(&self) -> &[String] {

@@ -42,13 +42,14 @@ const ORDER: [&str; 24] = [
 const LEAVES: [&str; 1] = ["demo"];
 
 /// Folders and files of `estimate` in order. Each uses only those before it.
-const ESTIMATE: [&str; 13] = [
+const ESTIMATE: [&str; 14] = [
     "errors",
     "result",
     "statistics",
     "laws",
     "possible",
     "estimators",
+    "springs",
     "physical",
     "payload",
     "judge",

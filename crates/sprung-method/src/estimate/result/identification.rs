@@ -10,6 +10,7 @@ use super::payload::PayloadResult;
 use super::physical::{CovarianceOfErrors, PhysicalResult, StandardParameter};
 use super::promise::JointPrediction;
 use super::refinement::Refinement;
+use super::springs::RigidJoint;
 use super::verdict::{Decision, Verdict};
 use crate::finding::Finding;
 use crate::frequency::{FrequencyResponse, SpringFromMotor};
@@ -44,6 +45,9 @@ pub struct Identification {
     /// `identify.springs_from_motor` asks for them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub springs_from_motor: Vec<SpringFromMotor>,
+    /// Joints whose spring the logs do not determine; they are taken as rigid.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub rigid_joints: Vec<RigidJoint>,
     /// Payloads that some logs carried.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub payloads: Vec<PayloadResult>,
@@ -341,6 +345,25 @@ pub struct CrossCheckResult {
     pub method: String,
     /// Values by name of the parameter.
     pub values: Named,
+}
+
+impl ParameterEstimate {
+    /// Takes the value out, as that of a parameter that the log does not determine. The value for simulations stays.
+    pub(crate) fn forget(&mut self) {
+        *self = Self {
+            value: None,
+            standard_error: None,
+            error_parts: None,
+            ci95: None,
+            unconstrained: None,
+            identifiable: false,
+            fixed: false,
+            torque_rms_nm: None,
+            torque_share: None,
+            torque_over_residual: None,
+            ..self.clone()
+        };
+    }
 }
 
 impl EstimateResult {

@@ -20,6 +20,19 @@ pub(in crate::estimate) struct Ready {
     pub(in crate::estimate) inputs: EstimatorInputs,
 }
 
+impl Ready {
+    /// Returns the same logs with another model of the same equations.
+    pub(in crate::estimate) fn with_model(&self, model: Model) -> Result<Self, IdentifyError> {
+        let prepared = self.prepared.clone().with_model(model);
+        let inputs = EstimatorInputs::new(prepared.experiment(), prepared.reading().model())?;
+        Ok(Self {
+            prepared,
+            laws: self.laws.clone(),
+            inputs,
+        })
+    }
+}
+
 /// Makes all choices from the beginning of the first log.
 ///
 /// # Errors
