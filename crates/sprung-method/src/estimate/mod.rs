@@ -35,6 +35,7 @@ pub use result::{
     ResidualPrior, RigidByHoldOut, RigidJoint, RowDisturbance, RungResult, SensorNoise,
     SettingsUsed, SignUsed, SimulationFit, StandardParameter, Verdict, parameters_csv,
 };
+pub use springs::with_rigid_joints;
 pub use statistics::NORMAL_95;
 pub(crate) use statistics::between_parts;
 pub use steps::Identified;

@@ -24,7 +24,7 @@ fn main() {
     let seeds = seeds();
     let mut all: Vec<Draw> = Vec::new();
     for seed in 1..=seeds {
-        let own = draw(seed, DURATION_S, &stiffnesses(seed));
+        let own = draw(seed, DURATION_S, stiffnesses(seed));
         let [with, rigid] = own.squares;
         println!(
             "seed {seed}: {} of 7 determined, errors {:.3} times those of rigid joints, {} {}",

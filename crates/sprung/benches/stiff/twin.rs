@@ -6,10 +6,9 @@ use std::collections::BTreeMap;
 use sprung::description::{self, Experiment, no_files};
 use sprung::estimate::{EstimateResult, Identification, identify};
 use sprung::log::Channels;
-use sprung::model::Model;
+use sprung::model::{Model, Theta};
 use sprung::progress::Unheard;
 use sprung::simulate::{TwinSetup, record};
-use sprung_core::parameters::JointParameter;
 
 use crate::in_memory::with_source;
 
@@ -56,60 +55,148 @@ pub(crate) struct Draw {
     pub(crate) identification: Identification,
 }
 
-/// Simulates and identifies a log.
-///
-/// - `stiffness`: of each joint, N·m/rad.
-///
-/// # Panics
-///
-/// If the example is wrong.
-pub(crate) fn draw(seed: u64, duration_s: f64, stiffness: &[f64; 7]) -> Draw {
-    let text = EXPERIMENT.replacen(TORQUE, &format!("{SENSORS}{TORQUE}"), 1);
-    let text = with_nominal(&text, stiffness);
-    let experiment =
-        description::read("arm", &text, &[], &mut no_files).expect("the example is right");
-    let mut values: BTreeMap<String, f64> = toml::from_str(TRUTH).expect("values by name");
-    for (joint, stiffness) in experiment.robot.joint.iter().zip(stiffness) {
-        values.insert(format!("{}.stiffness", joint.name), *stiffness);
+/// The arm with given springs.
+pub(crate) struct Twin {
+    pub(crate) experiment: Experiment,
+    pub(crate) model: Model,
+    values: BTreeMap<String, f64>,
+    stiffness: [f64; 7],
+}
+
+impl Twin {
+    /// - `stiffness`: of each joint, N·m/rad; `has_sensors`: whether the joints have torque sensors.
+    ///
+    /// # Panics
+    ///
+    /// If the example is wrong.
+    pub(crate) fn new(stiffness: [f64; 7], has_sensors: bool) -> Self {
+        let sensors = if has_sensors { SENSORS } else { "" };
+        let text = EXPERIMENT.replacen(TORQUE, &format!("{sensors}{TORQUE}"), 1);
+        let text = with_nominal(&text, &stiffness);
+        let experiment =
+            description::read("arm", &text, &[], &mut no_files).expect("the example is right");
+        let mut values: BTreeMap<String, f64> = toml::from_str(TRUTH).expect("values by name");
+        for (joint, stiffness) in experiment.robot.joint.iter().zip(stiffness) {
+            values.insert(format!("{}.stiffness", joint.name), stiffness);
+        }
+        let model = Model::new(&experiment).expect("the example has a model");
+        values.retain(|name, _| {
+            model
+                .check_names(&BTreeMap::from([(name.clone(), 0.0)]))
+                .is_ok()
+        });
+        Self {
+            experiment,
+            model,
+            values,
+            stiffness,
+        }
     }
-    let model = Model::new(&experiment).expect("the example has a model");
-    let log = simulated(&experiment, &model, &values, (seed, duration_s));
-    let own = identified(&experiment, &log);
-    let mut rigid = experiment.clone();
-    let names = rigid.robot.joint.iter();
-    let names: Vec<String> = names
-        .map(|joint| format!("{}.stiffness", joint.name))
-        .collect();
-    (rigid.robot.fixed).extend(names.into_iter().map(|name| (name, RIGID)));
-    let reference = identified(&rigid, &log);
-    let truth = model
-        .theta(&known(&model, &values))
-        .expect("all values are given");
-    let squares = squares(
-        &model,
-        &truth,
-        [&own, &reference].map(|found| &found.results[0]),
-    );
-    let springs = (stiffness.iter().enumerate())
-        .map(|(joint, &truth)| {
-            let name = &model.joints()[joint];
-            let index = model.index(JointParameter::Stiffness, joint);
-            let mut rigid = own.rigid_joints.iter();
+
+    fn truth(&self) -> Theta {
+        self.model
+            .theta(&self.values)
+            .expect("all values are given")
+    }
+
+    /// Returns a true value of a joint.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such value.
+    pub(crate) fn value(&self, joint: &str, name: &str) -> f64 {
+        self.values[&format!("{joint}.{name}")]
+    }
+
+    /// Returns a log.
+    ///
+    /// # Panics
+    ///
+    /// If the twin does not move.
+    pub(crate) fn log(&self, seed: u64, duration_s: f64) -> Vec<u8> {
+        let mut settings = (self.experiment.simulate.clone()).expect("it has a twin");
+        (settings.seed, settings.duration_s) = (seed, duration_s);
+        let log = self.experiment.log.as_ref().expect("it has a log");
+        if log.joint_torque_nm.is_some() {
+            settings.joint_torque_noise_nm = NOISE.to_vec();
+        }
+        let mut controller = (self.experiment.controller.clone()).expect("it has a controller");
+        for (joint, gains) in controller.gain.iter_mut().enumerate() {
+            gains[3 * 7 + joint] *= CALMER;
+        }
+        let mut random = uniform(seed);
+        for sine in &mut controller.reference.sines {
+            sine.frequency_hz *= SLOWER * (1.0 - 0.2 * random());
+        }
+        let setup = TwinSetup {
+            model: &self.model,
+            theta: &self.truth(),
+            controller: &controller,
+            settings: &settings,
+        };
+        let channels = Channels::new(&self.experiment.robot, log).expect("the columns are right");
+        let mut log = Vec::new();
+        record(&setup, &channels, &mut log, &mut Unheard).expect("the twin moves");
+        log
+    }
+
+    /// Identifies a log.
+    ///
+    /// # Panics
+    ///
+    /// If the log is refused.
+    pub(crate) fn identify(&self, log: &[u8]) -> Identification {
+        identified(&self.experiment, log)
+    }
+
+    /// Returns what a log says of each spring.
+    pub(crate) fn springs(&self, found: &Identification, log: &[u8]) -> Vec<Spring> {
+        let of = |(joint, &truth): (usize, &f64)| {
+            let name = &self.model.joints()[joint];
+            let own = found.results[0].parameter(&format!("{name}.stiffness"));
+            let mut rigid = found.rigid_joints.iter();
             Spring {
                 truth,
-                value: index.and_then(|index| own.results[0].parameters[index].value),
+                value: own.and_then(|own| own.value),
                 above: rigid
                     .find(|own| own.joint == *name)
                     .map(|own| own.stiffness_above_nm_per_rad),
-                known: known_bound(joint, truth, &log),
+                known: known_bound(joint, truth, log),
             }
-        })
-        .collect();
+        };
+        self.stiffness.iter().enumerate().map(of).collect()
+    }
+
+    /// Identifies a log with rigid joints: the same equations, with springs that deflect less than any log shows.
+    fn rigid(&self, log: &[u8]) -> Identification {
+        let mut rigid = self.experiment.clone();
+        let names = self.model.joints().iter();
+        let names = names.map(|joint| format!("{joint}.stiffness"));
+        (rigid.robot.fixed).extend(names.map(|name| (name, RIGID)));
+        identified(&rigid, log)
+    }
+}
+
+/// Simulates and identifies a log of the twin with torque sensors.
+pub(crate) fn draw(seed: u64, duration_s: f64, stiffness: [f64; 7]) -> Draw {
+    let twin = Twin::new(stiffness, true);
+    let log = twin.log(seed, duration_s);
+    let (own, reference) = (twin.identify(&log), twin.rigid(&log));
+    let results = [&own, &reference].map(|found| &found.results[0]);
     Draw {
-        springs,
-        squares,
+        springs: twin.springs(&own, &log),
+        squares: squares(&twin.model, &twin.truth(), results),
         identification: own,
     }
+}
+
+fn identified(experiment: &Experiment, log: &[u8]) -> Identification {
+    let model = Model::new(experiment).expect("the example has a model");
+    with_source(log, |source| {
+        identify(experiment, &model, &mut [source], &mut Unheard)
+            .expect("the log is right")
+            .identification
+    })
 }
 
 /// Returns the example with nominal stiffnesses, which the controller of the twin uses.
@@ -141,62 +228,6 @@ fn uniform(seed: u64) -> impl FnMut() -> f64 {
             .wrapping_add(1_442_695_040_888_963_407);
         (state >> 11) as f64 / (1_u64 << 53) as f64
     }
-}
-
-fn simulated(
-    experiment: &Experiment,
-    model: &Model,
-    values: &BTreeMap<String, f64>,
-    (seed, duration_s): (u64, f64),
-) -> Vec<u8> {
-    let mut settings = experiment.simulate.clone().expect("it has a twin");
-    (settings.seed, settings.duration_s) = (seed, duration_s);
-    settings.joint_torque_noise_nm = NOISE.to_vec();
-    let mut controller = experiment.controller.clone().expect("it has a controller");
-    for (joint, gains) in controller.gain.iter_mut().enumerate() {
-        gains[3 * 7 + joint] *= CALMER;
-    }
-    let mut random = uniform(seed);
-    for sine in &mut controller.reference.sines {
-        sine.frequency_hz *= SLOWER * (1.0 - 0.2 * random());
-    }
-    let theta = model
-        .theta(&known(model, values))
-        .expect("all values are given");
-    let setup = TwinSetup {
-        model,
-        theta: &theta,
-        controller: &controller,
-        settings: &settings,
-    };
-    let mut log = Vec::new();
-    record(&setup, &channels(experiment), &mut log, &mut Unheard).expect("the twin moves");
-    log
-}
-
-fn channels(experiment: &Experiment) -> Channels {
-    let log = experiment.log.as_ref().expect("it has a log");
-    Channels::new(&experiment.robot, log).expect("the columns are right")
-}
-
-fn identified(experiment: &Experiment, log: &[u8]) -> Identification {
-    let model = Model::new(experiment).expect("the example has a model");
-    with_source(log, |source| {
-        identify(experiment, &model, &mut [source], &mut Unheard)
-            .expect("the log is right")
-            .identification
-    })
-}
-
-/// The values of parameters that a model has.
-fn known(model: &Model, values: &BTreeMap<String, f64>) -> BTreeMap<String, f64> {
-    let mut values = values.clone();
-    values.retain(|name, _| {
-        model
-            .check_names(&BTreeMap::from([(name.clone(), 0.0)]))
-            .is_ok()
-    });
-    values
 }
 
 /// Squared errors of two results in standard errors of the second.

@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use sprung_core::parameters::JointParameter;
 
+use super::identification::EstimateResult;
+
 /// A joint whose spring the logs do not determine; it is taken as rigid.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RigidJoint {
@@ -37,17 +39,21 @@ pub struct RigidByHoldOut {
 impl RigidJoint {
     /// Adds the spring that simulations take: the least stiff spring that the logs allow. A joint with the equation of a
     /// rigid joint needs none.
-    pub fn complete(&self, values: &mut BTreeMap<String, f64>) {
-        if self.hold_out.is_some() {
-            return;
-        }
+    ///
+    /// - `result`: with the parameters of the robot.
+    pub fn complete(&self, result: &EstimateResult, values: &mut BTreeMap<String, f64>) {
         for (kind, value) in [
             (JointParameter::Stiffness, self.stiffness_above_nm_per_rad),
             (JointParameter::CubicStiffness, 0.0),
             (JointParameter::Damping, 0.0),
         ] {
             let name = format!("{}.{}", self.joint, kind.name());
-            values.entry(name).or_insert(value);
+            if result
+                .parameter(&name)
+                .is_some_and(|own| own.value.is_none())
+            {
+                values.entry(name).or_insert(value);
+            }
         }
     }
 }

@@ -5,8 +5,11 @@
 //! the deflection is on its right-hand side. If it is not significant, the joint is taken as rigid.
 
 mod compliance;
+mod rigid;
 mod said;
 mod undetermined;
 
+pub use rigid::with_rigid_joints;
+pub(super) use rigid::{RigidByLog, with_joints_rigid_by_log};
 pub(super) use said::finding;
 pub(super) use undetermined::Undetermined;

@@ -1,6 +1,7 @@
 //! The finding about joints that are taken as rigid.
 
 use crate::estimate::result::RigidJoint;
+use crate::estimate::statistics::NORMAL_95;
 use crate::finding::{Finding, Severity};
 use crate::model::Model;
 use crate::numbers::rounded_down;
@@ -17,6 +18,14 @@ pub(in crate::estimate) fn finding(model: &Model, joints: &[RigidJoint]) -> Opti
         ("its deflection", "it is")
     } else {
         ("their deflections", "they are")
+    };
+    let is_open = |own: &RigidJoint| {
+        own.compliance_rad_per_nm < NORMAL_95 * own.compliance_standard_error_rad_per_nm
+    };
+    let shows = if joints.iter().all(is_open) {
+        "does not show"
+    } else {
+        "hardly shows"
     };
     let replaced: Vec<&str> = (joints.iter())
         .filter(|own| own.hold_out.is_some())
@@ -37,7 +46,7 @@ pub(in crate::estimate) fn finding(model: &Model, joints: &[RigidJoint]) -> Opti
             Severity::Info,
             NOT_DETERMINED,
             format!(
-                "{} (95 %): the log does not show {their}; {they} taken as rigid{equations}",
+                "{} (95 %): the log {shows} {their}; {they} taken as rigid{equations}",
                 bounds.join(", ")
             ),
             "for a stiffness record larger torques, faster motion or finer encoders; otherwise nothing",

@@ -39,7 +39,8 @@ pub(in crate::estimate) fn describe(
         .map(|(estimator, found)| judged((basis, &undetermined), *estimator, found))
         .collect();
     progress.tell(Phase::Examining, 1, Some(2))?;
-    let rigid_joints = undetermined.described(model);
+    let mut rigid_joints = basis.ready.rigid.clone();
+    rigid_joints.extend(undetermined.described(model));
     let mut findings = basis.findings.to_vec();
     findings.extend(finding(model, &rigid_joints));
     findings.extend(look_again(basis, &results));
@@ -76,7 +77,8 @@ pub(in crate::estimate) fn before_refinement(
     let found = basis.least_squares();
     let model = basis.ready.prepared.reading().model();
     let mut result = judged((basis, basis.springs), Estimator::LeastSquares, &found);
-    let rigid_joints = basis.springs.described(model);
+    let mut rigid_joints = basis.ready.rigid.clone();
+    rigid_joints.extend(basis.springs.described(model));
     let mut findings = basis.findings.to_vec();
     findings.extend(finding(model, &rigid_joints));
     findings.push(Finding::new(
