@@ -50,7 +50,10 @@ pub(super) fn parameter_table(
             },
         );
         [
-            dash(estimate.value, 5),
+            match (estimate.value, identification.bound(&estimate.name)) {
+                (None, Some(bound)) => bound,
+                (value, _) => dash(value, 5),
+            },
             dash(estimate.standard_error, 2),
             share,
         ]

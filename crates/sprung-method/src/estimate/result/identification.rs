@@ -63,6 +63,16 @@ impl Identification {
         std::iter::once(&self.log).chain(&self.further_logs)
     }
 
+    /// Returns the bound of a stiffness that the logs do not determine, in the form of tables; `None` for other
+    /// parameters.
+    ///
+    /// - `parameter`: its name.
+    #[must_use]
+    pub fn bound(&self, parameter: &str) -> Option<String> {
+        let mut rigid = self.rigid_joints.iter();
+        Some(rigid.find(|own| own.stiffness() == parameter)?.bound())
+    }
+
     /// Returns the file names of the logs with their windows, separated by commas.
     #[must_use]
     pub fn files(&self) -> String {

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use sprung_core::parameters::JointParameter;
 
 use super::identification::EstimateResult;
+use crate::numbers::rounded_down;
 
 /// A joint whose spring the logs do not determine; it is taken as rigid.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -37,6 +38,18 @@ pub struct RigidByHoldOut {
 }
 
 impl RigidJoint {
+    /// Returns the bound in the form of tables: `> 12 000`.
+    #[must_use]
+    pub fn bound(&self) -> String {
+        format!("> {}", rounded_down(self.stiffness_above_nm_per_rad))
+    }
+
+    /// Returns the name of its stiffness.
+    #[must_use]
+    pub fn stiffness(&self) -> String {
+        format!("{}.{}", self.joint, JointParameter::Stiffness.name())
+    }
+
     /// Adds the spring that simulations take: the least stiff spring that the logs allow. A joint with the equation of a
     /// rigid joint needs none.
     ///
