@@ -10,6 +10,8 @@ pub(crate) struct ColumnFit {
     pub(crate) value: f64,
     /// By the disagreement of stretches of the log.
     pub(crate) standard_error: f64,
+    /// Squared length of the first column beyond what the other columns explain, over the squared length of the column.
+    pub(crate) own_share: f64,
     /// Student's quantile for this number of stretches over that of the normal distribution.
     pub(crate) few_stretches: f64,
 }
@@ -43,6 +45,7 @@ impl ColumnFit {
         let is_known = *solution.identifiable.first()? && errors[0].is_finite() && errors[0] > 0.0;
         is_known.then(|| Self {
             value: solution.x[0],
+            own_share: (solution.inverse[(0, 0)] * whole.column_norm(0).powi(2)).recip(),
             standard_error: errors[0],
             few_stretches: student_95(own.len().saturating_sub(1)) / student_95(usize::MAX),
         })
@@ -80,6 +83,8 @@ mod tests {
         let ratio = found.standard_error / expected;
         assert!((0.5..2.0).contains(&ratio), "{ratio}");
         assert!((found.few_stretches - 2.131 / 1.96).abs() < 0.01);
+        // The constants explain the mean: 7² of 7² + 20²/2.
+        assert!((found.own_share - 200.0 / 249.0).abs() < 0.02);
     }
 
     #[test]

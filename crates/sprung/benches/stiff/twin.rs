@@ -59,7 +59,8 @@ pub(crate) struct Draw {
 pub(crate) struct Twin {
     pub(crate) experiment: Experiment,
     pub(crate) model: Model,
-    values: BTreeMap<String, f64>,
+    /// True values by name.
+    pub(crate) values: BTreeMap<String, f64>,
     stiffness: [f64; 7],
 }
 
@@ -97,15 +98,6 @@ impl Twin {
         self.model
             .theta(&self.values)
             .expect("all values are given")
-    }
-
-    /// Returns a true value of a joint.
-    ///
-    /// # Panics
-    ///
-    /// If there is no such value.
-    pub(crate) fn value(&self, joint: &str, name: &str) -> f64 {
-        self.values[&format!("{joint}.{name}")]
     }
 
     /// Returns a log.

@@ -79,7 +79,7 @@ fn without_torque_sensor_a_stiff_joint_becomes_rigid_with_one_friction() {
     assert!(result.parameter("joint2.stiffness").is_none());
     assert!(result.parameter("joint2.link_viscous").is_none());
     let viscous = result.parameter("joint2.motor_viscous").unwrap();
-    let both = ["link_viscous", "motor_viscous"].map(|name| twin.value("joint2", name));
+    let both = ["link_viscous", "motor_viscous"].map(|name| twin.values[&format!("joint2.{name}")]);
     let ratio = viscous.value.unwrap() / both.iter().sum::<f64>();
     assert!((ratio - 1.0).abs() < 0.1, "{ratio}");
     for joint in [1, 3, 4, 5] {

@@ -52,6 +52,17 @@ impl Compliance {
         })
     }
 
+    /// Returns the compliance by a torque with noise, which makes the estimate smaller.
+    ///
+    /// - `reliability`: share of the variance of the torque that is no noise.
+    pub(super) fn by_noisy_torque(self, reliability: f64) -> Self {
+        Self {
+            value: self.value / reliability,
+            standard_error: self.standard_error / reliability,
+            ..self
+        }
+    }
+
     /// Returns whether the log leaves the spring open. A compliance far below zero is no spring but a wrong sign or a
     /// delay.
     pub(super) fn is_open(&self) -> bool {

@@ -31,24 +31,42 @@ pub(in crate::estimate) struct RigidByLog {
     pub(in crate::estimate) joints: Vec<RigidJoint>,
 }
 
+/// Least share of the torque's variance that is no noise. Below it, noise of the torque hides the spring and not its
+/// stiffness.
+const LEAST_RELIABILITY: f64 = 0.5;
+
+/// Held-out residual of a rigid joint, over that with a spring which the log shows with noise, below which the spring is
+/// given up. Springs and links that have shrunk predict far worse.
+const FAR_BETTER: f64 = 0.5;
+
 /// A joint that may be rigid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Candidate {
     joint: usize,
     compliance: Compliance,
+    /// Share of the squared torque that inertia and friction of the motor do not explain.
+    own_share: f64,
 }
 
 impl Candidate {
     /// Returns whether the joint keeps its spring: a spring that the log does not show needs a clear gain, and one that
     /// it shows with noise a clear loss.
     fn keeps_spring(&self, compared: &RigidByHoldOut) -> bool {
+        if self.reliability(compared) < LEAST_RELIABILITY {
+            return true;
+        }
         match (compared.flexible, compared.rigid) {
             (Some(flexible), Some(rigid)) if self.compliance.is_open() => {
                 is_clearly_below(flexible, rigid)
             }
-            (Some(flexible), Some(rigid)) => !is_clearly_below(rigid, flexible),
+            (Some(flexible), Some(rigid)) => rigid > FAR_BETTER * flexible,
             (flexible, rigid) => flexible.is_some() && rigid.is_none(),
         }
+    }
+
+    /// Returns the share of the variance of the torque that is no noise: the rigid joint explains all but the noise.
+    fn reliability(&self, compared: &RigidByHoldOut) -> f64 {
+        1.0 - compared.rigid.unwrap_or(0.0).powi(2) / self.own_share
     }
 }
 
@@ -81,7 +99,9 @@ pub(in crate::estimate) fn with_joints_rigid_by_log(
         if open.len() == count {
             let names = prepared.reading().model().joints().to_vec();
             let described = |own: &Candidate| {
-                (own.compliance).described(&names[own.joint], Some(compared(own.joint)))
+                let compared = compared(own.joint);
+                (own.compliance.by_noisy_torque(own.reliability(&compared)))
+                    .described(&names[own.joint], Some(compared))
             };
             return Ok(RigidByLog {
                 joints: open.iter().map(described).collect(),
@@ -153,9 +173,14 @@ fn candidates(prepared: &Prepared) -> Vec<Candidate> {
     let estimators = &reading.settings().estimator;
     let is_refined = estimators.contains(&Estimator::PredictionError);
     let found = joints.iter().enumerate().filter_map(|(at, &joint)| {
-        let (compliance, correlation) = by_motor_row(&reading, &system, at, joint)?;
-        let is_noisy = correlation < NOISY_CORRELATION && compliance.value > 0.0 && !is_refined;
-        let own = Candidate { joint, compliance };
+        let (fit, correlation) = by_motor_row(&reading, &system, at, joint)?;
+        let is_noisy = correlation < NOISY_CORRELATION && fit.value > 0.0 && !is_refined;
+        let compliance = Compliance::from(fit);
+        let own = Candidate {
+            joint,
+            compliance,
+            own_share: fit.own_share,
+        };
         (compliance.is_open() || is_noisy).then_some(own)
     });
     found.collect()
@@ -170,7 +195,7 @@ fn by_motor_row(
     system: &System,
     at: usize,
     joint: usize,
-) -> Option<(Compliance, f64)> {
+) -> Option<(ColumnFit, f64)> {
     let model = reading.model();
     let columns = model.row_columns(model.torque_row(joint));
     let kind = |column: usize| model.parameters()[column].joint.map(|(kind, _)| kind);
@@ -194,7 +219,7 @@ fn by_motor_row(
     let torque = columns.len();
     let compliance = ColumnFit::new(&stretches, of, &by(torque))?;
     let stiffness = ColumnFit::new(&stretches, torque, &by(of))?;
-    Some((compliance.into(), compliance.value * stiffness.value))
+    Some((compliance, compliance.value * stiffness.value))
 }
 
 /// Returns whether the deflection of a joint is small beside its motion.
