@@ -30,7 +30,7 @@ pub fn in_ms(seconds: f64) -> f64 {
 #[must_use]
 pub fn rounded_down(value: f64) -> String {
     const MOST_DIGITS: f64 = 1e15;
-    if !(value >= 1.0 && value < MOST_DIGITS) {
+    if !(1.0..MOST_DIGITS).contains(&value) {
         return format!("{value:.1e}");
     }
     let unit = 10f64.powf(value.log10().floor() - 1.0);

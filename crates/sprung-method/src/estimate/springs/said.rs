@@ -51,7 +51,7 @@ pub(in crate::estimate) fn finding(model: &Model, joints: &[RigidJoint]) -> Opti
             ),
             "for a stiffness record larger torques, faster motion or finer encoders; otherwise nothing",
         )
-        .about(names.map(|own| own.stiffness())),
+        .about(names.map(RigidJoint::stiffness)),
     )
 }
 
