@@ -26,9 +26,48 @@ pub fn in_ms(seconds: f64) -> f64 {
     1e3 * seconds
 }
 
+/// Returns a positive number rounded down to two digits, in groups of three digits: `1 200 000`. A bound stays a bound.
+#[must_use]
+pub fn rounded_down(value: f64) -> String {
+    const MOST_DIGITS: f64 = 1e15;
+    if !(1.0..MOST_DIGITS).contains(&value) {
+        return format!("{value:.1e}");
+    }
+    let unit = 10f64.powf(value.log10().floor() - 1.0);
+    // The quotient of an exact bound may be slightly below its digits.
+    let rounded = unit * (value / unit * (1.0 + 1e-12)).floor();
+    if unit < 1.0 {
+        return Shown((10.0 * rounded).round() / 10.0).to_string();
+    }
+    let digits = format!("{rounded:.0}");
+    let groups: Vec<&str> = (0..digits.len().div_ceil(3))
+        .rev()
+        .map(|group| {
+            let end = digits.len() - 3 * group;
+            &digits[end.saturating_sub(3)..end]
+        })
+        .collect();
+    groups.join(" ")
+}
+
 #[cfg(test)]
 mod tests {
-    use super::Shown;
+    use super::{Shown, rounded_down};
+
+    #[test]
+    fn bounds_are_rounded_down_and_grouped() {
+        for (value, text) in [
+            (12_999.0, "12 000"),
+            (1_250_000.0, "1 200 000"),
+            (100_000.0, "100 000"),
+            (987.0, "980"),
+            (42.0, "42"),
+            (4.29, "4.2"),
+            (0.0123, "1.2e-2"),
+        ] {
+            assert_eq!(rounded_down(value), text);
+        }
+    }
 
     #[test]
     fn numbers_stay_short() {

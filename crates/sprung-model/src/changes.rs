@@ -1,4 +1,6 @@
-//! Changes of friction with covariates.
+//! Parameters that fits do not estimate: known values, and changes of friction with covariates.
+
+use std::sync::Arc;
 
 use sprung_core::covariate::Covariate;
 use sprung_core::parameters::JointParameter;
@@ -33,6 +35,21 @@ impl Model {
     pub fn with_known_changes(&self, theta: &[f64]) -> Self {
         Self {
             known_changes: Some(theta.into()),
+            ..self.clone()
+        }
+    }
+
+    /// Returns the model with further known parameters, as if the description fixed them.
+    ///
+    /// - `values`: indices in theta and values.
+    #[must_use]
+    pub fn with_fixed(&self, values: &[(usize, f64)]) -> Self {
+        let mut fixed = (*self.fixed).clone();
+        for &(index, value) in values {
+            fixed.parameters[index].fixed = Some(value);
+        }
+        Self {
+            fixed: Arc::new(fixed),
             ..self.clone()
         }
     }

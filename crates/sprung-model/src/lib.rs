@@ -93,7 +93,7 @@ pub struct Model {
 }
 
 /// Parts of a model that no search changes.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Fixed {
     joints: Vec<JointInfo>,
     names: Vec<String>,

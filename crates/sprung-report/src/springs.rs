@@ -1,10 +1,11 @@
-//! Composes the section about springs by the vibrations that motors see.
+//! Composes the sections about springs by the vibrations that motors see, and about joints that are taken as rigid.
 
 use super::document::{Block, Fold, Row, Section, Table, Tone};
 use super::numbers::{or_dash, significant};
 use super::section::folded;
 use super::tables::{number, text};
 use crate::estimate::Identification;
+use crate::estimate::RigidJoint;
 
 /// Returns the section; `None` without such springs.
 pub(super) fn springs(identification: &Identification) -> Option<Section> {
@@ -50,6 +51,52 @@ pub(super) fn springs(identification: &Identification) -> Option<Section> {
                 number("Resonance [Hz]"),
             ],
             rows: rows.collect(),
+            ..Table::default()
+        })],
+    ))
+}
+
+/// Returns the section about joints whose springs the logs do not determine; `None` without such joints.
+pub(super) fn rigid(identification: &Identification) -> Option<Section> {
+    let joints = &identification.rigid_joints;
+    if joints.is_empty() {
+        return None;
+    }
+    let percent = |share: Option<f64>| or_dash(share.map(|share| 100.0 * share), 3);
+    let row = |own: &RigidJoint| Row {
+        cells: vec![
+            own.joint.clone(),
+            own.bound(),
+            format!(
+                "{} ± {}",
+                significant(own.compliance_rad_per_nm, 2),
+                significant(own.compliance_standard_error_rad_per_nm, 2)
+            ),
+            percent(own.hold_out.and_then(|own| own.flexible)),
+            percent(own.hold_out.and_then(|own| own.rigid)),
+        ],
+        tone: Tone::Neutral,
+    };
+    Some(folded(
+        Fold::Open,
+        "rigid-joints",
+        "Joints that are taken as rigid",
+        "The logs do not determine the springs of these joints. Their deflections are smaller than the errors of the \
+         positions.",
+        vec![Block::Table(Table {
+            caption: "Lower bounds of the stiffness (95 %) and compliances with standard errors. The last columns are the \
+                      torque that is missed in parts of the beginning of the first log, each predicted by a fit of the \
+                      other parts, with a spring and as a rigid joint. Dashes: a torque sensor separates link and motor, \
+                      so no choice is needed."
+                .to_owned(),
+            columns: vec![
+                text("Joint"),
+                number("Stiffness [N·m/rad, N/m]"),
+                number("Compliance ± s.e. [rad/(N·m), m/N]"),
+                number("missed with spring [%]"),
+                number("missed as rigid joint [%]"),
+            ],
+            rows: joints.iter().map(row).collect(),
             ..Table::default()
         })],
     ))

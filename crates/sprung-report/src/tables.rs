@@ -78,7 +78,10 @@ pub(super) fn parameters(
     let row = |parameter: &&ParameterEstimate| {
         let mut cells = vec![
             symbol_and_name(parameter),
-            with_error(parameter),
+            match (parameter.value, identification.bound(&parameter.name)) {
+                (None, Some(bound)) => bound,
+                _ => with_error(parameter),
+            },
             parameter.unit.clone(),
             relative_interval(parameter),
         ];

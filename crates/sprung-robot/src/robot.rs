@@ -224,6 +224,10 @@ pub struct Joint {
     /// Nominal values.
     #[serde(default)]
     pub nominal: Nominal,
+    /// Whether a log does not show the spring that the file describes. The joint is rigid then, and its columns of the link
+    /// stay in the lists of columns without use.
+    #[serde(skip)]
+    pub rigid_by_log: bool,
 }
 
 impl Joint {
@@ -367,7 +371,50 @@ impl Joint {
     /// Returns whether the joint has a spring.
     #[must_use]
     pub fn is_flexible(&self) -> bool {
+        self.is_described_flexible() && !self.rigid_by_log
+    }
+
+    /// Returns whether the file describes a spring, also if a log does not show it.
+    #[must_use]
+    pub fn is_described_flexible(&self) -> bool {
         self.transmission == Transmission::Flexible
+    }
+
+    /// Returns the joint without its spring: motor and link have one position and one friction, that of the motor with
+    /// the laws of the link that it lacks.
+    #[must_use]
+    pub fn made_rigid(&self) -> Self {
+        let mut rigid = self.clone();
+        (rigid.rigid_by_log, rigid.spring, rigid.link_friction) = (true, None, None);
+        if self.motor_friction.is_some() || self.link_friction.is_some() {
+            let has_offset = self
+                .motor_friction
+                .is_none()
+                .then_some(FrictionLaw(Family::Offset));
+            let all = self.motor_laws().iter().chain(self.link_laws()).copied();
+            let mut laws: Vec<FrictionLaw> = Vec::new();
+            for law in all.chain(has_offset) {
+                let contains = |own: &FrictionLaw| match law.0 {
+                    Family::Viscous | Family::ViscousAsymmetric => {
+                        matches!(own.0, Family::Viscous | Family::ViscousAsymmetric)
+                    }
+                    Family::Coulomb | Family::CoulombAsymmetric => {
+                        matches!(own.0, Family::Coulomb | Family::CoulombAsymmetric)
+                    }
+                    Family::Offset
+                    | Family::Stribeck
+                    | Family::Quadratic
+                    | Family::Load
+                    | Family::Residual => *own == law,
+                };
+                // No deflection measures the load of a rigid joint.
+                if law.0 != Family::Load && !laws.iter().any(contains) {
+                    laws.push(law);
+                }
+            }
+            rigid.motor_friction = Some(laws);
+        }
+        rigid
     }
 
     /// Returns the friction laws of the link's bearing.

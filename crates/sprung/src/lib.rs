@@ -110,10 +110,10 @@ pub mod estimate {
         LawDelay, LawRung, LawsByHoldOut, LogFactors, LogInfo, Lsff, LsffError, ModelDependence,
         MotorRowResult, ParameterEstimate, PayloadParameter, PayloadResult, PhysicalResult,
         RefinedDelay, RefinedEccentricity, RefinedOffset, RefinedSaturation, RefinedVelocity,
-        Refinement, ResidualPrior, ResponseCurves, RowDisturbance, RungResult, SensorNoise,
-        SettingsUsed, SignUsed, SimulationFit, SpringFromMotor, StandardParameter, Unseen, Verdict,
-        fit, identify, identify_and_tell, information_bound, late_channels, parameters_csv,
-        residual, torques, trace,
+        Refinement, ResidualPrior, ResponseCurves, RigidByHoldOut, RigidJoint, RowDisturbance,
+        RungResult, SensorNoise, SettingsUsed, SignUsed, SimulationFit, SpringFromMotor,
+        StandardParameter, Unseen, Verdict, fit, identify, identify_and_tell, information_bound,
+        late_channels, parameters_csv, residual, torques, trace,
     };
 }
 

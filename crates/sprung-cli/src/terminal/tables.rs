@@ -49,11 +49,15 @@ pub(super) fn parameter_table(
                 None => format!("{:.1}", 100.0 * value / reference),
             },
         );
+        let value = match (estimate.value, identification.bound(&estimate.name)) {
+            (None, Some(bound)) => bound,
+            (value, _) => dash(value, 5),
+        };
         let error = match estimate.at_most() {
             Some(most) => format!("< {}", significant(most, 2)),
             None => dash(estimate.standard_error, 2),
         };
-        [dash(estimate.value, 5), error, share]
+        [value, error, share]
     };
     for (i, parameter) in (identification.results.first())
         .map(|result| result.parameters.iter().enumerate())

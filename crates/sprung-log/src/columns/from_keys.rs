@@ -71,6 +71,9 @@ fn of_key(
         KeyUnit::Said { .. } => 1.0,
     };
     for (k, &joint) in joints.iter().enumerate() {
+        if robot.joint[joint].rigid_by_log && key.signal().is_of_flexible_joints() {
+            continue;
+        }
         let name = &robot.joint[joint].name;
         let Some(mut channel) = channel(key, columns, (k, joints.len()), name, log) else {
             continue;

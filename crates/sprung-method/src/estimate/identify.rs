@@ -2,6 +2,7 @@
 
 use crate::description::{Estimator, Experiment};
 use crate::estimate::errors::IdentifyError;
+use crate::estimate::springs::Undetermined;
 use crate::estimate::steps::{
     Basis, Identified, Logs, ReadLogs, Ready, before_refinement, describe, examine, fit,
     make_ready, pass, refine,
@@ -76,6 +77,10 @@ pub(super) fn conclude(
     progress: &mut dyn Listener,
     first: &mut dyn FnMut(&Identified),
 ) -> Result<Identified, IdentifyError> {
+    let springs = &Undetermined::new(ready.prepared.reading(), &read.system);
+    let settled = springs.settled(ready.prepared.reading().model());
+    let settled = settled.map(|model| ready.with_model(model)).transpose()?;
+    let ready = settled.as_ref().unwrap_or(ready);
     let findings = &examine(ready, read)?;
     let linear = &fit(ready, read)?;
     let on_line_seconds = read.lsff.as_ref().map_or(0.0, |(_, seconds)| *seconds);
@@ -83,6 +88,7 @@ pub(super) fn conclude(
         ready,
         read,
         findings,
+        springs,
         linear,
         fit_seconds: clock.seconds() - on_line_seconds,
     };

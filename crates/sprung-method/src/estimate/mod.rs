@@ -12,6 +12,7 @@ mod payload;
 mod physical;
 mod possible;
 mod result;
+mod springs;
 mod statistics;
 mod steps;
 
@@ -31,9 +32,11 @@ pub use result::{
     IDENTIFICATION_FORMAT, Identification, JointPrediction, LawDelay, LawRung, LawsByHoldOut,
     LogInfo, ModelDependence, MotorRowResult, ParameterEstimate, PayloadParameter, PayloadResult,
     PhysicalResult, RefinedDelay, RefinedEccentricity, RefinedOffset, RefinedSaturation,
-    RefinedVelocity, Refinement, ResidualPrior, RowDisturbance, RungResult, SensorNoise,
-    SettingsUsed, SignUsed, SimulationFit, StandardParameter, Verdict, parameters_csv,
+    RefinedVelocity, Refinement, ResidualPrior, RigidByHoldOut, RigidJoint, RowDisturbance,
+    RungResult, SensorNoise, SettingsUsed, SignUsed, SimulationFit, StandardParameter, Verdict,
+    parameters_csv,
 };
+pub use springs::with_rigid_joints;
 pub use statistics::NORMAL_95;
 pub(crate) use statistics::between_parts;
 pub use steps::Identified;

@@ -107,8 +107,7 @@ pub(crate) fn fit_weighted(
 ) -> Option<Fitted> {
     let free = Free::new(model);
     let whole = weighted(free.factors(system.whole()?), &weights);
-    let count = (system.duration() / memory) as usize;
-    let groups: Vec<Vec<Triangle>> = (system.groups(count.clamp(MIN_GROUPS, MAX_GROUPS)))
+    let groups: Vec<Vec<Triangle>> = (stretches_for(system, memory))
         .into_iter()
         .map(|group| weighted(free.factors(group), &weights))
         .collect();
@@ -143,6 +142,14 @@ pub(crate) fn fit_weighted(
         weights,
         groups,
     })
+}
+
+/// Returns the factors of each row of the stretches that are left out in turn.
+///
+/// - `memory`: as for [`fit`].
+pub(crate) fn stretches_for(system: &System, memory: f64) -> Vec<Vec<Triangle>> {
+    let count = (system.duration() / memory) as usize;
+    system.groups(count.clamp(MIN_GROUPS, MAX_GROUPS))
 }
 
 /// Returns the factors of rows that are multiplied by weights.

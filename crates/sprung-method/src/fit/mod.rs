@@ -4,6 +4,7 @@
 #![warn(clippy::wildcard_enum_match_arm)]
 
 mod change;
+mod column_fit;
 mod free;
 mod growing;
 mod hold_out;
@@ -16,11 +17,14 @@ mod residual;
 
 pub use growing::trace;
 pub use least_squares::fit;
-pub(crate) use least_squares::{Fitted, fit_quickly, fit_weighted, row_weights, student_95};
+pub(crate) use least_squares::{
+    Fitted, fit_quickly, fit_weighted, row_weights, stretches_for, student_95,
+};
 pub(crate) use motor_row::MotorRow;
 pub use residual::{residual, torques};
 
 pub(crate) use change::{Direction, Steps, steps_along};
+pub(crate) use column_fit::ColumnFit;
 pub(crate) use free::Free;
 #[cfg(test)]
 pub(crate) use growing::fits_of_growing;

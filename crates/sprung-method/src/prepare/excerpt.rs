@@ -1,7 +1,7 @@
 //! The beginning of a log, kept in memory for searches that read it several times.
 
 use super::smoothed::Smoothed;
-use crate::log::{Channels, LogBlock, LogError, LogSource};
+use crate::log::{Channel, Channels, LogBlock, LogError, LogSource};
 use crate::regression::{Reading, Reduction, System, signals};
 
 /// Samples in an excerpt times joints, rounded up to a whole block: half a minute at 1 kHz for two
@@ -86,6 +86,28 @@ impl Excerpt {
             }
         }
         scaled
+    }
+
+    /// Returns the excerpt with the channels of another description that has no further ones.
+    #[must_use]
+    pub(super) fn with_channels(&self, own: &Channels, wanted: &Channels) -> Self {
+        if own.all.len() == wanted.all.len() {
+            return self.clone();
+        }
+        let place = |channel: &Channel| {
+            let same = |own: &&Channel| {
+                (own.quantity, own.joint, &own.column)
+                    == (channel.quantity, channel.joint, &channel.column)
+            };
+            own.all.iter().position(|own| same(&own))
+        };
+        let places: Vec<usize> = wanted.all.iter().filter_map(place).collect();
+        let mut fewer = self.clone();
+        for block in &mut fewer.blocks {
+            let values = &block.values;
+            block.values = places.iter().map(|&at| values[at].clone()).collect();
+        }
+        fewer
     }
 
     /// Returns the number of samples.

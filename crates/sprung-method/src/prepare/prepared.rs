@@ -189,7 +189,7 @@ fn with_stribeck_velocities(
 }
 
 impl Prepared {
-    /// Makes all choices again for an experiment with other laws or delays, from the beginning of the
+    /// Makes all choices again for an experiment with other laws or delays or with rigid joints, from the beginning of the
     /// log that was read.
     ///
     /// - `experiment`: made from [`experiment`](Self::experiment).
@@ -208,7 +208,7 @@ impl Prepared {
         let beginning = Beginning {
             names: self.names.clone(),
             factors: self.factors.clone(),
-            excerpt: self.excerpt.clone(),
+            excerpt: (self.excerpt).with_channels(self.reading.channels(), &channels),
             wrong_time_unit: self.wrong_time_unit.clone(),
         };
         choose(experiment.clone(), model, (&channels, beginning), progress)
@@ -218,6 +218,13 @@ impl Prepared {
     #[must_use]
     pub fn experiment(&self) -> &Experiment {
         &self.experiment
+    }
+
+    /// Returns the same logs with another model of the same equations.
+    #[must_use]
+    pub(crate) fn with_model(mut self, model: Model) -> Self {
+        self.reading = self.reading.with_model(model);
+        self
     }
 
     /// Returns the names of the logs, for messages.

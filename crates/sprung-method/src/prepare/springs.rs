@@ -7,7 +7,7 @@
 use sprung_core::parameters::JointParameter;
 
 use super::excerpt::Excerpt;
-use crate::description::SpringTorque;
+use crate::description::{Estimator, SpringTorque};
 use crate::finding::{Finding, Severity};
 use crate::fit::{fit, fit_values};
 use crate::log::Signal;
@@ -27,6 +27,9 @@ const FIRST_DEFLECTION: f64 = 1e-3;
 const MAX_STEP: f64 = 5.0;
 const MAX_RATIO_TO_NOMINAL: f64 = 4.0;
 const MAX_RATIO_TO_GUESS: f64 = 1e3;
+
+/// Half width of a 95 % interval from the stretches of the beginning of a log, in standard errors.
+const STUDENT_SIGMAS: f64 = 2.0;
 
 /// Standard error over value from which a stiffness counts as open.
 pub(crate) const OPEN_STIFFNESS: f64 = 0.3;
@@ -99,11 +102,17 @@ pub(super) fn find_springs(reading: &Reading, excerpt: &Excerpt) -> (Reading, Ve
         }
     }
     let fitted = last.filter(|_| !without_link.is_empty());
-    let fitted = fitted.and_then(|(own, system)| fit(own.model(), &system, own.memory()));
+    let fitted = fitted.and_then(|(own, system)| {
+        let about = own.model().springs()?.clone();
+        Some((fit(own.model(), &system, own.memory())?, about))
+    });
+    // A refinement starts from the first values.
+    let is_refined = (reading.settings().estimator).contains(&Estimator::PredictionError);
     let (mut open, mut known) = (Vec::new(), Vec::new());
     for &(joint, _, stiffness) in &sensors {
         let (parameter, name) = (&model.parameters()[stiffness], &model.joints()[joint]);
-        let Some(fitted) = fitted.as_ref().filter(|_| without_link.contains(&joint)) else {
+        let Some((fitted, about)) = fitted.as_ref().filter(|_| without_link.contains(&joint))
+        else {
             continue;
         };
         let share = fitted.standard_error[stiffness] / fitted.theta[stiffness].abs();
@@ -111,7 +120,10 @@ pub(super) fn find_springs(reading: &Reading, excerpt: &Excerpt) -> (Reading, Ve
             continue;
         }
         if !fitted.identifiable[stiffness] || share.is_nan() || share > OPEN_STIFFNESS {
-            theta[stiffness] = first[stiffness];
+            let estimate = (fitted.theta[stiffness], fitted.standard_error[stiffness]);
+            theta[stiffness] = least_stiffness(about[stiffness], estimate)
+                .filter(|_| fitted.identifiable[stiffness] && !is_refined)
+                .unwrap_or(first[stiffness]);
             open.push((name.clone(), parameter.name.clone()));
         } else {
             let percent = Shown((1000.0 * share).round() / 10.0);
@@ -120,6 +132,16 @@ pub(super) fn find_springs(reading: &Reading, excerpt: &Excerpt) -> (Reading, Ve
     }
     let findings = [is_open(open), is_known(known)].into_iter().flatten();
     (reading.with_springs(&theta), findings.collect())
+}
+
+/// Returns the least stiffness that an estimate allows whose compliance is not significant, N·m/rad (N/m).
+///
+/// - `about`: stiffness about which the equations are linear; `stiffness`: estimate and standard error.
+fn least_stiffness(about: f64, (stiffness, error): (f64, f64)) -> Option<f64> {
+    let compliance = (2.0 - stiffness / about) / about;
+    let half = STUDENT_SIGMAS * error / about.powi(2);
+    let least = (compliance.max(0.0) + half).recip();
+    (compliance < half && least.is_finite()).then_some(least)
 }
 
 fn reduced(reading: &Reading, excerpt: &Excerpt, theta: &Theta) -> Option<(Reading, System)> {

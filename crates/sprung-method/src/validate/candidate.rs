@@ -10,7 +10,7 @@ use super::proof::{JointProof, is_kept};
 use super::result::{Outcome, RootMeanSquares, SetResult};
 use crate::check::UNEXPLAINED;
 use crate::description::Controller;
-use crate::estimate::{Identification, JointPrediction, predictions};
+use crate::estimate::{EstimateResult, Identification, JointPrediction, RigidJoint, predictions};
 use crate::finding::Finding;
 use crate::model::{Model, Theta};
 use crate::named::Named;
@@ -42,11 +42,20 @@ impl ParameterSet {
         (identification.results.iter())
             .map(|result| Self {
                 label: result.estimator.clone(),
-                values: result.values(),
+                values: completed(result, &identification.rigid_joints),
                 promise: result.promise.clone(),
             })
             .collect()
     }
+}
+
+/// Returns values with the springs that simulations take for joints without a determined stiffness.
+fn completed(result: &EstimateResult, rigid: &[RigidJoint]) -> BTreeMap<String, f64> {
+    let mut values = result.values();
+    for joint in rigid {
+        joint.complete(result, &mut values);
+    }
+    values
 }
 
 /// One parameter set during the validation on one experiment.

@@ -160,6 +160,11 @@ class Result(_Report):
         return list(self._result["promise"])
 
     @property
+    def rigid_joints(self) -> list[dict[str, Any]]:
+        """Joints whose spring the logs do not determine, each with a lower bound of its stiffness."""
+        return list(self.identification.get("rigid_joints", []))
+
+    @property
     def residual_rms(self) -> dict[str, float]:
         """Root mean square residual of each row, N·m (N)."""
         return dict(self._result["residual_rms"])

@@ -262,6 +262,7 @@ impl Key {
         Self::of(signal)
             .filter(|key| key.is_given(log))
             .any(|key| key.joints(Joints::ThatHaveIt, robot).contains(&joint))
+            && !(signal.is_of_flexible_joints() && robot.joint[joint].rigid_by_log)
     }
 
     /// Returns the indices of the joints that have a column under it.
@@ -283,7 +284,7 @@ impl Key {
         };
         (0..robot.joint.len())
             .filter(|&i| depends(i))
-            .filter(|&i| !flexible || robot.joint[i].is_flexible())
+            .filter(|&i| !flexible || robot.joint[i].is_described_flexible())
             .filter(|&i| self.kind.is_none_or(|kind| robot.kind(i) == kind))
             .collect()
     }

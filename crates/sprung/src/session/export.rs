@@ -44,7 +44,11 @@ impl Session {
         let result = identification.and_then(|own| own.results.first());
         let values = if let Some(result) = result {
             check_parameters(&model, result)?;
-            values_of(result)
+            let mut values = values_of(result);
+            for joint in identification.iter().flat_map(|own| &own.rigid_joints) {
+                joint.complete(result, &mut values);
+            }
+            values
         } else {
             let given = parameters.sets.first();
             let values = given.map_or_else(BTreeMap::new, |set| set.values.clone());

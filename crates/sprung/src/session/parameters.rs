@@ -6,7 +6,9 @@ use std::path::Path;
 use super::error::SessionError;
 use super::files::{Disk, Files, read_text};
 use super::load::Session;
-use sprung_method::estimate::{IDENTIFICATION_FORMAT, Identification, with_found_laws};
+use sprung_method::estimate::{
+    IDENTIFICATION_FORMAT, Identification, with_found_laws, with_rigid_joints,
+};
 use sprung_method::validate::ParameterSet;
 use sprung_model::Model;
 use sprung_robot::Experiment;
@@ -65,18 +67,23 @@ impl Parameters {
 
 impl Session {
     /// Returns the experiment and its model with the laws that the identification of the parameters
-    /// added, if there is one.
+    /// added and the joints that it took as rigid, if there is one.
     pub(super) fn described_by(
         &self,
         parameters: &Parameters,
     ) -> Result<(Experiment, Model), SessionError> {
-        let laws = (parameters.identification.as_ref())
+        let found = parameters.identification.as_ref();
+        let laws = found
             .and_then(|identification| identification.laws.as_ref())
             .filter(|laws| laws.rungs.iter().any(|rung| rung.made));
-        let Some(laws) = laws else {
+        let rigid = found.map_or(&[][..], |identification| &identification.rigid_joints);
+        if laws.is_none() && rigid.iter().all(|joint| joint.hold_out.is_none()) {
             return Ok((self.experiment().clone(), self.model().clone()));
-        };
-        let experiment = with_found_laws(self.experiment(), laws);
+        }
+        let mut experiment = with_rigid_joints(self.experiment(), rigid);
+        if let Some(laws) = laws {
+            experiment = with_found_laws(&experiment, laws);
+        }
         let model = Model::new(&experiment)?;
         Ok((experiment, model))
     }

@@ -43,13 +43,14 @@ const ORDER: [&str; 25] = [
 const LEAVES: [&str; 1] = ["demo"];
 
 /// Folders and files of `estimate` in order. Each uses only those before it.
-const ESTIMATE: [&str; 13] = [
+const ESTIMATE: [&str; 14] = [
     "errors",
     "result",
     "statistics",
     "laws",
     "possible",
     "estimators",
+    "springs",
     "physical",
     "payload",
     "judge",

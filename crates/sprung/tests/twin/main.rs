@@ -30,5 +30,9 @@ mod seven;
 #[path = "../../benches/springs/twin.rs"]
 mod springs;
 mod stability;
+// The benchmark `stiff` uses the same file.
+#[path = "../../benches/stiff/twin.rs"]
+mod stiff;
+mod stiff_springs;
 mod support;
 mod torque_sensor;

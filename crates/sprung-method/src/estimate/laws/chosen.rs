@@ -11,6 +11,7 @@ use crate::finding::Finding;
 const MAX_DELAY_S: f64 = 0.02;
 
 /// Laws by hold-out, and the changes that are to be made.
+#[derive(Clone)]
 pub(in crate::estimate) struct Chosen {
     pub(in crate::estimate) result: LawsByHoldOut,
     /// The experiment with the laws that `"auto"` adds; `None` if it adds none.

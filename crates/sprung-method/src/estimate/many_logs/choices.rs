@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 use crate::description::{Estimator, Experiment};
 use crate::estimate::errors::FactorsError;
 use crate::estimate::laws::with_found_laws;
-use crate::estimate::result::{GENERATOR, LawsByHoldOut};
+use crate::estimate::result::{GENERATOR, LawsByHoldOut, RigidJoint};
+use crate::estimate::springs::with_rigid_joints;
 use crate::estimate::steps::Ready;
 use crate::log::Channels;
 use crate::model::Model;
@@ -33,6 +34,8 @@ pub struct Choices {
     experiment: String,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     laws: Option<LawsByHoldOut>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    rigid_joints: Vec<RigidJoint>,
     sign: BTreeMap<String, f64>,
     gain: BTreeMap<String, f64>,
     position_cutoff_hz: f64,
@@ -74,6 +77,7 @@ impl Choices {
             robot: experiment.robot.name.clone(),
             experiment: fingerprint(experiment),
             laws: ready.laws.as_ref().map(|chosen| chosen.result.clone()),
+            rigid_joints: ready.rigid.clone(),
             sign: (factors.signs.iter())
                 .map(|own| (own.column.clone(), own.value))
                 .collect(),
@@ -111,7 +115,7 @@ impl Choices {
             what: "the choices",
             why,
         };
-        let mut described = for_factors(experiment);
+        let mut described = with_rigid_joints(&for_factors(experiment), &self.rigid_joints);
         if let Some(laws) = &self.laws {
             described = with_found_laws(&described, laws);
         }
@@ -223,6 +227,7 @@ impl Choices {
         let same = |own: &[f64], other: &[f64]| own == other;
         [
             ("the laws", self.laws == other.laws),
+            ("rigid joints", self.rigid_joints == other.rigid_joints),
             ("signs", self.sign == other.sign),
             ("gains", self.gain == other.gain),
             (

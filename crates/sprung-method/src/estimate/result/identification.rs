@@ -11,6 +11,7 @@ use super::payload::PayloadResult;
 use super::physical::{CovarianceOfErrors, PhysicalResult, StandardParameter};
 use super::promise::JointPrediction;
 use super::refinement::Refinement;
+use super::springs::RigidJoint;
 use super::verdict::{Decision, Verdict};
 use crate::finding::Finding;
 use crate::frequency::{FrequencyResponse, SpringFromMotor};
@@ -45,6 +46,9 @@ pub struct Identification {
     /// `identify.springs_from_motor` asks for them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub springs_from_motor: Vec<SpringFromMotor>,
+    /// Joints whose spring the logs do not determine; they are taken as rigid.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub rigid_joints: Vec<RigidJoint>,
     /// Payloads that some logs carried.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub payloads: Vec<PayloadResult>,
@@ -58,6 +62,16 @@ impl Identification {
     /// Returns the logs, in their order.
     pub fn logs(&self) -> impl Iterator<Item = &LogInfo> {
         std::iter::once(&self.log).chain(&self.further_logs)
+    }
+
+    /// Returns the bound of a stiffness that the logs do not determine, in the form of tables; `None` for other
+    /// parameters.
+    ///
+    /// - `parameter`: its name.
+    #[must_use]
+    pub fn bound(&self, parameter: &str) -> Option<String> {
+        let mut rigid = self.rigid_joints.iter();
+        Some(rigid.find(|own| own.stiffness() == parameter)?.bound())
     }
 
     /// Returns the file names of the logs with their windows, separated by commas.
@@ -380,6 +394,25 @@ impl ParameterEstimate {
             .error_parts
             .map(|parts| parts.sampling.hypot(parts.between_parts).hypot(parts.bias));
         parts.or(self.standard_error)
+    }
+
+    /// Takes the value out, as that of a parameter that the log does not determine. The value for simulations stays.
+    pub(crate) fn forget(&mut self) {
+        *self = Self {
+            value: None,
+            standard_error: None,
+            error_parts: None,
+            ci95: None,
+            one_sided: false,
+            unconstrained: None,
+            physical: self.physical.or(self.value),
+            identifiable: false,
+            fixed: false,
+            torque_rms_nm: None,
+            torque_share: None,
+            torque_over_residual: None,
+            ..self.clone()
+        };
     }
 }
 

@@ -7,6 +7,7 @@ mod payload;
 mod physical;
 mod promise;
 mod refinement;
+mod springs;
 mod verdict;
 
 pub(crate) use identification::GENERATOR;
@@ -25,4 +26,5 @@ pub use refinement::{
     HeldOutResidual, RefinedDelay, RefinedEccentricity, RefinedOffset, RefinedSaturation,
     RefinedVelocity, Refinement, ResidualPrior, RowDisturbance, RungResult, SensorNoise,
 };
+pub use springs::{RigidByHoldOut, RigidJoint};
 pub use verdict::{Decision, Verdict};

@@ -6,6 +6,7 @@ use crate::description::Estimator;
 use crate::estimate::estimators::Found;
 use crate::estimate::estimators::least_squares::{Linear, least_squares};
 use crate::estimate::result::PayloadResult;
+use crate::estimate::springs::Undetermined;
 use crate::finding::Finding;
 use crate::log::LogSource;
 
@@ -33,6 +34,8 @@ pub(in crate::estimate) struct Basis<'a> {
     pub(in crate::estimate) read: &'a ReadLogs,
     /// Findings about the logs.
     pub(in crate::estimate) findings: &'a [Finding],
+    /// Springs that the logs do not determine.
+    pub(in crate::estimate) springs: &'a Undetermined,
     /// Result of least squares. Other estimators start from it and return it if they fail.
     pub(in crate::estimate) linear: &'a Linear<'a>,
     /// Time spent on reading the logs and on the fit, s.

@@ -14,8 +14,9 @@ use crate::estimate::judge::{
 };
 use crate::estimate::result::{
     CutoffChoice, EstimateResult, GENERATOR, IDENTIFICATION_FORMAT, Identification, LogInfo,
-    SettingsUsed,
+    RigidJoint, SettingsUsed,
 };
+use crate::estimate::springs::{Undetermined, finding};
 use crate::finding::{Finding, Severity};
 use crate::frequency::{FrequencyResponse, SpringFromMotor};
 use crate::prepare::PrepareError;
@@ -32,11 +33,17 @@ pub(in crate::estimate) fn describe(
     estimates: Estimates,
     progress: &mut dyn Listener,
 ) -> Result<Identified, IdentifyError> {
+    let model = basis.ready.prepared.reading().model();
+    let undetermined =
+        (basis.springs).with_refined(basis.ready.prepared.reading(), &estimates.robot);
     let mut results: Vec<EstimateResult> = (estimates.robot.iter())
-        .map(|(estimator, found)| judged(basis, *estimator, found))
+        .map(|(estimator, found)| judged((basis, &undetermined), *estimator, found))
         .collect();
     progress.tell(Phase::Examining, 1, Some(2))?;
+    let mut rigid_joints = basis.ready.rigid.clone();
+    rigid_joints.extend(undetermined.described(model));
     let mut findings = basis.findings.to_vec();
+    findings.extend(finding(model, &rigid_joints));
     findings.extend(look_again(basis, &results));
     after_estimation(&mut findings, &results);
     let response = in_frequency(basis, &estimates.robot, &mut results);
@@ -54,6 +61,7 @@ pub(in crate::estimate) fn describe(
         findings,
         response,
         springs,
+        rigid_joints,
     };
     assemble(basis, estimates, judged)
 }
@@ -68,8 +76,12 @@ pub(in crate::estimate) fn before_refinement(
     basis: &Basis<'_>,
 ) -> Result<Identified, IdentifyError> {
     let found = basis.least_squares();
-    let mut result = judged(basis, Estimator::LeastSquares, &found);
+    let model = basis.ready.prepared.reading().model();
+    let mut result = judged((basis, basis.springs), Estimator::LeastSquares, &found);
+    let mut rigid_joints = basis.ready.rigid.clone();
+    rigid_joints.extend(basis.springs.described(model));
     let mut findings = basis.findings.to_vec();
+    findings.extend(finding(model, &rigid_joints));
     findings.push(Finding::new(
         Severity::Info,
         "refinement-pending",
@@ -88,6 +100,7 @@ pub(in crate::estimate) fn before_refinement(
         findings,
         response: None,
         springs: Vec::new(),
+        rigid_joints,
     };
     assemble(basis, estimates, judged)
 }
@@ -100,6 +113,8 @@ struct Judged {
     findings: Vec<Finding>,
     response: Option<FrequencyResponse>,
     springs: Vec<SpringFromMotor>,
+    /// Joints whose spring the logs do not determine.
+    rigid_joints: Vec<RigidJoint>,
 }
 
 /// Assembles the identification and its curves.
@@ -136,6 +151,7 @@ fn assemble(
             laws: laws.map(|chosen| chosen.described(refined)),
             frequency_response: judged.response,
             springs_from_motor: judged.springs,
+            rigid_joints: judged.rigid_joints,
             payloads: payloads.map(|(payload, _)| payload).collect(),
             findings: judged.findings,
             results: judged.results,
@@ -144,11 +160,16 @@ fn assemble(
 }
 
 /// Returns the result of an estimator with all its findings.
-fn judged(basis: &Basis<'_>, estimator: Estimator, found: &Found) -> EstimateResult {
+fn judged(
+    (basis, springs): (&Basis<'_>, &Undetermined),
+    estimator: Estimator,
+    found: &Found,
+) -> EstimateResult {
     let (reading, linear) = (basis.ready.prepared.reading(), basis.linear);
     let (model, channels) = (reading.model(), reading.channels());
     let choice = (estimator, &reading.settings().physical);
     let mut result = result_of(model, choice, &found.numbers, linear, &basis.read.system);
+    springs.complete(model, &mut result);
     let judged = judge(
         model,
         &result,
@@ -162,6 +183,7 @@ fn judged(basis: &Basis<'_>, estimator: Estimator, found: &Found) -> EstimateRes
         .warnings
         .extend(findings.map(|finding| with_held_out_delay(finding, &basis.ready.prepared)));
     (result.warnings).sort_by_key(|finding| std::cmp::Reverse(finding.severity));
+    springs.hide(model, &mut result);
     result
 }
 

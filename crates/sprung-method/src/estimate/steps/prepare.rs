@@ -6,6 +6,8 @@ use crate::description::{Experiment, Laws};
 use crate::estimate::errors::IdentifyError;
 use crate::estimate::estimators::prediction_error::likely;
 use crate::estimate::laws::{Chosen, choose_laws, laws_of, open_delays, with_open_delays};
+use crate::estimate::result::RigidJoint;
+use crate::estimate::springs::{RigidByLog, with_joints_rigid_by_log};
 use crate::log::LogSource;
 use crate::model::Model;
 use crate::prepare::{Prepared, prepare};
@@ -17,7 +19,23 @@ pub(in crate::estimate) struct Ready {
     pub(in crate::estimate) prepared: Prepared,
     /// These laws; `None` if the log is too short for parts.
     pub(in crate::estimate) laws: Option<Chosen>,
+    /// Joints that the beginning of the first log shows as rigid; they are rigid in the choices.
+    pub(in crate::estimate) rigid: Vec<RigidJoint>,
     pub(in crate::estimate) inputs: EstimatorInputs,
+}
+
+impl Ready {
+    /// Returns the same logs with another model of the same equations.
+    pub(in crate::estimate) fn with_model(&self, model: Model) -> Result<Self, IdentifyError> {
+        let prepared = self.prepared.clone().with_model(model);
+        let inputs = EstimatorInputs::new(prepared.experiment(), prepared.reading().model())?;
+        Ok(Self {
+            prepared,
+            laws: self.laws.clone(),
+            rigid: self.rigid.clone(),
+            inputs,
+        })
+    }
 }
 
 /// Makes all choices from the beginning of the first log.
@@ -34,11 +52,12 @@ pub(in crate::estimate) fn make_ready(
 ) -> Result<Ready, IdentifyError> {
     // A missing input is reported before a log is read.
     EstimatorInputs::new(experiment, model)?;
-    let (prepared, laws) = with_laws(experiment, model, sources, progress)?;
+    let (prepared, laws, rigid) = with_laws(experiment, model, sources, progress)?;
     let inputs = EstimatorInputs::new(prepared.experiment(), prepared.reading().model())?;
     Ok(Ready {
         prepared,
         laws,
+        rigid,
         inputs,
     })
 }
@@ -52,25 +71,29 @@ pub(in crate::estimate) fn prepare_with_laws(
 ) -> Result<Prepared, IdentifyError> {
     let auto = (0..model.joint_count()).any(|joint| laws_of(experiment, joint) == Laws::Auto);
     if !auto {
-        return Ok(prepare(experiment, model, sources, progress)?.weighted(progress)?);
+        let prepared = prepare(experiment, model, sources, progress)?;
+        let prepared = with_joints_rigid_by_log(prepared, progress)?.prepared;
+        return Ok(prepared.weighted(progress)?);
     }
     Ok(with_laws(experiment, model, sources, progress)?.0)
 }
 
-/// Prepares the logs as a check does, estimates the requested delays and open Stribeck velocities by
+/// Prepares the logs as a check does, makes joints rigid whose springs they do not show, estimates the requested delays and open Stribeck velocities by
 /// likelihood, determines the weights of the samples, and chooses the laws by hold-out.
 fn with_laws(
     experiment: &Experiment,
     model: &Model,
     sources: &mut [LogSource<'_>],
     progress: &mut dyn Listener,
-) -> Result<(Prepared, Option<Chosen>), IdentifyError> {
+) -> Result<(Prepared, Option<Chosen>, Vec<RigidJoint>), IdentifyError> {
     let prepared = prepare(experiment, model, sources, progress)?;
     let settings = prepared.reading().settings();
     refuse(settings, prepared.wrong_time_unit())?;
+    let RigidByLog { prepared, joints } = with_joints_rigid_by_log(prepared, progress)?;
     let likely = likely(prepared.reading(), sources, prepared.excerpt(), progress)?;
     let prepared = prepared.with_likely(&likely).weighted(progress)?;
-    with_chosen_laws(prepared, sources, progress)
+    let (prepared, laws) = with_chosen_laws(prepared, sources, progress)?;
+    Ok((prepared, laws, joints))
 }
 
 /// Chooses the laws by hold-out. If laws are added, makes all choices again with them, estimates

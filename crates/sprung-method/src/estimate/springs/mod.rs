@@ -1,0 +1,15 @@
+//! Springs that a log does not determine: how stiff they are at least, and what to estimate instead.
+//!
+//! The estimate of such a stiffness is a torque over a deflection that is noise, so it has any value and any sign, and
+//! where the rows of links have no right-hand side the links shrink with it. The compliance has no such error: noise of
+//! the deflection is on its right-hand side. If it is not significant, the joint is taken as rigid.
+
+mod compliance;
+mod rigid;
+mod said;
+mod undetermined;
+
+pub use rigid::with_rigid_joints;
+pub(super) use rigid::{RigidByLog, with_joints_rigid_by_log};
+pub(super) use said::finding;
+pub(super) use undetermined::Undetermined;

@@ -1,0 +1,79 @@
+//! Springs of 1e5 to 1e7 N·m/rad of the twin with seven joints and torque sensors, moved below 1 Hz: which ones are
+//! determined, the lower bounds of the others, and the errors of all other parameters.
+//!
+//! `cargo bench -p sprung --bench stiff [-- --seeds 50]`
+#![expect(clippy::print_stdout, reason = "a benchmark says what it measured")]
+
+#[path = "../../tests/twin/in_memory.rs"]
+mod in_memory;
+#[path = "twin.rs"]
+mod stiff;
+
+use stiff::{Draw, Spring, draw, stiffnesses};
+
+const DURATION_S: f64 = 10.0;
+
+/// A stiffness that is wrong by a larger factor is absurd.
+const ABSURD: f64 = 10.0;
+
+fn main() {
+    if !std::env::args().any(|argument| argument == "--bench") {
+        println!("cargo bench -p sprung --bench stiff prints the figures");
+        return;
+    }
+    let seeds = seeds();
+    let mut all: Vec<Draw> = Vec::new();
+    for seed in 1..=seeds {
+        let own = draw(seed, DURATION_S, stiffnesses(seed));
+        let [with, rigid] = own.squares;
+        println!(
+            "seed {seed}: {} of 7 determined, errors {:.3} times those of rigid joints, {} {}",
+            own.springs.iter().filter(|own| own.value.is_some()).count(),
+            (with / rigid).sqrt(),
+            own.identification.results[0].verdict.word(),
+            own.identification.results[0].decision.findings.join(" ")
+        );
+        all.push(own);
+    }
+    let springs = || all.iter().flat_map(|own| &own.springs);
+    let count = springs().count();
+    let determined: Vec<&Spring> = springs().filter(|own| own.value.is_some()).collect();
+    let is_absurd = |own: &&&Spring| {
+        let ratio = own.value.map_or(1.0, |value| value / own.truth);
+        !(ABSURD.recip()..ABSURD).contains(&ratio)
+    };
+    let absurd = determined.iter().filter(is_absurd).count();
+    println!(
+        "{} of {count} springs determined, {absurd} of them negative or wrong by more than {ABSURD} times",
+        determined.len()
+    );
+    let bounds: Vec<(f64, &Spring)> = springs()
+        .filter_map(|own| Some((own.above?, own)))
+        .collect();
+    let held = bounds.iter().filter(|(above, own)| *above < own.truth);
+    println!(
+        "{} of {} lower bounds are below the truth",
+        held.count(),
+        bounds.len()
+    );
+    let mut ratios: Vec<f64> = bounds
+        .iter()
+        .map(|(above, own)| above / own.known)
+        .collect();
+    ratios.sort_by(f64::total_cmp);
+    if let Some(median) = ratios.get(ratios.len() / 2) {
+        println!("median of the bound over that of a known model: {median:.2}");
+    }
+    let sum = |which: usize| all.iter().map(|own| own.squares[which]).sum::<f64>();
+    println!(
+        "rms error of the other parameters over that with rigid joints: {:.3}",
+        (sum(0) / sum(1)).sqrt()
+    );
+}
+
+/// Returns the number after `--seeds`, or 50.
+fn seeds() -> u64 {
+    let mut words = std::env::args().skip_while(|word| word != "--seeds");
+    let seeds = words.nth(1).map(|word| word.parse());
+    seeds.map_or(50, |seeds| seeds.expect("--seeds needs a number"))
+}
