@@ -53,7 +53,7 @@ impl ParameterSet {
 fn completed(result: &EstimateResult, rigid: &[RigidJoint]) -> BTreeMap<String, f64> {
     let mut values = result.values();
     for joint in rigid {
-        joint.complete(result, &mut values);
+        joint.complete(|name| result.lacks(name), &mut values);
     }
     values
 }

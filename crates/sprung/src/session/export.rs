@@ -46,7 +46,7 @@ impl Session {
             check_parameters(&model, result)?;
             let mut values = values_of(result);
             for joint in identification.iter().flat_map(|own| &own.rigid_joints) {
-                joint.complete(result, &mut values);
+                joint.complete(|name| result.lacks(name), &mut values);
             }
             values
         } else {

@@ -71,14 +71,19 @@ impl Information {
 /// Returns the covariance of the errors of the determined parameters; its diagonal has the squares of the
 /// standard errors.
 ///
-/// - `factor`: standard error of a parameter of possible robots over that without constraints, by index.
+/// - `limits`: intervals of robots that can exist, \[p\]; `None` without constraints.
 pub(in crate::estimate) fn covariance(
     model: &Model,
     numbers: &Numbers,
     information: &Information,
-    factor: impl Fn(usize) -> f64,
+    limits: Option<&[Option<Limits>]>,
 ) -> Option<CovarianceOfErrors> {
     let known = known(model, &numbers.identifiable, &numbers.errors);
+    let factor = |i: usize| {
+        let error = limits.and_then(|limits| Some(limits[i]?.standard_error(numbers.interval)));
+        let factor = error.map(|error| error / numbers.errors[i]);
+        factor.filter(|factor| factor.is_finite()).unwrap_or(1.0)
+    };
     let own = information.of_errors();
     let inverse = inverse(&Mat::from_fn(known.len(), known.len(), |i, j| {
         own[(known[i], known[j])]

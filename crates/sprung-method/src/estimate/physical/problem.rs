@@ -16,6 +16,29 @@ use crate::fit::residual;
 use crate::model::{Model, NoSolution};
 use crate::regression::System;
 
+/// The robot of an estimate.
+#[derive(Clone, Copy)]
+enum Search {
+    /// The nearest one that can exist.
+    Near,
+    /// The one with the parameters of the estimate, which can exist.
+    Exact,
+}
+
+impl Search {
+    fn run(
+        self,
+        robots: &Robots<'_>,
+        information: &Mat<f64>,
+        theta: &[f64],
+    ) -> Result<Possible, NoSolution> {
+        match self {
+            Self::Near => robots.nearest(information, theta),
+            Self::Exact => robots.robot_of(information, theta),
+        }
+    }
+}
+
 /// Returns possible bodies with possible drives near an estimate without constraints.
 ///
 /// - `information`: information about theta; `None` if the log gives none.
@@ -26,13 +49,7 @@ pub(in crate::estimate) fn physical(
     about: (Option<&Information>, &System),
 ) -> Bodies {
     let robots = Robots::new(model, settings, &numbers.theta, Beside::Estimate);
-    bodies(
-        &robots,
-        settings,
-        numbers,
-        about,
-        |robots, information, theta| robots.nearest(information, theta),
-    )
+    bodies(&robots, settings, numbers, about, Search::Near)
 }
 
 /// Returns the bodies of a robot that can exist.
@@ -44,26 +61,20 @@ pub(in crate::estimate) fn bodies_of(
     numbers: &Numbers,
     about: (Option<&Information>, &System),
 ) -> Bodies {
-    let mut own = bodies(
-        robots,
-        settings,
-        numbers,
-        about,
-        |robots, information, theta| robots.robot_of(information, theta),
-    );
+    let mut own = bodies(robots, settings, numbers, about, Search::Exact);
     if let Some(tree) = robots.model.tree() {
         own.findings.extend(about_regions(tree, &robots.outside));
     }
     own
 }
 
-/// - `search`: returns the robot of an estimate with its information.
+/// - `search`: which robot is that of the estimate.
 fn bodies(
     robots: &Robots<'_>,
     settings: &Physical,
     numbers: &Numbers,
     (information, system): (Option<&Information>, &System),
-    search: impl Fn(&Robots<'_>, &Mat<f64>, &[f64]) -> Result<Possible, NoSolution>,
+    search: Search,
 ) -> Bodies {
     let mut bodies = Bodies {
         theta: None,
@@ -82,7 +93,7 @@ fn bodies(
     bodies
         .findings
         .extend(about_nominal(&robots.impossible_nominal));
-    let found = match search(robots, information, &numbers.theta) {
+    let found = match search.run(robots, information, &numbers.theta) {
         Ok(found) => found,
         Err(reason) => {
             bodies.findings.push(none(&robots.why(reason)));

@@ -37,6 +37,13 @@ pub(in crate::estimate) struct Limits {
     pub(in crate::estimate) is_one_sided: bool,
 }
 
+impl Limits {
+    /// Returns half the interval over its quantile.
+    pub(in crate::estimate) fn standard_error(&self, quantile: f64) -> f64 {
+        (self.ends[1] - self.ends[0]) / (2.0 * quantile)
+    }
+}
+
 impl Robots<'_> {
     /// Returns the 95 % interval of each of some parameters; `None` for a parameter without one.
     ///

@@ -452,6 +452,12 @@ impl EstimateResult {
             .any(|own| own.unconstrained.is_some())
     }
 
+    /// Returns whether a parameter of the robot has no value.
+    #[must_use]
+    pub fn lacks(&self, name: &str) -> bool {
+        self.parameter(name).is_some_and(|own| own.value.is_none())
+    }
+
     /// Returns a parameter by its name.
     #[must_use]
     pub fn parameter(&self, name: &str) -> Option<&ParameterEstimate> {

@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use sprung_core::parameters::JointParameter;
 
-use super::identification::EstimateResult;
 use crate::numbers::rounded_down;
 
 /// A joint whose spring the logs do not determine; it is taken as rigid.
@@ -53,18 +52,15 @@ impl RigidJoint {
     /// Adds the spring that simulations take: the least stiff spring that the logs allow. A joint with the equation of a
     /// rigid joint needs none.
     ///
-    /// - `result`: with the parameters of the robot.
-    pub fn complete(&self, result: &EstimateResult, values: &mut BTreeMap<String, f64>) {
+    /// - `lacks`: whether a parameter of the robot with this name has no value.
+    pub fn complete(&self, lacks: impl Fn(&str) -> bool, values: &mut BTreeMap<String, f64>) {
         for (kind, value) in [
             (JointParameter::Stiffness, self.stiffness_above_nm_per_rad),
             (JointParameter::CubicStiffness, 0.0),
             (JointParameter::Damping, 0.0),
         ] {
             let name = format!("{}.{}", self.joint, kind.name());
-            if result
-                .parameter(&name)
-                .is_some_and(|own| own.value.is_none())
-            {
+            if lacks(&name) {
                 values.entry(name).or_insert(value);
             }
         }

@@ -76,8 +76,7 @@ pub(super) fn result_of(
             if let Some(own) = limits.as_ref().and_then(|limits| limits[i]) {
                 estimate.ci95 = Some(own.ends);
                 estimate.one_sided = own.is_one_sided;
-                estimate.standard_error =
-                    finite((own.ends[1] - own.ends[0]) / (2.0 * found.interval));
+                estimate.standard_error = finite(own.standard_error(found.interval));
             }
             if estimate.standard_error.is_some() {
                 estimate.error_parts = found.error_parts.get(i).copied();
@@ -106,13 +105,8 @@ pub(super) fn result_of(
         condition_number: finite(fitted.condition_number),
         condition_number_scaled: finite(fitted.condition_number_scaled),
         parameters,
-        covariance: (information.as_ref()).and_then(|own| {
-            let of_constraints = |i: usize| {
-                let own = limits.as_ref()?[i]?;
-                finite((own.ends[1] - own.ends[0]) / (2.0 * found.interval * errors[i]))
-            };
-            covariance(model, found, own, |i| of_constraints(i).unwrap_or(1.0))
-        }),
+        covariance: (information.as_ref())
+            .and_then(|own| covariance(model, found, own, limits.as_deref())),
         encoder_offsets,
         stribeck_velocity: stribeck_velocities(model, &found.criterion),
         residual_velocity: residual_velocities(model),

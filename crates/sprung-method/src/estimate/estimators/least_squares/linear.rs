@@ -74,11 +74,11 @@ impl<'a> Linear<'a> {
             .map(|own| |hold_out: &HoldOut<'_>, fits: &[Theta]| own.without_each(hold_out, fits));
         let held_out = HeldOut::new((model, system), &weights, &fitted.theta, constrained);
         Some(Self {
-            held_out,
             fitted,
             possible,
             routes,
             parts,
+            held_out,
         })
     }
 }

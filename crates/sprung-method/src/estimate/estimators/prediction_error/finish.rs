@@ -10,7 +10,8 @@ use super::hold_out::PARTS;
 use super::levels::Levels;
 use super::noisy_torque::{NoiseBias, NoiseSource};
 use super::parts::{
-    Alone, alone, between, blocks, deviation, possible_alone, values_alone, widened, without_blocks,
+    Alone, Block, alone, between, blocks, deviation, possible_alone, values_alone, widened,
+    without_blocks,
 };
 use super::problem::{Problem, add_prior};
 use super::refined::{Refined, RowLevel, SensorLevel, SensorOffset, StribeckVelocity};
@@ -87,16 +88,8 @@ pub(super) fn finish(
         reading.delays(),
     );
     let [delays, saturations, eccentricities] = by_kind(updates);
-    let unconstrained = match problem.robots {
-        None => None,
-        Some(_) => Some(unknowns.theta(&values_alone(problem, descent, &sums.normal)?)),
-    };
-    let possible_without = match problem.robots {
-        None => without.clone(),
-        Some(_) => without_blocks(&sums.normal, &blocks, |part| {
-            possible_alone(problem, descent, part)
-        }),
-    };
+    let (unconstrained, possible_without) =
+        apart(problem, &unknowns, descent, (&sums, &blocks, without))?;
     Some(Refined {
         covariance: (0..width * width)
             .map(|at| covariance[at / width * count + at % width])
@@ -255,6 +248,29 @@ impl BiasOfParts {
         });
         all
     }
+}
+
+/// Unknowns without each block, with the end of the block as a fraction of the samples.
+type WithoutBlocks = Vec<(f64, Vec<f64>)>;
+
+/// Returns the parameters of the likeliest robot, possible or not, and the unknowns without each block of the likeliest
+/// robot that can exist.
+///
+/// - `without`: the unknowns without each block, without constraints.
+fn apart(
+    problem: &Problem<'_>,
+    unknowns: &Unknowns,
+    descent: &Descent,
+    (sums, blocks, without): (&Sums, &[Block], WithoutBlocks),
+) -> Option<(Option<Theta>, WithoutBlocks)> {
+    if problem.robots.is_none() {
+        return Some((None, without));
+    }
+    let likeliest = unknowns.theta(&values_alone(problem, descent, &sums.normal)?);
+    let possible = without_blocks(&sums.normal, blocks, |part| {
+        possible_alone(problem, descent, part)
+    });
+    Some((Some(likeliest), possible))
 }
 
 /// Returns the covariance of the estimates by the information, `M⁻¹ (M + A_n) M⁻¹`: the score varies
