@@ -11,7 +11,7 @@ use crate::root;
 const NO_PAGES: [&str; 3] = ["target", ".git", "fuzz"];
 
 /// Words in the library with the form of a code that are no codes.
-const OTHER_WORDS: [&str; 15] = [
+const OTHER_WORDS: [&str; 16] = [
     "as-stamped",
     "at-a-glance",
     "cross-checks",
@@ -24,6 +24,7 @@ const OTHER_WORDS: [&str; 15] = [
     "output-error",
     "prediction-error",
     "scale-invariant",
+    "stiff-joints",
     "sprung-out",
     "state-feedback",
     "two-stage",

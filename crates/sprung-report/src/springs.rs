@@ -79,7 +79,7 @@ pub(super) fn rigid(identification: &Identification) -> Option<Section> {
     };
     Some(folded(
         Fold::Open,
-        "rigid-joints",
+        "stiff-joints",
         "Joints that are taken as rigid",
         "The logs do not determine the springs of these joints. Their deflections are smaller than the errors of the \
          positions.",

@@ -51,7 +51,7 @@ fn known_delay_gives_both_estimates_and_says_why_they_differ() {
     println!("stiffness of stage 1: stacked {stacked:.2}, motor row alone {alone:.2} N·m/rad");
     // Two thirds of the torque of stage 2 are not explained, so the result is unusable.
     assert_eq!(code, 1);
-    assert!((30.0..31.0).contains(&stacked), "{stacked}");
+    assert!((29.0..31.0).contains(&stacked), "{stacked}");
     assert!((39.5..41.5).contains(&alone), "{alone}");
     let text = finding(&json, "stacked-below-motor-rows").unwrap();
     assert!(
@@ -71,12 +71,19 @@ fn ignored_delay_gives_a_negative_stiffness_and_its_cause() {
         return;
     };
     let (stacked, _) = stiffness(&json);
-    println!("stiffness of stage 1 without the delay: {stacked:.2} N·m/rad");
-    // Measured -4.6 N·m/rad; the limits allow 50 % more and 35 % less.
-    assert!((-7.0..-3.0).contains(&stacked), "{stacked}");
+    let unconstrained = json["results"][0]["parameters"][9]["unconstrained"]
+        .as_f64()
+        .unwrap();
+    println!(
+        "stiffness of stage 1 without the delay: {stacked:.2}, by the equations {unconstrained:.2} N·m/rad"
+    );
+    assert!(
+        unconstrained < 0.0 && stacked >= 0.0,
+        "{unconstrained} {stacked}"
+    );
     assert_eq!(code, 1);
     assert_eq!(json["results"][0]["verdict"], "unusable");
-    let text = finding(&json, "negative-stiffness").unwrap();
+    let text = finding(&json, "impossible-robot").unwrap();
     assert!(
         text.contains("a channel is delayed against the others, or a sign is wrong"),
         "{text}"

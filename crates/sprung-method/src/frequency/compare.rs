@@ -46,6 +46,9 @@ const HIGHEST_OVER_FEATURES: f64 = 2.5;
 /// Values of the log are shown if their relative standard error is below this.
 const LARGEST_RELATIVE_ERROR: f64 = 1.0;
 
+/// Centres of the windows, relative to the frequency of the model.
+const CENTRES: [f64; 3] = [1.0, 0.5 * (2.0 - WINDOW), 0.5 * (2.0 + WINDOW)];
+
 /// Largest standard error of a frequency by the log, relative to the frequency.
 const LARGEST_FREQUENCY_ERROR: f64 = 0.01;
 
@@ -242,14 +245,24 @@ struct OfLog<'s> {
 }
 
 impl OfLog<'_> {
-    /// Returns the pole of the log near that of the model, or why the log does not show it.
+    /// Returns the pole of the log near that of the model, or why the log does not show it. If the window about the
+    /// vibration of the model shows no peak, windows beside it are tried.
+    fn pole(&self, joint: usize, expected: &Expected) -> Result<Pole, Unseen> {
+        let [own, beside @ ..] = CENTRES;
+        self.pole_about(joint, expected, own).or_else(|unseen| {
+            let mut others = beside.into_iter().filter(|_| unseen == Unseen::NoPeak);
+            (others.find_map(|by| self.pole_about(joint, expected, by).ok())).ok_or(unseen)
+        })
+    }
+
+    /// Returns the pole of the log in the window about a multiple of the frequency of the model's.
     ///
     /// A resonance is a pole from the torques of all motors to a position of the joint, an
     /// antiresonance a pole from the positions of all motors to the link position. Friction of the
     /// motors does not disturb the latter.
-    fn pole(&self, joint: usize, expected: &Expected) -> Result<Pole, Unseen> {
+    fn pole_about(&self, joint: usize, expected: &Expected, by: f64) -> Result<Pole, Unseen> {
         let spectra = self.spectra;
-        let hz = expected.mode.hz();
+        let hz = by * expected.mode.hz();
         let spacing = spectra
             .hz
             .get(1)

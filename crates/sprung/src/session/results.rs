@@ -7,7 +7,7 @@ use serde_json::Value;
 use super::error::SessionError;
 use super::load::RESULTS_FOLDER;
 use super::switch::finish;
-use sprung_method::estimate::Identification;
+use sprung_method::estimate::{IDENTIFICATION_FORMAT, Identification};
 use sprung_method::validate::Validation;
 use sprung_robot::{Feature, Task, refuse};
 
@@ -17,8 +17,9 @@ pub const IDENTIFICATION_FILE: &str = "identification.json";
 /// File name of a validation in a folder of results.
 const VALIDATION_FILE: &str = "validation.json";
 
-/// The version of `identification.json` and `validation.json` that sprung reads.
-const FORMAT: u64 = 1;
+/// The newest versions of `identification.json` and `validation.json` that sprung reads.
+const NEWEST: u64 = IDENTIFICATION_FORMAT as u64;
+const NEWEST_VALIDATION: u64 = 1;
 
 /// An identification and its path.
 #[derive(Clone, Debug)]
@@ -125,21 +126,23 @@ fn read_json(path: &Path) -> Result<Value, SessionError> {
 }
 
 /// Checks the version of a file of results.
-fn check_format(path: &Path, json: &Value) -> Result<(), SessionError> {
+///
+/// - `known`: the newest version that sprung reads; it reads all before it.
+fn check_format(path: &Path, json: &Value, known: u64) -> Result<(), SessionError> {
     match json.get("format").map(Value::as_u64) {
-        Some(Some(FORMAT)) => Ok(()),
-        Some(Some(newer)) if newer > FORMAT => {
+        Some(Some(format)) if (1..=known).contains(&format) => Ok(()),
+        Some(Some(newer)) if newer > known => {
             let by = json.get("generator").and_then(Value::as_str);
             Err(SessionError::NewerFormat {
                 file: path.display().to_string(),
                 format: newer,
                 generator: by.unwrap_or("another program").to_owned(),
-                known: FORMAT,
+                known,
             })
         }
         Some(_) => {
             let format = &json["format"];
-            let why = format!("its format is {format}; this version reads format {FORMAT}");
+            let why = format!("its format is {format}; this version reads format {known}");
             Err(wrong(path, &why))
         }
         None => Err(wrong(path, "it has no format; give an identification.json")),
@@ -155,7 +158,7 @@ fn identification(path: PathBuf, json: Value) -> Result<ReadIdentification, Sess
             format!("it looks like {other}; give the identification.json of a results folder");
         return Err(wrong(&path, &why));
     }
-    check_format(&path, &json)?;
+    check_format(&path, &json, NEWEST)?;
     let identification: Identification =
         serde_json::from_value(json).map_err(|error| wrong(&path, &error.to_string()))?;
     if identification.results.is_empty() {
@@ -171,7 +174,7 @@ fn identification(path: PathBuf, json: Value) -> Result<ReadIdentification, Sess
 }
 
 fn validation(path: PathBuf, json: Value) -> Result<ReadValidation, SessionError> {
-    check_format(&path, &json)?;
+    check_format(&path, &json, NEWEST_VALIDATION)?;
     let validation = serde_json::from_value(json).map_err(|error| {
         wrong(
             &path,

@@ -1,6 +1,6 @@
 //! Several logs of one robot, read at the same time and reduced together.
 
-use sprung::description::{Cutoff, Estimator, Simulate, Weights};
+use sprung::description::{Constraints, Cutoff, Estimator, Simulate, Weights};
 use sprung::estimate::{Identified, fit, identify};
 use sprung::log::Channels;
 use sprung::progress::{Answer, Progress, Unheard};
@@ -79,7 +79,8 @@ fn any_number_of_threads_gives_the_same_bits() {
 /// All samples pass through one reduction here.
 #[test]
 fn logs_give_the_parameters_of_one_pass() {
-    let twin = twin(Weights::None);
+    let mut twin = twin(Weights::None);
+    twin.experiment.identify.constraints = Constraints::None;
     let logs = logs(&twin);
     let settings = &twin.experiment.identify;
     let channels = Channels::new(

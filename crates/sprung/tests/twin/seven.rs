@@ -375,8 +375,8 @@ fn possible_bodies_are_no_farther_from_the_truth() {
             .zip(arm.model.parameters())
         {
             if parameter.joint.is_none() {
-                own[0] += (p.value.unwrap() - truth).powi(2);
-                own[1] += (p.physical.unwrap() - truth).powi(2);
+                own[0] += (p.unconstrained.unwrap() - truth).powi(2);
+                own[1] += (p.value.unwrap() - truth).powi(2);
                 own[2] += truth.powi(2);
             }
         }
@@ -447,12 +447,12 @@ fn standard_parameters_make_the_base_parameters() {
         .collect();
     for (p, parameter) in result.parameters.iter().zip(arm.model.parameters()) {
         if parameter.joint.is_some() {
-            values.insert(p.name.clone(), p.physical.unwrap());
+            values.insert(p.name.clone(), p.value.unwrap());
         }
     }
     let theta = arm.model.theta(&values).unwrap();
     for (p, value) in result.parameters.iter().zip(theta) {
-        let found = p.physical.unwrap();
+        let found = p.value.unwrap();
         assert!(
             (value - found).abs() < 1e-9 * (1.0 + found.abs()),
             "{}",

@@ -2,8 +2,8 @@
 
 use sprung_core::parameters::JointParameter;
 
-use super::parameters::list;
-use super::{listed, motor_row, of};
+use super::of_joint::{motor_row, of};
+use super::parameters::{list, listed};
 use crate::check::reversed_torque;
 use crate::estimate::estimators::least_squares::{HeldOut, Linear, Price};
 use crate::estimate::result::{EstimateResult, ParameterEstimate};

@@ -6,6 +6,7 @@ mod delay_hold_out;
 mod existence;
 mod gravity;
 mod measured_effects;
+mod of_joint;
 mod parameters;
 mod promise;
 mod routes;
@@ -25,13 +26,14 @@ pub(super) use measured_effects::after_estimation;
 pub(super) use promise::promise;
 pub use promise::{percent, predictions};
 
+use self::of_joint::{motor_row, of};
 use self::parameters::{collinear, listed, little_torque, weak};
 use self::routes::routes_disagree;
 use self::scale::{scale_collapse, stiffness_disagrees};
 use self::stability::{cutoff_drift, parts_disagree, shared_bias};
 use crate::check::{UNEXPLAINED, beyond_resolution};
 use crate::estimate::estimators::least_squares::Linear;
-use crate::estimate::result::{EstimateResult, MotorRowResult, ParameterEstimate};
+use crate::estimate::result::{EstimateResult, ParameterEstimate};
 use crate::finding::{Finding, Severity};
 use crate::log::Channels;
 use crate::model::{Model, short};
@@ -39,27 +41,6 @@ use crate::prepare::Sweep;
 
 /// A model that leaves more than this fraction of a joint's torque unexplained does not predict it.
 const NOT_PREDICTED: f64 = 0.5;
-
-fn motor_row<'a>(
-    model: &Model,
-    result: &'a EstimateResult,
-    joint: usize,
-) -> Option<&'a MotorRowResult> {
-    let name = &model.joints()[joint];
-    result.motor_rows.iter().find(|row| row.joint == *name)
-}
-
-/// Returns a parameter of a flexible joint, if the joint has it.
-fn of<'a>(
-    model: &Model,
-    result: &'a EstimateResult,
-    kind: JointParameter,
-    joint: usize,
-) -> Option<&'a ParameterEstimate> {
-    // The rotor of a rigid joint is lumped with its link.
-    (model.is_flexible(joint)).then_some(())?;
-    Some(&result.parameters[model.index(kind, joint)?])
-}
 
 /// Returns the findings about a result.
 ///

@@ -52,12 +52,18 @@ pub(in crate::estimate) fn payload_of(
         .map(|k| model.change_by_standard(loaded.link * BODY + k))
         .collect();
     let alone = fit_values(model, loaded.system)?;
+    // The difference of the same estimates cancels errors that both have, so neither has constraints or weighted rows.
+    let robot = match (&numbers.covariance, &numbers.unconstrained) {
+        (None, _) => fit_values(model, empty)?,
+        (Some(_), Some(unconstrained)) => unconstrained.clone(),
+        (Some(_), None) => numbers.theta.clone(),
+    };
     // The errors of the loaded logs exceed those by white residuals as much as in the other logs.
     let white = of_equations(model, &alone, loaded.system)?;
     let of_loaded = widened(&white, &of_equations_only.factors, 1.0);
     let solved = solve(
         model,
-        (&numbers.theta, &own.of_errors()),
+        (&robot, &own.of_errors()),
         (&alone, &of_loaded),
         &columns,
     )?;

@@ -81,9 +81,14 @@ impl Robots<'_> {
     ) -> Result<Possible, NoSolution> {
         let search = self.search(information, &product(information, theta), theta);
         let nearest = search.program.minimise(&search.start, ROUNDING)?;
-        let x = self.reached(&search, &nearest, theta).unwrap_or(nearest);
+        let exact = self.reached(&search, &nearest, theta);
+        let theta = match &exact {
+            Some(_) => theta.to_vec(),
+            None => self.theta(&nearest),
+        };
+        let x = exact.unwrap_or(nearest);
         Ok(Possible {
-            theta: self.theta(&x),
+            theta,
             of_all: search.program.hessian(&x),
             of_log: search.of_log,
             x,

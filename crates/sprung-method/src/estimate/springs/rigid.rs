@@ -7,7 +7,7 @@ use sprung_core::friction::Law;
 use sprung_core::parameters::JointParameter;
 
 use super::compliance::Compliance;
-use crate::description::{Estimator, Experiment, Instrument};
+use crate::description::{Experiment, Instrument};
 use crate::estimate::result::{RigidByHoldOut, RigidJoint};
 use crate::estimate::statistics::HELD_OUT_PARTS;
 use crate::fit::{ColumnFit, HoldOut, Missed, is_clearly_below, stretches_for};
@@ -21,10 +21,6 @@ use crate::regression::{Reading, Reduction, System};
 /// position, which the check names.
 const LARGEST_DEFLECTION: f64 = 0.01;
 
-/// Squared correlation of deflection and torque below which noise of the deflection shrinks spring and links by more than
-/// 10 %. Then the equation of a rigid joint may predict better.
-const NOISY_CORRELATION: f64 = 0.9;
-
 /// Joints that are rigid by a log, and what the log says of their springs.
 pub(in crate::estimate) struct RigidByLog {
     pub(in crate::estimate) prepared: Prepared,
@@ -34,10 +30,6 @@ pub(in crate::estimate) struct RigidByLog {
 /// Least share of the torque's variance that is no noise. Below it, noise of the torque hides the spring and not its
 /// stiffness.
 const LEAST_RELIABILITY: f64 = 0.5;
-
-/// Held-out residual of a rigid joint, over that with a spring which the log shows with noise, below which the spring is
-/// given up. Springs and links that have shrunk predict far worse.
-const FAR_BETTER: f64 = 0.5;
 
 /// A joint that may be rigid.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,17 +41,13 @@ struct Candidate {
 }
 
 impl Candidate {
-    /// Returns whether the joint keeps its spring: a spring that the log does not show needs a clear gain, and one that
-    /// it shows with noise a clear loss.
+    /// Returns whether the joint keeps its spring: a spring that the log does not show needs a clear gain.
     fn keeps_spring(&self, compared: &RigidByHoldOut) -> bool {
         if self.reliability(compared) < LEAST_RELIABILITY {
             return true;
         }
         match (compared.flexible, compared.rigid) {
-            (Some(flexible), Some(rigid)) if self.compliance.is_open() => {
-                is_clearly_below(flexible, rigid)
-            }
-            (Some(flexible), Some(rigid)) => rigid > FAR_BETTER * flexible,
+            (Some(flexible), Some(rigid)) => is_clearly_below(flexible, rigid),
             (flexible, rigid) => flexible.is_some() && rigid.is_none(),
         }
     }
@@ -134,8 +122,7 @@ fn with_rigid(experiment: &Experiment, joints: &[usize]) -> Experiment {
     rigid
 }
 
-/// Returns the joints without torque sensor whose springs the log leaves open or shows with noise. A refinement knows the
-/// noise of positions, so it takes care of noisy springs.
+/// Returns the joints without torque sensor whose springs the log leaves open.
 fn candidates(prepared: &Prepared) -> Vec<Candidate> {
     let reading = prepared.reading().without_weights();
     let (model, instruments) = (reading.model(), &reading.channels().instruments);
@@ -170,32 +157,24 @@ fn candidates(prepared: &Prepared) -> Vec<Candidate> {
     let Some(system) = reduced else {
         return Vec::new();
     };
-    let estimators = &reading.settings().estimator;
-    let is_refined = estimators.contains(&Estimator::PredictionError);
     let found = joints.iter().enumerate().filter_map(|(at, &joint)| {
-        let (fit, correlation) = by_motor_row(&reading, &system, at, joint)?;
-        let is_noisy = correlation < NOISY_CORRELATION && fit.value > 0.0 && !is_refined;
+        let fit = by_motor_row(&reading, &system, at, joint)?;
         let compliance = Compliance::from(fit);
         let own = Candidate {
             joint,
             compliance,
             own_share: fit.own_share,
         };
-        (compliance.is_open() || is_noisy).then_some(own)
+        compliance.is_open().then_some(own)
     });
     found.collect()
 }
 
 /// Returns the compliance of a joint by its motor row: deflection by motor torque minus inertia and friction of the
-/// motor. Also returns the squared correlation of the two.
+/// motor.
 ///
 /// - `at`: index of the row in the system.
-fn by_motor_row(
-    reading: &Reading,
-    system: &System,
-    at: usize,
-    joint: usize,
-) -> Option<(ColumnFit, f64)> {
+fn by_motor_row(reading: &Reading, system: &System, at: usize, joint: usize) -> Option<ColumnFit> {
     let model = reading.model();
     let columns = model.row_columns(model.torque_row(joint));
     let kind = |column: usize| model.parameters()[column].joint.map(|(kind, _)| kind);
@@ -209,17 +188,11 @@ fn by_motor_row(
     };
     let others = (0..columns.len()).filter(|&at| !is_of_deflection(columns[at]));
     let others: Vec<usize> = others.collect();
-    let by = |first: usize| -> Vec<usize> {
-        std::iter::once(first)
-            .chain(others.iter().copied())
-            .collect()
-    };
+    let torque = std::iter::once(columns.len());
+    let by: Vec<usize> = torque.chain(others.iter().copied()).collect();
     let groups = stretches_for(system, reading.memory());
     let stretches: Vec<_> = groups.iter().filter_map(|group| group.get(at)).collect();
-    let torque = columns.len();
-    let compliance = ColumnFit::new(&stretches, of, &by(torque))?;
-    let stiffness = ColumnFit::new(&stretches, torque, &by(of))?;
-    Some((compliance, compliance.value * stiffness.value))
+    ColumnFit::new(&stretches, of, &by)
 }
 
 /// Returns whether the deflection of a joint is small beside its motion.

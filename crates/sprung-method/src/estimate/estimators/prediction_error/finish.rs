@@ -89,7 +89,7 @@ pub(super) fn finish(
     );
     let [delays, saturations, eccentricities] = by_kind(updates);
     let (unconstrained, possible_without) =
-        apart(problem, &unknowns, descent, (&sums, &blocks, without))?;
+        apart(problem, &unknowns, descent, (&sums, &blocks, &without))?;
     Some(Refined {
         covariance: (0..width * width)
             .map(|at| covariance[at / width * count + at % width])
@@ -261,10 +261,10 @@ fn apart(
     problem: &Problem<'_>,
     unknowns: &Unknowns,
     descent: &Descent,
-    (sums, blocks, without): (&Sums, &[Block], WithoutBlocks),
+    (sums, blocks, without): (&Sums, &[Block], &WithoutBlocks),
 ) -> Option<(Option<Theta>, WithoutBlocks)> {
     if problem.robots.is_none() {
-        return Some((None, without));
+        return Some((None, without.clone()));
     }
     let likeliest = unknowns.theta(&values_alone(problem, descent, &sums.normal)?);
     let possible = without_blocks(&sums.normal, blocks, |part| {
