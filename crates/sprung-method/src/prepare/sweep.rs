@@ -25,6 +25,9 @@ const HOLD_OUT_PARTS: usize = 8;
 /// standard error.
 const BY_CHANCE: f64 = 1.0;
 
+/// Excess of the held-out residual that does not matter, whatever its standard error is.
+const SMALL_EXCESS: f64 = 0.02;
+
 /// Estimates with several cut-offs.
 #[derive(Clone, Debug)]
 pub(crate) struct Sweep {
@@ -49,8 +52,8 @@ pub(crate) struct CutoffAt {
 }
 
 impl CutoffAt {
-    /// Returns whether the held-out residual exceeds another one by more than chance: by the scatter of the ratio of both
-    /// without each part in turn.
+    /// Returns whether the held-out residual exceeds another one by what matters and by more than chance: by the scatter of
+    /// the ratio of both without each part in turn.
     fn is_worse_than(&self, other: &Self) -> bool {
         let (Some(own), Some(least)) = (self.held_out, other.held_out) else {
             return true;
@@ -62,7 +65,7 @@ impl CutoffAt {
         let mean = ratios.iter().sum::<f64>() / count;
         let squares: f64 = ratios.iter().map(|ratio| (ratio - mean).powi(2)).sum();
         let error = ((count - 1.0) / count * squares).sqrt();
-        own / least - 1.0 > BY_CHANCE * error
+        own / least - 1.0 > SMALL_EXCESS.max(BY_CHANCE * error)
     }
 }
 

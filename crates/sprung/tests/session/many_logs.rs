@@ -118,7 +118,8 @@ fn estimated_signs_stay_when_a_law_is_added() {
     assert!(
         laws.rungs
             .iter()
-            .any(|rung| rung.made && rung.law == "coulomb")
+            .any(|rung| rung.made && rung.law == "coulomb"),
+        "{laws:?}"
     );
     assert!(expected.log.signs()["tau1_nm"] > 0.0);
     let mut codes = expected.findings.iter().map(|own| own.code.as_str());

@@ -462,6 +462,6 @@ fn standard_parameters_make_the_base_parameters() {
     // The first link turns about a fixed vertical axis, so only its izz has an effect.
     let of = |name: &str| standard.iter().find(|p| p.name == name).unwrap();
     assert_eq!(of("link1.ixx").decided, Decided::Nominal);
-    assert_eq!(of("link2.ixy").decided, Decided::Both);
+    assert_eq!(of("link2.ixx").decided, Decided::Both);
     assert_eq!(of("link7.mx").decided, Decided::Log);
 }

@@ -151,6 +151,12 @@ fn price(model: &Model, result: &EstimateResult, held_out: &HeldOut) -> Option<F
         list(&held, value)
     };
     let names = held.iter().map(|p| p.name.clone());
+    let is_vital = |name: &str| name.ends_with(".stiffness") || name.ends_with(".rotor_inertia");
+    let cause = if held.iter().any(|p| is_vital(&p.name)) {
+        ". A negative stiffness or rotor inertia can mean that a channel is delayed against the others, or a sign is wrong"
+    } else {
+        ""
+    };
     if dear.is_empty() {
         let all: Vec<String> = prices().map(said).collect();
         let cost = if all.is_empty() {
@@ -167,7 +173,7 @@ fn price(model: &Model, result: &EstimateResult, held_out: &HeldOut) -> Option<F
                 IMPOSSIBLE,
                 format!(
                     "the equations alone would give a robot that cannot exist ({would}); the values are those of one that \
-                     can{cost}"
+                     can{cost}{cause}"
                 ),
                 "excite these parameters more, with higher accelerations and slower and faster motion",
             )
@@ -180,7 +186,7 @@ fn price(model: &Model, result: &EstimateResult, held_out: &HeldOut) -> Option<F
             IMPOSSIBLE,
             format!(
                 "the equations alone would give a robot that cannot exist ({would}), and one that can exist predicts the \
-                 torque on held-out parts worse: {}. The model lacks an effect in these joints",
+                 torque on held-out parts worse: {}. The model lacks an effect in these joints{cause}",
                 listed(dear.into_iter())
             ),
             "look at delays and at the friction of these joints, at the kinematics, and at the sweep of cut-offs in the \

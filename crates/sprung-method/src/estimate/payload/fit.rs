@@ -11,7 +11,7 @@ use crate::estimate::possible::inverse;
 use crate::estimate::result::{PayloadParameter, PayloadResult};
 use crate::estimate::statistics::{NORMAL_95, RIDGE, ROUNDING};
 use crate::finding::Finding;
-use crate::fit::{Fitted, fit_values, residual};
+use crate::fit::{Fitted, HoldOut, residual};
 use crate::model::{Block, Model, Program, Theta, second_moments};
 use crate::regression::System;
 
@@ -45,25 +45,23 @@ pub(in crate::estimate) fn payload_of(
     (empty, linear): (&System, &Fitted),
 ) -> Option<(PayloadResult, Vec<Finding>)> {
     let links = model.links()?;
-    let linear = Numbers::of(linear);
     let own = information(model, numbers, &without_bias(numbers), empty)?;
-    let of_equations_only = information(model, &linear, &without_bias(&linear), empty)?;
+    let equations = Numbers::of(linear);
+    let of_equations_only = information(model, &equations, &without_bias(&equations), empty)?;
     let columns: Vec<Theta> = (0..BODY)
         .map(|k| model.change_by_standard(loaded.link * BODY + k))
         .collect();
-    let alone = fit_values(model, loaded.system)?;
-    // The difference of the same estimates cancels errors that both have, so neither has constraints or weighted rows.
-    let robot = match (&numbers.covariance, &numbers.unconstrained) {
-        (None, _) => fit_values(model, empty)?,
-        (Some(_), Some(unconstrained)) => unconstrained.clone(),
-        (Some(_), None) => numbers.theta.clone(),
-    };
+    // The difference of equal estimates cancels errors that both have: the same weights, and no constraints.
+    let alone = HoldOut::new(model, loaded.system, 1)
+        .weighted(linear.weights())
+        .fit(|_| true)?;
+    let robot = numbers.unconstrained.as_ref().unwrap_or(&numbers.theta);
     // The errors of the loaded logs exceed those by white residuals as much as in the other logs.
     let white = of_equations(model, &alone, loaded.system)?;
     let of_loaded = widened(&white, &of_equations_only.factors, 1.0);
     let solved = solve(
         model,
-        (&robot, &own.of_errors()),
+        (robot, &own.of_errors()),
         (&alone, &of_loaded),
         &columns,
     )?;

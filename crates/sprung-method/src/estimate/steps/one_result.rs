@@ -12,7 +12,7 @@ use crate::estimate::physical::{bodies_of, covariance, information, limits, phys
 use crate::estimate::possible::Limits;
 use crate::estimate::result::{
     CrossCheckResult, Decision, EncoderOffsetResult, EstimateResult, MotorRowResult,
-    ParameterEstimate, Verdict,
+    ParameterEstimate, PhysicalResult, Verdict,
 };
 use crate::fit::{Fitted, MotorRow, residual, torques, unweighted};
 use crate::model::{Model, Parameter, Theta};
@@ -21,6 +21,9 @@ use crate::regression::System;
 
 /// Distance from a bound at which the search for robots that can exist ends, relative to the interval.
 const SEARCH_ACCURACY: f64 = 1e-4;
+
+/// Distance of a robot from an estimate below which it is that of the estimate, in standard errors.
+const SAME: f64 = 1e-3;
 
 /// Returns the result of an estimator, without findings.
 pub(super) fn result_of(
@@ -46,9 +49,19 @@ pub(super) fn result_of(
         identifiable,
         ..
     } = found;
-    let theta = &match (constrained, &bodies.theta) {
-        (Some(_), Some(own)) => without_rounding(model, own, limits.as_deref()),
-        _ => found.theta.clone(),
+    let is_moved = |own: &&PhysicalResult| own.moved_standard_errors > SAME;
+    let theta = match bodies
+        .result
+        .as_ref()
+        .filter(is_moved)
+        .and(bodies.theta.as_ref())
+    {
+        Some(own) if constrained.is_some() => own,
+        _ => &found.theta,
+    };
+    let theta = &match constrained {
+        Some(_) => without_rounding(model, theta, limits.as_deref()),
+        None => theta.clone(),
     };
     let torques = torques(model, system, theta);
     let parameters: Vec<ParameterEstimate> = model
