@@ -18,5 +18,6 @@ mod information;
 mod problem;
 mod regions;
 
+pub(super) use bodies::Bodies;
 pub(super) use information::{covariance, information, limits, of_equations, widened};
 pub(super) use problem::{bodies_of, physical};

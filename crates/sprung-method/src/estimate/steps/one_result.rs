@@ -8,11 +8,11 @@ use crate::estimate::estimators::least_squares::{Linear, Route};
 use crate::estimate::estimators::{Criterion, Numbers};
 use crate::estimate::judge::promise;
 use crate::estimate::laws::dependence;
-use crate::estimate::physical::{bodies_of, covariance, information, limits, physical};
+use crate::estimate::physical::{Bodies, bodies_of, covariance, information, limits, physical};
 use crate::estimate::possible::Limits;
 use crate::estimate::result::{
     CrossCheckResult, Decision, EncoderOffsetResult, EstimateResult, MotorRowResult,
-    ParameterEstimate, PhysicalResult, Verdict,
+    ParameterEstimate, Verdict,
 };
 use crate::fit::{Fitted, MotorRow, residual, torques, unweighted};
 use crate::model::{Model, Parameter, Theta};
@@ -44,59 +44,18 @@ pub(super) fn result_of(
     };
     let limits = (constrained.zip(information.as_ref()))
         .and_then(|(constrained, information)| limits(constrained, found, information));
-    let Numbers {
-        errors,
-        identifiable,
-        ..
-    } = found;
-    let is_moved = |own: &&PhysicalResult| own.moved_standard_errors > SAME;
-    let theta = match bodies
-        .result
-        .as_ref()
-        .filter(is_moved)
-        .and(bodies.theta.as_ref())
-    {
-        Some(own) if constrained.is_some() => own,
-        _ => &found.theta,
+    let theta = &value_of(
+        model,
+        found,
+        constrained.is_some(),
+        (&bodies, limits.as_deref()),
+    );
+    let beside = Beside {
+        unconstrained: constrained.map(|(_, theta)| theta),
+        physical: (bodies.theta.as_deref()).filter(|_| constrained.is_none()),
+        limits: limits.as_deref(),
     };
-    let theta = &match constrained {
-        Some(_) => without_rounding(model, theta, limits.as_deref()),
-        None => theta.clone(),
-    };
-    let torques = torques(model, system, theta);
-    let parameters: Vec<ParameterEstimate> = model
-        .parameters()
-        .iter()
-        .enumerate()
-        .map(|(i, parameter)| {
-            let known = identifiable[i];
-            let mut estimate = estimate(
-                parameter,
-                known.then_some(theta[i]),
-                Some(errors[i]).filter(|e| known && e.is_finite()),
-                found.interval,
-            );
-            if known {
-                let torque = torques[i];
-                estimate.torque_rms_nm = finite(torque.rms);
-                estimate.torque_share = finite(torque.share);
-                estimate.torque_over_residual = finite(torque.over_residual);
-                estimate.unconstrained = constrained.map(|(_, theta)| theta[i]);
-                estimate.physical = (bodies.theta.as_ref())
-                    .filter(|_| constrained.is_none())
-                    .map(|theta| theta[i]);
-            }
-            if let Some(own) = limits.as_ref().and_then(|limits| limits[i]) {
-                estimate.ci95 = Some(own.ends);
-                estimate.one_sided = own.is_one_sided;
-                estimate.standard_error = finite(own.standard_error(found.interval));
-            }
-            if estimate.standard_error.is_some() {
-                estimate.error_parts = found.error_parts.get(i).copied();
-            }
-            estimate
-        })
-        .collect();
+    let parameters = parameters(model, system, (theta, found), &beside);
     let encoder_offsets = encoder_offsets(model, &parameters);
     let rows = residual(model, system, theta);
     let named = |i: usize| model.row_name(i);
@@ -145,6 +104,73 @@ pub(super) fn result_of(
         warnings: bodies.findings,
         elapsed_s: found.elapsed,
     }
+}
+
+/// Values that stand beside the estimate.
+struct Beside<'a> {
+    /// Estimate without constraints, \[p\]; `None` if there are no constraints.
+    unconstrained: Option<&'a [f64]>,
+    /// Values of a robot that can exist, \[p\], beside an estimate without constraints.
+    physical: Option<&'a [f64]>,
+    /// Intervals of robots that can exist, \[p\].
+    limits: Option<&'a [Option<Limits>]>,
+}
+
+/// Returns the values of an estimate, \[p\]: those of a robot that can exist if there are constraints.
+fn value_of(
+    model: &Model,
+    found: &Numbers,
+    is_constrained: bool,
+    (bodies, limits): (&Bodies, Option<&[Option<Limits>]>),
+) -> Theta {
+    if !is_constrained {
+        return found.theta.clone();
+    }
+    let is_moved = (bodies.result.as_ref()).is_some_and(|own| own.moved_standard_errors > SAME);
+    let own = bodies.theta.as_ref().filter(|_| is_moved);
+    without_rounding(model, own.unwrap_or(&found.theta), limits)
+}
+
+/// Returns the parameters of an estimate in the form of the files.
+fn parameters(
+    model: &Model,
+    system: &System,
+    (theta, found): (&[f64], &Numbers),
+    beside: &Beside<'_>,
+) -> Vec<ParameterEstimate> {
+    let torques = torques(model, system, theta);
+    let described = |(i, parameter): (usize, &Parameter)| {
+        let (known, error) = (found.identifiable[i], found.errors[i]);
+        let mut estimate = estimate(
+            parameter,
+            known.then_some(theta[i]),
+            Some(error).filter(|e| known && e.is_finite()),
+            found.interval,
+        );
+        if known {
+            let torque = torques[i];
+            estimate.torque_rms_nm = finite(torque.rms);
+            estimate.torque_share = finite(torque.share);
+            estimate.torque_over_residual = finite(torque.over_residual);
+            estimate.unconstrained = beside.unconstrained.map(|theta| theta[i]);
+            estimate.physical = beside.physical.map(|theta| theta[i]);
+        }
+        if let Some(own) = beside.limits.and_then(|limits| limits[i]) {
+            estimate.ci95 = Some(own.ends);
+            estimate.one_sided = own.is_one_sided;
+            estimate.standard_error = finite(own.standard_error(found.interval));
+        }
+        if estimate.standard_error.is_some() {
+            estimate.error_parts = found.error_parts.get(i).copied();
+        }
+        estimate
+    };
+    model
+        .parameters()
+        .iter()
+        .enumerate()
+        .map(described)
+        .collect()
 }
 
 /// Returns parameters with friction of zero where it lies at its bound, up to the accuracy of the search.

@@ -109,14 +109,7 @@ pub(super) fn finish(
         corner: descent.levels.corner,
         sensors: sensor_levels(problem, &descent.levels),
         cost: sums.cost / sums.measurements.max(1) as f64,
-        offsets: (unknowns.offsets.iter().enumerate())
-            .map(|(i, offset)| SensorOffset {
-                joint: offset.joint,
-                channel: measurements.sensors[offset.sensor].channel,
-                value: descent.z[width + i],
-                standard_error: error(width + i),
-            })
-            .collect(),
+        offsets: sensor_offsets(problem, &unknowns, &descent.z, error),
         residual: (unknowns.residual.iter())
             .map(|own| (own.joint, own.side, own.level))
             .collect(),
@@ -248,6 +241,26 @@ impl BiasOfParts {
         });
         all
     }
+}
+
+/// Returns the offsets of sensors.
+///
+/// - `error`: standard error of an unknown, by its place.
+fn sensor_offsets(
+    problem: &Problem<'_>,
+    unknowns: &Unknowns,
+    z: &[f64],
+    error: impl Fn(usize) -> f64,
+) -> Vec<SensorOffset> {
+    let width = unknowns.free.len();
+    (unknowns.offsets.iter().enumerate())
+        .map(|(i, offset)| SensorOffset {
+            joint: offset.joint,
+            channel: problem.measurements.sensors[offset.sensor].channel,
+            value: z[width + i],
+            standard_error: error(width + i),
+        })
+        .collect()
 }
 
 /// Unknowns without each block, with the end of the block as a fraction of the samples.
