@@ -16,11 +16,7 @@ use crate::numbers::in_percent;
 /// Code of all findings about robots that cannot exist.
 const IMPOSSIBLE: &str = "impossible-robot";
 
-/// Price of the constraints on held-out parts above which the model lacks something: the held-out residual of a second
-/// log of the same arm differs by as much.
-const DEAR: f64 = 0.02;
-
-/// Standard errors above which a price is more than chance.
+/// Standard errors above which friction is negative by more than chance.
 const SURE: f64 = 2.0;
 
 /// Reports that the equations give a robot that cannot exist.
@@ -137,7 +133,7 @@ fn price(model: &Model, result: &EstimateResult, held_out: &HeldOut) -> Option<F
         )
     };
     let dear: Vec<String> = prices()
-        .filter(|(_, own)| own.ratio - 1.0 > DEAR.max(SURE * own.standard_error))
+        .filter(|(_, own)| own.is_dear())
         .map(said)
         .collect();
     if held.is_empty() && dear.is_empty() {

@@ -25,6 +25,15 @@ const ORDINARY_REGION: f64 = 0.25;
 const ORDINARY_RADIUS: f64 = 0.1;
 const ORDINARY_ROTOR: f64 = 0.1;
 
+/// Where the mass of a link that carries no joint may be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::estimate) enum Tool {
+    /// In the region of the link, which leaves room for a tool.
+    InRegion,
+    /// Anywhere.
+    Anywhere,
+}
+
 /// What the prior and the regions of the links stand beside.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::estimate) enum Beside<'a> {
@@ -32,14 +41,14 @@ pub(in crate::estimate) enum Beside<'a> {
     Estimate,
     /// A log with these largest speeds of the joints, rad/s (m/s), \[n\]. It decides: nominal values count a hundred
     /// times less, masses lie in the regions of their links, and sums of friction laws take energy.
-    Log(&'a [f64]),
+    Log(&'a [f64], Tool),
 }
 
 impl Beside<'_> {
     fn weight(self) -> f64 {
         match self {
             Self::Estimate => 1.0,
-            Self::Log(_) => WHERE_LOG_DECIDES,
+            Self::Log(..) => WHERE_LOG_DECIDES,
         }
     }
 }
@@ -69,7 +78,7 @@ pub(super) fn priors(
     };
     let regions = match beside {
         Beside::Estimate => vec![None; n],
-        Beside::Log(_) => Region::all(&links.tree),
+        Beside::Log(_, tool) => regions_of(links, tool),
     };
     let links = (0..n).map(|link| {
         let values: Option<Vec<f64>> = (0..BODY).map(|k| nominal(link * BODY + k)).collect();
@@ -85,7 +94,7 @@ pub(super) fn priors(
             None => BodyPrior {
                 values: match beside {
                     Beside::Estimate => round([0.0; 3], size, size).to_vec(),
-                    Beside::Log(_) => compact(regions[link].as_ref()).to_vec(),
+                    Beside::Log(..) => compact(regions[link].as_ref()).to_vec(),
                 },
                 is_nominal: false,
             },
@@ -96,12 +105,21 @@ pub(super) fn priors(
         BodyPrior {
             values: vec![own.unwrap_or(match beside {
                 Beside::Estimate => size,
-                Beside::Log(_) => ORDINARY_ROTOR,
+                Beside::Log(..) => ORDINARY_ROTOR,
             })],
             is_nominal: own.is_some(),
         }
     });
     links.chain(rotors).collect()
+}
+
+/// Returns the regions of all links.
+pub(super) fn regions_of(links: &TreeLinks, tool: Tool) -> Vec<Option<Region>> {
+    let joints = &links.tree.joints;
+    let carries = |link: usize| joints.iter().any(|joint| joint.parent == Some(link));
+    let all = Region::all(&links.tree).into_iter().enumerate();
+    all.map(|(link, own)| own.filter(|_| tool == Tool::InRegion || carries(link)))
+        .collect()
 }
 
 /// Returns a compact body of ordinary density: a ball of half the size of the link's region about its centre.

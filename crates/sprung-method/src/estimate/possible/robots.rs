@@ -4,7 +4,7 @@ use sprung_core::friction::{Conditions, Law};
 use sprung_core::parameters::{JointParameter, Side};
 use sprung_core::spatial::BODY;
 
-use super::prior::{Beside, BodyPrior, add_prior, impossible, priors};
+use super::prior::{Beside, BodyPrior, add_prior, impossible, priors, regions_of};
 use crate::description::Physical;
 use crate::model::{
     Block, Model, NoSolution, Parameter, Program, Region, Theta, TreeLinks, second_moments,
@@ -103,7 +103,7 @@ impl<'a> Robots<'a> {
         robots.add_drives();
         match beside {
             Beside::Estimate => (),
-            Beside::Log(speeds) => robots.add_friction(speeds),
+            Beside::Log(speeds, _) => robots.add_friction(speeds),
         }
         robots
     }
@@ -145,7 +145,7 @@ impl<'a> Robots<'a> {
         self.priors = priors(self.model, links, settings, size);
         let regions = match settings.1 {
             Beside::Estimate => vec![None; n],
-            Beside::Log(_) => Region::all(&links.tree),
+            Beside::Log(_, tool) => regions_of(links, tool),
         };
         let known = |index: usize| links.known.get(&index).copied().unwrap_or(0.0);
         let mut added = Vec::new();

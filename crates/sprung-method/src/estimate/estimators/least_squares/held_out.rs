@@ -23,6 +23,20 @@ pub(in crate::estimate) struct Price {
     pub(in crate::estimate) standard_error: f64,
 }
 
+/// Price of the constraints on held-out parts above which the model lacks something: the held-out residual of a second
+/// log of the same arm differs by as much.
+const DEAR: f64 = 0.02;
+
+/// Standard errors above which a price is more than chance.
+const SURE: f64 = 2.0;
+
+impl Price {
+    /// Returns whether the constraints cost more than a second log would, and more than chance.
+    pub(in crate::estimate) fn is_dear(&self) -> bool {
+        self.ratio - 1.0 > DEAR.max(SURE * self.standard_error)
+    }
+}
+
 impl HeldOut {
     /// Predicts parts of the logs by fits of the others.
     ///
@@ -69,6 +83,14 @@ impl HeldOut {
             Some((unseen / seen).sqrt().max(1.0)).filter(|ratio| ratio.is_finite())
         };
         ratio().unwrap_or(f64::INFINITY)
+    }
+
+    /// Returns the error of the torques on parts that a fit has not seen, relative to the torques; infinite if the other
+    /// parts do not determine the parameters.
+    pub(super) fn error(&self) -> f64 {
+        let all = self.unseen.as_ref().map(|parts| sum(parts.iter().cloned()));
+        all.and_then(|all| all.of_torque_rows())
+            .unwrap_or(f64::INFINITY)
     }
 
     /// Returns the price of the constraints in one row; `None` if no constraint changes a fit or the row has no error.

@@ -7,8 +7,9 @@ use super::possible::PossibleFit;
 use super::uncertainty::widened;
 use crate::description::Constraints;
 use crate::estimate::estimators::found::Numbers;
+use crate::estimate::possible::Tool;
 use crate::fit::{Fitted, HoldOut, fit_values, fit_weighted, residual, row_weights};
-use crate::model::Theta;
+use crate::model::{Model, Theta};
 use crate::prepare::{Prepared, rms_speeds};
 use crate::regression::System;
 
@@ -57,22 +58,33 @@ impl<'a> Linear<'a> {
         let routes = cross_checks(model, system);
         let parts = Parts::new(model, (system, spans), &fitted);
         let mut fitted = widened(prepared, fitted, &routes, &parts);
-        let possible = match settings.constraints {
-            Constraints::None => None,
-            Constraints::Possible => {
-                let speeds = rms_speeds(reading, excerpt).into_iter();
-                let speeds: Vec<f64> = speeds.map(|speed| PEAK * speed).collect();
-                PossibleFit::new(model, &settings.physical, system, &fitted, &speeds)
-            }
+        let speeds: Vec<f64> = (rms_speeds(reading, excerpt).into_iter())
+            .map(|speed| PEAK * speed)
+            .collect();
+        let constrained = |tool: Tool| {
+            let possible = match settings.constraints {
+                Constraints::None => None,
+                Constraints::Possible => {
+                    let motion = (speeds.as_slice(), tool);
+                    PossibleFit::new(model, &settings.physical, system, &fitted, motion)
+                }
+            };
+            Constrained::new((model, system), &weights, &fitted.theta, possible)
         };
-        // Limits that contradict each other leave the parameters; a finding about the bodies names the limits.
-        let best = possible.as_ref().and_then(PossibleFit::best);
-        let possible = possible.filter(|_| best.is_some());
-        let is_moved = best.as_ref().is_some_and(|best| *best != fitted.theta);
-        fitted.theta = best.unwrap_or(fitted.theta);
-        let constrained = (possible.as_ref().filter(|_| is_moved))
-            .map(|own| |hold_out: &HoldOut<'_>, fits: &[Theta]| own.without_each(hold_out, fits));
-        let held_out = HeldOut::new((model, system), &weights, &fitted.theta, constrained);
+        let mut own = constrained(Tool::InRegion);
+        if own.is_dear(model) {
+            // A tool may be longer than the region of its link leaves room for.
+            let other = constrained(Tool::Anywhere);
+            if other.held_out.error() < own.held_out.error() {
+                own = other;
+            }
+        }
+        let Constrained {
+            theta,
+            possible,
+            held_out,
+        } = own;
+        fitted.theta = theta;
         Some(Self {
             fitted,
             possible,
@@ -80,6 +92,44 @@ impl<'a> Linear<'a> {
             parts,
             held_out,
         })
+    }
+}
+
+/// An estimate under constraints.
+struct Constrained<'a> {
+    theta: Theta,
+    /// `None` without constraints, and if their limits contradict each other.
+    possible: Option<PossibleFit<'a>>,
+    held_out: HeldOut,
+}
+
+impl<'a> Constrained<'a> {
+    /// - `weights`: of rows, \[rows\]; `plain`: the fit without constraints, \[p\].
+    fn new(
+        (model, system): (&Model, &System),
+        weights: &[f64],
+        plain: &[f64],
+        possible: Option<PossibleFit<'a>>,
+    ) -> Self {
+        // Limits that contradict each other leave the parameters; a finding about the bodies names the limits.
+        let best = possible.as_ref().and_then(PossibleFit::best);
+        let possible = possible.filter(|_| best.is_some());
+        let is_moved = best.as_ref().is_some_and(|best| *best != plain);
+        let theta = best.unwrap_or_else(|| plain.to_vec());
+        let without_each = (possible.as_ref().filter(|_| is_moved))
+            .map(|own| |hold_out: &HoldOut<'_>, fits: &[Theta]| own.without_each(hold_out, fits));
+        Self {
+            held_out: HeldOut::new((model, system), weights, &theta, without_each),
+            theta,
+            possible,
+        }
+    }
+
+    /// Returns whether the constraints cost too much in the torque of a joint of a tree.
+    fn is_dear(&self, model: &Model) -> bool {
+        let prices = (0..model.joint_count())
+            .filter_map(|joint| self.held_out.price(model.torque_row(joint)));
+        model.tree().is_some() && prices.into_iter().any(|price| price.is_dear())
     }
 }
 

@@ -4,7 +4,7 @@ use faer::Mat;
 use rayon::prelude::*;
 
 use crate::description::Physical;
-use crate::estimate::possible::{Beside, Normal, Robots, known, squared_distance};
+use crate::estimate::possible::{Beside, Normal, Robots, Tool, known, squared_distance};
 use crate::fit::{Fitted, HoldOut};
 use crate::model::{Model, Theta};
 use crate::regression::System;
@@ -25,20 +25,20 @@ pub(in crate::estimate) struct PossibleFit<'a> {
 
 impl<'a> PossibleFit<'a> {
     /// - `fitted`: least squares without constraints, with weighted rows.
-    /// - `speeds`: largest speed of each joint in the log, rad/s (m/s), \[n\].
+    /// - `speeds`: largest speed of each joint in the log, rad/s (m/s), \[n\]; `tool`: where a tool may be.
     pub(super) fn new(
         model: &'a Model,
         settings: &Physical,
         system: &System,
         fitted: &Fitted,
-        speeds: &[f64],
+        (speeds, tool): (&[f64], Tool),
     ) -> Option<Self> {
         let errors = &fitted.standard_error;
         let known = known(model, &fitted.identifiable, errors);
         let normal = Normal::new(model, system, fitted.weights())?;
         Some(Self {
             scale: normal.scale(&known, errors)?,
-            robots: Robots::new(model, settings, &fitted.theta, Beside::Log(speeds)),
+            robots: Robots::new(model, settings, &fitted.theta, Beside::Log(speeds, tool)),
             unconstrained: fitted.theta.clone(),
             weights: fitted.weights().to_vec(),
             normal,
