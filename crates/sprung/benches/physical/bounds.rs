@@ -16,7 +16,7 @@ const NOISE: f64 = 2.0;
 
 /// Friction of the links behind this joint is this part of that of the example.
 const WRISTS: [&str; 3] = ["joint5", "joint6", "joint7"];
-const LIGHT: f64 = 0.1;
+const LIGHT: f64 = 0.02;
 
 /// Ends of the groups: distance of the truth from zero, in standard errors without constraints.
 const GROUPS: [(&str, f64, f64); 3] = [
@@ -37,7 +37,7 @@ struct Value {
 /// Prints errors and intervals of friction, stiffnesses and rotor inertias beside those without constraints.
 pub(super) fn bounds(seeds: u32) {
     println!(
-        "\nTwin with seven joints, {DURATION_S} s, torque noise {NOISE} N·m, a tenth of the friction in the wrists, {seeds} \
+        "\nTwin with seven joints, {DURATION_S} s, torque noise {NOISE} N·m, a fiftieth of the friction in the wrists, {seeds} \
          logs. Distances and errors in standard errors without constraints.\n"
     );
     println!(
@@ -72,21 +72,19 @@ fn draw(seed: u32) -> Vec<Value> {
     let mut experiment = description::read("arm", EXPERIMENT, &[], &mut no_files)
         .expect("the example is an experiment");
     experiment.identify.estimator = vec![Estimator::LeastSquares];
-    experiment.robot.nominal.clear();
-    let model = Model::new(&experiment).expect("the example is a robot");
     let twin = Twin {
         experiment: &experiment,
-        model: &model,
+        model: &Model::new(&experiment).expect("the example is a robot"),
         values: &values,
     };
     let log = twin.log((NOISE, seed), DURATION_S);
+    experiment.robot.nominal.clear();
+    let model = Model::new(&experiment).expect("the example is a robot");
     let found = with_source(&log, |source| {
         identify(&experiment, &model, &mut [source], &mut Unheard)
             .expect("the twin's log can be identified")
     });
-    let truth = model
-        .theta(&known(&model, &values))
-        .expect("all values are known");
+    let truth = (model.theta(&known(&model, &values))).expect("all values are known");
     let result = &found.identification.results[0];
     (result.parameters.iter().zip(&truth).zip(model.parameters()))
         .filter(|(_, parameter)| {
