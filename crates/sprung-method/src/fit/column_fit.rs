@@ -8,7 +8,8 @@ use crate::regression::{SystemPart, Triangle, solve};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ColumnFit {
     pub(crate) value: f64,
-    /// By the disagreement of stretches of the log.
+    /// By the disagreement of stretches of the log, and at least that of residuals which are correlated over the memory
+    /// of the filters: few stretches of a slow motion may agree by chance.
     pub(crate) standard_error: f64,
     /// Squared length of the first column beyond what the other columns explain, over the squared length of the column.
     pub(crate) own_share: f64,
@@ -20,9 +21,14 @@ impl ColumnFit {
     /// Fits a column of a row by other columns; `None` if the stretches do not determine the first coefficient. Noise of
     /// the fitted column does not bias the coefficients.
     ///
-    /// - `stretches`: factors of the row, stretch by stretch.
+    /// - `(stretches, memory)`: factors of the row, stretch by stretch, and the time over which the filters correlate
+    ///   residuals, over the duration of the log.
     /// - `of`: the fitted column; `by`: columns that explain it. The right-hand side counts as the last column.
-    pub(crate) fn new(stretches: &[&Triangle], of: usize, by: &[usize]) -> Option<Self> {
+    pub(crate) fn new(
+        (stretches, memory): (&[&Triangle], f64),
+        of: usize,
+        by: &[usize],
+    ) -> Option<Self> {
         let width = stretches.first()?.unknowns() + 1;
         let unit = |column: usize, value: f64| -> Vec<f64> {
             let mut own = vec![0.0; width];
@@ -42,11 +48,14 @@ impl ColumnFit {
         };
         let solution = solve(&[part], by.len())?;
         let errors = scatter(&influences(&solution, std::slice::from_ref(&columns), &own));
-        let is_known = *solution.identifiable.first()? && errors[0].is_finite() && errors[0] > 0.0;
+        let squares: f64 = whole.residual(&solution.x).iter().map(|r| r * r).sum();
+        let of_residuals = (squares * solution.inverse[(0, 0)] * memory).sqrt();
+        let error = errors[0].max(of_residuals);
+        let is_known = *solution.identifiable.first()? && error.is_finite() && error > 0.0;
         is_known.then(|| Self {
             value: solution.x[0],
             own_share: (solution.inverse[(0, 0)] * whole.column_norm(0).powi(2)).recip(),
-            standard_error: errors[0],
+            standard_error: error,
             few_stretches: student_95(own.len().saturating_sub(1)) / student_95(usize::MAX),
         })
     }
@@ -72,7 +81,7 @@ mod tests {
     fn fit(compliance: f64, noise: f64) -> Option<ColumnFit> {
         let all: Vec<Triangle> = (0..16).map(|g| stretch(g, compliance, noise)).collect();
         let all: Vec<&Triangle> = all.iter().collect();
-        ColumnFit::new(&all, 0, &[3, 1, 2])
+        ColumnFit::new((&all, 0.0), 0, &[3, 1, 2])
     }
 
     #[test]
@@ -88,9 +97,25 @@ mod tests {
     }
 
     #[test]
+    fn stretches_that_agree_by_chance_do_not_hide_the_residual() {
+        // Every stretch is the same, so they agree exactly.
+        let same = stretch(0, 1e-6, 1e-4);
+        let error = |memory: f64| {
+            let found = ColumnFit::new((&[&same; 16], memory), 0, &[3, 1]);
+            found.map_or(0.0, |found| found.standard_error)
+        };
+        let agreement = error(0.0);
+        // 50 of 800 samples are one independent residual.
+        let expected = error(1.0 / 16.0);
+        let longer = error(4.0 / 16.0);
+        assert!(agreement < 0.01 * expected, "{agreement} {expected}");
+        assert!((longer / expected - 2.0).abs() < 1e-6);
+    }
+
+    #[test]
     fn stretches_without_motion_determine_nothing() {
-        assert!(ColumnFit::new(&[], 0, &[3]).is_none());
+        assert!(ColumnFit::new((&[], 0.0), 0, &[3]).is_none());
         let still = Triangle::of(&[[1.0, 1.0, 1.0, 0.0]; 9]);
-        assert!(ColumnFit::new(&[&still; 8], 0, &[3, 1]).is_none());
+        assert!(ColumnFit::new((&[&still; 8], 0.0), 0, &[3, 1]).is_none());
     }
 }

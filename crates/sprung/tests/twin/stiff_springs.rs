@@ -46,10 +46,7 @@ fn stiff_springs_have_values_or_lower_bounds() {
 fn no_spring_at_all_leaves_the_rest() {
     let own = draw(2, 3.0, [5e7; 7]);
     assert!(own.springs.iter().all(|own| own.value.is_none()));
-    // Each bound is below the truth with a probability of 95 %.
-    let above = own.springs.iter().filter(|own| own.above.unwrap() > 5e7);
-    assert!(above.count() < 2);
-    assert!(own.springs.iter().all(|own| own.above.unwrap() < 5e8));
+    assert!(own.springs.iter().all(|own| own.above.unwrap() < 5e7));
     assert_ne!(own.identification.results[0].verdict, Verdict::Unusable);
     assert!((own.squares[0] / own.squares[1] - 1.0).abs() < 0.1);
     // A simulation takes the springs at their bounds.

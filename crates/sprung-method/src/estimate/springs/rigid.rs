@@ -192,7 +192,8 @@ fn by_motor_row(reading: &Reading, system: &System, at: usize, joint: usize) -> 
     let by: Vec<usize> = torque.chain(others.iter().copied()).collect();
     let groups = stretches_for(system, reading.memory());
     let stretches: Vec<_> = groups.iter().filter_map(|group| group.get(at)).collect();
-    ColumnFit::new(&stretches, of, &by)
+    let rows = (&stretches[..], reading.memory() / system.duration());
+    ColumnFit::new(rows, of, &by)
 }
 
 /// Returns whether the deflection of a joint is small beside its motion.

@@ -222,8 +222,9 @@ fn by_deflection(
     let groups = stretches_for(system, memory);
     let stretches: Vec<_> = groups.iter().filter_map(|group| group.get(row)).collect();
     let torque = columns.len();
-    let compliance = ColumnFit::new(&stretches, of, &by(torque))?;
-    let stiffness = ColumnFit::new(&stretches, torque, &by(of))?;
+    let rows = (&stretches[..], memory / system.duration());
+    let compliance = ColumnFit::new(rows, of, &by(torque))?;
+    let stiffness = ColumnFit::new(rows, torque, &by(of))?;
     let own = Spring {
         joint,
         compliance: compliance.into(),
