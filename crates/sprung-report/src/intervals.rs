@@ -188,6 +188,9 @@ fn size(parameter: &ParameterEstimate) -> String {
     let (Some(_), Some([low, high])) = (parameter.value, parameter.ci95) else {
         return "not determined".to_owned();
     };
+    if let Some(most) = parameter.at_most() {
+        return format!("< {}", significant(most, 2));
+    }
     match half_width(parameter) {
         Some(half) if half <= MAX_RELATIVE => format!("± {} %", significant(100.0 * half, 2)),
         Some(_) => format!("> {} %", significant(100.0 * MAX_RELATIVE, 1)),
