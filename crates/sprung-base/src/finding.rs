@@ -53,7 +53,7 @@ pub struct Evidence {
 /// A finding.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Finding {
-    /// Stable name for scripts, for example `negative-stiffness`.
+    /// Stable name for scripts, for example `impossible-robot`.
     pub code: String,
     /// Severity.
     pub severity: Severity,

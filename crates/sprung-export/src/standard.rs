@@ -159,7 +159,7 @@ fn bodies_of_tree(
     Err(lacking(
         missing,
         "sprung identify writes them as standard_parameters, and its findings \
-         no-possible-bodies and impossible-bodies name what prevents them: correct the nominal bodies or the \
+         no-possible-bodies and impossible-robot name what prevents them: correct the nominal bodies or the \
          limits in [identify.physical]",
     ))
 }

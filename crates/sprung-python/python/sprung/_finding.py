@@ -23,7 +23,7 @@ class Finding:
     """A finding.
 
     Attributes:
-        code: stable name, for example ``negative-stiffness``.
+        code: stable name, for example ``impossible-robot``.
         severity: ``info``, ``warning``, ``serious`` or ``error``.
         text: observation with values and units, and its likely cause.
         remedy: what to do.

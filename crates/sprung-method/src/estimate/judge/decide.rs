@@ -263,14 +263,10 @@ mod tests {
             ),
             "{doubtful}"
         );
-        let serious = finding(
-            Severity::Serious,
-            "negative-stiffness",
-            &["joint1.stiffness"],
-        );
+        let serious = finding(Severity::Serious, "impossible-robot", &["joint1.stiffness"]);
         assert_eq!(
             said(&[promised("joint1", 0.45, None)], &[serious]),
-            "Unusable: do not use the values, because of negative-stiffness (joint1.stiffness); on \
+            "Unusable: do not use the values, because of impossible-robot (joint1.stiffness); on \
              a new experiment of this kind they would predict the motor torque of joint1 with an \
              error of 45 % (root mean squares)."
         );
